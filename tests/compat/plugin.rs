@@ -53,7 +53,7 @@ impl Sensor for Eye {
     fn fields() -> Vec<Field> {
         vec![Field::f64("oldrust.distance").unit("m")]
     }
-    fn create(_: &Host, _: Instance, params: &Params<'_>) -> Result<Self> {
+    fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
         Ok(Eye { range: params.f64("range")? })
     }
     fn beams(&self) -> Result<Beams> {

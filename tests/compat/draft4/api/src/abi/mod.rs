@@ -1,0 +1,20 @@
+//! The header `include/tatu.h` in Rust: same names, same order, same sizes (a test compiles C and compares).
+//!
+//! Sentences stand in the header; this mirror only repeats what Rust needs to know. Function fields are `Option`,
+//! so that a zeroed table is a valid one.
+
+#![allow(non_camel_case_types, reason = "names as in the header")]
+#![allow(clippy::type_complexity, reason = "types of functions are as long as the header's lines")]
+#![allow(missing_docs, reason = "the header is the manual; a second copy of its sentences would drift")]
+
+mod args;
+mod ext;
+mod frozen;
+mod host;
+mod types;
+
+pub use args::*;
+pub use ext::*;
+pub use frozen::*;
+pub use host::*;
+pub use types::*;

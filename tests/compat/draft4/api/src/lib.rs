@@ -1,0 +1,52 @@
+//! The border between Tatu and its plugins.
+//!
+//! - `include/tatu.h`: the manual of the ABI, for plugins in C, C++ and any other language;
+//! - [`abi`]: the same in Rust, type by type;
+//! - [`safe`]: traits over it and [`tatu_plugin!`], with which a Rust plugin needs no `unsafe`.
+//!
+//! A Rust plugin is a crate of type `cdylib` (and `rlib`, so that a program may list it as a dependency):
+//!
+//! ```
+//! use tatu_plugin_api::safe::*;
+//!
+//! struct Greeter;
+//!
+//! impl Plugin for Greeter {
+//!     type World = ();
+//!     fn start(_: &Host) -> Result<Self> {
+//!         Ok(Greeter)
+//!     }
+//!     fn world(&self, _: &World<'_>) -> Result<()> {
+//!         Ok(())
+//!     }
+//!     fn offer(offer: &mut Offer<Self>) {
+//!         offer.command(
+//!             Command::new("greeter.double", |c| {
+//!                 let x = c.f64(0)?;
+//!                 c.ret(2.0 * x);
+//!                 Ok(())
+//!             })
+//!             .param(Param::float("x").text("any number"))
+//!             .text("Doubles a number."),
+//!         );
+//!     }
+//! }
+//!
+//! tatu_plugin_api::tatu_plugin! {
+//!     plugin: Greeter,
+//!     id: "org.example.greeter",
+//!     name: "Greeter",
+//!     version: "1.0.0",
+//!     licence: "MIT",
+//! }
+//! # fn main() {}
+//! ```
+
+/// The example of the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+pub mod abi;
+pub mod safe;
+pub mod schemas;

@@ -1,0 +1,169 @@
+//! Errors of plugins.
+
+use std::{borrow::Cow, fmt};
+
+use crate::abi::*;
+
+/// Why something failed: a code, a sentence, and what helps to mend it.
+#[derive(Clone, PartialEq)]
+pub struct Fail(Box<Body>);
+
+#[derive(Clone, PartialEq)]
+struct Body {
+    code: tatu_status,
+    text: String,
+    help: Option<String>,
+    file: Option<(String, u64)>,
+    traceback: Option<String>,
+}
+
+/// The result of plugin functions.
+pub type Result<T = (), E = Fail> = std::result::Result<T, E>;
+
+impl Fail {
+    /// An error with one of the `TATU_ERR_*` codes.
+    pub fn with_code(code: tatu_status, text: impl Into<String>) -> Self {
+        let code = if code < 0 { code } else { TATU_ERR };
+        Fail(Box::new(Body { code, text: text.into(), help: None, file: None, traceback: None }))
+    }
+    /// Failed for a reason of its own.
+    pub fn new(text: impl Into<String>) -> Self {
+        Self::with_code(TATU_ERR, text)
+    }
+    /// A wrong argument.
+    pub fn argument(text: impl Into<String>) -> Self {
+        Self::with_code(TATU_ERR_ARGUMENT, text)
+    }
+    /// No such object, property, field or file.
+    pub fn missing(text: impl Into<String>) -> Self {
+        Self::with_code(TATU_ERR_MISSING, text)
+    }
+    /// Known, but not done here.
+    pub fn unsupported(text: impl Into<String>) -> Self {
+        Self::with_code(TATU_ERR_UNSUPPORTED, text)
+    }
+    /// Adds what to do about it.
+    pub fn help(mut self, text: impl Into<String>) -> Self {
+        self.0.help = Some(text.into());
+        self
+    }
+    /// Adds the place in a text; lines count from 1.
+    pub fn at(mut self, file: impl Into<String>, line: u64) -> Self {
+        self.0.file = Some((file.into(), line));
+        self
+    }
+    /// Adds the chain of calls of a script.
+    pub fn traceback(mut self, text: impl Into<String>) -> Self {
+        self.0.traceback = Some(text.into());
+        self
+    }
+    /// One of `TATU_ERR_*`.
+    pub fn code(&self) -> tatu_status {
+        self.0.code
+    }
+    /// The sentence.
+    pub fn text(&self) -> &str {
+        &self.0.text
+    }
+    /// What to do.
+    pub fn help_text(&self) -> Option<&str> {
+        self.0.help.as_deref()
+    }
+    /// File and line.
+    pub fn place(&self) -> Option<(&str, u64)> {
+        self.0.file.as_ref().map(|(f, l)| (f.as_str(), *l))
+    }
+    /// Calls of a script, innermost first.
+    pub fn traceback_text(&self) -> Option<&str> {
+        self.0.traceback.as_deref()
+    }
+
+    /// Writes it into the host's error object, if there is one; returns the code.
+    ///
+    /// # Safety
+    /// `error` is null or points to a live error of the host.
+    pub unsafe fn write(&self, error: *mut tatu_error) -> tatu_status {
+        // SAFETY: the caller promises it; the host's functions copy what they are given.
+        unsafe {
+            if let Some(say) = error.as_ref().and_then(|e| e.say) {
+                say(error, self.0.code, text_raw(&self.0.text));
+                if let Some(add) = (*error).add {
+                    if let Some(help) = &self.0.help {
+                        add(error, TATU_PART_HELP, text_raw(help), 0);
+                    }
+                    if let Some((file, line)) = &self.0.file {
+                        add(error, TATU_PART_FILE, text_raw(file), *line);
+                    }
+                    if let Some(traceback) = &self.0.traceback {
+                        add(error, TATU_PART_TRACEBACK, text_raw(traceback), 0);
+                    }
+                }
+            }
+        }
+        self.0.code
+    }
+
+    /// Reads the host's error object.
+    ///
+    /// # Safety
+    /// `error` is null or points to a live error of the host.
+    pub unsafe fn read(code: tatu_status, error: *const tatu_error) -> Self {
+        // SAFETY: the caller promises it.
+        let Some(e) = (unsafe { error.as_ref() }) else {
+            return Self::with_code(code, "failed without a reason");
+        };
+        let some = |s: tatu_str| (s.len > 0).then(|| lossy(s).into_owned());
+        Fail(Box::new(Body {
+            code,
+            text: some(e.text).unwrap_or_else(|| "failed without a reason".into()),
+            help: some(e.help),
+            file: some(e.file).map(|f| (f, e.line)),
+            traceback: some(e.traceback),
+        }))
+    }
+}
+
+impl fmt::Display for Fail {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0.text)?;
+        if let Some(help) = &self.0.help {
+            write!(f, " ({help})")?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Debug for Fail {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Fail({}: {self})", self.0.code)
+    }
+}
+
+impl std::error::Error for Fail {}
+
+/// A borrowed text, as the border wants it.
+pub(crate) fn text_raw(s: &str) -> tatu_str {
+    bytes_raw(s.as_bytes())
+}
+
+/// Borrowed bytes, as the border wants them.
+pub(crate) fn bytes_raw(s: &[u8]) -> tatu_str {
+    tatu_str { ptr: s.as_ptr().cast(), len: s.len() as u64 }
+}
+
+/// The bytes behind a border text.
+///
+/// # Safety
+/// `s` points to `len` bytes that live for `'a`, or is empty.
+pub unsafe fn bytes_of<'a>(s: tatu_str) -> &'a [u8] {
+    if s.ptr.is_null() || s.len == 0 {
+        return &[];
+    }
+    // SAFETY: the caller promises it.
+    unsafe { std::slice::from_raw_parts(s.ptr.cast(), s.len as usize) }
+}
+
+fn lossy<'a>(s: tatu_str) -> Cow<'a, str> {
+    // SAFETY: texts of an error object live as long as it does; the result is copied at once.
+    String::from_utf8_lossy(unsafe { bytes_of(s) })
+}

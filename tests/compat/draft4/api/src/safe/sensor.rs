@@ -1,0 +1,257 @@
+//! Sensor kinds: beams and a measure. What a measure gets and fills is in `sample`, the tables for the host in
+//! `sensor_table`.
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::{
+    Fail, Instance, Param, Params, Plugin, Result, SharedWorld,
+    offer::Keep,
+    sample::{Readout, Sample},
+};
+use crate::abi::*;
+
+/// One field that a sensor fills.
+#[derive(Debug, Clone)]
+pub struct Field {
+    name: &'static str,
+    pub(super) elem: u32,
+    pub(super) dims: [u32; 3],
+    unit: Option<&'static str>,
+    valid: Option<&'static str>,
+    nothing: Option<&'static str>,
+    text: &'static str,
+}
+
+impl Field {
+    fn of(name: &'static str, elem: u32) -> Self {
+        Field { name, elem, dims: [1; 3], unit: None, valid: None, nothing: None, text: "" }
+    }
+    /// Doubles. Name: `<schema>.<field>`.
+    pub fn f64(name: &'static str) -> Self {
+        Self::of(name, TATU_ELEM_F64)
+    }
+    /// 32-bit integers.
+    pub fn i32(name: &'static str) -> Self {
+        Self::of(name, TATU_ELEM_I32)
+    }
+    /// 32-bit floats.
+    pub fn f32(name: &'static str) -> Self {
+        Self::of(name, TATU_ELEM_F32)
+    }
+    /// 16-bit numbers.
+    pub fn u16(name: &'static str) -> Self {
+        Self::of(name, TATU_ELEM_U16)
+    }
+    /// Bytes.
+    pub fn u8(name: &'static str) -> Self {
+        Self::of(name, TATU_ELEM_U8)
+    }
+    /// Objects.
+    pub fn object(name: &'static str) -> Self {
+        Self::of(name, TATU_ELEM_OBJECT)
+    }
+    /// Shape, outermost first; 0: as many as there are beams or pixels; [`TATU_DIM_ROWS`] and [`TATU_DIM_COLUMNS`] of
+    /// the image.
+    pub fn dims(mut self, dims: [u32; 3]) -> Self {
+        self.dims = dims;
+        self
+    }
+    /// Unit.
+    pub fn unit(mut self, unit: &'static str) -> Self {
+        self.unit = Some(unit);
+        self
+    }
+    /// The field that is 0 where this one has nothing; by default as its schema says.
+    pub fn valid(mut self, field: &'static str) -> Self {
+        self.valid = Some(field);
+        self
+    }
+    /// The numbers that mean nothing, "0" or "0 0 0"; by default as its schema says. Noise leaves them alone.
+    pub fn nothing(mut self, numbers: &'static str) -> Self {
+        self.nothing = Some(numbers);
+        self
+    }
+    /// One sentence, with the meaning of "nothing".
+    pub fn text(mut self, text: &'static str) -> Self {
+        self.text = text;
+        self
+    }
+    pub(super) fn keep(&self, keep: &mut Keep) -> *const tatu_field {
+        let raw = tatu_field {
+            size: size_of::<tatu_field>() as u32,
+            elem: self.elem,
+            dims: self.dims,
+            flags: 0,
+            name: keep.text(self.name),
+            unit: self.unit.map_or(std::ptr::null(), |u| keep.text(u)),
+            text: keep.text(self.text),
+            valid: self.valid.map_or(std::ptr::null(), |v| keep.text(v)),
+            nothing: self.nothing.map_or(std::ptr::null(), |n| keep.text(n)),
+        };
+        keep.table(raw)
+    }
+}
+
+/// Form of the beams; they leave the sensor's origin and look along its +z.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Form {
+    /// None: the sensor looks at its own motion only.
+    None,
+    /// Rays along these unit vectors, in the sensor's frame.
+    Rays(Vec<[f64; 3]>),
+    /// A volume with a round far end; half of the opening angle, rad, 0 to pi.
+    Cone {
+        /// Half of the opening angle, rad.
+        half_angle: f64,
+    },
+    /// Another volume, `TATU_BEAMS_PYRAMID`, `_CYLINDER` or `_DISC`, with its numbers as `tatu.h` tells.
+    Volume {
+        /// Which.
+        form: u32,
+        /// Its numbers.
+        dims: [f64; 6],
+    },
+    /// A pinhole image with square pixels: `horizontal_angle` rad.
+    Image {
+        /// Pixels in a row.
+        columns: u32,
+        /// Rows.
+        rows: u32,
+        /// Between the left and the right edge of the image, rad.
+        horizontal_angle: f64,
+    },
+    /// An image of parallel rays with square pixels, `width` m.
+    Parallel {
+        /// Pixels in a row.
+        columns: u32,
+        /// Rows.
+        rows: u32,
+        /// From the left to the right edge of the image, m.
+        width: f64,
+    },
+}
+
+/// What a sensor sends out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Beams {
+    /// Their form.
+    pub form: Form,
+    /// Nothing is seen nearer, m.
+    pub near: f64,
+    /// Nothing is seen farther, m.
+    pub far: f64,
+    /// Greatest angle between line of sight and surface normal, rad; pi/2: no limit.
+    pub max_incidence: f64,
+    /// Objects of the sensor's own model are not seen.
+    pub skip_own_model: bool,
+    /// Whether faces turned to the sensor, and faces turned away, are seen.
+    pub faces: (bool, bool),
+    /// Visible objects are seen, as by a camera, instead of detectable ones.
+    pub visible: bool,
+    /// Numbers that [`TATU_DIM_OWN`] stands for in shapes of fields; 0: there is no such field.
+    pub own: [u32; 4],
+    /// `TATU_IN_*`: inputs that this one does not need; what it is given of them is 0, or not there.
+    pub without: u32,
+    /// What a volume finds counts only if nothing lies between it and the sensor.
+    pub occlude: bool,
+    /// What they are made of: a sum of `TATU_WAVES_*`.
+    pub waves: u32,
+    /// They are rays that [`Sensor::aim`] moves and turns.
+    pub aimed: bool,
+}
+
+impl Default for Beams {
+    fn default() -> Self {
+        Beams {
+            form: Form::None,
+            near: 0.0,
+            far: f64::INFINITY,
+            max_incidence: FRAC_PI_2,
+            skip_own_model: false,
+            faces: (true, true),
+            visible: false,
+            own: [0; 4],
+            without: 0,
+            occlude: false,
+            waves: TATU_WAVES_ALL,
+            aimed: false,
+        }
+    }
+}
+
+/// Settings under a name: `(id, one sentence with the source of the numbers, lines of TOML as a scene writes them)`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Preset {
+    /// "hokuyo_urg_04lx"
+    pub id: &'static str,
+    /// One sentence, with the source of the numbers.
+    pub text: &'static str,
+    /// What a scene would write in the object of the sensor, its noise included.
+    pub settings: &'static str,
+}
+
+/// What an instance makes of new values of its parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Change {
+    /// It goes on with them.
+    Taken,
+    /// It is to be made anew with them.
+    Rebuild,
+}
+
+/// A kind of sensor. One value per sensor in a world.
+pub trait Sensor: Sized + Send + Sync + 'static {
+    /// The plugin that offers it.
+    type Plugin: Plugin;
+    /// What scenes write: "proximity".
+    const ID: &'static str;
+    /// One sentence.
+    const TEXT: &'static str;
+    /// What readers look for: "proximity/1".
+    const SCHEMAS: &'static [&'static str];
+    /// What the measure wants: a sum of `TATU_IN_*`.
+    const INPUTS: u32;
+
+    /// Its parameters.
+    fn params() -> Vec<Param>;
+    /// What it fills.
+    fn fields() -> Vec<Field>;
+    /// Settings under a name.
+    const PRESETS: &'static [Preset] = &[];
+    /// Makes one. `world` can be looked at.
+    fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
+    /// Takes new values of live parameters (a snapshot of a run in which one was changed is restored by replay): `changed` has a bit for each, in the order of declaration. It is then asked for its
+    /// beams. After an error it is as if nothing had changed. A parameter with [`Param::rebuilds`] never comes here.
+    fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
+        let _ = (params, changed);
+        Ok(Change::Rebuild)
+    }
+    /// Its beams.
+    fn beams(&self) -> Result<Beams>;
+    /// Version of what [`Sensor::save`] writes; count it when that changes.
+    const STATE_VERSION: u32 = 0;
+    /// What a reading depends on beside parameters and what is seen, for a snapshot. Most sensors have no such thing.
+    fn save(&self) -> Result<Vec<u8>> {
+        Ok(Vec::new())
+    }
+    /// Takes back what `save` of `version` wrote, into a sensor made with the same parameters.
+    fn load(&self, bytes: &[u8], version: u32) -> Result {
+        let _ = version;
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+    }
+    /// Turns what was seen into a reading. Must not block; runs on several threads.
+    fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result;
+    /// Moves and turns rays of instances whose [`Beams::aimed`] asks for it, before they are cast: origin (m) and unit direction
+    /// of each, in the sensor's frame. Of the sample, the rays and what they met are not there yet.
+    fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
+        let _ = (sample, rays);
+        Ok(())
+    }
+    /// Brings fields that follow from others in line with them, after the noise that a scene declares. As
+    /// [`Sensor::measure`], but for the fields, which are as the noise left them. Not called where there is no noise, so
+    /// `measure` fills all fields.
+    fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
+        let _ = (sample, out);
+        Ok(())
+    }
+}

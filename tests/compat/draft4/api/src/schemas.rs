@@ -1,0 +1,10 @@
+//! The reading schemas of the project, as they stand in `schemas/`: what sensors fill and readers look for.
+
+/// The text of each file, in TOML.
+pub const FILES: &[&str] = &[
+    include_str!("../schemas/gps.toml"),
+    include_str!("../schemas/color_image.toml"),
+    include_str!("../schemas/depth_image.toml"),
+    include_str!("../schemas/proximity.toml"),
+    include_str!("../schemas/range_scan.toml"),
+];

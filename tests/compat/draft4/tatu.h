@@ -1,0 +1,1479 @@
+/* tatu.h: the border between Tatu and its plugins. This file is the manual of the ABI.
+ *
+ * A plugin is a dynamic library that exports one symbol, `tatu_plugin`, a constant descriptor. The host reads it,
+ * calls `init`, and asks for *extensions* (what the plugin offers: commands, sensors, models, script languages, ...).
+ * The plugin asks the host for *services* (what the host offers: scene, readings, bodies, commands, ...). Plugins
+ * never see each other: they meet in commands, readings, properties and schemas.
+ *
+ * The smallest useful plugin stands in `plugin-api/template/c_command/`.
+ *
+ * HOW TO READ IT
+ *   [setup]     one thread at a time per plugin: loading, ending, making and ending instances.
+ *   [step]      one thread at a time per world; different worlds may call on different threads at once.
+ *   [parallel]  several threads at once, each on its own instances.
+ *   [any]       any thread, any time.
+ *   Pointers:   whatever a call is given is valid during that call only, unless its sentence says otherwise.
+ *   Text:       pointer and length, UTF-8 by intention, not by guarantee; `const char *` is NUL-terminated.
+ *               People see control characters of it written out, but for tab and newline.
+ *   Names:      UTF-8 without spaces, control characters and backslashes; `a` and `a.b` exclude each other.
+ *   Units:      metres, seconds, kilograms, radians, newtons; world frame with z up, unless a name says otherwise.
+ *   Pose:       7 doubles: x y z, then the unit quaternion x y z w. Twist: 6 doubles: m/s, then rad/s.
+ *
+ * GROWTH
+ *   Frozen types (section 1) never change within an ABI major; only these stand in arrays or cross by value.
+ *   Tables (everything that begins with `size`) grow at the end. Set `size` to sizeof, leave what you do not use zero. Lists of
+ *   tables are null-terminated arrays of pointers. A field exists only if it lies within `size` and is not null:
+ *   ask with TATU_HAS before you call through a table that somebody else filled. Tables have no tail padding.
+ *   Until release 1.0 every extension and service is a draft, and a draft matches only its own number.
+ *
+ * MEMORY OF VALUES
+ *   Each world has one arena, a stack. What tatu_call_api.alloc and commands.alloc give, and everything that results
+ *   of calls point to, lies in it and lives until somebody releases to an earlier mark. Only callers release; the host
+ *   does so when the outermost call from it returns. So a command may hand on what a nested call gave it, unless it
+ *   released in between. Memory is aligned to 16 bytes; arrays to their elements; 256 MB
+ *   a world are in flight at most, whatever was there before; `ptr` may be null when `len` is 0.
+ *   Error texts lie elsewhere.
+ *
+ * ERRORS
+ *   A function that returns a negative status has said why through its error object. If it has said nothing, the host
+ *   takes what the last refusal of a service said, if that had the same status: `return status;` passes it on.
+ *
+ * WHAT A CALL MAY ASK
+ *   The host knows which call is running on which thread, and refuses what is not allowed there with TATU_ERR_BUSY and a
+ *   sentence; the plugin is named as one that broke the contract.
+ *   measure, aim, finish, apply:                       log.write, and `random` of the batch
+ *   create, destroy, configure, save, load, beams, and find, traits, order, place, keep_func, drop_func of a language:
+ *                                                      what changes nothing: reading, finding, listing, memory
+ *   all other calls that get a world:                  everything
+ *   threads of a plugin:                               log.write without a world, session.wake
+ *   A world belongs to the thread that made it, and its pointer is dead when the world has ended.
+ *
+ * RULES
+ *   No exception, panic or longjmp may leave a plugin function. No function may change floating-point mode, locale
+ *   or signal handlers, or end the process (exit, abort). A plugin keeps no globals: it may be started several times in
+ *   a process.
+ */
+#ifndef TATU_H
+#define TATU_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32)
+#  define TATU_EXPORT __declspec(dllexport)
+#  define TATU_CALL __cdecl
+#else
+#  define TATU_EXPORT __attribute__((visibility("default")))
+#  define TATU_CALL
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TATU_ABI_MAJOR 0 /* refuses; 0 until release 1.0 */
+#define TATU_ABI_MINOR 4 /* grows with every growth of a table; refuses only where a need asks for more than there is */
+
+/* Where a field ends within its table, bytes. */
+#define TATU_END(t, f) ((size_t)((const char *)(&(t)->f + 1) - (const char *)(t)))
+/* Whether the table's maker knew this scalar or pointer field and filled it. */
+#define TATU_HAS(t, f) ((t) && TATU_END(t, f) <= (t)->size && (t)->f)
+/* Whether the table's maker knew this field at all: for struct fields, and for scalars where 0 has a meaning. */
+#define TATU_KNOWS(t, f) ((t) && TATU_END(t, f) <= (t)->size)
+
+/* ================================================================ 1. Frozen types ==================== */
+
+typedef int32_t tatu_status; /* 0 done, 1 waiting, negative: an error of the list below */
+enum {
+  TATU_OK = 0,
+  TATU_WAIT = 1,              /* the command goes on later; see tatu_call_api.wait */
+  TATU_ERR = -1,              /* failed; the text says why */
+  TATU_ERR_ARGUMENT = -2,     /* an argument of wrong type, count, size or range */
+  TATU_ERR_MISSING = -3,      /* there is no object, field, property or file of that name */
+  TATU_ERR_GONE = -4,         /* it was there, and has been removed or has ended */
+  TATU_ERR_UNSUPPORTED = -5,  /* known, but not done here */
+  TATU_ERR_UNKNOWN = -6,      /* no command of that name */
+  TATU_ERR_SCRIPT = -7,       /* an error raised by a script */
+  TATU_ERR_BUDGET = -8,       /* a script used up its instructions: it is not called again */
+  TATU_ERR_PANIC = -9,        /* a plugin panicked; the panic stayed inside */
+  TATU_ERR_BUSY = -10,        /* not possible from within this call */
+  TATU_ERR_SPACE = -11,       /* a buffer is too small; the needed count is told */
+  TATU_ERR_PHYSICS = -12,     /* the physics engine lost a body */
+  TATU_ERR_MEMORY = -13       /* a script used up its memory: it may go on with less */
+};
+
+/* Text or bytes: not NUL-terminated. */
+typedef struct tatu_str {
+  const char *ptr;
+  uint64_t len;
+} tatu_str;
+
+/* An object of a world: generation << 20 | slot. 0: none, or the world itself. Scripts see the slot alone as the
+ * handle. A generation of 0 means "whatever is in that slot now" and is meant for numbers that a script gave. */
+typedef uint64_t tatu_object;
+#define TATU_SLOT(o) ((uint32_t)((o) & 0xFFFFFu))
+
+/* A script's function: instance id << 32 | local id. As an argument it lives during the call, as a result until the
+ * script is entered again; see commands.retain. */
+typedef uint64_t tatu_func;
+typedef uint32_t tatu_prop; /* an interned key of a property ("joint.position") or field ("proximity.distance") */
+
+/* What a value holds. */
+enum {
+  TATU_NIL = 0,
+  TATU_BOOL = 1,   /* u.i: 0 or 1 */
+  TATU_I64 = 2,    /* u.i */
+  TATU_F64 = 3,    /* u.f */
+  TATU_TEXT = 4,   /* u.s: text */
+  TATU_BYTES = 5,  /* u.s: any bytes */
+  TATU_F64S = 6,   /* u.s: array of double; len counts elements, as in all below */
+  TATU_F32S = 7,   /* u.s: array of float */
+  TATU_I64S = 8,   /* u.s: array of int64_t */
+  TATU_I32S = 9,   /* u.s: array of int32_t */
+  TATU_U8S = 10,   /* u.s: array of uint8_t, meant as numbers */
+  TATU_LIST = 11,  /* u.s: array of tatu_value */
+  TATU_MAP = 12,   /* u.s: array of tatu_pair; keys are text, numbers or truth values */
+  TATU_FUNC = 13,  /* u.u: tatu_func */
+  TATU_OBJECT = 14 /* u.u: tatu_object */
+};
+
+/* A value. Lists and maps nest at most 32 deep. */
+typedef struct tatu_value {
+  uint32_t tag;      /* one of the tags above */
+  uint32_t reserved; /* 0 */
+  union {
+    int64_t i;
+    double f;
+    uint64_t u;
+    struct {
+      const void *ptr;
+      uint64_t len;
+    } s;
+  } u;
+} tatu_value;
+
+/* One entry of a map. */
+typedef struct tatu_pair {
+  tatu_value key;
+  tatu_value value;
+} tatu_pair;
+
+/* Elements of a reading's field. */
+enum {
+  TATU_ELEM_F64 = 1,
+  TATU_ELEM_F32 = 2,
+  TATU_ELEM_I32 = 3,
+  TATU_ELEM_U16 = 4,
+  TATU_ELEM_U8 = 5,
+  TATU_ELEM_OBJECT = 6 /* tatu_object */
+};
+
+/* A look at one field of a sensor's last reading: host-owned, valid until that sensor is next handled or removed. */
+typedef struct tatu_field_view {
+  const void *ptr;   /* first element */
+  uint64_t len;      /* elements */
+  uint32_t elem;     /* TATU_ELEM_* */
+  uint32_t dims[3];  /* shape, outermost first; unused ones are 1 */
+  double time;       /* simulation time of the reading, s */
+  uint64_t sequence; /* how often the sensor has been handled; 0: never, or reset since */
+} tatu_field_view;
+
+/* Two shapes that touch. */
+typedef struct tatu_contact {
+  tatu_object shape[2];
+  double point[3];  /* world, m */
+  double normal[3]; /* unit, from shape[0] to shape[1] */
+  double force;     /* N, normal, over the last physics step */
+} tatu_contact;
+
+typedef struct tatu_world tatu_world;     /* a world: opaque */
+typedef struct tatu_session tatu_session; /* a session: opaque */
+
+/* ================================================================ 2. Errors ========================== */
+
+typedef struct tatu_error tatu_error;
+
+/* An error, owned by the host. A plugin writes it through `say` and `add` only, which copy what they are given; the
+ * host adds plugin, instance and call. The other fields are for reading. */
+struct tatu_error {
+  uint32_t size;
+  int32_t code; /* TATU_OK while nothing has been said */
+  void *ctx;    /* the host's */
+  /* [any] Fills the error: code (negative) and one sentence: what, where, what was expected. What is longer than 16 KiB is
+   * cut, here and in `add`. */
+  void(TATU_CALL *say)(tatu_error *, tatu_status code, tatu_str text);
+  /* [any] Adds a part: TATU_PART_*; `line` counts from 1 and belongs to TATU_PART_FILE. */
+  void(TATU_CALL *add)(tatu_error *, uint32_t part, tatu_str text, uint64_t line);
+  tatu_str text;      /* what went wrong */
+  tatu_str help;      /* what to do */
+  tatu_str file;      /* where, if in a text */
+  tatu_str traceback; /* calls of the script, innermost first */
+  uint64_t line;      /* in `file`; 0: none */
+};
+enum { TATU_PART_HELP = 1, TATU_PART_FILE = 2, TATU_PART_TRACEBACK = 3 };
+
+/* ================================================================ 3. Plugin and host ================= */
+
+typedef struct tatu_host tatu_host;
+
+/* The host, as a plugin sees it; valid from `init` to the end of `shutdown`. */
+struct tatu_host {
+  uint32_t size;
+  uint32_t abi_minor; /* of the host */
+  void *ctx;          /* the host's */
+  /* [any] The table of a service ("tatu.host.scene/draft.4"), or null. Valid as long as the host. */
+  const void *(TATU_CALL *service)(const tatu_host *, const char *id);
+};
+
+/* A service that a plugin cannot do without, or would like. With `bytes` and `minor` a plugin says once how much of the host
+ * it uses; it then need not ask by TATU_HAS before each call of a function that was there at that size. */
+typedef struct tatu_need {
+  uint32_t size;
+  uint32_t optional; /* 0: refuse to load without it */
+  const char *id;    /* "tatu.host.scene/draft.4"; null: the host itself, by `minor` */
+  uint32_t bytes;    /* least size of its table: sizeof what you compiled with, or TATU_END of the last field that you use; 0: any */
+  uint32_t minor;    /* least abi_minor of the host; 0: any */
+} tatu_need;
+
+/* What the library exports. All strings live as long as the library. */
+typedef struct tatu_plugin_t {
+  uint32_t size;
+  uint16_t abi_major; /* TATU_ABI_MAJOR */
+  uint16_t abi_minor; /* TATU_ABI_MINOR */
+  const char *id;      /* "org.example.gripper": unique, the name that scenes and messages use */
+  const char *name;    /* for people */
+  const char *version; /* "1.2.0" */
+  const char *licence; /* SPDX, "MIT" */
+  const tatu_need *const *needs; /* null, or a null-terminated list */
+  /* [setup] Starts the plugin; `*self` (may be null) is handed back in every later call. May ask for services, and
+   * call their [any] functions only. Null: nothing to start. */
+  tatu_status(TATU_CALL *init)(const tatu_host *, void **self, tatu_error *);
+  /* [setup] Ends it; all instances are gone by then. Null: nothing to do. */
+  void(TATU_CALL *shutdown)(void *self);
+  /* [setup] The table of an extension ("tatu.command/draft.4"), or null. Owned by the plugin until shutdown. */
+  const void *(TATU_CALL *extension)(void *self, const char *id);
+} tatu_plugin_t;
+
+extern TATU_EXPORT const tatu_plugin_t tatu_plugin;
+
+/* ================================================================ 4. Parameters and instances ======== */
+
+enum {
+  /* of a sensor or actuator: */
+  TATU_PARAM_REBUILDS = 1, /* a change destroys the instance and creates it anew */
+  TATU_PARAM_READ_ONLY = 2,
+  TATU_PARAM_OPTIONAL = 4, /* of a command: may be left out or nil; then the default, or nil without one */
+  TATU_PARAM_REST = 8,     /* of a command, last one: stands for any number of arguments */
+  TATU_PARAM_ANY = 16      /* any type; `type` is ignored */
+};
+
+/* One fact that can be set: a property row, a parameter of a command, a result of a command. Scene files write the
+ * key with its unit: unit "m" makes `range` the key `range_m`; "rad" is written in degrees, `_deg`. Values at the
+ * border are always SI and radians. A parameter of type TATU_OBJECT takes the number that a script knows, too, and gives
+ * it as an object of generation 0: whether anything is there, the service that gets it will tell. */
+typedef struct tatu_param {
+  uint32_t size;
+  uint32_t type;       /* TATU_BOOL, I64, F64, TEXT, BYTES, F64S, LIST, MAP, FUNC or OBJECT */
+  uint32_t count;      /* elements of an array; 0: any number */
+  uint32_t flags;      /* TATU_PARAM_* */
+  const char *key;     /* "range" */
+  const char *unit;    /* "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz", "1"; null: none */
+  double lowest;       /* least value; -HUGE_VAL: no bound. Both bounds 0: no bounds */
+  double highest;      /* greatest value; HUGE_VAL: no bound */
+  tatu_value fallback; /* the default; nil: must be given (or may be missing, if optional) */
+  const char *const *choices; /* allowed texts, null-terminated; null: any */
+  const char *text;    /* one sentence */
+} tatu_param;
+
+/* What an instance is told when it is made. */
+typedef struct tatu_instance {
+  uint32_t size;
+  uint32_t n_params;
+  tatu_world *world;        /* null for a service; its properties may be read while the instance is made */
+  tatu_object owner;        /* sensor, actuator or script object; 0 for a world instance */
+  uint64_t id;              /* of this instance, unique in its world */
+  uint64_t seed;            /* from the scene's seed and the owner: the same in every run */
+  const tatu_value *params; /* in the order of declaration, defaults filled in */
+  void *state;              /* the state block: host-owned, zeroed, its address stays until destroy; null if it has no bytes */
+  tatu_session *session;    /* of a service: where it is started; null for all others */
+} tatu_instance;
+
+/* Takes bytes: given by the host to `save`. */
+typedef struct tatu_writer {
+  uint32_t size;
+  uint32_t reserved;
+  void *ctx;
+  void(TATU_CALL *write)(const struct tatu_writer *, const void *bytes, uint64_t n);
+} tatu_writer;
+
+/* The life of instances. Every function but `create` and `destroy` may be null, and these two together where `state_bytes` is
+ * all that is kept (not of languages). When a world is stopped and reset, its instances are destroyed and made anew. */
+typedef struct tatu_life {
+  uint32_t size;
+  uint32_t state_bytes; /* bytes of the state block: no pointers in it; copied by snapshots, zeroed at reset */
+  /* [setup] Makes an instance; `*data` is handed back in every later call. */
+  tatu_status(TATU_CALL *create)(void *self, const tatu_instance *, void **data, tatu_error *);
+  /* [setup] Ends it. */
+  void(TATU_CALL *destroy)(void *data);
+  /* [step] Live parameters of a sensor or actuator changed: `params` are all, `changed` has a bit for each of the first
+   * 64, in the order of declaration. A sensor is then asked for its beams. After an error the values are the old ones,
+   * and whoever set them is told. Never called for one with TATU_PARAM_REBUILDS. Null, or TATU_ERR_UNSUPPORTED without a
+   * sentence: the instance is made anew. */
+  tatu_status(TATU_CALL *configure)(void *data, const tatu_value *params, uint32_t n, uint64_t changed, tatu_error *);
+  /* [step] Writes what the state block does not hold. TATU_ERR_UNSUPPORTED: cannot now; the text says why. Null: an
+   * instance whose `data` is null has nothing more; any other is named as what a snapshot lacks. */
+  tatu_status(TATU_CALL *save)(void *data, const tatu_writer *, tatu_error *);
+  /* [step] Takes back what `save` wrote, into an instance made with the same parameters; the state block is already
+   * restored, if its writer had the same `version` (else it is zero). `version` is the writer's. After a failure the
+   * instance is made anew. When a file is reloaded, `save` is the old version's and `load` the new one's. */
+  tatu_status(TATU_CALL *load)(void *data, tatu_str bytes, uint32_t version, tatu_error *);
+  uint32_t version; /* of the state block and of what `save` writes; yours to count */
+  uint32_t reserved;
+} tatu_life;
+
+/* ================================================================ 5. Commands ======================== */
+
+#define TATU_COMMAND "tatu.command/draft.4"
+
+typedef struct tatu_call tatu_call;
+
+enum { TATU_UNTIL_STEPS = 1, TATU_UNTIL_TIME = 2, TATU_UNTIL_SIGNAL = 3, TATU_UNTIL_POLL = 4 };
+
+/* What a running command may ask of the host about its own call. */
+typedef struct tatu_call_api {
+  uint32_t size;
+  uint32_t reserved;
+  /* [step] Memory that lives until the caller has read the results. Null when the world's arena is full. */
+  void *(TATU_CALL *alloc)(tatu_call *, uint64_t bytes);
+  /* [step] Then return TATU_WAIT: the command is called again with `resume` and without arguments once `until` holds:
+   * STEPS: `value` steps later; TIME: at simulation time `value`, s; SIGNAL: when the signal `name` exists; POLL:
+   * in each step. `resume` (not 0) is yours: find there again what you must keep. Gives TATU_WAIT, so that
+   * `return call->api->wait(...)` does both. Where the caller cannot wait it fills the error and gives TATU_ERR_BUSY. */
+  tatu_status(TATU_CALL *wait)(tatu_call *, uint32_t until, double value, tatu_str name, uint64_t resume);
+} tatu_call_api;
+
+enum { TATU_CALLER_HOST = 0, TATU_CALLER_SCRIPT = 1, TATU_CALLER_NATIVE = 2, TATU_CALLER_REMOTE = 3 };
+
+/* One call: of a command, of a script's callback, of a script's function. The caller owns it and its arrays. */
+struct tatu_call {
+  uint32_t size;
+  uint32_t command;       /* id of the command; 0 where none is called */
+  uint32_t alias;         /* which of the command's names was used */
+  uint32_t n_args;        /* trailing nils count */
+  const tatu_value *args; /* checked, converted to the declared types, filled up with defaults; or raw, if so declared */
+  tatu_value *results;    /* room of the caller for at least 16 */
+  uint32_t results_cap;
+  uint32_t n_results;     /* how many there are; never padded */
+  tatu_world *world;
+  void *self;             /* of the called plugin */
+  void *instance;         /* its instance in this world; null if it has none, and in calls side by side with others */
+  void *state;            /* the instance's state block */
+  const void *user;       /* tatu_command.user */
+  const tatu_call_api *api;
+  tatu_error *error;      /* say here what went wrong, then return a negative status; read here after a failed call */
+  uint64_t wait_token;    /* 0: this caller cannot wait; only script languages and services give another */
+  uint64_t resume;        /* not 0: a wait is over */
+  uint64_t caller;        /* instance id of the calling script, or 0; filled by the host, like all below */
+  tatu_object caller_object; /* the object that the calling script belongs to */
+  tatu_object caller_script; /* the script object itself */
+  tatu_str caller_dialect;   /* of the calling script; empty: none */
+  uint32_t caller_kind;      /* TATU_CALLER_* */
+  uint32_t flags;            /* TATU_CALL_* bits, set by who calls */
+};
+
+enum {
+  TATU_CALL_RAISE = 1, /* an error is an error also where a name of old manners would return values instead */
+  TATU_CALL_SIDE_BY_SIDE = 2 /* of a script: set by the host while others run on other threads */
+};
+
+enum {
+  TATU_COMMAND_RAW = 1,     /* arguments come as they are; parameters, if declared, are for people only */
+  TATU_COMMAND_SIDE_BY_SIDE = 2, /* scripts that run side by side may call it: it may run on several threads at once, and
+                                  * uses its arguments, what never changes in its plugin, and these services: scene.get,
+                                  * get_f64, get_f64_many, pose, look, set and set_f64 of a joint's drive, bodies.twist,
+                                  * readings.field, readings.describe, log, commands.find, call (of such commands), constant, alloc */
+  TATU_NAME_OLD_ERRORS = 1  /* an error goes to the log once per place, and `on_error` is returned instead */
+};
+
+/* One name of a command. */
+typedef struct tatu_name {
+  uint32_t size;
+  uint32_t flags;            /* TATU_NAME_* */
+  const char *name;          /* "simGetObjectHandle", "sim.getObjectHandle", "gripper.close" */
+  uint32_t n_on_error;       /* how many values an old-style failure returns */
+  uint32_t reserved;
+  const tatu_value *on_error;/* these */
+  const char *on_error_until;/* the first dialect, a version such as "4.2", for whose scripts the error is an error again;
+                              * null or beyond `size`: none. Callers without a dialect get `on_error` */
+} tatu_name;
+
+/* How much of what is documented a command does. */
+enum {
+  TATU_COMMAND_FULL = 0,    /* all */
+  TATU_COMMAND_PARTIAL = 1, /* less than all; `notes` tell what is missing */
+  TATU_COMMAND_STUB = 2     /* it takes its arguments and gives a neutral value; the host tells of it once per run */
+};
+
+/* A command. Whatever can call commands (scripts, remote clients, other plugins) can call it by any of its names. */
+typedef struct tatu_command {
+  uint32_t size;
+  uint32_t flags;                    /* TATU_COMMAND_* */
+  const tatu_name *const *names;     /* at least one, at most 255 */
+  const tatu_param *const *params;   /* null: none */
+  const tatu_param *const *returns;  /* for people and docs; may be null */
+  const char *text;                  /* what it does, one sentence */
+  const char *example;               /* a script in Lua that raises where the effect is not there */
+  const char *no_wait;               /* the whole sentence where waiting is not possible; null: a general one */
+  const void *user;                  /* handed back as tatu_call.user */
+  /* [step] Runs it. May call any service; may be entered again before it returns. */
+  tatu_status(TATU_CALL *call)(tatu_call *);
+  uint32_t status;                   /* TATU_COMMAND_FULL, ..._PARTIAL, ..._STUB; beyond `size`: full */
+  uint32_t reserved;
+  const char *notes;                 /* what is missing or differs, for people; null: nothing */
+  const char *subject;               /* what it is about, one word: "joints"; pages list commands by it. Null: none */
+} tatu_command;
+
+/* A named value for scripts. */
+typedef struct tatu_constant {
+  uint32_t size;
+  uint32_t reserved;
+  const char *name;  /* "sim_handle_self", "sim.handle_self" */
+  tatu_value value;
+} tatu_constant;
+
+/* Text for one script language. Module "" is run once in every new script state and returns a table that tells how
+ * scripts of this API are called (see the language's page); others are what `require` finds. */
+typedef struct tatu_prelude {
+  uint32_t size;
+  uint32_t reserved;
+  const char *language;
+  const char *module;
+  tatu_str text;
+} tatu_prelude;
+
+/* The last line of the text that is not empty begins with the word; else a name anywhere in it does. */
+enum { TATU_MARK_LAST_LINE = 1 };
+
+/* A word by which a text tells of what kind its script is, where nothing else does: a script that is run without its
+ * scene. Kinds are "main", "child", "threaded", "customization", "add-on", "module". The first that fits is right. */
+typedef struct tatu_kind_mark {
+  uint32_t size;
+  uint32_t flags; /* TATU_MARK_* */
+  const char *language;
+  const char *kind;
+  const char *word;
+} tatu_kind_mark;
+
+typedef struct tatu_ext_command {
+  uint32_t size;
+  uint32_t reserved;
+  const tatu_command *const *commands;
+  const tatu_constant *const *constants; /* may be null */
+  const tatu_prelude *const *preludes;   /* may be null */
+  const tatu_life *per_world;            /* null: the plugin keeps nothing per world */
+  const tatu_kind_mark *const *kind_marks; /* may be null */
+} tatu_ext_command;
+
+/* ================================================================ 6. Sensors ========================= */
+
+#define TATU_SENSOR "tatu.sensor/draft.4"
+
+/* Form of the beams; they leave the sensor's origin and look along its +z. */
+enum {
+  TATU_BEAMS_NONE = 0,
+  TATU_BEAMS_RAYS = 1,     /* `count[0]` rays along `directions` */
+  TATU_BEAMS_GRID = 2,     /* pinhole image: count = {columns, rows}; dims = {horizontal angle}; square pixels */
+  TATU_BEAMS_CONE = 3,     /* volume with a round far end: dims = {half angle}; 0 to pi */
+  TATU_BEAMS_PYRAMID = 4,  /* volume with flat ends at heights near_m and far_m (finite) along +z:
+                              dims = {x near, y near, x far, y far}, their full sizes in m */
+  TATU_BEAMS_CYLINDER = 5, /* volume with such ends, round: dims = {radius near, radius far} in m */
+  TATU_BEAMS_DISC = 6,     /* volume, a flat sector around +z in the plane of x and z, with round ends: dims = {full
+                              angle, up to 2 pi; height in m, half to each side along y; full angle of a gap around
+                              +z that is left out, 0: none} */
+  TATU_BEAMS_PARALLEL = 7  /* image of parallel rays: count = {columns, rows}; dims = {width m}; square pixels */
+};
+enum {
+  TATU_BEAMS_NO_FRONT = 1,  /* faces turned to the sensor are not seen */
+  TATU_BEAMS_NO_BACK = 2,   /* faces turned away are not seen */
+  TATU_BEAMS_SKIP_MODEL = 4, /* objects of the sensor's own model are not seen */
+  TATU_BEAMS_VISIBLE = 8,   /* visible objects are seen, as by a camera; else detectable ones */
+  TATU_BEAMS_OCCLUDE = 16,  /* the point that a volume finds counts only if no surface, of whatever side and slant, lies
+                             * between it and the sensor; else nothing is seen */
+  TATU_BEAMS_AIMED = 32     /* rays that `tatu_sensor.aim` moves and turns before each cast */
+};
+
+/* What beams are made of. A beam sees a detectable shape if it has a bit in common with "shape.detectable_mask". */
+enum {
+  TATU_WAVES_ULTRASONIC = 16,
+  TATU_WAVES_INFRARED = 32,
+  TATU_WAVES_LASER = 64,
+  TATU_WAVES_INDUCTIVE = 128,
+  TATU_WAVES_CAPACITIVE = 256,
+  TATU_WAVES_ALL = 65535
+};
+
+/* What a sensor sends out. Filled by the plugin; `size` is set by the host. An image (GRID, PARALLEL) looks along +z with +y
+ * up and +x to the left; near_m and far_m are planes across that axis. Its pixels are described, never listed: they run
+ * row by row, the lowest row first, each from left to right. */
+typedef struct tatu_beams {
+  uint32_t size;
+  uint32_t form;            /* TATU_BEAMS_* */
+  uint32_t count[2];
+  double near_m;            /* nothing is seen nearer; of a pyramid and a cylinder: the height of the near end */
+  double far_m;             /* nothing is seen farther; likewise */
+  double dims[6];
+  double max_incidence;     /* rad between line of sight and surface normal; pi/2: no limit */
+  const double *directions; /* 3 per ray, unit vectors, sensor frame; the instance's, until it is asked again */
+  uint32_t flags;
+  uint32_t reserved;
+  uint32_t waves;           /* TATU_WAVES_*, a sum; TATU_WAVES_ALL before the plugin is asked; of no matter to images */
+  uint32_t reserved2;
+  uint32_t own[4];          /* numbers of the instance's own: what TATU_DIM_OWN stands for in the shape of a field */
+  uint32_t without;         /* TATU_IN_*: inputs of the kind that this instance does not need; of its pixels they are 0 */
+  uint32_t reserved3;
+} tatu_beams;
+
+/* Inputs of a measure. */
+enum {
+  TATU_IN_DISTANCE = 1, /* per beam: m, from the origin; infinity: nothing */
+  TATU_IN_POINT = 2,    /* per beam: 3 doubles, sensor frame */
+  TATU_IN_NORMAL = 4,   /* per beam: 3 doubles, unit, sensor frame, towards the sensor */
+  TATU_IN_OBJECT = 8,   /* per beam: object seen, 0 none */
+  TATU_IN_POSE = 16,    /* per sensor: pose in the world */
+  TATU_IN_TWIST = 32,   /* per sensor: twist of its mount, world */
+  TATU_IN_COLOR = 64,   /* 3 bytes red green blue. Per pixel: as the core shades it; per beam: of the surface itself */
+  TATU_IN_COSINE = 128, /* per pixel: cosine of the angle between line of sight and normal */
+  TATU_IN_PRIMITIVE = 256 /* per beam: which triangle or face of the object */
+};
+
+/* In `dims` of a field: rows and columns of the instance's image. */
+#define TATU_DIM_ROWS 4294967295u
+#define TATU_DIM_COLUMNS 4294967294u
+/* Plus 0 to 3: that number of tatu_beams.own; 0: the instance has no such field, and its reading holds no element of it. */
+#define TATU_DIM_OWN 4294967280u
+
+/* One field that a sensor kind fills, named "<schema>.<field>". */
+typedef struct tatu_field {
+  uint32_t size;
+  uint32_t elem;       /* TATU_ELEM_* */
+  uint32_t dims[3];    /* 0: as many as the instance has beams or pixels; TATU_DIM_*; unused ones 1 */
+  uint32_t flags;      /* 0 */
+  const char *name;    /* "proximity.distance" */
+  const char *unit;
+  const char *text;
+  const char *valid;   /* the field of the kind that is 0 where this one has nothing; null: as the field's schema says */
+  const char *nothing; /* the numbers that mean nothing ("0", "0 0 0", "inf"); null: likewise. Noise leaves them alone */
+} tatu_field;
+
+/* Random numbers for a measure, for what declared noise cannot say. The numbers from `first` on depend on the scene's seed,
+ * the sensor, how often it has measured, and their index, and on nothing else: neither on other sensors nor on the order
+ * of questions. May be called on any thread during the measure. */
+typedef struct tatu_random {
+  uint32_t size;
+  uint32_t reserved;
+  void *ctx;
+  /* `n` numbers from 0 to below 1 for instance `i` of the batch. */
+  void(TATU_CALL *uniform)(const struct tatu_random *, uint32_t i, uint64_t first, uint64_t n, double *out);
+  /* `n` numbers of the normal distribution: mean 0, standard deviation 1. */
+  void(TATU_CALL *normal)(const struct tatu_random *, uint32_t i, uint64_t first, uint64_t n, double *out);
+} tatu_random;
+
+/* Sensors of one kind that are due, `n` of them. Arrays exist only for inputs asked for. */
+typedef struct tatu_sensor_batch {
+  uint32_t size;
+  uint32_t n;
+  uint32_t n_fields;
+  uint32_t reserved;
+  double time;                    /* simulation time, s */
+  uint64_t step;                  /* number of the step, from 0 */
+  void *const *data;              /* [n] instances */
+  void *const *state;             /* [n] state blocks */
+  const tatu_object *sensor;      /* [n] */
+  const uint64_t *first_beam;     /* [n + 1] where each sensor's beams begin in the arrays below */
+  const double *distance;         /* per beam */
+  const double *point;            /* per beam, 3 */
+  const double *normal;           /* per beam, 3 */
+  const tatu_object *object;      /* per beam */
+  const double *pose;             /* [n], 7 each */
+  const double *twist;            /* [n], 6 each: mean motion over the last step, from the difference of its poses */
+  void *const *fields;            /* [n * n_fields] where to write; host-owned, zeroed */
+  tatu_status *status;            /* [n] TATU_OK; set where one instance fails: it is switched off and named */
+  const uint8_t *color;           /* per beam, 3: red green blue of the surface, unshaded; 0 0 0: nothing */
+  const uint32_t *primitive;      /* per beam */
+  const uint64_t *first_pixel;    /* [n + 1] where each sensor's pixels begin in the arrays below; null: no images */
+  const float *depth;             /* per pixel: m along the sensor's +z; infinity: nothing. TATU_IN_DISTANCE */
+  const uint8_t *pixel_color;     /* per pixel, 3; the sky's where nothing is seen. TATU_IN_COLOR */
+  const float *pixel_cosine;      /* per pixel, 0 to 1; 0: nothing. TATU_IN_COSINE */
+  const tatu_object *pixel_object; /* per pixel; 0: nothing. TATU_IN_OBJECT */
+  const tatu_random *random;
+  double *const *rays;            /* [n] with TATU_BEAMS_AIMED: 6 per ray, where it begins (m) and points; else null */
+  const uint64_t *const *lengths; /* [n] the number of elements of each field, n_fields each */
+} tatu_sensor_batch;
+
+/* Settings under a name: what a scene would write in the object of a sensor, as lines of TOML ("range_m = 5.6"), its noise
+ * included. A scene asks for them with `preset = "<id>"`, before its own keys. */
+typedef struct tatu_preset {
+  uint32_t size;
+  uint32_t reserved;
+  const char *id;       /* "hokuyo_urg_04lx" */
+  const char *text;     /* one sentence, with the source of the numbers */
+  const char *settings;
+} tatu_preset;
+
+/* A kind of sensor. */
+typedef struct tatu_sensor {
+  uint32_t size;
+  uint32_t inputs;                   /* TATU_IN_* */
+  const char *id;                    /* "proximity": what scenes write */
+  const char *text;
+  const char *const *schemas;        /* "proximity/1": what readers look for */
+  const tatu_param *const *params;
+  const tatu_field *const *fields;
+  const tatu_life *life;
+  /* [setup] The beams of an instance: at creation, and after a change of its parameters. Null: none. */
+  tatu_status(TATU_CALL *beams)(void *data, tatu_beams *, tatu_error *);
+  /* [parallel] Turns inputs into readings. May touch only data, state and fields of its instances; may call only the
+   * log and the batch's `random`. A negative status switches all instances of the batch off. What a scene declares as
+   * noise the host adds after the call; it leaves alone what means nothing (see `nothing` and `valid` in the schemas). */
+  tatu_status(TATU_CALL *measure)(void *self, const tatu_sensor_batch *, tatu_error *);
+  const tatu_preset *const *presets; /* may be null */
+  /* [parallel] After the noise that the scene declares, with the same batch: brings fields that follow from others in
+   * line with them, as latitude and longitude follow from a position. What is in such a field is overwritten, so noise
+   * belongs to the field that it follows from. Not called where no sensor of the batch has noise: `measure` fills these
+   * fields too. Touches and calls what `measure` may; status as there. Null: no field follows from another. */
+  tatu_status(TATU_CALL *finish)(void *self, const tatu_sensor_batch *, tatu_error *);
+  /* [parallel] Before the cast, where an instance's rays are TATU_BEAMS_AIMED: may change `rays`, origins and unit directions
+   * in the sensor's frame, which are the sensor's origin and what `beams` told; for devices that move while they scan, and
+   * rays that wander. What was met is not there yet, nor are the fields; all else as in `measure`. */
+  tatu_status(TATU_CALL *aim)(void *self, const tatu_sensor_batch *, tatu_error *);
+  uint32_t flags; /* 0 */
+  uint32_t reserved;
+} tatu_sensor;
+
+typedef struct tatu_ext_sensor {
+  uint32_t size;
+  uint32_t reserved;
+  const tatu_sensor *const *kinds;
+} tatu_ext_sensor;
+
+/* ================================================================ 7. Actuators ======================= */
+
+#define TATU_ACTUATOR "tatu.actuator/draft.4"
+
+/* Actuators act as time passes: a kind is asked once when physics advances (by one step of the world, or by what a
+ * driver says), or, with the flag, before each engine step. Wrenches push the nearest dynamic shape at or above the actuator;
+ * efforts act on the nearest joint above it, before that shape. Commands are properties "<kind>.<key>" of the
+ * actuator's object: scenes set them like parameters, everybody else at any time. */
+enum { TATU_ACTUATOR_EVERY_SUBSTEP = 1 /* asked before each engine step */ };
+
+/* Actuators of one kind. The mirror of sensors: state of the mount and a command in, wrench or torque out. */
+typedef struct tatu_actuator_batch {
+  uint32_t size;
+  uint32_t n;
+  double time;               /* s */
+  double dt;                 /* until the next call, s */
+  void *const *data;         /* [n] instances */
+  void *const *state;        /* [n] state blocks */
+  const tatu_object *actuator; /* [n] */
+  const double *pose;        /* [n], 7 each: mount in the world */
+  const double *twist;       /* [n], 6 each */
+  const double *joint;       /* [n], 2 each: position and velocity of the joint it sits on; 0 without one */
+  const double *const *command; /* [n] the command buffer: `n_commands` of the kind */
+  double *wrench;            /* [n], 6 each: force N at the mount's origin and torque N m, world; zeroed. Acts for dt */
+  double *effort;            /* [n] torque N m or force N added to the joint's; zeroed. Acts for dt */
+  tatu_status *status;       /* [n] as with sensors; a number that is not finite has the same effect as a failure */
+} tatu_actuator_batch;
+
+typedef struct tatu_actuator {
+  uint32_t size;
+  uint32_t flags;                    /* TATU_ACTUATOR_* */
+  uint32_t n_commands;               /* numbers in the command buffer of an instance: as many as `commands` */
+  uint32_t reserved;
+  const char *id;
+  const char *text;
+  const tatu_param *const *params;
+  const tatu_param *const *commands; /* what the numbers mean, each of type TATU_F64 */
+  const tatu_life *life;
+  /* [parallel] Turns commands into forces. Rules as for `measure`. */
+  tatu_status(TATU_CALL *apply)(void *self, const tatu_actuator_batch *, tatu_error *);
+} tatu_actuator;
+
+typedef struct tatu_ext_actuator {
+  uint32_t size;
+  uint32_t reserved;
+  const tatu_actuator *const *kinds;
+} tatu_ext_actuator;
+
+/* ================================================================ 8. Builder, models, importers ====== */
+
+enum { TATU_REPORT_NOTE = 0, TATU_REPORT_WARNING = 1, TATU_REPORT_ERROR = 2 };
+
+/* Writes a document: what a scene file, a model or an importer describes. Nothing live is touched. */
+typedef struct tatu_builder {
+  uint32_t size;
+  uint32_t reserved;
+  void *ctx;
+  /* [setup] Adds an object of a kind ("shape", "joint", "dummy", "sensor", ...) below `parent` (0: the top of what is
+   * being built). Its number, from 1; 0: refused, see the error of the build. */
+  uint32_t(TATU_CALL *object)(const struct tatu_builder *, const char *kind, uint32_t parent, tatu_str alias);
+  /* [setup] Sets a property by key without the kind's prefix ("mass", "position", "color") or with it. SI units.
+   * Object 0 with a key that begins with "scene." sets a number of the world ("scene.dt", "scene.gravity") or its free
+   * data ("scene.data"); it has an effect where an importer's file stands in place of a scene. So has "object.name",
+   * the unique name ("arm#0"), with the object's alias before the `#`. */
+  tatu_status(TATU_CALL *set)(const struct tatu_builder *, uint32_t object, const char *key, const tatu_value *);
+  /* [setup] Adds a triangle mesh, `n_points` * 3 doubles and `n_triangles` * 3 indices; its number, for the property
+   * "mesh" of shapes. Equal meshes are stored once. 0: refused. */
+  uint64_t(TATU_CALL *mesh)(const struct tatu_builder *, const double *points, uint64_t n_points,
+                            const uint32_t *triangles, uint64_t n_triangles);
+  /* [setup] Adds an image, 4 bytes a pixel, first row on top; its number. 0: refused. */
+  uint64_t(TATU_CALL *image)(const struct tatu_builder *, const uint8_t *rgba, uint32_t width, uint32_t height);
+  /* [setup] Adds a script to an object. `language` and `dialect` may be null: by suffix and from the text. `kind`:
+   * "child", "threaded", "customization" or "main" (a scene's driver; in a model, and in an import that is not the
+   * scene itself, it is left out). Its number; 0: refused. */
+  uint32_t(TATU_CALL *script)(const struct tatu_builder *, uint32_t owner, const char *language, const char *dialect,
+                              const char *kind, tatu_str name, tatu_str text);
+  /* [setup] Makes an object of kind "sensor" or "actuator" one of a kind ("proximity") or of whoever fills a schema
+   * ("proximity/1"). Its parameters are then set like properties. */
+  tatu_status(TATU_CALL *device)(const struct tatu_builder *, uint32_t object, const char *kind_or_schema);
+  /* [setup] Tells something about the source: TATU_REPORT_*; shown with the file. */
+  void(TATU_CALL *report)(const struct tatu_builder *, uint32_t severity, uint32_t object, tatu_str text);
+  /* [setup] Reads a file, named from the folder of the source; the bytes live as long as the build. An importer's
+   * source is its file, a model's the scene. TATU_ERR_MISSING: there is none, which fails nothing by itself. Names
+   * may lead up, within the folders of the source, of the scene and (importers) of the run; leaving these fails the
+   * build. */
+  tatu_status(TATU_CALL *file)(const struct tatu_builder *, tatu_str relative, tatu_str *bytes);
+  /* [setup] Tells what the source holds, for people and programs that ask (`tatu check FILE --json`): a map with texts
+   * as keys, in the importer's own words, which its documentation explains. Null, or absent: nobody asks, and nothing
+   * needs to be gathered. */
+  tatu_status(TATU_CALL *describe)(const struct tatu_builder *, const tatu_value *map);
+} tatu_builder;
+
+#define TATU_MODEL "tatu.model/draft.4"
+
+/* A model: a function from parameters to objects. Object 1 of the build is the model's base. */
+typedef struct tatu_model {
+  uint32_t size;
+  uint32_t flags;                  /* 0 */
+  const char *id;                  /* "pioneer_p3dx": what scenes write */
+  const char *text;
+  const tatu_param *const *params;
+  const char *const *slots;        /* aliases of the objects where others may be hung; null: none */
+  /* [setup] Builds it; the base stands where the model wants to stand (wheels on the floor z = 0). A model on wheels says how
+   * they drive it: the property "object.drive" of its base. */
+  tatu_status(TATU_CALL *build)(void *self, const tatu_builder *, const tatu_value *params, tatu_error *);
+  const char *category;            /* where lists show it: "mobile robots", "arms", "furniture"; null: none */
+} tatu_model;
+
+typedef struct tatu_ext_model {
+  uint32_t size;
+  uint32_t reserved;
+  const tatu_model *const *models;
+} tatu_ext_model;
+
+#define TATU_IMPORTER "tatu.importer/draft.4"
+
+/* Reads a file format into a document: for `[[import]]` in scenes, and for files that stand in place of a scene. */
+typedef struct tatu_importer {
+  uint32_t size;
+  uint32_t reserved;
+  const char *id;
+  const char *text;
+  const char *const *suffixes;     /* ".urdf" */
+  const tatu_param *const *params;
+  /* [setup] 0 to 100: how sure the importer is that it reads a file that begins with `head`. Null: by suffix. */
+  uint32_t(TATU_CALL *sniff)(void *self, tatu_str head);
+  /* [setup] Reads it; object 1 of the build is the base. Hostile bytes give an error, never a crash. An error tells its
+   * line with TATU_PART_FILE, where an empty file name means the source itself. */
+  tatu_status(TATU_CALL *load)(void *self, tatu_str bytes, const tatu_builder *, const tatu_value *params,
+                               tatu_error *);
+} tatu_importer;
+
+typedef struct tatu_ext_importer {
+  uint32_t size;
+  uint32_t reserved;
+  const tatu_importer *const *importers;
+} tatu_ext_importer;
+
+/* ================================================================ 9. Script languages ================ */
+
+#define TATU_SCRIPT "tatu.script/draft.4"
+
+/* What a script may use up in one call. 0: no limit. */
+typedef struct tatu_budget {
+  uint32_t size;
+  uint32_t reserved;
+  uint64_t instructions; /* of the language's virtual machine */
+  uint64_t memory;       /* bytes of the script's state */
+} tatu_budget;
+
+enum {
+  /* One of the life cycle: "init", "thread", "actuation", "sensing", "cleanup", "nonSimulation", "beforeSimulation",
+   * "afterSimulation", "suspend", "suspended", "resume", "beforeStep", "dyn", "joint", "contact", or "measured": of
+   * the scripts of a sensor, after it has measured in the sensing stage, with a map whose `sensor` is that object. It may
+   * answer a map: with `cmd` "cleanup" the script ends, with "restart" it ends and begins anew; `skip` true of
+   * "beforeStep" leaves the stages of the pass out, and time stands. */
+  TATU_FIND_CALLBACK = 0,
+  TATU_FIND_FUNCTION = 1  /* a function of the script, by its own name */
+};
+
+enum {
+  TATU_SCRIPT_SILENT = 1,  /* after an error its clean-up is called at once, and nothing more until the next start */
+  TATU_SCRIPT_MODERN = 2,  /* a scene that names no dialect counts as modern if it has such a script */
+  TATU_SCRIPT_THREADED = 4 /* it runs as a thread by itself, without being called in each step */
+};
+
+enum {
+  TATU_LANGUAGE_SIDE_BY_SIDE = 1 /* scripts may be called on any thread, and several at once, each on one thread at a time */
+};
+
+enum {
+  TATU_ORDER_PARENTS_FIRST = 1, /* down each tree; then customization scripts */
+  TATU_ORDER_BY_KIND = 2,       /* threaded child scripts, child scripts, customization scripts; each up the trees */
+  TATU_ORDER_DEEPEST_FIRST = 3  /* child scripts, customization scripts; each by depth over the whole scene */
+};
+
+/* A script language. Each script is one instance with a state of its own. Nothing may leave but a status. */
+typedef struct tatu_language {
+  uint32_t size;
+  uint32_t flags;              /* TATU_LANGUAGE_* */
+  const char *id;              /* "lua" */
+  const char *text;
+  const char *const *suffixes; /* ".lua" */
+  const tatu_life *life;       /* the instance's owner is the script object. Its `load` comes after the text's: all of
+                                * the state if the text means the same as the writer's, else it fails. When a file
+                                * was changed, it comes again after `init`, and takes what fits of the old state */
+  /* [step] Takes the text. `chunk` is the name for messages, a file if there is one. `dialect` may be empty: found
+   * from the text; the one chosen is told in `*chosen`, which the plugin keeps. */
+  tatu_status(TATU_CALL *load)(void *data, tatu_str text, tatu_str chunk, tatu_str dialect, tatu_str *chosen,
+                               tatu_error *);
+  /* [step] A number for something callable, or 0: the script has none. What stands there may change with each call. */
+  uint32_t(TATU_CALL *find)(void *data, uint32_t how, tatu_str name);
+  /* [step] Calls it with the frame's arguments; results go into the frame. TATU_WAIT: suspended in a command that
+   * waits; the host calls `resume` with that wait's token. `*used` counts instructions. May be entered again. */
+  tatu_status(TATU_CALL *call)(void *data, uint32_t callable, tatu_call *frame, const tatu_budget *, uint64_t *used,
+                               tatu_error *);
+  /* [step] A wait is over: `frame->args` are the results of the command that waited. If `failed` is not TATU_OK, the
+   * command failed, and `frame->error` tells how. Returns as `call` does. */
+  tatu_status(TATU_CALL *resume)(void *data, uint64_t token, tatu_status failed, tatu_call *frame,
+                                 const tatu_budget *, uint64_t *used, tatu_error *);
+  /* [step] Makes a borrowed function reference last: returns its lasting local id, 0 if it is gone. */
+  uint32_t(TATU_CALL *keep_func)(void *data, uint32_t local);
+  /* [step] Gives a kept one up. */
+  void(TATU_CALL *drop_func)(void *data, uint32_t local);
+  /* [step] Calls a function reference, borrowed or kept. */
+  tatu_status(TATU_CALL *call_func)(void *data, uint32_t local, tatu_call *frame, const tatu_budget *, uint64_t *used,
+                                    tatu_error *);
+  /* [any] Whether it knows a dialect that a scene names; the error tells what it knows. Null: any is taken. */
+  tatu_status(TATU_CALL *knows_dialect)(void *self, tatu_str dialect, tatu_error *);
+  /* [step] What the host must know of a script whose text has been loaded: TATU_SCRIPT_* bits. Null: none of them. */
+  uint32_t(TATU_CALL *traits)(void *data);
+  /* [step] In which order scripts of a world are called, TATU_ORDER_*, if its scene names this dialect, or, where that is
+   * empty, if it has modern scripts (1) or none (0). Asked of one script that has been loaded. Null or 0: deepest first. */
+  uint32_t(TATU_CALL *order)(void *data, tatu_str dialect, uint32_t modern);
+  /* [step] Where the script is while a command that it called runs, for errors that are told and not raised: the error
+   * object gets file, line and traceback as of a failure, or nothing. Null: it cannot tell. */
+  void(TATU_CALL *place)(void *data, tatu_error *);
+} tatu_language;
+
+typedef struct tatu_ext_script {
+  uint32_t size;
+  uint32_t reserved;
+  const tatu_language *const *languages;
+} tatu_ext_script;
+
+/* ================================================================ 10. Services of plugins ============ */
+
+#define TATU_SERVICE "tatu.service/draft.4"
+
+enum { TATU_GO = 0, TATU_HOLD = 1 };
+
+/* A part that lives beside worlds: a remote API, a bridge, a view, a recorder. It is made once in a session, and
+ * worlds come and go. It blocks only in threads of its own, and these call session.wake and log.write, nothing else.
+ * What it does to a world with commands.call and session.request is written into the input log, from which a run is
+ * repeated; what it does with other tables is not. Arrays of numbers in arguments are kept as f64 or i64.
+ * After a negative status of `barrier`, `event` or `resume` the service is switched off and named once. */
+typedef struct tatu_service {
+  uint32_t size;
+  uint32_t flags; /* 0 */
+  const char *id;
+  const char *text;
+  const tatu_param *const *params;
+  /* Its instance: `create` starts it in tatu_instance.session; `destroy` ends it, its threads are joined before that returns.
+   * `save` and `load` [step]: what of it belongs to a world, for snapshots of that world; a world that goes on from one where the
+   * service does not run goes on without. `configure` is not called. */
+  const tatu_life *life;
+  /* [step] Before each step, and while stopped or paused, but not in the passes that follow a stop: executes what is queued, never blocks, answers TATU_GO or
+   * TATU_HOLD. While any service holds, the session sleeps until session.wake, at most 0.1 s, and asks all again. */
+  tatu_status(TATU_CALL *barrier)(void *data, tatu_world *, uint64_t step, tatu_error *);
+  /* [step] Something happened: a name and a payload, both valid during the call. Told at the barrier: "started",
+   * "paused", "resumed", "fault" (a map: code, message, and where known plugin, object, file, line); at the end
+   * "stopped". Null: it is told nothing. */
+  tatu_status(TATU_CALL *event)(void *data, tatu_world *, tatu_str name, const tatu_value *payload, tatu_error *);
+  /* [step] A command that this service called with a wait token, and that gave TATU_WAIT, has finished: its results are
+   * in the frame, or `status` is negative and frame->error tells why. Null: its commands cannot wait. */
+  tatu_status(TATU_CALL *resume)(void *data, tatu_world *, uint64_t token, tatu_status status, const tatu_call *frame,
+                                 tatu_error *);
+  /* Names of the events that it is told; "*": all but those that cost something ("collision", "separation", "contact"),
+   * which must be named. Null-terminated. Null: the five above. */
+  const char *const *events;
+  /* [step] Calls a function of a client that this service gave as an argument: `local` is the number that session.function
+   * was told. Arguments are in the frame; results go into it, their memory comes from commands.alloc. This call alone may
+   * wait for a client: time stands for everybody, so ask session.interrupted meanwhile. Commands that the client calls
+   * before it answers are called from within, and cannot wait. What comes back stands in the input log. TATU_ERR_GONE: the
+   * client has gone. Null: the service gives no functions. */
+  tatu_status(TATU_CALL *call_func)(void *data, tatu_world *, uint32_t local, tatu_call *frame);
+  /* [step] The last barrier: this world ends, and its pointer with it. It can be looked at, and not changed. Who waits for an
+   * answer can still get one. Null: nothing to do. */
+  tatu_status(TATU_CALL *last)(void *data, tatu_world *, tatu_error *);
+} tatu_service;
+
+typedef struct tatu_ext_service {
+  uint32_t size;
+  uint32_t reserved;
+  const tatu_service *const *services;
+} tatu_ext_service;
+
+/* ---------------------------------------------------------------- Events ------------------------------ */
+
+#define TATU_EVENT "tatu.event/draft.4"
+
+/* An event that can happen: declared by whoever publishes it (host.events), so that others find it in `tatu list events`.
+ * Names without a dot belong to the host ("collision"); yours begin with a name space ("gripper.closed"). */
+typedef struct tatu_event {
+  uint32_t size;
+  uint32_t reserved;
+  const char *name;
+  const char *text;                /* when it is published, one sentence */
+  const tatu_param *const *fields; /* of the payload, which is a map; null: it is empty */
+} tatu_event;
+
+typedef struct tatu_ext_event {
+  uint32_t size;
+  uint32_t reserved;
+  const tatu_event *const *events;
+} tatu_ext_event;
+
+/* ================================================================ 11. What the host offers =========== */
+/* Every function that takes a world is [step] and may be called from within any [step] call of that world. It gives
+ * a negative status when it refuses; the sentence is in log.last_error(world) until the next refusal. */
+
+/* Kinds of objects. */
+enum {
+  TATU_KIND_SHAPE = 0, TATU_KIND_JOINT = 1, TATU_KIND_DUMMY = 2, TATU_KIND_SENSOR = 3, TATU_KIND_ACTUATOR = 4,
+  TATU_KIND_FORCE_SENSOR = 5, TATU_KIND_SCRIPT = 6, TATU_KIND_CAMERA = 7, TATU_KIND_LIGHT = 8, TATU_KIND_GRAPH = 9,
+  TATU_KIND_PATH = 10
+};
+enum {
+  TATU_LIST_CHILDREN = 1,   /* direct children only; else the whole tree, breadth first */
+  TATU_LIST_SKIP_BASE = 2   /* without the object itself */
+};
+
+#define TATU_HOST_SCENE "tatu.host.scene/draft.4"
+
+/* Objects and their properties. Property rows are listed in docs/reference/properties.md; the world itself is object 0. */
+typedef struct tatu_host_scene {
+  uint32_t size;
+  uint32_t reserved;
+  /* [any] A number for a key ("joint.position"); never fails: the key's owner may come later. */
+  tatu_prop(TATU_CALL *prop)(const tatu_host *, const char *key);
+  /* Reads a property. Text and arrays live until the call that you are in returns. */
+  tatu_status(TATU_CALL *get)(tatu_world *, tatu_object, tatu_prop, tatu_value *);
+  /* Sets one. Poses and values change at once; bodies are rebuilt at the next stage where a row says so. */
+  tatu_status(TATU_CALL *set)(tatu_world *, tatu_object, tatu_prop, const tatu_value *);
+  /* Reads exactly `n` numbers, without a detour through text or memory: the fast way to poses and joints. */
+  tatu_status(TATU_CALL *get_f64)(tatu_world *, tatu_object, tatu_prop, double *out, uint32_t n);
+  /* Sets exactly `n` numbers. */
+  tatu_status(TATU_CALL *set_f64)(tatu_world *, tatu_object, tatu_prop, const double *in, uint32_t n);
+  /* The same for `count` objects, `n` numbers each; stops at the first refusal. */
+  tatu_status(TATU_CALL *get_f64_many)(tatu_world *, const tatu_object *, uint32_t count, tatu_prop, double *out,
+                                       uint32_t n);
+  tatu_status(TATU_CALL *set_f64_many)(tatu_world *, const tatu_object *, uint32_t count, tatu_prop, const double *in,
+                                       uint32_t n);
+  /* Pose of an object in the frame of another (0: the world; a joint: its moved frame). 7 doubles. */
+  tatu_status(TATU_CALL *pose)(tatu_world *, tatu_object, tatu_object frame, double *pose);
+  /* Places an object; what hangs below moves along; dynamic bodies are moved in the engine too. */
+  tatu_status(TATU_CALL *set_pose)(tatu_world *, tatu_object, tatu_object frame, const double *pose);
+  /* The full id and the kind (TATU_KIND_*) of an object; how a number that a script gave is checked. */
+  tatu_status(TATU_CALL *look)(tatu_world *, tatu_object, tatu_object *full, int32_t *kind);
+  /* Finds by path ("/a/b[1]", "./b" and ":/b" from `from`) or by unique name ("b#0"). TATU_ERR_MISSING without it. */
+  tatu_status(TATU_CALL *find)(tatu_world *, tatu_object from, tatu_str path, tatu_object *);
+  /* Makes an object; it is there at once, and joins physics at the next stage. */
+  tatu_status(TATU_CALL *create)(tatu_world *, const char *kind, tatu_object parent, tatu_str alias, tatu_object *);
+  /* Removes objects: gone at once for every look-up; children go to the parent; instances end at the next stage. */
+  tatu_status(TATU_CALL *remove)(tatu_world *, const tatu_object *, uint32_t n);
+  /* Lists objects below `base` (0: all); `kinds` has bit 1 << TATU_KIND_* for each wanted, 0: all. `*n` is the full
+   * count even when `cap` is smaller. */
+  tatu_status(TATU_CALL *list)(tatu_world *, tatu_object base, uint32_t kinds, uint32_t flags, tatu_object *out,
+                               uint32_t cap, uint32_t *n);
+  /* Copies `n` objects, in place: a copy hangs below the copy of its parent, or below nothing where the parent is not
+   * in the list. All get one new suffix. `out` has room for `n`. Sensors, actuators and scripts come with what they
+   * have now as parameters and text, and begin anew. */
+  tatu_status(TATU_CALL *copy)(tatu_world *, const tatu_object *objects, uint32_t n, tatu_object *out);
+  /* [step] Reads a scene file, or a file that an importer reads, into the world below `parent` (0: the world): objects,
+   * sensors, actuators and scripts. `file` is a path that `files.resolve` gave, or the id of a model. `*out` is the first
+   * object. Numbers of the world and a main script in the file have no effect. What is in the file is refused as at a
+   * start. */
+  tatu_status(TATU_CALL *load)(tatu_world *, tatu_str file, tatu_object parent, tatu_object *out);
+  /* [step] Writes an object and all below it (0: the whole scene) as a scene file, with meshes and scripts in a folder
+   * beside it. `file` is a path that `files.resolve` gave; it ends with ".toml". */
+  tatu_status(TATU_CALL *save)(tatu_world *, tatu_str file, tatu_object base);
+  /* [step] The `index`-th property of an object, from 0 (object 0: of the world), as a map: "key", "type" (as TATU_*
+   * numbers), "count", "unit", "settable", "choices" (a list of texts), "text". Parameters of its device come after its
+   * own. Lives until the call that you are in returns. TATU_ERR_MISSING, without a sentence: it has no more. */
+  tatu_status(TATU_CALL *row)(tatu_world *, tatu_object, uint32_t index, tatu_value *);
+  /* [step] The `index`-th model that plugins offer, from 0, as a map: "id" (for `load`), "text". Lives as that of `row`.
+   * TATU_ERR_MISSING, without a sentence: there are no more. */
+  tatu_status(TATU_CALL *model)(tatu_world *, uint32_t index, tatu_value *);
+} tatu_host_scene;
+
+#define TATU_HOST_STAND_INS "tatu.host.stand_ins/draft.4"
+
+/* What scripts ask for and what is not there. A run without a scene of its own makes stand-ins: it is tried again and again, and
+ * each run learns from the one before. Command plugins tell here what was asked for. In all other runs each function gives
+ * TATU_ERR_MISSING without a sentence, at no cost. */
+typedef struct tatu_host_stand_ins {
+  uint32_t size;
+  uint32_t reserved;
+  /* [step] Whether the run makes stand-ins: for things that are no objects. TATU_OK or TATU_ERR_MISSING. */
+  tatu_status(TATU_CALL *made)(tatu_world *);
+  /* [step] An object that a script named, and that is not there: made as a dummy, and given. `name` as for scene.find (a path is
+   * made part by part, a unique name below `from`). `kind`, if not null, is what it was used as: see `used`. */
+  tatu_status(TATU_CALL *object)(tatu_world *, tatu_object from, tatu_str name, const char *kind, tatu_object *);
+  /* [step] An object was used as one of `kind`: a kind of object ("joint") or a schema ("proximity/1"). TATU_OK if it is one
+   * now, so that the call can go on; it will be one in the next run in any case. */
+  tatu_status(TATU_CALL *used)(tatu_world *, tatu_object, const char *kind);
+  /* [step] Asked for in passing, where scripts see the end of the tree: what an object hangs on, */
+  tatu_status(TATU_CALL *parent)(tatu_world *, tatu_object);
+  /* what hangs on it (of a kind, if that is not null), */
+  tatu_status(TATU_CALL *child)(tatu_world *, tatu_object, const char *kind);
+  /* and its script: noted, and made only in the next run if it was missed. */
+  tatu_status(TATU_CALL *script)(tatu_world *, tatu_object);
+  /* [step] A value that an object does not have, by its name. TATU_OK if there is to be one, in a neutral form. */
+  tatu_status(TATU_CALL *value)(tatu_world *, tatu_object, tatu_str name);
+} tatu_host_stand_ins;
+
+#define TATU_HOST_READINGS "tatu.host.readings/draft.4"
+
+/* How a sensor looks once. Noise and what the plugin makes of what was met are as ever. */
+typedef struct tatu_look {
+  uint32_t size;
+  uint32_t flags;       /* TATU_BEAMS_NO_FRONT, _NO_BACK, _OCCLUDE, in place of the sensor's own */
+  tatu_object only;     /* see only this object; 0: all */
+  double far_m;         /* nothing farther from the sensor's origin is seen; infinity: as far as the sensor looks */
+  double max_incidence; /* in place of the sensor's own; pi/2 or more: no limit */
+} tatu_look;
+
+/* What sensors measured. */
+typedef struct tatu_host_readings {
+  uint32_t size;
+  uint32_t reserved;
+  /* One field ("proximity.distance", interned with scene.prop) of a sensor. TATU_ERR_MISSING: it has none. */
+  tatu_status(TATU_CALL *field)(tatu_world *, tatu_object sensor, tatu_prop field, tatu_field_view *);
+  /* Handles a sensor now, outside its turn. `only`: see only this object; 0: all. */
+  tatu_status(TATU_CALL *sense_now)(tatu_world *, tatu_object sensor, tatu_object only);
+  /* Forgets the reading: its sequence number becomes 0. */
+  tatu_status(TATU_CALL *reset)(tatu_world *, tatu_object sensor);
+  /* Lists the sensors that fill a schema ("proximity/1"). */
+  tatu_status(TATU_CALL *list)(tatu_world *, const char *schema, tatu_object *out, uint32_t cap, uint32_t *n);
+  /* The declaration of the `index`-th field of a sensor, from 0, with its shape for this sensor; its texts live as long as
+   * the world. TATU_ERR_MISSING: it has no more. */
+  tatu_status(TATU_CALL *describe)(tatu_world *, tatu_object sensor, uint32_t index, tatu_field *);
+  /* As `sense_now`, with a look of its own: what the sensor's parameters say of it does not hold this time. */
+  tatu_status(TATU_CALL *look)(tatu_world *, tatu_object sensor, const tatu_look *);
+} tatu_host_readings;
+
+#define TATU_HOST_BODIES "tatu.host.bodies/draft.4"
+
+/* Moving bodies. Mass and inertia are properties ("shape.mass"). */
+typedef struct tatu_host_bodies {
+  uint32_t size;
+  uint32_t reserved;
+  /* Velocity of any object: from the engine for dynamic shapes, else from the last step's motion. 6 doubles. */
+  tatu_status(TATU_CALL *twist)(tatu_world *, tatu_object, double *twist);
+  /* Sets the velocity of a dynamic shape. */
+  tatu_status(TATU_CALL *set_twist)(tatu_world *, tatu_object, const double *twist);
+  /* Pushes a dynamic shape during the next physics step: force N and torque N m at its centre of mass, world frame.
+   * Pushes add up. Null: none. */
+  tatu_status(TATU_CALL *push)(tatu_world *, tatu_object, const double *force, const double *torque);
+  /* Changes momentum at once: N s and N m s, world frame, at the centre of mass. Null: none. */
+  tatu_status(TATU_CALL *impulse)(tatu_world *, tatu_object, const double *linear, const double *angular);
+  /* Touching pairs after the last step, of one shape or (0) of all. `*n` is the full count. */
+  tatu_status(TATU_CALL *contacts)(tatu_world *, tatu_object, tatu_contact *out, uint32_t cap, uint32_t *n);
+  /* The shortest way from any shape of a list to any of another, as they stand now; `n_b` 0: to any other shape. Objects
+   * that are no shapes are passed over. `limit` > 0: no farther than this, m. Fills 6 numbers, both ends in the world
+   * frame, and the two shapes; solids that overlap are 0 apart. TATU_ERR_MISSING: there is none so near. */
+  tatu_status(TATU_CALL *closest)(tatu_world *, const tatu_object *a, uint32_t n_a, const tatu_object *b, uint32_t n_b,
+                                  double limit, double *points, tatu_object *pair);
+  /* Whether the engine moves it: 1 for dynamic shapes and for joints between two bodies, once physics has run. */
+  tatu_status(TATU_CALL *is_dynamic)(tatu_world *, tatu_object, uint32_t *yes);
+  /* Friction at the contacts that `contacts` gives, in the same order: on shape[1], world frame, N, over the last physics
+   * step, 3 numbers each. `cap` and `n` count numbers. */
+  tatu_status(TATU_CALL *frictions)(tatu_world *, tatu_object, double *out, uint32_t cap, uint32_t *n);
+} tatu_host_bodies;
+
+#define TATU_HOST_COMMANDS "tatu.host.commands/draft.4"
+
+/* All commands of all plugins, callable; ids run from 1 without gaps. */
+typedef struct tatu_host_commands {
+  uint32_t size;
+  uint32_t reserved;
+  /* The id of the command of a name; 0: there is none. `*alias`, if not null: which of the command's names it is. */
+  uint32_t(TATU_CALL *find)(tatu_world *, tatu_str name, uint32_t *alias);
+  /* Whether any command or constant has a name that begins so and goes on with a dot: 1 or 0. */
+  uint32_t(TATU_CALL *is_name_space)(tatu_world *, tatu_str name);
+  /* How many commands there are. */
+  uint32_t(TATU_CALL *count)(tatu_world *);
+  /* The declaration: the host's own copy, valid as long as the host. Null: no such id. */
+  const tatu_command *(TATU_CALL *describe)(tatu_world *, uint32_t id);
+  /* Calls a command. Fill of the frame: size, command, alias, args, n_args, results, results_cap, wait_token; the
+   * rest is the host's. On failure frame->error tells why until the next call. Bytes in the results live until the
+   * caller releases to a mark, or its own call returns. */
+  tatu_status(TATU_CALL *call)(tatu_world *, tatu_call *frame);
+  /* Grows when commands are added or removed: bind anew. */
+  uint64_t(TATU_CALL *generation)(tatu_world *);
+  /* A named constant. TATU_ERR_MISSING: none. */
+  tatu_status(TATU_CALL *constant)(tatu_world *, tatu_str name, tatu_value *);
+  /* The `index`-th prelude of a language, module and text. TATU_ERR_MISSING past the end. */
+  tatu_status(TATU_CALL *prelude)(tatu_world *, const char *language, uint32_t index, tatu_str *module,
+                                  tatu_str *text);
+  /* A place in the world's arena, */
+  uint64_t(TATU_CALL *mark)(tatu_world *);
+  /* memory in it, */
+  void *(TATU_CALL *alloc)(tatu_world *, uint64_t bytes);
+  /* and back to the place: everything allocated since is gone. */
+  void(TATU_CALL *release)(tatu_world *, uint64_t mark);
+  /* Keeps a function that a script gave beyond the call: `*kept` stays good until dropped or until its script ends;
+   * nobody has to drop it then. Keeping it twice gives two ids. */
+  tatu_status(TATU_CALL *retain)(tatu_world *, tatu_func, tatu_func *kept);
+  /* Gives a kept function up. */
+  void(TATU_CALL *drop)(tatu_world *, tatu_func);
+  /* Calls a script's function; frame as in `call`. TATU_ERR_GONE when its script has ended. */
+  tatu_status(TATU_CALL *call_func)(tatu_world *, tatu_func, tatu_call *frame);
+  /* The name of the `index`-th constant, in the order of their names. TATU_ERR_MISSING past the end. */
+  tatu_status(TATU_CALL *constant_name)(tatu_world *, uint32_t index, tatu_str *name);
+} tatu_host_commands;
+
+#define TATU_HOST_SCRIPTS "tatu.host.scripts/draft.4"
+
+/* Scripts of the world. A script is an object of kind script that belongs to an object. */
+typedef struct tatu_host_scripts {
+  uint32_t size;
+  uint32_t reserved;
+  /* The scripts of an object; 0: of all. `*n` is the full count. */
+  tatu_status(TATU_CALL *list)(tatu_world *, tatu_object owner, tatu_object *out, uint32_t cap, uint32_t *n);
+  /* Calls a function of a script by its own name. */
+  tatu_status(TATU_CALL *call)(tatu_world *, tatu_object script, tatu_str function, tatu_call *frame);
+  /* Calls a callback in all scripts that have it, but not in `except`; results are dropped. */
+  tatu_status(TATU_CALL *broadcast)(tatu_world *, tatu_str callback, const tatu_value *args, uint32_t n_args,
+                                    tatu_object except);
+  /* What a script was given when it was started from outside: a map of texts, empty for all others. Lives until the call
+   * that you are in returns. */
+  tatu_status(TATU_CALL *options)(tatu_world *, tatu_object script, tatu_value *);
+  /* Adds a script to an object while the world lives. `language` by its id; `dialect` may be empty; `kind` is "child",
+   * "threaded" or "customization". While the world runs it begins in the next stage, after all others. A stop removes what was added
+   * since the start. */
+  tatu_status(TATU_CALL *add)(tatu_world *, tatu_object owner, tatu_str language, tatu_str dialect, tatu_str kind,
+                              tatu_str name, tatu_str text, tatu_object *out);
+  /* Calls the child scripts of all objects below one, in order and with these arguments, for a stage that is running now:
+   * those that have not been called in it yet. The stage does not call them again. `stage`: TATU_STAGE_ACTUATE or
+   * TATU_STAGE_REACT; where it is not running, none is called. `*n`: how many were. */
+  tatu_status(TATU_CALL *call_below)(tatu_world *, tatu_object above, uint32_t stage, const tatu_value *args,
+                                     uint32_t n_args, uint32_t *n);
+  /* [step] The text of a script, as bytes. Lives until the call that you are in returns. */
+  tatu_status(TATU_CALL *text)(tatu_world *, tatu_object script, tatu_value *);
+  /* [step] Puts another text in the place of a script's: what it keeps in numbers, texts and tables goes on where the new
+   * text has it. Refused where the text cannot be loaded; then nothing has changed. Not while the script itself runs. */
+  tatu_status(TATU_CALL *change)(tatu_world *, tatu_object script, tatu_str text);
+} tatu_host_scripts;
+
+#define TATU_HOST_SIGNALS "tatu.host.signals/draft.4"
+
+/* Named values of the world, one name space per `kind` (a number of the user's choice below 256). */
+typedef struct tatu_host_signals {
+  uint32_t size;
+  uint32_t reserved;
+  /* TATU_ERR_MISSING: not set. Text lives until the call that you are in returns. */
+  tatu_status(TATU_CALL *get)(tatu_world *, uint32_t kind, tatu_str name, tatu_value *);
+  tatu_status(TATU_CALL *set)(tatu_world *, uint32_t kind, tatu_str name, const tatu_value *);
+  /* Removes one, or all of the kind when `name` is empty; gives how many there were. */
+  uint32_t(TATU_CALL *clear)(tatu_world *, uint32_t kind, tatu_str name);
+  /* The `index`-th name of a kind, in order of names. TATU_ERR_MISSING past the end. */
+  tatu_status(TATU_CALL *name)(tatu_world *, uint32_t kind, uint32_t index, tatu_str *);
+} tatu_host_signals;
+
+#define TATU_HOST_EVENTS "tatu.host.events/draft.4"
+
+/* What happens in a world. An event is a name and a payload, a map. It is kept in order and delivered to functions of
+ * scripts, in the order in which they subscribed, at stated moments: before a step, after each of its stages, and when
+ * the world has stopped; to services at their next barrier. What handlers publish comes after what was kept before, at
+ * the same moment. A handler that fails is named and no longer called. */
+typedef struct tatu_host_events {
+  uint32_t size;
+  uint32_t reserved;
+  /* Publishes an event. Its name has a dot: those without belong to the host. `payload` is a map, or null: empty. */
+  tatu_status(TATU_CALL *publish)(tatu_world *, tatu_str name, const tatu_value *payload);
+  /* From now on `handler` is called with the payload and the name. A lasting reference: see commands.retain; it is
+   * dropped when the subscription ends. `name`: one event, or "*" as in tatu_service.events. TATU_ERR_MISSING: a name
+   * without a dot that nobody declares. The subscription ends with its script. */
+  tatu_status(TATU_CALL *subscribe)(tatu_world *, tatu_str name, tatu_func handler, uint64_t *id);
+  /* Ends a subscription. TATU_ERR_MISSING: there is none of that id. */
+  tatu_status(TATU_CALL *unsubscribe)(tatu_world *, uint64_t id);
+  /* Whether anybody listens to an event: what costs something need not be gathered else. */
+  uint32_t(TATU_CALL *wanted)(tatu_world *, tatu_str name);
+  /* The `index`-th declared event, name and sentence. TATU_ERR_MISSING past the end. */
+  tatu_status(TATU_CALL *declared)(tatu_world *, uint32_t index, tatu_str *name, tatu_str *text);
+} tatu_host_events;
+
+#define TATU_HOST_SESSION "tatu.host.session/draft.4"
+
+enum { TATU_REQUEST_STOP = 1, TATU_REQUEST_PAUSE = 2, TATU_REQUEST_START = 3, TATU_REQUEST_QUIT = 4 };
+enum { TATU_STOPPED = 0, TATU_RUNNING = 1, TATU_PAUSED = 2 };
+
+/* What the property `scene.phase` tells. A stop asked for between two passes takes effect after three: an ordinary one,
+ * STOPPING, LAST. A pause takes two: an ordinary one, LAST_BEFORE_PAUSE. Time advances in each. */
+enum {
+  TATU_PHASE_STOPPED = 0,
+  TATU_PHASE_FIRST = 1,
+  TATU_PHASE_RUNNING = 2,
+  TATU_PHASE_LAST_BEFORE_PAUSE = 3,
+  TATU_PHASE_PAUSED = 4,
+  TATU_PHASE_FIRST_AFTER_PAUSE = 5,
+  TATU_PHASE_STOPPING = 6,
+  TATU_PHASE_LAST = 7
+};
+
+/* Worlds and their life. */
+typedef struct tatu_host_session {
+  uint32_t size;
+  uint32_t reserved;
+  /* Asks for a change of state, which takes effect after passes: see TATU_PHASE_*. A start while time stands takes effect
+   * at once, unless a script asks. A stop releases all holds. */
+  tatu_status(TATU_CALL *request)(tatu_world *, uint32_t what);
+  /* [any] Wakes a session that waits at its barrier. */
+  void(TATU_CALL *wake)(tatu_session *);
+  /* The session's worlds. `*n` is the full count. */
+  tatu_status(TATU_CALL *worlds)(tatu_session *, tatu_world **out, uint32_t cap, uint32_t *n);
+  /* [step] In a service's barrier: for whom the calls that follow are made, by a number of the service's choice. It
+   * stands in the input log beside the call. */
+  tatu_status(TATU_CALL *client)(tatu_world *, uint64_t client);
+  /* [step] What a world does: TATU_STOPPED, TATU_RUNNING or TATU_PAUSED. */
+  uint32_t(TATU_CALL *state)(tatu_world *);
+  /* [step] The `index`-th thing that came in from outside since the start, from 0, but for what services did: a key, for
+   * instance, `kind` being "key" and `text` its character or name. What kinds and texts there are is agreed between who
+   * puts in and who reads. The texts live until the call that you are in returns. TATU_ERR_MISSING, without a sentence:
+   * no more has come. */
+  tatu_status(TATU_CALL *input)(tatu_world *, uint64_t index, tatu_str *kind, tatu_str *text);
+  /* [step] Puts something in as if it came from outside: see `input`. The call itself is what an input log holds. */
+  tatu_status(TATU_CALL *put_in)(tatu_world *, tatu_str kind, tatu_str text);
+  /* [step] Asks the program to go on with another scene, once this world has stopped. `file` is a path that
+   * `files.resolve` gave; empty: this scene again, as its file says. TATU_ERR_UNSUPPORTED: the program runs one scene, and
+   * no other. A file that cannot be opened is told in a message, and this world goes on. */
+  tatu_status(TATU_CALL *open)(tatu_world *, tatu_str file);
+  /* [step] For plugins that look outside in the middle of a step, at a socket or a clock: what they found is an input of the
+   * run. Ask here first: in a run that is repeated from its log this gives what was found at this place, of this kind, and
+   * nothing outside is touched. TATU_ERR_MISSING, without a sentence: this run repeats nothing; look, and tell it by
+   * `observe`. TATU_ERR_GONE: the log has no more. The text lives until the call that you are in returns. */
+  tatu_status(TATU_CALL *observed)(tatu_world *, tatu_str kind, tatu_str *text);
+  /* [step] Writes what was found into the input log. */
+  tatu_status(TATU_CALL *observe)(tatu_world *, tatu_str kind, tatu_str text);
+  /* [step] Not 0: the run is to end. Who waits for something outside asks every 50 ms, and then gives up;
+   * who asks is not ended as a call that never returns. */
+  uint32_t(TATU_CALL *interrupted)(tatu_world *);
+  /* [step] In a call of a service: a function of a client, as an argument for commands (TATU_FUNC). It may be kept like
+   * one of a script; who calls it comes to tatu_service.call_func with `local`, a number of the service's choice. */
+  tatu_status(TATU_CALL *function)(tatu_world *, uint32_t local, tatu_func *func);
+} tatu_host_session;
+
+#define TATU_HOST_STAGE "tatu.host.stage/draft.4"
+
+enum { TATU_STAGE_ACTUATE = 1, TATU_STAGE_PHYSICS = 2, TATU_STAGE_SENSE = 3, TATU_STAGE_REACT = 4, TATU_STAGE_CLEAN = 5 };
+
+/* For drivers: a script of kind "main", or a plugin that it calls, runs the stages of a step itself: none, once or several
+ * times. Time then moves on, at the end of the step, by what the physics stages took. */
+typedef struct tatu_host_stage {
+  uint32_t size;
+  uint32_t reserved;
+  /* Runs one stage now; refused from within itself with the chain of calls. TATU_STAGE_CLEAN lets scripts of the run
+   * clean up, each once; it does nothing but in the last pass. */
+  tatu_status(TATU_CALL *run)(tatu_world *, uint32_t stage, double dt);
+} tatu_host_stage;
+
+#define TATU_HOST_LOG "tatu.host.log/draft.4"
+
+enum {
+  TATU_LOG_ERROR = 1, TATU_LOG_WARNING = 2, TATU_LOG_INFO = 3, TATU_LOG_DEBUG = 4,
+  TATU_LOG_STATUS = 5, /* a line of the status bar: what scripts tell their user; stands in traces */
+  TATU_LOG_CLEAR = 6,  /* empties the status bar */
+  TATU_LOG_CONSOLE = 7,      /* text on a console, as it came: title, NUL, text; stands in traces only */
+  TATU_LOG_CONSOLE_CLEAR = 8 /* empties a console: its title; stands in traces only */
+};
+
+typedef struct tatu_host_log {
+  uint32_t size;
+  uint32_t reserved;
+  /* [any] One line; the host says whose it is, by its first argument. `world` may be null. */
+  void(TATU_CALL *write)(const tatu_host *, tatu_world *, uint32_t level, tatu_str text);
+  /* [step] What the last refusal of a service said; never null. */
+  const tatu_error *(TATU_CALL *last_error)(tatu_world *);
+} tatu_host_log;
+
+#define TATU_HOST_FILES "tatu.host.files/draft.4"
+
+enum { TATU_FILE_READ = 1, TATU_FILE_WRITE = 2 };
+
+/* Files, within the folders that the run allows. */
+typedef struct tatu_host_files {
+  uint32_t size;
+  uint32_t reserved;
+  /* The real path of a name as a script gives it, if it lies in an allowed folder; lives until the call that you are
+   * in returns. Reading: the scene's folder and the working folder. Writing: the working folder. */
+  tatu_status(TATU_CALL *resolve)(tatu_world *, tatu_str name, uint32_t mode, tatu_str *path);
+} tatu_host_files;
+
+#define TATU_HOST_FIGURES "tatu.host.figures/draft.4"
+
+enum {
+  TATU_FIGURE_STREAM = 1,  /* of a graph: a number over time. Keys: name, unit, color, of, data, transform, factor, offset, window, hidden */
+  TATU_FIGURE_CURVE = 2,   /* of a graph: one stream over another. Keys: name, unit, color, x, y, z (a stream's name or a number) */
+  TATU_FIGURE_COPY = 3,    /* of a graph: a curve that stays as another one is now. Keys: name, curve (its number) */
+  TATU_FIGURE_DRAWING = 4  /* of the world: items in space. Keys: form, size, color, parent, capacity, cyclic, tolerance, persistent, extra */
+};
+
+/* What is drawn for people: streams and curves of graphs (objects of kind graph), and drawings, whose `graph` is 0. They are
+ * numbered from 1 in their graph or among the drawings; tables are maps, as scene files write them, SI units and radians. Nothing of it
+ * acts on objects. Graphs are emptied when a run starts, and keep what they recorded when it stops. */
+typedef struct tatu_host_figures {
+  uint32_t size;
+  uint32_t reserved;
+  /* Adds one: TATU_FIGURE_*, and a map of its keys. */
+  tatu_status(TATU_CALL *add)(tatu_world *, tatu_object graph, uint32_t what, const tatu_value *keys, int64_t *id);
+  /* Changes keys of a stream (a map), or removes a stream, curve or drawing (null). TATU_ERR_MISSING: there is none. */
+  tatu_status(TATU_CALL *change)(tatu_world *, tatu_object graph, int64_t id, const tatu_value *keys);
+  /* Gives a stream the number of its next sample (`n` is 1), or adds items to a drawing: numbers in the world, as many an item
+   * as "stride" tells. `n` 0 empties a drawing or, with `id` 0, a whole graph. `*taken`: how many numbers or items. */
+  tatu_status(TATU_CALL *put)(tatu_world *, tatu_object graph, int64_t id, const double *numbers, uint64_t n,
+                              uint64_t *taken);
+  /* A graph takes a sample of all its streams, under this time in s. 0: all graphs that are not told when to record. */
+  tatu_status(TATU_CALL *record)(tatu_world *, tatu_object graph, double time);
+  /* The numbers of all of one sort (TATU_FIGURE_STREAM, _CURVE or _DRAWING), in order of their making. `*n` is the full count. */
+  tatu_status(TATU_CALL *list)(tatu_world *, tatu_object graph, uint32_t what, int64_t *out, uint32_t cap, uint32_t *n);
+  /* One as a map: its keys and "figure" (TATU_FIGURE_*); with `numbers` not 0 also what it holds, as arrays of double: "times" and
+   * "values" of a stream (not a number: missing), "points" of a curve and "dims" coordinates each, "items" of a drawing and the "stride"
+   * of each. Lives until the call that you are in returns. */
+  tatu_status(TATU_CALL *get)(tatu_world *, tatu_object graph, int64_t id, uint32_t numbers, tatu_value *);
+  /* [step] The `index`-th visible part of a shape, from 0, as a map: "form" (box, sphere, cylinder, capsule, plane, mesh),
+   * "size" (full extents, m; none of a plane), "pose" (7 numbers, in the shape), "color", and of a mesh "points" (x y z) and
+   * "triangles" (three places of points) in the part's frame. Lives until the call that you are in returns.
+   * TATU_ERR_MISSING, without a sentence: it has no more. */
+  tatu_status(TATU_CALL *part)(tatu_world *, tatu_object shape, uint32_t index, tatu_value *);
+} tatu_host_figures;
+
+/* ================================================================ 12. Conveniences =================== */
+
+/* A text literal or NUL-terminated string as tatu_str. */
+static inline tatu_str tatu_text(const char *s) {
+  tatu_str t = {s, 0};
+  while (s && s[t.len]) t.len++;
+  return t;
+}
+
+/* Fills an error; returns the code, so that `return tatu_fail(error, TATU_ERR, "...")` reads well. */
+static inline tatu_status tatu_fail(tatu_error *e, tatu_status code, const char *text) {
+  if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
+  return code;
+}
+
+/* Values. */
+static inline tatu_value tatu_nil(void) { tatu_value v = {TATU_NIL, 0, {0}}; return v; }
+static inline tatu_value tatu_bool(int x) { tatu_value v = {TATU_BOOL, 0, {0}}; v.u.i = x != 0; return v; }
+static inline tatu_value tatu_int(int64_t x) { tatu_value v = {TATU_I64, 0, {0}}; v.u.i = x; return v; }
+static inline tatu_value tatu_float(double x) { tatu_value v = {TATU_F64, 0, {0}}; v.u.f = x; return v; }
+static inline tatu_value tatu_string(const char *s) {
+  tatu_value v = {TATU_TEXT, 0, {0}};
+  tatu_str t = tatu_text(s);
+  v.u.s.ptr = t.ptr;
+  v.u.s.len = t.len;
+  return v;
+}
+static inline tatu_value tatu_span(uint32_t tag, const void *ptr, uint64_t len) {
+  tatu_value v = {0, 0, {0}};
+  v.tag = tag;
+  v.u.s.ptr = ptr;
+  v.u.s.len = len;
+  return v;
+}
+
+/* Whether argument `i` was given and is not nil. */
+static inline int tatu_has_arg(const tatu_call *c, uint32_t i) { return i < c->n_args && c->args[i].tag != TATU_NIL; }
+/* Arguments of declared type; 0 or empty when missing. */
+static inline double tatu_arg_float(const tatu_call *c, uint32_t i) {
+  if (i >= c->n_args) return 0;
+  return c->args[i].tag == TATU_F64 ? c->args[i].u.f : c->args[i].tag == TATU_I64 ? (double)c->args[i].u.i : 0;
+}
+static inline int64_t tatu_arg_int(const tatu_call *c, uint32_t i) {
+  if (i >= c->n_args) return 0;
+  if (c->args[i].tag == TATU_F64) { /* beyond the range of integers there is none to give */
+    double x = c->args[i].u.f;
+    return x > -9.2e18 && x < 9.2e18 ? (int64_t)x : 0;
+  }
+  return c->args[i].tag == TATU_I64 || c->args[i].tag == TATU_BOOL ? c->args[i].u.i : 0;
+}
+static inline tatu_object tatu_arg_object(const tatu_call *c, uint32_t i) {
+  if (i < c->n_args && c->args[i].tag == TATU_OBJECT) return c->args[i].u.u;
+  return (tatu_object)tatu_arg_int(c, i);
+}
+static inline tatu_func tatu_arg_func(const tatu_call *c, uint32_t i) {
+  return i < c->n_args && c->args[i].tag == TATU_FUNC ? c->args[i].u.u : 0;
+}
+/* The numbers of a TATU_F64S argument, and how many; null and 0 when it is missing. */
+static inline const double *tatu_arg_floats(const tatu_call *c, uint32_t i, uint64_t *n) {
+  int is = i < c->n_args && c->args[i].tag == TATU_F64S;
+  *n = is ? c->args[i].u.s.len : 0;
+  return is ? (const double *)c->args[i].u.s.ptr : 0;
+}
+/* A result, or any value, as a number; 0 if it is none. */
+static inline double tatu_to_float(tatu_value v) {
+  return v.tag == TATU_F64 ? v.u.f : v.tag == TATU_I64 ? (double)v.u.i : 0;
+}
+/* A frame for commands.call and commands.call_func: arguments in, room for at least 16 results. */
+static inline tatu_call tatu_frame(const tatu_value *args, uint32_t n_args, tatu_value *results, uint32_t cap) {
+  tatu_call c;
+  size_t i;
+  for (i = 0; i < sizeof c; i++) ((char *)&c)[i] = 0;
+  c.size = (uint32_t)sizeof c;
+  c.args = args;
+  c.n_args = n_args;
+  c.results = results;
+  c.results_cap = cap;
+  return c;
+}
+static inline tatu_str tatu_arg_text(const tatu_call *c, uint32_t i) {
+  tatu_str t = {0, 0};
+  if (i < c->n_args && (c->args[i].tag == TATU_TEXT || c->args[i].tag == TATU_BYTES)) {
+    t.ptr = (const char *)c->args[i].u.s.ptr;
+    t.len = c->args[i].u.s.len;
+  }
+  return t;
+}
+/* Adds a result. Text, arrays, lists and maps must live until the caller has read them: use tatu_keep. */
+static inline tatu_status tatu_return(tatu_call *c, tatu_value v) {
+  if (c->n_results >= c->results_cap) return tatu_fail(c->error, TATU_ERR_SPACE, "too many results");
+  c->results[c->n_results++] = v;
+  return TATU_OK;
+}
+/* Copies bytes into memory that lives until the caller has read the results; null when there is no room. */
+static inline void *tatu_keep(tatu_call *c, const void *bytes, uint64_t n) {
+  char *p = (char *)c->api->alloc(c, n ? n : 1);
+  uint64_t i;
+  if (p) for (i = 0; i < n; i++) p[i] = ((const char *)bytes)[i];
+  return p;
+}
+/* Fails the call. */
+static inline tatu_status tatu_call_fail(tatu_call *c, tatu_status code, const char *text) {
+  return tatu_fail(c->error, code, text);
+}
+
+#ifdef __cplusplus
+}
+#endif
+#endif
