@@ -34,7 +34,11 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
             while shape.len() > 1 && shape.last() == Some(&1) {
                 shape.pop();
             }
-            field(&f.name, f.elem, &shape, f.unit.as_deref(), &f.text, None)
+            let mut told = field(&f.name, f.elem, &shape, f.unit.as_deref(), &f.text, f.nothing.as_deref());
+            if let Some(valid) = &f.valid {
+                told["valid"] = json!(valid);
+            }
+            told
         });
         out.push(json!({
             "what": "sensor kind", "id": s.id, "plugin": plugin(s.plugin), "text": s.text, "schemas": s.schemas,
@@ -138,6 +142,9 @@ fn parameters(all: &[Declared], in_files: bool) -> Vec<Json> {
             }
             if p.flags & TATU_PARAM_READ_ONLY != 0 {
                 out["read_only"] = json!(true);
+            }
+            if p.flags & TATU_PARAM_REBUILDS != 0 {
+                out["rebuilds"] = json!(true);
             }
             if in_files {
                 out["key"] = json!(example::key(p));
