@@ -3,7 +3,7 @@
 use std::{
     mem::MaybeUninit,
     ops::{Deref, DerefMut},
-    ptr::{NonNull, null_mut},
+    ptr::null_mut,
 };
 
 use super::{
@@ -12,7 +12,7 @@ use super::{
     guard, life, outgoing,
     plugin::{Kept, Started},
     shared_world::service,
-    value::{Room, raw_int, raw_span, type_name},
+    value::{Room, given, raw_int, raw_span, type_name},
 };
 use crate::abi::*;
 
@@ -116,22 +116,23 @@ impl Return for [f64] {
         raw_span(TATU_F64S, self, room)
     }
 }
-impl<const N: usize> Return for [f64; N] {
+impl<T, const N: usize> Return for [T; N]
+where
+    [T]: Return,
+{
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
-        raw_span(TATU_F64S, self, room)
+        self.as_slice().to_raw(room)
     }
 }
-impl Return for Vec<f64> {
+impl<T> Return for Vec<T>
+where
+    [T]: Return,
+{
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
-        raw_span(TATU_F64S, self, room)
+        self.as_slice().to_raw(room)
     }
 }
 impl Return for [i64] {
-    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
-        raw_span(TATU_I64S, self, room)
-    }
-}
-impl Return for Vec<i64> {
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
         raw_span(TATU_I64S, self, room)
     }
@@ -143,16 +144,11 @@ impl Return for str {
 }
 impl Return for String {
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
-        raw_span(TATU_TEXT, self.as_bytes(), room)
+        self.as_str().to_raw(room)
     }
 }
 /// A text of any bytes.
 impl Return for [u8] {
-    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
-        raw_span(TATU_TEXT, self, room)
-    }
-}
-impl Return for Vec<u8> {
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
         raw_span(TATU_TEXT, self, room)
     }
@@ -168,9 +164,8 @@ struct CallRoom<'a>(&'a mut tatu_call);
 
 impl Room for CallRoom<'_> {
     fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]> {
-        let at = NonNull::new(alloc(self.0, 8 * n))?;
-        // SAFETY: the host gave room for as many words, to this call alone.
-        Some(unsafe { std::slice::from_raw_parts_mut(at.cast().as_ptr(), n) })
+        // SAFETY: the host gives room for as many words, to this call alone.
+        unsafe { given(alloc(self.0, 8 * n), n) }
     }
 }
 

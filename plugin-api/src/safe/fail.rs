@@ -143,12 +143,12 @@ impl std::error::Error for Fail {}
 
 /// A borrowed text, as the border wants it.
 pub(crate) fn text_raw(s: &str) -> tatu_str {
-    bytes_raw(s.as_bytes())
+    Lent::from(s).raw()
 }
 
 /// Borrowed bytes, as the border wants them.
 pub(crate) fn bytes_raw(s: &[u8]) -> tatu_str {
-    tatu_str { ptr: s.as_ptr().cast(), len: s.len() as u64 }
+    Lent::from(s).raw()
 }
 
 /// The bytes behind a border text.
@@ -156,11 +156,8 @@ pub(crate) fn bytes_raw(s: &[u8]) -> tatu_str {
 /// # Safety
 /// `s` points to `len` bytes that live for `'a`, or is empty.
 pub unsafe fn bytes_of<'a>(s: tatu_str) -> &'a [u8] {
-    if s.ptr.is_null() || s.len == 0 {
-        return &[];
-    }
     // SAFETY: the caller promises it.
-    unsafe { std::slice::from_raw_parts(s.ptr.cast(), s.len as usize) }
+    unsafe { Lent::new(s) }.bytes()
 }
 
 fn lossy<'a>(s: tatu_str) -> Cow<'a, str> {

@@ -4,7 +4,6 @@ use std::{
     ffi::c_void,
     mem::MaybeUninit,
     ops::Deref,
-    ptr::NonNull,
     sync::{Arc, Mutex, PoisonError, atomic::AtomicPtr},
 };
 
@@ -18,7 +17,7 @@ use super::{
     outgoing,
     plugin::Started,
     shared_world::service,
-    value::Room,
+    value::{Room, given},
 };
 use crate::abi::*;
 
@@ -354,8 +353,7 @@ struct WorldRoom<'a>(&'a World<'a>);
 impl Room for WorldRoom<'_> {
     fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]> {
         let alloc = self.0.host().commands.and_then(|t| t.alloc)?;
-        let at = NonNull::new(alloc(self.0.raw(), 8 * n as u64))?;
-        // SAFETY: the host gave room for as many words, to this call alone.
-        Some(unsafe { std::slice::from_raw_parts_mut(at.cast().as_ptr(), n) })
+        // SAFETY: the host gives room for as many words, to this call alone.
+        unsafe { given(alloc(self.0.raw(), 8 * n as u64).cast(), n) }
     }
 }

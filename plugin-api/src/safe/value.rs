@@ -1,6 +1,6 @@
 //! Values: a view of one at the border, and one of our own.
 
-use std::{borrow::Cow, mem::MaybeUninit};
+use std::{borrow::Cow, mem::MaybeUninit, ptr::NonNull};
 
 use super::{Fail, Result, ValueRef};
 use crate::abi::*;
@@ -75,6 +75,15 @@ impl Value {
 pub trait Room {
     /// Room for `n` words of 8 bytes; `None`: there is no more.
     fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]>;
+}
+
+/// Room that the host gave; `None` for null.
+///
+/// # Safety
+/// `at` is null or 8-byte aligned, with room for `n` words that nobody else has within `'a`.
+pub(super) unsafe fn given<'a>(at: *mut u8, n: usize) -> Option<&'a mut [MaybeUninit<u64>]> {
+    // SAFETY: the caller promises it.
+    NonNull::new(at).map(|at| unsafe { std::slice::from_raw_parts_mut(at.cast().as_ptr(), n) })
 }
 
 /// Room of one's own, without an end.

@@ -11,11 +11,8 @@ pub use error_object::{ErrorSlot, Said, answer, copy as copy_error, name_plugin}
 /// # Safety
 /// `s` points to `len` bytes that live for `'a`, or is empty.
 pub unsafe fn bytes<'a>(s: tatu_str) -> &'a [u8] {
-    if s.ptr.is_null() || s.len == 0 {
-        return &[];
-    }
     // SAFETY: the caller promises it.
-    unsafe { std::slice::from_raw_parts(s.ptr.cast(), s.len as usize) }
+    unsafe { Lent::new(s) }.bytes()
 }
 
 /// A border text as UTF-8; other bytes are replaced.
@@ -29,7 +26,7 @@ pub unsafe fn text<'a>(s: tatu_str) -> std::borrow::Cow<'a, str> {
 
 /// A Rust text for the border.
 pub fn raw(s: &[u8]) -> tatu_str {
-    tatu_str { ptr: s.as_ptr().cast(), len: s.len() as u64 }
+    Lent::from(s).raw()
 }
 
 /// Fills an error object of the host; gives the status back.

@@ -346,17 +346,14 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
         }
     };
     let Said { file, line, help, .. } = said(f.error);
-    // A function that it called, or a file that it read, failed there.
-    let text = match file.filter(|_| line > 0) {
-        Some(file) => format!("{file}:{line}: {text}"),
-        None => text,
-    };
     let text = match status {
         _ if status == TATU_ERR_PANIC || text.starts_with("broke the contract") => {
             format!("{name}: plugin `{}` {text}", plugin.id)
         }
         // A chain of calls of one command names it once.
         _ if text.starts_with(&format!("{name}: ")) => text,
+        // A function that it called, or a file that it read, failed there.
+        _ if line > 0 && file.is_some() => format!("{name}: {}:{line}: {text}", file.unwrap_or_default()),
         _ => format!("{name}: {text}"),
     };
     // SAFETY: the dialect lives as long as the caller.
