@@ -56,6 +56,7 @@ mod mirror;
 mod misbehaves;
 mod misbehaves_safely;
 mod models_at_run;
+mod museum;
 mod names;
 mod nesting;
 mod noise;

@@ -1,0 +1,73 @@
+//! Plugins as they were built once, kept as binaries: they load and do the same for ever.
+
+use std::{fs, path::PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use crate::kit::*;
+
+/// The rooms, one for each draft that this host takes.
+fn rooms() -> Vec<PathBuf> {
+    folders(&root().join("tests/museum"))
+}
+
+fn folders(of: &std::path::Path) -> Vec<PathBuf> {
+    let mut all: Vec<PathBuf> = fs::read_dir(of).unwrap().map(|e| e.unwrap().path()).filter(|p| p.is_dir()).collect();
+    all.sort();
+    assert!(!all.is_empty(), "{}", of.display());
+    all
+}
+
+/// What the scripts of an exhibit's scene print, line by line, on so many threads.
+fn prints(exhibit: &std::path::Path, threads: &str) -> String {
+    let place = Place::new();
+    copy(exhibit, place.path());
+    // The cart's script needs longer than the others.
+    let steps = if exhibit.ends_with("cart") { "120" } else { "40" };
+    let args = ["run", "scene.toml", "--steps", steps, "--no-addons", "--allow", "plugins", "--threads", threads];
+    let done = run(program(), place.path(), &args, &[("TATU_PLUGIN_PATH", ".")]).good();
+    assert!(!done.err.contains("warning") && !done.err.contains("error"), "{}: {}", exhibit.display(), done.err);
+    // What scripts print, without the program's own lines.
+    let own = |l: &&str| !l.contains("simulated") && !l.starts_with("plugin ") && !l.starts_with("  /");
+    done.err.lines().filter(own).map(|l| format!("{l}\n")).collect()
+}
+
+#[test]
+#[cfg_attr(
+    not(all(target_arch = "x86_64", target_os = "linux")),
+    ignore = "the binaries are of x86-64 Linux"
+)]
+fn what_was_built_once_loads_and_does_the_same() {
+    for room in rooms() {
+        for exhibit in folders(&room) {
+            let recorded = fs::read_to_string(exhibit.join("expected.txt")).unwrap();
+            assert!(!recorded.is_empty());
+            for threads in ["1", "2"] {
+                assert_eq!(prints(&exhibit, threads), recorded, "{}", exhibit.display());
+            }
+        }
+    }
+}
+
+#[test]
+fn nothing_in_it_was_changed() {
+    let mut bytes = 0;
+    for room in rooms() {
+        let sums = fs::read_to_string(room.join("SHA256SUMS")).unwrap();
+        let listed: Vec<&str> = sums.lines().filter_map(|l| l.split_once("  ").map(|(_, file)| file)).collect();
+        for line in sums.lines() {
+            let (sum, file) = line.split_once("  ").unwrap();
+            let content = fs::read(room.join(file)).unwrap();
+            let now: String = Sha256::digest(&content).iter().map(|b| format!("{b:02x}")).collect();
+            assert_eq!(now, sum, "{file}");
+        }
+        for exhibit in folders(&room) {
+            for file in fs::read_dir(&exhibit).unwrap().map(|f| f.unwrap().path()) {
+                let name = file.strip_prefix(&room).unwrap().to_str().unwrap().to_owned();
+                assert!(listed.contains(&name.as_str()), "{name} has no sum");
+                bytes += fs::metadata(&file).unwrap().len();
+            }
+        }
+    }
+    assert!(bytes <= 3 << 19, "the museum has {bytes} bytes: 1.5 MiB are the most");
+}
