@@ -41,7 +41,7 @@ pub enum Command {
 }
 
 /// What is changed in a scene.
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 pub struct Changes {
     /// Seed of all that is random, instead of the scene's.
     #[arg(long, value_name = "N")]
@@ -144,7 +144,7 @@ pub struct Run {
     pub json: bool,
 }
 
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 pub struct Serve {
     /// The scene: a scene file, or one of a format that an importer reads; none: clients open one.
     pub scene: Option<PathBuf>,

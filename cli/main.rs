@@ -22,7 +22,7 @@ fn main() -> ExitCode {
     report::listen();
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     crash::listen();
-    report::finish(match args.command {
+    let code = report::finish(match args.command {
         args::Command::Run(run) => commands::run::run(&run),
         args::Command::Serve(serve) => commands::serve::serve(&serve),
         args::Command::Open(open) => commands::serve::open(open),
@@ -32,5 +32,8 @@ fn main() -> ExitCode {
         args::Command::List(list) => commands::list::list(&list),
         args::Command::Look(look) => commands::look::look(&look),
         args::Command::Diff(diff) => commands::diff::diff(&diff),
-    })
+    });
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    let code = crash::end(code);
+    code
 }

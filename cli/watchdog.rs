@@ -92,8 +92,9 @@ impl Watchdog {
 
     /// Tells what there is to tell and ends the process.
     fn end(&self, stuck: &Stuck, limit: f64) {
-        let Stuck { plugin, object, call, .. } = stuck;
-        let text = format!("plugin `{plugin}` has not returned from {call} for {limit} s: the run ends here");
+        let Stuck { plugin, object, call, command, .. } = stuck;
+        let what = command.as_ref().map_or(String::new(), |name| format!(" (`{name}`)"));
+        let text = format!("plugin `{plugin}` has not returned from {call}{what} for {limit} s: the run ends here");
         let mut fault = Fault::new(FaultKind::Stuck, text);
         (fault.plugin, fault.object) = (Some(plugin.clone()), object.clone());
         fault.help = Some("if it only takes long, allow more with `--watchdog S`; 0 waits for ever".into());

@@ -18,7 +18,7 @@ pub use find::find;
 pub use start::{Started, choose, replayed, starts_by_itself};
 
 /// What a command line says of add-ons.
-#[derive(clap::Args, Default)]
+#[derive(Clone, clap::Args, Default)]
 pub struct Flags {
     /// Start an add-on by its name or file, with options: `NAME`, `FILE:KEY=VALUE,KEY=VALUE`.
     #[arg(long = "addon", value_name = "NAME|FILE")]

@@ -12,7 +12,7 @@ use std::{
 };
 
 use tatu_core::{
-    Phase, Session, World,
+    NextScene, Phase, Session, World,
     document::{Document, Sources},
     errors::Error,
     plugins::Registry,
@@ -73,7 +73,7 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     });
     session.interrupt_by(interrupted.clone());
     let mut failed = false;
-    let mut scene = args.scene.clone();
+    let (mut scene, mut starts) = (args.scene.clone(), false);
     loop {
         let world = World::with_threads(document.clone(), registry.clone(), args.threads.into())?;
         addons::choose(&args.addons, &document, &registry)?.attach(&world)?;
@@ -82,19 +82,21 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
         }
         watchdog.world(&world, false);
         watchdog.begin(None);
-        world.take_scenes();
+        world.take_scenes(reader(args, scene.clone(), &registry));
         world.set_interactive(true);
         session.join(&world);
-        let next = live(args, &world, &session, &interrupted, |file| {
-            let file = if file.as_os_str().is_empty() { scene.clone() } else { Some(file.to_owned()) };
-            read(args, file.as_deref(), &registry).map(|document| (document, file))
-        });
+        let next = live(args, &world, &session, &interrupted, starts);
         failed |= !world.faults().is_empty();
         world.stop();
         world.end();
         tell(&world);
         match next {
-            Some(next) => (document, scene) = next,
+            Some(next) => {
+                (document, starts) = (next.document, next.starts);
+                if !next.file.as_os_str().is_empty() {
+                    scene = Some(next.file);
+                }
+            }
             None => break,
         }
     }
@@ -122,18 +124,31 @@ fn read(args: &Serve, scene: Option<&Path>, registry: &Registry) -> Result<Arc<D
     Ok(Arc::new(own))
 }
 
-/// The life of one world: until another scene is asked for and can be read, or the end.
-fn live<T>(
+/// What reads the scene that somebody asks for while `scene` is there.
+fn reader(
+    args: &Serve,
+    scene: Option<PathBuf>,
+    registry: &Arc<Registry>,
+) -> impl Fn(&Path) -> Result<Arc<Document>, Error> + 'static {
+    let (args, registry) = (args.clone(), registry.clone());
+    move |file| {
+        let file = if file.as_os_str().is_empty() { scene.as_deref() } else { Some(file) };
+        read(&args, file, &registry)
+    }
+}
+
+/// The life of one world: until another scene is asked for, or the end. `starts`: it begins with a start.
+fn live(
     args: &Serve,
     world: &World,
     session: &Session,
     interrupted: &AtomicBool,
-    read: impl Fn(&Path) -> Result<T, Error>,
-) -> Option<T> {
+    mut starts: bool,
+) -> Option<NextScene> {
     // Nobody can ask for what came in, and clients send without end.
     world.input_log_mut().keep(false);
     loop {
-        let started = session.wait_for_start(world);
+        let started = std::mem::take(&mut starts) || session.wait_for_start(world);
         tell(world);
         if interrupted.load(Ordering::Relaxed) {
             return None;
@@ -141,14 +156,11 @@ fn live<T>(
         if started {
             run(args, world, interrupted);
         }
-        match world.next_scene() {
-            Some(file) => match read(&file) {
-                Ok(next) => return Some(next),
-                // This world goes on, and whoever asked reads why.
-                Err(e) => world.say(TATU_LOG_ERROR, &e.to_string()),
-            },
-            None if !started => return None,
-            None => {}
+        if let Some(next) = world.next_scene() {
+            return Some(next);
+        }
+        if !started {
+            return None;
         }
         tell(world);
     }

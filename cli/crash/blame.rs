@@ -1,6 +1,6 @@
 //! Whose fault a crash is, in words.
 
-use std::{fs, path::Path};
+use std::{ffi::CStr, fs, path::Path};
 
 use tatu_core::plugins::watchdog::{Call, Stuck};
 
@@ -11,7 +11,7 @@ pub const HELP: &str =
     "what was printed and traced until then is written; run it in a debugger, or report it to the author";
 
 /// How far from the stack a thread that overflows it has gone.
-const NEAR: usize = 1 << 20;
+pub const NEAR: usize = 1 << 20;
 
 /// The sentence about a crash.
 pub fn of_crash(crash: &Crash) -> String {
@@ -20,11 +20,29 @@ pub fn of_crash(crash: &Crash) -> String {
         libc::SIGBUS => "SIGBUS",
         libc::SIGFPE => "SIGFPE",
         libc::SIGILL => "SIGILL",
-        _ => "SIGABRT",
+        libc::SIGABRT => "SIGABRT",
+        libc::SIGALRM => "SIGALRM",
+        libc::SIGVTALRM => "SIGVTALRM",
+        libc::SIGPROF => "SIGPROF",
+        libc::SIGUSR1 => "SIGUSR1",
+        libc::SIGUSR2 => "SIGUSR2",
+        libc::SIGTRAP => "SIGTRAP",
+        libc::SIGSYS => "SIGSYS",
+        libc::SIGXCPU => "SIGXCPU",
+        libc::SIGIO => "SIGIO",
+        _ => "SIGSTKFLT",
     };
     if crash.sender != 0 && crash.sender != std::process::id().cast_signed() {
         let during = crash.call.as_ref().map_or(String::new(), |call| format!(", {}", place(call)));
         return format!("the program was ended from outside: process {} sent {signal}{during}", crash.sender);
+    }
+    let timers = [libc::SIGALRM, libc::SIGVTALRM, libc::SIGPROF, libc::SIGIO];
+    if timers.contains(&crash.signal) {
+        let during = crash.call.as_ref().map_or("outside of any call into a plugin".to_owned(), place);
+        return format!(
+            "the program was ended by {signal}, which it has no use for: a plugin asked the system for it (setitimer, alarm, \
+             timer_create or O_ASYNC), not always the one that ran then, {during}"
+        );
     }
     let deep = crash.address != 0 && crash.address.abs_diff(crash.stack) < NEAR;
     let why = if deep { format!("{signal}, stack overflow") } else { signal.to_owned() };
@@ -44,6 +62,64 @@ pub fn of_exit(call: Option<&Stuck>, thread: i32) -> String {
     format!("exit() was called {place}: the program ends here")
 }
 
+/// The sentence about files of the program that somebody closed.
+pub fn of_closed(call: Option<&Stuck>) -> String {
+    let place = call.map_or("by a thread of a plugin's own, or by a plugin's call that is over".to_owned(), place);
+    format!("error[F207]: file descriptors of the program were closed {place}: what it writes may not be whole")
+}
+
+/// The sentence about a plugin that made a copy of the process.
+pub fn of_fork(call: &Stuck) -> String {
+    format!(
+        "the process was forked {}: a plugin starts other programs by posix_spawn or in a thread, since the copy has no threads \
+         and must not come back",
+        place(call)
+    )
+}
+
+/// Who called the instruction that crashed, from the first that is in no library of the system: at most six lines.
+pub fn frames(crash: &Crash) -> Vec<String> {
+    let own = std::env::current_exe().ok().and_then(|exe| Some(exe.file_name()?.to_string_lossy().into_owned()));
+    let mut out = Vec::new();
+    for (i, at) in crash.callers.iter().enumerate() {
+        // A caller's address is that of the instruction after the call.
+        let Some((file, symbol)) = symbol_at(if i == 0 { *at } else { at - 1 }) else { continue };
+        let name = Path::new(&file).file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        if Some(&name) == own.as_ref() {
+            // What follows is the program itself; before a plugin's frames it is the handler.
+            if out.is_empty() { continue } else { break }
+        }
+        if out.is_empty() && !name.contains("tatu_") {
+            continue;
+        }
+        out.push(format!("at {symbol} ({name})"));
+        if out.len() == 6 {
+            break;
+        }
+    }
+    out
+}
+
+/// The file that an address belongs to, and the nearest exported symbol with the distance, or the place in the file.
+fn symbol_at(address: usize) -> Option<(String, String)> {
+    // SAFETY: an address of any value may be asked for; the texts live as long as their library, which is never closed.
+    unsafe {
+        let mut about: libc::Dl_info = std::mem::zeroed();
+        if libc::dladdr(address as *const libc::c_void, &raw mut about) == 0 || about.dli_fname.is_null() {
+            return None;
+        }
+        let file = CStr::from_ptr(about.dli_fname).to_string_lossy().into_owned();
+        let symbol = match about.dli_sname.is_null() {
+            true => format!("+{:#x}", address - about.dli_fbase as usize),
+            false => {
+                let name = CStr::from_ptr(about.dli_sname).to_string_lossy();
+                format!("{name}+{:#x}", address - about.dli_saddr as usize)
+            }
+        };
+        Some((file, symbol))
+    }
+}
+
 /// The id of the plugin, where it has told one.
 pub fn id(call: &Stuck) -> Option<String> {
     let known = call.call != Call::Load.text();
@@ -52,7 +128,7 @@ pub fn id(call: &Stuck) -> Option<String> {
 
 /// "in `tatu_command.call` of plugin `org.me.fleet` for /box1"
 fn place(call: &Stuck) -> String {
-    let Stuck { plugin, object, others, call } = call;
+    let Stuck { plugin, object, others, call, command, .. } = call;
     if *call == Call::Load.text() {
         return format!("while the library {plugin} was loaded, in one of its constructors");
     }
@@ -65,7 +141,8 @@ fn place(call: &Stuck) -> String {
         0 => String::new(),
         n => format!(", the first of {} that are handled together", u64::from(*n) + 1),
     };
-    format!("in `{call}` of plugin `{id}`{file}{whom}{more}")
+    let what = command.as_ref().map_or(String::new(), |name| format!(" (`{name}`)"));
+    format!("in `{call}`{what} of plugin `{id}`{file}{whom}{more}")
 }
 
 /// Where a thread was that no call runs on, as far as the instruction tells.

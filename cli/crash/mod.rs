@@ -13,6 +13,7 @@ mod blame;
 
 use std::{
     io::{self, IsTerminal},
+    process::ExitCode,
     sync::{
         OnceLock,
         atomic::{
@@ -27,13 +28,37 @@ use std::{
 use libc::{c_int, c_void};
 use tatu_core::{
     errors::{Fault, FaultKind},
-    plugins::watchdog::{Stuck, Watch, here},
+    plugins::{
+        guard,
+        watchdog::{Call, Stuck, Watch, here},
+    },
 };
 
 use crate::watchdog::{Watchdog, leave};
 
-/// Faults of the processor, and `abort`.
-const SIGNALS: [c_int; 5] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL, libc::SIGABRT];
+/// Faults of the processor, and `abort`; then signals that end a process mutely, which only a plugin or another process can have
+/// asked for. Ctrl-C and SIGTERM have a handler of their own.
+const SIGNALS: [c_int; 15] = [
+    libc::SIGSEGV,
+    libc::SIGBUS,
+    libc::SIGFPE,
+    libc::SIGILL,
+    libc::SIGABRT,
+    libc::SIGALRM,
+    libc::SIGVTALRM,
+    libc::SIGPROF,
+    libc::SIGUSR1,
+    libc::SIGUSR2,
+    libc::SIGTRAP,
+    libc::SIGSYS,
+    libc::SIGXCPU,
+    libc::SIGIO,
+    libc::SIGSTKFLT,
+];
+/// Of these the system tells an address.
+const FAULTS: [c_int; 4] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL];
+/// Callers of the instruction that crashed, at most.
+const FRAMES: usize = 24;
 /// How long the handler waits for the words, in parts of this many.
 const PARTS: u32 = 300;
 const PART_NS: libc::c_long = 10_000_000;
@@ -64,6 +89,8 @@ static AT: AtomicPtr<Watch> = AtomicPtr::new(std::ptr::null_mut());
 static ADDRESS: AtomicUsize = AtomicUsize::new(0);
 static INSTRUCTION: AtomicUsize = AtomicUsize::new(0);
 static STACK_AT: AtomicUsize = AtomicUsize::new(0);
+/// Where the thread was, and its callers.
+static CALLERS: [AtomicUsize; FRAMES] = [const { AtomicUsize::new(0) }; FRAMES];
 
 /// A crash, as the handler saw it.
 struct Crash {
@@ -75,6 +102,7 @@ struct Crash {
     stack: usize,
     /// The plugin call that ran on the thread.
     call: Option<Stuck>,
+    callers: Vec<usize>,
 }
 
 /// Whose calls are blamed, and what is written.
@@ -111,8 +139,19 @@ pub fn listen() {
         for signal in SIGNALS {
             libc::sigaction(signal, &raw const action, std::ptr::null_mut());
         }
+        // A file that grows over the limit of the system is an error of whoever writes it.
+        libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
         libc::atexit(exited);
+        libc::pthread_atfork(None, Some(forked), Some(is_child));
+        // What the first one loads may not be loaded in a handler.
+        let mut one = [std::ptr::null_mut(); 1];
+        backtrace(one.as_mut_ptr(), 1);
     }
+}
+
+unsafe extern "C" {
+    /// Of the C library: the callers of this function.
+    fn backtrace(frames: *mut *mut c_void, n: c_int) -> c_int;
 }
 
 /// A stack for signals for this thread, should the standard library have made none.
@@ -166,12 +205,22 @@ unsafe fn note(signal: c_int, info: &libc::siginfo_t, context: *mut c_void) {
         THREAD.store(libc::gettid(), Relaxed);
         if info.si_code == libc::SI_USER {
             SENDER.store(info.si_pid(), Relaxed);
-        } else if info.si_code > 0 {
+        } else if info.si_code > 0 && FAULTS.contains(&signal) {
             ADDRESS.store(info.si_addr() as usize, Relaxed);
         }
         let (instruction, stack) = registers(&(*context.cast::<libc::ucontext_t>()).uc_mcontext);
         INSTRUCTION.store(instruction, Relaxed);
         STACK_AT.store(stack, Relaxed);
+        // Where the stack is used up, and while a library is loaded, looking for callers could crash or wait for ever.
+        let deep = ADDRESS.load(Relaxed).abs_diff(stack) < blame::NEAR && ADDRESS.load(Relaxed) != 0;
+        let loads = here().as_ref().is_some_and(|watch| watch.call() == Some(Call::Load));
+        if !deep && !loads {
+            let mut frames = [std::ptr::null_mut(); FRAMES];
+            let n = backtrace(frames.as_mut_ptr(), FRAMES as c_int).clamp(0, FRAMES as c_int) as usize;
+            for (to, from) in CALLERS.iter().zip(&frames[..n]) {
+                to.store(*from as usize, Relaxed);
+            }
+        }
     }
 }
 
@@ -201,9 +250,11 @@ fn wait(read: c_int, ready: &mpsc::Sender<()>) {
             return;
         }
         let mut byte = 0_u8;
-        while libc::read(read, (&raw mut byte).cast(), 1) < 0 {
-            if io::Error::last_os_error().kind() != io::ErrorKind::Interrupted {
-                return;
+        loop {
+            match libc::read(read, (&raw mut byte).cast(), 1) {
+                1 => break,
+                n if n < 0 && io::Error::last_os_error().kind() == io::ErrorKind::Interrupted => {}
+                _ => return tell_closed(),
             }
         }
     }
@@ -215,13 +266,28 @@ fn wait(read: c_int, ready: &mpsc::Sender<()>) {
         instruction: INSTRUCTION.load(Relaxed),
         stack: STACK_AT.load(Relaxed),
         call: running(AT.load(Relaxed)),
+        callers: CALLERS.iter().map(|c| c.load(Relaxed)).take_while(|c| *c != 0).collect(),
     };
     let mut fault = Fault::new(FaultKind::Crash, blame::of_crash(&crash));
     if crash.sender == 0 || crash.sender == PROCESS.load(Relaxed) {
         fault.help = Some(blame::HELP.to_owned());
     }
     tell(fault, crash.call.as_ref());
+    // From here on nothing is lost if the thread that crashed holds a lock, or what is looked at is damaged.
+    for line in blame::frames(&crash) {
+        write_line(&format!("  {line}\n"));
+    }
+    // SAFETY: the thread that runs the script stands in the handler.
+    if let Some((file, line)) = crash.call.as_ref().and_then(|call| unsafe { call.script.ask() }) {
+        write_line(&format!("  called by the script at {file}:{line}\n"));
+    }
     TOLD.store(true, Release);
+}
+
+/// The pipe is gone, which the program never closes.
+fn tell_closed() {
+    let call = RUN.get().and_then(|run| run.watches.any_running());
+    write_line(&format!("{}\n", blame::of_closed(call.as_ref())));
 }
 
 /// The call that runs on the thread with this watch.
@@ -239,12 +305,48 @@ fn tell(mut fault: Fault, call: Option<&Stuck>) -> i32 {
     // A progress bar may stand in the line.
     let clear = if io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
     let line = format!("{clear}error[{}]: {}{help}\n", fault.code, fault.message);
-    // SAFETY: so many bytes of the line. Not through the standard library, whose lock may be held.
-    unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), line.len()) };
+    write_line(&line);
     let code = RUN.get().map_or(2, |run| run.close(&fault));
     // What plugins in C printed.
     // SAFETY: null stands for all files of the C library.
     unsafe { libc::fflush(std::ptr::null_mut()) };
+    code
+}
+
+/// Not through the standard library, whose lock may be held.
+fn write_line(line: &str) {
+    // SAFETY: so many bytes of the line.
+    unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), line.len()) };
+}
+
+/// After a fork, in the process that goes on: within a plugin's call that is the plugin's fault.
+extern "C" fn forked() {
+    if let Some(call) = running(here()) {
+        write_line(&format!("warning: {}\n", blame::of_fork(&call)));
+    }
+}
+
+/// After a fork, in the copy: it has one thread and no world of its own, and must not come back from the plugin's call.
+extern "C" fn is_child() {
+    guard::this_is_a_child();
+}
+
+/// The program ends: what libraries left to be done then must not hold it for ever. There is no way to take it back, and no
+/// call that could be named.
+pub fn end(code: ExitCode) -> ExitCode {
+    let failed = code != ExitCode::SUCCESS;
+    let late = move || {
+        std::thread::sleep(LONGEST);
+        let text = format!(
+            "the program has ended, but a function that a plugin or a library of its own left to be called then (`atexit`, a \
+             destructor) has not returned for {} s",
+            LONGEST.as_secs()
+        );
+        write_line(&format!("error[{}]: {text}\n", Fault::new(FaultKind::Stuck, "").code));
+        leave(if failed { 2 } else { 1 });
+    };
+    // Without a thread for it nobody watches.
+    let _ = std::thread::Builder::new().name("ending".into()).spawn(late);
     code
 }
 

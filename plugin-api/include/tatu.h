@@ -72,7 +72,7 @@ extern "C" {
 #endif
 
 #define TATU_ABI_MAJOR 0 /* refuses; 0 until release 1.0 */
-#define TATU_ABI_MINOR 4 /* grows with every growth of a table; refuses only where a need asks for more than there is */
+#define TATU_ABI_MINOR 5 /* grows with every growth of a table; refuses only where a need asks for more than there is */
 
 /* Where a field ends within its table, bytes. */
 #define TATU_END(t, f) ((size_t)((const char *)(&(t)->f + 1) - (const char *)(t)))
@@ -137,7 +137,19 @@ enum {
   TATU_OBJECT = 14 /* u.u: tatu_object */
 };
 
-/* A value. Lists and maps nest at most 32 deep. */
+/* A value. Lists and maps nest at most 32 deep.
+ *
+ * What a Lua script gives, where nothing is declared (TATU_COMMAND_RAW, TATU_PARAM_ANY, values within lists and maps):
+ *   nil, true, a whole number, another number    NIL, BOOL, I64, F64
+ *   text                                         TEXT, whatever bytes it holds
+ *   {1, 2}, {1.5, 2}                             I64S, F64S: a table whose keys are 1 to n and whose values are numbers
+ *   {'a', 2}, {{1}, {2}}                         LIST: the same with other values
+ *   {a = 1}, {[2] = 1}                           MAP: a table with any other key
+ *   {}                                           LIST of 0
+ *   a function                                   FUNC
+ * What is declared comes as declared, or the call fails before the command is called: as TATU_F64 a whole number is F64, as
+ * TATU_F64S {1, 2} is F64S, as TATU_LIST all tables of keys 1 to n are LIST, as TATU_MAP every table is MAP ({'a'} has the
+ * key 1), and {} is empty whatever it is to be. */
 typedef struct tatu_value {
   uint32_t tag;      /* one of the tags above */
   uint32_t reserved; /* 0 */
@@ -283,6 +295,8 @@ typedef struct tatu_param {
   tatu_value fallback; /* the default; nil: must be given (or may be missing, if optional) */
   const char *const *choices; /* allowed texts, null-terminated; null: any */
   const char *text;    /* one sentence */
+  const struct tatu_param *const *keys; /* of a TATU_MAP: its keys, which are texts; null or beyond `size`: any. Each entry is
+                        * checked and converted as its line says, missing ones get their default, an unknown key is refused */
 } tatu_param;
 
 /* What an instance is told when it is made. */
@@ -1267,7 +1281,8 @@ typedef struct tatu_host_session {
   tatu_status(TATU_CALL *put_in)(tatu_world *, tatu_str kind, tatu_str text);
   /* [step] Asks the program to go on with another scene, once this world has stopped. `file` is a path that
    * `files.resolve` gave; empty: this scene again, as its file says. TATU_ERR_UNSUPPORTED: the program runs one scene, and
-   * no other. A file that cannot be opened is told in a message, and this world goes on. */
+   * no other. A file that cannot be opened is refused with what is wrong in it, and this world goes on. A start that is asked
+   * for afterwards is that of the new scene. */
   tatu_status(TATU_CALL *open)(tatu_world *, tatu_str file);
   /* [step] For plugins that look outside in the middle of a step, at a socket or a clock: what they found is an input of the
    * run. Ask here first: in a run that is repeated from its log this gives what was found at this place, of this kind, and
@@ -1319,15 +1334,29 @@ typedef struct tatu_host_log {
 
 #define TATU_HOST_FILES "tatu.host.files/draft.4"
 
-enum { TATU_FILE_READ = 1, TATU_FILE_WRITE = 2 };
+enum {
+  TATU_FILE_READ = 1,
+  TATU_FILE_WRITE = 2,   /* makes the file, or empties it */
+  /* for `open` only: */
+  TATU_FILE_APPEND = 4,  /* makes the file, and writes at its end; in place of WRITE */
+  TATU_FILE_UPDATE = 8,  /* with WRITE: the file must be there, and is not emptied */
+  TATU_FILE_NEW = 16,    /* with WRITE: the file must not be there */
+  TATU_FILE_FOLDERS = 32 /* with WRITE or APPEND: makes the folders that are missing */
+};
 
 /* Files, within the folders that the run allows. */
 typedef struct tatu_host_files {
   uint32_t size;
   uint32_t reserved;
-  /* The real path of a name as a script gives it, if it lies in an allowed folder; lives until the call that you are
-   * in returns. Reading: the scene's folder and the working folder. Writing: the working folder. */
+  /* The path of a name as a script gives it, if it lies in an allowed folder; lives until the call that you are in returns.
+   * Reading: the scene's folder and the working folder. Writing: the working folder. For functions that take such a path;
+   * to read or write it yourself use `open`. */
   tatu_status(TATU_CALL *resolve)(tatu_world *, tatu_str name, uint32_t mode, tatu_str *path);
+  /* [step] Opens a plain file beneath those folders: `mode` is a sum of TATU_FILE_*. `*file` is yours, and yours to close: a
+   * file descriptor (POSIX, close-on-exec) or a HANDLE (Windows). The folders were opened when the world was made, so a
+   * changed working folder, `..` and links lead nowhere else. TATU_ERR_MISSING: there is no such file; TATU_ERR: it leads
+   * out of the folders, or is a folder, pipe, socket or device; the sentence has its path. */
+  tatu_status(TATU_CALL *open)(tatu_world *, tatu_str name, uint32_t mode, int64_t *file);
 } tatu_host_files;
 
 #define TATU_HOST_FIGURES "tatu.host.figures/draft.4"
@@ -1430,6 +1459,25 @@ static inline const double *tatu_arg_floats(const tatu_call *c, uint32_t i, uint
   int is = i < c->n_args && c->args[i].tag == TATU_F64S;
   *n = is ? c->args[i].u.s.len : 0;
   return is ? (const double *)c->args[i].u.s.ptr : 0;
+}
+/* The entries of a TATU_MAP argument, and how many; null and 0 when it is missing. */
+static inline const tatu_pair *tatu_arg_map(const tatu_call *c, uint32_t i, uint64_t *n) {
+  int is = i < c->n_args && c->args[i].tag == TATU_MAP;
+  *n = is ? c->args[i].u.s.len : 0;
+  return is ? (const tatu_pair *)c->args[i].u.s.ptr : 0;
+}
+/* The value of a text key of a map; null when there is none, or the value is no map. */
+static inline const tatu_value *tatu_map_get(const tatu_value *map, const char *key) {
+  tatu_str k = tatu_text(key);
+  const tatu_pair *p = map && map->tag == TATU_MAP ? (const tatu_pair *)map->u.s.ptr : 0;
+  uint64_t i, j, n = p ? map->u.s.len : 0;
+  for (i = 0; i < n; i++) {
+    const char *name = (const char *)p[i].key.u.s.ptr;
+    if (p[i].key.tag != TATU_TEXT || p[i].key.u.s.len != k.len) continue;
+    for (j = 0; j < k.len && name[j] == k.ptr[j]; j++) {}
+    if (j == k.len) return &p[i].value;
+  }
+  return 0;
 }
 /* A result, or any value, as a number; 0 if it is none. */
 static inline double tatu_to_float(tatu_value v) {

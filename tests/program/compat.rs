@@ -197,7 +197,7 @@ typedef struct tatu_host_dreams { uint32_t size; uint32_t reserved; void(TATU_CA
 ";
     let at = text.find("/* ================================================================ 12.").unwrap();
     text.insert_str(at, more);
-    text.replace("#define TATU_ABI_MINOR 4", "#define TATU_ABI_MINOR 5")
+    text.replace("#define TATU_ABI_MINOR 5", "#define TATU_ABI_MINOR 6")
 }
 
 /// What a plugin of that release adds to the old one: it fills the new fields, and asks for the new ones of the host.

@@ -228,7 +228,7 @@ fn an_exception_that_leaves_a_plugin_is_its_fault() {
 #[test]
 fn a_plugin_that_calls_exit_is_at_fault() {
     let all = [
-        ("command", "exit", 1, "`tatu_command.call` of plugin `org.example.crashes` for /box1"),
+        ("command", "exit", 1, "`tatu_command.call` (`crash.now`) of plugin `org.example.crashes` for /box1"),
         ("measure", "exit", 1, "`tatu_sensor.measure` of plugin `org.example.crashes` for /left"),
         ("barrier", "exit", 1, "the service `crash_service`"),
         ("command", "thread exit", 1, "in the thread"),

@@ -40,7 +40,7 @@ static tatu_status TATU_CALL measure(void *me, const tatu_sensor_batch *b, tatu_
   }
   return TATU_OK;
 }
-static const tatu_param how = {sizeof how, TATU_I64, 0, TATU_PARAM_REBUILDS, "how", 0, 0, 0, {TATU_I64, 0, {0}}, 0, "How."};
+static const tatu_param how = {sizeof how, TATU_I64, 0, TATU_PARAM_REBUILDS, "how", 0, 0, 0, {TATU_I64, 0, {0}}, 0, "How.", 0};
 static const tatu_param *const params[] = {&how, 0};
 static const tatu_field x = {sizeof x, TATU_ELEM_F64, {3, 1, 1}, 0, "writer.x", "1", "Three.", 0, 0};
 static const tatu_field y = {sizeof y, TATU_ELEM_F64, {1, 1, 1}, 0, "writer.y", "1", "One.", 0, 0};
@@ -61,7 +61,7 @@ static tatu_status TATU_CALL poke(tatu_call *c) {
   ((int64_t *)c->state)[tatu_arg_int(c, 0)] = 1;
   return tatu_return(c, tatu_int(5));
 }
-static const tatu_param at = {sizeof at, TATU_I64, 0, 0, "at", 0, 0, 0, {TATU_NIL, 0, {0}}, 0, "Where."};
+static const tatu_param at = {sizeof at, TATU_I64, 0, 0, "at", 0, 0, 0, {TATU_NIL, 0, {0}}, 0, "Where.", 0};
 static const tatu_param *const poked[] = {&at, 0};
 static const tatu_name name = {sizeof name, 0, "writer.poke", 0, 0, 0, 0};
 static const tatu_name *const names[] = {&name, 0};

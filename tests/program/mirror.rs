@@ -53,7 +53,7 @@ mirror! {
     tatu_host { size, abi_minor, ctx, service }
     tatu_need { size, optional, id, bytes, minor }
     tatu_plugin_t { size, abi_major, abi_minor, id, name, version, licence, needs, init, shutdown, extension }
-    tatu_param { size, type_, count, flags, key, unit, lowest, highest, fallback, choices, text }
+    tatu_param { size, type_, count, flags, key, unit, lowest, highest, fallback, choices, text, keys }
     tatu_instance { size, n_params, world, owner, id, seed, params, state, session }
     tatu_writer { size, reserved, ctx, write }
     tatu_life { size, state_bytes, create, destroy, configure, save, load, version, reserved }
@@ -119,6 +119,6 @@ mirror! {
     tatu_host_session { size, reserved, request, wake, worlds, client, state, input, put_in, open, observed, observe, interrupted, function }
     tatu_host_stage { size, reserved, run }
     tatu_host_log { size, reserved, write, last_error }
-    tatu_host_files { size, reserved, resolve }
+    tatu_host_files { size, reserved, resolve, open }
     tatu_host_figures { size, reserved, add, change, put, record, list, get, part }
 }

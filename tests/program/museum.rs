@@ -24,19 +24,17 @@ fn prints(exhibit: &std::path::Path, threads: &str) -> String {
     copy(exhibit, place.path());
     // The cart's script needs longer than the others.
     let steps = if exhibit.ends_with("cart") { "120" } else { "40" };
-    let args = ["run", "scene.toml", "--steps", steps, "--no-addons", "--allow", "plugins", "--threads", threads];
+    let args =
+        ["run", "scene.toml", "--steps", steps, "--no-addons", "--allow", "plugins", "--threads", threads, "--json"];
     let done = run(program(), place.path(), &args, &[("TATU_PLUGIN_PATH", ".")]).good();
     assert!(!done.err.contains("warning") && !done.err.contains("error"), "{}: {}", exhibit.display(), done.err);
     // What scripts print, without the program's own lines.
-    let own = |l: &&str| !l.contains("simulated") && !l.starts_with("plugin ") && !l.starts_with("  /");
+    let own = |l: &&str| !l.starts_with("plugin ");
     done.err.lines().filter(own).map(|l| format!("{l}\n")).collect()
 }
 
 #[test]
-#[cfg_attr(
-    not(all(target_arch = "x86_64", target_os = "linux")),
-    ignore = "the binaries are of x86-64 Linux"
-)]
+#[cfg_attr(not(all(target_arch = "x86_64", target_os = "linux")), ignore = "the binaries are of x86-64 Linux")]
 fn what_was_built_once_loads_and_does_the_same() {
     for room in rooms() {
         for exhibit in folders(&room) {

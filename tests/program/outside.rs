@@ -93,6 +93,21 @@ fn a_sensor_in_rust_with_a_schema_and_a_live_parameter() {
 }
 
 #[test]
+fn a_sensor_in_rust_that_remembers_goes_on_from_a_snapshot() {
+    let place = in_rust("compass");
+    works(&place, "turns.toml", &["--steps", "60"]);
+    let env = [("TATU_PLUGIN_PATH", ".")];
+    let of = |more: &[&str]| {
+        let args = [&["run", "turns.toml", "--json", "--steps", "60"], more].concat();
+        let done = run(program(), place.path(), &args, &env).good();
+        assert!(!done.err.contains("replay"), "{}", done.err);
+        done.json()["hash"].clone()
+    };
+    let whole = of(&["--snapshot-at", "1.5", "half"]);
+    assert_eq!(of(&["--from", "half"]), whole);
+}
+
+#[test]
 fn commands_in_rust_that_keep_call_and_wait() {
     let place = in_rust("tally");
     works(&place, "scene.toml", &["--steps", "60"]);

@@ -95,9 +95,12 @@ fn a_batch_may_call_nothing_but_the_log() {
 fn threads_of_a_plugin_are_kept_out_of_worlds() {
     for threads in ["1", "2"] {
         let place = place(1, "nowhere", "function sysCall_actuation() nosy.thread() end");
-        let done = place.run(&["--steps", "4", "--threads", threads]).good();
+        let done = place.run(&["--steps", "4", "--threads", threads]);
         assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
+        // It is a fault of the run, and names the library: the host cannot know whose a thread is.
+        assert!(done.errors().iter().all(|e| e["code"] == "F207"));
         done.tells(&[
+            &library("tatu_nosy"),
             "`scene.pose` was called for a world that is not there, or from a thread that is not the world's",
         ]);
         done.tells(&["log.write and session.wake"]);
@@ -107,7 +110,9 @@ fn threads_of_a_plugin_are_kept_out_of_worlds() {
 #[test]
 fn null_is_refused_wherever_something_is_expected() {
     let place = place(1, "nowhere", "function sysCall_init() nosy.nulls(sim.getObject('/eye0')) end");
-    let done = place.run(&["--steps", "2"]).good();
+    let done = place.run(&["--steps", "2"]);
     assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
     assert_eq!(done.err.matches("was refused:").count(), 30, "{}", done.err);
+    let of_world = |e: &serde_json::Value| e["message"].as_str().is_some_and(|m| m.contains("null for its world"));
+    assert!(done.errors().iter().all(of_world), "{}", done.err);
 }

@@ -504,7 +504,7 @@ static tatu_status TATU_CALL barrier(void *data, tatu_world *w, uint64_t step, t
   if (d->how == 4) log->write(d->host, w, TATU_LOG_INFO, tatu_text("third turn"));
   return TATU_GO;
 }
-static const tatu_param how = {sizeof how, TATU_I64, 0, 0, "how", 0, 0, 0, {TATU_I64, 0, {0}}, 0, "what to do"};
+static const tatu_param how = {sizeof how, TATU_I64, 0, 0, "how", 0, 0, 0, {TATU_I64, 0, {0}}, 0, "what to do", 0};
 static const tatu_param *const params[] = {&how, 0};
 static tatu_status TATU_CALL last(void *data, tatu_world *w, tatu_error *e) {
   my_data *d = data;

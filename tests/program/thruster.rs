@@ -439,3 +439,17 @@ fn lists_tell_of_actuators() {
     assert_eq!((&found["commands"][0]["name"], &found["commands"][0]["unit"]), (&"thrust".into(), &"N".into()));
     assert_eq!(found["parameters"][0]["name"], "max_force");
 }
+
+#[test]
+fn what_a_thruster_remembers_stands_in_a_snapshot() {
+    // The lag is in the middle of its rise at 0.3 s.
+    let more = "thrust_n = 40.0\ntime_constant_s = 0.4";
+    let place = Place::scene(&format!("{}{}", hull(""), thruster("thruster", "jet", more)));
+    let hash = |more: &[&str]| {
+        let done = place.run(&[&["--steps", "20"], more].concat()).good();
+        assert!(!done.err.contains("replay"), "{}", done.err);
+        done.json()["hash"].clone()
+    };
+    let whole = hash(&["--snapshot-at", "0.3", "half"]);
+    assert_eq!(hash(&["--from", "half"]), whole);
+}

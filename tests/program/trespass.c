@@ -176,8 +176,8 @@ static tatu_status TATU_CALL init(const tatu_host *h, void **me, tatu_error *e) 
   return TATU_OK;
 }
 
-static const tatu_param where = {sizeof where, TATU_TEXT, 0, TATU_PARAM_REBUILDS, "where", 0, 0, 0, {TATU_TEXT, 0, {0}}, 0, "Where."};
-static const tatu_param knob = {sizeof knob, TATU_F64, 0, 0, "knob", 0, 0, 0, {TATU_F64, 0, {0}}, 0, "A knob."};
+static const tatu_param where = {sizeof where, TATU_TEXT, 0, TATU_PARAM_REBUILDS, "where", 0, 0, 0, {TATU_TEXT, 0, {0}}, 0, "Where.", 0};
+static const tatu_param knob = {sizeof knob, TATU_F64, 0, 0, "knob", 0, 0, 0, {TATU_F64, 0, {0}}, 0, "A knob.", 0};
 static const tatu_param *const params[] = {&where, &knob, 0};
 static const tatu_field number = {sizeof number, TATU_ELEM_F64, {1, 1, 1}, 0, "nosy.number", "1", "One.", 0, 0};
 static const tatu_field *const fields[] = {&number, 0};

@@ -140,6 +140,9 @@ fn parameters(all: &[Declared], in_files: bool) -> Vec<Json> {
             if !p.choices.is_empty() {
                 out["choices"] = json!(p.choices);
             }
+            if !p.keys.is_empty() {
+                out["keys"] = json!(parameters(&p.keys, false));
+            }
             if p.flags & TATU_PARAM_READ_ONLY != 0 {
                 out["read_only"] = json!(true);
             }

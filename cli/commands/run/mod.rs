@@ -218,6 +218,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
             crate::watchdog::leave(INTERRUPTED);
         }
     });
+    world.take_process_anew();
     if let Some(session) = &session {
         session.interrupt_by(interrupted.clone());
     }

@@ -56,11 +56,41 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
         if !p.choices.is_empty() && !any && !matches!(p.kind, TATU_TEXT | TATU_BYTES) {
             say("has choices and is no text: they are not looked at".into());
         }
+        out.extend(
+            parameters(&p.keys, false)
+                .into_iter()
+                .map(|flaw| format!("{name}: {}", flaw.replacen("its parameter", "its key", 1))),
+        );
     }
     out
 }
 
+/// Units of commands beside those of scene files, which people know.
+const MORE_UNITS: &[&str] = &[
+    "B", "px", "deg", "%", "A", "V", "W", "J", "Pa", "K", "T", "lx", "m^2", "m^3", "kg/m^3", "ms", "min", "h", "C",
+    "F", "H",
+];
+
+/// A unit that people would not know.
+fn unknown_unit(p: &Declared) -> Option<String> {
+    let known = |u: &str| u.is_empty() || units::is_known(u) || MORE_UNITS.contains(&u);
+    let unit = p.unit.as_deref().filter(|u| !known(u))?;
+    Some(format!("`{}` has the unknown unit `{unit}`; known are {}", p.key, units::KNOWN.join(", ")))
+}
+
 impl Registry {
+    /// What plugins offer: whose it is, what, its id, and the sentence about it.
+    fn texts(&self) -> Vec<(usize, &'static str, String, String)> {
+        let mut out = Vec::new();
+        out.extend(self.sensors.iter().map(|k| (k.plugin, "sensor", k.id.clone(), k.text.clone())));
+        out.extend(self.actuators.iter().map(|k| (k.plugin, "actuator", k.id.clone(), k.text.clone())));
+        out.extend(self.services.iter().map(|k| (k.plugin, "service", k.id.clone(), k.text.clone())));
+        out.extend(self.models.iter().map(|k| (k.plugin, "model", k.id.clone(), k.text.clone())));
+        out.extend(self.importers.iter().map(|k| (k.plugin, "importer", k.id.clone(), k.text.clone())));
+        let name = |c: &super::CommandEntry| c.names.first().map_or(String::new(), |n| n.name.clone());
+        out.extend(self.commands.iter().map(|c| (c.plugin, "command", name(c), c.text.clone())));
+        out
+    }
     /// Tells the declarations of all plugins that make no sense.
     pub(super) fn check_declarations(&mut self) {
         let mut all: Vec<(usize, String)> = Vec::new();
@@ -88,6 +118,12 @@ impl Registry {
         for c in &self.commands {
             let name = c.names.first().map_or("", |n| n.name.as_str());
             add(c.plugin, format!("the command `{name}`"), parameters(&c.params, false));
+            let results = c.returns.iter().chain(&c.params);
+            add(c.plugin, format!("the command `{name}`"), results.filter_map(unknown_unit).collect());
+        }
+        for (plugin, what, id, text) in self.texts() {
+            let lack = text.is_empty().then(|| "it has no text that says what it does".to_owned());
+            add(plugin, format!("the {what} `{id}`"), lack.into_iter().collect());
         }
         for (e, plugin) in self.events.iter().filter_map(|e| Some((e, e.plugin?))) {
             add(plugin, format!("the event `{}`", e.name), parameters(&e.fields, false));
@@ -116,6 +152,7 @@ mod tests {
             fallback: Value::Nil,
             unreadable_default: false,
             choices: Vec::new(),
+            keys: Vec::new(),
             text: String::new(),
         }
     }

@@ -7,6 +7,9 @@ use tatu_plugin_api::{
 
 use super::tables;
 
+/// How deep tables with declared keys stand within each other.
+const DEEPEST_KEYS: u32 = 4;
+
 /// A declared parameter of a sensor, model or command.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Declared {
@@ -30,6 +33,8 @@ pub struct Declared {
     pub unreadable_default: bool,
     /// Allowed texts; empty: any.
     pub choices: Vec<String>,
+    /// Keys of a table; empty: any.
+    pub keys: Vec<Declared>,
     /// One sentence.
     pub text: String,
 }
@@ -39,9 +44,17 @@ impl Declared {
     /// The list and its tables are as the header tells.
     pub(super) unsafe fn read_list(list: *const *const tatu_param) -> Vec<Declared> {
         // SAFETY: the caller promises it.
-        unsafe { tables::list(list).into_iter().map(|(_, p)| Self::read(&p)).collect() }
+        unsafe { Self::read_level(list, 0) }
     }
-    unsafe fn read(raw: &tatu_param) -> Declared {
+    /// Keys of tables within tables are read so deep as values nest: a declaration may lead back to itself.
+    unsafe fn read_level(list: *const *const tatu_param, depth: u32) -> Vec<Declared> {
+        if depth > DEEPEST_KEYS {
+            return Vec::new();
+        }
+        // SAFETY: the caller promises it.
+        unsafe { tables::list(list).into_iter().map(|(_, p)| Self::read(&p, depth)).collect() }
+    }
+    unsafe fn read(raw: &tatu_param, depth: u32) -> Declared {
         // Both bounds zero is a table that somebody zeroed and did not fill: no bounds.
         let unset = raw.lowest == 0.0 && raw.highest == 0.0;
         // SAFETY: texts of a declaration live as long as its plugin.
@@ -58,6 +71,7 @@ impl Declared {
                 unreadable_default: fallback.is_err(),
                 fallback: fallback.unwrap_or_default(),
                 choices: tables::pointers(raw.choices).into_iter().filter_map(|c| tables::text(c)).collect(),
+                keys: if raw.type_ == TATU_MAP { Self::read_level(raw.keys, depth + 1) } else { Vec::new() },
                 text: tables::text(raw.text).unwrap_or_default(),
             }
         }
@@ -77,6 +91,10 @@ impl Declared {
             TATU_F64S if self.count > 0 => format!("{} numbers", self.count),
             TATU_F64S => "numbers".into(),
             TATU_LIST => "a list".into(),
+            TATU_MAP if !self.keys.is_empty() => {
+                let keys: Vec<&str> = self.keys.iter().map(|k| k.key.as_str()).collect();
+                format!("a table with the keys {}", keys.join(", "))
+            }
             TATU_MAP => "a table with keys".into(),
             TATU_FUNC => "a function".into(),
             TATU_OBJECT => "an object".into(),
@@ -113,9 +131,12 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
         (TATU_I64, Value::Text(t)) => number(&t).and_then(whole).map(Value::Int),
         (TATU_I64, Value::Object(o)) => Some(Value::Int((o & 0xF_FFFF) as i64)),
         (TATU_BOOL, Value::Bool(b)) => Some(Value::Bool(b)),
-        (TATU_TEXT | TATU_BYTES, v @ (Value::Text(_) | Value::Bytes(_))) => Some(v),
-        (TATU_TEXT | TATU_BYTES, Value::Int(i)) => Some(Value::text(i.to_string())),
-        (TATU_TEXT | TATU_BYTES, Value::Float(f)) => Some(Value::text(format!("{f}"))),
+        (TATU_TEXT, Value::Text(t) | Value::Bytes(t)) => Some(Value::Text(t)),
+        (TATU_BYTES, Value::Text(t) | Value::Bytes(t)) => Some(Value::Bytes(t)),
+        (TATU_TEXT, Value::Int(i)) => Some(Value::text(i.to_string())),
+        (TATU_TEXT, Value::Float(f)) => Some(Value::text(format!("{f}"))),
+        (TATU_BYTES, Value::Int(i)) => Some(Value::Bytes(i.to_string().into_bytes())),
+        (TATU_BYTES, Value::Float(f)) => Some(Value::Bytes(f.to_string().into_bytes())),
         (TATU_F64S, Value::Floats(f)) => Some(Value::Floats(f)),
         (TATU_F64S, Value::Ints(i)) => Some(Value::Floats(i.into_iter().map(|x| x as f64).collect())),
         (TATU_F64S, Value::List(l)) => l
@@ -131,10 +152,15 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
         (TATU_LIST, Value::Floats(f)) => Some(Value::List(f.into_iter().map(Value::Float).collect())),
         (TATU_LIST, Value::Ints(f)) => Some(Value::List(f.into_iter().map(Value::Int).collect())),
         (TATU_LIST, v @ Value::List(_)) => Some(v),
-        (TATU_MAP, v @ Value::Map(_)) => Some(v),
-        // An empty table of a script is a list; it is an empty map just as well.
-        (TATU_MAP, Value::List(l)) if l.is_empty() => Some(Value::Map(Vec::new())),
-        (TATU_MAP, v @ (Value::List(_) | Value::Floats(_) | Value::Ints(_))) => Some(v),
+        // A script cannot tell a list from a table whose keys are 1, 2, 3, nor an empty one from either.
+        (TATU_MAP, Value::Map(m)) => Some(Value::Map(with_keys(declared, m)?)),
+        (TATU_MAP, Value::List(l)) => Some(Value::Map(with_keys(declared, numbered(l))?)),
+        (TATU_MAP, Value::Floats(f)) => {
+            Some(Value::Map(with_keys(declared, numbered(f.into_iter().map(Value::Float)))?))
+        }
+        (TATU_MAP, Value::Ints(i)) => Some(Value::Map(with_keys(declared, numbered(i.into_iter().map(Value::Int)))?)),
+        (TATU_LIST, Value::Map(m)) if m.is_empty() => Some(Value::List(Vec::new())),
+        (TATU_F64S, Value::Map(m)) if m.is_empty() => Some(Value::Floats(Vec::new())),
         (TATU_FUNC, v @ Value::Func(_)) => Some(v),
         (TATU_OBJECT, Value::Object(o)) => Some(Value::Object(o)),
         (TATU_OBJECT, Value::Int(i)) => u64::try_from(i).ok().map(Value::Object),
@@ -170,6 +196,54 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
         _ => found,
     };
     Err(format!("expected {}, found {found}", declared.expectation()))
+}
+
+/// The entries of a list as those of a table: its keys are 1, 2, 3.
+fn numbered(values: impl IntoIterator<Item = Value>) -> Vec<(Value, Value)> {
+    (1..).map(Value::Int).zip(values).collect()
+}
+
+/// The entries of a table as its declared keys want them, defaults filled in, in the order of declaration; unchanged where
+/// none are declared.
+fn with_keys(declared: &Declared, entries: Vec<(Value, Value)>) -> Result<Vec<(Value, Value)>, String> {
+    if declared.keys.is_empty() {
+        return Ok(entries);
+    }
+    let mut given: Vec<Option<Value>> = vec![None; declared.keys.len()];
+    for (key, value) in entries {
+        let place = name(&key).and_then(|k| declared.keys.iter().position(|d| d.key == k));
+        let Some(place) = place else {
+            let known: Vec<&str> = declared.keys.iter().map(|d| d.key.as_str()).collect();
+            let near = name(&key).and_then(|k| tatu_errors::nearest(k, known.iter().copied()));
+            let near = near.map_or(String::new(), |n| format!(", did you mean `{n}`?"));
+            return Err(format!("there is no key {}{near} (keys are {})", shown(&key), known.join(", ")));
+        };
+        given[place] = Some(value);
+    }
+    let mut out = Vec::new();
+    for (key, value) in declared.keys.iter().zip(given) {
+        let value = match value {
+            None | Some(Value::Nil) if key.fallback != Value::Nil => key.fallback.clone(),
+            None | Some(Value::Nil) if key.optional() => continue,
+            None | Some(Value::Nil) => return Err(format!("the key `{}` is missing: {}", key.key, key.expectation())),
+            Some(value) => check_value(key, value).map_err(|e| format!("key `{}`: {e}", key.key))?,
+        };
+        out.push((Value::text(key.key.as_str()), value));
+    }
+    Ok(out)
+}
+
+/// A key that is a text.
+fn name(key: &Value) -> Option<&str> {
+    match key {
+        Value::Text(t) | Value::Bytes(t) => std::str::from_utf8(t).ok(),
+        _ => None,
+    }
+}
+
+/// A key for messages.
+fn shown(key: &Value) -> String {
+    name(key).map_or_else(|| describe(key), |k| format!("`{}`", k.chars().take(40).collect::<String>()))
 }
 
 /// A number without a fraction as an integer.

@@ -1,6 +1,9 @@
 //! Drafts: an extension or service of another draft is reported as such, not as unknown.
 
-use std::ffi::{CStr, CString};
+use std::{
+    ffi::{CStr, CString},
+    path::Path,
+};
 
 use tatu_plugin_api::abi::*;
 
@@ -50,6 +53,17 @@ pub fn offered(offers: impl Fn(&CStr) -> bool) -> Vec<String> {
         out.extend(found.and_then(|id| other_draft(&id)));
     }
     out
+}
+
+/// Where a library that offers nothing holds a text that looks like the id of an extension and is none: what it is, and the
+/// nearest that there is. Empty otherwise.
+pub fn misspelt(library: &Path) -> String {
+    let Ok(bytes) = std::fs::read(library) else { return String::new() };
+    let known: Vec<&str> = EXTENSIONS.iter().chain(&SERVICES).filter_map(|id| id.to_str().ok()).collect();
+    let texts = bytes.split(|b| *b == 0).filter_map(|t| std::str::from_utf8(t).ok());
+    let wrong = |t: &&str| t.len() < 60 && t.contains("tatu") && t.contains("draft") && !known.contains(t);
+    let found = texts.filter(wrong).find_map(|t| Some((t, tatu_errors::nearest(t, known.iter().copied())?)));
+    found.map_or(String::new(), |(t, near)| format!(": it knows the id `{t}`, which is none; did you mean `{near}`?"))
 }
 
 #[cfg(test)]

@@ -103,6 +103,7 @@ pub fn of_host() -> Vec<EventInfo> {
         fallback: Value::Nil,
         unreadable_default: false,
         choices: Vec::new(),
+        keys: Vec::new(),
         text: text.into(),
     };
     let event = |(name, text, fields): &(&str, &str, &[Field])| EventInfo {

@@ -1,13 +1,19 @@
-//! What every plugin must leave as it found it: floating-point mode and locale.
+//! What every plugin must leave as it found it.
 //!
-//! The mode belongs to a thread: after a library built with `-ffast-math` has been loaded, everything else on that
-//! thread computes other results. The locale belongs to the process: with a decimal comma no number can be read any
-//! more. Both are restored and the plugin is named. The mode is a read of one register and is looked at around
-//! every outermost call; the rest ([`ProcessState`]) after loading, after making instances, and once per stage.
+//! Of the thread: floating-point mode and direction flag. After a library built with `-ffast-math` has been loaded, everything
+//! else on that thread computes other results; with the direction flag set, copies run backwards. Of the process: the locale
+//! (with a decimal comma no number can be read any more), the working folder, what signals do, standard output and error.
+//!
+//! All is put back and the plugin is named. The mode is a read of one register and is looked at around every outermost call,
+//! the direction flag around every call; locale and old floating-point unit ([`ProcessState`]) after loading, after making
+//! instances, and once per stage; what takes calls of the system (`process`) likewise, but in a stage of 64.
+
+mod process;
 
 use std::{
     cell::RefCell,
     ffi::{CStr, CString},
+    sync::atomic::{AtomicBool, Ordering::Relaxed},
 };
 
 /// The floating-point mode of this thread: rounding, subnormal numbers, traps; not the flags of past operations.
@@ -83,6 +89,22 @@ mod register {
     pub fn write_old(_: u16) {}
 }
 
+/// Clears the direction flag of the processor; whether it was set.
+#[cfg(target_arch = "x86_64")]
+#[inline]
+pub fn clear_direction() -> bool {
+    let flags: u64;
+    // SAFETY: reads the flags through the stack, and leaves the direction flag as compiled code expects it.
+    unsafe { core::arch::asm!("pushfq", "pop {}", "cld", out(reg) flags) };
+    flags & 0x400 != 0
+}
+/// There is no such flag.
+#[cfg(not(target_arch = "x86_64"))]
+#[inline]
+pub fn clear_direction() -> bool {
+    false
+}
+
 impl Mode {
     /// The mode of this thread now.
     #[inline]
@@ -123,29 +145,72 @@ pub fn say(text: &str) -> bool {
     })
 }
 
-/// Calls a plugin; whether it left another floating-point mode behind, which has been restored then.
+/// Calls a plugin; what of its thread it left in another state, which has been put back then.
 #[inline]
-pub fn watched<T>(f: impl FnOnce() -> T) -> (T, bool) {
+pub fn watched<T>(f: impl FnOnce() -> T) -> (T, Option<&'static str>) {
     let before = Mode::now();
     let done = f();
-    (done, before.restore())
+    let (turned, moved) = (clear_direction(), before.restore());
+    if IS_CHILD.load(Relaxed) {
+        end_child();
+    }
+    let what = match (turned, moved) {
+        (false, false) => None,
+        (true, _) => Some(DIRECTION),
+        (false, true) => Some(MODE),
+    };
+    (done, what)
 }
 
-/// Mode and locale at a time when all was well.
+/// This process is a copy of the program, made by a fork within a plugin's call.
+static IS_CHILD: AtomicBool = AtomicBool::new(false);
+
+/// Told by the program, in a copy of itself: it ends when the plugin's call comes back.
+pub fn this_is_a_child() {
+    IS_CHILD.store(true, Relaxed);
+}
+
+/// A copy has one thread, and would wait for the others for ever, or write what the program itself writes.
+#[cold]
+fn end_child() {
+    #[cfg(unix)]
+    // SAFETY: does not return, and runs nothing of this process.
+    unsafe {
+        libc::_exit(1)
+    };
+}
+
+/// The state of thread and process at a time when all was well.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ProcessState {
     mode: Mode,
     old: u16,
     locale: Option<CString>,
+    process: process::State,
 }
 
 impl ProcessState {
     /// As it is now.
     pub fn now() -> Self {
-        ProcessState { mode: Mode::now(), old: register::read_old(), locale: with_locale(|l| l.map(CStr::to_owned)) }
+        ProcessState {
+            mode: Mode::now(),
+            old: register::read_old(),
+            locale: with_locale(|l| l.map(CStr::to_owned)),
+            process: process::State::now(),
+        }
+    }
+    /// What belongs to the process is from now on as it is now: the program itself has changed it.
+    pub fn take_process_anew(&mut self) {
+        self.process = process::State::now();
     }
     /// Goes back to it; what had been changed, in words.
-    pub fn restore(&self) -> Option<&'static str> {
+    pub fn restore(&self) -> Option<String> {
+        let mut changed: Vec<String> = self.restore_quickly().map(str::to_owned).into_iter().collect();
+        changed.extend(self.process.restore());
+        (!changed.is_empty()).then(|| changed.join(" and "))
+    }
+    /// The same for what takes no call of the system.
+    pub fn restore_quickly(&self) -> Option<&'static str> {
         let mut changed = self.mode.restore();
         if register::read_old() != self.old {
             register::write_old(self.old);
@@ -166,10 +231,12 @@ impl ProcessState {
 
 /// What was changed, for messages.
 pub const MODE: &str = "the floating-point mode";
+/// The same.
+pub const DIRECTION: &str = "the direction flag of the processor";
 const BOTH: &str = "the floating-point mode and the locale of the process";
 /// What to do about it, for messages.
-pub const HELP: &str =
-    "it was put back; build the plugin without `-ffast-math`, and without calls of setlocale, fesetround and the like";
+pub const HELP: &str = "it was put back; build the plugin without `-ffast-math`, and without calls of setlocale, fesetround, chdir, \
+                        sigaction and the like";
 
 #[cfg(unix)]
 fn with_locale<T>(f: impl FnOnce(Option<&CStr>) -> T) -> T {
@@ -204,9 +271,10 @@ mod tests {
     fn a_changed_mode_is_put_back() {
         let before = Mode::now();
         let ((), changed) = watched(|| register::write(before.0 | FAST));
-        assert!(changed);
+        assert_eq!(changed, Some(MODE));
         assert_eq!(Mode::now(), before);
-        assert!(!watched(|| std::hint::black_box(1.0f64) / std::hint::black_box(3.0)).1, "flags are no mode");
+        let done = watched(|| std::hint::black_box(1.0f64) / std::hint::black_box(3.0));
+        assert_eq!(done.1, None, "flags are no mode");
     }
 
     #[test]
@@ -214,7 +282,7 @@ mod tests {
         let home = ProcessState::now();
         assert_eq!(home.restore(), None);
         register::write_old(home.old & !0x300);
-        assert_eq!(home.restore(), Some(MODE));
+        assert_eq!(home.restore().as_deref(), Some(MODE));
         assert_eq!(ProcessState::now(), home);
     }
 }

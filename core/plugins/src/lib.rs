@@ -6,6 +6,7 @@
 //! - [`HostTables`]: the host's functions that plugins ask for by id, and the keys that they interned;
 //! - [`thread_grant`]: instances on several threads;
 //! - [`guard`]: floating-point mode and locale, which plugins must leave alone;
+//! - [`guarded`], [`state_block`]: memory that plugins write to;
 //! - [`watchdog`]: which plugin call is running, and for how long;
 //! - `declared`: declarations (parameters, commands) as Rust types; `checks`: those that contradict themselves;
 //!   `names`: what can be a name, and whose name space it stands in;
@@ -22,6 +23,7 @@ mod drafts;
 mod elf;
 pub mod events;
 pub mod guard;
+pub mod guarded;
 mod host_tables;
 mod load;
 mod names;

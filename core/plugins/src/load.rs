@@ -49,6 +49,8 @@ fn undefined_symbol(reason: &str) -> Option<&str> {
     rest.split([',', ' ', '\n']).next().filter(|s| !s.is_empty())
 }
 
+/// What to do about a plugin that needs a newer host.
+const UPDATE: &str = "update this program (`tatu --version`), or use a version of the plugin that was built for it";
 const REBUILD: &str = "rebuild it against this release's plugin-api";
 
 /// A loaded and started plugin. Never unloaded: threads and thread-locals of the library may outlive any wish.
@@ -172,7 +174,10 @@ impl Loaded {
         }
         watch.subject(&format!("{id} ({})", path.display()));
         let own = host.own(&id, search.is_of_program(path));
-        Self::check_needs(&raw, host, path, remarks).map_err(|text| fail(text, REBUILD))?;
+        Self::check_needs(&raw, host, path, remarks).map_err(|unmet| {
+            let help = if unmet.newer_host { UPDATE } else { REBUILD };
+            fail(unmet.sentence(), help)
+        })?;
         let mut me = std::ptr::null_mut();
         let mut error = crate::border::ErrorSlot::new();
         host.forget_refused();
@@ -219,6 +224,11 @@ impl Loaded {
                 "ask the author of the plugin",
             ));
         }
+        if others.is_empty() && drafts::EXTENSIONS.iter().all(|id| loaded.extension::<u8>(id).is_null()) {
+            let text = format!("the plugin {} offers nothing{}", path.display(), drafts::misspelt(file));
+            let help = "`tatu_plugin.extension` answers the ids of the header, TATU_COMMAND and the like, with a table";
+            remarks.warnings.push(Error::new("E324", text).help(help));
+        }
         for other in others {
             let text = format!("the plugin {} is {other}: that part of it is not used", path.display());
             remarks.warnings.push(Error::new("E320", text).help(REBUILD));
@@ -226,15 +236,16 @@ impl Loaded {
         Ok(loaded)
     }
 
-    fn check_needs(raw: &tatu_plugin_t, host: &HostTables, path: &Path, remarks: &mut Remarks) -> Result<(), String> {
+    fn check_needs(raw: &tatu_plugin_t, host: &HostTables, path: &Path, remarks: &mut Remarks) -> Result<(), Unmet> {
         // SAFETY: a null-terminated list of tables, by the contract.
         for (_, need) in unsafe { tables::list(raw.needs) } {
             // SAFETY: NUL-terminated, by the contract.
             let id = unsafe { tables::text(need.id) };
-            let Some((what, why)) = unmet(id.as_deref(), &need, host) else { continue };
+            let Some(unmet) = unmet(id.as_deref(), &need, host) else { continue };
             if need.optional == 0 {
-                return Err(format!("it needs {what}, {why}"));
+                return Err(unmet);
             }
+            let Unmet { what, why, .. } = unmet;
             remarks.notes.push(format!("the plugin {} would like {what}, {why}; it goes without", path.display()));
         }
         Ok(())
@@ -258,22 +269,38 @@ impl Loaded {
 }
 
 /// What of a need this host does not meet, and why.
-fn unmet(id: Option<&str>, need: &tatu_need, host: &HostTables) -> Option<(String, String)> {
+struct Unmet {
+    what: String,
+    why: String,
+    /// A newer version of the program may.
+    newer_host: bool,
+}
+
+impl Unmet {
+    fn sentence(&self) -> String {
+        format!("it needs {}, {}", self.what, self.why)
+    }
+}
+
+fn unmet(id: Option<&str>, need: &tatu_need, host: &HostTables) -> Option<Unmet> {
     if need.minor > u32::from(TATU_ABI_MINOR) {
         let what = format!("minor version {} of the ABI", need.minor);
-        return Some((what, format!("this host has {TATU_ABI_MINOR}: it is older than the plugin")));
+        let why = format!("this host has {TATU_ABI_MINOR}: it is older than the plugin");
+        return Some(Unmet { what, why, newer_host: true });
     }
     let id = id?;
     let table = host.find(id);
     if table.is_null() {
         let why = drafts::other_draft(id).unwrap_or_else(|| "which this host does not offer".into());
-        return Some((format!("`{id}`"), why));
+        return Some(Unmet { what: format!("`{id}`"), why, newer_host: false });
     }
     // SAFETY: every table of the host begins with its size.
     let size = unsafe { *table.cast::<u32>() };
-    let short =
-        || (format!("{} bytes of `{id}`", need.bytes), format!("this host has {size}: it is older than the plugin"));
-    (need.bytes > size).then(short)
+    (need.bytes > size).then(|| Unmet {
+        what: format!("{} bytes of `{id}`", need.bytes),
+        why: format!("this host has {size}: it is older than the plugin"),
+        newer_host: true,
+    })
 }
 
 impl Loaded {

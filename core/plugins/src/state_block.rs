@@ -1,44 +1,48 @@
-//! State blocks of instances: memory of the host that a plugin writes to. A word behind each tells whether it wrote too far.
+//! State blocks of instances: memory of the host that a plugin writes to, with guards on both sides.
 
 use std::{
     ffi::c_void,
     ops::{Deref, DerefMut},
 };
 
-/// What stands behind memory that a plugin may write to. Unlikely as a number, a pointer or a text.
+/// What stands beside memory that a plugin may write to. Unlikely as a number, a pointer or a text.
 pub const GUARD: u64 = 0x5EED_A11A_D0E5_7A7C;
+/// How many of it on each side: what is written a little too far harms nobody else.
+pub const GUARD_WORDS: usize = 8;
 
-/// The state block of an instance, zero at first; its address stays. As a slice: its words, without what stands behind them.
+/// The state block of an instance, zero at first; its address stays. As a slice: its words, without what stands beside them.
 #[derive(Debug)]
 pub struct StateBlock(Vec<u64>);
 
 impl StateBlock {
     /// One of so many bytes.
     pub fn new(bytes: u32) -> Self {
-        let mut words = vec![0; (bytes as usize).div_ceil(8) + 1];
-        if let Some(guard) = words.last_mut() {
-            *guard = GUARD;
-        }
-        StateBlock(words)
+        let n = (bytes as usize).div_ceil(8);
+        let mut block = StateBlock(vec![0; n + 2 * GUARD_WORDS]);
+        block.mend();
+        block
     }
 
     /// As plugins get it: null if it has no bytes.
     #[inline]
     pub fn place(&self) -> *mut c_void {
-        if self.0.len() == 1 { std::ptr::null_mut() } else { self.0.as_ptr().cast_mut().cast() }
+        if self.0.len() == 2 * GUARD_WORDS {
+            return std::ptr::null_mut();
+        }
+        self.0.as_ptr().wrapping_add(GUARD_WORDS).cast_mut().cast()
     }
 
-    /// Whether nobody has written past its end.
+    /// Whether nobody has written beside it. Looked at after each call: the nearest word on each side.
     #[inline]
     pub fn is_whole(&self) -> bool {
-        self.0.last() == Some(&GUARD)
+        self.0[GUARD_WORDS - 1] == GUARD && self.0[self.0.len() - GUARD_WORDS] == GUARD
     }
 
-    /// It is whole again: what was written past its end has been told.
+    /// It is whole again: what was written beside it has been told.
     pub fn mend(&mut self) {
-        if let Some(guard) = self.0.last_mut() {
-            *guard = GUARD;
-        }
+        let end = self.0.len() - GUARD_WORDS;
+        self.0[..GUARD_WORDS].fill(GUARD);
+        self.0[end..].fill(GUARD);
     }
 }
 
@@ -46,19 +50,20 @@ impl Deref for StateBlock {
     type Target = [u64];
     #[inline]
     fn deref(&self) -> &[u64] {
-        &self.0[..self.0.len() - 1]
+        &self.0[GUARD_WORDS..self.0.len() - GUARD_WORDS]
     }
 }
 
 impl DerefMut for StateBlock {
     fn deref_mut(&mut self) -> &mut [u64] {
-        let n = self.0.len() - 1;
-        &mut self.0[..n]
+        let end = self.0.len() - GUARD_WORDS;
+        &mut self.0[GUARD_WORDS..end]
     }
 }
 
-/// What is said of an instance whose plugin wrote past its state block.
-pub const PAST_STATE: &str = "broke the contract: it wrote past the end of its state block (`tatu_life.state_bytes`)";
+/// What is said of an instance whose plugin wrote beside its state block.
+pub const PAST_STATE: &str =
+    "broke the contract: it wrote past the end of its state block (`tatu_life.state_bytes`), or before its beginning";
 
 #[cfg(test)]
 mod tests {
@@ -68,11 +73,13 @@ mod tests {
     fn a_word_too_far_is_noticed_until_it_is_mended() {
         let mut block = StateBlock::new(12);
         assert_eq!((block.len(), block.is_whole()), (2, true));
-        let place = block.place().cast::<u64>();
-        // SAFETY: the third word is the guard's.
-        unsafe { place.add(2).write(1) };
-        assert!(!block.is_whole());
-        block.mend();
-        assert!(block.is_whole());
+        for beside in [-1, 2] {
+            // SAFETY: the words beside the two are the guards'.
+            unsafe { block.place().cast::<u64>().offset(beside).write(1) };
+            assert!(!block.is_whole());
+            block.mend();
+            assert!(block.is_whole() && block.iter().all(|w| *w == 0));
+        }
+        assert!(StateBlock::new(0).place().is_null());
     }
 }

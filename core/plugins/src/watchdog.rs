@@ -9,14 +9,19 @@
 use std::{
     cell::Cell,
     collections::BTreeMap,
+    ffi::c_void,
     ptr,
     sync::{
         Arc, Mutex, MutexGuard, TryLockError,
-        atomic::{AtomicU32, AtomicU64, Ordering::Relaxed},
+        atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering::Relaxed},
     },
     thread,
     time::Duration,
 };
+
+use tatu_plugin_api::abi::tatu_error;
+
+use crate::border::ErrorSlot;
 
 macro_rules! calls {
     ($($(#[$doc:meta])* $name:ident = $text:literal),* $(,)?) => {
@@ -101,6 +106,34 @@ pub fn here() -> *const Watch {
     HERE.get()
 }
 
+/// How a script tells where it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ScriptPlace(usize, usize);
+
+impl ScriptPlace {
+    /// By the function of its language and its data there.
+    pub fn new(place: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_error)>, data: *mut c_void) -> Self {
+        ScriptPlace(place.map_or(0, |f| f as usize), data as usize)
+    }
+    /// Asks it: file and line.
+    ///
+    /// # Safety
+    /// The script is there, and the thread that runs it stands still.
+    pub unsafe fn ask(self) -> Option<(String, u64)> {
+        if self.0 == 0 || self.1 == 0 {
+            return None;
+        }
+        let mut error = ErrorSlot::new();
+        // SAFETY: made of such a function in `new`; the rest the caller promises.
+        unsafe {
+            let place: unsafe extern "C" fn(*mut c_void, *mut tatu_error) = std::mem::transmute(self.0);
+            place(self.1 as *mut c_void, error.fresh());
+        }
+        let said = error.said();
+        said.file.filter(|_| said.line > 0).map(|file| (file, said.line))
+    }
+}
+
 /// What ran before a call: for [`Watch::leave`].
 #[derive(Debug, Clone, Copy)]
 pub struct Before {
@@ -114,6 +147,10 @@ pub struct Watch {
     now: AtomicU64,
     /// Instances of the call, where it is one for a batch; the note has the first one.
     batch: AtomicU32,
+    /// The command that runs, by its number from 1; 0: none.
+    command: AtomicU32,
+    /// How the innermost script tells where it is: `tatu_language.place` and its data; 0: there is none.
+    script: [AtomicUsize; 2],
     /// Names of objects, by slot.
     names: Arc<Mutex<BTreeMap<u32, String>>>,
     /// While nothing has an index yet: what is loaded or built. Within a service's turn: the service.
@@ -167,6 +204,21 @@ impl Watch {
         self.note(self.now.load(Relaxed), before.word);
         HERE.set(before.outer);
     }
+    /// Notes which command is called; what was noted before, to be noted again when it has returned.
+    #[inline]
+    pub fn command(&self, number: u32) -> u32 {
+        let before = self.command.load(Relaxed);
+        self.command.store(number, Relaxed);
+        before
+    }
+    /// Notes which script is entered, by what tells its place; what was noted before.
+    #[inline]
+    pub fn script(&self, place: ScriptPlace) -> ScriptPlace {
+        let before = ScriptPlace(self.script[0].load(Relaxed), self.script[1].load(Relaxed));
+        self.script[0].store(place.0, Relaxed);
+        self.script[1].store(place.1, Relaxed);
+        before
+    }
     /// The call that runs waits for something outside, and asks whether the run is to end: it is not stuck.
     pub fn waits(&self) {
         let now = self.now.load(Relaxed);
@@ -209,6 +261,10 @@ pub struct Stuck {
     pub others: u32,
     /// The function.
     pub call: &'static str,
+    /// The command, by its first name, if it is one's.
+    pub command: Option<String>,
+    /// The script that called it, or that runs.
+    pub script: ScriptPlace,
 }
 
 /// How often, each a millisecond later, a lock is tried whose holder may never give it back.
@@ -242,6 +298,8 @@ struct Inner {
     all: Mutex<Vec<Arc<Watch>>>,
     /// Ids, by index.
     plugins: Mutex<Vec<String>>,
+    /// First names, by number.
+    commands: Mutex<Vec<String>>,
 }
 
 impl Watches {
@@ -261,6 +319,12 @@ impl Watches {
     pub fn plugins(&self, ids: Vec<String>) {
         if let Ok(mut plugins) = self.0.plugins.lock() {
             *plugins = ids;
+        }
+    }
+    /// The names of commands, by number.
+    pub fn commands(&self, names: Vec<String>) {
+        if let Ok(mut commands) = self.0.commands.lock() {
+            *commands = names;
         }
     }
     /// Starts the watchdog: a thread that calls `stuck` once, when a call has not returned within `limit`.
@@ -300,6 +364,13 @@ impl Watches {
         thread::Builder::new().name("watchdog".into()).spawn(run).map(drop)
     }
 
+    /// A call that runs on any thread.
+    pub fn any_running(&self) -> Option<Stuck> {
+        let watch = peek(&self.0.all)?.iter().find(|w| !w.is_idle())?.clone();
+        let word = watch.now.load(Relaxed);
+        (word & ((1 << COUNT) - 1) != 0).then(|| self.describe(&watch, word))
+    }
+
     /// The call that runs on the thread whose [`here`] this is; `None`: none does.
     pub fn running(&self, here: *const Watch) -> Option<Stuck> {
         let watch = peek(&self.0.all)?.iter().find(|w| ptr::eq(Arc::as_ptr(w), here))?.clone();
@@ -320,7 +391,12 @@ impl Watches {
         };
         let batch = [Call::Aim, Call::Measure, Call::Finish, Call::Apply].map(Call::text).contains(&call);
         let others = if batch { watch.batch.load(Relaxed).saturating_sub(1) } else { 0 };
-        Stuck { plugin: id.unwrap_or(subject), object, others, call }
+        let command = watch.command.load(Relaxed) as usize;
+        let command = (call == Call::Command.text())
+            .then(|| peek(&self.0.commands)?.get(command.wrapping_sub(1)).cloned())
+            .flatten();
+        let script = ScriptPlace(watch.script[0].load(Relaxed), watch.script[1].load(Relaxed));
+        Stuck { plugin: id.unwrap_or(subject), object, others, call, command, script }
     }
 }
 
@@ -350,7 +426,8 @@ mod tests {
             }
         };
         let object = Some("/robot".into());
-        let wanted = Stuck { plugin: "org.b".into(), object, others: 0, call: "tatu_command.call" };
+        let (command, script) = (None, ScriptPlace(0, 0));
+        let wanted = Stuck { plugin: "org.b".into(), object, others: 0, call: "tatu_command.call", command, script };
         assert_eq!(stuck, wanted);
         assert_eq!(outer.word & ((1 << COUNT) - 1), 0, "nothing was noted before");
     }

@@ -249,6 +249,7 @@ impl RowInfo {
             fallback: Value::Nil,
             unreadable_default: false,
             choices: self.choices.iter().map(|s| (*s).to_owned()).collect(),
+            keys: Vec::new(),
             text: self.text.to_owned(),
         }
     }

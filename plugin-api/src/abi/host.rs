@@ -301,6 +301,10 @@ pub struct tatu_host_log {
 
 pub const TATU_FILE_READ: u32 = 1;
 pub const TATU_FILE_WRITE: u32 = 2;
+pub const TATU_FILE_APPEND: u32 = 4;
+pub const TATU_FILE_UPDATE: u32 = 8;
+pub const TATU_FILE_NEW: u32 = 16;
+pub const TATU_FILE_FOLDERS: u32 = 32;
 
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -308,6 +312,7 @@ pub struct tatu_host_files {
     pub size: u32,
     pub reserved: u32,
     pub resolve: Option<for<'a> extern "C" fn(WorldRef<'a>, Lent<'_>, u32, Option<&mut Lent<'a>>) -> tatu_status>,
+    pub open: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, u32, Option<&mut i64>) -> tatu_status>,
 }
 
 pub const TATU_FIGURE_STREAM: u32 = 1;

@@ -5,7 +5,7 @@ use core::ffi::{c_char, c_void};
 use super::frozen::*;
 
 pub const TATU_ABI_MAJOR: u16 = 0;
-pub const TATU_ABI_MINOR: u16 = 4;
+pub const TATU_ABI_MINOR: u16 = 5;
 
 pub type tatu_status = i32;
 pub const TATU_OK: tatu_status = 0;
@@ -95,6 +95,7 @@ pub struct tatu_param {
     pub fallback: tatu_value,
     pub choices: *const *const c_char,
     pub text: *const c_char,
+    pub keys: *const *const tatu_param,
 }
 
 #[repr(C)]

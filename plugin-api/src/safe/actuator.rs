@@ -86,8 +86,11 @@ pub trait Actuator: Sized + Send + Sync + 'static {
     const TEXT: &'static str;
     /// Whether it is asked before each engine step, instead of once per step of the world.
     const EVERY_SUBSTEP: bool = false;
-    /// Numbers that each remembers between calls.
+    /// Numbers that each remembers between calls: [`Output::state`]. The host keeps them, so that they stand in snapshots and go
+    /// through a reload.
     const STATE: usize = 0;
+    /// Version of these numbers and of what [`Actuator::save`] writes; count it when their meaning changes.
+    const STATE_VERSION: u32 = 0;
 
     /// Its parameters.
     fn params() -> Vec<Param>;
@@ -100,6 +103,15 @@ pub trait Actuator: Sized + Send + Sync + 'static {
     fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
         let _ = (params, changed);
         Ok(Change::Rebuild)
+    }
+    /// What its output depends on beside parameters, commands and [`Actuator::STATE`], for a snapshot. Most have no such thing.
+    fn save(&self) -> Result<Vec<u8>> {
+        Ok(Vec::new())
+    }
+    /// Takes back what `save` of `version` wrote, into an actuator made with the same parameters.
+    fn load(&self, bytes: &[u8], version: u32) -> Result {
+        let _ = version;
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
     }
     /// Turns a command into forces. Must not block; runs on several threads.
     fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result;
@@ -149,7 +161,7 @@ fn in_use() -> Fail {
 
 impl<A: Actuator> Life for Data<A> {
     type Plugin = A::Plugin;
-    const SAVES: bool = false;
+    const STATE_VERSION: u32 = A::STATE_VERSION;
 
     fn create(_: &Started<A::Plugin>, info: &Info<'_>) -> Result<Self> {
         let actuator = A::create(&info.world, info.instance, &Params::new(info.params, &params_of::<A>()))?;
@@ -158,6 +170,12 @@ impl<A: Actuator> Life for Data<A> {
     fn configure(&self, params: &[ValueRef<'_>], changed: u64) -> Result<Change> {
         let mut actuator = self.actuator.try_borrow_mut().map_err(|_| in_use())?;
         actuator.configure(&Params::new(params, &params_of::<A>()), changed)
+    }
+    fn save(&self) -> Result<Vec<u8>> {
+        self.actuator.try_borrow().map_err(|_| in_use())?.save()
+    }
+    fn load(&self, bytes: &[u8], version: u32) -> Result {
+        self.actuator.try_borrow().map_err(|_| in_use())?.load(bytes, version)
     }
 }
 

@@ -15,9 +15,7 @@ use crate::abi::*;
 pub(crate) trait Life: Sized + 'static {
     /// The plugin that offers it.
     type Plugin: Plugin;
-    /// Whether it has state beside the block that the host keeps.
-    const SAVES: bool = true;
-    /// Version of what `save` writes.
+    /// Version of the state block and of what `save` writes.
     const STATE_VERSION: u32 = 0;
 
     fn create(started: &Started<Self::Plugin>, info: &Info<'_>) -> Result<Self>;
@@ -50,8 +48,8 @@ pub(crate) fn table<L: Life>(state_bytes: usize) -> tatu_life {
         create: Some(create::<L>),
         destroy: Some(destroy::<L>),
         configure: Some(configure::<L>),
-        save: if L::SAVES { Some(save::<L>) } else { None },
-        load: if L::SAVES { Some(load::<L>) } else { None },
+        save: Some(save::<L>),
+        load: Some(load::<L>),
         version: L::STATE_VERSION,
         reserved: 0,
     }

@@ -13,6 +13,7 @@ mod command;
 mod event;
 mod fail;
 mod figures;
+mod files;
 mod guard;
 mod host;
 mod importer;

@@ -15,6 +15,7 @@ pub struct Param {
     pub(crate) highest: f64,
     pub(crate) fallback: Value,
     pub(crate) choices: &'static [&'static str],
+    pub(crate) keys: Vec<Param>,
     pub(crate) text: String,
 }
 
@@ -30,6 +31,7 @@ impl Param {
             highest: f64::INFINITY,
             fallback: Value::Nil,
             choices: &[],
+            keys: Vec::new(),
             text: String::new(),
         }
     }
@@ -65,9 +67,15 @@ impl Param {
     pub fn func(key: &str) -> Self {
         Self::of(TATU_FUNC, key)
     }
-    /// A table.
+    /// A table with keys: any, unless [`Param::keys`] tells which.
     pub fn map(key: &str) -> Self {
         Self::of(TATU_MAP, key)
+    }
+    /// The keys of a table of options. Each entry is checked and converted as its parameter says, one that is missing gets
+    /// its default, and a key that is none of them is an error that names the nearest.
+    pub fn keys(mut self, keys: impl IntoIterator<Item = Param>) -> Self {
+        self.keys = keys.into_iter().collect();
+        self
     }
     /// A list.
     pub fn list(key: &str) -> Self {
@@ -123,6 +131,7 @@ impl Param {
     }
 
     pub(crate) fn keep(&self, keep: &mut Keep) -> *const tatu_param {
+        let keys: Vec<_> = self.keys.iter().map(|p| p.keep(keep)).collect();
         let raw = tatu_param {
             size: size_of::<tatu_param>() as u32,
             type_: self.kind,
@@ -135,6 +144,7 @@ impl Param {
             fallback: keep.value(&self.fallback),
             choices: if self.choices.is_empty() { std::ptr::null() } else { keep.texts(self.choices) },
             text: keep.text(&self.text),
+            keys: if keys.is_empty() { std::ptr::null() } else { keep.list(keys) },
         };
         keep.table(raw)
     }

@@ -154,20 +154,27 @@ pub struct Readout<'a> {
     places: &'a [*mut c_void],
     lengths: &'a [u64],
     fields: &'a [Field],
+    state: &'a mut [f64],
 }
 
 impl<'a> Readout<'a> {
     /// # Safety
-    /// The batch is the host's, for `'a`, and has this instance, whose fields nobody else uses.
-    pub(super) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize, fields: &'a [Field]) -> Self {
+    /// The batch is the host's, for `'a`, and has this instance, whose fields and state block of `state` numbers nobody else
+    /// uses.
+    pub(super) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize, fields: &'a [Field], state: usize) -> Self {
+        // SAFETY: one block per instance, of as many numbers as declared, aligned to them; null where it has none.
+        let state: &mut [f64] = match state {
+            0 => &mut [],
+            n => unsafe { std::slice::from_raw_parts_mut((*batch.state.add(i)).cast(), n) },
+        };
         let n = batch.n_fields as usize;
         if n == 0 {
-            return Readout { places: &[], lengths: &[], fields };
+            return Readout { places: &[], lengths: &[], fields, state };
         }
         // SAFETY: one place and one length per instance and field.
         unsafe {
             let places = std::slice::from_raw_parts(batch.fields.add(i * n), n);
-            Readout { places, lengths: std::slice::from_raw_parts(*batch.lengths.add(i), n), fields }
+            Readout { places, lengths: std::slice::from_raw_parts(*batch.lengths.add(i), n), fields, state }
         }
     }
 }
@@ -180,6 +187,10 @@ impl Readout<'_> {
         };
         // SAFETY: the host gives each field room for as many elements of the declared type, to this instance alone.
         unsafe { std::slice::from_raw_parts_mut(place.cast(), *n as usize) }
+    }
+    /// The numbers that this sensor remembers: as many as [`Sensor::STATE`](super::Sensor::STATE) tells.
+    pub fn state(&mut self) -> &mut [f64] {
+        self.state
     }
     /// Field `k`, counted from 0 in the order of declaration, declared with [`Field::f64`]; empty if it is of another type.
     pub fn f64(&mut self, k: usize) -> &mut [f64] {

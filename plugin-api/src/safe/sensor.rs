@@ -228,9 +228,12 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     }
     /// Its beams.
     fn beams(&self) -> Result<Beams>;
-    /// Version of what [`Sensor::save`] writes; count it when that changes.
+    /// Numbers that each remembers between measures: [`Readout::state`]. The host keeps them, so that they stand in snapshots
+    /// and go through a reload; they are zero at first and after a reset.
+    const STATE: usize = 0;
+    /// Version of these numbers and of what [`Sensor::save`] writes; count it when their meaning changes.
     const STATE_VERSION: u32 = 0;
-    /// What a reading depends on beside parameters and what is seen, for a snapshot. Most sensors have no such thing.
+    /// What a reading depends on beside parameters, [`Sensor::STATE`] and what is seen, for a snapshot. Most sensors have no such thing.
     fn save(&self) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }

@@ -82,7 +82,7 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
         schemas: keep.texts(S::SCHEMAS),
         params: keep.list(params),
         fields: keep.list(fields),
-        life: keep.table(life::table::<Data<S>>(0)),
+        life: keep.table(life::table::<Data<S>>(S::STATE * size_of::<f64>())),
         beams: Some(beams::<S>),
         measure: Some(measure::<S>),
         presets: {
@@ -221,7 +221,7 @@ unsafe fn each<S: Sensor>(
                 continue;
             }
             // SAFETY: the caller promises it, for this instance too.
-            let (sample, mut out) = unsafe { (Sample::new(batch, i), Readout::new(batch, i, &data.fields)) };
+            let (sample, mut out) = unsafe { (Sample::new(batch, i), Readout::new(batch, i, &data.fields, S::STATE)) };
             if let Err(fail) = data.sensor().and_then(|sensor| act(&sensor, &sample, &mut out)) {
                 // SAFETY: the host's error object.
                 *status = unsafe { fail.write(error) };

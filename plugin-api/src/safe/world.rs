@@ -188,10 +188,4 @@ impl<'a> World<'a> {
     pub fn run_stage(&self, stage: u32, dt: f64) -> Result {
         self.check(service!(self.stage.run)(self.raw(), stage, dt))
     }
-    /// The real path of a file as a script names it, if the run allows it: `TATU_FILE_READ` or `TATU_FILE_WRITE`.
-    pub fn file(&self, name: &[u8], mode: u32) -> Result<Vec<u8>> {
-        let mut path = Lent::EMPTY;
-        self.check(service!(self.files.resolve)(self.raw(), name.into(), mode, Some(&mut path)))?;
-        Ok(path.bytes().to_vec())
-    }
 }

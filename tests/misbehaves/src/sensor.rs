@@ -100,6 +100,7 @@ static RANGE: Shared<tatu_param> = Shared(tatu_param {
     fallback: tatu_value { tag: TATU_F64, reserved: 0, u: tatu_payload { f: 1.0 } },
     choices: null(),
     text: c"Nothing follows from it.".as_ptr(),
+    keys: null(),
 });
 pub static PARAMS: List<tatu_param, 2> = List([&raw const RANGE.0, null()]);
 static FIELD: Shared<tatu_field> = Shared(tatu_field {

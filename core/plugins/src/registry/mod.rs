@@ -151,8 +151,15 @@ impl Registry {
         plugins.sort_by(|a, b| (rank(a), &a.id).cmp(&(rank(b), &b.id)));
         let mut registry = Registry { refused, closest, notes, ..Self::of(plugins, search, setup, watches, host) };
         registry.read();
+        registry.name_commands();
         registry.services.sort_by(|a, b| a.id.cmp(&b.id));
         registry
+    }
+
+    /// Tells the watchdog what commands are called.
+    fn name_commands(&self) {
+        let first = |c: &CommandEntry| c.names.first().map_or(String::new(), |n| n.name.clone());
+        self.watches.commands(self.commands.iter().map(first).collect());
     }
 
     /// With these plugins, of whose offers nothing has been read yet.

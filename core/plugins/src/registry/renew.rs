@@ -49,8 +49,11 @@ impl Registry {
         let (search, watches) = (self.search.clone(), self.watches.clone());
         let mut registry = Self::of(plugins, search, self.setup.clone(), watches, self.host.clone());
         registry.read();
-        if let Some(why) = registry.refused.iter().find(|e| !self.known.contains(&e.text)) {
-            return Err(why.clone());
+        // What is wrong with a declaration leaves the rest of the plugin working.
+        let new = registry.refused.iter().filter(|e| !self.known.contains(&e.text));
+        let (flaws, refused): (Vec<_>, Vec<_>) = new.cloned().partition(|e| e.code == "E310");
+        if let Some(why) = refused.into_iter().next() {
+            return Err(why);
         }
         registry.take_places(self).map_err(|lost| {
             Error::new("E305", format!("the new version of {file} no longer offers {lost}"))
@@ -58,6 +61,8 @@ impl Registry {
                 .help("start the run again to go on without")
         })?;
         registry.generation = self.generation + 1;
+        registry.name_commands();
+        remarks.warnings.extend(flaws);
         (registry.refused, registry.notes) = (remarks.warnings, remarks.notes);
         Ok(registry)
     }

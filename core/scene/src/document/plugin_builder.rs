@@ -197,6 +197,9 @@ unsafe extern "C" fn mesh(
     n_triangles: u64,
 ) -> u64 {
     if points.is_null() || triangles.is_null() {
+        let lacks = if points.is_null() { "points" } else { "triangles" };
+        let text = format!("a mesh of {n_points} points and {n_triangles} triangles has no {lacks}: null was given");
+        with(t, |_, _| Err::<(), _>(Error::new("E111", text)));
         return 0;
     }
     // SAFETY: by the contract, what a plugin passes is valid during the call; 3 numbers per point and triangle.

@@ -159,6 +159,7 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
         fallback: Value::Nil,
         unreadable_default: false,
         choices: Vec::new(),
+        keys: Vec::new(),
         text: String::new(),
     };
     let any = f64::NEG_INFINITY;
@@ -171,6 +172,7 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
         of("sleep", TATU_BOOL, None, any, 0),
         Declared {
             choices: FRICTION_RULES.iter().map(|(name, _)| (*name).to_owned()).collect(),
+            keys: Vec::new(),
             ..of("friction_rule", TATU_TEXT, None, any, 0)
         },
         of("friction_pairs", TATU_LIST, None, any, 0),

@@ -8,6 +8,7 @@ use tatu_plugins::{
     Registry,
     border::{ErrorSlot, answer},
     guard,
+    guarded::Guarded,
     state_block::PAST_STATE,
     watchdog::{Call, Watch},
 };
@@ -25,9 +26,11 @@ pub(crate) struct ApplyScratch {
     twist: Vec<[f64; 6]>,
     joint: Vec<[f64; 2]>,
     command: Vec<*const f64>,
-    wrench: Vec<[f64; 6]>,
-    effort: Vec<f64>,
-    status: Vec<tatu_status>,
+    /// The commands of all, one after the other.
+    commands: Guarded<f64>,
+    wrench: Guarded<[f64; 6]>,
+    effort: Guarded<f64>,
+    status: Guarded<tatu_status>,
 }
 
 /// An actuator that failed, or that has nothing to push.
@@ -177,8 +180,8 @@ fn apply(
         s.pose.push(pose_to_array(&m.pose));
         s.twist.push(m.twist);
         s.joint.push(m.joint);
-        s.command.push(seat.commands.as_ptr());
     }
+    s.give_commands(seats);
     let table = s.batch(seats.len(), when);
     let mut error = ErrorSlot::new();
     let me = registry.plugins[info.plugin].me;
@@ -187,13 +190,19 @@ fn apply(
     let run = || info.raw.apply.map_or(TATU_OK, |f| unsafe { answer(f(me, &table, error.raw()), false, error.raw()) });
     let (status, moved) = guard::watched(run);
     watch.leave(before);
+    let beside = s.written_beside(seats);
     for (i, (seat, m)) in seats.iter().zip(&motions).enumerate() {
         let d = &mut devices[seat.device];
         let (wrench, effort) = (s.wrench[i], s.effort[i]);
+        let own = error.answer(s.status[i], false);
         let finite = wrench.iter().chain([&effort]).all(|x| x.is_finite());
-        let (status, text) = match status.min(s.status[i]) {
-            _ if moved => (TATU_ERR, format!("changed {}", guard::MODE)),
-            _ if !d.state.is_whole() => (TATU_ERR, PAST_STATE.to_owned()),
+        let (status, text) = match status.min(own) {
+            _ if let Some(what) = moved => (TATU_ERR, format!("changed {what}")),
+            _ if let Some(what) = beside => (TATU_ERR, format!("broke the contract: it wrote {what}")),
+            _ if !d.state.is_whole() => {
+                d.state.mend();
+                (TATU_ERR, PAST_STATE.to_owned())
+            }
             bad if bad < 0 => (bad, error.text()),
             _ if !finite => {
                 (TATU_ERR, format!("gave the wrench {wrench:?} and the effort {effort}; expected finite numbers"))
@@ -209,6 +218,32 @@ fn apply(
 }
 
 impl ApplyScratch {
+    /// Copies of the commands of all, which a plugin may read.
+    fn give_commands(&mut self, seats: &[Seat]) {
+        self.commands.fill(seats.iter().map(|s| s.commands.len()).sum(), 0.0);
+        let first = self.commands.first_mut();
+        let mut at = 0;
+        for seat in seats {
+            self.commands[at..at + seat.commands.len()].copy_from_slice(&seat.commands);
+            self.command.push(first.wrapping_add(at));
+            at += seat.commands.len();
+        }
+    }
+    /// Where a plugin wrote that it must not have written, if it did.
+    fn written_beside(&self, seats: &[Seat]) -> Option<&'static str> {
+        let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
+        match () {
+            () if !self.wrench.is_whole() => Some("beside `wrench` of its batch"),
+            () if !self.effort.is_whole() => Some("beside `effort` of its batch"),
+            () if !self.status.is_whole() => Some("beside `status` of its batch"),
+            () if !self.commands.is_whole()
+                || !self.commands.iter().zip(seats.iter().flat_map(|s| &s.commands)).all(same) =>
+            {
+                Some("to `command` of its batch, which is for reading")
+            }
+            () => None,
+        }
+    }
     fn clear(&mut self) {
         self.data.clear();
         self.state.clear();
@@ -217,15 +252,12 @@ impl ApplyScratch {
         self.twist.clear();
         self.joint.clear();
         self.command.clear();
-        self.wrench.clear();
-        self.effort.clear();
-        self.status.clear();
     }
 
     fn batch(&mut self, n: usize, (time, dt): (f64, f64)) -> tatu_actuator_batch {
-        self.wrench.resize(n, [0.0; 6]);
-        self.effort.resize(n, 0.0);
-        self.status.resize(n, TATU_OK);
+        self.wrench.fill(n, [0.0; 6]);
+        self.effort.fill(n, 0.0);
+        self.status.fill(n, TATU_OK);
         tatu_actuator_batch {
             size: size_of::<tatu_actuator_batch>() as u32,
             n: n as u32,
@@ -238,9 +270,9 @@ impl ApplyScratch {
             twist: self.twist.as_ptr().cast(),
             joint: self.joint.as_ptr().cast(),
             command: self.command.as_ptr(),
-            wrench: self.wrench.as_mut_ptr().cast(),
-            effort: self.effort.as_mut_ptr(),
-            status: self.status.as_mut_ptr(),
+            wrench: self.wrench.first_mut().cast(),
+            effort: self.effort.first_mut(),
+            status: self.status.first_mut(),
         }
     }
 }

@@ -16,7 +16,7 @@ use tatu_plugins::{
 };
 
 pub(crate) use crate::cell::call_errors::{answer, kept, name_plugin, said, say};
-use crate::cell::{Caller, Function, Owner, Wait, WorldCell, parse_wait};
+use crate::cell::{Caller, CallersRoom, Function, Owner, Wait, WorldCell, parse_wait};
 
 /// Gives values back as results, as far as there is room for them; `Err`: they do not fit into memory.
 pub(crate) fn give_results(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> Result<(), tatu_status> {
@@ -122,30 +122,50 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         crate::cell::remote_call(world, entry, f);
     }
     let mut room = [ValueRef::NIL.raw(); FEW];
+    let mark = calls.arena.borrow().mark();
     let status = if entry.raw_args || resume != 0 { TATU_OK } else { check_args(world, entry, f, &mut room) };
     if entry.status == Status::Stub {
         tell_stub(world, entry, f.command, f.alias);
     }
+    let callers = CallersRoom::put_aside(f, calls.results_at(level.depth));
     let status = if status < 0 {
         status
     } else {
         calls.caller.set(Caller { kind: TATU_CALLER_NATIVE, ..caller });
+        let outer = world.watch.command(f.command);
         // SAFETY: the plugin's function; no borrow of the world is alive here.
-        world.cross(entry.plugin, Call::Command, (caller.object & 0xF_FFFF) as u32, || unsafe { call(frame) })
+        let cross = || unsafe { call(frame) };
+        let status = world.cross(entry.plugin, Call::Command, (caller.object & 0xF_FFFF) as u32, cross);
+        world.watch.command(outer);
+        status
     };
     drop(level);
     // SAFETY: the frame again, after the plugin wrote its results.
     let f = unsafe { &mut *frame };
+    f.error = error;
+    if !callers.give_back(f) {
+        return broken(
+            world,
+            entry,
+            f,
+            &format!("broke the contract: it wrote beside its room for {} results", f.results_cap),
+        );
+    }
+    if !calls.arena.try_borrow().is_ok_and(|arena| arena.is_whole_since(mark)) {
+        return broken(
+            world,
+            entry,
+            f,
+            "broke the contract: it wrote past the end of memory that the host gave it (`alloc`)",
+        );
+    }
     if !f.state.is_null() && !world.state_is_whole(entry.plugin) {
         world.mend_state(entry.plugin);
-        say(f.error, TATU_ERR, PAST_STATE);
-        return failed(world, entry, f, TATU_ERR);
+        return broken(world, entry, f, PAST_STATE);
     }
-    // Whatever the plugin wrote there.
-    f.error = error;
     match answer(f.error, status, true) {
         TATU_WAIT => begin_wait(world, entry, f, caller),
-        TATU_OK => match check_results(f) {
+        TATU_OK => match check_results(f).and_then(|()| check_nested(f)) {
             Ok(()) => TATU_OK,
             Err(text) => {
                 f.n_results = 0;
@@ -155,6 +175,14 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         },
         status => failed(world, entry, f, status),
     }
+}
+
+/// A command wrote where it must not: it fails, and gives nothing.
+#[cold]
+fn broken(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, text: &str) -> tatu_status {
+    f.n_results = 0;
+    say(f.error, TATU_ERR, text);
+    failed(world, entry, f, TATU_ERR)
 }
 
 /// Says once per run that a command gives a neutral value only.
@@ -184,6 +212,81 @@ pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// Results of a command as far as they lie in lists, maps and spans: whoever reads them could not name the plugin any more.
+fn check_nested(f: &tatu_call) -> Result<(), String> {
+    for i in 0..f.n_results as usize {
+        // SAFETY: within the caller's array, whose results have been checked.
+        let v = unsafe { &*f.results.add(i) };
+        if (TATU_TEXT..=TATU_MAP).contains(&v.tag)
+            && let Some(flaw) = span_flaw(v, 0)
+        {
+            return Err(format!("broke the contract: result {} {flaw}", i + 1));
+        }
+    }
+    Ok(())
+}
+
+/// Bytes of a span that can be true: more than that no world holds in flight.
+const LARGEST: u64 = 256 << 20;
+/// How deep values may nest.
+const DEEPEST: u32 = 32;
+
+/// What is wrong with a value that has a span.
+fn span_flaw(v: &tatu_value, depth: u32) -> Option<String> {
+    let each = match v.tag {
+        TATU_F64S | TATU_I64S => 8,
+        TATU_F32S | TATU_I32S => 4,
+        TATU_LIST => size_of::<tatu_value>() as u64,
+        TATU_MAP => 2 * size_of::<tatu_value>() as u64,
+        _ => 1,
+    };
+    // SAFETY: the tag says which member is set.
+    let (ptr, len) = unsafe { (v.u.s.ptr, v.u.s.len) };
+    if len.checked_mul(each).is_none_or(|bytes| bytes > LARGEST) {
+        return Some(format!("tells of {len} elements: at most {} MB cross the border", LARGEST >> 20));
+    }
+    if len > 0 && ptr as u64 % each.min(8) != 0 {
+        return Some("lies at an address that is not aligned to its elements".into());
+    }
+    if !matches!(v.tag, TATU_LIST | TATU_MAP) || len == 0 {
+        return None;
+    }
+    if ptr.is_null() {
+        return Some(format!("holds a list of {len} elements at null"));
+    }
+    if depth >= DEEPEST {
+        return Some(format!("nests deeper than {DEEPEST}: it may hold itself"));
+    }
+    let n = if v.tag == TATU_MAP { 2 * len } else { len } as usize;
+    // SAFETY: by the contract as many values as told; a pair is two of them.
+    let values = unsafe { std::slice::from_raw_parts(ptr.cast::<tatu_value>(), n) };
+    for (i, inner) in values.iter().enumerate() {
+        let is_key = v.tag == TATU_MAP && i % 2 == 0;
+        let is_number = |x: f64| !x.is_nan();
+        let flaw = match inner.tag {
+            tag if tag > TATU_OBJECT => Some(format!("holds a value of type {tag}, which there is not")),
+            // SAFETY: the tag says which member is set.
+            TATU_F64 if is_key && !is_number(unsafe { inner.u.f }) => {
+                Some("holds a map with a key that is no number".into())
+            }
+            tag if is_key
+                && !matches!(
+                    tag,
+                    TATU_BOOL | TATU_I64 | TATU_F64 | TATU_TEXT | TATU_BYTES | TATU_OBJECT | TATU_NIL
+                ) =>
+            {
+                Some(format!("holds a map with a key of type {tag}: keys are texts, numbers or truth values"))
+            }
+            TATU_TEXT..=TATU_MAP => span_flaw(inner, depth + 1),
+            _ => None,
+        };
+        if flaw.is_some() {
+            return flaw;
+        }
+    }
+    None
 }
 
 /// The command waits on behalf of the calling script or service.
@@ -255,6 +358,8 @@ fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bo
     let int = unsafe { raw.u.i };
     *out = match (p.kind, a.tag()) {
         _ if is_exact(p, a) => raw,
+        // All strings of scripts are texts.
+        (TATU_BYTES, TATU_TEXT) | (TATU_TEXT, TATU_BYTES) if p.choices.is_empty() => tatu_value { tag: p.kind, ..raw },
         _ if p.lowest != f64::NEG_INFINITY || p.highest != f64::INFINITY || p.flags & TATU_PARAM_ANY != 0 => {
             return false;
         }
@@ -277,7 +382,7 @@ fn is_exact(p: &Declared, a: ValueRef<'_>) -> bool {
         return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil;
     }
     let unbounded = p.lowest == f64::NEG_INFINITY && p.highest == f64::INFINITY && p.choices.is_empty();
-    a.tag() == p.kind && unbounded && (p.count == 0 || a.len() == p.count as usize)
+    a.tag() == p.kind && unbounded && (p.count == 0 || a.len() == p.count as usize) && p.keys.is_empty()
 }
 
 fn convert_args(

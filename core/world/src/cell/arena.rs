@@ -1,16 +1,21 @@
 //! Memory of values in flight: a stack of chunks whose addresses stay.
 //!
+//! Behind each block stands a guard, which tells who wrote past the end of what it was given.
+//!
 //! How much fits is counted by what is in flight now, not by the chunks that there are: it depends neither on earlier calls nor
 //! on whether the world was restored from a snapshot.
 
 use std::{mem::MaybeUninit, ptr::NonNull};
 
 use tatu_plugin_api::safe::Room;
+use tatu_plugins::state_block::GUARD;
 
 /// Bytes of a chunk.
 const CHUNK: usize = 64 * 1024;
-/// Bytes that values in flight may take together, each rounded up to 16.
+/// Bytes that values in flight may take together, each rounded up to 16 and with 16 more for its guard.
 const LIMIT: usize = 256 * 1024 * 1024;
+/// Guards beyond which they count: so many blocks of the largest size that is a power of two fill the limit to its end.
+const FREE_GUARDS: usize = 4096;
 
 /// A stack: allocate, and go back to a mark.
 #[derive(Default)]
@@ -28,9 +33,10 @@ struct Chunk(Vec<u128>, usize);
 impl Arena {
     /// `bytes` bytes, 16-byte aligned; null when values in flight would take too much.
     pub fn alloc(&mut self, bytes: usize) -> *mut u8 {
-        let words = bytes.div_ceil(16).max(1);
+        let block = bytes.div_ceil(16).max(1);
+        let words = block + 1;
         let before = self.chunks.get(self.chunk).map_or(0, |c| c.1) + self.used;
-        if bytes > LIMIT || before + words > LIMIT / 16 {
+        if bytes > LIMIT || before + words > LIMIT / 16 + FREE_GUARDS {
             return std::ptr::null_mut();
         }
         let fits = |c: Option<&Chunk>, used: usize| c.is_some_and(|c| used + words <= c.0.len());
@@ -39,14 +45,36 @@ impl Arena {
             if !fits(self.chunks.get(next), 0) {
                 // What follows holds nothing, and is too small.
                 self.chunks.truncate(next);
-                self.chunks.push(Chunk(vec![0; words.max(CHUNK / 16)], before));
+                self.chunks.push(Chunk(vec![0; words.max(CHUNK / 16 + 1)], before));
             }
             (self.chunk, self.used) = (next, 0);
             self.chunks[next].1 = before;
         }
         let at = self.used;
         self.used += words;
-        self.chunks[self.chunk].0.as_mut_ptr().wrapping_add(at).cast()
+        let first = self.chunks[self.chunk].0.as_mut_ptr();
+        // SAFETY: within the chunk, behind the block.
+        unsafe { first.add(at + block).write(guard(block)) };
+        first.wrapping_add(at).cast()
+    }
+
+    /// Whether nobody has written past the end of a block that was given since the mark, as far as they lie in the chunk in
+    /// use: there are more of them only where much was asked for.
+    pub fn is_whole_since(&self, mark: u64) -> bool {
+        let (chunk, used) = ((mark >> 32) as usize, (mark & 0xFFFF_FFFF) as usize);
+        let begin = if chunk == self.chunk { used } else { 0 };
+        let mut end = self.used;
+        while end > begin {
+            let first = self.chunks[self.chunk].0.as_ptr();
+            // SAFETY: within what is used of the chunk; read through the pointer, for plugins write to what lies before.
+            let word = unsafe { first.add(end - 1).read() };
+            let block = word as u64 as usize;
+            if word != guard(block) || block >= end {
+                return false;
+            }
+            end -= block + 1;
+        }
+        true
     }
 
     /// The place to which a release goes back.
@@ -61,6 +89,11 @@ impl Arena {
             (self.chunk, self.used) = (chunk, used);
         }
     }
+}
+
+/// What stands behind a block of so many words.
+fn guard(block: usize) -> u128 {
+    u128::from(GUARD) << 64 | block as u128
 }
 
 impl Room for Arena {
@@ -106,6 +139,27 @@ mod tests {
         used.release(mark);
         assert_eq!((most(&mut used), most(&mut used)), (256, 256));
         assert_eq!(most(&mut Arena::default()), 256);
+    }
+
+    #[test]
+    fn a_byte_past_the_end_of_a_block_is_noticed() {
+        let mut a = Arena::default();
+        a.alloc(3);
+        let mark = a.mark();
+        let place = a.alloc(32);
+        a.alloc(1);
+        assert!(a.is_whole_since(mark) && a.is_whole_since(0));
+        // SAFETY: within the chunk.
+        unsafe { place.add(32).write(0) };
+        assert!(!a.is_whole_since(mark) && !a.is_whole_since(0));
+        a.release(mark);
+        assert!(a.is_whole_since(mark) && a.is_whole_since(0));
+        // In a chunk of its own.
+        let place = a.alloc(CHUNK);
+        assert!(a.is_whole_since(mark));
+        // SAFETY: within the chunk.
+        unsafe { place.add(CHUNK).write(0) };
+        assert!(!a.is_whole_since(mark));
     }
 
     #[test]

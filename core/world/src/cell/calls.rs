@@ -10,7 +10,7 @@ use std::{
 use tatu_plugin_api::abi::*;
 use tatu_plugins::border::ErrorSlot;
 
-use super::{Arena, Waits};
+use super::{Arena, ResultsRoom, Waits};
 
 /// Border crossings of any kind that may nest.
 pub const MAX_DEPTH: u32 = 64;
@@ -23,6 +23,8 @@ pub(crate) struct Calls {
     pub depth: Cell<u32>,
     /// One per depth, made when first needed; addresses stay.
     slots: RefCell<Vec<ErrorSlot>>,
+    /// Likewise.
+    results: RefCell<Vec<ResultsRoom>>,
     /// What the last refusal of a service said.
     pub last: RefCell<ErrorSlot>,
     pub waits: RefCell<Waits>,
@@ -67,6 +69,7 @@ impl Calls {
             caller: Cell::new(Caller::HOST),
             depth: Cell::new(0),
             slots: RefCell::new(Vec::new()),
+            results: RefCell::new(Vec::new()),
             last: RefCell::new(ErrorSlot::new()),
             waits: RefCell::new(Waits::default()),
             blame: RefCell::new(None),
@@ -81,6 +84,16 @@ impl Calls {
             slots.push(ErrorSlot::new());
         }
         slots[depth as usize].fresh()
+    }
+
+    /// Room for the results of a command at a depth.
+    #[inline]
+    pub fn results_at(&self, depth: u32) -> *mut tatu_value {
+        let mut results = self.results.borrow_mut();
+        while results.len() <= depth as usize {
+            results.push(ResultsRoom::new());
+        }
+        results[depth as usize].first()
     }
 
     /// Goes one border crossing deeper; `None` at the limit.

@@ -15,7 +15,7 @@ use tatu_scene::{
 use super::{clock::Clock, stand_ins::StandIns, swap::Swap};
 use crate::{
     actuators::Actuators,
-    cell::{CallbackMask, Calls, Noted, Outside, Scripts, WorldCell},
+    cell::{CallbackMask, Calls, Folders, Noted, Outside, Scripts, WorldCell},
     figures::Figures,
     sense::Sensing,
 };
@@ -48,6 +48,7 @@ impl WorldCell {
             rested: Cell::new(false),
             requests: Cell::new(0),
             stages: RefCell::new(Vec::new()),
+            folders: Folders::new(document.file.as_deref()),
             outside: Outside::default(),
             stand_ins: StandIns::default(),
             next_instance: Cell::new(1),
@@ -61,8 +62,10 @@ impl WorldCell {
             initial_devices: RefCell::new(Vec::new()),
             pool,
             watch: registry.watches.watch(),
-            home: ProcessState::now(),
+            home: RefCell::new(ProcessState::now()),
             called: Cell::new(0),
+            called_lately: Cell::new(0),
+            looks: Cell::new(0),
             suspicious: Cell::new(false),
             workers: RefCell::new(Vec::new()),
             worker: None,

@@ -3,12 +3,14 @@
 use std::{
     cell::{Cell, RefCell},
     collections::{BTreeMap, BTreeSet},
-    path::PathBuf,
+    path::{Path, PathBuf},
     rc::{Rc, Weak},
+    sync::Arc,
 };
 
-use tatu_errors::{Fault, FaultKind};
+use tatu_errors::{Error, Fault, FaultKind};
 use tatu_plugin_api::safe::Value;
+use tatu_scene::document::Document;
 
 use super::SessionCell;
 use crate::cell::{InputLog, InstanceImage, Replay, events::Bus};
@@ -40,14 +42,25 @@ pub(crate) struct Outside {
     pub clock: Cell<Option<f64>>,
     /// The date of the start, s since 1970.
     pub epoch: Cell<i64>,
-    /// The folder in which scripts open files; `None`: the working folder.
-    pub files: RefCell<Option<PathBuf>>,
     /// Files that scripts or plugins asked to read since the start.
     pub opened: RefCell<BTreeSet<String>>,
-    /// The program goes on with another scene when it is asked to.
-    pub takes_scenes: Cell<bool>,
-    /// The scene that was asked for; empty: this one again.
-    pub next_scene: RefCell<Option<PathBuf>>,
+    /// Reads another scene, with which the program goes on when it is asked to; none: it runs this one only.
+    pub scene_reader: RefCell<Option<SceneReader>>,
+    /// The scene that was asked for.
+    pub next_scene: RefCell<Option<NextScene>>,
+}
+
+/// Reads the scene in a file; an empty path: the present one again.
+pub(crate) type SceneReader = Rc<dyn Fn(&Path) -> Result<Arc<Document>, Error>>;
+
+/// A scene with which the program is to go on.
+pub struct NextScene {
+    /// Its file; empty: that of the present one.
+    pub file: PathBuf,
+    /// What it is made of.
+    pub document: Arc<Document>,
+    /// It is to start at once: somebody asked for a start since.
+    pub starts: bool,
 }
 
 /// Where clocks show simulation time, runs start with the first second of 2015, in universal time.
@@ -70,9 +83,8 @@ impl Default for Outside {
             inputs: RefCell::default(),
             clock: Cell::default(),
             epoch: Cell::new(EPOCH),
-            files: RefCell::default(),
             opened: RefCell::default(),
-            takes_scenes: Cell::default(),
+            scene_reader: RefCell::default(),
             next_scene: RefCell::default(),
         }
     }

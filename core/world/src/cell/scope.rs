@@ -4,7 +4,14 @@
 //! A world belongs to the thread that made it. A pointer that no living world of this thread has is refused before anything is
 //! read through it: it came from a thread of the plugin's own, or was kept for longer than its world lived.
 
-use std::cell::{Cell, RefCell};
+use std::{
+    cell::{Cell, RefCell},
+    collections::BTreeSet,
+    sync::{
+        Mutex,
+        atomic::{AtomicBool, Ordering::Relaxed},
+    },
+};
 
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::abi::*;
@@ -168,14 +175,71 @@ fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
     world.calls.refuse(TATU_ERR_BUSY, &text)
 }
 
+/// Refusals that belong to no world, with the library that called: they are told once, and the first world to look takes them
+/// for faults of its run.
+static STRANGERS: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+static ANY_STRANGER: AtomicBool = AtomicBool::new(false);
+/// How many of them are kept.
+const MOST_STRANGERS: usize = 16;
+
 #[cold]
 fn refuse_stranger(ptr: *mut tatu_world, name: &str) -> tatu_status {
-    match ptr.is_null() {
-        true => tracing::error!("`{name}`: a world is expected, found null; it is refused"),
-        false => tracing::error!(
-            "`{name}` was called for a world that is not there, or from a thread that is not the world's, and is refused: \
-             threads of a plugin call log.write and session.wake, and leave all else to a barrier"
+    let who = caller::library().map_or("a plugin".to_owned(), |file| format!("the plugin {file}"));
+    let text = match ptr.is_null() {
+        true => format!("{who} broke the contract: `{name}` was called with null for its world, and is refused"),
+        false => format!(
+            "{who} broke the contract: `{name}` was called for a world that is not there, or from a thread that is not the \
+             world's, and is refused: threads of a plugin call log.write and session.wake, and leave all else to a barrier"
         ),
+    };
+    if let Ok(mut all) = STRANGERS.lock()
+        && all.len() < MOST_STRANGERS
+        && all.insert(text)
+    {
+        ANY_STRANGER.store(true, Relaxed);
     }
     TATU_ERR_BUSY
+}
+
+impl WorldCell {
+    /// Takes refusals that belong to no world for faults of this run.
+    pub fn take_strangers(&self) {
+        if ANY_STRANGER.swap(false, Relaxed)
+            && let Ok(all) = STRANGERS.lock()
+        {
+            // They stay known: a thread that goes on is told of once.
+            let all: Vec<String> = all.iter().cloned().collect();
+            all.into_iter().for_each(|text| self.report(Fault::new(FaultKind::Plugin, text)));
+        }
+    }
+}
+
+/// Who calls a function of the host, where no note tells.
+mod caller {
+    /// The library of a plugin in the chain of calls, nearest first.
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    pub fn library() -> Option<String> {
+        use std::ffi::{CStr, c_int, c_void};
+        unsafe extern "C" {
+            fn backtrace(frames: *mut *mut c_void, n: c_int) -> c_int;
+        }
+        let mut frames = [std::ptr::null_mut(); 32];
+        // SAFETY: room for as many; any address may be asked for, and the names live as long as their libraries.
+        unsafe {
+            let n = backtrace(frames.as_mut_ptr(), 32).clamp(0, 32) as usize;
+            frames[..n].iter().find_map(|at| {
+                let mut about: libc::Dl_info = std::mem::zeroed();
+                if libc::dladdr(*at, &raw mut about) == 0 || about.dli_fname.is_null() {
+                    return None;
+                }
+                let file = CStr::from_ptr(about.dli_fname).to_string_lossy().into_owned();
+                let name = file.rsplit('/').next().unwrap_or_default();
+                name.contains("tatu_").then_some(file)
+            })
+        }
+    }
+    #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+    pub fn library() -> Option<String> {
+        None
+    }
 }

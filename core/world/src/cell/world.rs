@@ -28,13 +28,16 @@ use super::{clock::Clock, phase::Phase, stand_ins::StandIns, swap::Swap};
 use crate::{
     actuators::Actuators,
     cell::{
-        CallbackMask, Calls, Due, Noted, Outside, Scripts, Signals,
+        CallbackMask, Calls, Due, Folders, Noted, Outside, Scripts, Signals,
         report::Lines,
         script_worker::{ScriptWorker, WorkerView},
     },
     figures::Figures,
     sense::Sensing,
 };
+
+/// Of so many looks at the process, one is at what takes calls of the system.
+const LOOKS: u32 = 64;
 
 /// The value of a signal.
 pub(crate) struct Signal {
@@ -79,6 +82,8 @@ pub(crate) struct WorldCell {
     pub requests: Cell<u32>,
     /// The stages that are running, outermost first, and who asked for each.
     pub stages: RefCell<Vec<(u32, Cow<'static, str>)>>,
+    /// Where scripts open files.
+    pub folders: Folders,
     /// What comes from outside: services, the log of what they did, what is replayed.
     pub outside: Outside,
     /// Stand-ins for what scripts ask for, in runs without a scene.
@@ -99,10 +104,13 @@ pub(crate) struct WorldCell {
     pub(crate) pool: Arc<rayon::ThreadPool>,
     /// Which plugin call is running.
     pub watch: Arc<Watch>,
-    /// Floating-point mode and locale as they are to be.
-    pub(crate) home: ProcessState,
+    /// Thread and process as they are to be.
+    pub(crate) home: RefCell<ProcessState>,
     /// Plugins that were called since `home` was last looked at: one bit each, the last for all beyond.
     pub(crate) called: Cell<u64>,
+    /// The same since all of `home` was looked at, and how many looks there have been.
+    pub(crate) called_lately: Cell<u64>,
+    pub(crate) looks: Cell<u32>,
     /// Somebody has changed the floating-point mode: from then on every call is looked at.
     pub(crate) suspicious: Cell<bool>,
     /// Cells of threads that run scripts side by side, made when they are needed first.
@@ -142,8 +150,13 @@ impl WorldCell {
         }
         let before = self.watch.enter(call, plugin, slot);
         let done = f();
+        // The next copy would run backwards.
+        let turned = guard::clear_direction();
         self.watch.leave(before);
         self.called.set(self.called.get() | 1 << plugin.min(63));
+        if turned {
+            self.blame(1 << plugin.min(63), guard::DIRECTION, call.text(), self.watch.name_of(slot));
+        }
         done
     }
     fn cross_watched<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
@@ -154,10 +167,10 @@ impl WorldCell {
         let own = 1 << plugin.min(63);
         let within = self.called.get() | own;
         self.called.set(earlier | within);
-        if moved {
+        if let Some(what) = moved {
             // What was called within has been looked at already, once there was a suspicion.
             let suspects = if self.suspicious.replace(true) { own } else { within };
-            self.blame(suspects, guard::MODE, call.text(), self.watch.name_of(slot));
+            self.blame(suspects, what, call.text(), self.watch.name_of(slot));
         }
         done
     }
@@ -181,15 +194,32 @@ impl WorldCell {
     /// unit. Who was called meanwhile is suspected.
     pub fn restore_process_state(&self, stage: &str) {
         let called = self.called.take();
-        if let Some(what) = self.home.restore() {
+        if let Some(what) = self.home.borrow().restore_quickly() {
             self.blame(called, what, stage, None);
+        }
+        self.take_strangers();
+        self.called_lately.set(self.called_lately.get() | called);
+        self.looks.set(self.looks.get().wrapping_add(1));
+        if self.looks.get() % LOOKS == 0 {
+            self.restore_process("the last steps");
+        }
+    }
+    /// The same for what takes calls of the system: the working folder, what signals do, standard output.
+    pub fn restore_process(&self, place: &str) {
+        let called = self.called_lately.take();
+        if let Some(what) = self.home.borrow().restore() {
+            self.blame(called, &what, place, None);
         }
     }
     #[cold]
     fn blame(&self, suspects: u64, what: &str, place: &str, object: Option<String>) {
         let plugins = &self.registry.plugins;
-        let is_suspect = |i: usize| suspects & 1 << i.min(63) != 0;
-        let ids: Vec<&str> = (0..plugins.len()).filter(|i| is_suspect(*i)).map(|i| plugins[i].id.as_str()).collect();
+        let mut all: Vec<usize> = (0..plugins.len()).filter(|i| suspects & 1 << (*i).min(63) != 0).collect();
+        // Those of the program are tested for it.
+        if all.iter().any(|i| !self.registry.is_of_program(*i)) {
+            all.retain(|i| !self.registry.is_of_program(*i));
+        }
+        let ids: Vec<&str> = all.iter().map(|i| plugins[*i].id.as_str()).collect();
         let who = match ids.as_slice() {
             [one] => format!("plugin `{one}`"),
             many => format!("one of the plugins `{}`", many.join("`, `")),

@@ -10,15 +10,19 @@
 //! step              no pass: the scene goes back to how it was at the start; stopped, `false`
 //! ```
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, path::Path, rc::Rc, sync::Arc};
 
 use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_scene::{Data, Dynamics, Scene, document::ScriptSpec, rows};
+use tatu_scene::{
+    Data, Dynamics, Scene,
+    document::{Document, ScriptSpec},
+    rows,
+};
 
 use super::World;
 use crate::{
-    cell::{OUTSIDE_KINDS, Phase, Scripts, WorldCell},
+    cell::{NextScene, OUTSIDE_KINDS, Phase, Scripts, WorldCell},
     events,
     instances::{note_devices, remake_devices},
     recording, session, step,
@@ -125,14 +129,20 @@ impl World {
         self.cell.outside.interactive.set(on);
     }
 
-    /// The program goes on with another scene when a service asks for one: see [`next_scene`](Self::next_scene).
-    pub fn take_scenes(&self) {
-        self.cell.outside.takes_scenes.set(true);
+    /// The program goes on with another scene when a service asks for one: see [`next_scene`](Self::next_scene). `read` reads
+    /// it, for an empty path the present one again; what it refuses is told to whoever asked, and this world goes on.
+    pub fn take_scenes(&self, read: impl Fn(&Path) -> Result<Arc<Document>> + 'static) {
+        *self.cell.outside.scene_reader.borrow_mut() = Some(Rc::new(read));
     }
 
-    /// The scene that was asked for since the last call; an empty path: this one again.
-    pub fn next_scene(&self) -> Option<std::path::PathBuf> {
+    /// The scene that was asked for since the last call.
+    pub fn next_scene(&self) -> Option<NextScene> {
         self.cell.outside.next_scene.borrow_mut().take()
+    }
+
+    /// The program has changed something of its process since the world was made (what signals do): plugins are to leave it so.
+    pub fn take_process_anew(&self) {
+        self.cell.home.borrow_mut().take_process_anew();
     }
 
     /// Writes a line, as the host does.
@@ -189,6 +199,7 @@ impl World {
         Scripts::after_run(cell);
         events::deliver(cell);
         cell.restore_process_state("the end of the run");
+        cell.restore_process("the run");
     }
 }
 

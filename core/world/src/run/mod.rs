@@ -54,6 +54,7 @@ impl World {
         make_devices(&world.cell, &slots)?;
         world.make_instances()?;
         world.cell.restore_process_state("the making of the world");
+        world.cell.restore_process("the making of the world");
         Scripts::declare(&world.cell, &slots);
         let cell = &world.cell;
         cell.dynamics.borrow_mut().settle(&mut cell.scene.borrow_mut());
@@ -111,7 +112,7 @@ impl World {
             Ok(_) => return Err(Error::new("E105", format!("{} is no folder", folder.display()))),
             Err(e) => return Err(Error::new("E105", format!("cannot use the folder {}: {e}", folder.display()))),
         };
-        *self.cell.outside.files.borrow_mut() = Some(folder);
+        self.cell.folders.choose(folder);
         Ok(())
     }
     /// Makes a stand-in for each object that scripts ask for and that is not there, and lets dummies become what they
@@ -282,6 +283,7 @@ impl World {
         end_devices(cell);
         self.end_instances();
         cell.restore_process_state("the end of the world");
+        cell.restore_process("the run");
     }
 }
 

@@ -63,7 +63,7 @@ impl Session {
     }
 
     /// Lets services have their turn in a world that is stopped, until one asks for a start: `true`. `false`: one asked
-    /// to quit, the session was interrupted, or no service is left that could ask.
+    /// for another scene or to quit, the session was interrupted, or no service is left that could ask.
     pub fn wait_for_start(&self, world: &World) -> bool {
         session::rest(world.cell(), &self.cell)
     }

@@ -3,7 +3,7 @@
 use std::{ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::{abi::*, safe::ValueRef};
-use tatu_plugins::watchdog::Call;
+use tatu_plugins::watchdog::{Call, ScriptPlace};
 
 use crate::{
     calls::{CALL_API, answer, check_results, name_plugin, said, say},
@@ -79,7 +79,9 @@ pub(super) fn enter_with_error(
     let mut used = 0;
     let plugin = script.plugin(world);
     script.depth.set(script.depth.get() + 1);
+    let outer = world.watch.script(ScriptPlace::new(script.raw(&world.registry).place, script.data.get()));
     let status = world.cross(plugin, call, script.slot, || f(script.data.get(), frame, &budget, &mut used, error));
+    world.watch.script(outer);
     script.depth.set(script.depth.get() - 1);
     drop(level);
     script.instructions.set(script.instructions.get().saturating_add(used));

@@ -1,6 +1,7 @@
 //! Rays that a plugin moves and turns before each cast.
 
 use nalgebra::{Isometry3, Vector3};
+use tatu_plugins::guarded::Guarded;
 
 use super::plan::{BeamPlan, look_along};
 
@@ -8,7 +9,7 @@ use super::plan::{BeamPlan, look_along};
 #[derive(Default)]
 pub(super) struct Aims {
     /// Origin and direction of each in its sensor's frame, sensor after sensor.
-    rays: Vec<[f64; 6]>,
+    rays: Guarded<[f64; 6]>,
     /// Of each sensor of the batch, its first ray, as the border has it; null: its rays are not aimed. Empty: nobody aims.
     pub places: Vec<*mut f64>,
     /// The places of the rays in their sensor's frame, once they are taken.
@@ -17,7 +18,6 @@ pub(super) struct Aims {
 
 impl Aims {
     pub fn clear(&mut self) {
-        self.rays.clear();
         self.places.clear();
         self.turned.clear();
     }
@@ -28,8 +28,11 @@ impl Aims {
             return false;
         }
         let directions = plans.clone().filter(|p| p.aimed).flat_map(|p| &p.directions);
-        self.rays.extend(directions.map(|d| [0.0, 0.0, 0.0, d[0], d[1], d[2]]));
-        let mut rest = self.rays.as_mut_slice();
+        self.rays.fill(directions.clone().count(), [0.0; 6]);
+        for (ray, d) in self.rays.iter_mut().zip(directions) {
+            *ray = [0.0, 0.0, 0.0, d[0], d[1], d[2]];
+        }
+        let mut rest = &mut *self.rays;
         for plan in plans {
             if !plan.aimed {
                 self.places.push(std::ptr::null_mut());
@@ -40,6 +43,11 @@ impl Aims {
             rest = after;
         }
         true
+    }
+
+    /// Whether nobody wrote beside them.
+    pub fn are_whole(&self) -> bool {
+        self.rays.is_whole()
     }
 
     /// The next `n` rays as they are aimed now; `None`: one of them begins nowhere, or has no unit direction.

@@ -80,7 +80,7 @@ impl Device {
 
     /// Takes beams and fields. Where the fields have other sizes now, the last reading is forgotten.
     pub fn lay_out(&mut self, layout: Rc<Layout>) {
-        if self.layout.spans != layout.spans {
+        if self.layout.spans != layout.spans || self.fields.len() != layout.words {
             self.fields = ReadingBuffer::new(layout.words);
             self.forget();
         }
@@ -105,8 +105,12 @@ impl Device {
     #[cold]
     pub(super) fn wrote_too_far(&mut self, kind: &SensorKind) -> String {
         match self.layout.ends.iter().position(|end| self.fields[*end as usize] != GUARD) {
-            Some(field) => {
-                let name = &kind.fields[field].name;
+            Some(0) => {
+                let name = kind.fields.first().map_or("", |f| &f.name);
+                format!("broke the contract: it wrote before the beginning of the field `{name}`")
+            }
+            Some(guard) => {
+                let name = &kind.fields[guard - 1].name;
                 format!("broke the contract: it wrote past the end of the field `{name}`")
             }
             None => {
@@ -254,7 +258,7 @@ pub(crate) struct Layout {
     words: usize,
     /// Of each field, how many elements it has, as the border tells it.
     pub lengths: Vec<u64>,
-    /// Of each field, the word behind its last one.
+    /// The word before all fields, and of each the one behind it: guards.
     ends: Vec<u32>,
 }
 
@@ -275,15 +279,15 @@ impl Layout {
     /// Where the fields of a reading lie, for what an instance sends out.
     pub fn new(plan: BeamPlan, kind: &SensorKind) -> Result<Self, String> {
         let dims: Vec<_> = kind.fields.iter().map(|f| plan.shape(f.dims)).collect();
-        let (mut spans, mut words) = (Vec::new(), 0);
+        // One word more before them and behind each, to tell who writes too far.
+        let (mut spans, mut words) = (Vec::new(), 1);
         for (f, dims) in kind.fields.iter().zip(&dims) {
             let elements = length(f, dims)?;
             spans.push((words, elements));
-            // One word more, to tell who writes too far.
             words += (elements * element_size(f.elem)).div_ceil(8).max(1) + 1;
         }
         let begins = spans.iter().skip(1).map(|(first, _)| *first).chain((!spans.is_empty()).then_some(words));
-        let ends = begins.map(|next| (next - 1) as u32).collect();
+        let ends = std::iter::once(0).chain(begins.map(|next| (next - 1) as u32)).collect();
         let lengths = spans.iter().map(|(_, n)| *n as u64).collect();
         Ok(Layout { plan, spans, dims, words, lengths, ends })
     }

@@ -7,6 +7,7 @@ use tatu_plugins::{
     Registry,
     border::ErrorSlot,
     guard,
+    guarded::Guarded,
     watchdog::{Call, Watch},
 };
 use tatu_scene::{Scene, pose_to_array};
@@ -35,7 +36,7 @@ pub(crate) struct MeasureScratch {
     sensor: Vec<tatu_object>,
     fields: Vec<*mut c_void>,
     lengths: Vec<*const u64>,
-    status: Vec<tatu_status>,
+    status: Guarded<tatu_status>,
     keys: Vec<Key>,
     /// Of each sensor, the reading that stays to be seen, if readings are delayed.
     shown: Vec<Option<HeldReading>>,
@@ -178,7 +179,7 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
         d.drawn += 1;
         d.time = moment.time;
     }
-    s.status.resize(devices.len(), TATU_OK);
+    s.status.fill(devices.len(), TATU_OK);
     let random = random::table(&s.keys);
     let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
     let mut failed = Vec::new();
@@ -186,19 +187,22 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
         let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
         batch.random = &random;
         failed = hand_over(Call::Aim, &batch, all, job, around, &mut error);
+        failed.extend(beside_status(Call::Aim, s, all, job));
         failed.extend(take_aim(s, all, job));
     }
     s.casts.run(inputs, targets, scene, |sensor| &all[devices[sensor]].layout.plan, pool);
     let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
     batch.random = &random;
     failed.extend(hand_over(Call::Measure, &batch, all, job, around, &mut error));
-    for (i, status) in devices.iter().zip(&s.status) {
+    failed.extend(beside_status(Call::Measure, s, all, job));
+    for (i, status) in devices.iter().zip(s.status.iter()) {
         if *status >= 0 {
             all[*i].add_noise(kind_info, pool);
         }
     }
     if devices.iter().any(|i| all[*i].noise.is_some()) {
         failed.extend(hand_over(Call::Finish, &batch, all, job, around, &mut error));
+        failed.extend(beside_status(Call::Finish, s, all, job));
     }
     for (i, shown) in devices.iter().zip(s.shown.drain(..)) {
         all[*i].put_back(shown);
@@ -207,22 +211,41 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
     failed
 }
 
+/// The whole batch fails where its function wrote beside the list of statuses.
+fn beside_status(call: Call, s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<MeasureFailure> {
+    if s.status.is_whole() {
+        return Vec::new();
+    }
+    let n = s.status.len();
+    // What the batch holds now may be anything; pointers to the list stay, for its size does.
+    s.status.fill(n, TATU_ERR);
+    let text = format!("broke the contract: it wrote beside the statuses of its batch of {n}");
+    let failure =
+        |i: &usize| MeasureFailure { slot: all[*i].slot, kind: job.kind, call, text: text.clone(), status: TATU_ERR };
+    job.devices.iter().map(failure).collect()
+}
+
 /// Adds the rays that were aimed to those that are cast. Sensors whose rays are none fail, and view along none.
 fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<MeasureFailure> {
     let mut failed = Vec::new();
+    let whole = s.aims.are_whole();
     for (sensor, i) in job.devices.iter().enumerate() {
         let d = &all[*i];
         let plan = &d.layout.plan;
         if !plan.aimed {
             continue;
         }
-        let frames = s.aims.take(plan.directions.len());
+        let frames = s.aims.take(plan.directions.len()).filter(|_| whole);
         if s.status[sensor] < 0 {
             continue;
         }
         let Some(frames) = frames else {
             s.status[sensor] = TATU_ERR;
-            let text = "broke the contract: a ray begins nowhere, or has no unit direction".to_owned();
+            let text = match whole {
+                true => "broke the contract: a ray begins nowhere, or has no unit direction",
+                false => "broke the contract: it wrote beside the rays of its batch",
+            };
+            let text = text.to_owned();
             failed.push(MeasureFailure { slot: d.slot, kind: job.kind, call: Call::Aim, text, status: TATU_ERR });
             continue;
         };
@@ -260,9 +283,11 @@ fn hand_over(
     let (told, moved) = guard::watched(|| unsafe { function(me, batch, error.raw()) });
     around.watch.leave(before);
     let mut told = error.answer(told, false);
-    if moved && told >= 0 {
+    if let Some(what) = moved
+        && told >= 0
+    {
         told = TATU_ERR;
-        error.set(told, &format!("{} changed {}: {}", call.text(), guard::MODE, guard::HELP));
+        error.set(told, &format!("{} changed {what}: {}", call.text(), guard::HELP));
     }
     let mut failed = Vec::new();
     for (i, index) in job.devices.iter().enumerate() {
@@ -306,7 +331,6 @@ impl MeasureScratch {
         self.sensor.clear();
         self.fields.clear();
         self.lengths.clear();
-        self.status.clear();
         self.keys.clear();
         self.shown.clear();
     }
@@ -333,7 +357,7 @@ impl MeasureScratch {
             pose: some(&self.pose).cast(),
             twist: some(&self.twist).cast(),
             fields: some(&self.fields),
-            status: self.status.as_mut_ptr(),
+            status: self.status.first_mut(),
             color: some(&self.casts.color).cast(),
             primitive: some(&self.casts.primitive),
             first_pixel: some(&self.frames.first),

@@ -11,6 +11,7 @@ use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     SensorKind,
     border::{ErrorSlot, answer},
+    state_block::GUARD,
 };
 
 use super::cast::Bundle;
@@ -86,7 +87,7 @@ impl BeamPlan {
     /// Asks an instance.
     pub fn ask(data: *mut c_void, kind: &SensorKind) -> Result<Self, String> {
         let Some(ask) = kind.raw.beams else { return Ok(Self::NONE) };
-        let mut raw = tatu_beams {
+        let raw = tatu_beams {
             size: size_of::<tatu_beams>() as u32,
             form: TATU_BEAMS_NONE,
             count: [0, 0],
@@ -103,10 +104,18 @@ impl BeamPlan {
             without: 0,
             reserved3: 0,
         };
+        /// The table between two guards.
+        #[repr(C)]
+        struct Room([u64; 8], tatu_beams, [u64; 8]);
+        let mut room = Room([GUARD; 8], raw, [GUARD; 8]);
         let mut error = ErrorSlot::new();
         // SAFETY: by the contract; `[setup]`.
-        if unsafe { answer(ask(data, &mut raw, error.raw()), false, error.raw()) } < 0 {
+        if unsafe { answer(ask(data, &mut room.1, error.raw()), false, error.raw()) } < 0 {
             return Err(error.text());
+        }
+        let Room(before, raw, behind) = room;
+        if before != [GUARD; 8] || behind != [GUARD; 8] {
+            return Err("broke the contract: it wrote beside the table `tatu_beams`".into());
         }
         let (volume, directions) = match raw.form {
             TATU_BEAMS_CONE if (0.0..=PI).contains(&raw.dims[0]) => {

@@ -1,26 +1,26 @@
 //! `tatu.host.files`: names that scripts give, within the folders that the run allows.
 
-use std::path::{Component, Path, PathBuf};
+use std::{fs::File, path::Path};
 
 use tatu_plugin_api::abi::*;
 
 use super::{lend, on, place};
-use crate::cell::{Function, WorldCell};
+use crate::cell::{Function, Refused, WorldCell};
 
-pub static TABLE: tatu_host_files =
-    tatu_host_files { size: size_of::<tatu_host_files>() as u32, reserved: 0, resolve: Some(resolve) };
+pub static TABLE: tatu_host_files = tatu_host_files {
+    size: size_of::<tatu_host_files>() as u32,
+    reserved: 0,
+    resolve: Some(resolve),
+    open: Some(open),
+};
 
 extern "C" fn resolve<'a>(w: WorldRef<'a>, name: Lent<'_>, mode: u32, out: Option<&mut Lent<'a>>) -> tatu_status {
     on(w, Function::looks("files.resolve"), |world| {
         let out = place(world, "a place for the path", out)?;
+        let mode = if mode == TATU_FILE_WRITE { TATU_FILE_WRITE } else { TATU_FILE_READ };
         let name = name.text();
-        let path = match allowed(world, Path::new(name.as_ref()), mode) {
-            Ok(p) => p,
-            Err(why) => return Err(world.calls.refuse(TATU_ERR_MISSING, &why)),
-        };
-        if mode == TATU_FILE_READ {
-            world.outside.opened.borrow_mut().insert(name.clone().into_owned());
-        }
+        let path = world.folders.resolve(Path::new(name.as_ref()), mode).map_err(|why| refuse(world, why))?;
+        note(world, &name, mode);
         let Some(path) = path.to_str() else {
             return Err(world.calls.refuse(TATU_ERR_MISSING, "the path is not UTF-8"));
         };
@@ -29,44 +29,59 @@ extern "C" fn resolve<'a>(w: WorldRef<'a>, name: Lent<'_>, mode: u32, out: Optio
     })
 }
 
-fn allowed(world: &WorldCell, name: &Path, mode: u32) -> Result<PathBuf, String> {
-    let working = std::env::current_dir().map_err(|e| format!("the working folder cannot be read: {e}"))?;
-    let here = world.outside.files.borrow().as_ref().map_or_else(|| working.clone(), |root| working.join(root));
-    let scene = world.document.file.as_ref().and_then(|f| f.parent()).map(|p| working.join(p));
-    let roots: Vec<PathBuf> = match mode {
-        TATU_FILE_WRITE => vec![here.clone()],
-        _ => std::iter::once(here.clone()).chain(scene).collect(),
+extern "C" fn open(w: WorldRef<'_>, name: Lent<'_>, mode: u32, out: Option<&mut i64>) -> tatu_status {
+    let function = match mode {
+        TATU_FILE_READ => Function::looks("files.open"),
+        _ => Function::acts("files.open"),
     };
-    // A folder that was given for the files holds all of them; else one root may be left for another.
-    let chosen = world.outside.files.borrow().is_some();
-    let among = |root: &PathBuf| if chosen { vec![root.clone()] } else { roots.clone() };
-    for root in &roots {
-        let full = normal(&root.join(name));
-        // A link inside must not lead outside.
-        let real = full.parent().and_then(|p| std::fs::canonicalize(p).ok()).unwrap_or_default();
-        let among = among(root);
-        let inside = among.iter().any(|r| full.starts_with(r));
-        let real_roots = among.iter().filter_map(|r| std::fs::canonicalize(r).ok());
-        let stays = inside && real_roots.into_iter().any(|r| real.starts_with(r));
-        if stays && (mode == TATU_FILE_WRITE || full.exists()) {
-            return Ok(full);
+    on(w, function, |world| {
+        let out = place(world, "a place for the file", out)?;
+        if !makes_sense(mode) {
+            let text = format!("files.open: {mode} is no sum of TATU_FILE_* that belong together");
+            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &text));
         }
-    }
-    let list: Vec<_> = roots.iter().map(|r| r.display().to_string()).collect();
-    Err(format!("there is no file `{}` in the folders that scripts may use: {}", name.display(), list.join(", ")))
+        let name = name.text();
+        let file = world.folders.open(Path::new(name.as_ref()), mode).map_err(|why| refuse(world, why))?;
+        note(world, &name, mode);
+        *out = hand_over(file);
+        Ok(())
+    })
 }
 
-/// Without `.` and `..`.
-fn normal(p: &Path) -> PathBuf {
-    let mut out = PathBuf::new();
-    for c in p.components() {
-        match c {
-            Component::ParentDir => {
-                out.pop();
-            }
-            Component::CurDir => {}
-            c => out.push(c),
-        }
+/// Something is opened, to write in one way at most; what concerns writing comes with it.
+fn makes_sense(mode: u32) -> bool {
+    let has = |bits| mode & bits != 0;
+    let known =
+        TATU_FILE_READ | TATU_FILE_WRITE | TATU_FILE_APPEND | TATU_FILE_UPDATE | TATU_FILE_NEW | TATU_FILE_FOLDERS;
+    mode & !known == 0
+        && has(TATU_FILE_READ | TATU_FILE_WRITE | TATU_FILE_APPEND)
+        && !(has(TATU_FILE_WRITE) && has(TATU_FILE_APPEND))
+        && !(has(TATU_FILE_UPDATE) && has(TATU_FILE_NEW))
+        && (has(TATU_FILE_WRITE) || !has(TATU_FILE_UPDATE | TATU_FILE_NEW))
+        && (has(TATU_FILE_WRITE | TATU_FILE_APPEND) || !has(TATU_FILE_FOLDERS))
+}
+
+/// What is read is no part of the input log: whoever keeps one is told.
+fn note(world: &WorldCell, name: &str, mode: u32) {
+    if mode & TATU_FILE_READ != 0 {
+        world.outside.opened.borrow_mut().insert(name.to_owned());
     }
-    out
+}
+
+#[cold]
+fn refuse(world: &WorldCell, why: Refused) -> tatu_status {
+    let (status, text) = match why {
+        Refused::Missing(text) => (TATU_ERR_MISSING, text),
+        Refused::Forbidden(text) | Refused::System(text) => (TATU_ERR, text),
+    };
+    world.calls.refuse(status, &text)
+}
+
+#[cfg(unix)]
+fn hand_over(file: File) -> i64 {
+    std::os::fd::IntoRawFd::into_raw_fd(file).into()
+}
+#[cfg(windows)]
+fn hand_over(file: File) -> i64 {
+    std::os::windows::io::IntoRawHandle::into_raw_handle(file) as i64
 }

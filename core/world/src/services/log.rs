@@ -22,9 +22,15 @@ unsafe extern "C" fn write(host: *const tatu_host, w: WorldRef<'_>, level: u32, 
     // SAFETY: by the contract: null, or the host that the plugin got.
     let host = unsafe { HostTables::holder_at(host) };
     let Some(world) = WorldCell::at(w.ptr()) else { return outside(host, level, &clean(&line)) };
-    match (TATU_LOG_ERROR..=TATU_LOG_DEBUG).contains(&level) && !prints(world) {
-        true => world.log(level, &signed(host, Some(world), &line)),
-        false => world.log(level, &line),
+    match level {
+        _ if prints(world) => world.log(level, &line),
+        TATU_LOG_ERROR..=TATU_LOG_DEBUG => world.log(level, &signed(host, Some(world), &line)),
+        // Of scripts, by way of the program's own plugins; or of another plugin, which may not act on a terminal.
+        TATU_LOG_STATUS..=TATU_LOG_CONSOLE_CLEAR if host.is_some_and(|h| h.of_program) => world.log(level, &line),
+        TATU_LOG_STATUS | TATU_LOG_CLEAR => world.log(level, &clean(&line)),
+        // A title, NUL, and the text.
+        TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => world.log(level, &line),
+        _ => world.log(TATU_LOG_INFO, &signed(host, Some(world), &line)),
     }
 }
 

@@ -1,10 +1,13 @@
 //! `tatu.host.session` and `tatu.host.stage`: requests, and stages for drivers.
 
+use std::path::PathBuf;
+
+use tatu_errors::Error;
 use tatu_plugin_api::abi::*;
 
 use super::{alone, fill, lend, on, passed};
 use crate::{
-    cell::{Function, Phase, SessionCell, WorldCell},
+    cell::{Function, NextScene, Phase, SessionCell, WorldCell},
     session::functions,
     step::{self, Stage},
 };
@@ -43,6 +46,13 @@ extern "C" fn request(w: WorldRef<'_>, what: u32) -> tatu_status {
             _ => return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}"))),
         }
         crate::cell::remote_request(world, what);
+        // A start that follows a request for another scene is meant for that one.
+        if what == TATU_REQUEST_START
+            && let Some(next) = &mut *world.outside.next_scene.borrow_mut()
+        {
+            next.starts = true;
+            return Ok(());
+        }
         crate::session::log::apply(world, what);
         Ok(())
     })
@@ -174,15 +184,18 @@ extern "C" fn put_in(w: WorldRef<'_>, kind: Lent<'_>, what: Lent<'_>) -> tatu_st
 
 extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>) -> tatu_status {
     on(w, Function::acts("session.open"), |world| {
-        if !world.outside.takes_scenes.get() {
+        let Some(read) = world.outside.scene_reader.borrow().clone() else {
             let text =
                 "this program runs one scene, and no other: `tatu serve` and `tatu open` go from one to the next";
             return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, text));
+        };
+        let file = PathBuf::from(file.text().into_owned());
+        // Whoever asked is told at once, and this world goes on.
+        let document = read(&file).map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &one_line(&e)))?;
+        *world.outside.next_scene.borrow_mut() = Some(NextScene { file, document, starts: false });
+        if world.running() {
+            world.requests.set(world.requests.get() | 1 << TATU_REQUEST_STOP);
         }
-        let file = file.text().into_owned();
-        *world.outside.next_scene.borrow_mut() = Some(file.into());
-        let ends = if world.running() { TATU_REQUEST_STOP } else { TATU_REQUEST_QUIT };
-        world.requests.set(world.requests.get() | 1 << ends);
         Ok(())
     })
 }
@@ -206,4 +219,11 @@ fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
         Ok(()) => TATU_OK,
         Err(text) => world.calls.refuse(TATU_ERR_BUSY, &text),
     }
+}
+
+/// An error as one sentence, with its place and what to do.
+fn one_line(e: &Error) -> String {
+    let place = e.place.as_ref().map_or(String::new(), |p| format!("{}:{}: ", p.file.display(), p.line));
+    let help = e.help.as_ref().map_or(String::new(), |h| format!(" ({h})"));
+    format!("{place}{}{help}", e.text)
 }

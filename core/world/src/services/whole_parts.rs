@@ -1,6 +1,9 @@
 //! Parts of a scene as wholes: copied, read from a file, written to one; with their sensors, actuators and scripts.
 
-use std::path::PathBuf;
+use std::{
+    io::Error,
+    path::{Path, PathBuf},
+};
 
 use tatu_plugin_api::abi::*;
 use tatu_scene::{
@@ -130,7 +133,12 @@ pub(super) extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, base: tatu_object
         free(world)?;
         let written = document::write(&document_of(world, base), &world.registry, &document::folder_beside(&path));
         let written = written.map_err(|e| fail(e.text))?;
-        document::save(&path, &written, &write_whole).map_err(|e| fail(e.text))
+        // The name may be that of a link by now, and so may the folder beside it.
+        let whole = |path: &Path, bytes: &[u8]| {
+            let path = world.folders.resolve(path, TATU_FILE_WRITE).map_err(|why| Error::other(why.text()))?;
+            write_whole(&path, bytes)
+        };
+        document::save(&path, &written, &whole).map_err(|e| fail(e.text))
     })
 }
 

@@ -119,13 +119,16 @@ fn tell_holder(session: &SessionCell, by: Option<usize>, holder: &mut Option<(us
     }
 }
 
-/// Turns of services in a stopped world, until a start.
+/// Turns of services in a stopped world, until a start (`true`), or until another scene or the end is asked for.
 pub(crate) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
     world.requests.set(world.requests.get() & QUIT);
     while !session.interrupted() && session.any_service() {
         turns(world, session);
         let asked = world.requests.replace(world.requests.get() & QUIT);
         if asked & QUIT != 0 {
+            return false;
+        }
+        if world.outside.next_scene.borrow().is_some() {
             return false;
         }
         if asked & START != 0 {

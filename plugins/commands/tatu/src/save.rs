@@ -74,9 +74,7 @@ fn save(c: &mut Ctx<'_>) -> Result {
                 .help("images of lengths become .png, .pgm or .raw, colours .png, .ppm or .raw, all else .raw"));
         }
     };
-    let path = world.file(file.as_bytes(), TATU_FILE_WRITE)?;
-    let path = String::from_utf8_lossy(&path).into_owned();
-    std::fs::write(&path, content).map_err(|e| broken(&path, e))
+    world.write_file(file.as_bytes(), &content)
 }
 
 fn broken(file: &str, e: impl Display) -> Fail {

@@ -1,10 +1,14 @@
 //! Open files of a script, kept outside of the Lua state so that they are closed however it ends.
 
 use std::{
-    fs::{File, OpenOptions},
+    fs::File,
     io::{self, Read, Seek, SeekFrom, Write},
 };
 
+use tatu_plugin_api::abi::*;
+
+/// Bytes that are read at once, at most: a file may have no end.
+const MOST_BYTES: usize = 256 << 20;
 const BLOCK: usize = 8 << 10;
 
 /// Files by number.
@@ -50,21 +54,21 @@ pub(crate) struct Open {
     pub out: Vec<u8>,
 }
 
-/// Parses Lua's mode string.
-pub(crate) fn options(mode: &[u8]) -> Option<(OpenOptions, bool)> {
+/// Parses Lua's mode string: `TATU_FILE_*`.
+pub(crate) fn mode(mode: &[u8]) -> Option<u32> {
     let (kind, rest) = mode.split_first()?;
     let plus = rest.contains(&b'+');
     if rest.iter().any(|b| !b"+b".contains(b)) {
         return None;
     }
-    let mut o = OpenOptions::new();
-    match kind {
-        b'r' => o.read(true).write(plus),
-        b'w' => o.write(true).create(true).truncate(true).read(plus),
-        b'a' => o.append(true).create(true).read(plus),
+    let reads = if plus { TATU_FILE_READ } else { 0 };
+    Some(match kind {
+        b'r' if plus => TATU_FILE_READ | TATU_FILE_WRITE | TATU_FILE_UPDATE,
+        b'r' => TATU_FILE_READ,
+        b'w' => TATU_FILE_WRITE | reads,
+        b'a' => TATU_FILE_APPEND | reads,
         _ => return None,
-    };
-    Some((o, *kind != b'r' || plus))
+    })
 }
 
 impl Open {
@@ -103,6 +107,9 @@ impl Open {
     }
     /// Fills the read buffer; false at the end of the file.
     fn fill(&mut self) -> io::Result<bool> {
+        if self.out.len() > MOST_BYTES {
+            return Err(io::Error::new(io::ErrorKind::FileTooLarge, "more than 256 MB are not read at once"));
+        }
         if self.at < self.ahead.len() {
             return Ok(true);
         }

@@ -1,7 +1,5 @@
 //! `io`: files in the folders that the run allows. Standard output goes to the log.
 
-use std::path::PathBuf;
-
 use mlua_sys::*;
 use tatu_plugin_api::abi::*;
 
@@ -93,26 +91,18 @@ unsafe fn number(l: *mut lua_State, idx: i32) -> usize {
 
 /// Opens a file: returns its number, or an error number with a message in the scratch buffer.
 fn open_file(s: &State, name: &[u8], mode: &[u8]) -> Result<usize, i64> {
-    let Some((options, writes)) = files::options(mode) else {
+    let Some(how) = files::mode(mode) else {
         say(s, name, "invalid mode");
         return Err(22);
     };
-    let how = if writes { TATU_FILE_WRITE } else { TATU_FILE_READ };
-    let path = match s.world().file(name, how) {
-        Ok(path) => PathBuf::from(String::from_utf8_lossy(&path).into_owned()),
+    match s.world().open_file(name, how) {
+        Ok(file) => Ok(s.files.borrow_mut().add(Open::new(file)) + FIRST),
         Err(fail) => {
             say(s, name, &fail.to_string());
             if fail.code() != TATU_ERR_MISSING {
                 s.log(TATU_LOG_WARNING, &s.scratch.borrow());
             }
-            return Err(if fail.code() == TATU_ERR_MISSING { 2 } else { 13 });
-        }
-    };
-    match options.open(&path) {
-        Ok(file) => Ok(s.files.borrow_mut().add(Open::new(file)) + FIRST),
-        Err(error) => {
-            say(s, name, &error.to_string());
-            Err(i64::from(error.raw_os_error().unwrap_or(5)))
+            Err(if fail.code() == TATU_ERR_MISSING { 2 } else { 13 })
         }
     }
 }

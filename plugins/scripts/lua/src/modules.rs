@@ -30,14 +30,12 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_pop(l, 1);
 }
 
+/// Bytes of the longest text that is read.
+const MOST_BYTES: u64 = 16 << 20;
+
 /// Reads a file into the scratch buffer; on failure false, with the reason there.
 fn read(s: &State, name: &[u8]) -> bool {
-    let read = s
-        .world()
-        .file(name, TATU_FILE_READ)
-        .map_err(|fail| fail.to_string())
-        .and_then(|path| std::fs::read(String::from_utf8_lossy(&path).as_ref()).map_err(|e| e.to_string()));
-    let (done, content) = match read {
+    let (done, content) = match s.world().read_file(name, MOST_BYTES) {
         Ok(content) => (true, content),
         Err(reason) => {
             let name = String::from_utf8_lossy(name);

@@ -6,7 +6,7 @@
 use std::{collections::BTreeMap, fs, io, path::PathBuf};
 
 use tatu_plugin_api::{
-    abi::TATU_FILE_WRITE,
+    abi::{TATU_FILE_NEW, TATU_FILE_WRITE},
     safe::{Fail, Result, Turn},
 };
 
@@ -71,7 +71,7 @@ impl Files {
         }
         room(known.max(folder.files.len()), folder.files.values().sum(), bytes.len() as u64)?;
         self.forget(&folder, name)?;
-        let stored = folder.write(&with_ending(name, bytes), bytes)?;
+        let stored = folder.write(turn, &with_ending(name, bytes), bytes)?;
         self.names.insert(name.to_owned(), Stored { name: stored, stays: false });
         Ok(())
     }
@@ -126,8 +126,6 @@ impl Folder {
             Fail::new(format!("the folder `{FOLDER}` for transferred files cannot be made or read: {e}"))
         };
         fs::create_dir_all(&path).map_err(fail)?;
-        // A name in it is asked for, since a link of this name may lead out of where files are allowed.
-        turn.file(format!("{FOLDER}/file").as_bytes(), TATU_FILE_WRITE)?;
         Folder::read(path).map_err(fail)
     }
 
@@ -166,24 +164,21 @@ impl Folder {
     }
 
     /// Writes a new file; its name.
-    fn write(&self, name: &str, bytes: &[u8]) -> Result<String> {
+    fn write(&self, turn: &Turn<'_>, name: &str, bytes: &[u8]) -> Result<String> {
         let (stem, ending) = parts(name);
         for n in 1..=MOST_ALIKE {
             let name = if n == 1 { name.to_owned() } else { format!("{stem}-{n}{ending}") };
-            let path = self.path.join(&name);
-            match fs::File::create_new(&path) {
-                Ok(mut file) => {
-                    return match io::Write::write_all(&mut file, bytes) {
-                        Ok(()) => Ok(name),
-                        Err(e) => {
-                            let _ = fs::remove_file(&path);
-                            Err(Fail::new(format!("`{FOLDER}/{name}` cannot be written: {e}")))
-                        }
-                    };
-                }
-                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
-                Err(e) => return Err(Fail::new(format!("`{FOLDER}/{name}` cannot be written: {e}"))),
+            if self.files.contains_key(&name) {
+                continue;
             }
+            let mut file = turn.open_file(format!("{FOLDER}/{name}").as_bytes(), TATU_FILE_WRITE | TATU_FILE_NEW)?;
+            return match io::Write::write_all(&mut file, bytes) {
+                Ok(()) => Ok(name),
+                Err(e) => {
+                    let _ = fs::remove_file(self.path.join(&name));
+                    Err(Fail::new(format!("`{FOLDER}/{name}` cannot be written: {e}")))
+                }
+            };
         }
         Err(Fail::new(format!("the folder `{FOLDER}` has {MOST_ALIKE} files `{name}` already"))
             .help("remove those that no input log needs"))

@@ -1,10 +1,10 @@
 //! Files that are dropped on the page. They come in parts, go into a folder of their own, and replace nothing.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use tatu_plugin_api::{
-    abi::TATU_FILE_WRITE,
+    abi::{TATU_FILE_FOLDERS, TATU_FILE_NEW, TATU_FILE_READ, TATU_FILE_WRITE},
     safe::{Fail, Result, Turn},
 };
 
@@ -54,23 +54,18 @@ impl Dropped {
         let path = Path::new(&self.name);
         let part = |p: Option<&std::ffi::OsStr>| p.unwrap_or_default().to_string_lossy().into_owned();
         let (stem, ending) = (part(path.file_stem()), part(path.extension()));
-        let path_of = |name: &str| -> Result<PathBuf> {
-            Ok(PathBuf::from(String::from_utf8_lossy(&turn.file(name.as_bytes(), TATU_FILE_WRITE)?).into_owned()))
-        };
-        std::fs::create_dir_all(path_of(FOLDER)?)
-            .map_err(|e| Fail::new(format!("the folder `{FOLDER}` cannot be made: {e}")))?;
         for n in 1..=MOST_ALIKE {
             let name = if n == 1 { self.name.clone() } else { format!("{stem}-{n}.{ending}") };
             let name = format!("{FOLDER}/{name}");
-            let fail = |e: std::io::Error| Fail::new(format!("`{name}` cannot be written: {e}"));
-            match std::fs::File::create_new(path_of(&name)?) {
-                Ok(mut file) => {
-                    std::io::Write::write_all(&mut file, &self.bytes).map_err(fail)?;
-                    return Ok(name);
-                }
-                Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
-                Err(e) => return Err(fail(e)),
+            if turn.file(name.as_bytes(), TATU_FILE_READ).is_ok() {
+                continue;
             }
+            let mode = TATU_FILE_WRITE | TATU_FILE_NEW | TATU_FILE_FOLDERS;
+            let mut file = turn.open_file(name.as_bytes(), mode)?;
+            return match std::io::Write::write_all(&mut file, &self.bytes) {
+                Ok(()) => Ok(name),
+                Err(e) => Err(Fail::new(format!("`{name}` cannot be written: {e}"))),
+            };
         }
         Err(Fail::new(format!("there are {MOST_ALIKE} files `{}` already", self.name)))
     }

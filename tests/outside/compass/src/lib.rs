@@ -18,6 +18,7 @@ impl Plugin for CompassPlugin {
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<Compass>();
+        offer.sensor::<Turns>();
     }
 }
 
@@ -85,6 +86,50 @@ impl Sensor for Compass {
             out.i32(VALID)[0] = 1;
             out.f64(HEADING)[0] = wrapped(heading + self.offset);
         }
+        Ok(())
+    }
+}
+
+/// Counts turns: the heading without jumps, since the start.
+struct Turns;
+
+/// What it remembers: the heading of the last measure, the turns so far, and whether it has measured.
+const LAST: usize = 0;
+const SUM: usize = 1;
+const BEGUN: usize = 2;
+
+impl Sensor for Turns {
+    type Plugin = CompassPlugin;
+
+    const ID: &'static str = "turn_counter";
+    const TEXT: &'static str = "Counts how often its x axis has gone round in the world's x-y plane.";
+    const SCHEMAS: &'static [&'static str] = &["turns/1"];
+    const INPUTS: u32 = TATU_IN_POSE;
+    const STATE: usize = 3;
+
+    fn params() -> Vec<Param> {
+        Vec::new()
+    }
+    fn fields() -> Vec<Field> {
+        vec![Field::f64("turns.turns").unit("1").text("Turns since the start, counter-clockwise, with their fraction.")]
+    }
+    fn create(_: &SharedWorld<'_>, _: Instance, _: &Params<'_>) -> Result<Self> {
+        Ok(Turns)
+    }
+    fn beams(&self) -> Result<Beams> {
+        Ok(Beams::default())
+    }
+    fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
+        let pose = sample.pose().ok_or_else(|| Fail::new("the host gave no pose"))?;
+        let kept = out.state();
+        if let Some(heading) = heading(&pose, 0.05) {
+            if kept[BEGUN] != 0.0 {
+                kept[SUM] += wrapped(heading - kept[LAST]) / TAU;
+            }
+            (kept[LAST], kept[BEGUN]) = (heading, 1.0);
+        }
+        let turns = kept[SUM];
+        out.f64(0)[0] = turns;
         Ok(())
     }
 }

@@ -9,6 +9,8 @@ use crate::{Vrep, kit::*};
 const ALPHA: i64 = 1;
 /// No image has more pixels.
 const MOST: i64 = 1 << 26;
+/// Bytes of the longest file that is read.
+const MOST_BYTES: u64 = 256 << 20;
 
 /// An image that a script gave: its bytes, columns, rows and bytes a pixel.
 #[derive(Debug, Clone, PartialEq)]
@@ -162,9 +164,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 c.ret(content);
                 return Ok(());
             }
-            let path = c.world().file(name.as_bytes(), TATU_FILE_WRITE)?;
-            let path = String::from_utf8_lossy(&path).into_owned();
-            std::fs::write(&path, content).map_err(|e| Fail::new(format!("`{path}` cannot be written: {e}")))?;
+            c.world().write_file(name.as_bytes(), &content)?;
             c.ret(1_i64);
             Ok(())
         })
@@ -187,11 +187,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let picture = if given.starts_with(b"\x89PNG") {
                 decode(given, each)?
             } else {
-                let path = c.world().file(given, TATU_FILE_READ)?;
-                let path = String::from_utf8_lossy(&path).into_owned();
-                let content =
-                    std::fs::read(&path).map_err(|e| Fail::missing(format!("`{path}` cannot be read: {e}")))?;
-                decode(&content, each)?
+                decode(&c.world().read_file(given, MOST_BYTES)?, each)?
             };
             c.ret(picture.bytes);
             c.ret(&[picture.columns as i64, picture.rows as i64][..]);

@@ -262,8 +262,28 @@ extern "C" fn resolve<'a>(w: WorldRef<'a>, name: Lent<'_>, _: u32, out: Option<&
     *out.unwrap() = unsafe { Lent::new(raw(&h.path.borrow())) };
     TATU_OK
 }
-static FILES: tatu_host_files =
-    tatu_host_files { size: size_of::<tatu_host_files>() as u32, reserved: 0, resolve: Some(resolve) };
+extern "C" fn open(w: WorldRef<'_>, name: Lent<'_>, mode: u32, out: Option<&mut i64>) -> tatu_status {
+    let mut path = Lent::EMPTY;
+    let status = resolve(w, name, mode, Some(&mut path));
+    if status < 0 {
+        return status;
+    }
+    let has = |bit| mode & bit != 0;
+    let mut options = std::fs::OpenOptions::new();
+    options.read(has(TATU_FILE_READ)).write(has(TATU_FILE_WRITE)).append(has(TATU_FILE_APPEND));
+    let makes = has(TATU_FILE_WRITE) && !has(TATU_FILE_UPDATE);
+    match options.create(makes || has(TATU_FILE_APPEND)).truncate(makes).open(path.text().as_ref()) {
+        Ok(file) => *out.unwrap() = std::os::fd::IntoRawFd::into_raw_fd(file).into(),
+        Err(e) => return host(w).refuse(TATU_ERR_MISSING, &e.to_string()),
+    }
+    TATU_OK
+}
+static FILES: tatu_host_files = tatu_host_files {
+    size: size_of::<tatu_host_files>() as u32,
+    reserved: 0,
+    resolve: Some(resolve),
+    open: Some(open),
+};
 static mut SCENE: std::mem::MaybeUninit<tatu_host_scene> = std::mem::MaybeUninit::zeroed();
 unsafe extern "C" fn service(_: *const tatu_host, id: *const c_char) -> *const c_void {
     match CStr::from_ptr(id) {

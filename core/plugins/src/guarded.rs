@@ -1,0 +1,111 @@
+//! Arrays that a plugin writes to in one call, with guards on both sides: whoever writes outside of them is noticed, and
+//! little of it reaches what lies beside them.
+
+use std::{
+    marker::PhantomData,
+    ops::{Deref, DerefMut},
+};
+
+use crate::state_block::GUARD;
+
+/// Words of a guard: who mistakes a force for a wrench, or one element for a few, harms nobody else.
+const GUARD_WORDS: usize = 72;
+
+/// Types that are numbers and nothing else: any bits are a value.
+pub trait Number: Copy + 'static {}
+impl Number for f64 {}
+impl Number for i32 {}
+impl Number for [f64; 6] {}
+
+/// An array of `T` between two guards. Its place changes with [`Guarded::fill`].
+#[derive(Debug)]
+pub struct Guarded<T> {
+    /// Guard, elements, guard; the second one begins right behind the last byte.
+    words: Vec<u64>,
+    n: usize,
+    of: PhantomData<T>,
+}
+
+impl<T> Default for Guarded<T> {
+    fn default() -> Self {
+        Guarded { words: Vec::new(), n: 0, of: PhantomData }
+    }
+}
+
+impl<T: Number> Guarded<T> {
+    /// `n` elements of this value, and whole guards.
+    pub fn fill(&mut self, n: usize, value: T) {
+        let words = (n * size_of::<T>()).div_ceil(8);
+        self.words.clear();
+        self.words.resize(words + 2 * GUARD_WORDS, GUARD);
+        self.n = n;
+        // Nothing is a slice before it is filled: elements are written as the numbers that they are.
+        for i in 0..n {
+            // SAFETY: within the words; all alignments are 8 at most, and an element's place is a multiple of its size.
+            unsafe { self.first_mut().add(i).write(value) };
+        }
+    }
+
+    /// As plugins get it.
+    pub fn first_mut(&mut self) -> *mut T {
+        self.words.as_mut_ptr().wrapping_add(GUARD_WORDS).cast()
+    }
+
+    /// Whether nobody has written beside it.
+    pub fn is_whole(&self) -> bool {
+        if self.words.is_empty() {
+            return true;
+        }
+        let end = GUARD_WORDS * 8 + self.n * size_of::<T>();
+        let (full, part) = (end.div_ceil(8), end % 8);
+        let behind = |word: u64| word.to_ne_bytes()[part..] == GUARD.to_ne_bytes()[part..];
+        self.words[..GUARD_WORDS].iter().all(|w| *w == GUARD)
+            && (part == 0 || behind(self.words[full - 1]))
+            && self.words[full..].iter().all(|w| *w == GUARD)
+    }
+}
+
+impl<T: Number> Deref for Guarded<T> {
+    type Target = [T];
+    fn deref(&self) -> &[T] {
+        if self.n == 0 {
+            return &[];
+        }
+        // SAFETY: `n` elements between the guards, of a type for which any bits are a value.
+        unsafe { std::slice::from_raw_parts(self.words.as_ptr().add(GUARD_WORDS).cast(), self.n) }
+    }
+}
+
+impl<T: Number> DerefMut for Guarded<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        if self.n == 0 {
+            return &mut [];
+        }
+        // SAFETY: as above, and borrowed alone.
+        unsafe { std::slice::from_raw_parts_mut(self.first_mut(), self.n) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_byte_on_either_side_is_noticed() {
+        for n in 0..5 {
+            for at in [-64, -1, 0, 1, 3, 60] {
+                let mut array = Guarded::<i32>::default();
+                array.fill(n, 7);
+                assert!(array.is_whole() && array.iter().all(|x| *x == 7) && array.len() == n);
+                let bytes = n as isize * 4;
+                let place = if at < 0 { at } else { bytes + at };
+                // SAFETY: within the guards.
+                unsafe { array.first_mut().cast::<u8>().offset(place).write(1) };
+                assert!(!array.is_whole(), "{n} {at}");
+                assert!(array.iter().all(|x| *x == 7));
+                array.fill(n, 7);
+                assert!(array.is_whole());
+            }
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! The folders in which scripts open files.
+//!
+//! Each is opened once, and files are opened beneath it: neither `..`, a link nor a changed working folder leads out. What
+//! is not a plain file (a folder, a pipe, a device, a socket) is never opened.
+
+use std::{
+    cell::{OnceCell, RefCell},
+    fs,
+    io::{self, ErrorKind},
+    path::{Component, Path, PathBuf},
+};
+
+use cap_std::{ambient_authority, fs::Dir};
+use tatu_plugin_api::abi::*;
+
+/// One folder.
+#[derive(Debug)]
+struct Folder {
+    /// Absolute.
+    path: PathBuf,
+    /// Opened when it is needed first: where it really is, and the folder itself.
+    opened: OnceCell<Option<(PathBuf, Dir)>>,
+}
+
+impl Folder {
+    fn new(path: PathBuf) -> Self {
+        Folder { path, opened: OnceCell::new() }
+    }
+    fn opened(&self) -> Option<&(PathBuf, Dir)> {
+        let open =
+            || Some((fs::canonicalize(&self.path).ok()?, Dir::open_ambient_dir(&self.path, ambient_authority()).ok()?));
+        self.opened.get_or_init(open).as_ref()
+    }
+}
+
+/// The folders of a world.
+#[derive(Debug)]
+pub(crate) struct Folders {
+    working: Folder,
+    scene: Option<Folder>,
+    /// In place of the working folder.
+    chosen: RefCell<Option<Folder>>,
+}
+
+/// Why a name is not opened.
+#[derive(Debug)]
+pub(crate) enum Refused {
+    /// There is no such file in any of the folders.
+    Missing(String),
+    /// It leads out of them, or is no plain file.
+    Forbidden(String),
+    /// The system refuses it.
+    System(String),
+}
+
+impl Refused {
+    /// The sentence, with the path.
+    pub fn text(self) -> String {
+        match self {
+            Refused::Missing(text) | Refused::Forbidden(text) | Refused::System(text) => text,
+        }
+    }
+}
+
+/// A file within a folder.
+struct Found<'a> {
+    /// As its folder and its name tell it, for messages and for whoever opens it by name.
+    path: PathBuf,
+    dir: &'a Dir,
+    /// In `dir`, without links.
+    name: PathBuf,
+}
+
+impl Folders {
+    /// Those of a world whose scene is in `file`.
+    pub fn new(file: Option<&Path>) -> Self {
+        let working = std::env::current_dir().unwrap_or_default();
+        let scene = file.and_then(Path::parent).map(|p| normal(&working.join(p))).filter(|p| *p != working);
+        let scene = scene.map(Folder::new);
+        Folders { working: Folder::new(working), scene, chosen: RefCell::default() }
+    }
+
+    /// Files are opened in this folder, an absolute path, in place of the working folder.
+    pub fn choose(&self, folder: PathBuf) {
+        *self.chosen.borrow_mut() = Some(Folder::new(folder));
+    }
+
+    /// The path of a name, which may be opened by it.
+    pub fn resolve(&self, name: &Path, mode: u32) -> Result<PathBuf, Refused> {
+        self.find(name, mode, |found| Ok(found.path))
+    }
+
+    /// Opens a plain file: `TATU_FILE_*` bits.
+    pub fn open(&self, name: &Path, mode: u32) -> Result<fs::File, Refused> {
+        self.find(name, mode, |found| {
+            if mode & TATU_FILE_FOLDERS != 0
+                && let Some(above) = found.name.parent().filter(|p| !p.as_os_str().is_empty())
+            {
+                found.dir.create_dir_all(above).map_err(|e| system(&found.path, &e))?;
+            }
+            // Opening alone may act on what is no plain file: on a device, say.
+            if found.dir.symlink_metadata(&found.name).is_ok_and(|about| !about.is_file()) {
+                return Err(not_plain(&found.path));
+            }
+            let file = found.dir.open_with(&found.name, &options(mode)).map_err(|e| match e.kind() {
+                ErrorKind::NotFound => missing(name, &[&found.path]),
+                _ => system(&found.path, &e),
+            })?;
+            let plain = file.metadata().is_ok_and(|about| about.is_file());
+            if plain { Ok(file.into_std()) } else { Err(not_plain(&found.path)) }
+        })
+    }
+
+    /// Looks a name up in the folders, in their order, and hands the first that has it to `f`.
+    fn find<T>(&self, name: &Path, mode: u32, f: impl FnOnce(Found<'_>) -> Result<T, Refused>) -> Result<T, Refused> {
+        let chosen = self.chosen.borrow();
+        let here = chosen.as_ref().unwrap_or(&self.working);
+        let writes = mode & !TATU_FILE_READ != 0;
+        let scene = self.scene.as_ref().filter(|_| !writes);
+        let roots: Vec<&Folder> = std::iter::once(here).chain(scene).collect();
+        let mut refused = None;
+        for root in &roots {
+            // A folder that was chosen holds all of its files; else one may be left for the other.
+            let among = if chosen.is_some() { std::slice::from_ref(root) } else { roots.as_slice() };
+            match locate(&normal(&root.path.join(name)), among, writes, mode & TATU_FILE_FOLDERS != 0) {
+                Ok(Some(found)) => return f(found),
+                Ok(None) => {}
+                Err(why) => refused = refused.or(Some(why)),
+            }
+        }
+        Err(refused.unwrap_or_else(|| missing(name, &roots.iter().map(|r| r.path.as_path()).collect::<Vec<_>>())))
+    }
+}
+
+/// Finds a path beneath one of the folders. `None`: it is not there, or, by its name already, not beneath them.
+fn locate<'a>(
+    full: &Path,
+    among: &[&'a Folder],
+    writes: bool,
+    makes_folders: bool,
+) -> Result<Option<Found<'a>>, Refused> {
+    if !among.iter().any(|folder| full.starts_with(&folder.path)) {
+        return Ok(None);
+    }
+    let real = match fs::canonicalize(full) {
+        Ok(real) => real,
+        // A link that leads to nothing would be filled where it leads.
+        Err(_) if fs::symlink_metadata(full).is_ok_and(|m| m.file_type().is_symlink()) => {
+            return Err(Refused::Forbidden(format!(
+                "`{}` is a link that leads to nothing, and is not followed; remove it, or name a file",
+                full.display()
+            )));
+        }
+        Err(e) if e.kind() == ErrorKind::NotFound && writes => match not_yet(full, makes_folders) {
+            Some(real) => real,
+            None => return Ok(None),
+        },
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(e) => return Err(system(full, &e)),
+    };
+    for folder in among {
+        if let Some((root, dir)) = folder.opened()
+            && let Ok(name) = real.strip_prefix(root)
+        {
+            let name = if name.as_os_str().is_empty() { PathBuf::from(".") } else { name.to_owned() };
+            return Ok(Some(Found { path: full.to_owned(), dir, name }));
+        }
+    }
+    let list: Vec<_> = among.iter().map(|f| f.path.display().to_string()).collect();
+    Err(Refused::Forbidden(format!(
+        "`{}` leads out of the folders that scripts may use, by a link: {}",
+        full.display(),
+        list.join(", ")
+    )))
+}
+
+/// Where a file will be that is not there yet: its folder is, or will be made.
+fn not_yet(full: &Path, makes_folders: bool) -> Option<PathBuf> {
+    let (above, last) = (full.parent()?, full.file_name()?);
+    match fs::canonicalize(above) {
+        Ok(real) => Some(real.join(last)),
+        Err(_) if makes_folders && fs::symlink_metadata(above).is_err() => Some(not_yet(above, true)?.join(last)),
+        Err(_) => None,
+    }
+}
+
+fn options(mode: u32) -> cap_std::fs::OpenOptions {
+    let has = |bit| mode & bit != 0;
+    let writes = has(TATU_FILE_WRITE);
+    let mut options = cap_std::fs::OpenOptions::new();
+    options.read(has(TATU_FILE_READ)).append(has(TATU_FILE_APPEND)).create(has(TATU_FILE_APPEND));
+    if writes {
+        options.write(true).create_new(has(TATU_FILE_NEW));
+        options.create(!has(TATU_FILE_UPDATE)).truncate(!has(TATU_FILE_UPDATE) && !has(TATU_FILE_NEW));
+    }
+    // A pipe without another end would hold the run; it is refused after it has been opened.
+    #[cfg(unix)]
+    cap_std::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK | libc::O_NOCTTY);
+    options
+}
+
+fn missing(name: &Path, folders: &[&Path]) -> Refused {
+    let list: Vec<_> = folders.iter().map(|r| r.display().to_string()).collect();
+    let name = name.display();
+    Refused::Missing(format!("there is no file `{name}` in the folders that scripts may use: {}", list.join(", ")))
+}
+
+fn not_plain(path: &Path) -> Refused {
+    Refused::Forbidden(format!("`{}` is no plain file, and scripts open no others", path.display()))
+}
+
+fn system(path: &Path, e: &io::Error) -> Refused {
+    Refused::System(format!("`{}` cannot be opened: {e}", path.display()))
+}
+
+/// Without `.` and `..`.
+fn normal(p: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for c in p.components() {
+        match c {
+            Component::ParentDir => {
+                out.pop();
+            }
+            Component::CurDir => {}
+            c => out.push(c),
+        }
+    }
+    out
+}

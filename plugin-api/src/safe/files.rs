@@ -1,0 +1,52 @@
+//! Files of a world: as scripts name them, beneath the folders that the run allows.
+
+use super::{Fail, Result, World, shared_world::service};
+use crate::abi::*;
+
+impl World<'_> {
+    /// Opens a plain file as a script names it, beneath the folders that the run allows: a sum of `TATU_FILE_*`. Neither
+    /// links, `..` nor a changed working folder lead out of them.
+    pub fn open_file(&self, name: &[u8], mode: u32) -> Result<std::fs::File> {
+        let mut file = -1;
+        self.check(service!(self.files.open)(self.raw(), name.into(), mode, Some(&mut file)))?;
+        Ok(own_file(file))
+    }
+    /// The content of such a file, of `most` bytes at most.
+    pub fn read_file(&self, name: &[u8], most: u64) -> Result<Vec<u8>> {
+        let shown = || String::from_utf8_lossy(name);
+        let fail = |e: std::io::Error| Fail::missing(format!("`{}` cannot be read: {e}", shown()));
+        let file = self.open_file(name, TATU_FILE_READ)?;
+        let size = file.metadata().map_err(fail)?.len();
+        if size > most {
+            return Err(Fail::argument(format!("`{}` has {size} bytes, and at most {most} are read", shown())));
+        }
+        let mut content = Vec::new();
+        // It may grow meanwhile.
+        std::io::Read::read_to_end(&mut std::io::Read::take(file, most), &mut content).map_err(fail)?;
+        Ok(content)
+    }
+    /// Makes or empties such a file, and writes it.
+    pub fn write_file(&self, name: &[u8], content: &[u8]) -> Result {
+        let mut file = self.open_file(name, TATU_FILE_WRITE)?;
+        std::io::Write::write_all(&mut file, content)
+            .map_err(|e| Fail::new(format!("`{}` cannot be written: {e}", String::from_utf8_lossy(name))))
+    }
+    /// The path of a file as a script names it, for functions of the host that take one: `TATU_FILE_READ` or
+    /// `TATU_FILE_WRITE`. To read or write it, see [`open_file`](Self::open_file).
+    pub fn file(&self, name: &[u8], mode: u32) -> Result<Vec<u8>> {
+        let mut path = Lent::EMPTY;
+        self.check(service!(self.files.resolve)(self.raw(), name.into(), mode, Some(&mut path)))?;
+        Ok(path.bytes().to_vec())
+    }
+}
+
+#[cfg(unix)]
+fn own_file(file: i64) -> std::fs::File {
+    // SAFETY: an open descriptor, which the host has given away.
+    unsafe { std::os::fd::FromRawFd::from_raw_fd(file as i32) }
+}
+#[cfg(windows)]
+fn own_file(file: i64) -> std::fs::File {
+    // SAFETY: an open handle, which the host has given away.
+    unsafe { std::os::windows::io::FromRawHandle::from_raw_handle(file as *mut core::ffi::c_void) }
+}

@@ -1,0 +1,197 @@
+//! A plugin that breaks the contract: it is named itself, at once, and the run goes on wherever it can. The plugin is
+//! `breaches/plugin.c`.
+
+#![cfg(all(target_os = "linux", target_env = "gnu"))]
+
+use std::{fs, path::Path, process::Command, sync::OnceLock};
+
+use tempfile::TempDir;
+
+use crate::kit::*;
+
+const ID: &str = "org.example.breaches";
+
+fn plugin() -> &'static Path {
+    static BUILT: OnceLock<TempDir> = OnceLock::new();
+    let build = || {
+        let dir = TempDir::with_prefix("tatu-test-").unwrap();
+        let to = dir.path().join(library("tatu_breaches"));
+        compile(&root().join("tests/program/breaches/plugin.c"), &to);
+        dir
+    };
+    BUILT.get_or_init(build).path()
+}
+
+fn compile(source: &Path, to: &Path) {
+    let include = format!("-I{}", root().join("plugin-api/include").display());
+    // What it does on purpose a compiler sees, too.
+    let args = ["-std=gnu11", "-O1", "-w", "-shared", "-fPIC", "-pthread", &include, "-o"];
+    succeed(Command::new(compiler("cc")).args(args).arg(to).arg(source).arg("-lm"));
+}
+
+fn ran(place: &Place, env: &[(&str, &str)], args: &[&str]) -> Done {
+    let env = [&[("TATU_PLUGIN_PATH", plugin().to_str().unwrap())], env].concat();
+    run(
+        program(),
+        place.path(),
+        &[&["run", "scene.toml", "--steps", "4", "--no-addons", "--json"], args].concat(),
+        &env,
+    )
+}
+
+/// A script that calls the command once, prints what it is told, and goes on.
+fn calls(how: &str) -> Place {
+    let script = format!(
+        "function sysCall_actuation()
+            if called then return end
+            called = true
+            print('told', pcall(breach.now, '{how}'))
+        end
+        function sysCall_cleanup() print('goes on to the end') end"
+    );
+    Place::scene(&watcher("box", &script))
+}
+
+#[test]
+fn a_command_that_writes_or_gives_what_it_must_not_is_blamed_itself() {
+    for (how, words) in [
+        ("one result too many", "wrote beside its room for 64 results"),
+        ("results twice", "wrote beside its room for 64 results"),
+        ("before the results", "wrote beside its room for 64 results"),
+        ("past alloc", "wrote past the end of memory that the host gave it"),
+        ("before the state", "state block"),
+        ("past the state", "state block"),
+        ("huge span", "result 1 tells of 1152921504606846976 elements"),
+        ("large span", "result 1 tells of 2147483648 elements"),
+        ("list in itself", "nests deeper than 32"),
+        ("key that is no number", "a key that is no number"),
+        ("null list", "a list of 3 elements at null"),
+        ("unaligned", "not aligned"),
+    ] {
+        for threads in ["1", "2"] {
+            let done = ran(&calls(how), &[], &["--threads", threads]).good();
+            let line = done.err.lines().find(|l| l.starts_with("told")).unwrap();
+            for word in [words, "breach.now", ID, "broke the contract", "false"] {
+                assert!(line.contains(word), "{how}: `{word}` in: {line}");
+            }
+            done.tells(&["goes on to the end"]);
+        }
+    }
+}
+
+#[test]
+fn an_actuator_that_writes_what_it_must_not_is_switched_off() {
+    let scene = "[[object]]\nkind = \"shape\"\nalias = \"box\"\ndynamic = true\n[[object]]\nkind = \"actuator\"\nactuator = \"breach\"\nalias = \"a\"\nparent = \"box\"\n";
+    for (how, words) in [
+        ("one force too many", "beside `wrench`"),
+        ("64 forces too many", "beside `wrench`"),
+        ("before the forces", "beside `wrench`"),
+        ("effort", "beside `effort`"),
+        ("command", "`command` of its batch, which is for reading"),
+        ("past the command", "`command` of its batch, which is for reading"),
+        ("status", "the status 9, which means nothing here"),
+        ("past the status", "beside `status`"),
+        ("before the state", "state block"),
+        ("past the state", "state block"),
+    ] {
+        for threads in ["1", "2"] {
+            let done = ran(&Place::scene(scene), &[("BREACH_OF_ACTUATOR", how)], &["--threads", threads]);
+            let errors = done.errors();
+            let message = errors[0]["message"].as_str().unwrap();
+            assert!(errors.len() == 1 && message.contains(words) && message.contains(ID), "{how}: {errors:?}");
+            assert_eq!(errors[0]["object"], "/box/a");
+        }
+    }
+}
+
+#[test]
+fn a_sensor_that_writes_what_it_must_not_is_switched_off() {
+    let scene = "[[object]]\nkind = \"sensor\"\nsensor = \"breach_sensor\"\nalias = \"eye\"\n";
+    for (how, words) in [
+        ("past the status", "beside the statuses"),
+        ("before the field", "before the beginning of the field `breach.x`"),
+        ("past the field", "past the end of the field `breach.x`"),
+    ] {
+        let done = ran(&Place::scene(scene), &[("BREACH_OF_SENSOR", how)], &[]);
+        let errors = done.errors();
+        let message = errors[0]["message"].as_str().unwrap();
+        assert!(errors.len() == 1 && message.contains(words) && message.contains(ID), "{how}: {errors:?}");
+    }
+    let done = ran(&Place::scene(scene), &[("BREACH_OF_BEAMS", "1")], &[]);
+    done.refused(&["wrote beside the table `tatu_beams`", "/eye"]);
+}
+
+#[test]
+fn what_a_plugin_changes_of_the_process_is_put_back_and_told() {
+    let mut all = vec![
+        ("folder", "changed the working folder of the process"),
+        ("signal", "changed what SIGUSR1 does"),
+        ("output", "changed standard output (closed or exchanged)"),
+        ("thread", "`scene.pose` was called for a world that is not there, or from a thread that is not the world's"),
+    ];
+    if cfg!(target_arch = "x86_64") {
+        all.push(("direction", "changed the direction flag of the processor in tatu_command.call"));
+    }
+    for (how, words) in all {
+        let done = ran(&calls(how), &[], &[]);
+        assert_eq!(done.code, 1, "{how}: {}", done.err);
+        let library = library("tatu_breaches");
+        let line =
+            done.err.lines().find(|l| l.starts_with("error[F207]")).unwrap_or_else(|| panic!("{how}: {}", done.err));
+        assert!(line.contains(words) && (line.contains(ID) || line.contains(&library)), "{how}: {line}");
+        done.tells(&["goes on to the end"]);
+    }
+}
+
+#[test]
+fn files_lie_where_they_lay_after_a_changed_folder() {
+    let script = "function sysCall_init()
+        breach.now('folder')
+        local f = io.open('made.txt', 'w') f:write('here') f:close()
+    end";
+    let place = Place::scene(&watcher("box", script));
+    ran(&place, &[], &[]);
+    assert_eq!(place.read("made.txt"), "here");
+}
+
+#[test]
+fn ends_that_were_silent_are_told() {
+    let done = ran(&calls("timer"), &[], &[]);
+    assert_eq!(done.signal, Some(14), "{}", done.err);
+    done.tells(&["F211", "SIGALRM", "`breach.now`", ID]);
+    let done = ran(&calls("fork"), &[], &[]).good();
+    done.tells(&["the process was forked in `tatu_command.call` (`breach.now`)", ID]);
+    assert_eq!(done.err.matches("goes on to the end").count(), 1, "the copy went on: {}", done.err);
+    let done = ran(&calls("end"), &[], &[]);
+    assert_eq!(done.code, 1);
+    done.tells(&["F210", "atexit", "goes on to the end"]);
+}
+
+#[test]
+fn lines_of_the_log_do_not_act_on_a_terminal() {
+    let done = ran(&calls("log"), &[], &[]).good();
+    assert!(!done.err.contains('\u{1b}') && !done.out.contains('\u{1b}'), "{}", done.err);
+    done.tells(&["x\\u{1b}[2J"]);
+}
+
+#[test]
+fn a_mesh_without_points_fails_the_build() {
+    let done = ran(&Place::scene("[[model]]\nmodel = \"breach_model\"\n"), &[], &[]);
+    done.refused(&["E111", "breach_model", "3 points", "null"]);
+}
+
+#[test]
+fn a_plugin_that_offers_nothing_is_told_which_id_it_misspells() {
+    let place = Place::scene("");
+    let text = fs::read_to_string(root().join("tests/program/breaches/plugin.c")).unwrap();
+    let text = text
+        .replace("strcmp(id, TATU_COMMAND)", "strcmp(id, \"tatu.comand/draft.4\")")
+        .replace("if (!strcmp(id, TATU_ACTUATOR)) return &actuators;", "")
+        .replace("if (!strcmp(id, TATU_SENSOR)) return &sensors;", "")
+        .replace("return strcmp(id, TATU_MODEL) ? NULL : &models;", "return NULL;");
+    place.write("mine/plugin.c", &text);
+    compile(&place.path().join("mine/plugin.c"), &place.path().join("mine").join(library("tatu_breaches")));
+    let env = [("TATU_PLUGIN_PATH", "mine")];
+    let done = run(program(), place.path(), &["run", "scene.toml", "--steps", "1"], &env).good();
+    done.tells(&["E324", "offers nothing", "`tatu.comand/draft.4`", "did you mean `tatu.command/draft.4`"]);
+}
