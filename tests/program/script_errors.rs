@@ -130,3 +130,25 @@ fn the_first_line_is_short() {
     assert!(line.len() < 100, "{line}");
     assert!(done.errors()[0]["traceback"].as_str().unwrap().contains("inner"));
 }
+
+/// What goes on in C for ever ends with the error of its script, and the run goes on.
+#[test]
+fn loops_of_the_library_use_up_a_budget() {
+    let calls = [
+        "table.remove(setmetatable({}, {__len = function() return 1e15 end}), 1)",
+        "load(function() return ' ' end)",
+        "load(os.time)",
+        "local s = ('x'):rep(1e6) while true do s:upper() end",
+    ];
+    let scene: String = calls
+        .iter()
+        .enumerate()
+        .map(|(i, call)| watcher(&format!("bad{i}"), &format!("function sysCall_actuation()\n{call}\nend")))
+        .collect();
+    let good = watcher("good", "function sysCall_actuation() print('step', sim.getSimulationTime()) end");
+    let done = Place::scene(&format!("[scene.budget]\ninstructions = 1000000\n{scene}{good}")).run(&["--steps", "3"]);
+    let found = done.errors();
+    let codes: Vec<_> = found.iter().map(|e| (e["code"].as_str().unwrap(), e["count"].as_u64())).collect();
+    assert_eq!(codes, [("F206", Some(1)); 4], "{found:?}");
+    assert_eq!(done.json()["steps"], 3);
+}

@@ -1,7 +1,11 @@
-//! Compiles Lua from the sources of the crate `lua-src`, together with `src/lua_internals.c`.
+//! Compiles Lua from the sources of the crate `lua-src`, changed as `build/charges.rs` says, together with
+//! `src/lua_internals.c`.
 //!
 //! `lua-src` compiles Lua itself, too, but takes no flags, and flags by the variable `CFLAGS` would reach all C code of
 //! the build.
+
+#[path = "build/charges.rs"]
+mod charges;
 
 use std::{
     env,
@@ -15,7 +19,8 @@ use std::{
 const LUA_SRC: &str = "=551.0.2";
 const LUA: &str = "lua-5.4.9";
 const OURS: &str = "src/lua_internals.c";
-const MATH: &str = "src/lua_math.h";
+/// Included before every file.
+const HEADERS: [&str; 2] = ["src/lua_math.h", "src/lua_charges.h"];
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
@@ -28,9 +33,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("cargo::rustc-cfg=no_shared");
     }
     println!("cargo::rerun-if-changed={OURS}");
-    println!("cargo::rerun-if-changed={MATH}");
-    let math = Path::new(&env::var("CARGO_MANIFEST_DIR")?).join(MATH);
-    let lua = sources()?.join(LUA);
+    println!("cargo::rerun-if-changed=build/charges.rs");
+    let here = env::var("CARGO_MANIFEST_DIR")?;
+    let lua = changed(&sources()?.join(LUA))?;
     let mut build = cc::Build::new();
     build.include(&lua).warnings(false).opt_level(3).file(OURS);
     for entry in fs::read_dir(&lua)? {
@@ -57,13 +62,34 @@ fn main() -> Result<(), Box<dyn Error>> {
         .define("STRCACHE_N", "1")
         .define("STRCACHE_M", "1")
         .define("strspn", "tatu_lua_strspn")
-        .flag("-include")
-        .flag(math.to_string_lossy().as_ref())
         // One rounding per operation on every processor.
         .flag_if_supported("-ffp-contract=off")
-        .flag_if_supported("-fno-common")
-        .try_compile("tatu_lua")?;
+        .flag_if_supported("-fno-common");
+    for header in HEADERS {
+        println!("cargo::rerun-if-changed={header}");
+        build.flag("-include").flag(Path::new(&here).join(header).to_string_lossy().as_ref());
+    }
+    build.try_compile("tatu_lua")?;
     Ok(())
+}
+
+/// A copy of Lua's files that counts its work, and its folder.
+fn changed(lua: &Path) -> Result<PathBuf, Box<dyn Error>> {
+    let folder = Path::new(&env::var("OUT_DIR")?).join("lua");
+    fs::create_dir_all(&folder)?;
+    for entry in fs::read_dir(lua)? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let mut text = fs::read_to_string(&path)?;
+        for (_, before, after) in charges::CHARGES.iter().filter(|(file, ..)| *file == name) {
+            if text.matches(before).count() != 1 {
+                return Err(format!("{name} of {LUA} does not have, or not once: {before:?}").into());
+            }
+            text = text.replace(before, after);
+        }
+        fs::write(folder.join(name), text)?;
+    }
+    Ok(folder)
 }
 
 /// The folder of `lua-src`. Cargo is asked about a package that depends on nothing else: without the network it could not

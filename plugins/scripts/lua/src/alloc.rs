@@ -25,7 +25,7 @@ pub(crate) const SLOT_BYTES: usize = 256 << 20;
 /// Below the size of a huge page, so that a small state does not get one.
 const COMMIT: usize = 256 << 10;
 const SMALL: usize = 512;
-/// From this size on, filling a block takes longer than the instruction that allocated it.
+/// From this size on, filling a block takes longer than the instruction that allocated it: each byte counts.
 const LARGE: usize = 4096;
 /// Number of cache lines among which the first block of a slot is placed.
 const FIRST_LINES: u64 = 4096;
@@ -46,8 +46,6 @@ pub(crate) struct Slot {
     committed: Cell<usize>,
     used: Cell<usize>,
     limit: Cell<usize>,
-    /// Bytes of large blocks allocated since the last query: filling them takes time that no instruction counts.
-    large_bytes: Cell<u64>,
     /// The system gave no memory although the limit was not reached.
     refused: Cell<bool>,
     /// Called when memory runs out.
@@ -95,7 +93,6 @@ impl Slot {
             committed: Cell::new(0),
             used: Cell::new(0),
             limit: Cell::new(SLOT_BYTES),
-            large_bytes: Cell::new(0),
             refused: Cell::new(false),
             full: Cell::new(None),
             free: [const { Cell::new(null_mut()) }; CLASSES],
@@ -120,10 +117,6 @@ impl Slot {
             0 => SLOT_BYTES,
             n => n.min(SLOT_BYTES),
         });
-    }
-    /// Bytes of large blocks allocated since the last call.
-    pub(crate) fn take_large_bytes(&self) -> u64 {
-        self.large_bytes.replace(0)
     }
     /// Whether the system gave no memory although the limit was not reached; asking forgets it.
     pub(crate) fn take_refused(&self) -> bool {
@@ -215,7 +208,7 @@ impl Slot {
         if !block.is_null() {
             self.used.set(used);
             if size >= LARGE {
-                self.large_bytes.set(self.large_bytes.get() + size as u64);
+                crate::lua_internals::count_here(size as u64);
             }
         } else if !force {
             self.refused.set(self.refused.get() || !self.is_mapped());

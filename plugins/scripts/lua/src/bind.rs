@@ -9,8 +9,10 @@ use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
+    budget,
     convert::{self, Allocator, Reader},
     errors, functions,
+    lua_internals::{BYTE, INSTRUCTION},
     state::{self, State, bytes, push, reg, registry},
     threads,
 };
@@ -183,6 +185,7 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     }
     let s = state::of(l);
     lua_settop(l, 2);
+    budget::charge_units(l, budget::LOOKUP * INSTRUCTION + lua_rawlen(l, 2) as u64 * BYTE);
     lua_pushvalue(l, lua_upvalueindex(1));
     lua_pushvalue(l, 2);
     lua_concat(l, 2); // 3: the full name

@@ -1,4 +1,5 @@
-//! Instruction budget: a count hook that neither protected calls nor coroutines can escape.
+//! Instruction budget: a count hook that neither protected calls nor coroutines can escape, and a meter in the state on
+//! which C code counts its loops (`lua_charges.h`).
 
 use std::cell::{Cell, RefCell};
 
@@ -6,25 +7,27 @@ use mlua_sys::*;
 use tatu_plugin_api::{abi::TATU_ERR_BUDGET, safe::*};
 
 use crate::{
-    lua_internals,
+    lua_internals::{self, INSTRUCTION, Meter},
     state::{self, push},
     time_slices,
 };
 
 /// Instructions between two runs of the hook. The cost lies in having a hook, not in how often it runs.
 pub(crate) const HOOK_INTERVAL: u64 = 1000;
-/// Bytes of a large allocation that count as one instruction.
-const BYTES_PER_INSTRUCTION: u64 = 64;
 /// Instructions charged for a new coroutine, since its hook starts a count of its own.
 const COROUTINE_COST: u64 = 500;
 
-/// Budget of the running call.
+/// Budget of the running call. All numbers in units.
 pub(crate) struct State {
-    used: Cell<u64>,
-    /// The part of `used` that nested calls have reported already.
+    /// What the state counts; in Lua's own memory.
+    meter: Cell<*const Meter>,
+    /// Used instead where the meter is not accessible.
+    own: Meter,
+    /// The part of what is used that nested calls have reported already.
     reported: Cell<u64>,
-    limit: Cell<u64>,
     exhausted: Cell<bool>,
+    /// The instructions of the call that exhausted it.
+    spent: Cell<u64>,
     /// Lua's countdown to the next hook run on the main thread; null: not accessible.
     countdown: Cell<*mut i32>,
     /// File and line at which the budget ran out.
@@ -39,13 +42,17 @@ pub(crate) struct Outer {
     limit: u64,
 }
 
+/// No limit.
+const ENDLESS: u64 = u64::MAX;
+
 impl Default for State {
     fn default() -> Self {
         State {
-            used: Cell::new(0),
+            meter: Cell::new(std::ptr::null()),
+            own: Meter { used: Cell::new(0), limit: Cell::new(ENDLESS) },
             reported: Cell::new(0),
-            limit: Cell::new(0),
             exhausted: Cell::new(false),
+            spent: Cell::new(0),
             countdown: Cell::new(std::ptr::null_mut()),
             place: RefCell::new(None),
         }
@@ -53,6 +60,10 @@ impl Default for State {
 }
 
 impl State {
+    fn meter(&self) -> &Meter {
+        // SAFETY: null, or a part of the Lua state, which lives as long as this one.
+        unsafe { self.meter.get().as_ref() }.unwrap_or(&self.own)
+    }
     /// Charges what the main thread executed since the last hook run and restarts the countdown, so that the usage of a
     /// call does not depend on earlier calls, and a restored state counts like the saved one.
     fn charge_main_thread(&self) {
@@ -62,23 +73,31 @@ impl State {
         }
         // SAFETY: a field of the main thread, which lives as long as this state.
         unsafe {
-            self.used.set(self.used.get() + HOOK_INTERVAL.saturating_sub((*countdown).max(0) as u64));
+            let instructions = HOOK_INTERVAL.saturating_sub((*countdown).max(0) as u64);
+            let used = &self.meter().used;
+            used.set(used.get() + instructions * INSTRUCTION);
             *countdown = HOOK_INTERVAL as i32;
         }
     }
-    /// Begins a call; returns what `end` needs.
-    pub(crate) fn begin(&self, limit: u64) -> Outer {
+    /// Begins a call; returns what `end` needs. 0 instructions: no limit.
+    pub(crate) fn begin(&self, instructions: u64) -> Outer {
         self.charge_main_thread();
-        Outer { used: self.used.replace(0), reported: self.reported.replace(0), limit: self.limit.replace(limit) }
+        let limit = match instructions {
+            0 => ENDLESS,
+            n => n.saturating_mul(INSTRUCTION),
+        };
+        let meter = self.meter();
+        Outer { used: meter.used.replace(0), reported: self.reported.replace(0), limit: meter.limit.replace(limit) }
     }
-    /// Ends a call and returns its own usage. A nested call also counts against the budget of the outer one.
+    /// Ends a call and returns its own instructions. A nested call also counts against the budget of the outer one.
     pub(crate) fn end(&self, outer: Outer) -> u64 {
         self.charge_main_thread();
-        let used = self.used.replace(0);
+        let meter = self.meter();
+        let used = meter.used.replace(0);
         let own = used - self.reported.replace(outer.reported + used);
-        self.used.set(outer.used + used);
-        self.limit.set(outer.limit);
-        own
+        meter.used.set(outer.used + used);
+        meter.limit.set(outer.limit);
+        own / INSTRUCTION
     }
     /// The error of a script that has exhausted its budget.
     pub(crate) fn refusal(&self) -> Option<Fail> {
@@ -91,29 +110,41 @@ impl State {
             }
         })
     }
-    /// Locates the main thread's countdown.
+    /// Locates the meter and the main thread's countdown.
     ///
     /// # Safety
     /// The main thread runs nothing, and its hook is armed.
-    pub(crate) unsafe fn locate_countdown(&self, main: *mut lua_State) {
+    pub(crate) unsafe fn locate(&self, main: *mut lua_State) {
+        self.meter.set(lua_internals::meter(main));
         self.countdown.set(lua_internals::hook_count(main));
+    }
+    /// Lets what reports an exhausted budget run without one; returns what `confine` needs.
+    pub(crate) fn release(&self) -> u64 {
+        self.meter().limit.replace(ENDLESS)
+    }
+    /// Sets the limit again.
+    pub(crate) fn confine(&self, limit: u64) {
+        self.meter().limit.set(limit);
     }
     pub(crate) fn is_exhausted(&self) -> bool {
         self.exhausted.get()
     }
     fn message(&self) -> String {
-        format!("the script used up its {} instructions of one call", self.limit.get())
+        format!("the script used up its {} instructions of one call", self.spent.get())
     }
 }
 
-/// Charges large allocations at the begin and the end of a call, so that no call pays for another.
-pub(crate) fn charge_blocks(s: &state::State) {
-    s.budget.used.set(s.budget.used.get() + s.slot.take_large_bytes() / BYTES_PER_INSTRUCTION);
-}
+/// Instructions charged for a call of the operating system, for opening a file, and for a line of the log.
+pub(crate) const SYSTEM_CALL: u64 = 500;
+pub(crate) const OPENING: u64 = 5000;
+pub(crate) const LINE: u64 = 100;
+/// Instructions charged for a name that is asked for at the host.
+pub(crate) const LOOKUP: u64 = 50;
 
 /// Charges a new coroutine for instructions before its own hook runs.
 pub(crate) fn charge_coroutine(s: &state::State) {
-    s.budget.used.set(s.budget.used.get() + COROUTINE_COST);
+    let used = &s.budget.meter().used;
+    used.set(used.get() + COROUTINE_COST * INSTRUCTION);
 }
 
 /// Arms the hook of a thread; coroutines it creates inherit the hook.
@@ -126,10 +157,8 @@ pub(crate) unsafe fn arm(l: *mut lua_State) {
 
 /// Remaining instructions.
 pub(crate) fn remaining(s: &state::State) -> u64 {
-    match s.budget.limit.get() {
-        0 => u64::MAX,
-        limit => limit.saturating_sub(s.budget.used.get()),
-    }
+    let meter = s.budget.meter();
+    meter.limit.get().saturating_sub(meter.used.get()) / INSTRUCTION
 }
 
 /// Charges the work of a library function that can take long.
@@ -137,13 +166,29 @@ pub(crate) fn remaining(s: &state::State) -> u64 {
 /// # Safety
 /// Raises a Lua error when the budget is exhausted.
 pub(crate) unsafe fn charge(l: *mut lua_State, instructions: u64) {
-    let b = &state::of(l).budget;
-    let used = b.used.get().saturating_add(instructions);
-    if b.limit.get() == 0 || used < b.limit.get() {
-        b.used.set(used);
-        return;
+    charge_units(l, instructions.saturating_mul(INSTRUCTION));
+}
+
+/// The same in units.
+///
+/// # Safety
+/// Raises a Lua error when the budget is exhausted.
+pub(crate) unsafe fn charge_units(l: *mut lua_State, units: u64) {
+    let meter = state::of(l).budget.meter();
+    let (used, limit) = (meter.used.get(), meter.limit.get());
+    // Nested calls may have used more than the limit.
+    meter.used.set(used.saturating_add(units).min(limit.max(used)));
+    if meter.used.get() >= limit {
+        stop_script(l);
     }
-    b.used.set(b.limit.get());
+}
+
+/// C code has used up what was left.
+///
+/// # Safety
+/// As `charge`. The limit of a state is set by this plugin alone, so the state is one of its own.
+#[unsafe(no_mangle)]
+unsafe extern "C-unwind" fn tatu_lua_spent(l: *mut lua_State) {
     stop_script(l);
 }
 
@@ -151,9 +196,10 @@ unsafe extern "C-unwind" fn hook(l: *mut lua_State, _: *mut lua_Debug) {
     let s = state::of(l);
     let b = &s.budget;
     if !b.exhausted.get() {
-        let used = b.used.get() + HOOK_INTERVAL + s.slot.take_large_bytes() / BYTES_PER_INSTRUCTION;
-        b.used.set(used);
-        if b.limit.get() == 0 || used < b.limit.get() {
+        let meter = b.meter();
+        let used = meter.used.get() + HOOK_INTERVAL * INSTRUCTION;
+        meter.used.set(used);
+        if used < meter.limit.get() {
             return time_slices::count(l, s, HOOK_INTERVAL);
         }
     }
@@ -163,7 +209,9 @@ unsafe extern "C-unwind" fn hook(l: *mut lua_State, _: *mut lua_Debug) {
 /// Ends the call, and disables the script.
 unsafe fn stop_script(l: *mut lua_State) {
     let s = state::of(l);
+    let meter = s.budget.meter();
     if !s.budget.exhausted.replace(true) {
+        s.budget.spent.set(meter.limit.get() / INSTRUCTION);
         // Prefer a position in a file over one in text that the file generated.
         let mut ar = std::mem::zeroed::<lua_Debug>();
         let mut level = 0;

@@ -66,13 +66,11 @@ impl<'a> Entry<'a> {
     fn begin(s: &'a State, budget: Budget) -> Self {
         s.depth.set(s.depth.get() + 1);
         s.slot.set_limit(budget.memory);
-        budget::charge_blocks(s);
         let now = (s.commands.mark)(s.world_ref());
         Entry { s, outer: s.budget.begin(budget.instructions), mark: s.mark.replace(now), done: false }
     }
     fn end(mut self) -> u64 {
         self.done = true;
-        budget::charge_blocks(self.s);
         self.s.budget.end(self.outer)
     }
 }
@@ -120,6 +118,10 @@ pub(crate) fn enter(
         flow = body(l, frame);
     });
     *used = entry.end();
+    if result.is_err() {
+        // What was written before the error stands before it.
+        crate::io::end_line(s);
+    }
     result.map(|()| flow)
 }
 

@@ -86,11 +86,14 @@ pub(crate) unsafe fn record(l: *mut lua_State, from: *mut lua_State, s: &State) 
         return;
     }
     lua_pushvalue(l, -1);
-    if lua_type(l, -1) != LUA_TSTRING {
+    if lua_type(l, -1) != LUA_TSTRING && !s.budget.is_exhausted() {
         crate::tostring::to_text(l, -1);
         lua_replace(l, -2);
     }
+    // A traceback needs no budget: it has few lines. Without one, the error that the budget is spent would end in another.
+    let limit = s.budget.release();
     luaL_traceback(l, from, std::ptr::null(), i32::from(from == l));
+    s.budget.confine(limit);
     record_error(s, from, bytes(l, -2), bytes(l, -1), from == l);
     lua_pop(l, 2);
 }

@@ -7,9 +7,9 @@ use std::{
 
 use tatu_plugin_api::abi::*;
 
-/// Bytes that are read at once, at most: a file may have no end.
-const MOST_BYTES: usize = 256 << 20;
 const BLOCK: usize = 8 << 10;
+/// Bytes that are read at once.
+const MOST: usize = crate::alloc::SLOT_BYTES;
 
 /// Files by number.
 #[derive(Default)]
@@ -107,8 +107,9 @@ impl Open {
     }
     /// Fills the read buffer; false at the end of the file.
     fn fill(&mut self) -> io::Result<bool> {
-        if self.out.len() > MOST_BYTES {
-            return Err(io::Error::new(io::ErrorKind::FileTooLarge, "more than 256 MB are not read at once"));
+        if self.out.len() > MOST {
+            self.out = Vec::new();
+            return Err(io::Error::new(io::ErrorKind::OutOfMemory, "more than a script has memory for"));
         }
         if self.at < self.ahead.len() {
             return Ok(true);

@@ -4,8 +4,9 @@ use mlua_sys::*;
 use tatu_plugin_api::abi::*;
 
 use crate::{
-    errors,
+    budget, errors,
     files::{self, Open},
+    lua_internals::{BYTE, INSTRUCTION},
     state::{self, State, bytes, push, push_scratch, reg, registry},
     stdlib::set,
 };
@@ -137,6 +138,7 @@ unsafe fn text_arg<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
 
 unsafe extern "C-unwind" fn io_open(l: *mut lua_State) -> i32 {
     let s = state::of(l);
+    budget::charge(l, budget::OPENING);
     let name = text_arg(l, 1);
     let mode = if lua_type(l, 2) <= LUA_TNIL { b"r" } else { text_arg(l, 2) };
     match open_file(s, name, mode) {
@@ -150,6 +152,7 @@ unsafe extern "C-unwind" fn io_open(l: *mut lua_State) -> i32 {
 
 unsafe extern "C-unwind" fn io_lines(l: *mut lua_State) -> i32 {
     let s = state::of(l);
+    budget::charge(l, budget::OPENING);
     let name = text_arg(l, 1);
     match open_file(s, name, b"r") {
         Ok(number) => {
@@ -210,15 +213,36 @@ unsafe extern "C-unwind" fn io_read(l: *mut lua_State) -> i32 {
     1
 }
 
+/// Bytes of a begun line that are kept until it ends.
+const LONGEST_LINE: usize = 1 << 20;
+
+/// Logs what `print` says; it goes on with a line that `io.write` began.
+pub(crate) fn print(s: &State, text: &[u8]) {
+    let mut line = s.line.take();
+    if line.is_empty() {
+        return s.log(TATU_LOG_INFO, text);
+    }
+    line.extend_from_slice(text);
+    s.log(TATU_LOG_INFO, &line);
+}
+
+/// Logs a line that `io.write` began, if there is one.
+pub(crate) fn end_line(s: &State) {
+    let line = s.line.take();
+    if !line.is_empty() {
+        s.log(TATU_LOG_INFO, &line);
+    }
+}
+
 /// Text of `io.write` is logged in whole lines.
 fn to_log(s: &State, bytes: &[u8]) {
-    let mut line = s.line.borrow_mut();
-    for byte in bytes {
-        if *byte == b'\n' {
-            s.log(TATU_LOG_INFO, &line);
-            line.clear();
-        } else {
-            line.push(*byte);
+    for part in bytes.split_inclusive(|b| *b == b'\n') {
+        let mut line = s.line.borrow_mut();
+        line.extend_from_slice(part.strip_suffix(b"\n").unwrap_or(part));
+        if part.ends_with(b"\n") || line.len() > LONGEST_LINE {
+            let whole = std::mem::take(&mut *line);
+            drop(line);
+            s.log(TATU_LOG_INFO, &whole);
         }
     }
 }
@@ -237,6 +261,8 @@ unsafe fn write_to(l: *mut lua_State, number: usize, first: i32) -> Result<(), i
             }
         }
         let text = bytes(l, i);
+        let lines = if number == CONSOLE { text.iter().filter(|b| **b == b'\n').count() as u64 } else { 0 };
+        budget::charge_units(l, text.len() as u64 * BYTE + lines * budget::LINE * INSTRUCTION);
         if number == CONSOLE {
             to_log(s, text);
         } else {
@@ -299,6 +325,7 @@ unsafe extern "C-unwind" fn read(l: *mut lua_State) -> i32 {
                 break;
             }
             Some(Ok(true)) => {
+                charge_out(l, s, number - FIRST);
                 push_out(l, s, number - FIRST);
                 if kind == b'n' {
                     let text = lua_tolstring(l, -1, std::ptr::null_mut());
@@ -333,6 +360,12 @@ fn read_one(s: &State, number: usize, kind: u8, count: usize) -> Option<Result<b
     }))
 }
 
+/// Charges what was read, and part of a call of the system.
+unsafe fn charge_out(l: *mut lua_State, s: &State, number: usize) {
+    let bytes = s.files.borrow_mut().get(number).map_or(0, |file| file.out.len()) as u64;
+    budget::charge_units(l, bytes * BYTE / 4 + INSTRUCTION);
+}
+
 unsafe fn push_out(l: *mut lua_State, s: &State, number: usize) {
     let (ptr, len) = match s.files.borrow_mut().get(number) {
         Some(file) => (file.out.as_ptr(), file.out.len()),
@@ -343,6 +376,7 @@ unsafe fn push_out(l: *mut lua_State, s: &State, number: usize) {
 
 unsafe extern "C-unwind" fn close(l: *mut lua_State) -> i32 {
     let s = state::of(l);
+    budget::charge(l, budget::SYSTEM_CALL);
     let number = number(l, 1);
     let mut done = Ok(());
     if number >= FIRST {
@@ -369,6 +403,7 @@ unsafe extern "C-unwind" fn gc(l: *mut lua_State) -> i32 {
 
 unsafe extern "C-unwind" fn flush(l: *mut lua_State) -> i32 {
     let s = state::of(l);
+    budget::charge(l, budget::SYSTEM_CALL);
     let number = number(l, 1);
     if number >= FIRST {
         let done = match s.files.borrow_mut().get(number - FIRST) {
@@ -385,6 +420,7 @@ unsafe extern "C-unwind" fn flush(l: *mut lua_State) -> i32 {
 
 unsafe extern "C-unwind" fn seek(l: *mut lua_State) -> i32 {
     let s = state::of(l);
+    budget::charge(l, budget::SYSTEM_CALL);
     let number = number(l, 1);
     let whence = if lua_type(l, 2) <= LUA_TNIL { b'c' } else { text_arg(l, 2).first().copied().unwrap_or(b'c') };
     let offset = luaL_optinteger(l, 3, 0);

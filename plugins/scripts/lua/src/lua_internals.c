@@ -5,6 +5,7 @@
 
 /* The build renames `strspn` for Lua; here the C library's is meant. */
 #undef strspn
+#undef fmod
 
 #include "lprefix.h"
 
@@ -53,6 +54,54 @@ size_t tatu_lua_strspn(const char *text, const char *set) {
 
 int *tatu_lua_hook_count(lua_State *L) {
   return &L->hookcount;
+}
+
+/* Two numbers, one after the other: what was used, and the limit. */
+unsigned long long *tatu_lua_meter(lua_State *L) {
+  return offsetof(global_State, tatu_limit) == offsetof(global_State, tatu_used) + sizeof(unsigned long long)
+             ? &G(L)->tatu_used : NULL;
+}
+
+/* Of Rust: ends the call with an error. */
+void tatu_lua_spent(lua_State *L);
+
+static THREAD_LOCAL lua_State *running;
+
+lua_State *tatu_lua_enter(lua_State *L) {
+  lua_State *before = running;
+  running = L;
+  return before;
+}
+
+void tatu_lua_charge(lua_State *L, unsigned long long units) {
+  global_State *g = G(L);
+  if (g->tatu_used < g->tatu_limit) {
+    if (units < g->tatu_limit - g->tatu_used) {
+      g->tatu_used += units;
+      return;
+    }
+    g->tatu_used = g->tatu_limit; /* what is not done is not counted */
+  }
+  tatu_lua_spent(L);
+}
+
+/* Where no error may be raised, the hook does at the next instruction. */
+void tatu_lua_count(lua_State *L, unsigned long long units) {
+  global_State *g = G(L);
+  if ((g->tatu_used += units) >= g->tatu_limit) L->hookcount = 1;
+}
+
+void tatu_lua_count_here(unsigned long long units) {
+  if (running) tatu_lua_count(running, units);
+}
+
+/* Divides bit by bit where the exponents differ by many. */
+double tatu_lua_fmod(double x, double y) {
+  int a, b;
+  frexp(x, &a);
+  frexp(y, &b);
+  if (a - b > TATU_CHAIN) tatu_lua_count_here((unsigned)(a - b) * TATU_VALUE);
+  return fmod(x, y);
 }
 
 ptrdiff_t tatu_lua_gc_debt(lua_State *L) {

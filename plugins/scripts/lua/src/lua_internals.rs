@@ -10,6 +10,7 @@
 //! | `lua_math.h` before every file | sine and kin of the C library have other bits with another library or processor | a test compares bits of them | the test fails |
 //! | `strspn=tatu_lua_strspn` | text of floats in scripts for Lua 5.1, see [`NumberFormat`] | [`problems`], at start | error in the log |
 //! | `lua_gc` with a negative step | collections at fixed numbers of calls, see `gc` | [`problems`], at start | error in the log |
+//! | `build/charges.rs`, `lua_charges.h` | loops in C count on the budget | the build finds each place; [`meter`], in each state | C code counts nothing |
 //! | `lua_State.hookcount` | exact instruction counts per call | [`hook_count`], in each state | budgets count whole thousands |
 //! | `lua_State.stack`, `CallInfo.func` | where a script ran out of memory, even while its stack was growing | a test | no place |
 //! | `Table`, `Node` | snapshots restore keys to their nodes, so that `pairs` continues in the same order | [`knows_tables`], before each snapshot | snapshots are refused, and the run is replayed |
@@ -19,6 +20,7 @@
 //! Lua also hashes objects by the low 32 bits of their addresses; `alloc` makes these repeat in every run.
 
 use std::{
+    cell::Cell,
     ffi::{CStr, c_int, c_void},
     ptr::null_mut,
 };
@@ -47,6 +49,9 @@ const KEY_DEAD: u8 = 6;
 unsafe extern "C" {
     fn tatu_lua_set_plain_floats(plain: c_int) -> c_int;
     fn tatu_lua_hook_count(l: *mut lua_State) -> *mut c_int;
+    fn tatu_lua_meter(l: *mut lua_State) -> *mut Meter;
+    fn tatu_lua_enter(l: *mut lua_State) -> *mut lua_State;
+    fn tatu_lua_count_here(units: u64);
     fn tatu_lua_seed(l: *mut lua_State) -> u32;
     fn tatu_lua_has_small_string_cache(l: *mut lua_State) -> c_int;
     fn tatu_lua_gc_debt(l: *mut lua_State) -> isize;
@@ -137,6 +142,49 @@ impl Drop for NumberFormat {
 pub(crate) unsafe fn hook_count(l: *mut lua_State) -> *mut c_int {
     let left = tatu_lua_hook_count(l);
     if *left == lua_gethookcount(l) { left } else { null_mut() }
+}
+
+/// What a state counts, in units (`lua_charges.h`): used, and the limit at which C code raises an error.
+#[repr(C)]
+pub(crate) struct Meter {
+    pub used: Cell<u64>,
+    pub limit: Cell<u64>,
+}
+
+/// Units of one instruction, of a byte that is looked at by itself, and of a call of Lua's C interface.
+pub(crate) const INSTRUCTION: u64 = 64;
+pub(crate) const BYTE: u64 = 16;
+
+/// The meter of a state; null if the check fails.
+///
+/// # Safety
+/// A live state.
+pub(crate) unsafe fn meter(l: *mut lua_State) -> *const Meter {
+    tatu_lua_meter(l)
+}
+
+/// Counts units for the thread of Lua that runs in this thread, if any.
+pub(crate) fn count_here(units: u64) {
+    // SAFETY: adds to a number of the running state, which is alive.
+    unsafe { tatu_lua_count_here(units) };
+}
+
+/// The thread of Lua that runs in this thread while the value lives, for C code that counts.
+pub(crate) struct Running(*mut lua_State);
+
+impl Running {
+    /// # Safety
+    /// `l` lives longer than the value.
+    pub(crate) unsafe fn begin(l: *mut lua_State) -> Self {
+        Running(tatu_lua_enter(l))
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // SAFETY: what ran before runs again.
+        unsafe { tatu_lua_enter(self.0) };
+    }
 }
 
 /// Lets `look` see the running functions of a thread while its allocator refuses to let `block` grow. Lua moves a stack with

@@ -4,8 +4,9 @@ use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
-    errors,
+    budget, errors,
     load::preludes,
+    lua_internals::BYTE,
     state::{self, State, bytes, push, push_scratch, reg, registry},
     stdlib::set,
 };
@@ -65,6 +66,7 @@ pub(crate) fn remember(s: &State, name: &[u8], text: &[u8]) {
 /// Compiles the file named at `idx`: pushes a function, or nil and the reason.
 unsafe fn compile(l: *mut lua_State, idx: i32) -> bool {
     let s = state::of(l);
+    budget::charge(l, budget::OPENING);
     if !read(s, bytes(l, idx)) {
         lua_pushnil(l);
         push_scratch(l, s);
@@ -154,6 +156,7 @@ unsafe extern "C-unwind" fn require(l: *mut lua_State) -> i32 {
 /// Pushes at slot 3 what a module name stands for: chunk of a plugin, name space, file.
 unsafe fn find(l: *mut lua_State) -> bool {
     let s = state::of(l);
+    budget::charge_units(l, lua_rawlen(l, 1) as u64 * BYTE);
     // `package.preload` takes precedence.
     lua_getglobal(l, c"package".as_ptr());
     if lua_type(l, 3) == LUA_TTABLE {

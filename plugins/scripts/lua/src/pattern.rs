@@ -110,6 +110,7 @@ impl<'a> Matcher<'a> {
                         return Err(Fault::Pattern("missing '[' after '%f' in pattern"));
                     }
                     let end = self.class_end(p)?;
+                    self.class_steps(3 * (end - p))?;
                     let before = if s == 0 { 0 } else { self.src[s - 1] };
                     let here = self.src.get(s).copied().unwrap_or(0);
                     if self.set(before, p, end - 1) || !self.set(here, p, end - 1) {
@@ -123,6 +124,7 @@ impl<'a> Matcher<'a> {
                 },
                 _ => {
                     let end = self.class_end(p)?;
+                    self.class_steps(2 * (end - p))?;
                     let one = self.single(s, p, end);
                     match self.p(end) {
                         b'?' if one => {
@@ -144,7 +146,16 @@ impl<'a> Matcher<'a> {
     }
 
     fn step(&mut self) -> Result<(), Fault> {
-        self.steps += 1;
+        self.steps_of(1)
+    }
+
+    /// Steps of a class of so many bytes: a set is gone through for each byte of the subject.
+    fn class_steps(&mut self, bytes: usize) -> Result<(), Fault> {
+        self.steps_of(bytes as u64 / 4)
+    }
+
+    fn steps_of(&mut self, n: u64) -> Result<(), Fault> {
+        self.steps += n;
         if self.steps > self.most {
             return Err(Fault::Steps);
         }
@@ -156,6 +167,7 @@ impl<'a> Matcher<'a> {
         let mut i = 0;
         while self.single(s + i, p, end) {
             self.step()?;
+            self.class_steps(end - p)?;
             i += 1;
         }
         loop {
@@ -178,6 +190,7 @@ impl<'a> Matcher<'a> {
             if !self.single(s, p, end) {
                 return Ok(None);
             }
+            self.class_steps(end - p)?;
             s += 1;
         }
     }
@@ -216,7 +229,7 @@ impl<'a> Matcher<'a> {
             Some((_, Length::Position)) => return Ok(None),
             _ => return Err(Fault::Pattern("invalid capture index in pattern")),
         };
-        self.steps += n as u64 / 16;
+        self.steps_of(n as u64 / 16)?;
         let caught = &self.src[start..start + n];
         Ok(self.src[s..].starts_with(caught).then_some(s + n))
     }

@@ -3,7 +3,7 @@
 
 use mlua_sys::*;
 
-use crate::{budget, errors};
+use crate::errors;
 
 pub(crate) unsafe extern "C-unwind" fn sort(l: *mut lua_State) -> i32 {
     luaL_checktype(l, 1, LUA_TTABLE);
@@ -16,8 +16,6 @@ pub(crate) unsafe extern "C-unwind" fn sort(l: *mut lua_State) -> i32 {
             luaL_checktype(l, 2, LUA_TFUNCTION);
         }
         lua_settop(l, 2);
-        // Comparisons without a function run no instructions: charge them in advance.
-        budget::charge(l, n as u64 * u64::from(n.ilog2()) / 4);
         luaL_checkstack(l, 40, std::ptr::null());
         quick(l, 1, n, 0);
     }

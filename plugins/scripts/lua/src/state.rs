@@ -16,7 +16,7 @@ use crate::{
     files::Files,
     gc,
     load::Text,
-    lua_internals::NumberFormat,
+    lua_internals::{NumberFormat, Running},
     stdlib::{self, Originals},
     time_slices::Slices,
 };
@@ -169,6 +169,7 @@ impl State {
         let _format = NumberFormat::begin(self.old.get());
         // SAFETY: this is the running thread, and its stack is restored to `top`.
         unsafe {
+            let _running = Running::begin(l);
             let top = lua_gettop(l);
             if lua_checkstack(l, 8) == 0 {
                 return Err(Fail::with_code(TATU_ERR_SCRIPT, "stack overflow"));
@@ -287,7 +288,7 @@ impl Script {
         // SAFETY: the main thread runs nothing.
         unsafe {
             budget::arm(main);
-            script.budget.locate_countdown(main);
+            script.budget.locate(main);
         }
         crate::hidden::tell(&script, world);
         Ok(script)
@@ -296,10 +297,7 @@ impl Script {
 
 impl Drop for Script {
     fn drop(&mut self) {
-        let line = self.line.take();
-        if !line.is_empty() {
-            self.log(TATU_LOG_INFO, &line);
-        }
+        crate::io::end_line(self);
         // In a mapped slot all Lua objects vanish with it; files are owned and closed outside of Lua.
         if !self.slot.is_mapped() {
             // SAFETY: the host ends an instance only while none of its calls runs.

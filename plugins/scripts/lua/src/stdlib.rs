@@ -15,16 +15,12 @@ use crate::{
 
 /// Library functions that this plugin wraps.
 #[derive(Default)]
-pub(crate) struct Originals([Cell<Option<lua_CFunction>>; 8]);
+pub(crate) struct Originals([Cell<Option<lua_CFunction>>; 4]);
 
 pub(crate) const FORMAT: usize = 0;
 const LOAD: usize = 1;
 const CREATE: usize = 2;
 const WRAP: usize = 3;
-const INSERT: usize = 4;
-const REMOVE: usize = 5;
-const CONCAT: usize = 6;
-const REP: usize = 7;
 
 impl Originals {
     /// Tail-calls the library's function.
@@ -177,23 +173,12 @@ unsafe fn others(l: *mut lua_State) {
     original(l, c"format", FORMAT);
     set(l, c"format", tostring::format);
     remove(l, c"dump");
-    original(l, c"rep", REP);
-    set(l, c"rep", rep);
     set(l, c"find", strings::find);
     set(l, c"match", strings::match_);
     set(l, c"gmatch", strings::gmatch);
     set(l, c"gsub", strings::gsub);
     lua_getglobal(l, c"table".as_ptr());
     set(l, c"sort", crate::sort::sort);
-    original(l, c"insert", INSERT);
-    original(l, c"remove", REMOVE);
-    original(l, c"concat", CONCAT);
-    set(l, c"insert", insert);
-    set(l, c"remove", remove_at);
-    set(l, c"concat", concat);
-    lua_getfield(l, -1, c"move".as_ptr());
-    lua_pushcclosure(l, table_move, 1);
-    lua_setfield(l, -2, c"move".as_ptr());
     lua_getglobal(l, c"coroutine".as_ptr());
     original(l, c"create", CREATE);
     original(l, c"wrap", WRAP);
@@ -293,6 +278,9 @@ unsafe extern "C-unwind" fn setmetatable(l: *mut lua_State) -> i32 {
     1
 }
 
+/// Instructions for each KiB that the collector goes through.
+const COLLECTED: u64 = 32;
+
 unsafe extern "C-unwind" fn collectgarbage(l: *mut lua_State) -> i32 {
     let what = if lua_type(l, 1) == LUA_TSTRING { state::bytes(l, 1) } else { b"collect" };
     match what {
@@ -301,7 +289,7 @@ unsafe extern "C-unwind" fn collectgarbage(l: *mut lua_State) -> i32 {
             lua_pushnumber(l, f64::from(bytes) / 1024.0);
         }
         b"collect" => {
-            budget::charge(l, lua_gc(l, LUA_GCCOUNT) as u64);
+            budget::charge(l, lua_gc(l, LUA_GCCOUNT) as u64 * COLLECTED);
             lua_gc(l, LUA_GCCOLLECT);
             lua_pushinteger(l, 0);
         }
@@ -354,66 +342,6 @@ unsafe extern "C-unwind" fn wrap(l: *mut lua_State) -> i32 {
     let s = state::of(l);
     budget::charge_coroutine(s);
     s.originals.call(l, WRAP)
-}
-
-// C functions run without budget checks: those whose work grows with their arguments charge it in advance.
-
-/// Elements moved in the time of one instruction.
-const MOVES: u64 = 4;
-/// Bytes copied in the time of one instruction.
-const COPIES: u64 = 64;
-
-/// Charges the elements of the table in slot 1 from the index in slot 2 on.
-unsafe fn charge_tail(l: *mut lua_State) {
-    if lua_type(l, 1) == LUA_TTABLE {
-        let n = lua_rawlen(l, 1) as u64;
-        let at = u64::try_from(lua_tointeger(l, 2)).unwrap_or(0);
-        budget::charge(l, n.saturating_sub(at) / MOVES);
-    }
-}
-
-unsafe extern "C-unwind" fn insert(l: *mut lua_State) -> i32 {
-    if lua_gettop(l) > 2 {
-        charge_tail(l);
-    }
-    state::of(l).originals.call(l, INSERT)
-}
-
-unsafe extern "C-unwind" fn remove_at(l: *mut lua_State) -> i32 {
-    if lua_gettop(l) > 1 {
-        charge_tail(l);
-    }
-    state::of(l).originals.call(l, REMOVE)
-}
-
-unsafe extern "C-unwind" fn concat(l: *mut lua_State) -> i32 {
-    if lua_type(l, 1) == LUA_TTABLE {
-        budget::charge(l, lua_rawlen(l, 1) as u64 / MOVES);
-    }
-    state::of(l).originals.call(l, CONCAT)
-}
-
-unsafe extern "C-unwind" fn rep(l: *mut lua_State) -> i32 {
-    let times = u64::try_from(lua_tointeger(l, 2)).unwrap_or(0);
-    let bytes = times.saturating_mul(lua_rawlen(l, 1) as u64);
-    // What exceeds memory fails at once.
-    if bytes <= crate::alloc::SLOT_BYTES as u64 {
-        budget::charge(l, bytes / COPIES);
-    }
-    state::of(l).originals.call(l, REP)
-}
-
-unsafe extern "C-unwind" fn table_move(l: *mut lua_State) -> i32 {
-    let (from, to) = (luaL_checkinteger(l, 2), luaL_checkinteger(l, 3));
-    let n = to.saturating_sub(from);
-    if n > 50_000_000 {
-        return errors::raise_text(l, "too many elements to move");
-    }
-    budget::charge(l, n.max(0) as u64 / MOVES);
-    lua_pushvalue(l, lua_upvalueindex(1));
-    lua_insert(l, 1);
-    lua_call(l, lua_gettop(l) - 1, 1);
-    1
 }
 
 /// Without a number: the script's own seed, never the clock.

@@ -6,6 +6,7 @@ use mlua_sys::*;
 
 use crate::{
     budget, errors,
+    lua_internals::BYTE,
     pattern::{Capture, Fault, Matcher, is_plain},
     state::{self, State, bytes, push},
     tostring::truncate_at,
@@ -77,21 +78,19 @@ unsafe fn push_captures(l: *mut lua_State, m: &mut Matcher<'_>, src: &[u8], whol
 
 unsafe fn search(l: *mut lua_State, find: bool) -> i32 {
     let (src, pat) = (arg(l, 1), arg(l, 2));
+    budget::charge_units(l, pat.len() as u64 * BYTE);
     let mut at = start(l, src.len());
     if at > src.len() {
         lua_pushnil(l);
         return 1;
     }
     if find && (lua_toboolean(l, 4) != 0 || is_plain(pat)) {
-        budget::charge(l, (src.len() / 64) as u64);
-        let found = match pat.len() {
-            0 => Some(0),
-            n => src[at..].windows(n).position(|w| w == pat),
-        };
-        let Some(found) = found else {
+        let Some(found) = memchr::memmem::find(&src[at..], pat) else {
+            budget::charge_units(l, (src.len() - at) as u64 * BYTE / 4);
             lua_pushnil(l);
             return 1;
         };
+        budget::charge_units(l, found as u64 * BYTE / 4);
         lua_pushinteger(l, (at + found) as i64 + 1);
         lua_pushinteger(l, (at + found + pat.len()) as i64);
         return 2;
@@ -128,8 +127,8 @@ pub(crate) unsafe extern "C-unwind" fn match_(l: *mut lua_State) -> i32 {
 
 /// Upvalues of the iterator: subject, pattern, next position, end of the last match (-1: none).
 pub(crate) unsafe extern "C-unwind" fn gmatch(l: *mut lua_State) -> i32 {
-    let src = arg(l, 1);
-    arg(l, 2);
+    let (src, pat) = (arg(l, 1), arg(l, 2));
+    budget::charge_units(l, pat.len() as u64 * BYTE);
     let at = start(l, src.len()).min(src.len() + 1);
     lua_settop(l, 2);
     lua_pushinteger(l, at as i64);
@@ -167,6 +166,7 @@ pub(crate) unsafe extern "C-unwind" fn gsub(l: *mut lua_State) -> i32 {
     if !matches!(kind, LUA_TNUMBER | LUA_TSTRING | LUA_TFUNCTION | LUA_TTABLE) {
         return errors::raise_text(l, "bad argument #3 to 'gsub' (string, function or table expected)");
     }
+    budget::charge_units(l, pat.len() as u64 * BYTE);
     let most = luaL_optinteger(l, 4, src.len() as i64 + 1);
     let anchored = pat.strip_prefix(b"^");
     let mut m = matcher(state::of(l), src, anchored.unwrap_or(pat));
@@ -245,6 +245,7 @@ unsafe fn replace(
 /// Adds a replacement string with `%1` and the like expanded.
 unsafe fn expand_template(l: *mut lua_State, b: *mut luaL_Buffer, m: &mut Matcher<'_>, src: &[u8], s: usize, e: usize) {
     let news = bytes(l, 3);
+    budget::charge_units(l, news.len() as u64 * BYTE);
     let mut i = 0;
     while i < news.len() {
         let plain = news[i..].iter().take_while(|c| **c != b'%').count();

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use mlua_sys::*;
 
 use crate::{
-    errors,
+    budget, errors,
     state::{self, State, bytes, push, push_scratch, reg, registry},
     stdlib::set,
 };
@@ -213,6 +213,7 @@ unsafe extern "C-unwind" fn date(l: *mut lua_State) -> i32 {
         bytes(l, 1)
     };
     let what = what.strip_prefix(b"!").unwrap_or(what);
+    budget::charge(l, what.len() as u64);
     let time = if lua_type(l, 2) <= LUA_TNIL {
         seconds(s)
     } else {

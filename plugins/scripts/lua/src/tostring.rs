@@ -1,10 +1,10 @@
 //! Conversion to text without addresses: `tostring`, `print`, `string.format`.
 
 use mlua_sys::*;
-use tatu_plugin_api::abi::TATU_LOG_INFO;
 
 use crate::{
-    errors,
+    budget, errors,
+    lua_internals::{BYTE, INSTRUCTION},
     state::{self, bytes, push, reg, registry},
 };
 
@@ -89,7 +89,8 @@ pub(crate) unsafe extern "C-unwind" fn print(l: *mut lua_State) -> i32 {
     } else {
         lua_concat(l, 2 * n - 1);
     }
-    state::of(l).log(TATU_LOG_INFO, bytes(l, -1));
+    budget::charge_units(l, budget::LINE * INSTRUCTION + lua_rawlen(l, -1) as u64 * BYTE);
+    crate::io::print(state::of(l), bytes(l, -1));
     0
 }
 
