@@ -1,7 +1,6 @@
 //! Errors as people see them: with the line they stand in.
 
 use std::{
-    fs,
     io::{ErrorKind, IsTerminal, Write},
     process::ExitCode,
     sync::{
@@ -12,6 +11,7 @@ use std::{
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use tatu_core::errors::Error;
+use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 
 /// A line on standard output. Nobody may be reading any more (`| head`), or the disk may be full: the run goes on, and
 /// [`finish`] says so.
@@ -97,7 +97,8 @@ pub fn note(text: &str) {
 }
 
 fn print(e: &Error, level: Level<'_>) {
-    let source = e.place.as_ref().filter(|p| p.line > 0).and_then(|p| Some((p, fs::read_to_string(&p.file).ok()?)));
+    let source =
+        e.place.as_ref().filter(|p| p.line > 0).and_then(|p| Some((p, read_plain_text(&p.file, MOST_BYTES).ok()?)));
     let path = e.place.as_ref().map(|p| p.file.display().to_string()).unwrap_or_default();
     let mut group =
         level.primary_title(e.text.as_str()).id(e.code).elements(Vec::<annotate_snippets::Element<'_>>::new());

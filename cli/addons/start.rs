@@ -9,7 +9,7 @@ use tatu_core::{
     plugins::Registry,
     session::file::AddonEntry,
 };
-use tatu_plugin_api::safe::Value;
+use tatu_plugin_api::safe::{MOST_BYTES, Value, read_plain};
 
 use super::{AddOn, Flags, Start, Style, find, wanted::Wanted};
 use crate::report;
@@ -22,12 +22,17 @@ pub struct Started(Vec<(AddOn, Vec<(String, String)>)>);
 /// through the document's sources, so that an input log holds them.
 pub fn choose(flags: &Flags, document: &Document, registry: &Arc<Registry>) -> Result<Started> {
     let wanted: Vec<Wanted> = flags.addons.iter().map(|text| Wanted::parse(text)).collect::<Result<_>>()?;
-    if flags.no_addons && wanted.is_empty() {
+    if flags.no_addons && wanted.is_empty() && flags.without.is_empty() {
         return Ok(Started::default());
     }
     // What is only looked at is not part of the run.
     let (found, wrong) = find::find(registry, &Sources::default());
     wrong.iter().for_each(report::warning);
+    let without = flags.without.iter().map(|name| Wanted { name: name.clone(), options: Vec::new() });
+    let without: Vec<Wanted> = without.collect();
+    if let Some(nobody) = without.iter().find(|w| !found.iter().any(|addon| is_meant(w, addon))) {
+        return Err(unknown(nobody, &found));
+    }
     let mut taken = vec![false; wanted.len()];
     let mut started = Vec::new();
     for addon in found.iter() {
@@ -36,9 +41,10 @@ pub fn choose(flags: &Flags, document: &Document, registry: &Arc<Registry>) -> R
             *taken = true;
             options.get_or_insert_with(Vec::new).extend(w.options.clone());
         }
-        if options.is_none() && !flags.no_addons && starts_by_itself(addon, registry) {
+        let left_out = flags.no_addons || without.iter().any(|w| is_meant(w, addon));
+        if options.is_none() && !left_out && starts_by_itself(addon, registry) {
             report::note(&format!(
-                "the add-on {} runs ({}); `--no-addons` leaves it out",
+                "the add-on {0} runs ({1}); `--no-addon {0}` leaves it out",
                 addon.name,
                 addon.file.display()
             ));
@@ -54,7 +60,7 @@ pub fn choose(flags: &Flags, document: &Document, registry: &Arc<Registry>) -> R
         started.push((find::read(place, registry, &Sources::default())?, w.options.clone()));
     }
     for (addon, _) in &started {
-        let text = std::fs::read(&addon.file).map_err(|e| unreadable(&addon.file, &e))?;
+        let text = read_plain(&addon.file, MOST_BYTES).map_err(|e| unreadable(&addon.file, &e))?;
         document.sources.keep(&addon.file, text);
     }
     Ok(Started(started))
@@ -96,7 +102,7 @@ pub fn starts_by_itself(addon: &AddOn, registry: &Arc<Registry>) -> bool {
 }
 
 fn ask(addon: &AddOn, registry: &Arc<Registry>) -> Option<bool> {
-    let text = std::fs::read(&addon.file).ok()?;
+    let text = read_plain(&addon.file, MOST_BYTES).ok()?;
     let world = World::new(Arc::new(Document::default()), registry.clone()).ok()?;
     let slot = world.attach(&spec(addon, text)).ok()?;
     let Value::Map(info) = world.ask(slot, "info")? else { return None };

@@ -3,13 +3,14 @@
 use std::{
     collections::BTreeSet,
     fs::File,
-    io::{BufRead, BufReader},
+    io::{BufRead, BufReader, Read, Take},
     path::{Path, PathBuf},
     process::ExitCode,
 };
 
 use serde_json::{Map, Value};
 use tatu_core::errors::{Error, Place};
+use tatu_plugin_api::safe::{MOST_BYTES, open_plain};
 
 use crate::{args::Diff, report};
 
@@ -63,30 +64,42 @@ fn ends(line: &Value) -> bool {
 
 /// A trace that is being read.
 struct Lines {
-    lines: std::io::Lines<BufReader<File>>,
+    file: BufReader<Take<File>>,
     path: PathBuf,
     line: usize,
 }
 
 impl Lines {
     fn open(path: &Path) -> Result<Self, Error> {
-        let file = File::open(path)
+        let file = open_plain(path, u64::MAX)
             .map_err(|e| Error::new("E105", format!("cannot read the trace {}: {e}", path.display())))?;
-        Ok(Lines { lines: BufReader::new(file).lines(), path: path.to_owned(), line: 0 })
+        Ok(Lines { file: BufReader::new(file), path: path.to_owned(), line: 0 })
     }
 
     fn next_line(&mut self) -> Result<Option<Value>, Error> {
-        let Some(line) = self.lines.next() else { return Ok(None) };
+        let mut line = Vec::new();
+        let read = self.file.by_ref().take(MOST_BYTES).read_until(b'\n', &mut line);
+        if matches!(read, Ok(0)) {
+            return Ok(None);
+        }
         self.line += 1;
         let wrong = |text: String| {
             let place = Place { file: self.path.clone(), line: self.line, column: 1, span: 0..0 };
             Err(Error::new("E119", text).expected("a trace as `tatu run --trace FILE` writes it").at(Some(place)))
         };
-        let line = match line {
-            Ok(line) => line,
+        if line.len() as u64 >= MOST_BYTES {
+            return wrong(format!(
+                "line {} of {} has more than {} MB",
+                self.line,
+                self.path.display(),
+                MOST_BYTES >> 20
+            ));
+        }
+        let line = match read {
+            Ok(_) => line,
             Err(e) => return wrong(format!("line {} of {}: {e}", self.line, self.path.display())),
         };
-        match serde_json::from_str::<Value>(&line) {
+        match serde_json::from_slice::<Value>(&line) {
             Ok(v) if v["step"].is_u64() && v["hash"].is_string() => Ok(Some(v)),
             Ok(_) => wrong(format!("line {} of {} is no line of a trace", self.line, self.path.display())),
             Err(e) => wrong(format!("line {} of {} is no JSON: {e}", self.line, self.path.display())),

@@ -122,6 +122,96 @@ fn who_may_look_cannot_act() {
     assert!(next(&mut eye, "details")["rows"].as_array().unwrap().len() > 10);
 }
 
+/// Viewers who ask without end keep nobody waiting who acts, and get no more than their share.
+#[test]
+fn viewers_who_flood_wait_for_those_who_act() {
+    let served = Served::new(root(), &["open", ROBOT, "--no-browser"]);
+    let mut socket = served.socket();
+    let look = next(&mut socket, "hello")["hello"]["look"].as_str().unwrap().to_owned();
+    let token = look.split("token=").nth(1).unwrap();
+    let mut viewers: Vec<_> =
+        (0..3).map(|_| tungstenite::connect(format!("ws://{}/ws?token={token}", served.host())).unwrap().0).collect();
+    for viewer in &mut viewers {
+        for i in 0..600 {
+            let what = ["commands", "files"][i % 2];
+            viewer.send(Message::text(json!({ what: true }).to_string())).unwrap();
+        }
+    }
+    socket.send(Message::text(json!({ "call": "sim.getSimulationTime", "args": [], "id": 7 }).to_string())).unwrap();
+    assert_eq!(next(&mut socket, "result")["of"], 7);
+    for viewer in &mut viewers {
+        if let MaybeTlsStream::Plain(stream) = viewer.get_mut() {
+            stream.set_read_timeout(Some(Duration::from_millis(200))).unwrap();
+        }
+        // Whatever else comes is read for a while.
+        let (mut lists, end) = (0, std::time::Instant::now() + Duration::from_secs(4));
+        while std::time::Instant::now() < end {
+            let Ok(message) = viewer.read() else { continue };
+            let text = message.to_text().unwrap_or_default();
+            lists += usize::from(text.starts_with("{\"commands\"") || text.starts_with("{\"files\""));
+        }
+        // 600 would take five minutes.
+        assert!((1..200).contains(&lists), "{lists}");
+    }
+}
+
+/// What lies below `scenes` and is no plain file neither hangs the page nor stands in its gallery.
+#[cfg(unix)]
+#[test]
+fn the_gallery_has_plain_files_only() {
+    let place = Place::new();
+    let text = "# A ball\nformat = 1\n";
+    place.write("scenes/good.toml", text).write("scenes/folder.toml/inner.toml", text).write("scenes/other.toml", text);
+    let at = |name: &str| place.path().join("scenes").join(name);
+    succeed(Command::new("mkfifo").args([at("pipe.toml"), at("pipe.ttt"), at("good.png")]));
+    std::os::unix::fs::symlink("/dev/zero", at("zero.toml")).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", at("other.png")).unwrap();
+    let _socket = std::os::unix::net::UnixListener::bind(at("socket.toml")).unwrap();
+    let served = Served::new(place.path(), &["open", "--no-browser"]);
+    let mut socket = served.socket();
+    socket.send(Message::text(json!({ "files": true }).to_string())).unwrap();
+    let files = next(&mut socket, "files")["files"].as_array().unwrap().clone();
+    let names: Vec<_> = files.iter().map(|f| f["file"].as_str().unwrap()).collect();
+    assert_eq!(names, ["scenes/good.toml", "scenes/other.toml", "scenes/folder.toml/inner.toml"]);
+    assert!(files.iter().all(|f| f["about"] == "A ball" && f["picture"].is_null()), "{files:?}");
+}
+
+/// The token stands in no argument of a program: a browser is started with a file that only its owner can read, and that
+/// goes once the page has come.
+#[cfg(unix)]
+#[test]
+fn a_browser_is_started_without_the_token() {
+    use std::os::unix::fs::PermissionsExt;
+    let place = Place::new();
+    place.write("bin/xdg-open", "#!/bin/sh\nprintf '%s\\n' \"$@\" > opened.part\nmv opened.part opened\n");
+    place.write("run/.keep", "");
+    let mode = |file: &std::path::Path, bits| std::fs::set_permissions(file, PermissionsExt::from_mode(bits)).unwrap();
+    mode(&place.path().join("bin/xdg-open"), 0o755);
+    let path = format!("{}:{}", place.path().join("bin").display(), std::env::var("PATH").unwrap());
+    let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
+        .current_dir(place.path())
+        .args(["open"])
+        .env("PATH", path)
+        .env("XDG_RUNTIME_DIR", place.path().join("run"))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut url = String::new();
+    BufReader::new(process.stdout.as_mut().unwrap()).read_line(&mut url).unwrap();
+    let served = Served { process, url: url.trim().to_owned() };
+    let opened =
+        wait_for("xdg-open", Duration::from_secs(60), || std::fs::read_to_string(place.path().join("opened")).ok());
+    assert!(!opened.contains(served.token()), "{opened}");
+    let file = std::path::PathBuf::from(opened.trim());
+    assert!(file.starts_with(place.path().join("run")), "{opened}");
+    let bits = |path: &std::path::Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+    assert_eq!((bits(&file), bits(file.parent().unwrap())), (0o600, 0o700));
+    assert!(std::fs::read_to_string(&file).unwrap().contains(&format!("url={}\"", served.url)));
+    let _socket = served.socket();
+    wait_for("the file goes", Duration::from_secs(60), || (!file.parent().unwrap().exists()).then_some(()));
+}
+
 #[test]
 fn viewers_change_nothing() {
     let run = |viewers: usize| {

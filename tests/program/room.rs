@@ -73,3 +73,17 @@ fn a_strict_run_takes_no_warnings() {
     assert!(done.json()["warnings"][0].as_str().unwrap().contains("low battery"), "{}", done.out);
     place.run(&["--steps", "2"]).good();
 }
+
+/// Scripts reserve address space until little is left; the rest of the program needs some, too.
+#[test]
+fn reservations_of_scripts_leave_room_for_the_rest() {
+    let place = scene(12);
+    let camera =
+        "[[object]]\nkind = \"sensor\"\nalias = \"eye\"\nsensor = \"depth_camera\"\ncolumns = 2048\nrows = 2048\n";
+    let text = place.read("scene.toml");
+    place.write("scene.toml", &format!("{text}{camera}"));
+    for mb in (1800..2120).step_by(32) {
+        let (lines, done) = orders(&place, mb);
+        assert_eq!((lines.len(), done.code), (12, 0), "{mb} MB: {}", done.err);
+    }
+}

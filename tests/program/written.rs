@@ -139,6 +139,24 @@ fn scenes_and_scripts_are_plain_files() {
     place.tatu(&["check", "pipe.toml"]).refused(&["error[E105]", "pipe.toml", "no plain file"]);
     let done = place.tatu(&["check", "scene.toml", "--script", "/box=pipe.lua"]);
     done.refused(&["pipe.lua", "no plain file"]);
+    // Devices have no end either; neither have links to them.
+    std::os::unix::fs::symlink("/dev/zero", place.path().join("zero.jsonl")).unwrap();
+    place.write("one.jsonl", "{\"step\": 0, \"hash\": \"0\"}\n");
+    for args in [
+        ["diff", "zero.jsonl", "zero.jsonl"],
+        ["diff", "one.jsonl", "pipe.toml"],
+        ["run", "--replay", "zero.jsonl"],
+        ["run", "--replay", "pipe.toml"],
+    ] {
+        place.tatu(&args).refused(&["error[E105]", "no plain file"]);
+    }
+    for args in [
+        ["run", "scene.toml", "--from", "zero.jsonl"],
+        ["run", "--stand-ins", "--script", "pipe.lua"],
+        ["run", "scene.toml", "--addon", "pipe.lua"],
+    ] {
+        place.tatu(&args).refused(&["no plain file"]);
+    }
 }
 
 /// Nobody writes to the pipe: the program waits for its keys, and goes when it is told to.

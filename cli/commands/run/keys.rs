@@ -1,8 +1,23 @@
 //! Keys that a file presses: lines `TIME KEY`.
 
-use std::path::Path;
+use std::{
+    fs::File,
+    io::{Error as IoError, ErrorKind, Read, Result as IoResult},
+    path::Path,
+};
 
 use tatu_core::errors::{Error, Place};
+use tatu_plugin_api::safe::MOST_BYTES;
+
+/// The text of a file, or what comes through a pipe until it is closed.
+fn text(path: &Path) -> IoResult<String> {
+    let mut text = String::new();
+    File::open(path)?.take(MOST_BYTES + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > MOST_BYTES {
+        return Err(IoError::new(ErrorKind::FileTooLarge, format!("it has more than {} MB", MOST_BYTES >> 20)));
+    }
+    Ok(text)
+}
 
 /// Keys that are still to come, the next one last.
 #[derive(Debug, Default, PartialEq)]
@@ -12,8 +27,8 @@ impl Keys {
     /// Reads a file; empty lines and those that begin with `#` are left out. E105: it cannot be read; E102: a line tells
     /// no time and key.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| Error::new("E105", format!("cannot read the keys {}: {e}", path.display())))?;
+        let text =
+            text(path).map_err(|e| Error::new("E105", format!("cannot read the keys {}: {e}", path.display())))?;
         Self::parse(&text).map_err(|(line, wrong)| {
             let start = text.split_inclusive('\n').take(line - 1).map(str::len).sum();
             let place = Place { file: path.to_owned(), line, column: 1, span: start..start + wrong.len() };

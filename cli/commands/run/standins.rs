@@ -19,6 +19,7 @@ use tatu_core::{
     plugins::Registry,
     scene::rows::KINDS,
 };
+use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
 
 use super::keys::Keys;
 use crate::args::{Run, ScriptKind};
@@ -176,7 +177,7 @@ impl Script {
         if name.starts_with('/') && name.contains('=') && !file.exists() {
             return Err(wrong(format!("`{name}` names an object, and there is no scene")));
         }
-        let text = std::fs::read(&file)
+        let text = read_plain(&file, MOST_BYTES)
             .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", file.display())))?;
         let language = registry.language(name, &BTreeMap::new())?;
         let shown = || ScriptKind::from_str(registry.kind_of_script(language, &text)?, false).ok();

@@ -46,7 +46,7 @@ fn main() {
     let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo tells the folder")).join("page");
     println!("cargo::rerun-if-changed=page");
     let mut entries: Vec<(String, &'static str, PathBuf)> = Vec::new();
-    let (mut imports, mut integrity) = (Map::new(), Map::new());
+    let mut imports = Map::new();
     let mut names: Vec<PathBuf> = fs::read_dir(&root).expect("the page").flatten().map(|e| e.path()).collect();
     names.sort();
     for path in names.into_iter().filter(|p| p.is_file()) {
@@ -67,33 +67,17 @@ fn main() {
             imports.insert((*name).to_owned(), Value::String(format!("/lib/{file}")));
         }
     } else {
-        // Pinned by version and by sum: a browser refuses anything else.
-        let sums = fs::read_to_string(root.join("integrity.json")).expect("the sums of the libraries");
-        let sums: Map<String, Value> = serde_json::from_str(&sums).expect("the sums of the libraries");
-        let address = |file: &str| sums[file]["address"].as_str().expect("an address").to_owned();
-        for (name, file) in LIBRARIES {
-            imports.insert((*name).to_owned(), Value::String(address(file)));
-        }
-        for file in LIBRARIES.iter().map(|(_, f)| *f).chain(BESIDE.iter().copied()) {
-            integrity.insert(address(file), sums[file]["integrity"].clone());
-        }
         println!(
-            "cargo::warning=the page is built without its libraries, and fetches them: run `npm ci` in plugins/views/web/page, and build again"
+            "cargo::warning=the program is built without its page, whose libraries are missing: run `npm ci` in plugins/views/web/page, and build again"
         );
     }
-    let map = match integrity.is_empty() {
-        true => json!({ "imports": imports }),
-        false => json!({ "imports": imports, "integrity": integrity }),
-    };
-    let map = map.to_string();
+    let map = json!({ "imports": imports }).to_string();
     let mut out =
         String::from("/// Path, type and bytes of each file.\npub static FILES: &[(&str, &str, &[u8])] = &[\n");
     for (name, kind, path) in &entries {
         out += &format!("    ({name:?}, {kind:?}, include_bytes!({:?})),\n", path.display().to_string());
     }
     out += &format!("];\n/// The import map.\npub const IMPORT_MAP: &str = {map:?};\n");
-    let libraries: Vec<&str> = LIBRARIES.iter().map(|(_, f)| *f).chain(BESIDE.iter().copied()).collect();
-    out += &format!("/// The files of the libraries.\n#[cfg(test)]\npub const LIBRARIES: &[&str] = &{libraries:?};\n");
     out += &format!("/// Whether the libraries are embedded.\npub const WHOLE: bool = {whole};\n");
     let to = PathBuf::from(env::var_os("OUT_DIR").expect("cargo tells the folder")).join("files.rs");
     fs::write(to, out).expect("the list of files");

@@ -2,10 +2,12 @@
 
 use std::{
     collections::BTreeMap,
-    fs, io,
+    io,
     path::{Path, PathBuf},
     sync::{Arc, Mutex, PoisonError},
 };
+
+use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
 
 /// Reads files for a document and remembers them, so that the document can be made again without the disk.
 ///
@@ -19,9 +21,6 @@ struct Inner {
     /// Nothing is read from the disk.
     closed: bool,
 }
-
-/// Bytes of the longest file that is read.
-const MOST_BYTES: u64 = 256 << 20;
 
 impl Sources {
     /// These files and no others, by the paths under which they were read.
@@ -49,16 +48,7 @@ impl Sources {
         if self.0.closed {
             return Err(io::Error::new(io::ErrorKind::NotFound, "it is not among the files that were kept"));
         }
-        let about = fs::metadata(path)?;
-        // A pipe or a device may have no end.
-        if !about.is_file() && !about.is_dir() {
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no plain file"));
-        }
-        if about.len() > MOST_BYTES {
-            let text = format!("it has {} MB, and at most {} MB are read", about.len() >> 20, MOST_BYTES >> 20);
-            return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
-        }
-        let bytes = fs::read(path)?;
+        let bytes = read_plain(path, MOST_BYTES)?;
         files.insert(path.to_owned(), bytes.as_slice().into());
         Ok(bytes)
     }

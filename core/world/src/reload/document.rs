@@ -6,7 +6,10 @@
 use std::{collections::BTreeMap, path::PathBuf, rc::Rc, sync::Arc};
 
 use tatu_errors::Error;
-use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{MOST_BYTES, Value, read_plain},
+};
 use tatu_scene::{
     self, Changed, Data, Scene,
     document::{Document, ObjectSpec, ScriptSpec},
@@ -300,7 +303,7 @@ impl World {
         for script in Scripts::from_outside(cell) {
             let Some(file) = changed.iter().find(|f| f.display().to_string() == script.name) else { continue };
             // One that cannot be read just now goes on as it is.
-            let Ok(text) = std::fs::read(file) else { continue };
+            let Ok(text) = read_plain(file, MOST_BYTES) else { continue };
             let spec = script.spec(text);
             self.exchange(&script, &spec, &format!("the {} {}", spec.kind, spec.name), &mut told);
         }

@@ -7,12 +7,15 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
+use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Between two looks at the disk.
 const PAUSE: Duration = Duration::from_millis(100);
 /// A file that was written less than this ago may still be half of itself.
 const SETTLED: Duration = Duration::from_millis(50);
+/// One that is empty has just been made, or cut, by a compiler or an editor that is about to write it.
+const EMPTY: Duration = Duration::from_secs(2);
 
 /// What is known of a file.
 #[derive(Default)]
@@ -46,7 +49,7 @@ impl Watcher {
             known.content = Some(xxh3_64(bytes));
         } else if known.content.is_none() {
             known.stamp = stamp(file);
-            known.content = fs::read(file).ok().map(|b| xxh3_64(&b));
+            known.content = read_plain(file, MOST_BYTES).ok().map(|b| xxh3_64(&b));
         }
     }
 
@@ -65,11 +68,12 @@ impl Watcher {
 fn has_changed(file: &Path, known: &mut Known) -> bool {
     let Some(now) = stamp(file) else { return false };
     // A time in the future says nothing about how long ago it was.
-    let fresh = now.0.elapsed().is_ok_and(|e| e < SETTLED);
+    let settled = if now.1 == 0 { EMPTY } else { SETTLED };
+    let fresh = now.0.elapsed().is_ok_and(|e| e < settled);
     if fresh || known.stamp == Some(now) {
         return false;
     }
-    let Ok(bytes) = fs::read(file) else { return false };
+    let Ok(bytes) = read_plain(file, MOST_BYTES) else { return false };
     known.stamp = Some(now);
     let content = xxh3_64(&bytes);
     known.content.replace(content).is_some_and(|old| old != content)
@@ -103,6 +107,8 @@ mod tests {
         assert!(changed().is_empty(), "told once");
         fs::write(&file, "th").unwrap();
         assert!(changed().is_empty(), "still being written");
+        long_ago("", 1);
+        assert!(changed().is_empty(), "about to be written");
         long_ago("three", 20);
         assert_eq!(changed(), [&*file]);
         fs::remove_file(&file).unwrap();

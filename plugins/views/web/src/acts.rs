@@ -1,12 +1,12 @@
 //! What clients ask for. All that acts on the world is a command or a request: it stands in the input log.
 
-use std::path::Path;
+use std::{io::Read, path::Path};
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
     abi::*,
-    safe::{Called, Fail, Result, Turn, Value},
+    safe::{Called, Fail, Result, Turn, Value, open_plain, read_plain},
 };
 use tatu_services_common::json;
 
@@ -16,6 +16,9 @@ use crate::{frames::object, scene::HANDLE};
 const LARGE: &[&str] = &["shape.surface", "shape.parts", "object.data", "scene.data", "graph.streams", "graph.curves"];
 /// Files that a list of scenes names.
 const MOST_FILES: usize = 500;
+/// Bytes of a scene file of which its first comment is read, and of the comment.
+const MOST_SCENE: u64 = 256 << 20;
+const MOST_ABOUT: u64 = 4 << 10;
 /// Bytes of the picture of a scene.
 const MOST_PICTURE: u64 = 64 << 10;
 
@@ -81,7 +84,7 @@ pub fn files() -> Json {
             if path.is_dir() && below_scenes && depth < 3 && !path.is_symlink() {
                 open.push((path, depth + 1));
             } else if is_scene(&path, depth) {
-                let about = std::fs::read_to_string(&path).ok().and_then(|t| about(&t)).unwrap_or_default();
+                let about = beginning(&path).and_then(|t| about(&t)).unwrap_or_default();
                 out.push(json!({ "file": name, "about": about, "picture": picture(&path) }));
             }
         }
@@ -89,21 +92,30 @@ pub fn files() -> Json {
     Json::Array(out)
 }
 
+/// The first bytes of a scene file, as text.
+fn beginning(scene: &Path) -> Option<String> {
+    let mut bytes = Vec::new();
+    open_plain(scene, MOST_SCENE).ok()?.take(MOST_ABOUT).read_to_end(&mut bytes).ok()?;
+    // The last line may be cut.
+    let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(bytes.len(), |end| end + 1);
+    std::str::from_utf8(&bytes[..whole]).ok().map(str::to_owned)
+}
+
 /// The picture that lies beside a scene, PNG in base64.
 fn picture(scene: &Path) -> Option<String> {
-    let file = scene.with_extension("png");
-    let fits = std::fs::metadata(&file).is_ok_and(|m| m.is_file() && m.len() <= MOST_PICTURE);
-    let bytes = fits.then(|| std::fs::read(&file).ok()).flatten()?;
+    let bytes = read_plain(&scene.with_extension("png"), MOST_PICTURE).ok()?;
     bytes.starts_with(b"\x89PNG").then(|| STANDARD.encode(bytes))
 }
 
 fn is_scene(path: &Path, depth: usize) -> bool {
-    match path.extension().and_then(|e| e.to_str()) {
-        Some("ttt" | "ttm" | "urdf") => true,
-        // Beside `scenes` there are other files of that ending.
-        Some("toml") => depth > 0,
-        _ => false,
-    }
+    // A pipe, a device or a folder of that ending cannot be opened.
+    path.is_file()
+        && match path.extension().and_then(|e| e.to_str()) {
+            Some("ttt" | "ttm" | "urdf") => true,
+            // Beside `scenes` there are other files of that ending.
+            Some("toml") => depth > 0,
+            _ => false,
+        }
 }
 
 /// The comment at the beginning of a scene file.

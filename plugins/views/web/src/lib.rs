@@ -2,6 +2,7 @@
 //!
 //! - `service`: what is done at the barrier; `show`: what clients are to see; `acts`: what clients ask for; `drop`: files that are dropped;
 //! - `scene`: the scene as a whole; `frames`: what changed since; `readings`: what sensors, drawings and graphs show;
+//! - `lists`: what is made once for all clients, and how often they may ask; `opened`: how a browser is told the address;
 //! - `windows`: what scripts opened; `pace`: how fast time passes; `files`: the page itself;
 //! - `film`: a run is recorded; `film_page`: the page that shows it from a file.
 
@@ -11,6 +12,8 @@ mod files;
 mod film;
 mod film_page;
 mod frames;
+mod lists;
+mod opened;
 mod pace;
 mod readings;
 mod scene;

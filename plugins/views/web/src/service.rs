@@ -15,13 +15,15 @@ use tatu_plugin_api::{
 use tatu_services_common::{
     json,
     listener::{Client, Listener, Rights, Settings},
-    outbox::Message,
+    outbox::{Message, Utf8Bytes},
 };
 
 use crate::{
     WebPage, acts,
     drop::Dropped,
     files,
+    lists::{Allowance, Lists},
+    opened::Opened,
     pace::{Pace, SPEEDS},
     readings,
     scene::Whole,
@@ -32,8 +34,9 @@ use crate::{
 const VERSION: u32 = 1;
 /// Bytes of a message from a client.
 const MOST_MESSAGE: usize = 4 << 20;
-/// Messages of one client in one turn.
+/// Messages in one turn of a client that acts, and of one that only looks.
 const AT_ONCE: usize = 500;
+const LOOKS_AT_ONCE: usize = 20;
 /// Lines that a client which comes late still reads.
 const MOST_LINES: usize = 500;
 
@@ -62,6 +65,9 @@ pub(crate) struct State {
     pub(crate) drawn: String,
     pub(crate) sent: readings::Sent,
     pub(crate) listener: Listener,
+    pub(crate) lists: Lists,
+    /// The file by which a browser was started, until it has come.
+    pub(crate) opened: Option<Opened>,
 }
 
 /// A client.
@@ -75,6 +81,8 @@ pub(crate) struct Guest {
     pub(crate) graph: u64,
     /// A file that comes in parts.
     pub(crate) dropped: Option<Dropped>,
+    /// What it may still ask for, if it only looks.
+    pub(crate) allowance: Allowance,
 }
 
 impl Service for Web {
@@ -113,8 +121,13 @@ impl Service for Web {
         // Alone on its line, for programs; the token stays out of logs.
         let mut out = std::io::stdout();
         let _ = writeln!(out, "{url}").and_then(|()| out.flush());
-        if params.bool("browser")? && std::process::Command::new("xdg-open").arg(&url).spawn().is_err() {
-            session.log(TATU_LOG_INFO, "no browser could be started: open the address above in one");
+        let mut opened = None;
+        if params.bool("browser")? {
+            match Opened::start(&url) {
+                Ok(file) => opened = Some(file),
+                Err(e) => session
+                    .log(TATU_LOG_INFO, &format!("no browser could be started ({e}): open the address above in one")),
+            }
         }
         let now = Instant::now();
         let state = State {
@@ -132,6 +145,8 @@ impl Service for Web {
             drawn: String::new(),
             sent: readings::Sent::default(),
             listener,
+            lists: Lists::default(),
+            opened,
         };
         Ok(Web { p: plugin.p, state: RefCell::new(state) })
     }
@@ -197,6 +212,9 @@ impl State {
     fn come(&mut self, _: &Turn<'_>) -> Result {
         for client in self.listener.take_new() {
             let acts = client.role == Rights::Act;
+            if acts {
+                self.opened = None;
+            }
             // A link to look only is for whoever may act to pass on.
             let look = acts.then(|| format!("http://{}/?token={}", self.listener.address, self.listener.look_token));
             let hello =
@@ -210,7 +228,15 @@ impl State {
             self.told.clear();
             self.drawn.clear();
             self.sent = readings::Sent::default();
-            self.guests.push(Guest { client, known: BTreeMap::new(), whole: false, eye: 0, graph: 0, dropped: None });
+            self.guests.push(Guest {
+                client,
+                known: BTreeMap::new(),
+                whole: false,
+                eye: 0,
+                graph: 0,
+                dropped: None,
+                allowance: Allowance::new(),
+            });
         }
         self.guests.retain(|g| !g.client.is_gone());
         Ok(())
@@ -230,11 +256,23 @@ impl State {
     /// Does what clients sent.
     fn hear(&mut self, turn: &Turn<'_>, step: u64) -> Result {
         let mut guests = std::mem::take(&mut self.guests);
-        for guest in &mut guests {
+        // Those who act come first: nobody who looks keeps them waiting.
+        let (acting, looking): (Vec<_>, Vec<_>) = guests.iter_mut().partition(|g| g.client.role == Rights::Act);
+        for guest in acting.into_iter().chain(looking) {
             turn.client(guest.client.number);
-            for _ in 0..AT_ONCE {
+            let acts = guest.client.role == Rights::Act;
+            for _ in 0..if acts { AT_ONCE } else { LOOKS_AT_ONCE } {
+                if !acts && !guest.allowance.may_ask() {
+                    break;
+                }
                 let Some(line) = guest.client.next() else { break };
                 let asked: Json = serde_json::from_str(&line).unwrap_or(Json::Null);
+                let list = self.list(turn, &asked, acts);
+                guest.allowance.spend(list.is_some());
+                if let Some(list) = list {
+                    guest.client.out.send(Message::Text(list));
+                    continue;
+                }
                 let answer = match self.act(turn, guest, &asked, step) {
                     Ok(Some(answer)) => answer,
                     Ok(None) => continue,
@@ -245,6 +283,14 @@ impl State {
         }
         self.guests = guests;
         Ok(())
+    }
+
+    /// The list that is asked for, if one is. Who acts sees what was just saved.
+    fn list(&mut self, turn: &Turn<'_>, asked: &Json, acts: bool) -> Option<Utf8Bytes> {
+        if asked.get("commands").is_some() {
+            return Some(self.lists.commands(turn, acts));
+        }
+        asked.get("files").is_some().then(|| self.lists.files(acts))
     }
 
     fn act(&mut self, turn: &Turn<'_>, guest: &mut Guest, asked: &Json, _: u64) -> Result<Option<Json>> {
@@ -264,12 +310,6 @@ impl State {
         if let Some(n) = number("graph") {
             guest.graph = n;
             return Ok(None);
-        }
-        if asked.get("commands").is_some() {
-            return Ok(Some(json!({ "commands": acts::commands(turn) })));
-        }
-        if asked.get("files").is_some() {
-            return Ok(Some(json!({ "files": acts::files() })));
         }
         if guest.client.role != Rights::Act {
             return Err(Fail::unsupported("this page may look only"));

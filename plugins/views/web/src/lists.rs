@@ -1,0 +1,94 @@
+//! Long lists that clients ask for, made once for all of them, and how often a client may ask.
+
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+use tatu_plugin_api::safe::Turn;
+use tatu_services_common::outbox::Utf8Bytes;
+
+use crate::acts;
+
+/// How long a list is taken for what it was.
+const FRESH: Duration = Duration::from_secs(1);
+
+/// The lists as messages.
+#[derive(Default)]
+pub(crate) struct Lists {
+    commands: Option<(Instant, Utf8Bytes)>,
+    files: Option<(Instant, Utf8Bytes)>,
+}
+
+impl Lists {
+    /// All commands. `anew`: not as they were a moment ago.
+    pub(crate) fn commands(&mut self, turn: &Turn<'_>, anew: bool) -> Utf8Bytes {
+        kept(&mut self.commands, anew, || json!({ "commands": acts::commands(turn) }).to_string())
+    }
+    /// Scenes to open.
+    pub(crate) fn files(&mut self, anew: bool) -> Utf8Bytes {
+        kept(&mut self.files, anew, || json!({ "files": acts::files() }).to_string())
+    }
+}
+
+fn kept(list: &mut Option<(Instant, Utf8Bytes)>, anew: bool, make: impl FnOnce() -> String) -> Utf8Bytes {
+    match list {
+        Some((made, text)) if !anew && made.elapsed() < FRESH => text.clone(),
+        _ => {
+            let text = Utf8Bytes::from(make());
+            *list = Some((Instant::now(), text.clone()));
+            text
+        }
+    }
+}
+
+/// What a client that only looks may ask for: so many small answers at once, and as many each second. What is more waits in
+/// its inbox; a client whose inbox is full is cut off.
+const AT_ONCE: f64 = 50.0;
+/// A list counts as so many.
+const LIST: f64 = 25.0;
+
+/// What is left to a client.
+pub(crate) struct Allowance {
+    left: f64,
+    at: Instant,
+}
+
+impl Allowance {
+    pub(crate) fn new() -> Self {
+        Allowance { left: AT_ONCE, at: Instant::now() }
+    }
+    /// Whether it may ask now.
+    pub(crate) fn may_ask(&mut self) -> bool {
+        self.may_ask_at(Instant::now())
+    }
+    fn may_ask_at(&mut self, now: Instant) -> bool {
+        let gained = now.saturating_duration_since(self.at).as_secs_f64() * AT_ONCE;
+        (self.left, self.at) = ((self.left + gained).min(AT_ONCE), now);
+        self.left > 0.0
+    }
+    /// It asked, maybe for a list.
+    pub(crate) fn spend(&mut self, list: bool) {
+        self.left -= if list { LIST } else { 1.0 };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_asks_much_waits() {
+        let mut allowance = Allowance::new();
+        let begin = allowance.at;
+        let mut ask = |ms: u64, list| {
+            let may = allowance.may_ask_at(begin + Duration::from_millis(ms));
+            if may {
+                allowance.spend(list);
+            }
+            may
+        };
+        assert_eq!((0..10).filter(|_| ask(0, true)).count(), 2);
+        assert!(!ask(0, false));
+        assert_eq!((0..10).filter(|_| ask(100, false)).count(), 5);
+        assert_eq!((0..100).filter(|_| ask(5000, false)).count(), 50);
+    }
+}

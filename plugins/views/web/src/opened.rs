@@ -1,0 +1,51 @@
+//! How a browser is told the address. The token of whoever may act must not stand among the arguments of a program, which
+//! every user of the machine can read: a file that only its owner can read leads there.
+
+use std::{
+    fs,
+    io::{self, Write},
+    path::PathBuf,
+    process::{Command, Stdio},
+};
+
+use tatu_services_common::listener::token;
+
+/// The file, which goes with this.
+pub(crate) struct Opened(PathBuf);
+
+impl Opened {
+    /// Starts a browser that goes to the address.
+    pub(crate) fn start(url: &str) -> io::Result<Self> {
+        let folder = folder()?;
+        let opened = Opened(folder);
+        let file = opened.0.join("open.html");
+        let mut options = fs::File::options();
+        options.write(true).create_new(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        let page = format!("<!doctype html><title>Tatu</title><meta http-equiv=\"refresh\" content=\"0;url={url}\">\n");
+        options.open(&file)?.write_all(page.as_bytes())?;
+        Command::new("xdg-open").arg(&file).stdin(Stdio::null()).stdout(Stdio::null()).spawn()?;
+        Ok(opened)
+    }
+}
+
+impl Drop for Opened {
+    fn drop(&mut self) {
+        // It may have been removed by whoever cleans up there.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A new folder that only its owner can open, where files of a session belong.
+fn folder() -> io::Result<PathBuf> {
+    let place = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|p| p.is_dir());
+    let name = token().map(|t| format!("tatu-{t}"))?;
+    let folder = place.unwrap_or_else(std::env::temp_dir).join(name);
+    #[cfg_attr(not(unix), expect(unused_mut, reason = "the mode is of Unix"))]
+    let mut builder = fs::DirBuilder::new();
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.create(&folder)?;
+    Ok(folder)
+}
