@@ -83,7 +83,7 @@ pub struct Run {
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
     /// Do again what a log tells; no scene is needed, and no service is started.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "seed", "set", "scripts", "services", "addons", "no_addons"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "seed", "set", "scripts", "services", "addons", "no_addons", "without"])]
     pub replay: Option<PathBuf>,
     /// Simulated seconds to run [default: 10; with a service or `--interactive`: until it is stopped].
     #[arg(long, value_name = "S", conflicts_with = "steps", allow_negative_numbers = true, value_parser = seconds)]
@@ -128,7 +128,7 @@ pub struct Run {
     #[arg(long, value_names = ["T", "FILE"], num_args = 2, action = clap::ArgAction::Append)]
     pub snapshot_at: Vec<String>,
     /// Go on from a file that `--snapshot-at` of the same scene wrote; times still count from 0.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["addons", "no_addons"])]
+    #[arg(long, value_name = "FILE", conflicts_with = "addons")]
     pub from: Option<PathBuf>,
     /// Take scripts, models and plugins that are changed while it runs at the next step; such a run cannot be repeated.
     #[arg(long, conflicts_with_all = ["log", "replay", "snapshot_at", "from"])]
@@ -213,8 +213,8 @@ pub struct Check {
 pub struct Look {
     /// The scene file.
     pub scene: PathBuf,
-    /// Where the camera stands: X,Y,Z in the world, m.
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, requires = "to", required_unless_present = "sensor")]
+    /// Where the camera stands: X,Y,Z in the world, m [default: the scene's first camera, or where all is seen from].
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, requires = "to")]
     pub from: Option<Point>,
     /// The point in the middle of the picture: X,Y,Z in the world, m.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, requires = "from")]
@@ -228,9 +228,12 @@ pub struct Look {
     /// Pixels of a picture of the scene: COLUMNSxROWS.
     #[arg(long, value_name = "CxR", default_value = "1280x720", value_parser = size)]
     pub size: [u32; 2],
-    /// The angle between the picture's left and right edge, degrees.
-    #[arg(long, value_name = "DEG", default_value_t = 50.0, value_parser = angle)]
-    pub fov: f64,
+    /// The angle between the picture's left and right edge, degrees [default: 50, or the scene's camera's].
+    #[arg(long, value_name = "DEG", value_parser = angle)]
+    pub fov: Option<f64>,
+    /// Draw no floor below a scene that has none.
+    #[arg(long, conflicts_with = "sensor")]
+    pub no_ground: bool,
     /// The file to write, a PNG.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
@@ -250,6 +253,7 @@ pub struct Look {
 }
 
 const LOOK_EXAMPLES: &str = "Examples:
+  tatu look scenes/first/pioneer_avoids_walls.toml -o scene.png
   tatu look scenes/first/pioneer_avoids_walls.toml --from -3,-4,3 --to 0,0,0.2 -o scene.png
   tatu look scenes/first/pioneer_avoids_walls.toml --sensor Pioneer_p3dx_ultrasonicSensor5 --at 3 -o sonar.png";
 
@@ -285,9 +289,9 @@ pub struct List {
 
 #[derive(clap::Args)]
 pub struct Describe {
-    /// Its id; of a command any of its names.
-    #[arg(required_unless_present = "all")]
-    pub id: Option<String>,
+    /// Its id, or several; of a command any of its names.
+    #[arg(value_name = "ID", required_unless_present = "all")]
+    pub ids: Vec<String>,
     /// All commands, as pages.
     #[arg(long, requires = "markdown")]
     pub all: bool,

@@ -26,6 +26,9 @@ pub struct Flags {
     /// Start no add-on but those that `--addon` names.
     #[arg(long)]
     pub no_addons: bool,
+    /// Leave out this add-on, by its name; may be given several times.
+    #[arg(long = "no-addon", value_name = "NAME")]
+    pub without: Vec<String>,
 }
 
 /// How a text is called.

@@ -109,9 +109,14 @@ fn model_files(r: &Registry) -> Vec<Value> {
             None if name.ends_with(".toml") => String::new(),
             None => return None,
         };
-        Some(json!({ "id": name, "plugin": by, "slots": [], "text": "a file", "parameters": [] }))
+        Some(json!({ "id": name, "category": "file", "plugin": by, "slots": [], "text": "a file", "parameters": [] }))
     };
     files.iter().filter_map(row).collect()
+}
+
+/// Whether `tatu list models` shows a file of this name.
+pub fn is_model_file(r: &Registry, name: &str) -> bool {
+    model_files(r).iter().any(|row| row["id"] == name)
 }
 
 /// All files below a folder, at most eight folders deep; those that cannot be read are passed over.
@@ -222,6 +227,7 @@ pub fn table(rows: &[Value], columns: &[&str]) {
     let cell = |row: &Value, column: &str| match &row[column] {
         Value::String(s) => s.clone(),
         Value::Array(a) => a.iter().filter_map(Value::as_str).collect::<Vec<_>>().join(", "),
+        Value::Null => String::new(),
         other => other.to_string(),
     };
     let widths: Vec<usize> = columns

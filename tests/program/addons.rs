@@ -67,7 +67,13 @@ fn names_and_what_they_answer_decide_who_starts_by_itself() {
     assert_eq!((&all[1]["text"], &all[1]["file"]), (&"Says plain.".into(), &"addons/plain.lua".into()));
     let done = place.run(&["--steps", "1"]).good();
     assert_eq!(told(&done), ["plain", "New", "old"]);
-    done.tells(&["the add-on plain runs", "--no-addons"]);
+    done.tells(&["the add-on plain runs", "--no-addon plain"]);
+    let left_out = place.run(&["--steps", "1", "--no-addon", "plain"]).good();
+    assert!(!left_out.err.contains("add-on plain runs"), "{}", left_out.err);
+    let nobody = place.run(&["--steps", "1", "--no-addon", "plane"]);
+    nobody.refused(&["error[E600]", "plane", "did you mean `plain`"]);
+    place.run(&["--steps", "2", "--no-addons", "--snapshot-at", "0.05", "one"]).good();
+    place.run(&["--steps", "2", "--no-addons", "--from", "one"]).good();
     assert_eq!(told(&place.run(&["--steps", "1", "--no-addons"]).good()), [""; 0]);
     let named = place.run(&["--steps", "1", "--no-addons", "--addon", "hyphen", "--addon", "click", "--addon", "asks"]);
     // A function is run at once, the others begin with the first pass.

@@ -110,6 +110,29 @@ fn every_example_is_a_scene_that_would_start() {
     place.tatu(&["check", "scene.toml"]).good();
 }
 
+/// What is listed can be described, each by itself and all together, and is no `null`.
+#[test]
+fn listed_models_are_described_and_named_in_scenes() {
+    let place = Place::new();
+    place.write("models/shelf/box.toml", "format = 1\n[[object]]\nkind = \"shape\"\nalias = \"box\"\n");
+    let list = place.tatu(&["list", "models"]).good();
+    assert!(!list.out.contains("null") && list.out.contains("models/shelf/box.toml"), "{}", list.out);
+    let rows = place.tatu(&["list", "models", "--json"]).good().json();
+    let ids: Vec<&str> = rows.as_array().unwrap().iter().map(|r| r["id"].as_str().unwrap()).collect();
+    assert!(rows.as_array().unwrap().iter().all(|r| r["category"].is_string()), "{rows}");
+    let all = place.tatu(&[&["describe", "--json"], &ids[..]].concat()).good().json();
+    let all = all.as_array().unwrap();
+    assert_eq!(all.iter().map(|f| f["id"].as_str().unwrap()).collect::<Vec<_>>(), ids);
+    for fact in all {
+        let example = fact["example"].as_str().unwrap();
+        place.write("scene.toml", &format!("format = 1\n{example}"));
+        place.tatu(&["check", "scene.toml"]).good();
+    }
+    let text = place.tatu(&["describe", "pioneer_p3dx", "proximity"]).good().out;
+    assert!(text.contains("model pioneer_p3dx") && text.contains("sensor kind proximity"), "{text}");
+    place.tatu(&["describe", "pioneer_p3dx", "nothing_at_all"]).refused(&["error[E130]", "nothing_at_all"]);
+}
+
 #[test]
 fn unknown_ids_get_the_nearest_of_all() {
     for (wrong, near) in [

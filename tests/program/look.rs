@@ -53,6 +53,48 @@ impl Place {
     }
 }
 
+/// Red pixels: their number, and whether some lie at the edge.
+fn red(picture: &Picture) -> (usize, bool) {
+    let all = (0..picture.rows).flat_map(|r| (0..picture.columns).map(move |c| (c, r)));
+    let red: Vec<_> = all.filter(|(c, r)| picture.is_red(*c, *r)).collect();
+    let edge = |(c, r): &(usize, usize)| *c == 0 || *r == 0 || c + 1 == picture.columns || r + 1 == picture.rows;
+    (red.len(), red.iter().any(edge))
+}
+
+/// Without `--from` the scene's camera sees; where there is none, all is in the picture, wherever it lies.
+#[test]
+fn a_scene_shows_itself() {
+    for (at, size) in [([0.0; 3], 1.0), ([40.0, -7.0, 3.0], 0.1), ([-5.0, 2.0, -9.0], 30.0)] {
+        let place = Place::scene(&cuboid("box", [size, size / 2.0, size], at, RED));
+        for args in [&["--size", "160x90"][..], &["--size", "60x120", "--fov", "80"]] {
+            let picture = place.picture(args);
+            let (red, edge) = red(&picture);
+            assert!(!edge && red * 20 > picture.rows * picture.columns, "{at:?}: {red}");
+        }
+    }
+    // 1 m away at 60 degrees: half of the width is 0.577 m, the half metre of the box 104 of 120 pixels.
+    let camera = "[[object]]\nkind = \"camera\"\nalias = \"eye\"\nposition_m = [-2.0, 0.0, 0.5]\norientation_deg = [0, 90, 90]\n";
+    let place = Place::scene(&format!("{}{camera}", cuboid("box", [2.0, 1.0, 0.4], [0.0, 0.0, 0.5], RED)));
+    let done = place.look(&["--size", "120x60"]).good();
+    done.tells(&["/eye"]);
+    let picture = Picture::open(&place.path().join("out.png"));
+    let row = |r: usize| (0..picture.columns).filter(|c| picture.is_red(*c, r)).count();
+    assert!((102..=106).contains(&row(30)), "{}", row(30));
+}
+
+/// The floor that only the picture has cuts nothing, and can be left out.
+#[test]
+fn the_floor_lies_below_what_stands_on_it() {
+    let place = Place::scene(&cuboid("box", [1.0; 3], [0.0; 3], RED));
+    let args = ["--from", "0,-6,1", "--to", "0,0,0", "--size", "120x90", "--fov", "30"];
+    let with = place.picture(&args);
+    let without = place.picture(&[&args[..], &["--no-ground"]].concat());
+    // The lower half of the box is seen, and as much of it as without a floor, but for edges that are mixed.
+    let (with_red, without_red) = (red(&with).0, red(&without).0);
+    assert!(with_red.abs_diff(without_red) * 20 < without_red && with_red > 600, "{with_red} {without_red}");
+    assert_ne!(with.at(2, 88), without.at(2, 88));
+}
+
 const RED: &str = "color = [1.0, 0.0, 0.0]";
 
 #[test]
@@ -228,7 +270,7 @@ fn what_cannot_be_looked_at_is_told() {
     place.look(&["--from", "1,2,3", "--to", "1,2,3"]).refused(&["E102", "--from and --to are one point"]);
     place.look(&["--from", "1,2", "--to", "0,0,0"]).refused(&["three numbers"]);
     place.look(&["--from", "1,2,3"]).refused(&["--to"]);
-    place.look(&[]).refused(&["--from"]);
+    place.look(&["--to", "1,2,3"]).refused(&["--from"]);
     place.look(&[&from[..], &["--at", "-1"]].concat()).refused(&["at least 0"]);
     place.look(&[&from[..4], &["--size", "0x10"]].concat()).refused(&["columns and rows"]);
     place.look(&[&from[..], &["--fov", "180"]].concat()).refused(&["1 to 170"]);

@@ -37,6 +37,11 @@ pub fn model(id: &str, params: &[Declared]) -> String {
     format!("[[model]]\nmodel = {}\nposition_m = [0.0, 0.0, 0.0]\n{}", quoted(id), lines(params))
 }
 
+/// A file that is a model.
+pub fn model_file(file: &str) -> String {
+    format!("[[model]]\nfile = {}\nposition_m = [0.0, 0.0, 0.0]\n", quoted(file))
+}
+
 /// A file for an importer.
 pub fn importer(suffix: &str, params: &[Declared]) -> String {
     let file = quoted(&format!("my_file{suffix}"));

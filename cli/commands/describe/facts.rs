@@ -7,7 +7,7 @@ use tatu_core::{
 };
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::example;
+use super::{super::list, example};
 
 /// Everything that an id names.
 pub fn all(r: &Registry, id: &str) -> Vec<Json> {
@@ -64,6 +64,12 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
         out.push(json!({
             "what": "model", "id": m.id, "plugin": plugin(m.plugin), "text": m.text, "slots": m.slots,
             "parameters": parameters(&m.params, true), "example": example::model(&m.id, &m.params),
+        }));
+    }
+    if list::is_model_file(r, id) {
+        out.push(json!({
+            "what": "model", "id": id, "text": "a file, which scenes name by its place beside them",
+            "example": example::model_file(id),
         }));
     }
     for i in r.importers.iter().filter(|i| i.id == id) {

@@ -43,9 +43,13 @@ pub fn describe(args: &Describe) -> ExitCode {
             }
         };
     }
-    let id = args.id.as_deref().unwrap_or_default();
-    let mut found = facts::all(&registry, id);
-    if found.is_empty() {
+    let mut all = Vec::new();
+    for id in &args.ids {
+        let found = facts::all(&registry, id);
+        if !found.is_empty() {
+            all.push(found);
+            continue;
+        }
         let names = facts::names(&registry);
         report::error(
             &Error::new("E130", format!("nothing is called `{id}`"))
@@ -57,15 +61,27 @@ pub fn describe(args: &Describe) -> ExitCode {
     }
     if args.json {
         // One id may name several things; mostly it is one.
-        let mut first = found.remove(0);
-        if !found.is_empty() {
-            first["also"] = Value::Array(found);
-        }
-        report::out!("{}", serde_json::to_string_pretty(&first).unwrap_or_default());
+        let mut told: Vec<Value> = all.into_iter().map(with_others).collect();
+        let told = if told.len() == 1 { told.remove(0) } else { Value::Array(told) };
+        report::out!("{}", serde_json::to_string_pretty(&told).unwrap_or_default());
     } else {
-        found.iter().for_each(print);
+        for (i, fact) in all.iter().flatten().enumerate() {
+            if i > 0 {
+                report::out!("");
+            }
+            print(fact);
+        }
     }
     ExitCode::SUCCESS
+}
+
+/// The first fact about an id, which holds the others.
+fn with_others(mut found: Vec<Value>) -> Value {
+    let mut first = found.remove(0);
+    if !found.is_empty() {
+        first["also"] = Value::Array(found);
+    }
+    first
 }
 
 fn print(fact: &Value) {

@@ -53,10 +53,12 @@ fn take(args: &Look, watchdog: &Watchdog) -> Result<bool, Error> {
         report::note("services are not started for a picture");
     }
     run(&world, args, watchdog);
-    let picture = match (&args.sensor, camera) {
-        (Some(path), _) => sensor::picture(&world, path)?,
-        (None, Some(camera)) => tatu_render::picture(&world, &camera, &[]),
-        (None, None) => return Err(Error::new("E102", "no camera was given").help("give --from and --to")),
+    let picture = match &args.sensor {
+        Some(path) => sensor::picture(&world, path)?,
+        None => {
+            let camera = camera.unwrap_or_else(|| own_camera(&world, args));
+            tatu_render::picture(&world, &camera, &[], !args.no_ground)
+        }
     };
     file::write(&args.output, &picture)?;
     world.end();
@@ -67,7 +69,22 @@ fn take(args: &Look, watchdog: &Watchdog) -> Result<bool, Error> {
     Ok(super::end(registry) && good)
 }
 
-/// The camera that the command line describes; none with `--sensor`.
+/// The angle of a camera that has none of its own, degrees.
+const FOV: f64 = 50.0;
+
+/// The scene's camera; where there is none, one that sees all.
+fn own_camera(world: &World, args: &Look) -> Camera {
+    let fov = args.fov.map(f64::to_radians);
+    match tatu_render::scene_camera(world, fov, args.size) {
+        Some((camera, path)) => {
+            report::note(&format!("seen by {path}; `--from` and `--to` choose another place"));
+            camera
+        }
+        None => tatu_render::framing(world, fov.unwrap_or(FOV.to_radians()), args.size),
+    }
+}
+
+/// The camera that the command line describes, if it does.
 fn camera(args: &Look) -> Result<Option<Camera>, Error> {
     let (Some(from), Some(to)) = (args.from, args.to) else { return Ok(None) };
     if from == to {
@@ -75,7 +92,7 @@ fn camera(args: &Look) -> Result<Option<Camera>, Error> {
         return Err(error.expected("two different points"));
     }
     let [columns, rows] = args.size;
-    let fov = args.fov.to_radians();
+    let fov = args.fov.unwrap_or(FOV).to_radians();
     Ok(Some(Camera { from: Point3::from(from.0), to: Point3::from(to.0), fov, columns, rows }))
 }
 

@@ -43,8 +43,8 @@ pub fn draw(world: &World, reading: &Reading) -> Result<Option<Canvas>, String> 
     let camera =
         |from: Vector3<f64>| Camera { from: middle + from * away, to: middle, fov: FOV, columns: SIDE, rows: SIDE };
     let mut canvas = Canvas::new(2 * SIDE + GAP, SIDE + ABOVE);
-    canvas.put((0, ABOVE), &picture(world, &camera(Vector3::z()), &lines));
-    canvas.put((SIDE + GAP, ABOVE), &picture(world, &camera(beside.normalize()), &lines));
+    canvas.put((0, ABOVE), &picture(world, &camera(Vector3::z()), &lines, true));
+    canvas.put((SIDE + GAP, ABOVE), &picture(world, &camera(beside.normalize()), &lines, true));
     canvas.title(&title(reading))?;
     let told = match *detected {
         0 => "nothing is seen".to_owned(),

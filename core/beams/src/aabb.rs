@@ -13,6 +13,12 @@ pub(super) struct Aabb {
 /// Slack of every bound, in metres: far above rounding, far below what costs time.
 pub(super) const SLACK: f64 = 1e-9;
 
+/// The lowest and the highest coordinates of a form in the world; nothing for a form without end, or without places.
+pub fn bounds(form: &Form, pose: &Isometry3<f64>) -> Option<[Vector3<f64>; 2]> {
+    let around = Aabb::of_form(form, pose).filter(Aabb::is_real)?;
+    Some([around.low, around.high])
+}
+
 impl Aabb {
     pub const EMPTY: Self = Self {
         low: Vector3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),

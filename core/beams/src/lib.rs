@@ -46,6 +46,7 @@ mod solid;
 mod sphere;
 mod tree;
 
+pub use aabb::bounds;
 pub use beam::{Beam, Faces, Hit, Volume};
 pub use bundle::{BundleCast, BundleHits, RayBundle};
 pub use grid::{Grid, GridCast, GridImage, Light, View, Want, color_of};

@@ -1,6 +1,6 @@
 //! What a picture shows.
 
-use ::tatu_beams::{Beam, BeamScene, Faces, Hit, Target, Volume};
+use ::tatu_beams::{Beam, BeamScene, Faces, Hit, Target, Volume, bounds};
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 use tatu_core::figures::Figures;
 use tatu_geometry::Form;
@@ -16,8 +16,8 @@ pub(super) struct Stage {
     colors: Vec<Color>,
     /// Which solids are planes.
     planes: Vec<bool>,
-    /// No plane is there: the floor is drawn without one.
-    bare: bool,
+    /// Where the floor is drawn, if no plane is there.
+    floor: Option<f64>,
 }
 
 /// What lies in a direction.
@@ -43,11 +43,11 @@ pub(super) enum What {
 
 /// How far one sees, m.
 const FAR: f64 = 1e4;
-/// The floor that is nobody's lies so far below z = 0: floors made of boxes end there.
+/// The floor that is nobody's lies so far below z = 0, or below what reaches lower: floors made of boxes end there.
 const BELOW: f64 = 1e-4;
 
 impl Stage {
-    pub fn of(scene: &Scene, figures: &Figures, camera: &Camera, lines: &[Line]) -> Self {
+    pub fn of(scene: &Scene, figures: &Figures, camera: &Camera, lines: &[Line], ground: bool) -> Self {
         let (mut targets, mut colors) = (Vec::new(), Vec::new());
         for (slot, o) in scene.slots() {
             let Some(shape) = o.shape().filter(|_| o.is_visible()) else { continue };
@@ -63,10 +63,12 @@ impl Stage {
             colors.push(Color::of(mark.color));
         }
         let (mut solids, mut marks) = (BeamScene::default(), BeamScene::default());
-        let bare = !planes.contains(&true);
+        let lowest =
+            targets.iter().filter_map(|t| Some(bounds(&t.form, &t.world_from_target)?[0].z)).fold(0.0, f64::min);
+        let floor = (ground && !planes.contains(&true)).then_some(lowest - BELOW);
         solids.set(targets);
         marks.set(drawn);
-        Stage { solids, marks, colors, planes, bare }
+        Stage { solids, marks, colors, planes, floor }
     }
 
     /// What is seen from a point in a direction.
@@ -82,8 +84,12 @@ impl Stage {
         if hit.is_some() {
             best = seen(&hit, What::Solid(hit.object as u32, hit.primitive));
         }
-        let down = -(eye.z + BELOW) / direction.z;
-        if self.bare && eye.z > -BELOW && down > 0.0 && down < best.distance.min(FAR) {
+        if let Some(floor) = self.floor
+            && eye.z > floor
+            && let down = (floor - eye.z) / direction.z
+            && down > 0.0
+            && down < best.distance.min(FAR)
+        {
             best = Seen { what: What::Floor, distance: down, point: at(down), normal: Vector3::z() };
         }
         if mark.distance < best.distance {

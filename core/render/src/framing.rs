@@ -1,0 +1,51 @@
+//! Cameras for who names none.
+
+use ::tatu_beams::bounds;
+use nalgebra::{Point3, Vector3};
+use tatu_core::World;
+use tatu_scene::{Data, visible_parts};
+
+use super::Camera;
+
+/// From where a scene without a camera is seen: from the front right, and above.
+const FROM: [f64; 3] = [-0.55, -0.65, 0.5];
+/// Room around what is seen.
+const ROOM: f64 = 1.05;
+/// A scene in which nothing is visible is taken for so large, m.
+const NOTHING: f64 = 1.0;
+
+/// The first camera of the scene and its path; `fov`: another angle than its own, rad.
+pub fn scene_camera(world: &World, fov: Option<f64>, [columns, rows]: [u32; 2]) -> Option<(Camera, String)> {
+    world.look_at(|scene, _| {
+        let (slot, camera) = scene.slots().find_map(|(slot, o)| match &o.data {
+            Data::Camera(camera) => Some((slot, camera)),
+            _ => None,
+        })?;
+        let pose = scene.world(slot);
+        let from = Point3::from(pose.translation.vector);
+        // Its angle is that of the longer side.
+        let own = match rows > columns {
+            false => camera.angle,
+            true => 2.0 * libm::atan(libm::tan(camera.angle / 2.0) * f64::from(columns) / f64::from(rows)),
+        };
+        let camera = Camera { from, to: from + pose.rotation * Vector3::z(), fov: fov.unwrap_or(own), columns, rows };
+        Some((camera, scene.path(slot)))
+    })
+}
+
+/// A camera that sees all visible shapes but planes.
+pub fn framing(world: &World, fov: f64, [columns, rows]: [u32; 2]) -> Camera {
+    let all = world.look_at(|scene, _| {
+        let shapes = scene.slots().filter_map(|(slot, o)| Some((slot, o.shape().filter(|_| o.is_visible())?)));
+        let parts = shapes.flat_map(|(slot, shape)| {
+            visible_parts(shape).into_iter().filter_map(move |p| bounds(&p.form, &(scene.world(slot) * p.pose)))
+        });
+        parts.reduce(|[low, high], [a, b]| [low.inf(&a), high.sup(&b)])
+    });
+    let [low, high] = all.unwrap_or([Vector3::repeat(-NOTHING / 2.0), Vector3::repeat(NOTHING / 2.0)]);
+    let middle = Point3::from((low + high) / 2.0);
+    let radius = ((high - low).norm() / 2.0).max(1e-3);
+    let upright = 2.0 * libm::atan(libm::tan(fov / 2.0) * f64::from(rows) / f64::from(columns));
+    let distance = ROOM * radius / libm::sin(fov.min(upright) / 2.0);
+    Camera { from: middle + Vector3::from(FROM).normalize() * distance, to: middle, fov, columns, rows }
+}
