@@ -239,3 +239,16 @@ fn the_first_scene_runs_as_the_readme_shows_it() {
     // Inside its walls, and not standing still.
     assert!(places.iter().all(|p| p[0].abs() < 3.0 && p[1].abs() < 3.0) && path > 2.0, "{path} m");
 }
+
+/// The scene of one's own with which the README begins is clean.
+#[test]
+fn the_scene_of_the_readme_has_no_warnings() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let at = readme.find("`my_scene.toml`").unwrap();
+    let scene = readme[at..].split("```toml\n").nth(1).and_then(|t| t.split("```").next()).unwrap();
+    let place = Place::new();
+    place.write("my_scene.toml", scene).write("my_controller.lua", "function sysCall_init() end");
+    let done = place.tatu(&["check", "my_scene.toml"]).good();
+    assert_eq!(done.err, "");
+    place.tatu(&["run", "my_scene.toml", "--steps", "2", "--strict"]).good();
+}

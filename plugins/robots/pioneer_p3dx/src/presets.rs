@@ -99,9 +99,10 @@ fn as_vrep() -> Robot {
             trail: 0.0222, // V: 0.0212 and 0.0064 across, the link being turned by 17 degrees
             link: at_origin(1.0, [0.016, 0.016, 0.019984]), // V
             wheel: Wheel {
-                diameter: 0.0592,                                         // V: 0.059198
-                width: 0.0052,                                            // V: 0.00518; the visible one 0.0207
-                mass: at_origin(0.25, [0.0010192, 0.0010192, 0.0070088]), // V
+                diameter: 0.0592, // V: 0.059198
+                width: 0.0052,    // V: 0.00518; the visible one 0.0207
+                // V: 0.0070088 about its axis, which no body has: at most the other two together.
+                mass: at_origin(0.25, [0.0010192, 0.0010192, 0.002]),
             },
         },
         // The file's whole body is 0.519 x 0.415 x 0.196 with its top at 0.237; how it is divided is an estimate from

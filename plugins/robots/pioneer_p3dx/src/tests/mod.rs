@@ -77,7 +77,8 @@ fn masks_and_inertias_are_the_files() {
         ("Pioneer_p3dx_leftWheel", 1.5, [0.03, 0.03, 0.06], Some(65295.0)),
         ("Pioneer_p3dx_rightWheel", 1.5, [0.03, 0.03, 0.06], Some(65295.0)),
         ("Pioneer_p3dx_caster_link", 1.0, [0.016, 0.016, 0.019984], None),
-        ("Pioneer_p3dx_caster_wheel", 0.25, [0.0010192, 0.0010192, 0.0070088], Some(65295.0)),
+        // The file's 0.0070088 about z is more than any body has.
+        ("Pioneer_p3dx_caster_wheel", 0.25, [0.0010192, 0.0010192, 0.002], Some(65295.0)),
     ];
     for (alias, mass, inertia, mask) in rows {
         let o = robot.get(alias);
