@@ -17,4 +17,5 @@ mod scenes;
 mod stacks;
 mod surfaces;
 mod swings;
+mod targets;
 mod vehicles;

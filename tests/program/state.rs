@@ -268,6 +268,36 @@ fn what_was_not_written_is_told() {
     }
 }
 
+/// A position target is under way for two steps: written in the middle of that, it goes on there; and a start is a start.
+#[test]
+fn targets_that_are_under_way_go_on() {
+    let scene = format!(
+        "[[object]]\nkind = \"shape\"\nalias = \"base\"\n\
+         [[object]]\nkind = \"joint\"\nalias = \"j\"\nparent = \"base\"\ncontrol = \"position\"\nmax_force_nm = 100.0\n\
+         [[object]]\nkind = \"shape\"\nalias = \"arm\"\nparent = \"/base/j\"\ndynamic = true\n{}",
+        watcher(
+            "hand",
+            "function sysCall_actuation()
+                local n = math.floor(sim.getSimulationTime() / 0.05 + 0.5)
+                sim.setJointTargetPosition(sim.getObject('/base/j'), n % 20 < 10 and 0.5 or -0.5)
+            end"
+        )
+    );
+    let place = Place::scene(&scene);
+    for at in [1.0, 1.05, 1.1, 1.15] {
+        restored(&goes_on(&place, at, &["/base/j"], &[]));
+    }
+    let world = world(&place.path().join("scene.toml"), &registry());
+    let run = || {
+        world.start();
+        let hashes: Vec<_> = (0..42).map(|_| (world.step(), world.hash()).1).collect();
+        world.stop();
+        hashes
+    };
+    let first = run();
+    assert_eq!(first, run(), "nothing is left of the run before");
+}
+
 #[test]
 fn worlds_of_one_process_restore_and_start_again() {
     let (registry, place) = (registry(), Place::scene(&format!("{FLOOR}{}", pioneer(RICH, ""))));

@@ -71,6 +71,19 @@ fn files_run() {
     assert_eq!(good, 41 - LACKING.len());
 }
 
+/// The original takes position targets as they come, once a step, and so do its scenes.
+#[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
+fn targets_jump_as_in_the_original() {
+    let place = Place::new();
+    let file = shared("corpus/ttt/v20606_ackermannControlExample.ttt");
+    place.tatu(&["convert", file.to_str().unwrap(), "scene.toml"]).good();
+    let scene = place.read("scene.toml");
+    let joints = scene.matches("kind = \"joint\"").count();
+    assert!(joints > 0);
+    assert_eq!(scene.matches("smooth_target = false").count(), joints);
+}
+
 /// Cut at many places and with bits turned: a file is refused with its offset, or read; never a crash.
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]

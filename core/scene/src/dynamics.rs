@@ -10,11 +10,11 @@ use nalgebra::{Isometry3, Matrix3, Point3};
 use serde::{Deserialize, Serialize};
 use tatu_physics::{
     BeforeStep, BodyDesc, BodyId, Drive, Engine, EngineSettings, Gear, JointDesc, JointForm, JointId, JointKind,
-    MassProps, MaterialPair, Motion, PairRule, Passive, Rapier, Respond, Surface, Tracking, Twist,
+    MassProps, MaterialPair, Motion, PairRule, Passive, Rapier, Respond, Surface, Twist,
 };
 
 use super::{
-    Control, Data, Scene, Shape,
+    Data, Scene, Shape,
     body_rules::{motion_of, tie_of, top_shape},
     collision_parts, default_inertia, default_mass, is_endless,
     loops::LoopRecord,
@@ -59,7 +59,9 @@ pub struct Dynamics {
     /// Loops that linked dummies close.
     pub(super) loops: Vec<LoopRecord>,
     /// Joints whose drive changed since the last step.
-    drives: Vec<u32>,
+    pub(super) drives: Vec<u32>,
+    /// Joints whose position target is under way.
+    pub(super) courses: Vec<u32>,
     built: u64,
     moved: Vec<u32>,
     /// What poses are copied back to.
@@ -85,6 +87,7 @@ impl Dynamics {
             joints: Vec::new(),
             loops: Vec::new(),
             drives: Vec::new(),
+            courses: Vec::new(),
             built: 0,
             moved: Vec::new(),
             pose_writeback: Carried::default(),
@@ -269,42 +272,11 @@ impl Dynamics {
             }
         }
         self.apply_gears(scene);
-        self.apply_drives(scene);
         for (id, slot) in &self.kinematic {
             if scene.get(*slot).is_some() {
                 self.engine.set_pose(*id, &scene.world(*slot));
             }
         }
-    }
-
-    fn apply_drives(&mut self, scene: &Scene) {
-        let mut drives = std::mem::take(&mut self.drives);
-        for slot in drives.drain(..) {
-            let Some(o) = scene.get(slot) else { continue };
-            if let Some((shape, body)) = o.shape().and_then(|s| Some((s, s.body.0?))) {
-                self.engine.set_surface(body, surface(scene, shape));
-            }
-            let Some((j, id)) = o.joint().and_then(|j| Some((j, j.id?))) else { continue };
-            let drive = match j.control {
-                Control::Free | Control::Spring => Drive::Free,
-                Control::Velocity => {
-                    Drive::Velocity { target: j.target_velocity, max_force: j.max_force.abs(), slip: j.slip }
-                }
-                Control::Position => Drive::Position {
-                    target: j.target_position,
-                    max_force: j.max_force.abs(),
-                    max_velocity: j.max_velocity.abs(),
-                    tracking: j.gains.map(|[p, i, d]| Tracking { p, i, d, velocity: j.target_velocity }),
-                },
-                Control::Force => Drive::Force(j.max_force),
-                // A script answers for it in each engine step.
-                Control::Callback => continue,
-            };
-            self.engine.drive(id, drive);
-            let rest = if j.control == Control::Spring { j.target_position } else { j.passive.rest };
-            self.engine.set_rest(id, rest);
-        }
-        self.drives = drives;
     }
 
     /// Tells the engine what was set by hand since the last step, so that both are at one.
@@ -338,7 +310,9 @@ impl Dynamics {
         let steps = self.engine_steps(dt);
         if steps > 0 {
             self.set_step(dt / f64::from(steps));
+            self.plot_courses(scene, steps);
             for part in 0..steps {
+                self.apply_drives(scene, part, steps);
                 self.engine.advance_part(part, steps, before.as_deref_mut());
                 self.sample(scene);
             }
@@ -359,10 +333,10 @@ impl Dynamics {
         if part == 0 {
             self.apply_changes(scene);
             self.set_step(dt / f64::from(steps.max(1)));
-        } else {
-            self.apply_drives(scene);
+            self.plot_courses(scene, steps);
         }
         if part < steps {
+            self.apply_drives(scene, part, steps);
             self.engine.advance_part(part, steps, before);
             self.sample(scene);
         }
@@ -406,6 +380,7 @@ impl Dynamics {
             joints,
             loops,
             drives,
+            courses,
             built,
             moved,
             pose_writeback,
@@ -419,7 +394,7 @@ impl Dynamics {
             engine.snapshot(),
             bodies,
             (joints, loops),
-            drives,
+            (drives, courses),
             built,
             moved,
             pose_writeback.whole(),
@@ -432,13 +407,15 @@ impl Dynamics {
 
     /// Takes it back. After a failure nothing has changed.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
-        type Tables = (Vec<BodyRecord>, (Vec<JointRecord>, Vec<LoopRecord>), Vec<u32>);
+        type Tables = (Vec<BodyRecord>, (Vec<JointRecord>, Vec<LoopRecord>), (Vec<u32>, Vec<u32>));
         type Pairs = Vec<(u32, u32)>;
         type All = (Vec<u8>, Tables, u64, Vec<u32>, u64, (Pairs, Pairs), EngineSettings, f64);
-        let (engine, (bodies, (joints, loops), drives), built, moved, whole, (followers, geared), settings, step): All =
+        let (engine, tables, built, moved, whole, (followers, geared), settings, step): All =
             postcard::from_bytes(bytes).map_err(|e| format!("the table of bodies: {e}"))?;
         self.engine.restore(&engine)?;
-        (self.bodies, self.joints, self.drives, self.built) = (bodies, joints, drives, built);
+        let (bodies, (joints, loops), (drives, courses)) = tables;
+        (self.bodies, self.joints, self.built) = (bodies, joints, built);
+        (self.drives, self.courses) = (drives, courses);
         self.loops = loops;
         (self.moved, self.pose_writeback) = (moved, Carried::after(whole));
         (self.followers, self.geared, self.settings, self.step) = (followers, geared, settings, step);
@@ -498,7 +475,7 @@ impl Dynamics {
 fn forget(scene: &mut Scene, slot: u32) {
     match scene.get_mut(slot).map(|o| &mut o.data) {
         Some(Data::Shape(s)) => s.body.0 = None,
-        Some(Data::Joint(j)) => j.id = None,
+        Some(Data::Joint(j)) => (j.id, j.course) = (None, None),
         Some(Data::ForceSensor(f)) => f.id = None,
         _ => {}
     }
@@ -523,7 +500,7 @@ fn materials(scene: &Scene) -> Vec<MaterialPair> {
     scene.friction_pairs.iter().map(pair).collect()
 }
 
-fn surface(scene: &Scene, shape: &Shape) -> Surface {
+pub(super) fn surface(scene: &Scene, shape: &Shape) -> Surface {
     Surface { material: material(scene, &shape.material), ..shape.surface }
 }
 

@@ -8,6 +8,7 @@
 //! - `props`: reading and setting them;
 //! - `dynamics`: bodies and joints of the engine; `ties`: which objects they are made of; `pose_writeback`: how their states come
 //!   back;
+//! - `targets`: what drives joints, and how they follow position targets;
 //! - `drive`: which wheels drive a robot; `follow`: joints that follow others; `force_sensor`: what ties measure;
 //! - `mechanisms`: how joints are kept together; `mechanics`: what a scene asks too much of;
 //! - `forms`: the solids of a shape;
@@ -34,6 +35,7 @@ mod pose_writeback;
 mod poses;
 mod props;
 pub mod rows;
+mod targets;
 mod transforms;
 mod tree;
 mod views;
@@ -53,6 +55,7 @@ pub use object::{
 };
 pub use props::{Changed, get, numbers, set, set_numbers};
 pub use props::{is_drive, notes, notes_value, part_meshes};
+pub use targets::Course;
 pub use tree::{Handle, Scene};
 pub use views::{Camera, Light, LightForm, Path};
 

@@ -8,7 +8,7 @@ use tatu_geometry::Mesh;
 use tatu_physics::{BodyId, JointId, Passive, Surface};
 use tatu_plugin_api::abi::*;
 
-use super::{Drive, ForceSensor, follow::Follow};
+use super::{Course, Drive, ForceSensor, follow::Follow};
 use crate::{
     graph::GraphSpec,
     noise::NoiseSpec,
@@ -341,6 +341,9 @@ pub struct Joint {
     pub lead: f64,
     /// Damping, dry friction, armature and spring.
     pub passive: Passive,
+    pub smooth_target: bool,
+    /// How the target of position control moves between scene steps; `None`: it has none, or is taken as it comes.
+    pub course: Option<Course>,
 }
 
 impl Default for Joint {
@@ -363,6 +366,8 @@ impl Default for Joint {
             gains: None,
             lead: 0.0,
             passive: Passive::default(),
+            smooth_target: true,
+            course: None,
             id: None,
         }
     }

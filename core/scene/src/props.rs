@@ -80,6 +80,7 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
         }
         (Row::JointRotation, Data::Joint(j)) => floats(j.rotation.coords.as_slice()),
         (Row::Gains, Data::Joint(j)) => j.gains.map_or(floats(&[]), |g| floats(&g)),
+        (Row::SmoothTarget, Data::Joint(j)) => Value::Bool(j.smooth_target),
         (Row::Geared, Data::Joint(j)) => Value::Bool(j.follow.geared),
         (Row::ForceFilter, Data::ForceSensor(f)) => Value::text(if f.median { "median" } else { "mean" }),
         (Row::ForceSamples, Data::ForceSensor(f)) => Value::Int(f.samples as i64),

@@ -144,6 +144,7 @@ rows! {
     MaxVelocity "joint.max_velocity" JOINT, TATU_F64 0 Some("rad/s|m/s"), Live FREE, "Greatest velocity of position control; default 10.";
     Effort "joint.effort" JOINT, TATU_F64 0 Some("N m|N"), ReadOnly FREE, "Torque or force that its motor exerted in the last step.";
     Gains "joint.gains" JOINT, TATU_F64S 0 None, Live FREE, "P (1/s), I (1/s^2) and D of position control: it moves at P * error + I * sum of error * s + D * change of error / s + target velocity, at most at its greatest velocity; default: none, it settles within 0.05 s without overshoot.";
+    SmoothTarget "joint.smooth_target" JOINT, TATU_BOOL 0 None, Live FREE, "Whether position control follows its target evenly where a step consists of several physics steps: targets are control points of a quadratic spline, half a step behind, and one alone is reached after two steps; else the target jumps once a step. Targets set between physics steps are taken as they come; default true.";
     NoLoadSpeed "joint.no_load_speed" JOINT, TATU_F64 0 Some("rad/s|m/s"), Rebuilds FREE, "Speed at which its motor has no torque left: the greatest torque falls to 0 there, evenly from rest; default 0: it does not fall.";
     Lead "joint.lead" JOINT, TATU_F64 0 M, Rebuilds FREE, "Way along its axis for a whole turn: a screw, if it turns; default 0.";
     Cyclic "joint.cyclic" JOINT, TATU_BOOL 0 None, Rebuilds FREE, "Whether it turns without end; default true without limits.";

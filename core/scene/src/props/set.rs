@@ -405,6 +405,10 @@ fn set_joint(j: &mut Joint, row: Row, value: &Value, text: &str) -> Option<Chang
             j.gains = v.as_slice().try_into().ok();
             return Some(Changed::Drive);
         }
+        (Row::SmoothTarget, Value::Bool(b)) => {
+            j.smooth_target = *b;
+            return Some(Changed::Drive);
+        }
         (Row::FollowCurve, Value::Floats(v)) if follow::is_curve(v) => j.follow.curve.clone_from(v),
         (Row::Cyclic, Value::Bool(true)) => j.limits = None,
         (Row::Cyclic, Value::Bool(false)) => {}

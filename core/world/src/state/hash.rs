@@ -50,9 +50,11 @@ pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
         match &o.data {
             Data::Sensor(_) | Data::Script | Data::Graph(_) => continue,
             Data::Actuator(a) => a.commands.iter().copied().for_each(&mut put),
-            Data::Joint(j) => [j.position, j.velocity, j.target_velocity, j.target_position, j.max_force]
-                .into_iter()
-                .for_each(&mut put),
+            Data::Joint(j) => {
+                let own = [j.position, j.velocity, j.target_velocity, j.target_position, j.max_force];
+                let course = j.course.filter(|c| c.under_way() || c.direct).map(|c| c.points);
+                own.into_iter().chain(course.into_iter().flatten()).for_each(&mut put);
+            }
             _ => {}
         }
         tatu_scene::pose_to_array(&scene.world(slot)).into_iter().for_each(&mut put);

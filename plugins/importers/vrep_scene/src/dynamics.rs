@@ -178,6 +178,8 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
         .set("joint.target_position", sound(j.target_position))?
         .set("joint.max_force", sound(j.max_force))?
         .set("joint.control", control)?;
+    // The original takes targets as they come.
+    node.set("joint.smooth_target", false)?;
     let fastest = j.max_motion.map(|m| m[0]).or(j.old_max_velocity).filter(|x| x.is_finite() && *x > 0.0);
     if let Some(fastest) = fastest {
         node.set("joint.max_velocity", fastest)?;

@@ -1,0 +1,110 @@
+//! Position targets between scene steps: what follows them is not shaken.
+
+use crate::{kit::*, scenes::*};
+
+/// A cart on a slide whose target is a sine of 0.1 m at 1 Hz, set once a scene step; the greatest acceleration from physics
+/// step to physics step, m/s^2. Exact: 3.95.
+fn peak(scene: &str, keys: &str) -> f64 {
+    let slide = "type = \"prismatic\"\norientation_deg = [0, 90, 0]\ncontrol = \"position\"\nmax_force_n = 500.0\n";
+    let hand = watcher(
+        "hand",
+        "function sysCall_init() j = sim.getObject('/base/j') most, last = 0, 0 end
+        function sysCall_actuation()
+            sim.setJointTargetPosition(j, 0.1 * math.sin(2 * math.pi * (sim.getSimulationTime() + 0.05)))
+        end
+        function sysCall_dyn(d)
+            if not d.afterStep then return end
+            local v = sim.getJointVelocity(j)
+            if sim.getSimulationTime() > 0.5 then most = math.max(most, math.abs(v - last) / d.dt) end
+            last = v
+        end
+        function sysCall_cleanup() print(string.format('peak %.3f', most)) end",
+    );
+    let scene = scene.to_owned()
+        + &base([0.0; 3])
+        + &joint("j", "/base", &(slide.to_owned() + keys))
+        + &body("cart", "/base/j", "box", [0.1; 3], 1.0, "")
+        + &hand;
+    let out = Place::scene(&scene).run(&["--seconds", "3"]).good().err;
+    let told = out.lines().find_map(|l| l.split_once("peak ")).unwrap_or_else(|| panic!("{out}"));
+    told.1.trim().parse().unwrap()
+}
+
+#[test]
+fn a_sine_is_followed_without_jumps() {
+    let smooth = peak("", "");
+    println!("peak: {smooth}");
+    assert!(smooth < 5.0, "{smooth}");
+    let jumping = peak("", "smooth_target = false\n");
+    assert!(jumping > 100.0, "a target that is not smooth jumps once a scene step: {jumping}");
+}
+
+/// The controller of its own with a D part.
+#[test]
+fn a_controller_follows_without_jumps() {
+    let peak = peak("", "gains = [20.0, 0.0, 0.1]\n");
+    assert!(peak < 6.0, "{peak}");
+}
+
+#[test]
+fn one_physics_step_in_a_scene_step_is_as_before() {
+    assert_eq!(peak("dt_s = 0.005\n", ""), peak("dt_s = 0.005\n", "smooth_target = false\n"));
+}
+
+/// Where a script sets targets between physics steps, each of them counts at once.
+#[test]
+fn targets_between_physics_steps_are_taken_as_they_come() {
+    let run = |keys: &str| {
+        let slide = "type = \"prismatic\"\ncontrol = \"position\"\nmax_force_n = 500.0\n".to_owned() + keys;
+        let hand = watcher(
+            "hand",
+            "function sysCall_init() j = sim.getObject('/base/j') n = 0 end
+            function sysCall_dyn(d)
+                if d.afterStep then return end
+                n = n + 1
+                sim.setJointTargetPosition(j, 0.1 * math.sin(0.02 * n))
+            end",
+        );
+        let scene = base([0.0; 3]) + &joint("j", "/base", &slide) + &body("c", "/base/j", "box", [0.1; 3], 1.0, "");
+        let lines = watch_run(&(scene + &hand), &["/base/j"], 2.0);
+        of_joint(&lines[lines.len() - 1], "/base/j", "position")
+    };
+    near("position", run(""), run("smooth_target = false\n"), 1e-5);
+}
+
+/// Shaken at 2 Hz by a hand whose targets come 20 times a second.
+#[test]
+fn what_is_shaken_stays_in_the_hand() {
+    let finger = |alias: &str, x: f64, angle: f64| {
+        let slide = placed([x, 0.0, 0.2], [0.0, 1.0, 0.0], angle);
+        let pad = placed([x, 0.0, 0.16], [1.0, 0.0, 0.0], 0.0) + "\nrespondable = true\nfriction = 0.9";
+        let drive = "type = \"prismatic\"\nlimits_m = [-0.1, 0.1]\ncontrol = \"force\"\nmax_force_n = 20.0\n";
+        joint(&format!("j{alias}"), "/base/lift/palm", &(drive.to_owned() + &slide))
+            + &body(&format!("f{alias}"), &format!("/base/lift/palm/j{alias}"), "box", [0.02, 0.04, 0.3], 0.05, &pad)
+    };
+    let hand = watcher(
+        "hand",
+        "function sysCall_actuation()
+            local t = sim.getSimulationTime()
+            local z = t < 1 and 0 or t < 2 and 0.1 * (3 * (t - 1) ^ 2 - 2 * (t - 1) ^ 3)
+                or 0.1 + 0.02 * math.min(1, t - 2) ^ 2 * math.sin(4 * math.pi * (t - 2))
+            sim.setJointTargetPosition(sim.getObject('/base/lift'), z)
+        end",
+    );
+    let lift = "type = \"prismatic\"\ncontrol = \"position\"\nmax_force_n = 1000.0\nlimits_m = [-0.5, 0.5]";
+    let palm = placed([0.0, 0.0, 0.3], [1.0, 0.0, 0.0], 0.0);
+    let object = "respondable = true\nfriction = 0.9\nposition_m = [0, 0, 0.05]";
+    let scene = floor(1.0)
+        + &base([0.0, 0.0, 1.0])
+        + &joint("lift", "/base", lift)
+        + &body("palm", "/base/lift", "box", [0.2, 0.05, 0.05], 1.0, &palm)
+        + &finger("l", -0.06, std::f64::consts::FRAC_PI_2)
+        + &finger("r", 0.06, -std::f64::consts::FRAC_PI_2)
+        + &body("o", "", "box", [0.04, 0.04, 0.1], 0.2, object)
+        + &hand;
+    let lines = watch_run(&scene, &["/o", "/base/lift/palm"], 12.0);
+    let height = |l: &Line| position(l, "/o")[2] - position(l, "/base/lift/palm")[2];
+    let held = lines.iter().find(|l| l.time() >= 2.0).map(height).unwrap();
+    assert!(position(&lines[lines.len() - 1], "/o")[2] > 0.1, "not lifted");
+    near("slip", height(&lines[lines.len() - 1]) - held, 0.0, 5e-4);
+}
