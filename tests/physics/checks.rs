@@ -67,3 +67,45 @@ fn steps_are_too_coarse() {
     assert!(err.contains("physics steps of 0.05 s in 4 parts are too coarse for contacts"), "{err}");
     assert!(!told("physics_dt_s = 0.02\nphysics_substeps = 4\n").contains("coarse"));
 }
+
+/// A four-bar whose last two links are held together in place and orientation: with the dummies turned alike it closes, else
+/// no position of its three joints brings them together.
+#[test]
+fn a_loop_that_cannot_close_is_told() {
+    let four_bar = |turned: &str| {
+        let post = |alias: &str, x: f64| {
+            format!(
+                "[[object]]\nkind = \"shape\"\nalias = \"{alias}\"\nsize_m = [0.05, 0.05, 0.05]\nposition_m = [{x}, 0, 1]\n"
+            )
+        };
+        let link = |alias: &str, parent: &str, length: f64, at: [f64; 3], angle: f64| {
+            body(alias, parent, "box", [length, 0.02, 0.02], length, &placed(at, [0.0, 1.0, 0.0], angle))
+        };
+        let up = -std::f64::consts::FRAC_PI_2;
+        let dummy = |alias: &str, parent: &str, more: &str| {
+            format!("[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\nparent = \"{parent}\"\n{more}\n")
+        };
+        post("g", 0.0)
+            + &post("h", 1.0)
+            + &joint("o", "/g", &about_y([0.0, 0.0, 1.0]))
+            + &link("crank", "/g/o", 0.3, [0.0, 0.0, 1.15], up)
+            + &joint("a", "/g/o/crank", &about_y([0.0, 0.0, 1.3]))
+            + &link("coupler", "/g/o/crank/a", 1.0, [0.5, 0.0, 1.3], 0.0)
+            + &joint("c", "/h", &about_y([1.0, 0.0, 1.0]))
+            + &link("rocker", "/h/c", 0.3, [1.0, 0.0, 1.15], up)
+            + &dummy("p", "/g/o/crank/a/coupler", &placed([1.0, 0.0, 1.3], [0.0, 1.0, 0.0], 0.0))
+            + &dummy("q", "/h/c/rocker", &format!("{turned}\nlink = \"/g/o/crank/a/coupler/p\""))
+    };
+    let closed = placed([1.0, 0.0, 1.3], [0.0, 1.0, 0.0], 0.0);
+    assert!(!told(&four_bar(&closed)).contains("cannot meet"));
+    // Away, but in reach: the joints go there.
+    let within = placed([1.0, 0.0, 1.28], [0.0, 1.0, 0.0], 0.02);
+    assert!(!told(&four_bar(&within)).contains("cannot meet"), "{}", told(&four_bar(&within)));
+    let turned = four_bar(&placed([1.0, 0.0, 1.3], [0.0, 0.0, 1.0], 0.3));
+    let wanted = "the linked dummies /g/o/crank/a/coupler/p and /h/c/rocker/q cannot meet: wherever the 3 joint axes between \
+                  them go, ";
+    let err = told(&turned);
+    assert!(err.contains(wanted) && err.contains("rad about z of the world are left"), "{err}");
+    let err = Place::scene(&turned).run(&["--steps", "1"]).good().err;
+    assert!(err.contains(wanted), "told at the start: {err}");
+}

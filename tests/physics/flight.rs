@@ -1,6 +1,6 @@
 //! Free flight, bounces, and bodies that turn freely.
 
-use crate::scenes::*;
+use crate::{kit::*, scenes::*};
 
 /// g h / 2 is what a first-order integrator with sub-steps h falls too far in 1 s.
 #[test]
@@ -69,4 +69,36 @@ fn nothing_limits_a_spin() {
         base([0.0; 3]) + &joint("j", "/base", motor) + &body("w", "/base/j", "cylinder", [0.2, 0.2, 0.05], 1.0, "");
     let lines = watch_run(&driven, &["/base/j"], 3.0);
     near("by a motor", of_joint(&lines[lines.len() - 1], "/base/j", "velocity"), 200.0, 0.1);
+}
+
+/// What falls for ever, and what is thrown very fast, is told once, by name.
+#[test]
+fn strays_are_told_once() {
+    let scene = body("fallen", "", "sphere", [0.1; 3], 1.0, "")
+        + &body("thrown", "", "sphere", [0.1; 3], 1.0, &starts([0.0, 150.0, 0.0], [0.0; 3]))
+        + &body("calm", "", "sphere", [0.1; 3], 1.0, &starts([0.0, 0.0, 40.0], [0.0; 3]));
+    let err = Place::scene(&scene).run(&["--seconds", "12"]).good().err;
+    println!("{err}");
+    assert_eq!(err.matches("/fallen moves at 100 m/s").count(), 1, "{err}");
+    assert_eq!(err.matches("/thrown moves at 150 m/s, 8 m from its start, at 0.05 s").count(), 1, "{err}");
+    assert!(!err.contains("/calm"), "{err}");
+}
+
+/// A force added between physics steps acts in one of them; added in a step it acts in all of that step.
+#[test]
+fn added_forces_act_as_long_as_they_are_added() {
+    for (name, add) in [
+        ("sysCall_dyn(d) if not d.afterStep then", "sim.addForce(h, {0, 0, 0}, {1, 0, 0}) end"),
+        ("sysCall_dyn(d) if d.afterStep then", "sim.addForceAndTorque(h, {1, 0, 0}, {0, 0, 0}) end"),
+        ("sysCall_actuation()", "sim.addForce(h, {0, 0, 0}, {1, 0, 0})"),
+        ("sysCall_actuation()", "sim.addForceAndTorque(h, {1, 0, 0})"),
+    ] {
+        let script = format!("function sysCall_init() h = sim.getObject('/b') end function {name} {add} end");
+        let scene = "gravity_m_s2 = [0.0, 0.0, 0.0]\n".to_owned()
+            + &body("b", "", "box", [0.1; 3], 1.0, "")
+            + &watcher("hand", &script);
+        let lines = watch_run(&scene, &["/b"], 1.0);
+        let end = &lines[lines.len() - 1];
+        near(name, end.object::<3>("/b", "linear_velocity")[0], end.time(), 0.006);
+    }
 }

@@ -163,3 +163,36 @@ fn a_force_sensor_breaks() {
         assert_eq!(fallen, broken);
     }
 }
+
+/// In force mode the sign of a joint's target force says which way it pushes.
+#[test]
+fn a_negative_target_force_pushes_the_other_way() {
+    let run = |set: &str| {
+        let script = format!(
+            "function sysCall_init() j = sim.getObject('/base/j')
+                sim.setObjectInt32Param(j, sim.jointintparam_dynctrlmode, sim.jointdynctrl_force) end
+            function sysCall_actuation() {set} end
+            function sysCall_cleanup() print(string.format('force %.3f', sim.getJointTargetForce(j))) end"
+        );
+        let place = Place::scene(
+            &("gravity_m_s2 = [0.0, 0.0, 0.0]\n".to_owned()
+                + &base([0.0; 3])
+                + &joint("j", "/base", "")
+                + &body("w", "/base/j", "box", [0.2; 3], 1.0, "inertia_kg_m2 = [1.0, 1.0, 1.0]")
+                + &watcher("hand", &script)),
+        );
+        let done = place.run(&["--seconds", "1", "--trace", "t.jsonl", "--watch", "/base/j"]).good();
+        let lines = place.lines("t.jsonl");
+        (of_joint(&lines[lines.len() - 1], "/base/j", "velocity") / lines[lines.len() - 1].time(), done.err)
+    };
+    for (set, force) in [
+        ("sim.setJointTargetForce(j, -2)", -2.0),
+        ("sim.setJointTargetForce(j, 2)", 2.0),
+        ("sim.setJointForce(j, -2)", -2.0),
+        ("sim.setJointTargetForce(j, -2, false)", 2.0),
+    ] {
+        let (rate, told) = run(set);
+        near(set, rate, force, 0.01);
+        assert!(told.contains(&format!("force {force:.3}")), "{set}: {told}");
+    }
+}

@@ -113,3 +113,38 @@ fn contacts_tell_friction() {
         near("normal", forces[2], 2.0 * G * a.cos(), 0.02);
     }
 }
+
+/// A frame on four Mecanum wheels: their rollers stand at 45 degrees to the axle wherever a wheel has turned to. What the
+/// wheels' speeds say is what it does.
+#[test]
+fn mecanum_wheels_go_sideways() {
+    let (r, x, y) = (0.1, 0.2, 0.15);
+    // Front left, front right, rear left, rear right: place, angle of the rollers, and share of a speed forward, to the left.
+    let wheels = [(x, y, 45, 1.0, -1.0), (x, -y, -45, 1.0, 1.0), (-x, y, -45, 1.0, 1.0), (-x, -y, 45, 1.0, -1.0)];
+    let drive = |forward: f64, left: f64| {
+        let mut scene = floor(1.0) + &body("frame", "", "box", [0.5, 0.25, 0.1], 10.0, "position_m = [0, 0, 0.15]");
+        for (i, (x, y, angle, f, l)) in wheels.into_iter().enumerate() {
+            let at = placed([x, y, r], [1.0, 0.0, 0.0], -std::f64::consts::FRAC_PI_2);
+            let rate = (f * forward + l * left) / r;
+            scene += &joint(
+                &format!("j{i}"),
+                "/frame",
+                &format!("{at}\ncontrol = \"velocity\"\ntarget_velocity_rad_s = {rate:?}\nmax_force_nm = 20.0"),
+            );
+            let rollers =
+                format!("{at}\nrespondable = true\nfriction_axis = [0, 0, 1]\nfriction_axis_angle_deg = {angle}");
+            scene += &body(&format!("w{i}"), &format!("/frame/j{i}"), "cylinder", [0.2, 0.2, 0.05], 1.0, &rollers);
+        }
+        let lines = watch_run(&scene, &["/frame"], 5.0);
+        let (from, to) = (&lines[19], &lines[lines.len() - 1]);
+        let (a, b) = (position(from, "/frame"), position(to, "/frame"));
+        let q = to.object::<4>("/frame", "quaternion");
+        ([(b[0] - a[0]) / (to.time() - from.time()), (b[1] - a[1]) / (to.time() - from.time())], yaw(q))
+    };
+    for (forward, left) in [(0.0, 0.5), (0.5, 0.0), (0.3, -0.3)] {
+        let (v, turned) = drive(forward, left);
+        near("forward", v[0], forward, 0.01);
+        near("to the left", v[1], left, 0.01);
+        near("turned", turned, 0.0, 0.02);
+    }
+}

@@ -94,6 +94,9 @@ pub struct Surface {
     pub velocity: Vector3<f64>,
     /// Axis, body frame, along which friction has a coefficient of its own, as rollers and skates have.
     pub axis: Option<Vector3<f64>>,
+    /// Angle by which that axis is turned about the normal of the contact, which points out of the body, rad. With the axle of
+    /// a wheel as the axis it tells how rollers stand at its rim, wherever the wheel touches.
+    pub axis_angle: f64,
     /// Coefficient of friction along that axis, of the pair.
     pub axis_friction: f64,
     /// Torque against rolling for each N of normal force, m. A pair's is the greater one.
@@ -323,7 +326,7 @@ pub struct PairRule {
 }
 
 /// A force and a torque on a body, world frame, at its centre of mass.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Push {
     /// The body.
     pub body: BodyId,

@@ -6,11 +6,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{Isometry3, Matrix3, Point3};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use tatu_physics::{
     BeforeStep, BodyDesc, BodyId, Drive, Engine, EngineSettings, Gear, JointDesc, JointForm, JointId, JointKind,
-    MassProps, MaterialPair, Motion, PairRule, Passive, Rapier, Respond, Surface, Twist,
+    MassProps, MaterialPair, Motion, PairRule, Passive, Push, Rapier, Respond, Surface, Twist,
 };
 
 use super::{
@@ -22,6 +22,11 @@ use super::{
     pose_writeback::Carried,
 };
 
+/// Faster than this hardly anything of a robot is, m/s,
+const FAST: f64 = 100.0;
+/// and none goes so far, m.
+const FAR: f64 = 1000.0;
+
 /// A body and the object it stands for, as that was when the body was made.
 #[derive(Serialize, Deserialize)]
 struct BodyRecord {
@@ -30,6 +35,10 @@ struct BodyRecord {
     uid: u64,
     version: u64,
     motion: Motion,
+    /// Where it was made, world, m.
+    start: Vector3<f64>,
+    /// Whether it was found far off or very fast.
+    stray: bool,
 }
 
 /// A joint and the objects that it is made of.
@@ -64,6 +73,10 @@ pub struct Dynamics {
     pub(super) courses: Vec<u32>,
     built: u64,
     moved: Vec<u32>,
+    /// Pushes that act in the next engine step alone.
+    pushes: Vec<Push>,
+    /// Whether an advance is under way, step by step, and scripts are asked in between.
+    between: bool,
     /// What poses are copied back to.
     pub(super) pose_writeback: Carried,
     /// Joints that follow others, and whom.
@@ -90,6 +103,8 @@ impl Dynamics {
             courses: Vec::new(),
             built: 0,
             moved: Vec::new(),
+            pushes: Vec::new(),
+            between: false,
             pose_writeback: Carried::default(),
             followers: Vec::new(),
             geared: Vec::new(),
@@ -189,7 +204,8 @@ impl Dynamics {
             respond: Respond { mask: if shape.respondable { shape.mask } else { 0 }, tree: top_shape(scene, slot) },
         };
         let id = self.engine.add_body(&desc);
-        self.bodies.push(BodyRecord { id, slot, uid: o.uid, version: o.version, motion });
+        let start = desc.pose.translation.vector;
+        self.bodies.push(BodyRecord { id, slot, uid: o.uid, version: o.version, motion, start, stray: false });
         if let Some(Data::Shape(s)) = scene.get_mut(slot).map(|o| &mut o.data) {
             s.body.0 = Some(id);
         }
@@ -313,7 +329,7 @@ impl Dynamics {
             self.plot_courses(scene, steps);
             for part in 0..steps {
                 self.apply_drives(scene, part, steps);
-                self.engine.advance_part(part, steps, before.as_deref_mut());
+                self.step_engine(part, steps, before.as_deref_mut());
                 self.sample(scene);
             }
         }
@@ -337,10 +353,31 @@ impl Dynamics {
         }
         if part < steps {
             self.apply_drives(scene, part, steps);
-            self.engine.advance_part(part, steps, before);
+            self.step_engine(part, steps, before);
             self.sample(scene);
         }
         self.look(scene)
+    }
+
+    fn step_engine(&mut self, part: u32, steps: u32, before: Option<&mut BeforeStep<'_>>) {
+        if self.pushes.is_empty() {
+            return self.engine.advance_part(part, steps, before);
+        }
+        let (mut pushes, mut before) = (std::mem::take(&mut self.pushes), before);
+        let mut ask = |engine: &dyn Engine, step, out: &mut Vec<Push>| {
+            out.append(&mut pushes);
+            if let Some(before) = before.as_deref_mut() {
+                let mut more = Vec::new();
+                before(engine, step, &mut more);
+                out.append(&mut more);
+            }
+        };
+        self.engine.advance_part(part, steps, Some(&mut ask));
+    }
+
+    /// Whether scripts are asked between the engine steps of an advance from now on: what they push with acts in one step.
+    pub fn set_between(&mut self, between: bool) {
+        self.between = between;
     }
 
     /// Whatever an advance takes, exactly that passes.
@@ -383,6 +420,8 @@ impl Dynamics {
             courses,
             built,
             moved,
+            pushes,
+            between: _,
             pose_writeback,
             followers,
             geared,
@@ -396,7 +435,7 @@ impl Dynamics {
             (joints, loops),
             (drives, courses),
             built,
-            moved,
+            (moved, pushes),
             pose_writeback.whole(),
             (followers, geared),
             settings,
@@ -409,18 +448,34 @@ impl Dynamics {
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
         type Tables = (Vec<BodyRecord>, (Vec<JointRecord>, Vec<LoopRecord>), (Vec<u32>, Vec<u32>));
         type Pairs = Vec<(u32, u32)>;
-        type All = (Vec<u8>, Tables, u64, Vec<u32>, u64, (Pairs, Pairs), EngineSettings, f64);
-        let (engine, tables, built, moved, whole, (followers, geared), settings, step): All =
+        type All = (Vec<u8>, Tables, u64, (Vec<u32>, Vec<Push>), u64, (Pairs, Pairs), EngineSettings, f64);
+        let (engine, tables, built, (moved, pushes), whole, (followers, geared), settings, step): All =
             postcard::from_bytes(bytes).map_err(|e| format!("the table of bodies: {e}"))?;
         self.engine.restore(&engine)?;
         let (bodies, (joints, loops), (drives, courses)) = tables;
         (self.bodies, self.joints, self.built) = (bodies, joints, built);
         (self.drives, self.courses) = (drives, courses);
         self.loops = loops;
+        (self.pushes, self.between) = (pushes, false);
         (self.moved, self.pose_writeback) = (moved, Carried::after(whole));
         (self.followers, self.geared, self.settings, self.step) = (followers, geared, settings, step);
         self.list_kinematic();
         Ok(())
+    }
+
+    /// Bodies that have become faster than [`FAST`] or have come farther than [`FAR`] from where they were made, each told
+    /// once: slot, m/s, m.
+    pub fn strays(&mut self, scene: &Scene) -> Vec<(u32, f64, f64)> {
+        let mut found = Vec::new();
+        for b in self.bodies.iter_mut().filter(|b| b.motion == Motion::Dynamic && !b.stray) {
+            let way = (scene.world(b.slot).translation.vector - b.start).norm();
+            let speed = self.engine.twist(b.id).linear.norm();
+            if way > FAR || speed > FAST {
+                b.stray = true;
+                found.push((b.slot, speed, way));
+            }
+        }
+        found
     }
 
     fn object_of(&self, body: BodyId) -> Option<u32> {
@@ -446,7 +501,15 @@ impl Dynamics {
     pub fn set_twist(&mut self, body: BodyId, twist: &Twist) {
         self.engine.set_twist(body, twist);
     }
-    /// Force N and torque N m, world, for the next advance.
+    /// Force N and torque N m, world, asked for by a script or a service: for the next advance, or within one for the next
+    /// engine step.
+    pub fn ask_push(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
+        match self.between {
+            true => self.pushes.push(Push { body, force, torque }),
+            false => self.engine.push(body, force, torque),
+        }
+    }
+    /// Force N and torque N m, world, for the next advance, or the rest of the one under way.
     pub fn push(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
         self.engine.push(body, force, torque);
     }

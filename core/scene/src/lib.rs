@@ -10,12 +10,14 @@
 //!   back;
 //! - `targets`: what drives joints, and how they follow position targets;
 //! - `drive`: which wheels drive a robot; `follow`: joints that follow others; `force_sensor`: what ties measure;
+//! - `loops`: what linked dummies hold together; `closing`: whether they can;
 //! - `mechanisms`: how joints are kept together; `mechanics`: what a scene asks too much of;
 //! - `forms`: the solids of a shape;
 //! - `moves`: which shapes have moved; `part`: some slots, for a thread of its own;
 //! - `places`: where objects are, by slot, and where they were at the last barrier; `poses`: asking for it, setting it.
 
 mod body_rules;
+mod closing;
 pub mod document;
 mod drive;
 mod dynamics;

@@ -1,5 +1,5 @@
-//! Loops that linked dummies close: the shapes above the two are held together where the dummies were when the link was
-//! made, in position and orientation.
+//! Loops that linked dummies close: the shapes above the two are held together so that the dummies coincide, in position and
+//! orientation.
 
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
@@ -17,7 +17,7 @@ pub(super) struct LoopRecord {
 }
 
 /// The pairs of linked dummies, each once, in order of slots.
-fn links(scene: &Scene) -> Vec<(u32, u32)> {
+pub(super) fn links(scene: &Scene) -> Vec<(u32, u32)> {
     let mut pairs: Vec<(u32, u32)> = scene
         .slots()
         .filter_map(|(slot, o)| {

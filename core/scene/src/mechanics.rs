@@ -98,10 +98,10 @@ struct Gripper {
 fn grippers(scene: &Scene) -> Vec<Gripper> {
     let finger = |joint: u32| {
         let o = scene.get(joint)?;
-        let j = o.joint().filter(|j| j.dynamic && j.kind == super::JointType::Prismatic && j.max_force > 0.0)?;
+        let j = o.joint().filter(|j| j.dynamic && j.kind == super::JointType::Prismatic && j.max_force != 0.0)?;
         let child = scene.children(joint).iter().copied().find(|c| tie_of(scene, *c).is_some())?;
         scene.get(child)?.shape().filter(|s| s.respondable)?;
-        Some((o.parent, joint, child, scene.world(joint).rotation * Vector3::z(), j.max_force))
+        Some((o.parent, joint, child, scene.world(joint).rotation * Vector3::z(), j.max_force.abs()))
     };
     let all: Vec<_> = scene.slots().filter_map(|(slot, _)| finger(slot)).collect();
     let mut found = Vec::new();

@@ -153,6 +153,7 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
         Row::AngularDamping => Value::Float(s.damping[1]),
         Row::SurfaceVelocity => Value::Floats(s.surface.velocity.iter().copied().collect()),
         Row::FrictionAxis => Value::Floats(s.surface.axis.unwrap_or_default().iter().copied().collect()),
+        Row::FrictionAxisAngle => Value::Float(s.surface.axis_angle),
         Row::AxisFriction => Value::Float(s.surface.axis_friction),
         Row::RollingFriction => Value::Float(s.surface.rolling_friction),
         Row::SpinningFriction => Value::Float(s.surface.spinning_friction),

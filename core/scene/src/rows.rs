@@ -124,6 +124,7 @@ rows! {
     InitialAngularVelocity "shape.initial_angular_velocity" SHAPE, TATU_F64S 3 Some("rad/s"), Rebuilds FREE, "Angular velocity at the start, in the world; default 0 0 0.";
     SurfaceVelocity "shape.surface_velocity" SHAPE, TATU_F64S 3 Some("m/s"), Live FREE, "Velocity of its surface over itself, in its frame, as of a conveyor's belt; default 0 0 0.";
     FrictionAxis "shape.friction_axis" SHAPE, TATU_F64S 3 None, Live FREE, "Axis in its frame along which its friction is another one, as that of rollers, skates and tracks; default 0 0 0: none.";
+    FrictionAxisAngle "shape.friction_axis_angle" SHAPE, TATU_F64 0 RAD, Live FREE, "Angle by which that axis is turned about the normal of a contact, which points out of the shape: with the axle of a wheel as the axis, how rollers stand at its rim, which does not turn with the wheel; default 0.";
     AxisFriction "shape.axis_friction" SHAPE, TATU_F64 0 None, Live FREE, "Friction of the pair along that axis; default 0.";
     RollingFriction "shape.rolling_friction" SHAPE, TATU_F64 0 M, Live FREE, "Torque against rolling for each N that presses; of a pair the greater one; default 0.";
     SpinningFriction "shape.spinning_friction" SHAPE, TATU_F64 0 M, Live FREE, "Torque against spinning about the normal for each N that presses; of a pair the greater one; default 0.";
@@ -160,7 +161,7 @@ rows! {
     FollowOffset "joint.follow_offset" JOINT, TATU_F64 0 Some("rad|m"), Live FREE, "Where it stands when the other stands at 0; default 0.";
     Geared "joint.geared" JOINT, TATU_BOOL 0 None, Rebuilds FREE, "Whether it is geared to the joint that it follows: moves with it exactly, by factor and offset, and loads it; both must be of one mechanism and dynamic; default false.";
     FollowCurve "joint.follow_curve" JOINT, TATU_F64S 0 None, Live FREE, "Pairs of the other's position and its own, rad or m, ascending, with straight lines between; takes the place of factor and offset for positions; default: none.";
-    Link "dummy.link" DUMMY, TATU_TEXT 0 None, Rebuilds FREE, "Path of another dummy, seen from itself: the shapes above both are held together there, which closes a loop; default: none.";
+    Link "dummy.link" DUMMY, TATU_TEXT 0 None, Rebuilds FREE, "Path of another dummy, seen from itself: the shapes above both are held together so that the two dummies coincide in place and orientation (all six degrees), which closes a loop; default: none.";
     SensedForce "force_sensor.force" FORCE_SENSOR, TATU_F64S 3 Some("N"), ReadOnly FREE, "Force that what hangs on it exerts on it, in its frame, filtered.";
     SensedTorque "force_sensor.torque" FORCE_SENSOR, TATU_F64S 3 Some("N m"), ReadOnly FREE, "Torque about its origin that what hangs on it exerts on it, in its frame, filtered.";
     SensedCount "force_sensor.measured" FORCE_SENSOR, TATU_BOOL 0 None, ReadOnly FREE, "Whether it has measured: it ties two shapes and a step has passed.";

@@ -367,7 +367,8 @@ fn sound_mass(mass: &MassProps) -> bool {
 
 pub(super) fn sound_surface(s: &Surface) -> bool {
     let numbers = [s.axis_friction, s.rolling_friction, s.spinning_friction];
-    finite(&s.velocity) && s.axis.is_none_or(|a| finite(&a)) && numbers.iter().all(|x| x.is_finite() && *x >= 0.0)
+    let axis = s.axis.is_none_or(|a| finite(&a)) && s.axis_angle.is_finite();
+    finite(&s.velocity) && axis && numbers.iter().all(|x| x.is_finite() && *x >= 0.0)
 }
 
 fn sound(desc: &BodyDesc) -> bool {

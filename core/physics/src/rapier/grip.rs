@@ -120,11 +120,13 @@ impl Rapier {
         let poses = [a.handle, b.handle].map(|h| *self.world.bodies[h].position());
         let normal = touch.normal.normalize();
         // x along the axis of its own friction, if there is one, z along the normal.
-        let axes = [(first, poses[0]), (second, poses[1])];
-        let axis = axes.iter().find_map(|(s, pose)| {
+        let axes = [(first, poses[0], normal), (second, poses[1], -normal)];
+        let axis = axes.iter().find_map(|(s, pose, out)| {
             let axis = pose.rotation * convert::vector(&s.axis?);
             let along = axis - normal * axis.dot(normal);
-            (along.length_squared() > 1e-6).then(|| along.normalize())
+            let along = (along.length_squared() > 1e-6).then(|| along.normalize())?;
+            let (sin, cos) = nalgebra::ComplexField::sin_cos(s.axis_angle);
+            Some(along * cos + out.cross(along) * sin)
         });
         let x = axis.unwrap_or_else(|| normal.any_orthonormal_vector());
         let frame = Pose {

@@ -299,6 +299,10 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
             }
             return Ok(Some(Changed::Drive));
         }
+        (Row::FrictionAxisAngle, Value::Float(x)) => {
+            s.surface.axis_angle = *x;
+            return Ok(Some(Changed::Drive));
+        }
         (Row::AxisFriction | Row::RollingFriction | Row::SpinningFriction, Value::Float(x)) if *x >= 0.0 => {
             match row {
                 Row::AxisFriction => s.surface.axis_friction = *x,

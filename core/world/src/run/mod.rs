@@ -66,6 +66,9 @@ impl World {
             let text = format!("the dummy {dummy} is to be linked to `{link}`, but there is no such dummy");
             cell.log(TATU_LOG_WARNING, &text);
         }
+        for text in cell.scene.borrow().open_loops() {
+            cell.log(TATU_LOG_WARNING, &text);
+        }
         Ok(world)
     }
 

@@ -90,7 +90,7 @@ extern "C" fn push(
         };
         match body(world, object) {
             Ok(b) => {
-                world.dynamics.borrow_mut().push(b, force, torque);
+                world.dynamics.borrow_mut().ask_push(b, force, torque);
                 Ok(())
             }
             Err(status) => Err(status),

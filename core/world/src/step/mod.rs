@@ -117,6 +117,10 @@ fn physics(world: &WorldCell, dt: f64) {
     for f in failed {
         tell_of_actuator(world, &f);
     }
+    let strays = world.dynamics.borrow_mut().strays(&world.scene.borrow());
+    for (slot, speed, way) in strays {
+        tell_of_stray(world, slot, speed, way);
+    }
     for slot in lost {
         let path = world.scene.borrow().path(slot);
         let mut fault = Fault::new(FaultKind::Physics, format!("the motion of {path} became infinite; it is frozen"));
@@ -136,6 +140,16 @@ fn tell_of_actuator(world: &WorldCell, failed: &actuators::ApplyFailure) {
         let path = world.scene.borrow().path(failed.slot);
         world.log(TATU_LOG_WARNING, &format!("the actuator {path} has no effect: {}", failed.text));
     }
+}
+
+/// Warns of a body that is very fast or far off: mostly something went wrong before.
+fn tell_of_stray(world: &WorldCell, slot: u32, speed: f64, way: f64) {
+    let (path, time) = (world.scene.borrow().path(slot), world.clock.time.get() + world.clock.so_far());
+    let text = format!(
+        "{path} moves at {speed:.0} m/s, {way:.0} m from its start, at {time:.2} s: has it fallen through a floor, or been \
+         thrown by forms that overlap or by a force that is too great? It is told once"
+    );
+    world.log(TATU_LOG_WARNING, &text);
 }
 
 /// Scripts of the run clean up.

@@ -69,6 +69,7 @@ pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::A
     let count = {
         let (mut scene, mut dynamics) = (world.scene.borrow_mut(), world.dynamics.borrow_mut());
         dynamics.prepare(&mut scene);
+        dynamics.set_between(true);
         dynamics.engine_steps(dt)
     };
     let mut touching = pairs(world);
@@ -90,6 +91,7 @@ pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::A
         touching = now;
         tell(world, part, true);
     }
+    world.dynamics.borrow_mut().set_between(false);
     (lost, failed)
 }
 

@@ -19,7 +19,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(table("force", "{x, y, z} N, world frame, at the centre of mass").optional())
         .param(table("torque", "{x, y, z} N m, world frame").optional())
         .returns(Param::int("done"))
-        .text("Pushes a shape during the next physics step; pushes add up.")
+        .text("Pushes a shape during the next step; in `sysCall_dyn` during one physics step. Pushes add up.")
         .example("sim.addForceAndTorque(box, {0, 0, 5}, {0, 0, 0})"),
     );
     offer.command(
@@ -40,7 +40,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(table("position", "{x, y, z} m, where it acts, in the shape's frame"))
         .param(table("force", "{x, y, z} N, in the shape's frame"))
         .returns(Param::int("done"))
-        .text("Pushes a shape at a point during the next physics step; pushes add up.")
+        .text(
+            "Pushes a shape at a point during the next step; in `sysCall_dyn` during one physics step. Pushes add up.",
+        )
         .example("sim.addForce(box, {0, 0, 0.1}, {2, 0, 0})"),
     );
     offer.command(

@@ -50,12 +50,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simJointGetForce", NIL),
     );
     offer.command(
-        get(
-            "sim.getJointTargetForce",
-            |p| p.joint_max_force,
-            "force",
-            "Gives the greatest force or torque of a joint's motor.",
+        both_beside("sim.getJointTargetForce", NIL, |c| {
+            let x = read(c, c.plugin().p.joint_max_force)?;
+            let pushes = is_pushed(c)?;
+            c.ret(if pushes { x } else { x.abs() });
+            Ok(())
+        })
+        .param(flagged("joint"))
+        .returns(Param::float("force").text("of a turning joint in N m, of a sliding one in N"))
+        .text(
+            "Gives the greatest force or torque of a joint's motor; in force mode what it pushes with, with its sign.",
         )
+        .example("x = sim.getJointTargetForce(joint)")
         .alias("sim.getJointMaxForce"),
     );
 
@@ -103,8 +109,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.setJointTargetForce", |c| {
             let (joint, force, p, w) = (id(c, 0)?, c.f64(1)?, &c.plugin().p, c.world());
-            write(c, p.joint_max_force, force.abs())?;
-            if !c.has(2) || c.arg(2).truthy() {
+            // Its sign counts in force mode, also in one that begins later.
+            let signed = !c.has(2) || c.arg(2).truthy();
+            write(c, p.joint_max_force, if signed { force } else { force.abs() })?;
+            if signed {
                 let v = w.f64(joint, p.joint_target_velocity)?;
                 if v * force < 0.0 {
                     w.set_f64s(joint, p.joint_target_velocity, &[-v])?;
@@ -114,8 +122,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("joint"))
         .param(Param::float("force").text("N or N m"))
-        .param(Param::any("signed").default(true).optional().text("true: the sign also turns the target velocity"))
-        .text("Sets the greatest force or torque of a joint's motor, and by its sign the direction.")
+        .param(Param::any("signed").default(true).optional().text("true: the sign counts in force mode, and turns the target velocity"))
+        .text(
+            "Sets the greatest force or torque of a joint's motor, and by its sign the direction. In force mode it is what \
+             the motor pushes with: a negative one pushes the other way.",
+        )
         .example("sim.setJointTargetForce(joint, -2.5)"),
     );
     offer.command(
@@ -251,6 +262,11 @@ fn motion() -> Param {
 fn read(c: &Shared<'_>, prop: Prop) -> Result<f64> {
     let joint = id(c, 0)?;
     c.world().f64(joint, prop).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))
+}
+
+/// Whether a joint is in force mode, in which the sign of its force counts.
+fn is_pushed(c: &Shared<'_>) -> Result<bool> {
+    Ok(text_of(c, id(c, 0)?, c.plugin().p.joint_control)? == "force")
 }
 
 #[inline]
