@@ -1,6 +1,6 @@
 //! Files of a world: as scripts name them, beneath the folders that the run allows.
 
-use super::{Fail, Result, World, shared_world::service};
+use super::{Fail, Result, World, plain::read_opened, shared_world::service};
 use crate::abi::*;
 
 impl World<'_> {
@@ -13,17 +13,9 @@ impl World<'_> {
     }
     /// The content of such a file, of `most` bytes at most.
     pub fn read_file(&self, name: &[u8], most: u64) -> Result<Vec<u8>> {
-        let shown = || String::from_utf8_lossy(name);
-        let fail = |e: std::io::Error| Fail::missing(format!("`{}` cannot be read: {e}", shown()));
         let file = self.open_file(name, TATU_FILE_READ)?;
-        let size = file.metadata().map_err(fail)?.len();
-        if size > most {
-            return Err(Fail::argument(format!("`{}` has {size} bytes, and at most {most} are read", shown())));
-        }
-        let mut content = Vec::new();
-        // It may grow meanwhile.
-        std::io::Read::read_to_end(&mut std::io::Read::take(file, most), &mut content).map_err(fail)?;
-        Ok(content)
+        read_opened(file, most)
+            .map_err(|e| Fail::missing(format!("`{}` cannot be read: {e}", String::from_utf8_lossy(name))))
     }
     /// Makes or empties such a file, and writes it.
     pub fn write_file(&self, name: &[u8], content: &[u8]) -> Result {

@@ -21,8 +21,13 @@ pub fn open_plain(path: &Path, most: u64) -> io::Result<io::Take<File>> {
 
 /// The bytes of a plain file of at most so many.
 pub fn read_plain(path: &Path, most: u64) -> io::Result<Vec<u8>> {
-    let mut file = open_plain(path, most)?;
-    let length = file.get_ref().metadata()?.len();
+    read_opened(open_plain(path, most)?.into_inner(), most)
+}
+
+/// The same for one that is open.
+pub(super) fn read_opened(file: File, most: u64) -> io::Result<Vec<u8>> {
+    let length = check(&file.metadata()?, most)?;
+    let mut file = file.take(most);
     let mut bytes = Vec::new();
     let no_room = |_| io::Error::new(io::ErrorKind::OutOfMemory, format!("there is no memory for its {length} bytes"));
     bytes.try_reserve_exact(length as usize).map_err(no_room)?;
@@ -36,7 +41,8 @@ pub fn read_plain_text(path: &Path, most: u64) -> io::Result<String> {
     String::from_utf8(bytes).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.utf8_error()))
 }
 
-fn check(about: &fs::Metadata, most: u64) -> io::Result<()> {
+/// Its bytes.
+fn check(about: &fs::Metadata, most: u64) -> io::Result<u64> {
     if about.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
     }
@@ -47,7 +53,7 @@ fn check(about: &fs::Metadata, most: u64) -> io::Result<()> {
         let text = format!("it has {} MB, and at most {} MB are read", about.len() >> 20, most >> 20);
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
     }
-    Ok(())
+    Ok(about.len())
 }
 
 #[cfg(test)]
