@@ -91,7 +91,7 @@ fn the_floor_lies_below_what_stands_on_it() {
     let without = place.picture(&[&args[..], &["--no-ground"]].concat());
     // The lower half of the box is seen, and as much of it as without a floor, but for edges that are mixed.
     let (with_red, without_red) = (red(&with).0, red(&without).0);
-    assert!(with_red.abs_diff(without_red) * 20 < without_red && with_red > 600, "{with_red} {without_red}");
+    assert!(with_red.abs_diff(without_red) * 10 < without_red && with_red > 600, "{with_red} {without_red}");
     assert_ne!(with.at(2, 88), without.at(2, 88));
 }
 

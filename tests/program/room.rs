@@ -87,3 +87,13 @@ fn reservations_of_scripts_leave_room_for_the_rest() {
         assert_eq!((lines.len(), done.code), (12, 0), "{mb} MB: {}", done.err);
     }
 }
+
+/// An image for which there is no memory is an error of its sensor.
+#[test]
+fn an_image_that_does_not_fit_is_told() {
+    let camera =
+        "[[object]]\nkind = \"sensor\"\nalias = \"eye\"\nsensor = \"depth_camera\"\ncolumns = 8192\nrows = 8192\n";
+    let (_, done) = orders(&Place::scene(camera), 2000);
+    assert!((0..=2).contains(&done.code), "{}: {}", done.code, done.err);
+    done.tells(&["8192 x 8192 pixels", "ulimit -v"]);
+}

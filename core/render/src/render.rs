@@ -259,7 +259,7 @@ mod tests {
             columns: 48,
             rows: 37,
         };
-        let stage = Stage::of(&scene, &Figures::default(), &camera, &[]);
+        let stage = Stage::of(&scene, &Figures::default(), &camera, &[], true);
         let whole = in_bands(&stage, &camera, 100);
         assert_eq!(whole.rgb.len(), 48 * 37 * 3);
         assert!(whole == in_bands(&stage, &camera, 5) && whole == in_bands(&stage, &camera, 1));

@@ -192,6 +192,11 @@ fn rays(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
     }
 }
 
+/// What an image takes for each pixel, bytes: depth, colour, normal, what is seen, and the reading. Images below so many bytes in
+/// all are not asked for in advance.
+const BYTES_PER_PIXEL: usize = 48;
+const SMALL: usize = 64 << 20;
+
 fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
     let [columns, rows] = raw.count;
     let view = match raw.form {
@@ -207,6 +212,14 @@ fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
     };
     if columns == 0 || rows == 0 || columns > MAX_SIDE || rows > MAX_SIDE {
         return Err(format!("an image of {columns} x {rows} pixels; expected 1 to {MAX_SIDE} each way"));
+    }
+    let bytes = columns as usize * rows as usize * BYTES_PER_PIXEL;
+    if bytes > SMALL && Vec::<u8>::new().try_reserve_exact(bytes).is_err() {
+        return Err(format!(
+            "an image of {columns} x {rows} pixels needs about {} MB, which the system does not give; choose fewer \
+             pixels, or allow the program more memory (`ulimit -v`, or the job's limit)",
+            bytes >> 20
+        ));
     }
     Ok(Some(Grid { columns, rows, view, near: raw.near_m, far: raw.far_m }))
 }
