@@ -133,3 +133,17 @@ fn joints_and_bodies_may_go_while_it_moves() {
         Place::scene(&(scene + &script)).run(&["--seconds", "2", "--watch", &joints[1], "--trace", "t.jsonl"]).good();
     assert!(done.json()["errors"].as_array().unwrap().is_empty(), "{last}: {}", done.err);
 }
+
+/// A target beyond a limit is one at the limit: the motor carries what is there and does not press against it.
+#[test]
+fn a_target_beyond_a_limit_is_at_the_limit() {
+    let motor = "control = \"position\"\ntarget_position_deg = 0.0\nmax_force_nm = 50.0\nlimits_deg = [20, 90]\njoint_position_deg = 45";
+    let frame = "position_m = [0, 0, 1]\norientation_deg = [90, 0, 0]";
+    let scene = base([0.0; 3])
+        + &joint("j", "/base", &format!("{motor}\n{frame}"))
+        + &body("link", "/base/j", "box", [0.4, 0.05, 0.05], 1.0, "position_m = [0.2, 0, 0]");
+    let lines = watch_run(&scene, &["/base/j"], 3.0);
+    let end = &lines[lines.len() - 1];
+    near("position", of_joint(end, "/base/j", "position").to_degrees(), 20.0, 1e-3);
+    near("torque", of_joint(end, "/base/j", "effort").abs(), 0.2 * G * 20f64.to_radians().cos(), 0.01);
+}

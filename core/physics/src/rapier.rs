@@ -101,6 +101,8 @@ struct Tables {
     substeps: usize,
     /// For how long the sub-steps stay halved because a mechanism swings fast, s.
     fast_s: f64,
+    /// For how long all mechanisms have been slow, s.
+    calm_s: f64,
     /// Whether bodies at rest may sleep.
     sleep: bool,
     /// Poses and velocities before the last step, by id.

@@ -112,7 +112,7 @@ fn least(chains: &[Chain; 2], reach: f64) -> (Vector3<f64>, Vector3<f64>) {
         ((way, turn), rest, scaled.collect::<Vec<_>>())
     };
     let within = |mut q: DVector<f64>| {
-        q.iter_mut().zip(&all).for_each(|(q, f)| *q = q.clamp(f.limits.0, f.limits.1));
+        q.iter_mut().zip(&all).for_each(|(q, f)| *q = q.max(f.limits.0).min(f.limits.1));
         q
     };
     let mut best: Option<(f64, (Vector3<f64>, Vector3<f64>))> = None;

@@ -123,7 +123,9 @@ impl Dynamics {
     fn apply_drive(&mut self, j: &Joint, part: u32, steps: u32) {
         let Some(id) = j.id else { return };
         let share = f64::from(part + 1) / f64::from(steps);
-        let target = j.course.map_or(j.target_position, |c| c.target(share));
+        let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        // Beyond its limits it would press against them for ever, and dither.
+        let target = j.course.map_or(j.target_position, |c| c.target(share)).max(low).min(high);
         if let Some(drive) = drive_of(j, target) {
             self.engine.drive(id, drive);
             let rest = if j.control == Control::Spring { j.target_position } else { j.passive.rest };

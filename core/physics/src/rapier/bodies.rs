@@ -68,6 +68,18 @@ pub(super) struct ShapeCache {
     pub(super) primitives: BTreeMap<[u64; 4], (SharedShape, Pose)>,
 }
 
+/// Points of a hull up to which its box in the world is found from them all.
+const FEW_POINTS: usize = 24;
+
+/// A hull of many points, in a box that turns with it: rapier asks each point of a hull for its box in the world, in each step
+/// and wherever it is, and of a compound the box alone. What touches is found from the hull as before.
+fn boxed(shape: SharedShape) -> SharedShape {
+    match shape.as_convex_polyhedron().is_some_and(|hull| hull.points().len() > FEW_POINTS) {
+        true => SharedShape::compound(vec![(Pose::IDENTITY, shape)]),
+        false => shape,
+    }
+}
+
 impl ShapeCache {
     fn shape(&mut self, form: &Form) -> Option<(SharedShape, Pose)> {
         match form {
@@ -92,6 +104,7 @@ impl ShapeCache {
         // Meshes that nobody else holds any more cannot be asked for again.
         self.meshes.retain(|(m, _, _)| Arc::strong_count(m) > 1);
         let (shape, pose) = convert::shape(form)?;
+        let shape = boxed(shape);
         self.meshes.push((mesh.clone(), convex, shape.clone()));
         Some((shape, pose))
     }

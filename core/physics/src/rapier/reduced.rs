@@ -34,6 +34,11 @@ const FAST_TURN: f64 = 0.005;
 /// How long the sub-steps stay halved after that, s: longer than half a swing of a pendulum of 50 m.
 const FAST_FOR_S: f64 = 10.0;
 
+/// Mechanisms have come to rest, and the sub-steps are no longer halved, once nothing has been faster than this share of that
+/// speed for so long (s). Where a swing turns round it is slow, too, but not for long.
+const CALM: f64 = 0.05;
+const CALM_FOR_S: f64 = 1.0;
+
 /// Square of the radians of its oscillation that a spring may make in a sub-step to be taken as slow.
 const SLOW_SPRING: f64 = 0.1;
 
@@ -164,14 +169,20 @@ impl Rapier {
     }
 
     /// Twice as many sub-steps while a mechanism swings so fast that it would gain or lose energy: a double pendulum that
-    /// falls from level ends within 2 % of its energy instead of 10 %. For a while, because each change of the sub-step
-    /// costs energy too: a pendulum that changed in each swing would lose 10 % in 100 s.
+    /// falls from level ends within 2 % of its energy instead of 10 %. Until it has come to rest, or for a while, because each
+    /// change of the sub-step costs energy too: a pendulum that changed in each swing would lose 10 % in 100 s.
     pub(super) fn choose_substeps(&mut self) {
         let (usual, dt) = (self.tables.substeps, self.world.integration_parameters.dt);
         let fastest = FAST_TURN * usual as f64 / dt;
         self.tables.fast_s = (self.tables.fast_s - dt).max(0.0);
-        if self.world.multibody_joints.multibodies().any(|m| m.generalized_velocity().amax() > fastest) {
+        let speeds = self.world.multibody_joints.multibodies().map(|m| m.generalized_velocity().amax());
+        let most = speeds.fold(0.0, f64::max);
+        if most > fastest {
             self.tables.fast_s = FAST_FOR_S;
+        }
+        self.tables.calm_s = if most < CALM * fastest { self.tables.calm_s + dt } else { 0.0 };
+        if self.tables.calm_s > CALM_FOR_S {
+            self.tables.fast_s = 0.0;
         }
         let fast = self.tables.fast_s > 0.0;
         self.world.integration_parameters.num_solver_iterations = if fast { 2 * usual } else { usual };

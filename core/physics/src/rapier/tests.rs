@@ -2,6 +2,7 @@
 
 mod bodies;
 mod drives;
+mod economy;
 mod push;
 mod respond;
 mod state;
