@@ -61,19 +61,21 @@ impl Source {
 /// Whether a name that leads to nothing would lead out of the roots.
 fn escapes(name: &str, folder: &Path, roots: &[PathBuf]) -> bool {
     let Ok(here) = std::env::current_dir() else { return true };
-    let normal = |p: &Path| {
-        let mut out = PathBuf::new();
-        for c in here.join(p).components() {
-            match c {
-                Component::ParentDir => {
-                    out.pop();
-                }
-                Component::CurDir => {}
-                c => out.push(c),
+    let full = normal(&here.join(folder).join(name));
+    !roots.iter().any(|r| full.starts_with(normal(&here.join(r))))
+}
+
+/// A path without `.` and `..`, by its names alone: links are not looked at.
+pub fn normal(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for c in path.components() {
+        match c {
+            Component::ParentDir => {
+                out.pop();
             }
+            Component::CurDir => {}
+            c => out.push(c),
         }
-        out
-    };
-    let full = normal(&folder.join(name));
-    !roots.iter().any(|r| full.starts_with(normal(r)))
+    }
+    out
 }

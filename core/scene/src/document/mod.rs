@@ -32,6 +32,7 @@ use tatu_plugin_api::safe::Value;
 
 pub use build::Builder;
 pub use build::Target;
+pub use import_files::normal;
 pub use live::Beside;
 pub use overrides::{Override, ScriptOverride};
 pub use presets::{Setting, settings as preset_settings};

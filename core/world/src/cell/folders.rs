@@ -7,11 +7,12 @@ use std::{
     cell::{OnceCell, RefCell},
     fs,
     io::{self, ErrorKind},
-    path::{Component, Path, PathBuf},
+    path::{Path, PathBuf},
 };
 
 use cap_std::{ambient_authority, fs::Dir};
 use tatu_plugin_api::abi::*;
+use tatu_scene::document::normal;
 
 /// One folder.
 #[derive(Debug)]
@@ -211,19 +212,4 @@ fn not_plain(path: &Path) -> Refused {
 
 fn system(path: &Path, e: &io::Error) -> Refused {
     Refused::System(format!("`{}` cannot be opened: {e}", path.display()))
-}
-
-/// Without `.` and `..`.
-fn normal(p: &Path) -> PathBuf {
-    let mut out = PathBuf::new();
-    for c in p.components() {
-        match c {
-            Component::ParentDir => {
-                out.pop();
-            }
-            Component::CurDir => {}
-            c => out.push(c),
-        }
-    }
-    out
 }

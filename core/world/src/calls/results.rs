@@ -1,0 +1,98 @@
+//! Results as they come from plugins: whether the contract is kept before anybody reads them.
+
+use tatu_plugin_api::abi::*;
+
+/// Results as the contract has them: no more than there is room for, each of a type that there is. A span without a
+/// place has no elements. What lies in lists is looked at by who reads them.
+pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
+    if f.n_results > f.results_cap {
+        return Err(format!("broke the contract: {} results where there is room for {}", f.n_results, f.results_cap));
+    }
+    for i in 0..f.n_results as usize {
+        // SAFETY: within the caller's array.
+        let v = unsafe { &mut *f.results.add(i) };
+        if v.tag > TATU_OBJECT {
+            return Err(format!("broke the contract: result {} is of type {}, which there is not", i + 1, v.tag));
+        }
+        // SAFETY: the tag says which member is set.
+        if (TATU_TEXT..=TATU_MAP).contains(&v.tag) && unsafe { v.u.s.ptr.is_null() } {
+            v.u.s.len = 0;
+        }
+    }
+    Ok(())
+}
+
+/// Results of a command as far as they lie in lists, maps and spans: whoever reads them could not name the plugin any more.
+pub(super) fn check_nested(f: &tatu_call) -> Result<(), String> {
+    for i in 0..f.n_results as usize {
+        // SAFETY: within the caller's array, whose results have been checked.
+        let v = unsafe { &*f.results.add(i) };
+        if (TATU_TEXT..=TATU_MAP).contains(&v.tag)
+            && let Some(flaw) = span_flaw(v, 0)
+        {
+            return Err(format!("broke the contract: result {} {flaw}", i + 1));
+        }
+    }
+    Ok(())
+}
+
+/// Bytes of a span that can be true: more than that no world holds in flight.
+const LARGEST: u64 = 256 << 20;
+/// How deep values may nest.
+const DEEPEST: u32 = 32;
+
+/// What is wrong with a value that has a span.
+fn span_flaw(v: &tatu_value, depth: u32) -> Option<String> {
+    let each = match v.tag {
+        TATU_F64S | TATU_I64S => 8,
+        TATU_F32S | TATU_I32S => 4,
+        TATU_LIST => size_of::<tatu_value>() as u64,
+        TATU_MAP => 2 * size_of::<tatu_value>() as u64,
+        _ => 1,
+    };
+    // SAFETY: the tag says which member is set.
+    let (ptr, len) = unsafe { (v.u.s.ptr, v.u.s.len) };
+    if len.checked_mul(each).is_none_or(|bytes| bytes > LARGEST) {
+        return Some(format!("tells of {len} elements: at most {} MB cross the border", LARGEST >> 20));
+    }
+    if len > 0 && ptr as u64 % each.min(8) != 0 {
+        return Some("lies at an address that is not aligned to its elements".into());
+    }
+    if !matches!(v.tag, TATU_LIST | TATU_MAP) || len == 0 {
+        return None;
+    }
+    if ptr.is_null() {
+        return Some(format!("holds a list of {len} elements at null"));
+    }
+    if depth >= DEEPEST {
+        return Some(format!("nests deeper than {DEEPEST}: it may hold itself"));
+    }
+    let n = if v.tag == TATU_MAP { 2 * len } else { len } as usize;
+    // SAFETY: by the contract as many values as told; a pair is two of them.
+    let values = unsafe { std::slice::from_raw_parts(ptr.cast::<tatu_value>(), n) };
+    for (i, inner) in values.iter().enumerate() {
+        let is_key = v.tag == TATU_MAP && i % 2 == 0;
+        let is_number = |x: f64| !x.is_nan();
+        let flaw = match inner.tag {
+            tag if tag > TATU_OBJECT => Some(format!("holds a value of type {tag}, which there is not")),
+            // SAFETY: the tag says which member is set.
+            TATU_F64 if is_key && !is_number(unsafe { inner.u.f }) => {
+                Some("holds a map with a key that is no number".into())
+            }
+            tag if is_key
+                && !matches!(
+                    tag,
+                    TATU_BOOL | TATU_I64 | TATU_F64 | TATU_TEXT | TATU_BYTES | TATU_OBJECT | TATU_NIL
+                ) =>
+            {
+                Some(format!("holds a map with a key of type {tag}: keys are texts, numbers or truth values"))
+            }
+            TATU_TEXT..=TATU_MAP => span_flaw(inner, depth + 1),
+            _ => None,
+        };
+        if flaw.is_some() {
+            return flaw;
+        }
+    }
+    None
+}
