@@ -74,12 +74,24 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     session.interrupt_by(interrupted.clone());
     let mut failed = false;
     let (mut scene, mut starts) = (args.scene.clone(), false);
+    let mut before = None;
     loop {
-        let world = World::with_threads(document.clone(), registry.clone(), args.threads.into())?;
-        addons::choose(&args.addons, &document, &registry)?.attach(&world)?;
-        if let Some(folder) = &args.files {
-            world.open_files_in(folder)?;
-        }
+        let world = match make(args, &document, &registry) {
+            Ok(world) => world,
+            // What was read could not be made: the scene before it is opened again.
+            Err(e) => match before.take() {
+                Some(earlier) => {
+                    report::error(&e);
+                    failed = true;
+                    ((document, scene), starts) = (earlier, false);
+                    continue;
+                }
+                None => {
+                    session.end().iter().for_each(report::error);
+                    return Err(e);
+                }
+            },
+        };
         watchdog.world(&world, false);
         watchdog.begin(None);
         world.take_scenes(reader(args, scene.clone(), &registry));
@@ -92,6 +104,7 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
         tell(&world);
         match next {
             Some(next) => {
+                before = Some((document, scene.clone()));
                 (document, starts) = (next.document, next.starts);
                 if !next.file.as_os_str().is_empty() {
                     scene = Some(next.file);
@@ -122,6 +135,16 @@ fn read(args: &Serve, scene: Option<&Path>, registry: &Registry) -> Result<Arc<D
     let mut own = Document::clone(&document);
     own.services.retain(|s| named(&registry.services[s.kind].id));
     Ok(Arc::new(own))
+}
+
+/// The world of a document, with the add-ons and the folder that the command line chooses.
+fn make(args: &Serve, document: &Arc<Document>, registry: &Arc<Registry>) -> Result<World, Error> {
+    let world = World::with_threads(document.clone(), registry.clone(), args.threads.into())?;
+    addons::choose(&args.addons, document, registry)?.attach(&world)?;
+    if let Some(folder) = &args.files {
+        world.open_files_in(folder)?;
+    }
+    Ok(world)
 }
 
 /// What reads the scene that somebody asks for while `scene` is there.

@@ -34,7 +34,11 @@ pub fn of_crash(crash: &Crash) -> String {
     };
     if crash.sender != 0 && crash.sender != std::process::id().cast_signed() {
         let during = crash.call.as_ref().map_or(String::new(), |call| format!(", {}", place(call)));
-        return format!("the program was ended from outside: process {} sent {signal}{during}", crash.sender);
+        let who = if crash.sender == 1 { "another process".to_owned() } else { format!("process {}", crash.sender) };
+        return format!("the program was ended from outside: {who} sent {signal}{during}");
+    }
+    if crash.signal == libc::SIGXCPU {
+        return "the program has used the processor time that the system allows it (SIGXCPU, `ulimit -t`)".to_owned();
     }
     let timers = [libc::SIGALRM, libc::SIGVTALRM, libc::SIGPROF, libc::SIGIO];
     if timers.contains(&crash.signal) {
@@ -65,7 +69,7 @@ pub fn of_exit(call: Option<&Stuck>, thread: i32) -> String {
 /// The sentence about files of the program that somebody closed.
 pub fn of_closed(call: Option<&Stuck>) -> String {
     let place = call.map_or("by a thread of a plugin's own, or by a plugin's call that is over".to_owned(), place);
-    format!("error[F207]: file descriptors of the program were closed {place}: what it writes may not be whole")
+    format!("file descriptors of the program were closed {place}: what it writes may not be whole")
 }
 
 /// The sentence about a plugin that made a copy of the process.

@@ -89,6 +89,8 @@ static AT: AtomicPtr<Watch> = AtomicPtr::new(std::ptr::null_mut());
 static ADDRESS: AtomicUsize = AtomicUsize::new(0);
 static INSTRUCTION: AtomicUsize = AtomicUsize::new(0);
 static STACK_AT: AtomicUsize = AtomicUsize::new(0);
+/// The callers stand in `CALLERS`, as far as they were found.
+static NOTED: AtomicBool = AtomicBool::new(false);
 /// Where the thread was, and its callers.
 static CALLERS: [AtomicUsize; FRAMES] = [const { AtomicUsize::new(0) }; FRAMES];
 
@@ -134,10 +136,16 @@ pub fn listen() {
         let mut action: libc::sigaction = std::mem::zeroed();
         let handler: extern "C" fn(c_int, *mut libc::siginfo_t, *mut c_void) = caught;
         action.sa_sigaction = handler as usize;
-        action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK;
+        // Looking for callers may crash, too: then this is entered again, and ends the process.
+        action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK | libc::SA_NODEFER;
         libc::sigemptyset(&raw mut action.sa_mask);
         for signal in SIGNALS {
-            libc::sigaction(signal, &raw const action, std::ptr::null_mut());
+            let mut before: libc::sigaction = std::mem::zeroed();
+            libc::sigaction(signal, std::ptr::null(), &raw mut before);
+            // Whoever started the program may want it to ignore some.
+            if before.sa_sigaction != libc::SIG_IGN {
+                libc::sigaction(signal, &raw const action, std::ptr::null_mut());
+            }
         }
         // A file that grows over the limit of the system is an error of whoever writes it.
         libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
@@ -174,8 +182,11 @@ extern "C" fn caught(signal: c_int, info: *mut libc::siginfo_t, context: *mut c_
         if libc::getpid() == PROCESS.load(Relaxed) {
             if !TAKEN.swap(true, Acquire) {
                 note(signal, &*info, context);
-                let byte = 1_u8;
-                libc::write(WAKE.load(Relaxed), (&raw const byte).cast(), 1);
+                let (wake, byte) = (WAKE.load(Relaxed), 1_u8);
+                if wake >= 0 {
+                    libc::write(wake, (&raw const byte).cast(), 1);
+                    note_callers();
+                }
             }
             // Another thread that crashes meanwhile waits, too: the first one ends the process.
             let part = libc::timespec { tv_sec: 0, tv_nsec: PART_NS };
@@ -203,14 +214,27 @@ unsafe fn note(signal: c_int, info: &libc::siginfo_t, context: *mut c_void) {
     // architecture.
     unsafe {
         THREAD.store(libc::gettid(), Relaxed);
-        if info.si_code == libc::SI_USER {
-            SENDER.store(info.si_pid(), Relaxed);
+        if info.si_code <= 0 {
+            // Another process, whose number may lie beyond what this one can see; `raise` and timers are this one's.
+            let own = info.si_code == libc::SI_TIMER || info.si_pid() == libc::getpid();
+            SENDER.store(if own { 0 } else { info.si_pid().max(1) }, Relaxed);
         } else if info.si_code > 0 && FAULTS.contains(&signal) {
             ADDRESS.store(info.si_addr() as usize, Relaxed);
         }
         let (instruction, stack) = registers(&(*context.cast::<libc::ucontext_t>()).uc_mcontext);
         INSTRUCTION.store(instruction, Relaxed);
         STACK_AT.store(stack, Relaxed);
+    }
+}
+
+/// Looks for the callers, once the rest is on its way: whatever happens here, that is told.
+///
+/// # Safety
+/// In the handler, after `note`.
+unsafe fn note_callers() {
+    // SAFETY: the watch of this thread is there as long as its call; room for as many addresses.
+    unsafe {
+        let stack = STACK_AT.load(Relaxed);
         // Where the stack is used up, and while a library is loaded, looking for callers could crash or wait for ever.
         let deep = ADDRESS.load(Relaxed).abs_diff(stack) < blame::NEAR && ADDRESS.load(Relaxed) != 0;
         let loads = here().as_ref().is_some_and(|watch| watch.call() == Some(Call::Load));
@@ -222,6 +246,7 @@ unsafe fn note(signal: c_int, info: &libc::siginfo_t, context: *mut c_void) {
             }
         }
     }
+    NOTED.store(true, Release);
 }
 
 /// Where the thread was, and its stack.
@@ -258,7 +283,7 @@ fn wait(read: c_int, ready: &mpsc::Sender<()>) {
             }
         }
     }
-    let crash = Crash {
+    let mut crash = Crash {
         signal: SIGNAL.load(Relaxed),
         thread: THREAD.load(Relaxed),
         sender: SENDER.load(Relaxed),
@@ -266,7 +291,7 @@ fn wait(read: c_int, ready: &mpsc::Sender<()>) {
         instruction: INSTRUCTION.load(Relaxed),
         stack: STACK_AT.load(Relaxed),
         call: running(AT.load(Relaxed)),
-        callers: CALLERS.iter().map(|c| c.load(Relaxed)).take_while(|c| *c != 0).collect(),
+        callers: Vec::new(),
     };
     let mut fault = Fault::new(FaultKind::Crash, blame::of_crash(&crash));
     if crash.sender == 0 || crash.sender == PROCESS.load(Relaxed) {
@@ -274,6 +299,13 @@ fn wait(read: c_int, ready: &mpsc::Sender<()>) {
     }
     tell(fault, crash.call.as_ref());
     // From here on nothing is lost if the thread that crashed holds a lock, or what is looked at is damaged.
+    for _ in 0..50 {
+        if NOTED.load(Acquire) {
+            crash.callers = CALLERS.iter().map(|c| c.load(Relaxed)).take_while(|c| *c != 0).collect();
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
     for line in blame::frames(&crash) {
         write_line(&format!("  {line}\n"));
     }
@@ -286,8 +318,9 @@ fn wait(read: c_int, ready: &mpsc::Sender<()>) {
 
 /// The pipe is gone, which the program never closes.
 fn tell_closed() {
+    WAKE.store(-1, Relaxed);
     let call = RUN.get().and_then(|run| run.watches.any_running());
-    write_line(&format!("{}\n", blame::of_closed(call.as_ref())));
+    tatu_core::breach(blame::of_closed(call.as_ref()));
 }
 
 /// The call that runs on the thread with this watch.

@@ -1353,9 +1353,9 @@ typedef struct tatu_host_files {
    * to read or write it yourself use `open`. */
   tatu_status(TATU_CALL *resolve)(tatu_world *, tatu_str name, uint32_t mode, tatu_str *path);
   /* [step] Opens a plain file beneath those folders: `mode` is a sum of TATU_FILE_*. `*file` is yours, and yours to close: a
-   * file descriptor (POSIX, close-on-exec) or a HANDLE (Windows). The folders were opened when the world was made, so a
-   * changed working folder, `..` and links lead nowhere else. TATU_ERR_MISSING: there is no such file; TATU_ERR: it leads
-   * out of the folders, or is a folder, pipe, socket or device; the sentence has its path. */
+   * file descriptor (POSIX, close-on-exec) or a HANDLE (Windows). The folders are those of when the world was made, so a
+   * changed working folder, `..` and links lead nowhere else. TATU_ERR_MISSING: they have no such file; TATU_ERR: a link
+   * leads out of them, or it is a folder, pipe, socket or device; the sentence has its path. */
   tatu_status(TATU_CALL *open)(tatu_world *, tatu_str name, uint32_t mode, int64_t *file);
 } tatu_host_files;
 

@@ -42,6 +42,9 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
                 units::KNOWN.join(", ")
             ));
         }
+        if p.keys_cut {
+            say("declares keys more than 4 tables deep, or more than 1000 of them: any are taken there".into());
+        }
         if p.unreadable_default {
             say("has a default that cannot be read: a value of a type that there is not, or nested too deep".into());
         }
@@ -153,6 +156,7 @@ mod tests {
             unreadable_default: false,
             choices: Vec::new(),
             keys: Vec::new(),
+            keys_cut: false,
             text: String::new(),
         }
     }

@@ -9,6 +9,8 @@ use super::tables;
 
 /// How deep tables with declared keys stand within each other.
 const DEEPEST_KEYS: u32 = 4;
+/// How many keys a parameter has, those of tables within it included.
+const MOST_KEYS: u32 = 1000;
 
 /// A declared parameter of a sensor, model or command.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +37,8 @@ pub struct Declared {
     pub choices: Vec<String>,
     /// Keys of a table; empty: any.
     pub keys: Vec<Declared>,
+    /// Some of them were not read: too deep, or too many.
+    pub keys_cut: bool,
     /// One sentence.
     pub text: String,
 }
@@ -44,21 +48,33 @@ impl Declared {
     /// The list and its tables are as the header tells.
     pub(super) unsafe fn read_list(list: *const *const tatu_param) -> Vec<Declared> {
         // SAFETY: the caller promises it.
-        unsafe { Self::read_level(list, 0) }
+        unsafe { tables::list(list).into_iter().map(|(_, p)| Self::read(&p, 0, &mut 0)).collect() }
     }
-    /// Keys of tables within tables are read so deep as values nest: a declaration may lead back to itself.
-    unsafe fn read_level(list: *const *const tatu_param, depth: u32) -> Vec<Declared> {
-        if depth > DEEPEST_KEYS {
-            return Vec::new();
+    /// Keys of a table, and whether there are more than are read: a declaration may lead back to itself.
+    unsafe fn read_keys(list: *const *const tatu_param, depth: u32, read: &mut u32) -> (Vec<Declared>, bool) {
+        // SAFETY: the caller promises it.
+        let all = unsafe { tables::list(list) };
+        if all.is_empty() {
+            return (Vec::new(), false);
+        }
+        *read = read.saturating_add(u32::try_from(all.len()).unwrap_or(u32::MAX));
+        if depth > DEEPEST_KEYS || *read > MOST_KEYS {
+            return (Vec::new(), true);
         }
         // SAFETY: the caller promises it.
-        unsafe { tables::list(list).into_iter().map(|(_, p)| Self::read(&p, depth)).collect() }
+        let keys: Vec<_> = all.into_iter().map(|(_, p)| unsafe { Self::read(&p, depth, read) }).collect();
+        let cut = keys.iter().any(|k| k.keys_cut);
+        (keys, cut)
     }
-    unsafe fn read(raw: &tatu_param, depth: u32) -> Declared {
+    unsafe fn read(raw: &tatu_param, depth: u32, read: &mut u32) -> Declared {
         // Both bounds zero is a table that somebody zeroed and did not fill: no bounds.
         let unset = raw.lowest == 0.0 && raw.highest == 0.0;
-        // SAFETY: texts of a declaration live as long as its plugin.
+        // SAFETY: lists, tables and texts of a declaration live as long as its plugin.
         unsafe {
+            let (keys, keys_cut) = match raw.type_ {
+                TATU_MAP => Self::read_keys(raw.keys, depth + 1, read),
+                _ => (Vec::new(), false),
+            };
             let fallback = ValueRef::new(raw.fallback).to_value();
             Declared {
                 key: tables::label(raw.key).unwrap_or_default(),
@@ -71,7 +87,8 @@ impl Declared {
                 unreadable_default: fallback.is_err(),
                 fallback: fallback.unwrap_or_default(),
                 choices: tables::pointers(raw.choices).into_iter().filter_map(|c| tables::text(c)).collect(),
-                keys: if raw.type_ == TATU_MAP { Self::read_level(raw.keys, depth + 1) } else { Vec::new() },
+                keys,
+                keys_cut,
                 text: tables::text(raw.text).unwrap_or_default(),
             }
         }

@@ -104,6 +104,7 @@ pub fn of_host() -> Vec<EventInfo> {
         unreadable_default: false,
         choices: Vec::new(),
         keys: Vec::new(),
+        keys_cut: false,
         text: text.into(),
     };
     let event = |(name, text, fields): &(&str, &str, &[Field])| EventInfo {

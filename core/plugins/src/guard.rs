@@ -151,9 +151,7 @@ pub fn watched<T>(f: impl FnOnce() -> T) -> (T, Option<&'static str>) {
     let before = Mode::now();
     let done = f();
     let (turned, moved) = (clear_direction(), before.restore());
-    if IS_CHILD.load(Relaxed) {
-        end_child();
-    }
+    end_if_child();
     let what = match (turned, moved) {
         (false, false) => None,
         (true, _) => Some(DIRECTION),
@@ -168,6 +166,14 @@ static IS_CHILD: AtomicBool = AtomicBool::new(false);
 /// Told by the program, in a copy of itself: it ends when the plugin's call comes back.
 pub fn this_is_a_child() {
     IS_CHILD.store(true, Relaxed);
+}
+
+/// After a call of a plugin: a copy of the process must not go on.
+#[inline]
+pub fn end_if_child() {
+    if IS_CHILD.load(Relaxed) {
+        end_child();
+    }
 }
 
 /// A copy has one thread, and would wait for the others for ever, or write what the program itself writes.

@@ -97,6 +97,7 @@ impl Loaded {
         // Beyond any index: the plugin has none yet.
         let outside = watch.enter(Call::Load, usize::MAX, 0);
         let opened = Self::open_watched(path, search, host, watch, remarks);
+        guard::end_if_child();
         watch.leave(outside);
         watch.subject("");
         if let Some(what) = home.restore() {

@@ -252,6 +252,7 @@ impl RowInfo {
             unreadable_default: false,
             choices: self.choices.iter().map(|s| (*s).to_owned()).collect(),
             keys: Vec::new(),
+            keys_cut: false,
             text: self.text.to_owned(),
         }
     }

@@ -36,7 +36,7 @@ pub mod session;
 pub mod state;
 mod step;
 
-pub use cell::{Lines, LogLine, NextScene, Phase, ScriptSummary, StandIn, Wish};
+pub use cell::{Lines, LogLine, NextScene, Phase, ScriptSummary, StandIn, Wish, breach};
 pub use figures::Figures;
 pub use run::{Field, Observed, Reading, Session, World, replay_to};
 pub use sense::Edge;

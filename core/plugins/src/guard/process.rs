@@ -24,7 +24,7 @@ mod unix {
     use std::{
         fs::File,
         os::fd::{AsRawFd, FromRawFd, RawFd},
-        sync::{Arc, OnceLock},
+        sync::{Arc, Mutex, PoisonError},
     };
 
     use libc::c_int;
@@ -52,9 +52,13 @@ mod unix {
     /// An open file or folder: device and number.
     type Identity = Option<(libc::dev_t, libc::ino_t)>;
 
+    /// What the C library adds to the flags of an action that it sets.
+    const SA_RESTORER: c_int = 0x0400_0000;
+
     /// How it was.
     #[derive(Debug, Clone)]
     pub struct State {
+        kept: Arc<Kept>,
         folder: Identity,
         outputs: [Identity; OUTPUTS.len()],
         signals: Arc<[libc::sigaction; SIGNALS.len()]>,
@@ -68,15 +72,24 @@ mod unix {
     }
     impl Eq for State {}
 
-    /// What the process began with, open as long as it lives: what is put back leads there.
+    /// Folder and outputs, open: what is put back leads there. One for all states that are alike.
+    #[derive(Debug)]
     struct Kept {
+        ids: (Identity, [Identity; OUTPUTS.len()]),
         folder: Option<File>,
         outputs: [Option<File>; OUTPUTS.len()],
     }
 
-    fn kept() -> &'static Kept {
-        static KEPT: OnceLock<Kept> = OnceLock::new();
-        KEPT.get_or_init(|| Kept { folder: File::open(".").ok(), outputs: OUTPUTS.map(|(fd, _)| copy(fd)) })
+    fn kept(ids: (Identity, [Identity; OUTPUTS.len()])) -> Arc<Kept> {
+        static LAST: Mutex<Option<Arc<Kept>>> = Mutex::new(None);
+        let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kept) = last.as_ref().filter(|kept| kept.ids == ids) {
+            return kept.clone();
+        }
+        let outputs = OUTPUTS.map(|(fd, _)| copy(fd));
+        let kept = Arc::new(Kept { ids, folder: File::open(".").ok(), outputs });
+        *last = Some(kept.clone());
+        kept
     }
 
     /// A second descriptor of an open file.
@@ -111,16 +124,17 @@ mod unix {
         }
     }
     fn same(a: &libc::sigaction, b: &libc::sigaction) -> bool {
-        (a.sa_sigaction, a.sa_flags) == (b.sa_sigaction, b.sa_flags)
+        (a.sa_sigaction, a.sa_flags & !SA_RESTORER) == (b.sa_sigaction, b.sa_flags & !SA_RESTORER)
     }
 
     impl State {
         /// As it is now.
         pub fn now() -> Self {
-            kept();
+            let (folder, outputs) = (folder(), OUTPUTS.map(|(fd, _)| output(fd)));
             State {
-                folder: folder(),
-                outputs: OUTPUTS.map(|(fd, _)| output(fd)),
+                kept: kept((folder, outputs)),
+                folder,
+                outputs,
                 signals: Arc::new(SIGNALS.map(|(signal, _)| action(signal))),
             }
         }
@@ -128,16 +142,16 @@ mod unix {
         /// Goes back to it; what had been changed, in words.
         pub fn restore(&self) -> Vec<String> {
             let mut out = Vec::new();
-            if folder() != self.folder
-                && let Some(home) = &kept().folder
-            {
-                // SAFETY: an open folder.
-                unsafe { libc::fchdir(home.as_raw_fd()) };
+            if folder() != self.folder {
+                if let Some(home) = &self.kept.folder {
+                    // SAFETY: an open folder.
+                    unsafe { libc::fchdir(home.as_raw_fd()) };
+                }
                 out.push("the working folder of the process".to_owned());
             }
             for (i, (fd, name)) in OUTPUTS.into_iter().enumerate() {
                 if output(fd) != self.outputs[i] {
-                    if let Some(own) = &kept().outputs[i] {
+                    if let Some(own) = &self.kept.outputs[i] {
                         // SAFETY: an open file, under the number that it had.
                         unsafe { libc::dup2(own.as_raw_fd(), fd) };
                     }

@@ -266,6 +266,7 @@ impl Registry {
         self.setup.subject(subject);
         let before = self.setup.enter(call, plugin, 0);
         let (done, heard) = guard::capture_errors(f);
+        guard::end_if_child();
         self.setup.leave(before);
         let who = || format!("{subject}: plugin `{}`", self.plugins[plugin].id);
         if let Some(what) = home.restore() {

@@ -160,6 +160,7 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
         unreadable_default: false,
         choices: Vec::new(),
         keys: Vec::new(),
+        keys_cut: false,
         text: String::new(),
     };
     let any = f64::NEG_INFINITY;
@@ -173,6 +174,7 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
         Declared {
             choices: FRICTION_RULES.iter().map(|(name, _)| (*name).to_owned()).collect(),
             keys: Vec::new(),
+            keys_cut: false,
             ..of("friction_rule", TATU_TEXT, None, any, 0)
         },
         of("friction_pairs", TATU_LIST, None, any, 0),

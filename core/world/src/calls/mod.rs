@@ -157,12 +157,12 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         );
     }
     if !calls.arena.try_borrow().is_ok_and(|arena| arena.is_whole_since(mark)) {
-        return broken(
-            world,
-            entry,
-            f,
-            "broke the contract: it wrote past the end of memory that the host gave it (`alloc`)",
-        );
+        // What it gave is given up with it, so that whoever called it is not found to have done it, too.
+        if let Ok(mut arena) = calls.arena.try_borrow_mut() {
+            arena.release(mark);
+        }
+        let text = "broke the contract: it wrote past the end of memory that the host gave it (`alloc`)";
+        return broken(world, entry, f, text);
     }
     if !f.state.is_null() && !world.state_is_whole(entry.plugin) {
         world.mend_state(entry.plugin);

@@ -58,6 +58,7 @@ pub(crate) use pool::of as pool_of;
 pub(crate) use report::instance_fault;
 pub use report::{Lines, LogLine};
 pub(crate) use results_room::{CallersRoom, ResultsRoom};
+pub use scope::breach;
 pub(crate) use scope::{Function, enlist};
 pub(crate) use script_counts::CallCounts;
 pub use script_counts::ScriptSummary;

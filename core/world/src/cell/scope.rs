@@ -98,6 +98,9 @@ const fn scope(call: Option<Call>) -> Scope {
 
 /// A world has got the address at which it stays.
 pub(crate) fn enlist(world: &WorldCell) {
+    if let Ok(mut all) = STRANGERS.lock() {
+        all.known.clear();
+    }
     LIVING.with_borrow_mut(|all| all.push(world));
 }
 
@@ -177,10 +180,28 @@ fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
 
 /// Refusals that belong to no world, with the library that called: they are told once, and the first world to look takes them
 /// for faults of its run.
-static STRANGERS: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+static STRANGERS: Mutex<Strangers> = Mutex::new(Strangers { known: BTreeSet::new(), pending: Vec::new() });
 static ANY_STRANGER: AtomicBool = AtomicBool::new(false);
 /// How many of them are kept.
 const MOST_STRANGERS: usize = 16;
+
+struct Strangers {
+    /// Told since the last world was made.
+    known: BTreeSet<String>,
+    /// Not told yet.
+    pending: Vec<String>,
+}
+
+/// A plugin broke the contract outside of any call that a world knows of: a fault of the run that looks next, told once.
+pub fn breach(text: String) {
+    if let Ok(mut all) = STRANGERS.lock()
+        && all.known.len() < MOST_STRANGERS
+        && all.known.insert(text.clone())
+    {
+        all.pending.push(text);
+        ANY_STRANGER.store(true, Relaxed);
+    }
+}
 
 #[cold]
 fn refuse_stranger(ptr: *mut tatu_world, name: &str) -> tatu_status {
@@ -192,12 +213,7 @@ fn refuse_stranger(ptr: *mut tatu_world, name: &str) -> tatu_status {
              world's, and is refused: threads of a plugin call log.write and session.wake, and leave all else to a barrier"
         ),
     };
-    if let Ok(mut all) = STRANGERS.lock()
-        && all.len() < MOST_STRANGERS
-        && all.insert(text)
-    {
-        ANY_STRANGER.store(true, Relaxed);
-    }
+    breach(text);
     TATU_ERR_BUSY
 }
 
@@ -205,11 +221,11 @@ impl WorldCell {
     /// Takes refusals that belong to no world for faults of this run.
     pub fn take_strangers(&self) {
         if ANY_STRANGER.swap(false, Relaxed)
-            && let Ok(all) = STRANGERS.lock()
+            && let Ok(mut all) = STRANGERS.lock()
         {
-            // They stay known: a thread that goes on is told of once.
-            let all: Vec<String> = all.iter().cloned().collect();
-            all.into_iter().for_each(|text| self.report(Fault::new(FaultKind::Plugin, text)));
+            let pending = std::mem::take(&mut all.pending);
+            drop(all);
+            pending.into_iter().for_each(|text| self.report(Fault::new(FaultKind::Plugin, text)));
         }
     }
 }

@@ -152,6 +152,7 @@ impl WorldCell {
         let done = f();
         // The next copy would run backwards.
         let turned = guard::clear_direction();
+        guard::end_if_child();
         self.watch.leave(before);
         self.called.set(self.called.get() | 1 << plugin.min(63));
         if turned {
@@ -190,6 +191,10 @@ impl WorldCell {
         }
         done
     }
+    /// Plugins are called, and not by way of [`cross`](Self::cross).
+    pub fn note_called(&self, plugins: impl Iterator<Item = usize>) {
+        self.called.set(plugins.fold(self.called.get(), |called, plugin| called | 1 << plugin.min(63)));
+    }
     /// Looks, after a stage, at what a look at each call would take too long: the locale, and the old floating-point
     /// unit. Who was called meanwhile is suspected.
     pub fn restore_process_state(&self, stage: &str) {
@@ -222,6 +227,7 @@ impl WorldCell {
         let ids: Vec<&str> = all.iter().map(|i| plugins[*i].id.as_str()).collect();
         let who = match ids.as_slice() {
             [one] => format!("plugin `{one}`"),
+            [] => "a plugin, in a thread of its own,".to_owned(),
             many => format!("one of the plugins `{}`", many.join("`, `")),
         };
         let mut fault = Fault::new(FaultKind::Plugin, format!("{who} changed {what} in {place}"));

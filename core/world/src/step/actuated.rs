@@ -14,6 +14,7 @@ pub(super) fn advance(
     dt: f64,
 ) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
     dynamics.prepare(scene);
+    world.note_called(actuators.devices.iter().map(|d| world.registry.actuators[d.kind].plugin));
     // Only asked where no body carries an actuator.
     let scene_now: &Scene = scene;
     let twist = |slot: u32| world.twist_by_motion(scene_now, slot);
@@ -45,6 +46,7 @@ pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, 
     if actuators.devices.is_empty() {
         return (world.install(|| dynamics.advance_part(scene, dt, part, None)), Vec::new());
     }
+    world.note_called(actuators.devices.iter().map(|d| world.registry.actuators[d.kind].plugin));
     let scene_now: &Scene = scene;
     let twist = |slot: u32| world.twist_by_motion(scene_now, slot);
     let time = world.clock.time.get() + world.clock.so_far();
