@@ -282,9 +282,12 @@ impl Log {
     }
 }
 
+/// Bytes of the longest input log and snapshot that is read: what the program wrote itself may be large.
+pub(crate) const MOST_OWN: u64 = 4 << 30;
+
 /// Reads a log. E105: the file cannot be read; E116: it is no log, or damaged.
 pub fn read(path: &Path) -> Result<Log> {
-    let bytes = tatu_plugin_api::safe::read_plain(path, crate::state::MOST_OWN)
+    let bytes = tatu_plugin_api::safe::read_plain(path, MOST_OWN)
         .map_err(|e| Error::new("E105", format!("cannot read the input log {}: {e}", path.display())))?;
     let wrong = |line: usize, text: String| {
         let place = Place { file: path.to_owned(), line, column: 1, span: 0..0 };

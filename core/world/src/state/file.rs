@@ -119,7 +119,7 @@ impl Snapshot {
 
     /// Reads a file.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = tatu_plugin_api::safe::read_plain(path, super::MOST_OWN)
+        let bytes = tatu_plugin_api::safe::read_plain(path, crate::session::file::MOST_OWN)
             .map_err(|e| Error::new("E105", format!("cannot read the snapshot {}: {e}", path.display())))?;
         Self::from_bytes(&bytes).map_err(|mut e| {
             e.text = format!("{}: {}", path.display(), e.text);

@@ -17,9 +17,6 @@ pub(crate) mod save;
 mod snapshot;
 mod whole;
 
-/// Bytes of the longest input log and snapshot that is read: what the program wrote itself may be large.
-pub(crate) const MOST_OWN: u64 = 4 << 30;
-
 pub use crate::instances::Missed;
 pub use document::fingerprint;
 pub use file::{Head, Snapshot};
