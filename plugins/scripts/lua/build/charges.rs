@@ -295,7 +295,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
     (
         "lstrlib.c",
         "    char *p = luaL_buffinitsize(L, &b, totallen);\n",
-        "    char *p = luaL_buffinitsize(L, &b, totallen);\n    tatu_lua_charge(L, totallen + (unsigned long long)n * TATU_VALUE);\n",
+        "    char *p = luaL_buffinitsize(L, &b, totallen);\n    tatu_lua_charge(L, totallen + (unsigned long long)n * (TATU_VALUE / 4));\n",
     ),
     (
         "lstrlib.c",
