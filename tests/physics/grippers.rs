@@ -7,6 +7,11 @@ use crate::{kit::*, scenes::*};
 /// A palm on a vertical slide with two fingers that press from the left and the right; `left` and `right` are the keys of
 /// their drives. Grips for 2 s, lifts by 0.3 m, then shakes up and down; how far the object creeps on the fingers, m.
 fn creep(mass: f64, left: &str, right: &str, seconds: f64) -> f64 {
+    creep_between(0.2, mass, left, right, seconds)
+}
+
+/// The same with fingers of another mass, kg.
+fn creep_between(fingers: f64, mass: f64, left: &str, right: &str, seconds: f64) -> f64 {
     let finger = |alias: &str, x: f64, drive: &str| {
         let slide = placed([x, 0.0, 0.2], [0.0, 1.0, 0.0], FRAC_PI_2);
         let pad = placed([x, 0.0, 0.16], [1.0, 0.0, 0.0], 0.0) + "\nrespondable = true";
@@ -14,7 +19,7 @@ fn creep(mass: f64, left: &str, right: &str, seconds: f64) -> f64 {
             &format!("j{alias}"),
             "/base/lift/palm",
             &format!("type = \"prismatic\"\nlimits_m = [-0.1, 0.1]\n{slide}\n{drive}"),
-        ) + &body(&format!("f{alias}"), &format!("/base/lift/palm/j{alias}"), "box", [0.02, 0.04, 0.3], 0.2, &pad)
+        ) + &body(&format!("f{alias}"), &format!("/base/lift/palm/j{alias}"), "box", [0.02, 0.04, 0.3], fingers, &pad)
     };
     let lift = "type = \"prismatic\"\ncontrol = \"position\"\nmax_force_n = 1000.0\nmax_velocity_m_s = 0.2\nlimits_m = [-0.5, 0.5]";
     let palm = placed([0.0, 0.0, 0.3], [1.0, 0.0, 0.0], 0.0);
@@ -66,4 +71,82 @@ fn grips_with_one_finger_held() {
 fn grips_at_the_limit_of_a_motor() {
     let drive = |v: f64| format!("control = \"velocity\"\ntarget_velocity_m_s = {v:?}\nmax_force_n = 20.0");
     near("creep", creep(0.1, &drive(0.1), &drive(-0.1), 20.0), 0.0, 5e-4);
+}
+
+/// One finger has the motor, the other is geared to it; both are light.
+const GEARED: &str = "follows = \"/base/lift/palm/jl\"\nfollow_factor = -1.0\ngeared = true\n";
+
+/// Two flat fingers of 15 g that slide towards each other under a palm, one geared to the other, lift 0.2 kg by 0.1 m within a
+/// second; how far it slips on them in the four seconds from then on, m.
+fn slip(left: &str, right: &str) -> f64 {
+    let finger = |alias: &str, x: f64, drive: &str| {
+        let turn = -90.0 * x.signum();
+        let slide = format!(
+            "type = \"prismatic\"\nposition_m = [{x}, 0, 0]\norientation_deg = [0, {turn}, 0]\nlimits_m = [-0.1, 0.1]\n{drive}"
+        );
+        let (joint_name, parent) = (format!("j{alias}"), format!("/base/lift/palm/j{alias}"));
+        let pad = "position_m = [-0.05, 0, 0]\nrespondable = true\nfriction = 0.9"
+            .replace("-0.05", &format!("{}", -0.05 * x.signum()));
+        joint(&joint_name, "/base/lift/palm", &slide)
+            + &body(&format!("f{alias}"), &parent, "box", [0.1, 0.02, 0.015], 0.015, &pad)
+    };
+    let hand = watcher(
+        "hand",
+        "function sysCall_actuation()
+            local t = math.min(math.max(sim.getSimulationTime() - 1, 0), 1)
+            sim.setJointTargetPosition(sim.getObject('/base/lift'), 0.1 * (3 * t ^ 2 - 2 * t ^ 3))
+        end",
+    );
+    let object = "respondable = true\nfriction = 0.9\nposition_m = [0, 0, 0.7]";
+    let scene = "dt_s = 0.005\n".to_owned()
+        + &base([0.0, 0.0, 0.8])
+        + &joint(
+            "lift",
+            "/base",
+            "type = \"prismatic\"\ncontrol = \"position\"\nmax_force_n = 500.0\nlimits_m = [-0.3, 0.6]",
+        )
+        + &body("palm", "/base/lift", "box", [0.2, 0.06, 0.03], 0.5, "position_m = [0, 0, -0.05]")
+        + &finger("l", 0.06, left)
+        + &finger("r", -0.06, right)
+        + &cuboid("table", [0.04, 0.3, 0.05], [0.0, 0.0, 0.65], "respondable = true")
+        + &body("o", "", "box", [0.05; 3], 0.2, object)
+        + &hand;
+    let lines = watch_run(&scene, &["/o", "/base/lift/palm"], 5.0);
+    let apart = |l: &Line| {
+        let (o, palm) = (position(l, "/o"), position(l, "/base/lift/palm"));
+        [0, 1, 2].map(|i| o[i] - palm[i])
+    };
+    let held = lines.iter().find(|l| l.time() >= 0.95).map(apart).unwrap();
+    distance(apart(&lines[lines.len() - 1]), held)
+}
+
+#[test]
+fn geared_fingers_hold_what_is_heavy_for_them() {
+    let geared = GEARED.replace("-1.0", "1.0");
+    let drive = |n: f64| format!("control = \"velocity\"\ntarget_velocity_m_s = 0.05\nmax_force_n = {n:?}\n");
+    for (motor, follower) in [
+        (drive(20.0), format!("{}{geared}", drive(20.0))),
+        // The motor of the follower goes where the leader's goes, whatever it was told.
+        (drive(20.0), format!("control = \"velocity\"\nmax_force_n = 20.0\n{geared}")),
+        (drive(40.0), geared.clone()),
+    ] {
+        near("slip", slip(&motor, &follower), 0.0, 1e-4);
+    }
+}
+
+/// With the rotor that an importer gives light geared links, at whatever speed and by whatever control they close.
+#[test]
+fn geared_fingers_with_a_rotor_hold_in_every_control() {
+    let rotor = "armature_kg = 0.05\n";
+    for drive in [
+        "control = \"velocity\"\ntarget_velocity_m_s = 0.1\n",
+        "control = \"velocity\"\ntarget_velocity_m_s = 0.3\n",
+        "control = \"position\"\ntarget_position_m = 0.08\n",
+        "control = \"force\"\n",
+    ] {
+        for mass in [0.2, 0.5] {
+            let motor = format!("{drive}max_force_n = 40.0\n{rotor}");
+            near(drive, creep_between(0.015, mass, &motor, &format!("{GEARED}{rotor}"), 10.0), 0.0, 1e-4);
+        }
+    }
 }

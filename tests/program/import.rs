@@ -398,6 +398,40 @@ fn joints_mimic_and_are_damped() {
     assert!((at(last, "/g/one") - at(last - 20, "/g/one")).abs() < 1e-4, "and comes to rest");
 }
 
+/// Light links that mimic each other get the rotor that files leave out, and it is told; heavy ones, and those that mimic
+/// nothing, do not.
+#[test]
+fn light_geared_links_get_a_rotor() {
+    let place = Place::new();
+    let link = |name: &str, mass: f64| {
+        format!(
+            "<link name=\"{name}\"><inertial><origin xyz=\"0.03 0 0\"/><mass value=\"{mass}\"/><inertia ixx=\"1e-5\" ixy=\"0\" ixz=\"0\" iyy=\"1e-5\" iyz=\"0\" izz=\"1e-5\"/></inertial></link>\n"
+        )
+    };
+    let joint = |kind: &str, child: &str, more: &str| {
+        format!(
+            "<joint name=\"j{child}\" type=\"{kind}\"><parent link=\"world\"/><child link=\"{child}\"/><axis xyz=\"0 1 0\"/>\
+             <limit lower=\"-1\" upper=\"1\" effort=\"9\" velocity=\"1\"/>{more}</joint>\n"
+        )
+    };
+    let masses = [("a", 0.015), ("b", 0.015), ("c", 0.02), ("d", 0.5), ("e", 0.5), ("f", 0.015)];
+    let text = masses.map(|(name, mass)| link(name, mass)).concat()
+        + &joint("prismatic", "a", "")
+        + &joint("prismatic", "b", "<mimic joint=\"ja\"/>")
+        + &joint("revolute", "c", "<mimic joint=\"ja\"/>")
+        + &joint("prismatic", "d", "")
+        + &joint("prismatic", "e", "<mimic joint=\"jd\"/>")
+        + &joint("prismatic", "f", "");
+    place.write("g.urdf", &format!("<robot name=\"g\"><link name=\"world\"/>{text}</robot>"));
+    let told = place.tatu(&["convert", "g.urdf", "scene.toml"]).good().err;
+    let scene = place.read("scene.toml");
+    assert_eq!(scene.matches("armature_kg = 0.05").count(), 2, "{scene}");
+    // Twice 30 mm from the axis.
+    assert_eq!(scene.matches("armature_kg_m2 = 0.00017").count(), 1, "{scene}");
+    assert_eq!(told.matches("weighs 15 g: it gets an armature of 5.00e-2 kg").count(), 2, "{told}");
+    assert_eq!(told.matches("it gets an armature").count(), 3, "{told}");
+}
+
 #[test]
 fn sliders_stop_at_their_limits_and_what_is_not_done_is_told() {
     let place = Place::new();

@@ -115,6 +115,8 @@ struct Tables {
     joints_changed: bool,
     /// Joints that move as one.
     gears: Vec<Gear>,
+    /// Whether there are screws.
+    screws: bool,
     /// Joints whose load is measured.
     measured: Vec<Measured>,
     /// Joints whose drive weakens with speed.

@@ -82,7 +82,7 @@ pub struct Dynamics {
     /// Joints that follow others, and whom.
     followers: Vec<(u32, u32)>,
     /// Joints that are geared to others.
-    geared: Vec<(u32, u32)>,
+    pub(super) geared: Vec<(u32, u32)>,
     /// Force sensors that tie two bodies, with their slots.
     pub(super) force_sensors: Vec<(JointId, u32)>,
     settings: EngineSettings,
@@ -391,6 +391,7 @@ impl Dynamics {
     fn look(&mut self, scene: &mut Scene) -> Vec<u32> {
         let lost = self.engine.quarantined();
         self.copy_back(scene);
+        self.sum_efforts(scene);
         lost.iter().filter_map(|b| self.object_of(*b)).collect()
     }
 

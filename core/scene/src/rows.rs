@@ -159,7 +159,7 @@ rows! {
     Follows "joint.follows" JOINT, TATU_TEXT 0 None, Rebuilds FREE, "Path of the joint that it follows, seen from itself: position control and kinematic joints follow its position, velocity control its velocity; default: none.";
     FollowFactor "joint.follow_factor" JOINT, TATU_F64 0 None, Live FREE, "How far it follows: its position or velocity for 1 of the other's; default 1.";
     FollowOffset "joint.follow_offset" JOINT, TATU_F64 0 Some("rad|m"), Live FREE, "Where it stands when the other stands at 0; default 0.";
-    Geared "joint.geared" JOINT, TATU_BOOL 0 None, Rebuilds FREE, "Whether it is geared to the joint that it follows: moves with it exactly, by factor and offset, and loads it; both must be of one mechanism and dynamic; default false.";
+    Geared "joint.geared" JOINT, TATU_BOOL 0 None, Rebuilds FREE, "Whether it is geared to the joint that it follows: moves with it exactly, by factor and offset, and loads it; a motor of its own goes where the other's goes, and without one it has its part of the other's; both must be of one mechanism and dynamic; default false.";
     FollowCurve "joint.follow_curve" JOINT, TATU_F64S 0 None, Live FREE, "Pairs of the other's position and its own, rad or m, ascending, with straight lines between; takes the place of factor and offset for positions; default: none.";
     Link "dummy.link" DUMMY, TATU_TEXT 0 None, Rebuilds FREE, "Path of another dummy, seen from itself: the shapes above both are held together so that the two dummies coincide in place and orientation (all six degrees), which closes a loop; default: none.";
     SensedForce "force_sensor.force" FORCE_SENSOR, TATU_F64S 3 Some("N"), ReadOnly FREE, "Force that what hangs on it exerts on it, in its frame, filtered.";

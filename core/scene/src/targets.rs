@@ -44,9 +44,48 @@ impl Course {
     }
 }
 
+/// Where position control is to go in a physics step. Beyond its limits it would press against them for ever, and dither.
+fn target_of(j: &Joint, part: u32, steps: u32) -> f64 {
+    let share = f64::from(part + 1) / f64::from(steps);
+    let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+    j.course.map_or(j.target_position, |c| c.target(share)).max(low).min(high)
+}
+
+/// The drive of a joint that is geared to another one, from the drive of that.
+fn geared(drive: Drive, factor: f64, offset: f64, limit: f64) -> Drive {
+    match drive {
+        Drive::Free => Drive::Free,
+        Drive::Velocity { target, slip, .. } => Drive::Velocity { target: factor * target, max_force: limit, slip },
+        Drive::Position { target, max_velocity, tracking, .. } => Drive::Position {
+            target: factor * target + offset,
+            max_force: limit,
+            max_velocity: factor.abs() * max_velocity,
+            tracking: tracking.map(|t| Tracking { velocity: factor * t.velocity, ..t }),
+        },
+        Drive::Force(_) => Drive::Force(limit),
+    }
+}
+
+/// The same drive with a share of its torque or force.
+fn shared(drive: Drive, share: f64) -> Drive {
+    match drive {
+        Drive::Velocity { target, max_force, slip } => Drive::Velocity { target, max_force: share * max_force, slip },
+        Drive::Position { target, max_force, max_velocity, tracking } => {
+            Drive::Position { target, max_force: share * max_force, max_velocity, tracking }
+        }
+        Drive::Force(force) => Drive::Force(share * force),
+        Drive::Free => Drive::Free,
+    }
+}
+
 /// Whether the targets of a joint are control points of a spline.
 fn is_smooth(j: &Joint) -> bool {
     j.smooth_target && j.dynamic && j.control == Control::Position && j.id.is_some()
+}
+
+/// Whether a motor holds a velocity or a position.
+fn is_held(j: &Joint) -> bool {
+    matches!(j.control, Control::Velocity | Control::Position)
 }
 
 /// The target as a number that goes on from an earlier one: a joint without end takes the shorter way round.
@@ -118,14 +157,63 @@ impl Dynamics {
                 self.apply_drive(j, part, steps);
             }
         }
+        self.share_drives(scene, part, steps);
+    }
+
+    /// Joints that are geared to each other are driven as one, wherever the motor is: the engine finds what goes from one to
+    /// the other in single rows, and finds it better the less that is. A motor of the follower goes where the leader's goes; a
+    /// follower without one has its part of the leader's.
+    fn share_drives(&mut self, scene: &Scene, part: u32, steps: u32) {
+        for (slot, leader) in &self.geared {
+            let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());
+            let (Some(j), Some(l)) = (joint(*slot), joint(*leader)) else { continue };
+            let (Some(id), Some(leader_id), Some(drive)) = (j.id, l.id, drive_of(l, target_of(l, part, steps))) else {
+                continue;
+            };
+            let factor = j.follow.factor;
+            if let Some(share) = self.share_of(scene, *slot, *leader) {
+                let limit = match drive {
+                    Drive::Velocity { max_force, .. } | Drive::Position { max_force, .. } => max_force / factor.abs(),
+                    Drive::Force(force) => force / factor,
+                    Drive::Free => 0.0,
+                };
+                self.engine.drive(leader_id, shared(drive, share));
+                self.engine.drive(id, geared(drive, factor, j.follow.offset, share * limit));
+            } else if is_held(l) && is_held(j) {
+                self.engine.drive(id, geared(drive, factor, j.follow.offset, j.max_force.abs()));
+            }
+        }
+    }
+
+    /// The part of the leader's motor that acts on a follower without one.
+    fn share_of(&self, scene: &Scene, slot: u32, leader: u32) -> Option<f64> {
+        let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());
+        let is_free = |slot: u32| joint(slot).is_some_and(|j| j.control == Control::Free && j.follow.factor != 0.0);
+        let (l, follows) = (joint(leader)?, self.geared.iter().any(|(slot, _)| *slot == leader));
+        let motor = is_held(l) || l.control == Control::Force;
+        // A motor that gives way to its load does so by the whole of it.
+        let yields = l.slip != 0.0 || l.passive.no_load_speed != 0.0;
+        let others = self.geared.iter().filter(|(slot, l)| *l == leader && is_free(*slot)).count();
+        (motor && !yields && !follows && is_free(slot)).then(|| 1.0 / (others + 1) as f64)
+    }
+
+    /// What leaders' motors exerted, with what acted of them on followers.
+    pub(super) fn sum_efforts(&mut self, scene: &mut Scene) {
+        for (slot, leader) in &self.geared {
+            if self.share_of(scene, *slot, *leader).is_none() {
+                continue;
+            }
+            let Some(Data::Joint(j)) = scene.get_mut(*slot).map(|o| &mut o.data) else { continue };
+            let more = j.follow.factor * std::mem::take(&mut j.effort);
+            if let Some(Data::Joint(l)) = scene.get_mut(*leader).map(|o| &mut o.data) {
+                l.effort += more;
+            }
+        }
     }
 
     fn apply_drive(&mut self, j: &Joint, part: u32, steps: u32) {
         let Some(id) = j.id else { return };
-        let share = f64::from(part + 1) / f64::from(steps);
-        let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-        // Beyond its limits it would press against them for ever, and dither.
-        let target = j.course.map_or(j.target_position, |c| c.target(share)).max(low).min(high);
+        let target = target_of(j, part, steps);
         if let Some(drive) = drive_of(j, target) {
             self.engine.drive(id, drive);
             let rest = if j.control == Control::Spring { j.target_position } else { j.passive.rest };

@@ -1,6 +1,6 @@
 //! Joints that move as one: screws, and joints that are geared to others. Rapier couples coordinates of one mechanism.
 
-use rapier3d::dynamics::MultibodyDofCoupling;
+use rapier3d::dynamics::{Multibody, MultibodyDofCoupling};
 
 use super::{Rapier, joints::JointRecord};
 use crate::{Gear, JointId, JointKind};
@@ -8,6 +8,11 @@ use crate::{Gear, JointId, JointKind};
 /// Places of rapier's coordinates along and about the axis of a joint.
 const ALONG: usize = 2;
 const ABOUT: usize = 5;
+
+/// Share of the error of a coupling that is made up for in a step. Rapier would make up for all of it in each part, before it
+/// looks at contacts, and in the pass in which it leaves friction out: light geared fingers then push what they hold to and
+/// fro, and it slips through. Fingers of 15 g hold 0.2 kg at shares from 0.5 to 0.2, and lose it at 0.9 and at 0.05.
+const MADE_UP: f64 = 0.2;
 
 /// The number of a driven coordinate within its joint, and its place: a screw slides before it turns.
 pub(super) fn coordinate(kind: JointKind) -> (usize, usize) {
@@ -19,11 +24,13 @@ pub(super) fn coordinate(kind: JointKind) -> (usize, usize) {
 }
 
 impl Rapier {
-    /// Tells rapier all couplings anew after joints came or went.
+    /// Tells rapier all couplings anew: what they are to make up for in this step, and which there are.
     pub(super) fn couple(&mut self) {
-        if !std::mem::take(&mut self.tables.joints_changed) {
+        let changed = std::mem::take(&mut self.tables.joints_changed);
+        if !changed && self.tables.gears.is_empty() && !self.tables.screws {
             return;
         }
+        self.tables.screws = false;
         let coupled = |r: &&JointRecord| r.geared || matches!(r.kind, JointKind::Screw(_));
         for record in self.tables.joints.iter().flatten().filter(coupled) {
             if let Some((multibody, _)) = record.reduced().and_then(|r| self.world.multibody_joints.get_mut(r.handle)) {
@@ -35,16 +42,8 @@ impl Rapier {
             if let (JointKind::Screw(lead), Some(reduced)) = (record.kind, record.reduced())
                 && let Some((multibody, link)) = self.world.multibody_joints.get_mut(reduced.handle)
             {
-                multibody.add_dof_coupling(MultibodyDofCoupling {
-                    link1: link,
-                    dof1: 1,
-                    axis1: ABOUT,
-                    link2: link,
-                    dof2: 0,
-                    axis2: ALONG,
-                    coeff: lead,
-                    offset: 0.0,
-                });
+                self.tables.screws = true;
+                add(multibody, (link, 1, ABOUT), (link, 0, ALONG), lead, 0.0);
             }
         }
         for gear in std::mem::take(&mut self.tables.gears) {
@@ -65,16 +64,22 @@ impl Rapier {
             return;
         }
         if let Some(multibody) = self.world.multibody_joints.get_multibody_mut(leader.0) {
-            multibody.add_dof_coupling(MultibodyDofCoupling {
-                link1: leader.1,
-                dof1: leader.2.0,
-                axis1: leader.2.1,
-                link2: joint.1,
-                dof2: joint.2.0,
-                axis2: joint.2.1,
-                coeff: gear.ratio,
-                offset: gear.offset,
-            });
+            let [leader, joint] = [leader, joint].map(|(_, link, (dof, axis))| (link, dof, axis));
+            add(multibody, leader, joint, gear.ratio, gear.offset);
         }
     }
+}
+
+/// Couples a coordinate to another one; each is a link, the number of the coordinate in it, and its place.
+fn add(
+    multibody: &mut Multibody,
+    (link1, dof1, axis1): (usize, usize, usize),
+    (link2, dof2, axis2): (usize, usize, usize),
+    coeff: f64,
+    offset: f64,
+) {
+    let at = |link: usize, axis: usize| multibody.link(link).map_or(0.0, |l| l.joint().coords()[axis]);
+    let error = at(link2, axis2) - coeff * at(link1, axis1) - offset;
+    let offset = offset + (1.0 - MADE_UP) * error;
+    multibody.add_dof_coupling(MultibodyDofCoupling { link1, dof1, axis1, link2, dof2, axis2, coeff, offset });
 }

@@ -5,7 +5,7 @@
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_plugin_api::{
-    abi::TATU_REPORT_WARNING,
+    abi::{TATU_REPORT_NOTE, TATU_REPORT_WARNING},
     safe::{Builder, Fail, Node, Params, Result, Value},
 };
 use urdf_rs::{Geometry, Joint, JointType, Robot};
@@ -63,7 +63,11 @@ pub fn robot(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tre
         if let Some((j, above, frame)) = &body.joint {
             let line = outline.joints[*j].line;
             let made = joint(builder, nodes[*above], &robot.joints[*j], frame, settings, line);
-            parent = Some(made.map_err(|e| located(e, line))?);
+            let made = made.map_err(|e| located(e, line))?;
+            if is_geared(robot, *j) {
+                steady(builder, made, &robot.joints[*j], body, &masses[i])?;
+            }
+            parent = Some(made);
         }
         let line = outline.links[body.links[0].0].line;
         let node = work.body(body, parent, &masses[i], total);
@@ -135,6 +139,40 @@ fn joint<'a>(
             .set("joint.geared", true)?;
     }
     Ok(node)
+}
+
+/// Whether a joint mimics another one, or another one it.
+fn is_geared(robot: &Robot, joint: usize) -> bool {
+    let name = &robot.joints[joint].name;
+    let mimics = |j: &Joint| j.mimic.as_ref().is_some_and(|m| m.joint == *name);
+    robot.joints[joint].mimic.is_some() || robot.joints.iter().any(mimics)
+}
+
+/// Links of less than this on joints that are geared to others, kg,
+const LIGHT: f64 = 0.1;
+/// are taken to move a rotor as well, which is felt at their end like this, kg. Files leave it out; without, geared fingers of
+/// 15 g do not hold 0.2 kg at every speed at which they close, with it 0.5 kg.
+const ROTOR: f64 = 0.05;
+
+fn steady(builder: &Builder<'_>, node: Node<'_>, joint: &Joint, body: &Body, mass: &Mass) -> Result {
+    if mass.mass <= 0.0 || mass.mass >= LIGHT {
+        return Ok(());
+    }
+    let centre = body.below * nalgebra::Point3::from(mass.com);
+    // An even rod is twice as long as its centre is far.
+    let length = 2.0 * centre.x.hypot(centre.y);
+    let (armature, unit) = match joint.joint_type {
+        JointType::Prismatic => (ROTOR, "kg"),
+        _ => (ROTOR * length * length, "kg m^2"),
+    };
+    node.set("joint.armature", armature)?;
+    let text = format!(
+        "it is geared, and what hangs on it weighs {:.0} g: it gets an armature of {armature:.2e} {unit}, so that it holds what \
+         it grips; set `armature_kg` or `armature_kg_m2` to what its motor has",
+        mass.mass * 1e3
+    );
+    builder.report(TATU_REPORT_NOTE, Some(node), &text);
+    Ok(())
 }
 
 impl<'b> Work<'_, 'b> {
