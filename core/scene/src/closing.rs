@@ -89,17 +89,20 @@ impl Chain {
     }
 }
 
-/// From the first to the second, m and rad, world.
-fn gap(a: &Isometry3<f64>, b: &Isometry3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+/// A way, m, and a turn, rad; world.
+type Gap = (Vector3<f64>, Vector3<f64>);
+
+/// From the first to the second.
+fn gap(a: &Isometry3<f64>, b: &Isometry3<f64>) -> Gap {
     (b.translation.vector - a.translation.vector, (b.rotation * a.rotation.inverse()).scaled_axis())
 }
 
-fn is_closed((way, turn): &(Vector3<f64>, Vector3<f64>)) -> bool {
+fn is_closed((way, turn): &Gap) -> bool {
     way.norm() <= CLOSED.0 && turn.norm() <= CLOSED.1
 }
 
 /// The least gap that is found when the joints go wherever they can (Levenberg and Marquardt).
-fn least(chains: &[Chain; 2], reach: f64) -> (Vector3<f64>, Vector3<f64>) {
+fn least(chains: &[Chain; 2], reach: f64) -> Gap {
     let first = chains[0].freedoms.len();
     let all: Vec<&Freedom> = chains.iter().flat_map(|c| &c.freedoms).collect();
     let look = |q: &DVector<f64>| {
@@ -115,7 +118,7 @@ fn least(chains: &[Chain; 2], reach: f64) -> (Vector3<f64>, Vector3<f64>) {
         q.iter_mut().zip(&all).for_each(|(q, f)| *q = q.max(f.limits.0).min(f.limits.1));
         q
     };
-    let mut best: Option<(f64, (Vector3<f64>, Vector3<f64>))> = None;
+    let mut best: Option<(f64, Gap)> = None;
     for start in 0..STARTS {
         // From where they stand, then from places spread over a turn or the reach of the loop.
         let spread = |i: usize| ((start * (2 * i + 3)) % STARTS) as f64 / STARTS as f64 - 0.5;

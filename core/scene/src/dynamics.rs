@@ -464,7 +464,7 @@ impl Dynamics {
         Ok(())
     }
 
-    /// Bodies that have become faster than [`FAST`] or have come farther than [`FAR`] from where they were made, each told
+    /// Bodies that have become faster than 100 m/s or have come farther than 1 km from where they were made, each told
     /// once: slot, m/s, m.
     pub fn strays(&mut self, scene: &Scene) -> Vec<(u32, f64, f64)> {
         let mut found = Vec::new();

@@ -160,7 +160,7 @@ fn steady(builder: &Builder<'_>, node: Node<'_>, joint: &Joint, body: &Body, mas
     }
     let centre = body.below * nalgebra::Point3::from(mass.com);
     // An even rod is twice as long as its centre is far.
-    let length = 2.0 * centre.x.hypot(centre.y);
+    let length = 2.0 * centre.coords.xy().norm();
     let (armature, unit) = match joint.joint_type {
         JointType::Prismatic => (ROTOR, "kg"),
         _ => (ROTOR * length * length, "kg m^2"),
