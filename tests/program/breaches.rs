@@ -31,12 +31,12 @@ fn compile(source: &Path, to: &Path) {
 
 fn ran(place: &Place, env: &[(&str, &str)], args: &[&str]) -> Done {
     let env = [&[("TATU_PLUGIN_PATH", plugin().to_str().unwrap())], env].concat();
-    run(
-        program(),
-        place.path(),
-        &[&["run", "scene.toml", "--steps", "4", "--no-addons", "--json"], args].concat(),
-        &env,
-    )
+    let mut all = vec!["run", "scene.toml", "--no-addons", "--json"];
+    if !args.contains(&"--steps") {
+        all.extend(["--steps", "4"]);
+    }
+    all.extend(args);
+    run(program(), place.path(), &all, &env)
 }
 
 /// A script that calls the command once, prints what it is told, and goes on.
@@ -141,6 +141,15 @@ fn what_a_plugin_changes_of_the_process_is_put_back_and_told() {
         assert!(line.contains(words) && (line.contains(ID) || line.contains(&library)), "{how}: {line}");
         done.tells(&["goes on to the end"]);
     }
+}
+
+/// The system tells an action that was put back with a flag that it did not have before.
+#[test]
+fn what_was_put_back_is_told_once() {
+    let done = ran(&calls("signal of children"), &[], &["--steps", "400"]);
+    let errors = done.errors();
+    assert!(errors.len() == 1 && errors[0]["count"] == 1, "{errors:?}");
+    assert!(errors[0]["message"].as_str().unwrap().contains("changed what SIGCHLD does"), "{errors:?}");
 }
 
 #[test]

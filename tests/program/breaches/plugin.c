@@ -57,6 +57,7 @@ static tatu_status TATU_CALL now(tatu_call *c) {
 #endif
   if (is(c, "folder")) return tatu_return(c, tatu_int(chdir("/")));
   if (is(c, "signal")) signal(SIGUSR1, SIG_IGN);
+  if (is(c, "signal of children")) signal(SIGCHLD, SIG_IGN);
   if (is(c, "output")) close(1);
   if (is(c, "fork")) return tatu_return(c, tatu_int(fork() >= 0));
   if (is(c, "timer")) {
