@@ -264,7 +264,7 @@ fn what_is_written_and_printed_keeps_its_order() {
     let s = load(
         h,
         "function sysCall_init()
-            io.write('a ') print('b') print('c') io.write('d\n', 'e', '\n') io.stdout:write('f') print()
+            io.write('a ') print('b') print('c') io.write('d\\n', 'e', '\\n') io.stdout:write('f') print()
             io.write(('x'):rep(3000000)) print('y') io.write('before')
             error('then')
         end",
