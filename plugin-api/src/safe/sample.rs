@@ -162,9 +162,9 @@ impl<'a> Readout<'a> {
     /// The batch is the host's, for `'a`, and has this instance, whose fields and state block of `state` numbers nobody else
     /// uses.
     pub(super) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize, fields: &'a [Field], state: usize) -> Self {
-        // SAFETY: one block per instance, of as many numbers as declared, aligned to them; null where it has none.
         let state: &mut [f64] = match state {
             0 => &mut [],
+            // SAFETY: one block per instance, of as many numbers as declared, aligned to them.
             n => unsafe { std::slice::from_raw_parts_mut((*batch.state.add(i)).cast(), n) },
         };
         let n = batch.n_fields as usize;
