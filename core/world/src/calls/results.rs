@@ -55,7 +55,7 @@ fn span_flaw(v: &tatu_value, depth: u32) -> Option<String> {
     if len.checked_mul(each).is_none_or(|bytes| bytes > LARGEST) {
         return Some(format!("tells of {len} elements: at most {} MB cross the border", LARGEST >> 20));
     }
-    if len > 0 && ptr as u64 % each.min(8) != 0 {
+    if len > 0 && !(ptr as u64).is_multiple_of(each.min(8)) {
         return Some("lies at an address that is not aligned to its elements".into());
     }
     if !matches!(v.tag, TATU_LIST | TATU_MAP) || len == 0 {

@@ -205,7 +205,7 @@ impl WorldCell {
         self.take_strangers();
         self.called_lately.set(self.called_lately.get() | called);
         self.looks.set(self.looks.get().wrapping_add(1));
-        if self.looks.get() % LOOKS == 0 {
+        if self.looks.get().is_multiple_of(LOOKS) {
             self.restore_process("the last steps");
         }
     }

@@ -184,9 +184,16 @@ mod tests {
 
     #[test]
     fn modes() {
-        for (mode, writes) in [("r", false), ("rb", false), ("r+", true), ("a", true), ("w+b", true)] {
-            assert_eq!(options(mode.as_bytes()).map(|o| o.1), Some(writes));
+        let update = TATU_FILE_READ | TATU_FILE_WRITE | TATU_FILE_UPDATE;
+        for (text, bits) in [
+            ("r", TATU_FILE_READ),
+            ("rb", TATU_FILE_READ),
+            ("r+", update),
+            ("a", TATU_FILE_APPEND),
+            ("w+b", TATU_FILE_WRITE | TATU_FILE_READ),
+        ] {
+            assert_eq!(mode(text.as_bytes()), Some(bits), "{text}");
         }
-        assert!(options(b"x").is_none() && options(b"rw").is_none() && options(b"").is_none());
+        assert!(mode(b"x").is_none() && mode(b"rw").is_none() && mode(b"").is_none());
     }
 }
