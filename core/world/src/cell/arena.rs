@@ -68,7 +68,7 @@ impl Arena {
             let first = self.chunks[self.chunk].0.as_ptr();
             // SAFETY: within what is used of the chunk; read through the pointer, for plugins write to what lies before.
             let word = unsafe { first.add(end - 1).read() };
-            let block = word as u64 as usize;
+            let block = (word as u64 ^ GUARD) as usize;
             if word != guard(block) || block >= end {
                 return false;
             }
@@ -91,9 +91,9 @@ impl Arena {
     }
 }
 
-/// What stands behind a block of so many words.
+/// What stands behind a block of so many words; none of its bytes is likely to be written there by accident.
 fn guard(block: usize) -> u128 {
-    u128::from(GUARD) << 64 | block as u128
+    u128::from(GUARD) << 64 | u128::from(block as u64 ^ GUARD)
 }
 
 impl Room for Arena {
