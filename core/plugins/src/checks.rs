@@ -59,22 +59,19 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
         if !p.choices.is_empty() && !any && !matches!(p.kind, TATU_TEXT | TATU_BYTES) {
             say("has choices and is no text: they are not looked at".into());
         }
-        out.extend(
-            parameters(&p.keys, false)
-                .into_iter()
-                .map(|flaw| format!("{name}: {}", flaw.replacen("its parameter", "its key", 1))),
-        );
+        let of_keys = parameters(&p.keys, false).into_iter();
+        out.extend(of_keys.map(|flaw| format!("{name}: {}", flaw.replacen("its parameter", "its key", 1))));
     }
     out
 }
 
-/// Units of commands beside those of scene files, which people know.
+/// Units of commands beside those of scene files.
 const MORE_UNITS: &[&str] = &[
     "B", "px", "deg", "%", "A", "V", "W", "J", "Pa", "K", "T", "lx", "m^2", "m^3", "kg/m^3", "ms", "min", "h", "C",
     "F", "H",
 ];
 
-/// A unit that people would not know.
+/// What is said of a unit that nobody would know.
 fn unknown_unit(p: &Declared) -> Option<String> {
     let known = |u: &str| u.is_empty() || units::is_known(u) || MORE_UNITS.contains(&u);
     let unit = p.unit.as_deref().filter(|u| !known(u))?;
@@ -83,16 +80,19 @@ fn unknown_unit(p: &Declared) -> Option<String> {
 
 impl Registry {
     /// What plugins offer: whose it is, what, its id, and the sentence about it.
-    fn texts(&self) -> Vec<(usize, &'static str, String, String)> {
-        let mut out = Vec::new();
-        out.extend(self.sensors.iter().map(|k| (k.plugin, "sensor", k.id.clone(), k.text.clone())));
-        out.extend(self.actuators.iter().map(|k| (k.plugin, "actuator", k.id.clone(), k.text.clone())));
-        out.extend(self.services.iter().map(|k| (k.plugin, "service", k.id.clone(), k.text.clone())));
-        out.extend(self.models.iter().map(|k| (k.plugin, "model", k.id.clone(), k.text.clone())));
-        out.extend(self.importers.iter().map(|k| (k.plugin, "importer", k.id.clone(), k.text.clone())));
-        let name = |c: &super::CommandEntry| c.names.first().map_or(String::new(), |n| n.name.clone());
-        out.extend(self.commands.iter().map(|c| (c.plugin, "command", name(c), c.text.clone())));
-        out
+    fn texts(&self) -> impl Iterator<Item = (usize, &str, &str, &str)> {
+        macro_rules! all {
+            ($list:ident, $what:literal) => {
+                self.$list.iter().map(|k| (k.plugin, $what, k.id.as_str(), k.text.as_str()))
+            };
+        }
+        let commands = self.commands.iter().map(|c| (c.plugin, "command", c.name(), c.text.as_str()));
+        all!(sensors, "sensor")
+            .chain(all!(actuators, "actuator"))
+            .chain(all!(services, "service"))
+            .chain(all!(models, "model"))
+            .chain(all!(importers, "importer"))
+            .chain(commands)
     }
     /// Tells the declarations of all plugins that make no sense.
     pub(super) fn check_declarations(&mut self) {
@@ -119,14 +119,15 @@ impl Registry {
             add(i.plugin, format!("the importer `{}`", i.id), parameters(&i.params, true));
         }
         for c in &self.commands {
-            let name = c.names.first().map_or("", |n| n.name.as_str());
+            let name = c.name();
             add(c.plugin, format!("the command `{name}`"), parameters(&c.params, false));
-            let results = c.returns.iter().chain(&c.params);
-            add(c.plugin, format!("the command `{name}`"), results.filter_map(unknown_unit).collect());
+            let values = c.params.iter().chain(&c.returns);
+            add(c.plugin, format!("the command `{name}`"), values.filter_map(unknown_unit).collect());
         }
         for (plugin, what, id, text) in self.texts() {
-            let lack = text.is_empty().then(|| "it has no text that says what it does".to_owned());
-            add(plugin, format!("the {what} `{id}`"), lack.into_iter().collect());
+            if text.is_empty() {
+                add(plugin, format!("the {what} `{id}`"), vec!["it has no text that says what it does".to_owned()]);
+            }
         }
         for (e, plugin) in self.events.iter().filter_map(|e| Some((e, e.plugin?))) {
             add(plugin, format!("the event `{}`", e.name), parameters(&e.fields, false));

@@ -5,7 +5,10 @@ use std::{
     path::Path,
 };
 
-use tatu_plugin_api::abi::*;
+use tatu_plugin_api::{
+    abi::*,
+    safe::{MOST_BYTES, read_plain},
+};
 
 /// The extensions that this host asks plugins for.
 pub const EXTENSIONS: [&CStr; 8] =
@@ -58,7 +61,7 @@ pub fn offered(offers: impl Fn(&CStr) -> bool) -> Vec<String> {
 /// Where a library that offers nothing holds a text that looks like the id of an extension and is none: what it is, and the
 /// nearest that there is. Empty otherwise.
 pub fn misspelt(library: &Path) -> String {
-    let Ok(bytes) = std::fs::read(library) else { return String::new() };
+    let Ok(bytes) = read_plain(library, MOST_BYTES) else { return String::new() };
     let known: Vec<&str> = EXTENSIONS.iter().chain(&SERVICES).filter_map(|id| id.to_str().ok()).collect();
     let texts = bytes.split(|b| *b == 0).filter_map(|t| std::str::from_utf8(t).ok());
     let wrong = |t: &&str| t.len() < 60 && t.contains("tatu") && t.contains("draft") && !known.contains(t);

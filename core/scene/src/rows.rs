@@ -205,7 +205,7 @@ rows! {
     PhysicsDt "scene.physics_dt" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Greatest length of a physics step; a step is divided evenly; default 0.005.";
     PhysicsSubsteps "scene.physics_substeps" WORLD, TATU_I64 0 None, ReadOnly FREE, "Parts of a physics step in which velocities are solved, 1 to 64; default 4.";
     Sleep "scene.sleep" WORLD, TATU_BOOL 0 None, ReadOnly FREE, "Whether bodies that rest on something may sleep until they are touched; default true.";
-    FrictionRule "scene.friction_rule" WORLD, TATU_TEXT 0 None, ReadOnly &["product", "mean", "least", "greatest"], "How the friction of a pair comes from both shapes' numbers: Bullet and V-REP have the product, MuJoCo the greater one; default product.";
+    FrictionRule "scene.friction_rule" WORLD, TATU_TEXT 0 None, ReadOnly &["product", "mean", "least", "greatest"], "How the friction of a pair comes from both shapes' coefficients: their product, mean, or the least or greatest of the two; default product.";
     FrictionPairs "scene.friction_pairs" WORLD, TATU_LIST 0 None, ReadOnly FREE, "Friction by material, in place of the shapes' own: lists of two materials, friction, and restitution if it matters; default: none.";
     ContactSpring "scene.contact_spring" WORLD, TATU_F64S 2 None, ReadOnly FREE, "Natural frequency, Hz, and damping ratio of contacts, at most what a sub-step can carry (0.15 of its rate, 0.3 with what stands still); default 120 Hz (240 Hz) and 5.";
     Step "scene.step" WORLD, TATU_I64 0 None, ReadOnly FREE, "Number of the step, from 0.";

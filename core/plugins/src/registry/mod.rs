@@ -158,8 +158,7 @@ impl Registry {
 
     /// Tells the watchdog what commands are called.
     fn name_commands(&self) {
-        let first = |c: &CommandEntry| c.names.first().map_or(String::new(), |n| n.name.clone());
-        self.watches.commands(self.commands.iter().map(first).collect());
+        self.watches.commands(self.commands.iter().map(|c| c.name().to_owned()).collect());
     }
 
     /// With these plugins, of whose offers nothing has been read yet.

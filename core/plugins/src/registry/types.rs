@@ -168,6 +168,13 @@ pub struct CommandEntry {
     pub raw: tatu_command,
 }
 
+impl CommandEntry {
+    /// Its first name.
+    pub fn name(&self) -> &str {
+        self.names.first().map_or("", |n| n.name.as_str())
+    }
+}
+
 /// A named value for scripts, and who gave it.
 pub struct Constant {
     /// Index of the plugin.

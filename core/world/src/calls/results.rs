@@ -1,6 +1,6 @@
 //! Results as they come from plugins: whether the contract is kept before anybody reads them.
 
-use tatu_plugin_api::abi::*;
+use tatu_plugin_api::{abi::*, safe::MAX_DEPTH};
 
 /// Results as the contract has them: no more than there is room for, each of a type that there is. A span without a
 /// place has no elements. What lies in lists is looked at by who reads them.
@@ -36,13 +36,11 @@ pub(super) fn check_nested(f: &tatu_call) -> Result<(), String> {
     Ok(())
 }
 
-/// Bytes of a span that can be true: more than that no world holds in flight.
+/// Most bytes of a span: a world holds no more in flight.
 const LARGEST: u64 = 256 << 20;
-/// How deep values may nest.
-const DEEPEST: u32 = 32;
 
 /// What is wrong with a value that has a span.
-fn span_flaw(v: &tatu_value, depth: u32) -> Option<String> {
+fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
     let each = match v.tag {
         TATU_F64S | TATU_I64S => 8,
         TATU_F32S | TATU_I32S => 4,
@@ -64,19 +62,18 @@ fn span_flaw(v: &tatu_value, depth: u32) -> Option<String> {
     if ptr.is_null() {
         return Some(format!("holds a list of {len} elements at null"));
     }
-    if depth >= DEEPEST {
-        return Some(format!("nests deeper than {DEEPEST}: it may hold itself"));
+    if depth >= MAX_DEPTH {
+        return Some(format!("nests deeper than {MAX_DEPTH}: it may hold itself"));
     }
     let n = if v.tag == TATU_MAP { 2 * len } else { len } as usize;
     // SAFETY: by the contract as many values as told; a pair is two of them.
     let values = unsafe { std::slice::from_raw_parts(ptr.cast::<tatu_value>(), n) };
     for (i, inner) in values.iter().enumerate() {
         let is_key = v.tag == TATU_MAP && i % 2 == 0;
-        let is_number = |x: f64| !x.is_nan();
         let flaw = match inner.tag {
             tag if tag > TATU_OBJECT => Some(format!("holds a value of type {tag}, which there is not")),
             // SAFETY: the tag says which member is set.
-            TATU_F64 if is_key && !is_number(unsafe { inner.u.f }) => {
+            TATU_F64 if is_key && unsafe { inner.u.f.is_nan() } => {
                 Some("holds a map with a key that is no number".into())
             }
             tag if is_key

@@ -14,7 +14,7 @@ use tatu_plugins::state_block::GUARD;
 const CHUNK: usize = 64 * 1024;
 /// Bytes that values in flight may take together, each rounded up to 16 and with 16 more for its guard.
 const LIMIT: usize = 256 * 1024 * 1024;
-/// Guards beyond which they count: so many blocks of the largest size that is a power of two fill the limit to its end.
+/// So many guards do not count: 256 blocks of 1 MB fit, as the limit promises.
 const FREE_GUARDS: usize = 4096;
 
 /// A stack: allocate, and go back to a mark.

@@ -48,17 +48,15 @@ pub(crate) struct Folders {
 pub(crate) enum Refused {
     /// There is no such file in any of the folders.
     Missing(String),
-    /// It leads out of them, or is no plain file.
+    /// It leads out of them, is no plain file, or the system does not open it.
     Forbidden(String),
-    /// The system refuses it.
-    System(String),
 }
 
 impl Refused {
     /// The sentence, with the path.
     pub fn text(self) -> String {
         match self {
-            Refused::Missing(text) | Refused::Forbidden(text) | Refused::System(text) => text,
+            Refused::Missing(text) | Refused::Forbidden(text) => text,
         }
     }
 }
@@ -211,5 +209,5 @@ fn not_plain(path: &Path) -> Refused {
 }
 
 fn system(path: &Path, e: &io::Error) -> Refused {
-    Refused::System(format!("`{}` cannot be opened: {e}", path.display()))
+    Refused::Forbidden(format!("`{}` cannot be opened: {e}", path.display()))
 }

@@ -72,7 +72,7 @@ fn note(world: &WorldCell, name: &str, mode: u32) {
 fn refuse(world: &WorldCell, why: Refused) -> tatu_status {
     let (status, text) = match why {
         Refused::Missing(text) => (TATU_ERR_MISSING, text),
-        Refused::Forbidden(text) | Refused::System(text) => (TATU_ERR, text),
+        Refused::Forbidden(text) => (TATU_ERR, text),
     };
     world.calls.refuse(status, &text)
 }
