@@ -20,28 +20,24 @@
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 
-mod actuators;
 mod calls;
 mod cell;
 mod events;
-pub mod figures;
 mod instances;
 mod recording;
 pub mod reload;
 mod run;
 mod scripts;
-mod sense;
 mod services;
 pub mod session;
 pub mod state;
 mod step;
 
 pub use cell::{Lines, LogLine, NextScene, Phase, ScriptSummary, StandIn, Wish, breach};
-pub use figures::Figures;
 pub use run::{Field, Observed, Reading, Session, World, replay_to};
-pub use sense::Edge;
 pub use services::host_tables;
 pub use tatu_beams as beams;
+pub use tatu_devices::{figures, figures::Figures, sense::Edge};
 pub use tatu_errors as errors;
 pub use tatu_geometry as geometry;
 pub use tatu_physics as physics;

@@ -5,6 +5,7 @@ use std::{
     sync::Arc,
 };
 
+use tatu_devices::{actuators::Actuators, figures::Figures, sense::Sensing};
 use tatu_plugin_api::abi::tatu_object;
 use tatu_plugins::{Registry, guard::ProcessState};
 use tatu_scene::{
@@ -13,13 +14,7 @@ use tatu_scene::{
 };
 
 use super::{clock::Clock, stand_ins::StandIns, swap::Swap};
-use crate::{
-    actuators::Actuators,
-    cell::{CallbackMask, Calls, Folders, Noted, Outside, Scripts, WorldCell},
-    figures::Figures,
-    sense::Sensing,
-};
-
+use crate::cell::{CallbackMask, Calls, Folders, Noted, Outside, Scripts, WorldCell};
 impl WorldCell {
     /// A cell with a scene, and neither devices, scripts nor instances of plugins. `origins`: the object of each in the
     /// document.

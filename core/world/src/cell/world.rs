@@ -10,6 +10,7 @@ use std::{
     sync::Arc,
 };
 
+use tatu_devices::{actuators::Actuators, figures::Figures, sense::Sensing};
 use tatu_errors::{Fault, FaultKind};
 use tatu_physics::EngineSettings;
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -25,17 +26,11 @@ use tatu_scene::{
 };
 
 use super::{clock::Clock, phase::Phase, stand_ins::StandIns, swap::Swap};
-use crate::{
-    actuators::Actuators,
-    cell::{
-        CallbackMask, Calls, Due, Folders, Noted, Outside, Scripts, Signals,
-        report::Lines,
-        script_worker::{ScriptWorker, WorkerView},
-    },
-    figures::Figures,
-    sense::Sensing,
+use crate::cell::{
+    CallbackMask, Calls, Due, Folders, Noted, Outside, Scripts, Signals,
+    report::Lines,
+    script_worker::{ScriptWorker, WorkerView},
 };
-
 /// Of so many looks at the process, one is at what takes calls of the system.
 const LOOKS: u32 = 64;
 

@@ -1,12 +1,13 @@
 //! The instances of sensors and actuators: made of the document, and made anew when the scene is reset.
 
+use super::kinds::{create_actuator, create_sensor, end_actuator, end_sensor};
 use tatu_errors::{Error, Fault, FaultKind, Place, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::Declared;
 use tatu_scene::{Data, document::DeviceSpec, rows::kind_name};
 
 use super::filled;
-use crate::{actuators::Actuator, cell::WorldCell, sense::Device};
+use crate::cell::WorldCell;
 
 /// Makes the devices of the document.
 pub(crate) fn make_devices(cell: &WorldCell, slots: &[u32]) -> Result {
@@ -48,9 +49,9 @@ pub(crate) fn remake_devices(cell: &WorldCell) {
 /// Ends all devices.
 pub(crate) fn end_devices(cell: &WorldCell) {
     let sensors = cell.sensing.borrow_mut().take_gone(|_| false);
-    sensors.into_iter().for_each(|d| d.destroy(cell));
+    sensors.into_iter().for_each(|d| end_sensor(cell, d));
     let actuators = cell.actuators.borrow_mut().take_gone(|_| false);
-    actuators.into_iter().for_each(|d| d.destroy(cell));
+    actuators.into_iter().for_each(|d| end_actuator(cell, d));
 }
 
 /// Makes the device of an object. Must be called without any borrow of the world.
@@ -84,11 +85,11 @@ pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, plac
         Error::new("E402", format!("the {what} {path} cannot be made: plugin `{plugin}`: {text}")).at(place.cloned())
     };
     if object_kind == TATU_KIND_SENSOR {
-        let made = Device::create(cell, device.kind, slot, instance, params).map_err(refused)?;
+        let made = create_sensor(cell, device.kind, slot, instance, params).map_err(refused)?;
         cell.sensing.borrow_mut().add(made);
         return Ok(());
     }
-    let made = Actuator::create(cell, device.kind, slot, instance, params).map_err(refused)?;
+    let made = create_actuator(cell, device.kind, slot, instance, params).map_err(refused)?;
     cell.actuators.borrow_mut().devices.push(made);
     if let Some(Data::Actuator(a)) = cell.scene.borrow_mut().get_mut(slot).map(|o| &mut o.data)
         && a.commands.len() != commands.len()

@@ -2,6 +2,10 @@
 
 use std::{ffi::c_void, rc::Rc};
 
+use tatu_devices::{
+    actuators::Actuator,
+    sense::{BeamPlan, Device, Layout},
+};
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
@@ -11,79 +15,69 @@ use tatu_plugins::{
 };
 
 use super::{Made, make};
-use crate::{
-    actuators::Actuator,
-    cell::{Instance, WorldCell},
-    sense::{BeamPlan, Device, Layout},
-};
+use crate::cell::{Instance, WorldCell};
 
-impl Device {
-    /// Makes the instance of a sensor and asks for its beams. Must be called without any borrow of the world.
-    pub fn create(
-        world: &WorldCell,
-        kind_index: usize,
-        slot: u32,
-        instance: tatu_instance,
-        params: Vec<Value>,
-    ) -> Result<Self, String> {
-        let kind = &world.registry.sensors[kind_index];
-        let seed = instance.seed;
-        let Made { id, data, state } = make(world, kind.plugin, &kind.life, slot, instance, &params)?;
-        let mut device = Device::new(kind_index, slot, seed, (id, data, state), params);
-        match Layout::ask(world, kind_index, slot, device.data) {
-            Ok(layout) => device.lay_out(layout),
-            Err(text) => {
-                device.destroy(world);
-                return Err(text);
-            }
+/// Makes the instance of a sensor and asks for its beams. Must be called without any borrow of the world.
+pub(crate) fn create_sensor(
+    world: &WorldCell,
+    kind_index: usize,
+    slot: u32,
+    instance: tatu_instance,
+    params: Vec<Value>,
+) -> Result<Device, String> {
+    let kind = &world.registry.sensors[kind_index];
+    let seed = instance.seed;
+    let Made { id, data, state } = make(world, kind.plugin, &kind.life, slot, instance, &params)?;
+    let mut device = Device::new(kind_index, slot, seed, (id, data, state), params);
+    match ask_layout(world, kind_index, slot, device.data) {
+        Ok(layout) => device.lay_out(layout),
+        Err(text) => {
+            end_sensor(world, device);
+            return Err(text);
         }
-        Ok(device)
     }
+    Ok(device)
+}
 
-    /// Ends the instance. Must be called without any borrow of the world.
-    pub fn destroy(self, world: &WorldCell) {
-        let kind = &world.registry.sensors[self.kind];
-        if let Some(destroy) = kind.life.destroy {
-            // SAFETY: made by `create`, given back once.
-            world.cross_quietly(kind.plugin, Call::Destroy, self.slot, || unsafe { destroy(self.data) });
-        }
+/// Ends the instance. Must be called without any borrow of the world.
+pub(crate) fn end_sensor(world: &WorldCell, sensor: Device) {
+    let kind = &world.registry.sensors[sensor.kind];
+    if let Some(destroy) = kind.life.destroy {
+        // SAFETY: made by `create`, given back once.
+        world.cross_quietly(kind.plugin, Call::Destroy, sensor.slot, || unsafe { destroy(sensor.data) });
     }
 }
 
-impl Layout {
-    /// Asks an instance for its beams. Must be called without any borrow of the world.
-    pub fn ask(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Self>, String> {
-        let kind = &world.registry.sensors[kind];
-        let asked = world.cross(kind.plugin, Call::Beams, slot, || BeamPlan::ask(data, kind));
-        let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
-        let layout = Layout::new(plan, kind)?;
-        let like_it = world.sensing.try_borrow().ok().and_then(|s| s.like(&layout));
-        Ok(like_it.unwrap_or_else(|| Rc::new(layout)))
-    }
+/// Asks an instance for its beams. Must be called without any borrow of the world.
+pub(crate) fn ask_layout(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Layout>, String> {
+    let kind = &world.registry.sensors[kind];
+    let asked = world.cross(kind.plugin, Call::Beams, slot, || BeamPlan::ask(data, kind));
+    let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
+    let layout = Layout::new(plan, kind)?;
+    let like_it = world.sensing.try_borrow().ok().and_then(|s| s.like(&layout));
+    Ok(like_it.unwrap_or_else(|| Rc::new(layout)))
 }
 
-impl Actuator {
-    /// Makes the instance of an actuator. Must be called without any borrow of the world.
-    pub fn create(
-        world: &WorldCell,
-        kind: usize,
-        slot: u32,
-        instance: tatu_instance,
-        params: Vec<Value>,
-    ) -> Result<Self, String> {
-        let info = &world.registry.actuators[kind];
-        let object = instance.owner;
-        let Made { data, state, .. } = make(world, info.plugin, &info.life, slot, instance, &params)?;
-        Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_told: false })
-    }
+/// Makes the instance of an actuator. Must be called without any borrow of the world.
+pub(crate) fn create_actuator(
+    world: &WorldCell,
+    kind: usize,
+    slot: u32,
+    instance: tatu_instance,
+    params: Vec<Value>,
+) -> Result<Actuator, String> {
+    let info = &world.registry.actuators[kind];
+    let object = instance.owner;
+    let Made { data, state, .. } = make(world, info.plugin, &info.life, slot, instance, &params)?;
+    Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_told: false })
+}
 
-    /// Ends the instance. Must be called without any borrow of the world.
-    pub fn destroy(self, world: &WorldCell) {
-        let kind = &world.registry.actuators[self.kind];
-        if let Some(destroy) = kind.life.destroy {
-            // SAFETY: made by `create`, given back once.
-            world.cross_quietly(kind.plugin, Call::Destroy, self.slot, || unsafe { destroy(self.data) });
-        }
+/// Ends the instance. Must be called without any borrow of the world.
+pub(crate) fn end_actuator(world: &WorldCell, actuator: Actuator) {
+    let kind = &world.registry.actuators[actuator.kind];
+    if let Some(destroy) = kind.life.destroy {
+        // SAFETY: made by `create`, given back once.
+        world.cross_quietly(kind.plugin, Call::Destroy, actuator.slot, || unsafe { destroy(actuator.data) });
     }
 }
 

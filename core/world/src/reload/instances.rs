@@ -2,6 +2,7 @@
 
 use std::{rc::Rc, sync::Arc};
 
+use tatu_devices::{actuators::Actuator, sense::Device};
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{Declared, Registry};
@@ -9,14 +10,13 @@ use tatu_scene::Data;
 
 use super::ReloadReport;
 use crate::{
-    actuators::Actuator,
     cell::{Instance, Script, Scripts, WorldCell},
-    instances::{Living, filled, load_instance, save_instance},
+    instances::{
+        Living, create_actuator, create_sensor, end_actuator, end_sensor, filled, load_instance, save_instance,
+    },
     run::World,
     scripts::{Handed, Written},
-    sense::Device,
 };
-
 /// A device on its way: its object, what the old instance wrote, the parameters of the new one.
 struct Moving {
     slot: u32,
@@ -40,8 +40,8 @@ struct Made {
 impl Made {
     fn undo(self, cell: &WorldCell, plugin: usize) {
         self.scripts.into_iter().for_each(|s| s.end_replaced(cell));
-        self.sensors.into_iter().for_each(|d| d.destroy(cell));
-        self.actuators.into_iter().for_each(|d| d.destroy(cell));
+        self.sensors.into_iter().for_each(|d| end_sensor(cell, d));
+        self.actuators.into_iter().for_each(|d| end_actuator(cell, d));
         if let Some(i) = self.instance {
             i.end(cell, plugin);
         }
@@ -132,18 +132,18 @@ impl World {
         if let Some(i) = sensor {
             let mut moving = moving_sensor(cell, i);
             moving.params = params;
-            let made = Device::create(cell, moving.kind, slot, info(cell, slot, moving.id), moving.params.clone())?;
+            let made = create_sensor(cell, moving.kind, slot, info(cell, slot, moving.id), moving.params.clone())?;
             let (gone, why) = place_sensor(cell, made, &moving, false);
-            gone.into_iter().for_each(|d| d.destroy(cell));
+            gone.into_iter().for_each(|d| end_sensor(cell, d));
             return Ok(why);
         }
         let actuator = cell.actuators.borrow().index(object);
         let Some(i) = actuator else { return Err("it has no instance".into()) };
         let mut moving = moving_actuator(cell, i);
         moving.params = params;
-        let made = Actuator::create(cell, moving.kind, slot, info(cell, slot, moving.id), moving.params.clone())?;
+        let made = create_actuator(cell, moving.kind, slot, info(cell, slot, moving.id), moving.params.clone())?;
         let (gone, why) = place_actuator(cell, made, &moving);
-        gone.into_iter().for_each(|d| d.destroy(cell));
+        gone.into_iter().for_each(|d| end_actuator(cell, d));
         Ok(why)
     }
 }
@@ -301,7 +301,7 @@ fn make(
         if let Some(e) = lacking(m, &cell.registry.sensors[m.kind].params) {
             return Err(Box::new((e, made)));
         }
-        match Device::create(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone()) {
+        match create_sensor(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone()) {
             Ok(d) => made.sensors.push(d),
             Err(why) => return Err(Box::new((refused(m, why), made))),
         }
@@ -310,7 +310,7 @@ fn make(
         if let Some(e) = lacking(m, &cell.registry.actuators[m.kind].params) {
             return Err(Box::new((e, made)));
         }
-        match Actuator::create(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone()) {
+        match create_actuator(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone()) {
             Ok(d) => made.actuators.push(d),
             Err(why) => return Err(Box::new((refused(m, why), made))),
         }
@@ -348,12 +348,12 @@ fn place_sensor(cell: &WorldCell, mut new: Device, m: &Moving, same_fields: bool
     let why = hand_over(cell, &of, &kind.life, &m.image, &mut block).err();
     if why.is_some() && m.image.is_ok() {
         // It may have taken a part.
-        let fresh = Device::create(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone());
+        let fresh = create_sensor(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone());
         let half = fresh.ok().and_then(|fresh| {
             let mut sensing = cell.sensing.borrow_mut();
             sensing.index(m.slot).map(|i| std::mem::replace(&mut sensing.devices[i], fresh))
         });
-        half.into_iter().for_each(|d| d.destroy(cell));
+        half.into_iter().for_each(|d| end_sensor(cell, d));
     }
     (old, why)
 }
@@ -373,12 +373,12 @@ fn place_actuator(cell: &WorldCell, new: Actuator, m: &Moving) -> (Option<Actuat
     };
     let why = hand_over(cell, &of, &kind.life, &m.image, &mut block).err();
     if why.is_some() && m.image.is_ok() {
-        let fresh = Actuator::create(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone());
+        let fresh = create_actuator(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone());
         let half = fresh.ok().and_then(|fresh| {
             let mut actuators = cell.actuators.borrow_mut();
             actuators.index(object).map(|i| std::mem::replace(&mut actuators.devices[i], fresh))
         });
-        half.into_iter().for_each(|d| d.destroy(cell));
+        half.into_iter().for_each(|d| end_actuator(cell, d));
     }
     (old, why)
 }

@@ -14,6 +14,7 @@ mod snapshot;
 use std::{path::Path, rc::Rc, sync::Arc};
 
 use nalgebra::Vector3;
+use tatu_devices::figures::Figures;
 use tatu_errors::{Error, Fault, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::Registry;
@@ -25,12 +26,10 @@ pub use replay::replay_to;
 
 use crate::{
     cell::{self, InputLog, Instance, Lines, LogLine, Phase, Record, Scripts, StandIn, Wish, WorldCell, pool_of},
-    figures::Figures,
     instances::{end_devices, make_devices},
     session as barrier,
     state::{self, Hash},
 };
-
 /// A scene that runs. One thread at a time uses it; different worlds run on different threads.
 pub struct World {
     cell: Rc<WorldCell>,

@@ -1,11 +1,10 @@
 //! What a sensor measured last, as its plugin declares it.
 
+use tatu_devices::sense::{Edge, edges};
 use tatu_plugin_api::safe::Value;
 use tatu_plugins::FieldInfo;
 
 use super::World;
-use crate::sense::{Edge, edges};
-
 /// A sensor's last reading.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {

@@ -8,10 +8,10 @@ use tatu_scene::{Data, Scene};
 
 use super::{Done, busy, slot};
 use crate::{
-    actuators::Actuator,
     cell::WorldCell,
-    instances::{Living, configure, takes_changes},
-    sense::{Device, Layout},
+    instances::{
+        Living, ask_layout, configure, create_actuator, create_sensor, end_actuator, end_sensor, takes_changes,
+    },
 };
 
 /// What a key means for an object.
@@ -161,7 +161,7 @@ fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize)
     {
         return new_sensor(world, whose, kind, params);
     }
-    let layout = match Layout::ask(world, kind, slot, data) {
+    let layout = match ask_layout(world, kind, slot, data) {
         Ok(layout) => layout,
         // It has the new value, and no beams for it: back to what worked.
         Err(why) => return new_sensor(world, whose, kind, old).and(Err(Stop::Refused(why))),
@@ -198,7 +198,7 @@ fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, pa
         // It is the same sensor: what it draws goes on, whatever it is called now.
         instance.seed = old.seed;
     }
-    let mut made = Device::create(world, kind, slot, instance, params).map_err(Stop::Refused)?;
+    let mut made = create_sensor(world, kind, slot, instance, params).map_err(Stop::Refused)?;
     let old = {
         let mut sensing = world.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
         // What the scene says of it is taken up before it measures.
@@ -210,7 +210,7 @@ fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, pa
             std::mem::replace(d, made)
         })
     };
-    old.into_iter().for_each(|d| d.destroy(world));
+    old.into_iter().for_each(|d| end_sensor(world, d));
     Ok(())
 }
 
@@ -236,13 +236,13 @@ fn set_of_actuator(
         device.params[at] = params.swap_remove(at);
         return Ok(());
     }
-    let made = Actuator::create(world, kind, slot, world.instance_info(owner, name), params).map_err(Stop::Refused)?;
+    let made = create_actuator(world, kind, slot, world.instance_info(owner, name), params).map_err(Stop::Refused)?;
     let old = {
         let mut actuators = world.actuators.try_borrow_mut().map_err(|_| Stop::Busy)?;
         let place = actuators.devices.iter_mut().find(|d| d.object == owner);
         place.map(|d| std::mem::replace(d, made))
     };
-    old.into_iter().for_each(|d| d.destroy(world));
+    old.into_iter().for_each(|d| end_actuator(world, d));
     Ok(())
 }
 

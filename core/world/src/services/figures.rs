@@ -1,6 +1,7 @@
 //! `tatu.host.figures`: streams and curves of graphs, drawings.
 
 use nalgebra::Isometry3;
+use tatu_devices::figures::{Drawing, Figures};
 use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::{
@@ -9,11 +10,7 @@ use tatu_scene::{
 };
 
 use super::{Done, busy, fill, give, on, place, properties::refusal, slot};
-use crate::{
-    cell::{Function, WorldCell},
-    figures::{Drawing, Figures},
-};
-
+use crate::cell::{Function, WorldCell};
 pub static TABLE: tatu_host_figures = tatu_host_figures {
     size: size_of::<tatu_host_figures>() as u32,
     reserved: 0,

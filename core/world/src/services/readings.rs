@@ -3,16 +3,15 @@
 use std::f64::consts::PI;
 
 use ::tatu_beams::Faces;
+use tatu_devices::sense::{Limits, MeasureOptions};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::tables;
 
 use super::{Done, busy, fill, here, needs, on, place, slot};
 use crate::{
     cell::{Function, WorldCell},
-    sense::{Limits, MeasureOptions},
     step::sense_some,
 };
-
 pub static TABLE: tatu_host_readings = tatu_host_readings {
     size: size_of::<tatu_host_readings>() as u32,
     reserved: 0,

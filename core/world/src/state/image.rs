@@ -1,11 +1,12 @@
 //! The parts of a world as they stand in a snapshot.
 
 use serde::{Deserialize, Serialize};
+use tatu_devices::sense::Memory;
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::safe::Value;
 use tatu_scene::{Scene, document::Settings};
 
-use crate::{cell::InstanceImage, cell::Wait, sense::Memory};
+use crate::cell::{InstanceImage, Wait};
 
 /// A value of a signal or parameter.
 #[derive(Serialize, Deserialize)]

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use tatu_devices::{actuators::Actuator, sense::Noise};
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::safe::Value;
 use tatu_scene::Data;
@@ -13,14 +14,11 @@ use super::{
     image::{ActuatorImage, CoreImage, DeviceImage},
 };
 use crate::{
-    actuators::Actuator,
     cell::{InstanceImage, Record, Scripts, Signal, WorldCell, restore_inputs},
-    instances::{Living, load_instance, state_of},
+    instances::{Living, end_actuator, end_sensor, load_instance, state_of},
     scripts::ScriptImage,
-    sense::Noise,
     session,
 };
-
 fn refused(what: impl std::fmt::Display, why: impl std::fmt::Display) -> Error {
     Error::new("E503", format!("{what} cannot be restored: {why}"))
         .help("replay the run to that step: a new world of the scene, stepped until then")
@@ -79,7 +77,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
     let there: BTreeSet<(u32, u64)> = images.iter().map(|i| (i.slot, i.id)).collect();
     let gone = cell.sensing.borrow_mut().take_gone(|d| there.contains(&(d.slot, d.id)));
     for d in gone {
-        d.destroy(cell);
+        end_sensor(cell, d);
     }
     for image in images {
         let path = cell.scene.borrow().path(image.slot);
@@ -122,7 +120,7 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
     let is_there = |d: &Actuator| images.iter().any(|i| i.object == d.object);
     let gone = cell.actuators.borrow_mut().take_gone(is_there);
     for d in gone {
-        d.destroy(cell);
+        end_actuator(cell, d);
     }
     for image in images {
         let path = cell.scene.borrow().path(image.slot);

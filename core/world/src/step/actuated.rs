@@ -1,9 +1,10 @@
 //! Physics while actuators push.
 
+use tatu_devices::actuators;
 use tatu_plugins::thread_grant::ThreadGrant;
 use tatu_scene::{Dynamics, Scene};
 
-use crate::{actuators, cell::WorldCell};
+use crate::cell::WorldCell;
 
 /// Lets `dt` pass; objects whose bodies were lost, actuators that failed.
 pub(super) fn advance(

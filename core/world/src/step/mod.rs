@@ -25,14 +25,16 @@ pub(crate) use idle::{idle, lift, paused};
 pub(crate) use sensors::sense_some;
 pub(crate) use stages::{Stage, run};
 
+use tatu_devices::actuators;
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::watchdog::Call;
 
 use crate::{
-    actuators,
     cell::{Caller, Phase, Scripts, WorldCell, instance_fault},
-    events, recording,
+    events,
+    instances::end_actuator,
+    recording,
 };
 
 /// One pass: the driver's, or the default order of the stages.
@@ -171,6 +173,6 @@ fn reap_actuators(world: &WorldCell) {
         world.actuators.borrow_mut().take_gone(|d| scene.id(d.slot) == d.object)
     };
     for d in gone {
-        d.destroy(world);
+        end_actuator(world, d);
     }
 }

@@ -1,12 +1,12 @@
 //! The stage in which sensors measure.
 
+use tatu_devices::sense::{self, Around, Job, MeasureOptions, Moment, Turn};
 use tatu_plugins::watchdog::Call;
 
 use crate::{
     cell::{Callback, Scripts, WorldCell, instance_fault},
-    sense::{self, Around, Job, MeasureOptions, Moment, Turn},
+    instances::end_sensor,
 };
-
 /// Sensors that are due measure.
 pub(super) fn sense(world: &WorldCell) {
     let mut measured = Scripts::any_has(world, Callback::Measured).then(Vec::new);
@@ -92,6 +92,6 @@ pub(super) fn reap(world: &WorldCell) {
         world.sensing.borrow_mut().take_gone(|d| scene.get(d.slot).is_some() && d.id > 0)
     };
     for d in gone {
-        d.destroy(world);
+        end_sensor(world, d);
     }
 }

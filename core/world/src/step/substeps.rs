@@ -11,13 +11,13 @@
 
 use std::collections::BTreeSet;
 
+use tatu_devices::actuators;
 use tatu_physics::{Drive, PairRule};
 use tatu_plugin_api::safe::Value;
 use tatu_scene::{Control, Joint, JointType};
 
 use super::actuated;
 use crate::{
-    actuators,
     cell::{Callback, Phase, Scripts, WorldCell},
     scripts::entry,
 };

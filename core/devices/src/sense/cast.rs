@@ -1,6 +1,6 @@
 //! What the beams of a batch meet: all sensors of a kind in one pass, answers in arrays that the plugin reads.
 
-use ::tatu_beams::{Beam, BeamScene, BundleCast, BundleHits, Faces, Hit, RayBundle, Volume};
+use ::tatu_beams::{Beam, BeamScene, BundleCast, BundleHits, Faces, Hit, Volume};
 use nalgebra::{Isometry3, Vector3};
 use tatu_plugin_api::abi::*;
 use tatu_scene::Scene;
@@ -62,11 +62,14 @@ pub(super) struct SensorView {
 
 /// What of what is met counts.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Limits {
+pub struct Limits {
+    /// Which sides of faces count.
     pub faces: Faces,
+    /// Largest angle between a ray and the normal of the face that it hits, rad.
     pub max_incidence: f64,
     /// Nothing farther from the sensor counts, whatever the form of its beams; infinity: all that lies in them.
     pub reach: f64,
+    /// Whether what stands in front hides what is behind, also where that does not count.
     pub occlude: bool,
 }
 
@@ -294,31 +297,3 @@ fn surface_color(scene: &Scene, object: tatu_object) -> [u8; 3] {
     let color = met.and_then(|o| o.shape()).map_or([0.0; 3], |s| s.color);
     color.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
 }
-
-/// The rays of a plan made ready to be cast as a bundle, where there are enough of them.
-#[derive(Debug, Default)]
-pub(crate) struct Bundle(Option<RayBundle>);
-
-/// It follows from the directions, which stand beside it.
-impl PartialEq for Bundle {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
-
-impl Bundle {
-    pub const NONE: Bundle = Bundle(None);
-
-    pub fn new(directions: &[[f64; 3]]) -> Self {
-        Bundle((directions.len() >= FEWEST).then(|| RayBundle::new(directions)))
-    }
-    pub fn is_some(&self) -> bool {
-        self.0.is_some()
-    }
-    pub fn get(&self) -> Option<&RayBundle> {
-        self.0.as_ref()
-    }
-}
-
-/// Fewer rays are cast one by one.
-pub(super) const FEWEST: usize = 8;

@@ -19,19 +19,24 @@ use crate::sense::reading_arena::{ReadingArena, ReadingBuffer};
 /// There may be thousands, and each step goes through all: what a reading needs stands in the first line of the
 /// processor's cache, what a measure needs in the first two.
 #[repr(C, align(64))]
-pub(crate) struct Device {
+pub struct Device {
     /// The fields one after the other, each 8-byte aligned.
     pub fields: ReadingBuffer,
     /// Shared by sensors that are alike.
     pub layout: Rc<Layout>,
+    /// Number of the measure, from 1; 0: none yet.
     pub sequence: u64,
+    /// When it was taken, s.
     pub time: f64,
+    /// Its slot in the scene.
     pub slot: u32,
     /// Switched off after a fault.
     pub off: bool,
     /// Measures only on request, as the scene declares.
     pub(super) explicit: bool,
+    /// Index of its kind in the registry.
     pub kind: usize,
+    /// The plugin's own data.
     pub data: *mut c_void,
     /// What is done to its fields after a measure; `None`: nothing.
     pub noise: Option<Box<Noise>>,
@@ -39,12 +44,15 @@ pub(crate) struct Device {
     pub seed: u64,
     /// How often it has measured since the start, resets or not: what random numbers are drawn by.
     pub drawn: u64,
+    /// What the plugin may write of its state.
     pub state: StateBlock,
     /// Hz, as the scene says; 0: it measures in each step.
     pub(super) rate: f64,
     /// Of a sensor with a rate: the period in which it measured last.
     pub period: Option<u64>,
+    /// Its number, which its random numbers depend on.
     pub id: u64,
+    /// Values of its parameters, in the order of the kind's declaration.
     pub params: Vec<Value>,
 }
 
@@ -249,7 +257,8 @@ fn period(rate: f64, time: f64) -> u64 {
 
 /// What follows from a sensor's parameters: its beams, and where its fields lie.
 #[derive(Debug, PartialEq)]
-pub(crate) struct Layout {
+pub struct Layout {
+    /// What it sends out.
     pub plan: BeamPlan,
     /// Of each field: the word at which it begins, and how many elements it has.
     pub spans: Vec<(usize, usize)>,

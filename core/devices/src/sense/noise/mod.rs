@@ -27,7 +27,7 @@ use tatu_plugins::SensorKind;
 
 /// A sensor's noise: what is done, and what it remembers.
 #[derive(Default)]
-pub(crate) struct Noise {
+pub struct Noise {
     /// What it was made of.
     spec: Option<Arc<NoiseSpec>>,
     plans: Vec<FieldPlan>,
@@ -37,7 +37,7 @@ pub(crate) struct Noise {
 
 /// What is kept from measure to measure; state.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Memory {
+pub struct Memory {
     /// By field: the time of the last measure, and where each component's walk stands, in standard deviations.
     walks: BTreeMap<String, (f64, Vec<f64>)>,
     /// Readings that nobody may see yet, oldest first.
@@ -46,14 +46,14 @@ pub(crate) struct Memory {
 
 /// A reading: its time, number and fields.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct HeldReading {
+pub struct HeldReading {
     pub time: f64,
     pub sequence: u64,
     pub fields: ReadingBuffer,
 }
 
 /// One measure: whose, when, and where its fields lie.
-pub(crate) struct Measured<'a> {
+pub struct Measured<'a> {
     pub kind: &'a SensorKind,
     pub seed: u64,
     pub drawn: u64,
@@ -182,7 +182,7 @@ impl Noise {
 }
 
 #[cfg(test)]
-pub(crate) mod judge;
+pub mod judge;
 #[cfg(test)]
 mod statistics;
 #[cfg(test)]

@@ -9,9 +9,9 @@ use tatu_scene::{Object, Scene, Shape, visible_parts};
 #[derive(Default)]
 pub struct Targets {
     /// What is detectable.
-    pub(crate) detectable: Seen,
+    pub detectable: Seen,
     /// What is visible.
-    pub(crate) visible: Seen,
+    pub visible: Seen,
     /// What beams of some waves detect, where that is not all that is detectable.
     by_waves: Vec<(u16, Seen)>,
     /// Whether anything is detectable by some waves only, as of the scene's version of shapes.
@@ -20,7 +20,7 @@ pub struct Targets {
 
 /// Some of the scene's forms.
 #[derive(Default)]
-pub(crate) struct Seen {
+pub struct Seen {
     pub beams: BeamScene,
     /// Where each target comes from.
     places: Vec<Place>,
@@ -72,13 +72,13 @@ impl Targets {
     }
 
     /// What is visible, or what beams of these waves detect.
-    pub(crate) fn seen(&self, visible: bool, waves: u16) -> &BeamScene {
+    pub fn seen(&self, visible: bool, waves: u16) -> &BeamScene {
         let own = || self.by_waves.iter().find(|(w, _)| *w == waves).map(|(_, seen)| &seen.beams);
         if visible { self.beams(true) } else { own().unwrap_or_else(|| self.beams(false)) }
     }
 
     /// What is visible, or detectable.
-    pub(crate) fn beams(&self, visible: bool) -> &BeamScene {
+    pub fn beams(&self, visible: bool) -> &BeamScene {
         if visible { &self.visible.beams } else { &self.detectable.beams }
     }
 }

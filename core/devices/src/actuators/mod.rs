@@ -2,29 +2,35 @@
 //!
 //! - [`Actuators`]: the world's actuators;
 //! - `mount`: the body and the joint that an actuator acts on, and how they move;
-//! - `apply`: one batch per kind: motions and commands in, wrenches and efforts out.
+//! - `apply`: one batch per kind: motions and commands in, wrenches and efforts out; `scratch`: its buffers.
 //!
 //! Actuators act as time passes: a kind is called once per advance of the engine, at its start, or, if it asks for it,
 //! before each engine step. What an actuator is commanded stands in its object of the scene.
 
 mod apply;
 mod mount;
+mod scratch;
 
 use std::ffi::c_void;
 
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::state_block::StateBlock;
 
-pub(crate) use apply::{Acts, ApplyFailure, SubSteps, per_step};
+pub use apply::{Acts, ApplyFailure, SubSteps, per_step};
 
 /// One actuator's instance.
-pub(crate) struct Actuator {
+pub struct Actuator {
     /// Generation and slot: a slot that is used again is another object.
     pub object: tatu_object,
+    /// Its slot in the scene.
     pub slot: u32,
+    /// Index of its kind in the registry.
     pub kind: usize,
+    /// The plugin's own data.
     pub data: *mut c_void,
+    /// What the plugin may write of its state.
     pub state: StateBlock,
+    /// Values of its parameters, in the order of the kind's declaration.
     pub params: Vec<Value>,
     /// Switched off after a fault.
     pub off: bool,
@@ -34,9 +40,10 @@ pub(crate) struct Actuator {
 
 /// The actuators of a world.
 #[derive(Default)]
-pub(crate) struct Actuators {
+pub struct Actuators {
+    /// In the order in which they were made.
     pub devices: Vec<Actuator>,
-    scratch: apply::ApplyScratch,
+    scratch: scratch::ApplyScratch,
 }
 
 impl Actuators {

@@ -18,7 +18,7 @@ const MOST_RAYS: usize = 60;
 const FARTHEST: f64 = 20.0;
 
 /// The edges; none for a sensor that sends nothing out.
-pub(crate) fn edges(plan: &BeamPlan) -> Vec<Edge> {
+pub fn edges(plan: &BeamPlan) -> Vec<Edge> {
     let (near, far) = (plan.near, plan.far.min(FARTHEST));
     let mut out = Vec::new();
     let mut edge = |a: Vector3<f64>, b: Vector3<f64>| out.push([a.into(), b.into()]);

@@ -7,41 +7,16 @@ use tatu_plugins::{
     Registry,
     border::ErrorSlot,
     guard,
-    guarded::Guarded,
     watchdog::{Call, Watch},
 };
 use tatu_scene::{Scene, pose_to_array};
 
 use super::{
     Device, Layout, Sensing,
-    aim::Aims,
-    cast::{Casts, Limits, SensorView},
-    image::Frames,
-    noise::HeldReading,
+    cast::{Limits, SensorView},
     random::{self, Key},
+    scratch::MeasureScratch,
 };
-
-/// Buffers used again in every step.
-#[derive(Default)]
-pub(crate) struct MeasureScratch {
-    casts: Casts,
-    aims: Aims,
-    /// Of each sensor, where it is and what counts, for rays that are added later.
-    views: Vec<SensorView>,
-    frames: Frames,
-    pose: Vec<[f64; 7]>,
-    twist: Vec<[f64; 6]>,
-    data: Vec<*mut c_void>,
-    state: Vec<*mut c_void>,
-    sensor: Vec<tatu_object>,
-    fields: Vec<*mut c_void>,
-    lengths: Vec<*const u64>,
-    status: Guarded<tatu_status>,
-    keys: Vec<Key>,
-    /// Of each sensor, the reading that stays to be seen, if readings are delayed.
-    shown: Vec<Option<HeldReading>>,
-    error: Option<ErrorSlot>,
-}
 
 /// A sensor, or a whole kind, that failed: device, and what it said.
 pub struct MeasureFailure {
@@ -50,7 +25,7 @@ pub struct MeasureFailure {
     /// Its kind.
     pub kind: usize,
     /// In which call.
-    pub(crate) call: Call,
+    pub call: Call,
     /// What the plugin said.
     pub text: String,
     /// Whether it panicked.
@@ -88,7 +63,7 @@ pub struct MeasureOptions {
     /// See only this object.
     pub only: Option<tatu_object>,
     /// In place of their own.
-    pub(crate) limits: Option<Limits>,
+    pub limits: Option<Limits>,
 }
 
 /// What sensors view at.
@@ -100,7 +75,7 @@ pub struct Around<'a> {
     /// Velocity of an object.
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
     /// Who is noted before a plugin is called.
-    pub(crate) watch: &'a Watch,
+    pub watch: &'a Watch,
     /// Threads for the beams.
     pub pool: &'a rayon::ThreadPool,
 }
@@ -184,14 +159,14 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
     let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
     let mut failed = Vec::new();
     if s.aims.lay(devices.iter().map(|i| &all[*i].layout.plan)) {
-        let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
+        let mut batch = s.batch(devices.len(), kind_info.fields.len(), (moment.time, moment.step));
         batch.random = &random;
         failed = hand_over(Call::Aim, &batch, all, job, around, &mut error);
         failed.extend(beside_status(Call::Aim, s, all, job));
         failed.extend(take_aim(s, all, job));
     }
     s.casts.run(inputs, targets, scene, |sensor| &all[devices[sensor]].layout.plan, pool);
-    let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
+    let mut batch = s.batch(devices.len(), kind_info.fields.len(), (moment.time, moment.step));
     batch.random = &random;
     failed.extend(hand_over(Call::Measure, &batch, all, job, around, &mut error));
     failed.extend(beside_status(Call::Measure, s, all, job));
@@ -316,58 +291,4 @@ fn hand_over(
         failed.push(MeasureFailure { slot: d.slot, kind: job.kind, call, text, status: *status });
     }
     failed
-}
-
-impl MeasureScratch {
-    fn clear(&mut self) {
-        self.casts.clear();
-        self.aims.clear();
-        self.views.clear();
-        self.frames.clear();
-        self.pose.clear();
-        self.twist.clear();
-        self.data.clear();
-        self.state.clear();
-        self.sensor.clear();
-        self.fields.clear();
-        self.lengths.clear();
-        self.keys.clear();
-        self.shown.clear();
-    }
-
-    fn batch(&mut self, n: usize, n_fields: usize, moment: Moment) -> tatu_sensor_batch {
-        fn some<T>(v: &[T]) -> *const T {
-            if v.is_empty() { std::ptr::null() } else { v.as_ptr() }
-        }
-        tatu_sensor_batch {
-            size: size_of::<tatu_sensor_batch>() as u32,
-            n: n as u32,
-            n_fields: n_fields as u32,
-            reserved: 0,
-            time: moment.time,
-            step: moment.step,
-            data: some(&self.data),
-            state: some(&self.state),
-            sensor: some(&self.sensor),
-            first_beam: some(&self.casts.first),
-            distance: some(&self.casts.distance),
-            point: some(&self.casts.point).cast(),
-            normal: some(&self.casts.normal).cast(),
-            object: some(&self.casts.object),
-            pose: some(&self.pose).cast(),
-            twist: some(&self.twist).cast(),
-            fields: some(&self.fields),
-            status: self.status.first_mut(),
-            color: some(&self.casts.color).cast(),
-            primitive: some(&self.casts.primitive),
-            first_pixel: some(&self.frames.first),
-            depth: some(&self.frames.depth),
-            pixel_color: some(&self.frames.color).cast(),
-            pixel_cosine: some(&self.frames.cosine),
-            pixel_object: some(&self.frames.object),
-            random: std::ptr::null(),
-            rays: some(&self.aims.places),
-            lengths: some(&self.lengths),
-        }
-    }
 }

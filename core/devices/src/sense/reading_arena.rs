@@ -17,7 +17,7 @@ const LARGE: usize = 1 << 6;
 /// A reading's words, zero at first. They stay where they are; a copy lies by itself.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(from = "Vec<u64>", into = "Vec<u64>")]
-pub(crate) struct ReadingBuffer {
+pub struct ReadingBuffer {
     shelf: Rc<[UnsafeCell<u64>]>,
     first: u32,
     len: u32,
@@ -77,7 +77,7 @@ impl Clone for ReadingBuffer {
 
 /// Gives out words. What it has given stays valid when it is gone.
 #[derive(Debug, Default)]
-pub(crate) struct ReadingArena {
+pub struct ReadingArena {
     last: Rc<[UnsafeCell<u64>]>,
     used: usize,
 }

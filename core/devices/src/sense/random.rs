@@ -6,7 +6,7 @@ use super::normal;
 
 /// The key of one measure of one sensor, for one who draws.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Key {
+pub struct Key {
     at: u64,
     /// Odd, and different for each key: two keys walk in different steps, so that one's numbers are never the other's,
     /// moved along.

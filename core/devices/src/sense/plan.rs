@@ -5,7 +5,7 @@ use std::{
     ffi::c_void,
 };
 
-use ::tatu_beams::{Faces, Grid, View, Volume};
+use ::tatu_beams::{Faces, Grid, RayBundle, View, Volume};
 use nalgebra::{UnitQuaternion, Vector3};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
@@ -14,11 +14,10 @@ use tatu_plugins::{
     state_block::GUARD,
 };
 
-use super::cast::Bundle;
-
 /// What a device sends out.
 #[derive(Debug, PartialEq)]
-pub(crate) struct BeamPlan {
+pub struct BeamPlan {
+    /// Form of the volume, or of one ray.
     pub volume: Volume,
     /// Ray directions in the sensor's frame; one entry (its +z) for a volume, none for an image or a sensor without beams.
     pub directions: Vec<[f64; 3]>,
@@ -28,10 +27,15 @@ pub(crate) struct BeamPlan {
     pub bundle: Bundle,
     /// What it sees as an image.
     pub image: Option<Grid>,
+    /// Nothing nearer counts, m.
     pub near: f64,
+    /// Nothing farther counts, m.
     pub far: f64,
+    /// Largest angle between a ray and the normal of the face that it hits, rad.
     pub max_incidence: f64,
+    /// Which sides of faces count.
     pub faces: Faces,
+    /// Whether the sensor's own model is left out.
     pub skip_model: bool,
     /// Numbers of its own, for shapes.
     pub own: [u32; 4],
@@ -48,6 +52,7 @@ pub(crate) struct BeamPlan {
 }
 
 impl BeamPlan {
+    /// Sends nothing out.
     pub const NONE: BeamPlan = BeamPlan {
         volume: Volume::Ray,
         directions: Vec::new(),
@@ -235,3 +240,31 @@ pub(super) fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
     UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::from(d))
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI))
 }
+
+/// The rays of a plan made ready to be cast as a bundle, where there are enough of them.
+#[derive(Debug, Default)]
+pub struct Bundle(Option<RayBundle>);
+
+/// It follows from the directions, which stand beside it.
+impl PartialEq for Bundle {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Bundle {
+    pub const NONE: Bundle = Bundle(None);
+
+    pub fn new(directions: &[[f64; 3]]) -> Self {
+        Bundle((directions.len() >= FEWEST).then(|| RayBundle::new(directions)))
+    }
+    pub fn is_some(&self) -> bool {
+        self.0.is_some()
+    }
+    pub fn get(&self) -> Option<&RayBundle> {
+        self.0.as_ref()
+    }
+}
+
+/// Fewer rays are cast one by one.
+pub(super) const FEWEST: usize = 8;

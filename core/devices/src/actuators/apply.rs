@@ -1,41 +1,23 @@
 //! One batch per kind: motions and commands in, wrenches and efforts out, pushes for the engine.
 
-use std::ffi::c_void;
-
 use tatu_physics::{Engine, Push};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     Registry,
     border::{ErrorSlot, answer},
     guard,
-    guarded::Guarded,
     state_block::PAST_STATE,
     watchdog::{Call, Watch},
 };
 use tatu_scene::{Data, Dynamics, Scene, pose_to_array};
 
-use super::{Actuator, Actuators, mount::Mount};
-
-/// Buffers used again in every batch.
-#[derive(Default)]
-pub(crate) struct ApplyScratch {
-    data: Vec<*mut c_void>,
-    state: Vec<*mut c_void>,
-    actuator: Vec<tatu_object>,
-    pose: Vec<[f64; 7]>,
-    twist: Vec<[f64; 6]>,
-    joint: Vec<[f64; 2]>,
-    command: Vec<*const f64>,
-    /// The commands of all, one after the other.
-    commands: Guarded<f64>,
-    wrench: Guarded<[f64; 6]>,
-    effort: Guarded<f64>,
-    status: Guarded<tatu_status>,
-}
+use super::{Actuator, Actuators, mount::Mount, scratch::ApplyScratch};
 
 /// An actuator that failed, or that has nothing to push.
-pub(crate) struct ApplyFailure {
+pub struct ApplyFailure {
+    /// Slot of the actuator.
     pub slot: u32,
+    /// Index of its kind.
     pub kind: usize,
     /// What the plugin said, or what is wrong with what it gave.
     pub text: String,
@@ -45,8 +27,10 @@ pub(crate) struct ApplyFailure {
 
 /// What actuators see.
 #[derive(Clone, Copy)]
-pub(crate) struct Acts<'a> {
+pub struct Acts<'a> {
+    /// The scene, which nothing changes meanwhile.
     pub scene: &'a Scene,
+    /// What plugins offer.
     pub registry: &'a Registry,
     /// Velocity of an object that no body carries.
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
@@ -92,12 +76,7 @@ fn batches(actuators: &Actuators, dynamics: &Dynamics, around: &Acts<'_>, every_
 }
 
 /// Lets the kinds act that are asked once per advance: their pushes act in all of its `dt`.
-pub(crate) fn per_step(
-    actuators: &mut Actuators,
-    dynamics: &mut Dynamics,
-    around: &Acts<'_>,
-    dt: f64,
-) -> Vec<ApplyFailure> {
+pub fn per_step(actuators: &mut Actuators, dynamics: &mut Dynamics, around: &Acts<'_>, dt: f64) -> Vec<ApplyFailure> {
     let (mut failed, mut pushes) = (Vec::new(), Vec::new());
     for batch in batches(actuators, dynamics, around, false) {
         let asked = Asked { registry: around.registry, watch: around.watch, engine: dynamics.engine() };
@@ -110,13 +89,14 @@ pub(crate) fn per_step(
 }
 
 /// The kinds that are asked before each engine step, for one advance.
-pub(crate) struct SubSteps<'a> {
+pub struct SubSteps<'a> {
     actuators: &'a mut Actuators,
     registry: &'a Registry,
     watch: &'a Watch,
     batches: Vec<Batch>,
     time: f64,
     dt: f64,
+    /// Actuators that failed in a sub-step.
     pub failed: Vec<ApplyFailure>,
 }
 

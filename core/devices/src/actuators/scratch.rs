@@ -1,0 +1,23 @@
+//! Buffers of a batch of actuators.
+
+use std::ffi::c_void;
+
+use tatu_plugin_api::abi::*;
+use tatu_plugins::guarded::Guarded;
+
+/// Reused by every batch, so that a step allocates nothing.
+#[derive(Default)]
+pub(super) struct ApplyScratch {
+    pub data: Vec<*mut c_void>,
+    pub state: Vec<*mut c_void>,
+    pub actuator: Vec<tatu_object>,
+    pub pose: Vec<[f64; 7]>,
+    pub twist: Vec<[f64; 6]>,
+    pub joint: Vec<[f64; 2]>,
+    pub command: Vec<*const f64>,
+    /// The commands of all, one after the other.
+    pub commands: Guarded<f64>,
+    pub wrench: Guarded<[f64; 6]>,
+    pub effort: Guarded<f64>,
+    pub status: Guarded<tatu_status>,
+}

@@ -1,0 +1,90 @@
+//! Buffers of a batch of sensors, and the view of them that a plugin gets.
+
+use std::ffi::c_void;
+
+use tatu_plugin_api::abi::*;
+use tatu_plugins::{border::ErrorSlot, guarded::Guarded};
+
+use super::{
+    aim::Aims,
+    cast::{Casts, SensorView},
+    image::Frames,
+    noise::HeldReading,
+    random::Key,
+};
+
+/// Reused by every batch, so that a step allocates nothing.
+#[derive(Default)]
+pub(super) struct MeasureScratch {
+    pub casts: Casts,
+    pub aims: Aims,
+    /// Of each sensor, where it is and what counts, for rays that are added later.
+    pub views: Vec<SensorView>,
+    pub frames: Frames,
+    pub pose: Vec<[f64; 7]>,
+    pub twist: Vec<[f64; 6]>,
+    pub data: Vec<*mut c_void>,
+    pub state: Vec<*mut c_void>,
+    pub sensor: Vec<tatu_object>,
+    pub fields: Vec<*mut c_void>,
+    pub lengths: Vec<*const u64>,
+    pub status: Guarded<tatu_status>,
+    pub keys: Vec<Key>,
+    /// Of each sensor, the reading that stays to be seen, if readings are delayed.
+    pub shown: Vec<Option<HeldReading>>,
+    pub error: Option<ErrorSlot>,
+}
+
+impl MeasureScratch {
+    pub fn clear(&mut self) {
+        self.casts.clear();
+        self.aims.clear();
+        self.views.clear();
+        self.frames.clear();
+        self.pose.clear();
+        self.twist.clear();
+        self.data.clear();
+        self.state.clear();
+        self.sensor.clear();
+        self.fields.clear();
+        self.lengths.clear();
+        self.keys.clear();
+        self.shown.clear();
+    }
+
+    pub fn batch(&mut self, n: usize, n_fields: usize, (time, step): (f64, u64)) -> tatu_sensor_batch {
+        fn some<T>(v: &[T]) -> *const T {
+            if v.is_empty() { std::ptr::null() } else { v.as_ptr() }
+        }
+        tatu_sensor_batch {
+            size: size_of::<tatu_sensor_batch>() as u32,
+            n: n as u32,
+            n_fields: n_fields as u32,
+            reserved: 0,
+            time,
+            step,
+            data: some(&self.data),
+            state: some(&self.state),
+            sensor: some(&self.sensor),
+            first_beam: some(&self.casts.first),
+            distance: some(&self.casts.distance),
+            point: some(&self.casts.point).cast(),
+            normal: some(&self.casts.normal).cast(),
+            object: some(&self.casts.object),
+            pose: some(&self.pose).cast(),
+            twist: some(&self.twist).cast(),
+            fields: some(&self.fields),
+            status: self.status.first_mut(),
+            color: some(&self.casts.color).cast(),
+            primitive: some(&self.casts.primitive),
+            first_pixel: some(&self.frames.first),
+            depth: some(&self.frames.depth),
+            pixel_color: some(&self.frames.color).cast(),
+            pixel_cosine: some(&self.frames.cosine),
+            pixel_object: some(&self.frames.object),
+            random: std::ptr::null(),
+            rays: some(&self.aims.places),
+            lengths: some(&self.lengths),
+        }
+    }
+}
