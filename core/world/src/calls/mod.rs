@@ -25,7 +25,7 @@ use crate::cell::{Caller, CallersRoom, Function, Owner, Wait, WorldCell, parse_w
 
 /// Gives values back as results, as far as there is room for them; `Err`: they do not fit into memory.
 pub(crate) fn give_results(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> Result<(), tatu_status> {
-    let mut arena = world.calls.arena.borrow_mut();
+    let mut arena = world.run.calls.arena.borrow_mut();
     f.n_results = 0;
     for value in values.iter().take(f.results_cap as usize) {
         let raw = value.to_raw(&mut *arena).ok_or(TATU_ERR_SPACE)?;
@@ -45,7 +45,7 @@ unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
     let world = unsafe { call.as_ref().map(|call| WorldRef::new(call.world)) };
     let world = world.map(|world| WorldCell::admit(world, Function::looks("call.alloc")));
     let Some(Ok(world)) = world else { return std::ptr::null_mut() };
-    world.calls.arena.borrow_mut().alloc(n as usize).cast()
+    world.run.calls.arena.borrow_mut().alloc(n as usize).cast()
 }
 
 unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: tatu_str, resume: u64) -> tatu_status {
@@ -60,7 +60,7 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
         return say(call.error, TATU_ERR_BUSY, "cannot wait in a script that runs side by side with others");
     }
     if call.wait_token == 0 {
-        let entry = world.registry.commands.get((call.command as usize).wrapping_sub(1));
+        let entry = world.model.registry.commands.get((call.command as usize).wrapping_sub(1));
         let text = entry.and_then(|e| e.no_wait.clone()).unwrap_or_else(|| {
             "cannot wait here: call it from a coroutine, or from the script's thread function".into()
         });
@@ -69,9 +69,9 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
     if resume == 0 {
         return say(call.error, TATU_ERR_ARGUMENT, "the resume word of a wait is not 0");
     }
-    match parse_wait(until, value, name, world.clock.pass.get()) {
+    match parse_wait(until, value, name, world.state.clock.pass.get()) {
         Ok(due) => {
-            world.calls.waits.borrow_mut().asked = Some((call.wait_token, due, resume));
+            world.run.calls.waits.borrow_mut().asked = Some((call.wait_token, due, resume));
             TATU_WAIT
         }
         Err(text) => say(call.error, TATU_ERR_ARGUMENT, text),
@@ -87,8 +87,8 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     // SAFETY: the caller promises it.
     let f = unsafe { &mut *frame };
     f.n_results = 0;
-    let calls = &world.calls;
-    let Some(entry) = world.registry.commands.get((f.command as usize).wrapping_sub(1)) else {
+    let calls = &world.run.calls;
+    let Some(entry) = world.model.registry.commands.get((f.command as usize).wrapping_sub(1)) else {
         f.error = calls.error_at(calls.depth.get());
         return say(f.error, TATU_ERR_UNKNOWN, &format!("there is no command {}", f.command));
     };
@@ -107,7 +107,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     let error = calls.error_at(level.depth);
     f.error = error;
     f.world = world.raw();
-    f.self_ = world.registry.plugins[entry.plugin].me;
+    f.self_ = world.model.registry.plugins[entry.plugin].me;
     (f.instance, f.state) = world.instance(entry.plugin);
     f.user = entry.raw.user;
     f.api = &raw const CALL_API;
@@ -137,11 +137,11 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         status
     } else {
         calls.caller.set(Caller { kind: TATU_CALLER_NATIVE, ..caller });
-        let outer = world.watch.command(f.command);
+        let outer = world.border.watch.command(f.command);
         // SAFETY: the plugin's function; no borrow of the world is alive here.
         let cross = || unsafe { call(frame) };
         let status = world.cross(entry.plugin, Call::Command, (caller.object & 0xF_FFFF) as u32, cross);
-        world.watch.command(outer);
+        world.border.watch.command(outer);
         status
     };
     drop(level);
@@ -164,8 +164,8 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         let text = "broke the contract: it wrote past the end of memory that the host gave it (`alloc`)";
         return broken(world, entry, f, text);
     }
-    if !f.state.is_null() && !world.state_is_whole(entry.plugin) {
-        world.mend_state(entry.plugin);
+    if !f.state.is_null() && !world.devices.state_is_whole(entry.plugin) {
+        world.devices.mend_state(entry.plugin);
         return broken(world, entry, f, PAST_STATE);
     }
     match answer(f.error, status, true) {
@@ -193,7 +193,7 @@ fn broken(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, text: &str
 /// Says once per run that a command gives a neutral value only.
 #[cold]
 fn tell_stub(world: &WorldCell, entry: &CommandEntry, id: u32, alias: u32) {
-    if world.calls.stubs.try_borrow_mut().is_ok_and(|mut told| told.insert(id)) {
+    if world.run.calls.stubs.try_borrow_mut().is_ok_and(|mut told| told.insert(id)) {
         let why = if entry.notes.is_empty() { String::new() } else { format!(": {}", entry.notes) };
         world.log(TATU_LOG_INFO, &format!("{} does nothing here{why}", entry_name(entry, alias)));
     }
@@ -201,7 +201,7 @@ fn tell_stub(world: &WorldCell, entry: &CommandEntry, id: u32, alias: u32) {
 
 /// The command waits on behalf of the calling script or service.
 fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller: Caller) -> tatu_status {
-    let mut waits = world.calls.waits.borrow_mut();
+    let mut waits = world.run.calls.waits.borrow_mut();
     match waits.asked.take() {
         Some((token, due, resume)) if token == f.wait_token && token != 0 => {
             let owner = match caller.service {
@@ -302,7 +302,7 @@ fn convert_args(
     cuts: bool,
 ) -> Result<(*const tatu_value, u32), String> {
     let mut out: Vec<tatu_value> = args.iter().map(|a| a.raw()).collect();
-    let mut arena = world.calls.arena.borrow_mut();
+    let mut arena = world.run.calls.arena.borrow_mut();
     let space = || "the arguments are too large".to_owned();
     for (i, p) in entry.params.iter().enumerate() {
         let given = args.get(i).copied().unwrap_or(ValueRef::NIL);
@@ -345,12 +345,12 @@ fn convert_args(
 /// Frames the error of a command; an old-style name logs it and returns its values instead.
 #[cold]
 fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: tatu_status) -> tatu_status {
-    let plugin = &world.registry.plugins[entry.plugin];
+    let plugin = &world.model.registry.plugins[entry.plugin];
     let name = entry_name(entry, f.alias);
     // SAFETY: the host's own error objects.
     let text = unsafe {
         if (*f.error).code == TATU_OK {
-            let last = world.calls.last.borrow_mut().raw();
+            let last = world.run.calls.last.borrow_mut().raw();
             if (*last).code == status {
                 border::copy_error(last, f.error);
             }
@@ -385,7 +385,7 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
             give_results(world, f, values).err().unwrap_or(TATU_OK)
         }
         _ => {
-            *world.calls.blame.borrow_mut() = Some((text.clone(), plugin.id.clone()));
+            *world.run.calls.blame.borrow_mut() = Some((text.clone(), plugin.id.clone()));
             say(f.error, status, &text);
             if let Some(help) = help {
                 // SAFETY: the host's own error object of this call; `add` copies the text.

@@ -1,31 +1,41 @@
-//! The inside of a world: [`WorldCell`] and the plain structs that it holds. What they do in a step stands above.
+//! The inside of a world: [`WorldCell`] and what it holds. What is done with it in a step stands above.
 //!
-//! - `world`: all parts, each behind a `RefCell` of its own; `make`: a cell with nothing in it but a scene;
+//! - `world`: the four owners together; `model`: what the world was made of; `state`: what a step changes; `devices`: what
+//!   plugins keep for it; `run`: who acts, and what came of it;
+//! - `border`: what is watched while plugins run; `cross`: calls into plugins; `scope`: what a plugin may ask of the host
+//!   in which call; `living`: the worlds of each thread;
 //! - `clock`, `phase`: time, steps, and what the world is doing; `pool`: its threads;
-//! - `calls`: the stack of calls, their arena, errors and `results_room`; `waits`: commands that go on later;
+//! - `calls`: the stack of calls, their `arena`, `call_errors` and `results_room`; `waits`: commands that go on later;
 //! - `scripts`: the scripts, by `script_kinds` and in `script_order`; `script_counts`: what each did;
-//! - `script_worker`: what a thread sees of the world while it runs scripts in parallel;
+//! - `worker_view`, `script_worker`: what a thread sees of the world while it runs scripts in parallel;
 //! - `folders`: where scripts open files;
-//! - `scope`: what a plugin may ask of the host in which call;
-//! - `events`: what has been published; `report`: lines and faults;
-//! - `outside`, `session`, `service`, `input_log`, `wake`: services, and what came in;
-//! - `stores`: how much scripts may leave in a world; `swap`: what a reload exchanges; `stand_ins`: objects made for scripts
-//!   that ask for them.
+//! - `events`: what has been published; `lines`, `report`: lines and faults;
+//! - `outside`, `session`, `wake`: services; `service`, `service_calls`: one of them; `input_log`, `inputs`: what came in;
+//! - `stores`, `room`: how much scripts may leave in a world; `instance_image`: what a snapshot holds of an instance;
+//! - `swap`: what a reload exchanges; `stand_ins`, `stand_in_use`: objects made for scripts that ask for them.
 
 mod arena;
+mod border;
 pub(crate) mod call_errors;
 mod calls;
 mod clock;
+mod cross;
+mod devices;
 mod events;
 mod folders;
 mod input_log;
+mod inputs;
 mod instance_image;
-mod make;
+mod lines;
+mod living;
+mod model;
 mod outside;
 mod phase;
 mod pool;
 mod report;
 mod results_room;
+mod room;
+mod run;
 mod scope;
 mod script_counts;
 mod script_kinds;
@@ -33,44 +43,48 @@ mod script_order;
 mod script_worker;
 mod scripts;
 mod service;
+mod service_calls;
 mod session;
-pub(crate) mod stand_ins;
+pub(crate) mod stand_in_use;
+mod stand_ins;
+mod state;
 mod stores;
 mod swap;
 mod waits;
 mod wake;
+mod worker_view;
 mod world;
 
 pub(crate) use arena::Arena;
-pub(crate) use calls::{Caller, Calls, MAX_DEPTH};
+pub(crate) use calls::{Caller, MAX_DEPTH};
 pub(crate) use clock::Clock;
+pub(crate) use devices::Instance;
 pub(crate) use events::payload;
-pub(crate) use folders::{Folders, Refused};
+pub(crate) use folders::Refused;
 pub use input_log::{Input, InputLog, Record};
-pub(crate) use input_log::{
-    REPLAY, REQUESTS, Replay, observe, observed, put_in, record_of, remote_call, remote_request, restore_inputs,
-};
+pub(crate) use input_log::{REPLAY, REQUESTS, Replay};
+pub(crate) use inputs::{observe, observed, put_in, record_of, remote_call, remote_request, restore_inputs};
 pub(crate) use instance_image::InstanceImage;
+pub use lines::{Lines, LogLine};
+pub(crate) use model::Model;
 pub use outside::NextScene;
-pub(crate) use outside::Outside;
 pub use phase::Phase;
 pub(crate) use pool::of as pool_of;
 pub(crate) use report::instance_fault;
-pub use report::{Lines, LogLine};
 pub(crate) use results_room::{CallersRoom, ResultsRoom};
 pub use scope::breach;
 pub(crate) use scope::{Function, enlist};
-pub(crate) use script_counts::CallCounts;
 pub use script_counts::ScriptSummary;
 pub use script_kinds::OUTSIDE_KINDS;
-pub(crate) use script_kinds::{CALLBACKS, Callback, CallbackIds, CallbackMask, Kind};
-pub(crate) use script_order::{Order, sort};
-pub(crate) use script_worker::{DeferredEffect, ScriptWorker, WorkerView};
+pub(crate) use script_kinds::{CALLBACKS, Callback, Kind, Order};
+pub(crate) use script_order::sort;
 pub(crate) use scripts::{ExitRequest, Script, Scripts};
 pub(crate) use service::Running;
 pub(crate) use session::SessionCell;
+pub(crate) use stand_in_use::begin as begin_stand_ins;
 pub use stand_ins::{StandIn, Wish};
-pub(crate) use stores::{Noted, Signals, bytes_of};
-pub(crate) use waits::{Due, Owner, Wait, Waits, parse as parse_wait};
+pub(crate) use stores::{Signal, bytes_of};
+pub(crate) use waits::{Owner, Wait, Waits, parse as parse_wait};
 pub(crate) use wake::Wake;
-pub(crate) use world::{Instance, Signal, WorldCell};
+pub(crate) use worker_view::{DeferredEffect, WorkerView};
+pub(crate) use world::{ScriptWorker, WorldCell};

@@ -9,15 +9,21 @@ use std::{
 };
 
 use tatu_errors::{Error, Fault, FaultKind};
-use tatu_plugin_api::safe::Value;
+use tatu_plugin_api::{abi::tatu_world, safe::Value};
 use tatu_scene::document::Document;
 
-use super::SessionCell;
-use crate::cell::{InputLog, InstanceImage, Replay, events::Bus};
+use super::{
+    events::Bus,
+    input_log::{InputLog, Replay},
+    instance_image::InstanceImage,
+    session::{SessionCell, WorldHandle},
+};
 
 /// The world's side of its session: events for services, the input log, what is replayed.
 pub(crate) struct Outside {
     session: RefCell<Weak<SessionCell>>,
+    /// By which the session knows the world.
+    pub handle: Rc<WorldHandle>,
     /// Somebody stands by who can lift a pause.
     pub interactive: Cell<bool>,
     /// For whom the service whose turn it is acts, by the service's number.
@@ -26,7 +32,7 @@ pub(crate) struct Outside {
     pub options: RefCell<BTreeMap<u32, Value>>,
     /// What happens, for scripts.
     pub bus: Bus,
-    /// CallCounts to services at the next barrier.
+    /// Events queued for services until the next barrier.
     events: RefCell<Vec<(Rc<str>, Value)>>,
     pub log: RefCell<InputLog>,
     pub replay: RefCell<Option<Replay>>,
@@ -70,6 +76,7 @@ impl Default for Outside {
     fn default() -> Self {
         Outside {
             session: RefCell::default(),
+            handle: Rc::new(Cell::new(std::ptr::null_mut())),
             interactive: Cell::default(),
             client: Cell::default(),
             options: RefCell::default(),
@@ -99,7 +106,9 @@ impl Outside {
             _ => self.inputs.borrow_mut().push((kind.to_owned(), text.to_owned())),
         }
     }
-    pub fn join(&self, session: &Rc<SessionCell>) {
+    /// The world joins a session, which knows it by `world`.
+    pub fn join(&self, session: &Rc<SessionCell>, world: *mut tatu_world) {
+        self.handle.set(world);
         *self.session.borrow_mut() = Rc::downgrade(session);
     }
     /// The world leaves its session.

@@ -1,69 +1,38 @@
 //! What a world tells: lines, faults, who called.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-
-use serde::Serialize;
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_plugins::watchdog::peek;
 use tatu_scene::{Scene, rows::kind_name};
 
-use super::{Script, payload};
-use crate::cell::{WorldCell, script_worker::DeferredEffect};
-
-/// A line that something told.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct LogLine {
-    /// `TATU_LOG_*`
-    pub level: u32,
-    /// Of a fault: its stable code.
-    pub code: Option<&'static str>,
-    /// The text.
-    pub text: String,
-}
-
-/// Lines that are kept until somebody takes them. Only the thread of the world adds to them.
-#[derive(Debug, Clone, Default)]
-pub struct Lines(Arc<Mutex<Vec<LogLine>>>);
-
-impl Lines {
-    pub(crate) fn hold(&self) -> MutexGuard<'_, Vec<LogLine>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-    /// Takes all there are.
-    pub(crate) fn take(&self) -> Vec<LogLine> {
-        std::mem::take(&mut *self.hold())
-    }
-    /// The same from another thread, when that of the world may never go on; none while it holds them.
-    pub fn take_from_outside(&self) -> Vec<LogLine> {
-        peek(&self.0).map(|mut lines| std::mem::take(&mut *lines)).unwrap_or_default()
-    }
-}
-
-/// Lines that are kept between two looks at them: a script that prints in an endless loop must not fill the memory.
-pub(crate) const MAX_LINES: usize = 10_000;
+use super::{
+    WorldCell,
+    events::payload,
+    lines::{LogLine, MAX_LINES},
+    scripts::Script,
+    worker_view::DeferredEffect,
+};
 
 impl WorldCell {
     /// Who calls now, for messages.
     pub fn caller_name(&self) -> String {
-        let caller = self.calls.caller.get();
-        match self.see(|w| &w.scene) {
+        let caller = self.run.calls.caller.get();
+        match self.see(|w| &w.state.scene) {
             Some(scene) if caller.object != 0 => scene.path((caller.object & 0xF_FFFF) as u32),
             _ => "the host".into(),
         }
     }
     /// Adds to a fault whose script it was.
     pub fn blame_caller(&self, fault: &mut Fault) {
-        let caller = self.calls.caller.get();
-        if let (Some(scene), true) = (self.see(|w| &w.scene), caller.object != 0) {
+        let caller = self.run.calls.caller.get();
+        if let (Some(scene), true) = (self.see(|w| &w.state.scene), caller.object != 0) {
             fault.object = Some(scene.path((caller.object & 0xF_FFFF) as u32));
         }
         self.with_caller(|script| fault.script = Some(script.name.clone()));
     }
     /// Does something with the script that calls, if it is one.
     pub fn with_caller(&self, f: impl FnOnce(&Script)) {
-        let instance = self.calls.caller.get().instance;
-        let script = self.see(|w| &w.scripts).and_then(|s| s.by_id(instance));
+        let instance = self.run.calls.caller.get().instance;
+        let script = self.see(|w| &w.run.scripts).and_then(|s| s.by_id(instance));
         if let Some(script) = script {
             f(&script);
         }
@@ -73,7 +42,7 @@ impl WorldCell {
         if let Some(worker) = &self.worker {
             return worker.note(DeferredEffect::Fault(Box::new(fault)));
         }
-        let Ok(mut faults) = self.faults.try_borrow_mut() else { return };
+        let Ok(mut faults) = self.run.faults.try_borrow_mut() else { return };
         if let Some(known) = faults.iter_mut().find(|f| f.same_as(&fault)) {
             known.count += fault.count;
             return;
@@ -89,11 +58,11 @@ impl WorldCell {
             text += &format!(" ({help})");
         }
         let code = Some(fault.code);
-        self.outside.fault(&fault);
+        self.run.outside.fault(&fault);
         self.tell_line(TATU_LOG_ERROR, &text);
         faults.push(fault);
         drop(faults);
-        self.lines.hold().push(LogLine { level: TATU_LOG_ERROR, code, text });
+        self.run.lines.hold().push(LogLine { level: TATU_LOG_ERROR, code, text });
     }
     /// Keeps a line until `take_lines` is called.
     pub fn log(&self, level: u32, text: &str) {
@@ -101,13 +70,13 @@ impl WorldCell {
             return worker.note(DeferredEffect::Line(level, text.to_owned()));
         }
         self.tell_line(level, text);
-        let mut lines = self.lines.hold();
+        let mut lines = self.run.lines.hold();
         if lines.is_empty() {
-            self.line_bytes.set(0);
+            self.run.line_bytes.set(0);
         }
-        let bytes = self.line_bytes.get().saturating_add(text.len() as u64);
+        let bytes = self.run.line_bytes.get().saturating_add(text.len() as u64);
         if bytes > self.store_room() {
-            if self.line_bytes.replace(u64::MAX) != u64::MAX {
+            if self.run.line_bytes.replace(u64::MAX) != u64::MAX {
                 let text = format!(
                     "the lines of one step take more than {} MB, the memory that scripts may use: the rest is left out",
                     self.store_room() >> 20
@@ -116,7 +85,7 @@ impl WorldCell {
             }
             return;
         }
-        self.line_bytes.set(bytes);
+        self.run.line_bytes.set(bytes);
         match lines.len() {
             0..MAX_LINES => lines.push(LogLine { level, code: None, text: text.to_owned() }),
             MAX_LINES => lines.push(LogLine {
@@ -139,15 +108,15 @@ impl WorldCell {
                 let (title, text) = text.split_once('\0').unwrap_or((text, ""));
                 let clear = Value::Bool(level == TATU_LOG_CONSOLE_CLEAR);
                 let told = || payload([("title", Value::text(title)), ("text", Value::text(text)), ("clear", clear)]);
-                return self.outside.publish("console", told);
+                return self.run.outside.publish("console", told);
             }
             _ => return,
         };
-        self.outside.publish("message", || payload([("level", Value::text(level)), ("text", Value::text(text))]));
+        self.run.outside.publish("message", || payload([("level", Value::text(level)), ("text", Value::text(text))]));
     }
     /// Publishes that an object is there, or is gone.
     pub fn tell_object(&self, event: &str, scene: &Scene, slot: u32) {
-        self.outside.publish(event, || {
+        self.run.outside.publish(event, || {
             let kind = scene.get(slot).map_or("", |o| kind_name(o.kind()));
             let path = Value::text(scene.path(slot));
             payload([("object", Value::Int(slot.into())), ("path", path), ("kind", Value::text(kind))])
@@ -157,9 +126,10 @@ impl WorldCell {
 
 /// A fault of a plugin's instance, which is switched off.
 pub(crate) fn instance_fault(cell: &WorldCell, plugin: usize, slot: u32, status: tatu_status, text: &str) -> Fault {
-    let id = &cell.registry.plugins[plugin].id;
-    let path = cell.scene.try_borrow().map(|s| s.path(slot)).unwrap_or_default();
-    let what = cell.scene.try_borrow().ok().and_then(|s| s.get(slot).map(|o| kind_name(o.kind()))).unwrap_or("sensor");
+    let id = &cell.model.registry.plugins[plugin].id;
+    let path = cell.state.scene.try_borrow().map(|s| s.path(slot)).unwrap_or_default();
+    let what =
+        cell.state.scene.try_borrow().ok().and_then(|s| s.get(slot).map(|o| kind_name(o.kind()))).unwrap_or("sensor");
     // What it says begins with a verb where it is the host that says it.
     let how = if status == TATU_ERR_PANIC || text.starts_with("broke the contract") { "" } else { "failed: " };
     let mut fault =

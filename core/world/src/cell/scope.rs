@@ -5,7 +5,6 @@
 //! read through it: it came from a thread of the plugin's own, or was kept for longer than its world lived.
 
 use std::{
-    cell::{Cell, RefCell},
     collections::BTreeSet,
     sync::{
         Mutex,
@@ -17,18 +16,7 @@ use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::watchdog::Call;
 
-use super::{WorldCell, script_worker};
-
-thread_local! {
-    /// The worlds that were made on this thread and live.
-    static LIVING: RefCell<Vec<*const WorldCell>> = const { RefCell::new(Vec::new()) };
-    /// The one that was found last.
-    static LAST: Cell<*const WorldCell> = const { Cell::new(NONE) };
-}
-
-/// Its address stands for no world: neither null nor any number that a plugin may make up, so that one comparison is enough.
-static NOBODY: u8 = 0;
-const NONE: *const WorldCell = (&raw const NOBODY).cast();
+use super::{WorldCell, living, script_worker};
 
 /// A function of the host, for messages: "scene.pose", and whether it changes something.
 #[derive(Clone, Copy)]
@@ -101,28 +89,7 @@ pub(crate) fn enlist(world: &WorldCell) {
     if let Ok(mut all) = STRANGERS.lock() {
         all.known.clear();
     }
-    LIVING.with_borrow_mut(|all| all.push(world));
-}
-
-/// A world ends.
-pub(crate) fn strike(world: *const WorldCell) {
-    // At the end of a thread there may be no list any more.
-    let _ = LIVING.try_with(|all| all.borrow_mut().retain(|w| *w != world));
-    let _ = LAST.try_with(|last| last.set(NONE));
-}
-
-/// The thread enters a worker: what it found last is looked up anew.
-pub(crate) fn forget() {
-    LAST.set(NONE);
-}
-
-#[cold]
-fn among_living(world: *const WorldCell) -> bool {
-    let found = LIVING.with_borrow(|all| all.contains(&world));
-    if found {
-        LAST.set(world);
-    }
-    found
+    living::add((&raw const *world).cast());
 }
 
 impl WorldCell {
@@ -131,12 +98,12 @@ impl WorldCell {
     #[inline]
     pub fn at<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
         let world = ptr.cast::<WorldCell>().cast_const();
-        if LAST.get() == world {
+        if living::is_last(ptr) {
             // SAFETY: it lives, on this thread, which is in no worker: whoever ends it or enters a worker forgets it.
             return unsafe { world.as_ref() };
         }
         match script_worker::of_this_thread() {
-            None if among_living(world) => {
+            None if living::has(ptr) => {
                 // SAFETY: it lives, and on this thread: the list says so.
                 unsafe { world.as_ref() }
             }
@@ -151,7 +118,7 @@ impl WorldCell {
     pub fn admit<'a>(world: WorldRef<'a>, function: Function) -> Result<&'a WorldCell, tatu_status> {
         let Some(cell) = Self::at(world.ptr()) else { return Err(refuse_stranger(world.ptr(), function.name)) };
         let world: &'a WorldCell = cell;
-        let has = SCOPES[world.watch.call_number()];
+        let has = SCOPES[world.border.watch.call_number()];
         let needs = if function.acts { Scope::Act } else { Scope::Look };
         if has >= needs { Ok(world) } else { Err(refuse(world, has, function.name)) }
     }
@@ -159,23 +126,23 @@ impl WorldCell {
 
 #[cold]
 fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
-    let Some(call) = world.watch.call() else {
+    let Some(call) = world.border.watch.call() else {
         let text = format!("`{name}` was called outside of any call of this world, and is refused");
-        return world.calls.refuse(TATU_ERR_BUSY, &text);
+        return world.run.calls.refuse(TATU_ERR_BUSY, &text);
     };
     let why = match scope {
         Scope::Nothing => "may call nothing but the log, and `random` of its batch",
         _ => "may look at the world, and change nothing but its own instance",
     };
     let text = format!("`{name}` was called in `{}`, and is refused: it {why}", call.text());
-    if let Some(plugin) = world.registry.plugins.get(world.watch.plugin()) {
+    if let Some(plugin) = world.model.registry.plugins.get(world.border.watch.plugin()) {
         // Statuses are easily passed over: who broke the rule is named.
         let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{}` broke the contract: {text}", plugin.id));
         fault.plugin = Some(plugin.id.clone());
-        fault.object = world.watch.name_of(world.watch.slot());
+        fault.object = world.border.watch.name_of(world.border.watch.slot());
         world.report(fault);
     }
-    world.calls.refuse(TATU_ERR_BUSY, &text)
+    world.run.calls.refuse(TATU_ERR_BUSY, &text)
 }
 
 /// Refusals that belong to no world, with the library that called: they are told once, and the first world to look takes them

@@ -1,6 +1,7 @@
 //! Kinds of scripts, and the callbacks that the host knows by name.
 
 use std::cell::Cell;
+use tatu_plugin_api::abi::*;
 
 /// Whose a script is, and how long its state lives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -97,3 +98,27 @@ const _: () = assert!(CALLBACKS.len() <= 30);
 
 /// The language's numbers for a script's callbacks, by [`Callback`]; 0: it has none.
 pub(crate) type CallbackIds = [u32; CALLBACKS.len()];
+
+/// The order in which scripts are called: see `script_order`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Order {
+    /// Down the trees.
+    ParentsFirst,
+    /// Up each tree, by kind.
+    ByKind,
+    /// Deepest first over the whole scene.
+    #[default]
+    DeepestFirst,
+}
+
+impl Order {
+    /// By its number at the border.
+    pub fn of(number: u32) -> Option<Self> {
+        match number {
+            TATU_ORDER_PARENTS_FIRST => Some(Order::ParentsFirst),
+            TATU_ORDER_BY_KIND => Some(Order::ByKind),
+            TATU_ORDER_DEEPEST_FIRST => Some(Order::DeepestFirst),
+            _ => None,
+        }
+    }
+}

@@ -10,34 +10,12 @@
 
 use std::{collections::BTreeMap, rc::Rc};
 
-use tatu_plugin_api::abi::*;
 use tatu_scene::Scene;
 
-use super::{Kind, Script};
-
-/// One of the three.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) enum Order {
-    /// Down the trees.
-    ParentsFirst,
-    /// Up each tree, by kind.
-    ByKind,
-    /// Deepest first over the whole scene.
-    #[default]
-    DeepestFirst,
-}
-
-impl Order {
-    /// By its number at the border.
-    pub fn of(number: u32) -> Option<Self> {
-        match number {
-            TATU_ORDER_PARENTS_FIRST => Some(Order::ParentsFirst),
-            TATU_ORDER_BY_KIND => Some(Order::ByKind),
-            TATU_ORDER_DEEPEST_FIRST => Some(Order::DeepestFirst),
-            _ => None,
-        }
-    }
-}
+use super::{
+    script_kinds::{Kind, Order},
+    scripts::Script,
+};
 
 /// Where scripts stand among others of their class: what comes first compares less.
 type Place = (usize, usize);

@@ -6,7 +6,10 @@ use tatu_plugin_api::abi::*;
 use tatu_plugins::border::raw;
 use tatu_scene::document::ScriptSpec;
 
-use super::{CALLBACKS, CallCounts, Callback, CallbackIds, Kind, Order};
+use super::{
+    script_counts::CallCounts,
+    script_kinds::{CALLBACKS, Callback, CallbackIds, Kind, Order},
+};
 
 /// One script. The state of a child script exists while the world runs, that of others as long as the world.
 pub(crate) struct Script {

@@ -1,26 +1,23 @@
-//! One running service, and the calls into it.
+//! A running service: made, ended, and what it may do.
 
 use std::{
     cell::{Cell, RefCell},
     ffi::c_void,
 };
 
-use tatu_errors::{Error, Fault, FaultKind, Result};
+use tatu_errors::{Error, Result};
 use tatu_plugin_api::{
     abi::*,
     safe::{Owned, Value},
 };
 use tatu_plugins::{
     Registry, ServiceKind,
-    border::{ErrorSlot, answer, raw},
+    border::{ErrorSlot, answer},
     events::covers,
     state_block::{PAST_STATE, StateBlock},
     watchdog::Call,
 };
 use tatu_scene::document::ServiceSpec;
-
-use super::{SessionCell, call_errors};
-use crate::cell::{Caller, WorldCell};
 
 /// A service that has been started.
 pub(crate) struct Running {
@@ -32,7 +29,7 @@ pub(crate) struct Running {
     /// Its state block.
     pub state: RefCell<StateBlock>,
     /// How messages call it.
-    subject: String,
+    pub subject: String,
     /// It failed: it has no more turns, and holds nothing.
     pub off: Cell<bool>,
     /// That it holds the session for long has been told.
@@ -40,9 +37,9 @@ pub(crate) struct Running {
 }
 
 /// Values in the border form, and the memory that their spans lie in.
-struct Laid(Vec<tatu_value>, #[allow(dead_code, reason = "keeps the spans alive")] Owned);
+pub(super) struct Laid(pub Vec<tatu_value>, #[allow(dead_code, reason = "keeps the spans alive")] Owned);
 
-fn lay<'v>(values: impl IntoIterator<Item = &'v Value>) -> Laid {
+pub(super) fn lay<'v>(values: impl IntoIterator<Item = &'v Value>) -> Laid {
     let mut owned = Owned::default();
     let raw = values.into_iter().map(|v| owned.raw(v)).collect();
     Laid(raw, owned)
@@ -50,8 +47,7 @@ fn lay<'v>(values: impl IntoIterator<Item = &'v Value>) -> Laid {
 
 impl Running {
     /// Starts a service.
-    pub fn start(session: &SessionCell, spec: &ServiceSpec, number: u32) -> Result<Self> {
-        let registry = &session.registry;
+    pub fn start(registry: &Registry, session: *mut tatu_session, spec: &ServiceSpec, number: u32) -> Result<Self> {
         let kind = &registry.services[spec.kind];
         let lacking = |p: &&tatu_plugins::Declared| !p.optional() && !spec.params.iter().any(|(k, _)| *k == p.key);
         if let Some(p) = kind.params.iter().find(lacking) {
@@ -76,7 +72,7 @@ impl Running {
             seed: 0,
             params: params.0.as_ptr(),
             state: state.place(),
-            session: session.raw(),
+            session,
         };
         // SAFETY: by the contract; the description and what it points to live through the call.
         let run = || unsafe {
@@ -107,16 +103,8 @@ impl Running {
         done.map_err(|e| if e.code == "E111" { Error { code: "E323", ..e } } else { e })
     }
 
-    fn info<'r>(&self, registry: &'r Registry) -> &'r ServiceKind {
+    pub fn info<'r>(&self, registry: &'r Registry) -> &'r ServiceKind {
         &registry.services[self.kind]
-    }
-
-    /// Runs something that is noted as this service's.
-    pub fn noted<T>(&self, world: &WorldCell, f: impl FnOnce() -> T) -> T {
-        world.watch.subject(&self.subject);
-        let done = f();
-        world.watch.subject("");
-        done
     }
 
     /// How messages call it, with its plugin.
@@ -134,130 +122,8 @@ impl Running {
         !self.off.get() && self.info(registry).raw.call_func.is_some()
     }
 
-    /// Calls a function of one of its clients. The results' memory is the caller's to release.
-    pub fn call_func(&self, world: &WorldCell, local: u32, f: &mut tatu_call) -> tatu_status {
-        let kind = self.info(&world.registry);
-        let Some(call) = kind.raw.call_func else { return TATU_ERR_UNSUPPORTED };
-        world.calls.caller.set(Caller::remote(self.number));
-        (f.world, f.caller_kind) = (world.raw(), TATU_CALLER_HOST);
-        (f.caller, f.caller_object, f.caller_script) = (0, 0, 0);
-        let error = f.error;
-        // SAFETY: by the contract; no borrow of the world is alive here, and the frame lives through the call.
-        let status =
-            world.cross(kind.plugin, Call::ServiceFunc, 0, || unsafe { call(self.data, world.raw(), local, f) });
-        f.error = error;
-        let status = call_errors::answer(error, status, false);
-        if status < 0 {
-            call_errors::name_plugin(error, status, &world.registry.plugins[kind.plugin].id, Call::ServiceFunc);
-        }
-        status
-    }
-
-    /// Runs a call into it: depth, caller and arena are afterwards as before.
-    fn enter<T>(&self, world: &WorldCell, call: Call, f: impl FnOnce(&tatu_service, *mut c_void) -> T) -> Option<T> {
-        if self.off.get() {
-            return None;
-        }
-        let level = world.calls.enter()?;
-        let mark = world.calls.arena.borrow().mark();
-        world.calls.caller.set(Caller::remote(self.number));
-        world.outside.client.set(0);
-        let kind = self.info(&world.registry);
-        world.watch.subject(&self.subject);
-        let (out, heard) = world.cross_capturing(kind.plugin, call, 0, || f(&kind.raw, self.data));
-        world.calls.arena.borrow_mut().release(mark);
-        world.watch.subject("");
-        drop(level);
-        if let Some(said) = heard.first() {
-            self.switch_off(world, call, said);
-            return None;
-        }
-        Some(out)
-    }
-
-    /// Runs a call with an error object; `None`: it does not work any more. After a failure it is switched off, and named.
-    fn ask(
-        &self,
-        world: &WorldCell,
-        call: Call,
-        f: impl FnOnce(&tatu_service, *mut c_void, *mut tatu_error) -> tatu_status,
-    ) -> Option<tatu_status> {
-        let mut error = ErrorSlot::new();
-        let told = error.raw();
-        let status = self.enter(world, call, |raw, data| f(raw, data, told))?;
-        let why = match status {
-            TATU_OK | TATU_HOLD if !self.state.borrow().is_whole() => format!(": {PAST_STATE}"),
-            TATU_OK => return Some(TATU_OK),
-            TATU_HOLD if call == Call::Barrier => return Some(TATU_HOLD),
-            ..0 if !error.has_said() => failure(status),
-            ..0 => format!(": {}", error.text()),
-            n => format!(": broke the contract: it answered {n}"),
-        };
-        self.switch_off(world, call, &why);
-        None
-    }
-
-    /// Its turn at the barrier; whether it holds the world.
-    pub fn barrier(&self, world: &WorldCell) -> bool {
-        let step = world.clock.step.get();
-        let answer = self.ask(world, Call::Barrier, |raw, data, error| {
-            // SAFETY: by the contract; no borrow of the world is alive here.
-            raw.barrier.map_or(TATU_GO, |f| unsafe { f(data, world.raw(), step, error) })
-        });
-        answer == Some(TATU_HOLD)
-    }
-
-    /// The world ends: the last time that it is seen.
-    pub fn last(&self, world: &WorldCell) {
-        self.ask(world, Call::Last, |raw, data, error| {
-            // SAFETY: by the contract; no borrow of the world is alive here.
-            raw.last.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), error) })
-        });
-    }
-
     /// Whether it subscribes to an event.
     pub fn wants(&self, registry: &Registry, name: &str) -> bool {
         self.info(registry).events.iter().any(|wanted| covers(wanted, name))
-    }
-
-    /// Tells it that something happened, if it wants to know.
-    pub fn event(&self, world: &WorldCell, name: &str, payload: &Value) {
-        if !self.wants(&world.registry, name) {
-            return;
-        }
-        let payload = lay([payload]);
-        self.ask(world, Call::Event, |service, data, error| {
-            let name = raw(name.as_bytes());
-            // SAFETY: by the contract; name and payload live through the call.
-            service.event.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), name, payload.0.as_ptr(), error) })
-        });
-    }
-
-    /// Hands it the end of a command that waited.
-    pub fn resume(&self, world: &WorldCell, token: u64, status: tatu_status, frame: &tatu_call) {
-        self.ask(world, Call::ServiceResume, |service, data, error| {
-            // SAFETY: by the contract; the frame lives through the call.
-            service.resume.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), token, status, frame, error) })
-        });
-    }
-
-    /// It failed, and has no more turns; `how` begins with a verb, or with a colon.
-    fn switch_off(&self, world: &WorldCell, call: Call, how: &str) {
-        self.off.set(true);
-        let info = self.info(&world.registry);
-        let plugin = &world.registry.plugins[info.plugin].id;
-        let gap = if how.starts_with(':') { "" } else { " " };
-        let text = format!("plugin `{plugin}`: {}{gap}{how} [{}]; it is switched off", self.subject, call.text());
-        let mut fault = Fault::new(FaultKind::Plugin, text);
-        fault.plugin = Some(plugin.clone());
-        world.report(fault);
-    }
-}
-
-/// A failure without a sentence.
-fn failure(status: tatu_status) -> String {
-    match status {
-        TATU_ERR_PANIC => "panicked".to_owned(),
-        _ => format!("failed with status {status}"),
     }
 }

@@ -1,7 +1,7 @@
 //! The inside of a session: its services and the worlds that they serve.
 
 use std::{
-    cell::RefCell,
+    cell::{Cell, RefCell},
     rc::{Rc, Weak},
     sync::{
         Arc,
@@ -13,14 +13,18 @@ use tatu_errors::Error;
 use tatu_plugin_api::abi::*;
 use tatu_plugins::Registry;
 
-use super::{Running, Wake, WorldCell};
+use super::{service::Running, wake::Wake};
+
+/// The pointer by which plugins know a world; it goes with the world.
+pub(crate) type WorldHandle = Cell<*mut tatu_world>;
 
 /// The inside, at an address that stays: plugins hold it as `tatu_session *`.
 pub(crate) struct SessionCell {
     pub wake: Wake,
     pub registry: Arc<Registry>,
     pub services: RefCell<Vec<Rc<Running>>>,
-    pub worlds: RefCell<Vec<Weak<WorldCell>>>,
+    /// The handles of those that live, in the order in which they joined.
+    pub worlds: RefCell<Vec<Weak<WorldHandle>>>,
     pub interrupt: RefCell<Arc<AtomicBool>>,
 }
 
@@ -51,7 +55,7 @@ impl SessionCell {
     }
     /// The worlds that are there, in the order in which they joined.
     pub fn worlds(&self) -> Vec<*mut tatu_world> {
-        self.worlds.borrow().iter().filter_map(Weak::upgrade).map(|w| w.raw()).collect()
+        self.worlds.borrow().iter().filter_map(Weak::upgrade).map(|w| w.get()).collect()
     }
     pub fn interrupted(&self) -> bool {
         self.interrupt.borrow().load(Ordering::Relaxed)

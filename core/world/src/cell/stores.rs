@@ -4,10 +4,15 @@
 
 use std::{cell::Cell, collections::BTreeMap, ops::Deref};
 
-use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugin_api::safe::Value;
 use tatu_scene::Scene;
 
-use super::{Signal, WorldCell};
+/// The value of a signal.
+pub(crate) struct Signal {
+    pub value: Value,
+    /// Set by a script of the run: it ends with it.
+    pub of_run: bool,
+}
 
 /// What an entry of a table costs beside its content, roughly, bytes.
 const ENTRY: u64 = 64;
@@ -83,7 +88,7 @@ pub(crate) struct Noted(Cell<u64>);
 
 impl Noted {
     /// Whether there is room for the free data of an object; 0: of the world.
-    fn has_room(&self, scene: &Scene, slot: u32, more: u64, room: u64) -> bool {
+    pub fn has_room(&self, scene: &Scene, slot: u32, more: u64, room: u64) -> bool {
         let sum = self.0.get() + more;
         self.0.set(sum);
         if sum <= room {
@@ -98,30 +103,6 @@ impl Noted {
         let fits = there + more <= room;
         self.0.set(if fits { there + more } else { there });
         fits
-    }
-}
-
-impl WorldCell {
-    /// Bytes that each of the stores may take.
-    pub fn store_room(&self) -> u64 {
-        match self.see(|w| &w.settings).map_or(0, |s| s.memory) {
-            0 => u64::MAX,
-            room => room,
-        }
-    }
-    /// Refuses what would not fit.
-    pub fn no_room(&self, what: &str) -> tatu_status {
-        let text = format!(
-            "{what} of the scene would take more than {} MB, the memory that its scripts may use: remove some, or raise \
-             `budget.memory_mb` of the scene",
-            self.store_room() >> 20
-        );
-        self.calls.refuse(TATU_ERR_SPACE, &text)
-    }
-    /// Refuses free data of an object, or of the world (0), for which there is no room.
-    pub fn check_notes(&self, scene: &Scene, slot: u32, value: &Value) -> Result<(), tatu_status> {
-        let fits = self.noted.has_room(scene, slot, bytes_of(value), self.store_room());
-        if fits { Ok(()) } else { Err(self.no_room("custom data")) }
     }
 }
 

@@ -12,7 +12,7 @@ use crate::cell::{WorldCell, payload};
 /// After a physics stage: publishes pairs that touch, begin to touch and ceased to. Looks at the engine only if somebody
 /// listens; after nobody did, all that touch count as begun.
 pub(crate) fn compare(world: &WorldCell) {
-    let outside = &world.outside;
+    let outside = &world.run.outside;
     let [collision, separation, contact] = [0, 1, 2].map(|i| outside.wants(GATHERED[i]));
     if !(collision || separation || contact) {
         if !outside.bus.touching.borrow().is_empty() {
@@ -20,7 +20,7 @@ pub(crate) fn compare(world: &WorldCell) {
         }
         return;
     }
-    let (Ok(scene), Ok(dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow()) else { return };
+    let (Ok(scene), Ok(dynamics)) = (world.state.scene.try_borrow(), world.state.dynamics.try_borrow()) else { return };
     // Of each pair the strongest contact; pairs by slots.
     let mut pairs: Vec<(u32, u32, Contact)> = Vec::new();
     for (a, b, c) in dynamics.contacts(&scene) {

@@ -21,7 +21,7 @@ const MOST: usize = 10_000;
 /// each to its handlers in the order in which they subscribed. What these publish comes last. Must be called without any
 /// borrow of the world.
 pub(crate) fn deliver(world: &WorldCell) {
-    let bus = &world.outside.bus;
+    let bus = &world.run.outside.bus;
     // A handler may ask for a stage, after which this is called again: the outer delivery goes on with what is new.
     if bus.queue.borrow().is_empty() || bus.now.borrow().is_some() {
         return;
@@ -44,12 +44,12 @@ pub(crate) fn deliver(world: &WorldCell) {
 
 fn hand_out(world: &WorldCell, name: &Rc<str>, payload: &Value) {
     let wanted: Vec<u64> = {
-        let all = world.outside.bus.subscriptions.borrow();
+        let all = world.run.outside.bus.subscriptions.borrow();
         all.iter().filter(|s| covers(&s.name, name)).map(|s| s.id).collect()
     };
     for id in wanted {
         let handler = {
-            let all = world.outside.bus.subscriptions.borrow();
+            let all = world.run.outside.bus.subscriptions.borrow();
             // One before it may have ended this one.
             all.iter().find(|s| s.id == id).map(|s| s.handler)
         };
@@ -61,17 +61,17 @@ fn hand_out(world: &WorldCell, name: &Rc<str>, payload: &Value) {
 
 /// Calls one handler. One that fails is not called again.
 fn call(world: &WorldCell, id: u64, handler: tatu_func, name: &str, payload: &Value) {
-    let bus = &world.outside.bus;
+    let bus = &world.run.outside.bus;
     let Some((script, _)) = scripts::owner_of_func(world, handler) else {
         // Its script has ended, and with it the function.
         bus.unsubscribe(id);
         return;
     };
-    let mark = world.calls.arena.borrow().mark();
+    let mark = world.run.calls.arena.borrow().mark();
     let empty = Value::Map(Vec::new());
     let payload = if *payload == Value::Nil { &empty } else { payload };
     let args: Vec<tatu_value> = {
-        let mut arena = world.calls.arena.borrow_mut();
+        let mut arena = world.run.calls.arena.borrow_mut();
         let name = Value::text(name);
         [payload, &name].into_iter().map(|v| v.to_raw(&mut *arena).unwrap_or(ValueRef::NIL.raw())).collect()
     };
@@ -87,5 +87,5 @@ fn call(world: &WorldCell, id: u64, handler: tatu_func, name: &str, payload: &Va
         world.report(fault);
         scripts::drop_func(world, handler);
     }
-    world.calls.arena.borrow_mut().release(mark);
+    world.run.calls.arena.borrow_mut().release(mark);
 }

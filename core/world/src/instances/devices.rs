@@ -11,7 +11,7 @@ use crate::cell::WorldCell;
 
 /// Makes the devices of the document.
 pub(crate) fn make_devices(cell: &WorldCell, slots: &[u32]) -> Result {
-    let document = cell.document.shared();
+    let document = cell.model.document.shared();
     for (spec, slot) in document.objects.iter().zip(slots) {
         if let Some(device) = &spec.device {
             make_device(cell, *slot, device, spec.place.as_ref())?;
@@ -22,24 +22,24 @@ pub(crate) fn make_devices(cell: &WorldCell, slots: &[u32]) -> Result {
 
 /// Remembers which devices there are, for [`remake_devices`].
 pub(crate) fn note_devices(cell: &WorldCell) {
-    let (sensing, actuators) = (cell.sensing.borrow(), cell.actuators.borrow());
+    let (sensing, actuators) = (cell.devices.sensing.borrow(), cell.devices.actuators.borrow());
     let named = |declared: &[Declared], params: &[Value]| {
         declared.iter().map(|d| d.key.clone()).zip(params.iter().cloned()).filter(|(_, v)| *v != Value::Nil).collect()
     };
     let sensors = sensing.devices.iter().map(|d| {
-        (d.slot, DeviceSpec { kind: d.kind, params: named(&cell.registry.sensors[d.kind].params, &d.params) })
+        (d.slot, DeviceSpec { kind: d.kind, params: named(&cell.model.registry.sensors[d.kind].params, &d.params) })
     });
     let actuators = actuators.devices.iter().map(|d| {
-        (d.slot, DeviceSpec { kind: d.kind, params: named(&cell.registry.actuators[d.kind].params, &d.params) })
+        (d.slot, DeviceSpec { kind: d.kind, params: named(&cell.model.registry.actuators[d.kind].params, &d.params) })
     });
-    *cell.initial_devices.borrow_mut() = sensors.chain(actuators).collect();
+    *cell.model.initial_devices.borrow_mut() = sensors.chain(actuators).collect();
 }
 
 /// Ends all devices and makes those anew that there were at the start: also of objects removed since, and with the
 /// parameters of then. The scene is already what it was.
 pub(crate) fn remake_devices(cell: &WorldCell) {
     end_devices(cell);
-    for (slot, spec) in std::mem::take(&mut *cell.initial_devices.borrow_mut()) {
+    for (slot, spec) in std::mem::take(&mut *cell.model.initial_devices.borrow_mut()) {
         if let Err(e) = make_device(cell, slot, &spec, None) {
             cell.report(Fault::new(FaultKind::Plugin, e.text));
         }
@@ -48,21 +48,21 @@ pub(crate) fn remake_devices(cell: &WorldCell) {
 
 /// Ends all devices.
 pub(crate) fn end_devices(cell: &WorldCell) {
-    let sensors = cell.sensing.borrow_mut().take_gone(|_| false);
+    let sensors = cell.devices.sensing.borrow_mut().take_gone(|_| false);
     sensors.into_iter().for_each(|d| end_sensor(cell, d));
-    let actuators = cell.actuators.borrow_mut().take_gone(|_| false);
+    let actuators = cell.devices.actuators.borrow_mut().take_gone(|_| false);
     actuators.into_iter().for_each(|d| end_actuator(cell, d));
 }
 
 /// Makes the device of an object. Must be called without any borrow of the world.
 pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, place: Option<&Place>) -> Result {
     let (owner, name, path, object_kind) = {
-        let scene = cell.scene.borrow();
+        let scene = cell.state.scene.borrow();
         let Some(o) = scene.get(slot) else { return Ok(()) };
         (scene.id(slot), o.name(), scene.path(slot), o.kind())
     };
-    cell.watch.name(slot, path.clone());
-    let info = cell.registry.device(object_kind, device.kind);
+    cell.border.watch.name(slot, path.clone());
+    let info = cell.model.registry.device(object_kind, device.kind);
     let what = kind_name(object_kind);
     let (params, commands) = (filled(info.params, &device.params), filled(info.commands, &device.params));
     let all = info.params.iter().zip(&params).chain(info.commands.iter().zip(&commands));
@@ -81,17 +81,17 @@ pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, plac
         }
     }
     let refused = |text: String| {
-        let plugin = &cell.registry.plugins[info.plugin].id;
+        let plugin = &cell.model.registry.plugins[info.plugin].id;
         Error::new("E402", format!("the {what} {path} cannot be made: plugin `{plugin}`: {text}")).at(place.cloned())
     };
     if object_kind == TATU_KIND_SENSOR {
         let made = create_sensor(cell, device.kind, slot, instance, params).map_err(refused)?;
-        cell.sensing.borrow_mut().add(made);
+        cell.devices.sensing.borrow_mut().add(made);
         return Ok(());
     }
     let made = create_actuator(cell, device.kind, slot, instance, params).map_err(refused)?;
-    cell.actuators.borrow_mut().devices.push(made);
-    if let Some(Data::Actuator(a)) = cell.scene.borrow_mut().get_mut(slot).map(|o| &mut o.data)
+    cell.devices.actuators.borrow_mut().devices.push(made);
+    if let Some(Data::Actuator(a)) = cell.state.scene.borrow_mut().get_mut(slot).map(|o| &mut o.data)
         && a.commands.len() != commands.len()
     {
         a.commands = commands.iter().map(|v| if let Value::Float(x) = v { *x } else { 0.0 }).collect();

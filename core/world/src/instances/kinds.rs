@@ -25,7 +25,7 @@ pub(crate) fn create_sensor(
     instance: tatu_instance,
     params: Vec<Value>,
 ) -> Result<Device, String> {
-    let kind = &world.registry.sensors[kind_index];
+    let kind = &world.model.registry.sensors[kind_index];
     let seed = instance.seed;
     let Made { id, data, state } = make(world, kind.plugin, &kind.life, slot, instance, &params)?;
     let mut device = Device::new(kind_index, slot, seed, (id, data, state), params);
@@ -41,7 +41,7 @@ pub(crate) fn create_sensor(
 
 /// Ends the instance. Must be called without any borrow of the world.
 pub(crate) fn end_sensor(world: &WorldCell, sensor: Device) {
-    let kind = &world.registry.sensors[sensor.kind];
+    let kind = &world.model.registry.sensors[sensor.kind];
     if let Some(destroy) = kind.life.destroy {
         // SAFETY: made by `create`, given back once.
         world.cross_quietly(kind.plugin, Call::Destroy, sensor.slot, || unsafe { destroy(sensor.data) });
@@ -50,11 +50,11 @@ pub(crate) fn end_sensor(world: &WorldCell, sensor: Device) {
 
 /// Asks an instance for its beams. Must be called without any borrow of the world.
 pub(crate) fn ask_layout(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Layout>, String> {
-    let kind = &world.registry.sensors[kind];
+    let kind = &world.model.registry.sensors[kind];
     let asked = world.cross(kind.plugin, Call::Beams, slot, || BeamPlan::ask(data, kind));
     let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
     let layout = Layout::new(plan, kind)?;
-    let like_it = world.sensing.try_borrow().ok().and_then(|s| s.like(&layout));
+    let like_it = world.devices.sensing.try_borrow().ok().and_then(|s| s.like(&layout));
     Ok(like_it.unwrap_or_else(|| Rc::new(layout)))
 }
 
@@ -66,7 +66,7 @@ pub(crate) fn create_actuator(
     instance: tatu_instance,
     params: Vec<Value>,
 ) -> Result<Actuator, String> {
-    let info = &world.registry.actuators[kind];
+    let info = &world.model.registry.actuators[kind];
     let object = instance.owner;
     let Made { data, state, .. } = make(world, info.plugin, &info.life, slot, instance, &params)?;
     Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_told: false })
@@ -74,7 +74,7 @@ pub(crate) fn create_actuator(
 
 /// Ends the instance. Must be called without any borrow of the world.
 pub(crate) fn end_actuator(world: &WorldCell, actuator: Actuator) {
-    let kind = &world.registry.actuators[actuator.kind];
+    let kind = &world.model.registry.actuators[actuator.kind];
     if let Some(destroy) = kind.life.destroy {
         // SAFETY: made by `create`, given back once.
         world.cross_quietly(kind.plugin, Call::Destroy, actuator.slot, || unsafe { destroy(actuator.data) });
@@ -87,7 +87,7 @@ impl Instance {
         let state = StateBlock::new(life.state_bytes);
         let info = tatu_instance { state: state.place(), ..cell.instance_again(0, "", id) };
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
-        let p = &cell.registry.plugins[plugin];
+        let p = &cell.model.registry.plugins[plugin];
         if let Some(create) = life.create {
             // SAFETY: by the contract; `info` lives through the call, the state as long as the instance.
             let made = || unsafe { answer(create(p.me, &info, &mut data, error.raw()), false, error.raw()) };

@@ -56,7 +56,7 @@ pub(crate) fn make(
     let info = tatu_instance { n_params: raw.len() as u32, params: raw.as_ptr(), state: state.place(), ..instance };
     let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
     if let Some(create) = life.create {
-        let me = world.registry.plugins[plugin].me;
+        let me = world.model.registry.plugins[plugin].me;
         // SAFETY: by the contract of the extension; `info` and what it points to live through the call.
         let made = || unsafe { answer(create(me, &info, &mut data, error.raw()), false, error.raw()) };
         if world.cross(plugin, Call::Create, slot, made) < 0 {
@@ -95,7 +95,7 @@ pub(crate) fn configure(
 ) -> Result<bool, String> {
     let Some(configure) = life.configure else { return Ok(false) };
     // It may set parameters itself.
-    let Some(_level) = world.calls.enter() else { return Err("calls nest too deep".to_owned()) };
+    let Some(_level) = world.run.calls.enter() else { return Err("calls nest too deep".to_owned()) };
     let (raw, _room) = laid(params);
     let mut error = ErrorSlot::new();
     // SAFETY: by the contract; the values live through the call.
@@ -107,7 +107,7 @@ pub(crate) fn configure(
         return Ok(false);
     }
     if status < 0 {
-        let plugin = &world.registry.plugins[of.plugin].id;
+        let plugin = &world.model.registry.plugins[of.plugin].id;
         return Err(format!("plugin `{plugin}`: {} [{}]", error.text(), Call::Configure.text()));
     }
     Ok(true)

@@ -69,11 +69,11 @@ pub(crate) fn save_instance(
         return Ok(image);
     }
     if status == TATU_ERR_PANIC || !(TATU_ERR_MEMORY..0).contains(&status) {
-        let plugin = &world.registry.plugins[of.plugin].id;
+        let plugin = &world.model.registry.plugins[of.plugin].id;
         let text = format!("plugin `{plugin}` {} [{}]", error.text(), Call::Save.text());
         let mut fault = Fault::new(FaultKind::Plugin, text);
         fault.plugin = Some(plugin.clone());
-        fault.object = world.watch.name_of(of.slot);
+        fault.object = world.border.watch.name_of(of.slot);
         world.report(fault);
     }
     Err(error.text())
@@ -93,7 +93,7 @@ pub(crate) fn load_instance(
     // SAFETY: by the contract; the bytes live through the call.
     let run = || unsafe { answer(load(of.data, raw(&image.saved), image.version, error.raw()), false, error.raw()) };
     if world.cross(of.plugin, Call::Restore, of.slot, run) < 0 {
-        let plugin = &world.registry.plugins[of.plugin].id;
+        let plugin = &world.model.registry.plugins[of.plugin].id;
         return Err(format!("{} [{} of `{plugin}`]", error.text(), Call::Restore.text()));
     }
     Ok(())

@@ -16,8 +16,8 @@ fn busy() -> Refusal {
 /// At the end of a step: all graphs that are not told when to record take a sample of the world as it is now.
 pub(crate) fn record_due(world: &WorldCell, time: f64) -> Result<usize, Refusal> {
     let due: Vec<tatu_object> = {
-        let scene = world.scene.try_borrow().map_err(|_| busy())?;
-        let figures = world.figures.try_borrow().map_err(|_| busy())?;
+        let scene = world.state.scene.try_borrow().map_err(|_| busy())?;
+        let figures = world.devices.figures.try_borrow().map_err(|_| busy())?;
         let is_due = |object: &u64| {
             let slot = scene.resolve(*object).ok();
             matches!(slot.and_then(|s| scene.get(s)).map(|o| &o.data), Some(Data::Graph(g)) if !g.explicit)
@@ -32,8 +32,8 @@ pub(crate) fn record_due(world: &WorldCell, time: f64) -> Result<usize, Refusal>
 
 /// A graph takes a sample now, and notes it under `time`, s.
 pub(crate) fn record(world: &WorldCell, object: tatu_object, time: f64) -> Result<(), Refusal> {
-    let scene = world.scene.try_borrow().map_err(|_| busy())?;
-    let mut figures = world.figures.try_borrow_mut().map_err(|_| busy())?;
+    let scene = world.state.scene.try_borrow().map_err(|_| busy())?;
+    let mut figures = world.devices.figures.try_borrow_mut().map_err(|_| busy())?;
     let slot = (object & 0xF_FFFF) as u32;
     let graph = figures.graph(&scene, object)?;
     let numbers: Vec<Option<f64>> = (graph.streams.iter_mut())

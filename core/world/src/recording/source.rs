@@ -14,7 +14,7 @@ const SHORT: &[(&str, &str)] =
 
 /// Tells of streams in the scene that will never find a number.
 pub(crate) fn check(world: &WorldCell) {
-    let (scene, figures) = (world.scene.borrow(), world.figures.borrow());
+    let (scene, figures) = (world.state.scene.borrow(), world.devices.figures.borrow());
     for (object, graph) in &figures.graphs {
         for spec in graph.streams.iter().map(|s| &s.spec).filter(|s| !s.of.is_empty()) {
             let why = if scene.find((object & 0xF_FFFF) as u32, &spec.of).is_none() {
@@ -34,7 +34,7 @@ fn is_known(world: &WorldCell, data: &str) -> bool {
     let key = data.split_once('[').map_or(data, |(key, _)| key);
     ["x", "y", "z", "alpha", "beta", "gamma", "speed", "turning"].contains(&data)
         || ROWS.iter().any(|r| r.key == key && !key.is_empty())
-        || world.registry.sensors.iter().flat_map(|s| &s.fields).any(|f| f.name == key)
+        || world.model.registry.sensors.iter().flat_map(|s| &s.fields).any(|f| f.name == key)
 }
 
 /// The number `data` of an object now; `None`: it has none such, or a sensor has not measured yet.
@@ -46,7 +46,7 @@ pub fn number(world: &WorldCell, scene: &Scene, graph: u32, of: &str, data: &str
             return turns.get(["alpha", "beta", "gamma"].iter().position(|n| *n == data)?).copied();
         }
         "speed" | "turning" => {
-            let t = world.twist(scene, &*world.dynamics.try_borrow().ok()?, slot);
+            let t = world.state.twist(scene, &*world.state.dynamics.try_borrow().ok()?, slot);
             let [x, y, z] = if data == "speed" { [t[0], t[1], t[2]] } else { [t[3], t[4], t[5]] };
             return Some((x * x + y * y + z * z).sqrt());
         }
@@ -60,9 +60,9 @@ pub fn number(world: &WorldCell, scene: &Scene, graph: u32, of: &str, data: &str
     let value = match ROWS.iter().position(|r| r.key == key && !key.is_empty()) {
         Some(row) => tatu_scene::get(scene, slot, Row::of(row as u32)).ok()?,
         None => {
-            let sensing = world.sensing.try_borrow().ok()?;
+            let sensing = world.devices.sensing.try_borrow().ok()?;
             let device = sensing.device(slot).filter(|d| d.sequence > 0)?;
-            let kind = &world.registry.sensors[device.kind];
+            let kind = &world.model.registry.sensors[device.kind];
             device.value(kind, kind.fields.iter().position(|f| f.name == key)?)
         }
     };

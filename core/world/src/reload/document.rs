@@ -83,14 +83,14 @@ impl World {
     /// parameters, scripts. Names what needs another start.
     pub fn take_document(&self, new: Arc<Document>) -> ReloadReport {
         let cell: &WorldCell = self.cell();
-        let old = cell.document.shared();
+        let old = cell.model.document.shared();
         let (was, is) = (Described::new(&old), Described::new(&new));
         let pairs = pairs(&was, &is);
-        let origins = std::mem::take(&mut *cell.origins.borrow_mut());
+        let origins = std::mem::take(&mut *cell.model.origins.borrow_mut());
         let mut told = ReloadReport::default();
         let mut restart: Vec<String> = Vec::new();
         let origin = |i: usize| pairs[i].and_then(|j| origins.get(j)).copied().unwrap_or(0);
-        *cell.origins.borrow_mut() = (0..pairs.len()).map(origin).collect();
+        *cell.model.origins.borrow_mut() = (0..pairs.len()).map(origin).collect();
         for (i, pair) in pairs.iter().enumerate() {
             let path = is.scene.path(is.slots[i]);
             let Some(j) = *pair else {
@@ -99,7 +99,7 @@ impl World {
             };
             // What scripts have removed meanwhile stays removed.
             let object = origins.get(j).copied().unwrap_or(0);
-            let slot = cell.scene.borrow().resolve(object).ok().filter(|_| object != 0);
+            let slot = cell.state.scene.borrow().resolve(object).ok().filter(|_| object != 0);
             let Some(slot) = slot else { continue };
             let mut keys = self.take_rows(slot, (&was, j), (&is, i), &mut restart);
             keys.extend(self.take_parameters(slot, &old.objects[j], &new.objects[i], &mut told));
@@ -127,7 +127,7 @@ impl World {
             let text = format!("not taken into the run: {}{more}", restart.join(", "));
             told.warnings.push(Error::new("E307", text).help("start the run again to take it"));
         }
-        cell.document.set(new);
+        cell.model.document.set(new);
         told
     }
 
@@ -176,7 +176,7 @@ impl World {
                 Some(value) => {
                     self.set_row(slot, row, &value, restart).then(|| keys.push(key.into()));
                 }
-                None => restart.push(format!("`{key}` of {} was removed", cell.scene.borrow().path(slot))),
+                None => restart.push(format!("`{key}` of {} was removed", cell.state.scene.borrow().path(slot))),
             }
         }
         keys
@@ -185,31 +185,36 @@ impl World {
     /// In the scene that runs, and in the one to which a stop goes back.
     fn each_scene(&self, mut f: impl FnMut(&mut Scene)) {
         let cell: &WorldCell = self.cell();
-        f(&mut cell.scene.borrow_mut());
-        if let Some(initial) = &mut *cell.initial.borrow_mut() {
+        f(&mut cell.state.scene.borrow_mut());
+        if let Some(initial) = &mut *cell.model.initial.borrow_mut() {
             f(initial);
         }
     }
 
     fn set_row(&self, slot: u32, row: Row, value: &Value, restart: &mut Vec<String>) -> bool {
         let cell: &WorldCell = self.cell();
-        let done = tatu_scene::set(&mut cell.scene.borrow_mut(), slot, row, value);
+        let done = tatu_scene::set(&mut cell.state.scene.borrow_mut(), slot, row, value);
         match done {
             Ok(changed) => {
-                let mut dynamics = cell.dynamics.borrow_mut();
+                let mut dynamics = cell.state.dynamics.borrow_mut();
                 match changed {
                     Changed::Moved => dynamics.moved(slot),
                     Changed::Drive => dynamics.drive_changed(slot),
                     Changed::Value | Changed::Rebuild => {}
                 }
-                if let Some(initial) = &mut *cell.initial.borrow_mut() {
+                if let Some(initial) = &mut *cell.model.initial.borrow_mut() {
                     // It is in the scene of the start under the same number, if it was there then.
                     let _ = tatu_scene::set(initial, slot, row, value);
                 }
                 true
             }
             Err(refusal) => {
-                restart.push(format!("`{}` of {}: {}", row.info().key, cell.scene.borrow().path(slot), refusal.1));
+                restart.push(format!(
+                    "`{}` of {}: {}",
+                    row.info().key,
+                    cell.state.scene.borrow().path(slot),
+                    refusal.1
+                ));
                 false
             }
         }
@@ -222,7 +227,7 @@ impl World {
         if was.params == is.params {
             return Vec::new();
         }
-        let info = cell.registry.device(new.kind, is.kind);
+        let info = cell.model.registry.device(new.kind, is.kind);
         let differing = |declared: &[tatu_plugins::Declared]| -> Vec<(usize, Value)> {
             let pairs = filled(declared, &was.params).into_iter().zip(filled(declared, &is.params));
             pairs.enumerate().filter(|(_, (a, b))| a != b).map(|(at, (_, b))| (at, b)).collect()
@@ -243,21 +248,21 @@ impl World {
         if params.is_empty() {
             return keys;
         }
-        let object = cell.scene.borrow().id(slot);
+        let object = cell.state.scene.borrow().id(slot);
         let live = match new.kind {
-            TATU_KIND_SENSOR => cell.sensing.borrow().device(slot).map(|d| d.params.clone()),
-            _ => cell.actuators.borrow().device(object).map(|d| d.params.clone()),
+            TATU_KIND_SENSOR => cell.devices.sensing.borrow().device(slot).map(|d| d.params.clone()),
+            _ => cell.devices.actuators.borrow().device(object).map(|d| d.params.clone()),
         };
         let Some(mut live) = live else { return keys };
         for (at, value) in &params {
             live[*at] = value.clone();
         }
-        let path = cell.scene.borrow().path(slot);
+        let path = cell.state.scene.borrow().path(slot);
         match self.remake_device(slot, live) {
             Ok(reset) => {
                 keys.extend(params.iter().map(|(at, _)| info.params[*at].key.clone()));
                 told.notes.extend(reset.map(|why| format!("{path} begins anew: {why}")));
-                if let Some((_, spec)) = cell.initial_devices.borrow_mut().iter_mut().find(|(s, _)| *s == slot) {
+                if let Some((_, spec)) = cell.model.initial_devices.borrow_mut().iter_mut().find(|(s, _)| *s == slot) {
                     spec.params.extend(params.into_iter().map(|(at, v)| (info.params[at].key.clone(), v)));
                 }
             }
@@ -282,15 +287,15 @@ impl World {
         let cell: &WorldCell = self.cell();
         let kinds = |o: &ObjectSpec| o.scripts.iter().map(|s| s.kind.clone()).collect::<Vec<_>>();
         if kinds(old) != kinds(new) {
-            restart.push(format!("{} has other scripts", cell.scene.borrow().path(slot)));
+            restart.push(format!("{} has other scripts", cell.state.scene.borrow().path(slot)));
             return;
         }
-        let there = cell.scene.borrow().scripts(slot);
+        let there = cell.state.scene.borrow().scripts(slot);
         for (n, (was, is)) in old.scripts.iter().zip(&new.scripts).enumerate() {
             if (was.language, &was.dialect, &was.text) == (is.language, &is.dialect, &is.text) {
                 continue;
             }
-            let script = there.get(n).and_then(|s| cell.scripts.borrow().by_slot(*s));
+            let script = there.get(n).and_then(|s| cell.run.scripts.borrow().by_slot(*s));
             let Some(script) = script else { continue };
             self.exchange(&script, is, &format!("the script {} of {}", is.name, script.owner(cell)), told);
         }

@@ -81,13 +81,13 @@ fn moved_params(old: &[Declared], new: &[Declared], params: &[Value]) -> (Vec<Va
 }
 
 fn path_of(cell: &WorldCell, slot: u32) -> String {
-    cell.scene.borrow().path(slot)
+    cell.state.scene.borrow().path(slot)
 }
 
 /// The description that a replacement of an instance gets.
 fn info(cell: &WorldCell, slot: u32, id: u64) -> tatu_instance {
     let (owner, name) = {
-        let scene = cell.scene.borrow();
+        let scene = cell.state.scene.borrow();
         (scene.id(slot), scene.get(slot).map_or(String::new(), |o| o.name()))
     };
     cell.instance_again(owner, &name, id)
@@ -100,9 +100,9 @@ impl World {
     /// What holds addresses within the plugin stands in its way: a service that runs.
     pub fn reload_plugin(&self, plugin: usize) -> Result<ReloadReport> {
         let cell: &WorldCell = self.cell();
-        let old = cell.registry.shared();
+        let old = cell.model.registry.shared();
         let file = old.plugins[plugin].path.display().to_string();
-        if let Some(id) = cell.outside.session().and_then(|s| s.service_of(plugin)) {
+        if let Some(id) = cell.run.outside.session().and_then(|s| s.service_of(plugin)) {
             let text = format!("the plugin {file} cannot be exchanged while its service `{id}` runs");
             return Err(Error::new("E305", text).help("start the run again to take the new version"));
         }
@@ -127,8 +127,8 @@ impl World {
     /// could not, and begins anew.
     pub(super) fn remake_device(&self, slot: u32, params: Vec<Value>) -> Result<Option<String>, String> {
         let cell: &WorldCell = self.cell();
-        let object = cell.scene.borrow().id(slot);
-        let sensor = cell.sensing.borrow().index(slot);
+        let object = cell.state.scene.borrow().id(slot);
+        let sensor = cell.devices.sensing.borrow().index(slot);
         if let Some(i) = sensor {
             let mut moving = moving_sensor(cell, i);
             moving.params = params;
@@ -137,7 +137,7 @@ impl World {
             gone.into_iter().for_each(|d| end_sensor(cell, d));
             return Ok(why);
         }
-        let actuator = cell.actuators.borrow().index(object);
+        let actuator = cell.devices.actuators.borrow().index(object);
         let Some(i) = actuator else { return Err("it has no instance".into()) };
         let mut moving = moving_actuator(cell, i);
         moving.params = params;
@@ -152,13 +152,13 @@ impl World {
 fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Registry>) -> Result<Vec<String>> {
     let (sensors, actuators, instance) = written(cell, plugin, old, new);
     let scripts = Scripts::written(cell, plugin);
-    cell.registry.set(new.clone());
+    cell.model.registry.set(new.clone());
     let made = match make(cell, plugin, &sensors, &actuators, &scripts) {
         Ok(made) => made,
         Err(failed) => {
             let (e, made) = *failed;
             made.undo(cell, plugin);
-            cell.registry.set(old.clone());
+            cell.model.registry.set(old.clone());
             return Err(e);
         }
     };
@@ -166,22 +166,22 @@ fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Regi
     let mut reset = |what: String, why: Option<String>| {
         resets.extend(why.map(|why| format!("{what} begins anew: {why}")));
     };
-    let instance_gone = cell.instances.borrow_mut().get_mut(plugin).and_then(Option::take);
+    let instance_gone = cell.devices.instances.borrow_mut().get_mut(plugin).and_then(Option::take);
     let mut gone = Made { instance: instance_gone, ..Made::default() };
     if let Some(i) = made.instance {
         let data = i.data;
-        cell.instances.borrow_mut()[plugin] = Some(i);
+        cell.devices.instances.borrow_mut()[plugin] = Some(i);
         if let (Some((_, life)), Some(image)) = (new.world_lives.iter().find(|(p, _)| *p == plugin), &instance) {
             let mut block = |state: &[u64]| {
-                if let Some(Some(i)) = cell.instances.borrow_mut().get_mut(plugin) {
+                if let Some(Some(i)) = cell.devices.instances.borrow_mut().get_mut(plugin) {
                     i.state.copy_from_slice(state);
                 }
             };
             let done = hand_over(cell, &Living { plugin, slot: 0, data }, life, image, &mut block);
             if done.is_err() && image.is_ok() {
                 // It may have taken a part.
-                let fresh = Instance::create(cell, plugin, life, cell.new_replacement()).ok();
-                let half = fresh.and_then(|f| cell.instances.borrow_mut()[plugin].replace(f));
+                let fresh = Instance::create(cell, plugin, life, cell.devices.new_replacement()).ok();
+                let half = fresh.and_then(|f| cell.devices.instances.borrow_mut()[plugin].replace(f));
                 half.into_iter().for_each(|i| i.end(cell, plugin));
             }
             reset("what its commands keep".into(), done.err());
@@ -210,32 +210,32 @@ fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Regi
         resets.push(format!("{} has no parameter `{keys}` any more", path_of(cell, m.slot)));
     }
     // Each version ends what it has made.
-    cell.registry.set(old.clone());
+    cell.model.registry.set(old.clone());
     gone.undo(cell, plugin);
-    cell.registry.set(new.clone());
+    cell.model.registry.set(new.clone());
     Ok(resets)
 }
 
 fn moving_sensor(cell: &WorldCell, i: usize) -> Moving {
     let (slot, kind, id, data, state, params) = {
-        let sensing = cell.sensing.borrow();
+        let sensing = cell.devices.sensing.borrow();
         let d = &sensing.devices[i];
         (d.slot, d.kind, d.id, d.data, d.state.to_vec(), d.params.clone())
     };
-    let entry = &cell.registry.sensors[kind];
+    let entry = &cell.model.registry.sensors[kind];
     let image = save_instance(cell, &Living { plugin: entry.plugin, slot, data }, &entry.life, &state);
     Moving { slot, kind, id, params, dropped: Vec::new(), image }
 }
 
 fn moving_actuator(cell: &WorldCell, i: usize) -> Moving {
     let (slot, kind, data, state, params) = {
-        let actuators = cell.actuators.borrow();
+        let actuators = cell.devices.actuators.borrow();
         let d = &actuators.devices[i];
         (d.slot, d.kind, d.data, d.state.to_vec(), d.params.clone())
     };
-    let entry = &cell.registry.actuators[kind];
+    let entry = &cell.model.registry.actuators[kind];
     let image = save_instance(cell, &Living { plugin: entry.plugin, slot, data }, &entry.life, &state);
-    Moving { slot, kind, id: cell.new_replacement(), params, dropped: Vec::new(), image }
+    Moving { slot, kind, id: cell.devices.new_replacement(), params, dropped: Vec::new(), image }
 }
 
 /// What the instances of the old version write.
@@ -246,11 +246,11 @@ fn written(
     new: &Registry,
 ) -> (Vec<Moving>, Vec<Moving>, Option<Written>) {
     let sensors: Vec<usize> = {
-        let sensing = cell.sensing.borrow();
+        let sensing = cell.devices.sensing.borrow();
         (0..sensing.devices.len()).filter(|i| old.sensors[sensing.devices[*i].kind].plugin == plugin).collect()
     };
     let actuators: Vec<usize> = {
-        let actuators = cell.actuators.borrow();
+        let actuators = cell.devices.actuators.borrow();
         (0..actuators.devices.len()).filter(|i| old.actuators[actuators.devices[*i].kind].plugin == plugin).collect()
     };
     let moved = |mut m: Moving, declared: &dyn Fn(&Registry) -> Vec<Declared>| {
@@ -269,8 +269,8 @@ fn written(
     });
     let (sensors, actuators) = (sensors.collect(), actuators.collect());
     let life = old.world_lives.iter().find(|(p, _)| *p == plugin).map(|(_, life)| life);
-    let instance = life.filter(|_| cell.instances.borrow()[plugin].is_some()).map(|life| {
-        let state = cell.instances.borrow()[plugin].as_ref().map(|i| i.state.to_vec()).unwrap_or_default();
+    let instance = life.filter(|_| cell.devices.instances.borrow()[plugin].is_some()).map(|life| {
+        let state = cell.devices.instances.borrow()[plugin].as_ref().map(|i| i.state.to_vec()).unwrap_or_default();
         save_instance(cell, &Living { plugin, slot: 0, data: cell.instance(plugin).0 }, life, &state)
     });
     (sensors, actuators, instance)
@@ -291,14 +291,14 @@ fn make(
         let lack = declared.iter().zip(&m.params).find(|(d, v)| **v == Value::Nil && !d.optional());
         lack.map(|(d, _)| refused(m, format!("it lacks its parameter `{}`", d.key)))
     };
-    if let Some((_, life)) = cell.registry.world_lives.iter().find(|(p, _)| *p == plugin) {
-        match Instance::create(cell, plugin, life, cell.new_replacement()) {
+    if let Some((_, life)) = cell.model.registry.world_lives.iter().find(|(p, _)| *p == plugin) {
+        match Instance::create(cell, plugin, life, cell.devices.new_replacement()) {
             Ok(i) => made.instance = Some(i),
             Err(e) => return Err(Box::new((e, made))),
         }
     }
     for m in sensors {
-        if let Some(e) = lacking(m, &cell.registry.sensors[m.kind].params) {
+        if let Some(e) = lacking(m, &cell.model.registry.sensors[m.kind].params) {
             return Err(Box::new((e, made)));
         }
         match create_sensor(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone()) {
@@ -307,7 +307,7 @@ fn make(
         }
     }
     for m in actuators {
-        if let Some(e) = lacking(m, &cell.registry.actuators[m.kind].params) {
+        if let Some(e) = lacking(m, &cell.model.registry.actuators[m.kind].params) {
             return Err(Box::new((e, made)));
         }
         match create_actuator(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone()) {
@@ -326,10 +326,10 @@ fn make(
 
 /// Puts a sensor's new instance in its place: the old one, and why the new one begins anew.
 fn place_sensor(cell: &WorldCell, mut new: Device, m: &Moving, same_fields: bool) -> (Option<Device>, Option<String>) {
-    let kind = &cell.registry.sensors[m.kind];
+    let kind = &cell.model.registry.sensors[m.kind];
     let of = Living { plugin: kind.plugin, slot: m.slot, data: new.data };
     let old = {
-        let mut sensing = cell.sensing.borrow_mut();
+        let mut sensing = cell.devices.sensing.borrow_mut();
         sensing.index(m.slot).map(|i| {
             let place = &mut sensing.devices[i];
             if same_fields && place.fields.len() == new.fields.len() {
@@ -340,7 +340,7 @@ fn place_sensor(cell: &WorldCell, mut new: Device, m: &Moving, same_fields: bool
         })
     };
     let mut block = |state: &[u64]| {
-        let mut sensing = cell.sensing.borrow_mut();
+        let mut sensing = cell.devices.sensing.borrow_mut();
         if let Some(i) = sensing.index(m.slot) {
             sensing.devices[i].state.copy_from_slice(state);
         }
@@ -350,7 +350,7 @@ fn place_sensor(cell: &WorldCell, mut new: Device, m: &Moving, same_fields: bool
         // It may have taken a part.
         let fresh = create_sensor(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone());
         let half = fresh.ok().and_then(|fresh| {
-            let mut sensing = cell.sensing.borrow_mut();
+            let mut sensing = cell.devices.sensing.borrow_mut();
             sensing.index(m.slot).map(|i| std::mem::replace(&mut sensing.devices[i], fresh))
         });
         half.into_iter().for_each(|d| end_sensor(cell, d));
@@ -359,14 +359,14 @@ fn place_sensor(cell: &WorldCell, mut new: Device, m: &Moving, same_fields: bool
 }
 
 fn place_actuator(cell: &WorldCell, new: Actuator, m: &Moving) -> (Option<Actuator>, Option<String>) {
-    let kind = &cell.registry.actuators[m.kind];
+    let kind = &cell.model.registry.actuators[m.kind];
     let (object, of) = (new.object, Living { plugin: kind.plugin, slot: m.slot, data: new.data });
     let old = {
-        let mut actuators = cell.actuators.borrow_mut();
+        let mut actuators = cell.devices.actuators.borrow_mut();
         actuators.index(object).map(|i| std::mem::replace(&mut actuators.devices[i], new))
     };
     let mut block = |state: &[u64]| {
-        let mut actuators = cell.actuators.borrow_mut();
+        let mut actuators = cell.devices.actuators.borrow_mut();
         if let Some(i) = actuators.index(object) {
             actuators.devices[i].state.copy_from_slice(state);
         }
@@ -375,7 +375,7 @@ fn place_actuator(cell: &WorldCell, new: Actuator, m: &Moving) -> (Option<Actuat
     if why.is_some() && m.image.is_ok() {
         let fresh = create_actuator(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone());
         let half = fresh.ok().and_then(|fresh| {
-            let mut actuators = cell.actuators.borrow_mut();
+            let mut actuators = cell.devices.actuators.borrow_mut();
             actuators.index(object).map(|i| std::mem::replace(&mut actuators.devices[i], fresh))
         });
         half.into_iter().for_each(|d| end_actuator(cell, d));
@@ -385,7 +385,7 @@ fn place_actuator(cell: &WorldCell, new: Actuator, m: &Moving) -> (Option<Actuat
 
 /// What an actuator is commanded, for the commands that it has now.
 fn keep_commands(cell: &WorldCell, m: &Moving, old: &Registry, new: &Registry) {
-    let mut scene = cell.scene.borrow_mut();
+    let mut scene = cell.state.scene.borrow_mut();
     let Some(Data::Actuator(a)) = scene.get_mut(m.slot).map(|o| &mut o.data) else { return };
     let values: Vec<Value> = a.commands.iter().map(|x| Value::Float(*x)).collect();
     let given = by_key(&old.actuators[m.kind].commands, &values);

@@ -15,7 +15,7 @@ impl World {
     /// Runs an attached script once, and removes it: the text of a function, which has no life of its own.
     pub fn run_once(&self, slot: u32) {
         Scripts::run_once(&self.cell, slot);
-        self.cell.outside.options.borrow_mut().remove(&slot);
+        self.cell.run.outside.options.borrow_mut().remove(&slot);
     }
 
     /// What an attached script is started with, before it begins: keys and texts, of equal keys the last counts.
@@ -26,6 +26,6 @@ impl World {
             all.retain(|(k, _)| *k != key);
             all.push((key, Value::text(value)));
         }
-        self.cell.outside.options.borrow_mut().insert(slot, Value::Map(all));
+        self.cell.run.outside.options.borrow_mut().insert(slot, Value::Map(all));
     }
 }

@@ -22,7 +22,7 @@ use tatu_scene::{
 
 use super::World;
 use crate::{
-    cell::{NextScene, OUTSIDE_KINDS, Phase, Scripts, WorldCell},
+    cell::{Model, NextScene, OUTSIDE_KINDS, Phase, Scripts, WorldCell},
     events,
     instances::{note_devices, remake_devices},
     recording, session, step,
@@ -31,13 +31,13 @@ use crate::{
 impl World {
     /// What the world is doing.
     pub fn phase(&self) -> Phase {
-        self.cell.phase.get()
+        self.cell.state.phase.get()
     }
 
     /// A pass while it is stopped: scripts that live as long as the world have their turn. Nothing, while it runs.
     pub fn idle(&self) {
         if !self.cell.running() {
-            self.cell.rested.set(true);
+            self.cell.state.rested.set(true);
             step::idle(&self.cell);
         }
     }
@@ -49,7 +49,7 @@ impl World {
         if cell.running() {
             return;
         }
-        if !cell.rested.get() {
+        if !cell.state.rested.get() {
             self.idle();
         }
         Scripts::before_run(cell);
@@ -59,21 +59,21 @@ impl World {
     /// The same without a callback: for a state that is about to be restored.
     pub(crate) fn start_silently(&self) {
         Scripts::begin(&self.cell, false);
-        self.cell.rested.set(true);
+        self.cell.state.rested.set(true);
         self.prepare();
     }
 
     fn prepare(&self) {
         let cell = &self.cell;
-        *cell.initial.borrow_mut() = Some(cell.scene.borrow().clone());
+        *cell.model.initial.borrow_mut() = Some(cell.state.scene.borrow().clone());
         note_devices(cell);
-        cell.clock.time.set(0.0);
-        cell.clock.step.set(0);
-        cell.requests.set(0);
-        cell.figures.borrow_mut().begin(&cell.scene.borrow());
+        cell.state.clock.time.set(0.0);
+        cell.state.clock.step.set(0);
+        cell.state.requests.set(0);
+        cell.devices.figures.borrow_mut().begin(&cell.state.scene.borrow());
         recording::check(cell);
-        cell.phase.set(Phase::First);
-        cell.outside.begin();
+        cell.state.phase.set(Phase::First);
+        cell.run.outside.begin();
         Scripts::begin(cell, true);
         cell.restore_process_state("the start of scripts");
     }
@@ -90,7 +90,7 @@ impl World {
     /// What comes before the next pass, without the pass; `false`: no pass is to be done. For a replay of a run that was
     /// ended within a barrier.
     pub fn barrier(&self) -> bool {
-        if self.cell.over.replace(false) {
+        if self.cell.state.over.replace(false) {
             self.finish();
         }
         session::before_step(&self.cell)
@@ -98,7 +98,7 @@ impl World {
 
     /// The pass that comes after [`barrier`](Self::barrier); whether the world still runs.
     pub fn step_on(&self) -> bool {
-        if self.cell.running() && !self.cell.over.get() {
+        if self.cell.running() && !self.cell.state.over.get() {
             step::step(&self.cell);
         }
         self.cell.running()
@@ -120,29 +120,29 @@ impl World {
     }
 
     fn request(&self, what: u32) {
-        self.cell.requests.set(self.cell.requests.get() | 1 << what);
+        self.cell.state.requests.set(self.cell.state.requests.get() | 1 << what);
     }
 
     /// Somebody stands by who can lift a pause: a terminal, for instance. Otherwise a pause that no service and no add-on
     /// can lift ends the run.
     pub fn set_interactive(&self, on: bool) {
-        self.cell.outside.interactive.set(on);
+        self.cell.run.outside.interactive.set(on);
     }
 
     /// The program goes on with another scene when a service asks for one: see [`next_scene`](Self::next_scene). `read` reads
     /// it, for an empty path the present one again; what it refuses is told to whoever asked, and this world goes on.
     pub fn take_scenes(&self, read: impl Fn(&Path) -> Result<Arc<Document>> + 'static) {
-        *self.cell.outside.scene_reader.borrow_mut() = Some(Rc::new(read));
+        *self.cell.run.outside.scene_reader.borrow_mut() = Some(Rc::new(read));
     }
 
     /// The scene that was asked for since the last call.
     pub fn next_scene(&self) -> Option<NextScene> {
-        self.cell.outside.next_scene.borrow_mut().take()
+        self.cell.run.outside.next_scene.borrow_mut().take()
     }
 
     /// The program has changed something of its process since the world was made (what signals do): plugins are to leave it so.
     pub fn take_process_anew(&self) {
-        self.cell.home.borrow_mut().take_process_anew();
+        self.cell.border.home.borrow_mut().take_process_anew();
     }
 
     /// Writes a line, as the host does.
@@ -181,17 +181,17 @@ impl World {
     fn finish(&self) {
         let cell = &self.cell;
         Scripts::end_run(cell);
-        cell.phase.set(Phase::Stopped);
-        cell.requests.set(cell.requests.get() & 1 << TATU_REQUEST_QUIT);
+        cell.state.phase.set(Phase::Stopped);
+        cell.state.requests.set(cell.state.requests.get() & 1 << TATU_REQUEST_QUIT);
         session::stopped(cell);
         self.end_instances();
         if let Err(e) = self.make_instances() {
             cell.report(Fault::new(FaultKind::Plugin, e.text));
         }
         cell.restore_process_state("the end of the run");
-        cell.signals.borrow_mut().retain(|_, s| !s.of_run);
-        cell.figures.borrow_mut().end();
-        if let Some(initial) = cell.initial.borrow_mut().take() {
+        cell.state.signals.borrow_mut().retain(|_, s| !s.of_run);
+        cell.devices.figures.borrow_mut().end();
+        if let Some(initial) = cell.model.initial.borrow_mut().take() {
             go_back(cell, initial);
         }
         remake_devices(cell);
@@ -212,7 +212,7 @@ fn leave(then: &mut BTreeMap<Vec<u8>, Vec<u8>>, now: &BTreeMap<Vec<u8>, Vec<u8>>
 
 /// The scene as it was at the start, but for what a stop leaves.
 fn go_back(cell: &WorldCell, mut initial: Scene) {
-    let mut scene = cell.scene.borrow_mut();
+    let mut scene = cell.state.scene.borrow_mut();
     for (slot, now) in scene.slots() {
         if initial.get(slot).is_some_and(|o| o.uid == now.uid) {
             initial.set_name(slot, now.alias(), now.suffix());
@@ -230,8 +230,8 @@ fn go_back(cell: &WorldCell, mut initial: Scene) {
     initial.shape_version = scene.shape_version + 1;
     initial.forget_before();
     *scene = initial;
-    *cell.dynamics.borrow_mut() = Dynamics::new(WorldCell::engine_settings(&cell.settings.borrow()));
-    cell.sensing.borrow_mut().forget_scene();
+    *cell.state.dynamics.borrow_mut() = Dynamics::new(Model::engine_settings(&cell.model.settings.borrow()));
+    cell.devices.sensing.borrow_mut().forget_scene();
     for (slot, _) in scene.clone().slots() {
         match scene.get_mut(slot).map(|o| &mut o.data) {
             Some(Data::Shape(s)) => s.body.0 = None,
@@ -239,13 +239,13 @@ fn go_back(cell: &WorldCell, mut initial: Scene) {
             _ => {}
         }
     }
-    cell.dynamics.borrow_mut().settle(&mut scene);
+    cell.state.dynamics.borrow_mut().settle(&mut scene);
 }
 
 impl World {
     /// A property of an object, by path or unique name, and key; `None`: there is none.
     pub fn property(&self, path: &str, key: &str) -> Option<Value> {
-        let scene = self.cell.scene.borrow();
+        let scene = self.cell.state.scene.borrow();
         let row = rows::ROWS.iter().position(|r| r.key == key)?;
         tatu_scene::get(&scene, scene.find(0, path)?, rows::Row::of(row as u32)).ok()
     }

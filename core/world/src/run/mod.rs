@@ -56,16 +56,16 @@ impl World {
         world.cell.restore_process("the making of the world");
         Scripts::declare(&world.cell, &slots);
         let cell = &world.cell;
-        cell.dynamics.borrow_mut().settle(&mut cell.scene.borrow_mut());
-        for (joint, master) in cell.scene.borrow().lost_followers() {
+        cell.state.dynamics.borrow_mut().settle(&mut cell.state.scene.borrow_mut());
+        for (joint, master) in cell.state.scene.borrow().lost_followers() {
             let text = format!("the joint {joint} is to follow `{master}`, but there is no such joint");
             cell.log(TATU_LOG_WARNING, &text);
         }
-        for (dummy, link) in cell.scene.borrow().lost_links() {
+        for (dummy, link) in cell.state.scene.borrow().lost_links() {
             let text = format!("the dummy {dummy} is to be linked to `{link}`, but there is no such dummy");
             cell.log(TATU_LOG_WARNING, &text);
         }
-        for text in cell.scene.borrow().open_loops() {
+        for text in cell.state.scene.borrow().open_loops() {
             cell.log(TATU_LOG_WARNING, &text);
         }
         Ok(world)
@@ -73,32 +73,32 @@ impl World {
 
     /// What mechanics forbids in this scene, or makes hard: a sentence each.
     pub fn mechanics(&self) -> Vec<String> {
-        tatu_scene::mechanics(&self.cell.scene.borrow(), &self.cell.settings.borrow())
+        tatu_scene::mechanics(&self.cell.state.scene.borrow(), &self.cell.model.settings.borrow())
     }
 
     /// Calls `f` with what the world shows now: its objects, and its graphs and drawings.
     pub fn look_at<T>(&self, f: impl FnOnce(&Scene, &Figures) -> T) -> T {
-        f(&self.cell.scene.borrow(), &self.cell.figures.borrow())
+        f(&self.cell.state.scene.borrow(), &self.cell.devices.figures.borrow())
     }
 
     /// Runs `f` with the world's pool of threads.
     pub fn install<T: Send>(&self, f: impl FnOnce() -> T + Send) -> T {
-        self.cell.install(f)
+        self.cell.run.install(f)
     }
 
     fn make_instances(&self) -> Result {
         let cell = &self.cell;
-        cell.instances.borrow_mut().resize_with(cell.registry.plugins.len(), || None);
-        for (plugin, life) in &cell.registry.world_lives {
-            let made = Instance::create(cell, *plugin, life, cell.new_instance())?;
-            cell.instances.borrow_mut()[*plugin] = Some(made);
+        cell.devices.instances.borrow_mut().resize_with(cell.model.registry.plugins.len(), || None);
+        for (plugin, life) in &cell.model.registry.world_lives {
+            let made = Instance::create(cell, *plugin, life, cell.devices.new_instance())?;
+            cell.devices.instances.borrow_mut()[*plugin] = Some(made);
         }
         Ok(())
     }
 
     /// Ends what command plugins keep for this world.
     fn end_instances(&self) {
-        let instances = std::mem::take(&mut *self.cell.instances.borrow_mut());
+        let instances = std::mem::take(&mut *self.cell.devices.instances.borrow_mut());
         for (plugin, i) in instances.into_iter().enumerate() {
             if let Some(i) = i {
                 i.end(&self.cell, plugin);
@@ -114,7 +114,7 @@ impl World {
             Ok(_) => return Err(Error::new("E105", format!("{} is no folder", folder.display()))),
             Err(e) => return Err(Error::new("E105", format!("cannot use the folder {}: {e}", folder.display()))),
         };
-        self.cell.folders.choose(folder);
+        self.cell.run.folders.choose(folder);
         Ok(())
     }
     /// Makes a stand-in for each object that scripts ask for and that is not there, and lets dummies become what they
@@ -122,40 +122,40 @@ impl World {
     /// without a scene of their own: before the start.
     pub fn make_stand_ins(&self, values: &[String]) {
         let cell = &self.cell;
-        cell.stand_ins.begin(cell, values);
+        cell::begin_stand_ins(cell, values);
     }
     /// Names of values that were asked for in vain, in order.
     pub fn missed_values(&self) -> Vec<String> {
-        self.cell.stand_ins.missed()
+        self.cell.run.stand_ins.missed()
     }
     /// The objects of the document, then what was made since, each as what its use showed; empty unless
     /// [`make_stand_ins`](Self::make_stand_ins) was called.
     pub fn stand_ins(&self) -> Vec<StandIn> {
-        self.cell.stand_ins.list()
+        self.cell.run.stand_ins.list()
     }
 
     /// What was asked for in passing and was not there, by places in [`stand_ins`](Self::stand_ins): the parent of an
     /// object, or a child by number. Scripts mostly ask so to see where the tree ends.
     pub fn wishes(&self) -> Vec<(usize, Wish)> {
-        self.cell.stand_ins.wishes()
+        self.cell.run.stand_ins.wishes()
     }
 
     /// What plugins offer, as it is now.
     pub fn registry(&self) -> Arc<Registry> {
-        self.cell.registry.shared()
+        self.cell.model.registry.shared()
     }
     /// What the world was made of, as it is now.
     pub fn document(&self) -> Arc<Document> {
-        self.cell.document.shared()
+        self.cell.model.document.shared()
     }
 
     /// What came from outside since the start.
     pub fn input_log(&self) -> std::cell::Ref<'_, InputLog> {
-        self.cell.outside.log.borrow()
+        self.cell.run.outside.log.borrow()
     }
     /// The same, to tell whether records are kept and where else they go.
     pub fn input_log_mut(&self) -> std::cell::RefMut<'_, InputLog> {
-        self.cell.outside.log.borrow_mut()
+        self.cell.run.outside.log.borrow_mut()
     }
     /// Puts something in from outside at the barrier that the world stands at, before its next step: a key, say, `kind`
     /// being "key" and `text` its character or name. Plugins that know the kind read it; it stands in the input log.
@@ -170,7 +170,7 @@ impl World {
     /// Files that scripts or plugins asked to read since the start, by the names that they gave: what they read is not
     /// part of the input log.
     pub fn files_opened(&self) -> Vec<String> {
-        self.cell.outside.opened.borrow().iter().cloned().collect()
+        self.cell.run.outside.opened.borrow().iter().cloned().collect()
     }
     pub(crate) fn cell(&self) -> &Rc<WorldCell> {
         &self.cell
@@ -178,19 +178,19 @@ impl World {
 
     /// Simulation time, s.
     pub fn time(&self) -> f64 {
-        self.cell.clock.time.get()
+        self.cell.state.clock.time.get()
     }
     /// Steps done.
     pub fn steps(&self) -> u64 {
-        self.cell.clock.step.get()
+        self.cell.state.clock.step.get()
     }
     /// Length of a step, s.
     pub fn dt(&self) -> f64 {
-        self.cell.clock.dt.get()
+        self.cell.state.clock.dt.get()
     }
     /// Hash over the dynamic state, with its table of contents.
     pub fn hash(&self) -> Hash {
-        state::hash(&self.cell.scene.borrow(), &self.cell.dynamics.borrow(), &self.cell.clock)
+        state::hash(&self.cell.state.scene.borrow(), &self.cell.state.dynamics.borrow(), &self.cell.state.clock)
     }
     /// What its scripts did, in the order in which they were added.
     pub fn scripts(&self) -> Vec<crate::cell::ScriptSummary> {
@@ -198,19 +198,19 @@ impl World {
     }
     /// Everything that went wrong so far.
     pub fn faults(&self) -> Vec<Fault> {
-        self.cell.faults.borrow().clone()
+        self.cell.run.faults.borrow().clone()
     }
     /// Lines told since the last call.
     pub fn take_lines(&self) -> Vec<LogLine> {
-        self.cell.lines.take()
+        self.cell.run.lines.take()
     }
     /// Where its lines are kept: whoever ends the program while a step is running takes them from there.
     pub fn lines(&self) -> Lines {
-        self.cell.lines.clone()
+        self.cell.run.lines.clone()
     }
     /// Path and pose (m, quaternion x y z w) of every model base, in order of slots.
     pub fn model_bases(&self) -> Vec<(String, [f64; 7])> {
-        let scene = self.cell.scene.borrow();
+        let scene = self.cell.state.scene.borrow();
         let mut paths = scene.paths();
         let bases = scene.slots().map(|(s, _)| s).filter(|s| scene.is_model_base(*s));
         bases.filter_map(|s| Some((paths.remove(&s)?, pose_to_array(&scene.world(s))))).collect()
@@ -223,14 +223,14 @@ impl World {
     /// What can be seen of an object by path or unique name; `None`: there is none.
     pub fn observe(&self, path: &str) -> Option<Observed> {
         let cell = &self.cell;
-        let scene = cell.scene.borrow();
+        let scene = cell.state.scene.borrow();
         let slot = scene.find(0, path)?;
         let o = scene.get(slot)?;
         let pose = pose_to_array(&scene.world(slot));
-        let twist = cell.twist(&scene, &cell.dynamics.borrow(), slot);
-        let sensing = cell.sensing.borrow();
+        let twist = cell.state.twist(&scene, &cell.state.dynamics.borrow(), slot);
+        let sensing = cell.devices.sensing.borrow();
         let reading = sensing.device(slot).map(|d| {
-            let kind = &cell.registry.sensors[d.kind];
+            let kind = &cell.model.registry.sensors[d.kind];
             kind.fields.iter().enumerate().map(|(i, f)| (f.name.clone(), d.value(kind, i))).collect()
         });
         let joint = o.joint().map(|j| [j.position, j.velocity, j.effort]);
@@ -238,21 +238,21 @@ impl World {
     }
     /// The nearest name to one that is not there.
     pub fn nearest(&self, path: &str) -> Option<String> {
-        self.cell.scene.borrow().nearest(path)
+        self.cell.state.scene.borrow().nearest(path)
     }
     /// Contacts between shapes after the last step, by path, with the normal force in N.
     pub fn contacts(&self) -> Vec<(String, String, f64)> {
-        let scene = self.cell.scene.borrow();
-        let dynamics = self.cell.dynamics.borrow();
+        let scene = self.cell.state.scene.borrow();
+        let dynamics = self.cell.state.dynamics.borrow();
         dynamics.contacts(&scene).map(|(a, b, c)| (scene.path(a), scene.path(b), c.force)).collect()
     }
     /// Graphs and drawings; graphs keep what they recorded when the world stops.
     pub fn figures(&self) -> std::cell::Ref<'_, Figures> {
-        self.cell.figures.borrow()
+        self.cell.devices.figures.borrow()
     }
     /// Gravity, m/s^2.
     pub fn gravity(&self) -> Vector3<f64> {
-        self.cell.settings.borrow().gravity
+        self.cell.model.settings.borrow().gravity
     }
 }
 
@@ -278,7 +278,7 @@ impl World {
         let cell = &self.cell;
         Scripts::end(cell);
         if cell.running() {
-            cell.phase.set(Phase::Stopped);
+            cell.state.phase.set(Phase::Stopped);
             barrier::stopped(cell);
         }
         barrier::last(cell);

@@ -57,13 +57,13 @@ impl World {
     /// The paths of all sensors, in the order in which they were made.
     pub fn sensors(&self) -> Vec<String> {
         let cell = self.cell();
-        let (scene, sensing) = (cell.scene.borrow(), cell.sensing.borrow());
+        let (scene, sensing) = (cell.state.scene.borrow(), cell.devices.sensing.borrow());
         sensing.devices.iter().filter(|d| scene.get(d.slot).is_some()).map(|d| scene.path(d.slot)).collect()
     }
 
     /// The path of an object by its slot, as fields of readings name it; `None`: there is none.
     pub fn path_of(&self, slot: i64) -> Option<String> {
-        let scene = self.cell().scene.borrow();
+        let scene = self.cell().state.scene.borrow();
         let slot = u32::try_from(slot).ok().filter(|s| *s != 0)?;
         scene.get(slot).map(|_| scene.path(slot))
     }
@@ -71,10 +71,10 @@ impl World {
     /// What a sensor measured last, by path or unique name; `None`: there is no such sensor.
     pub fn reading(&self, path: &str) -> Option<Reading> {
         let cell = self.cell();
-        let (scene, sensing) = (cell.scene.borrow(), cell.sensing.borrow());
+        let (scene, sensing) = (cell.state.scene.borrow(), cell.devices.sensing.borrow());
         let slot = scene.find(0, path)?;
         let device = sensing.device(slot)?;
-        let kind = &cell.registry.sensors[device.kind];
+        let kind = &cell.model.registry.sensors[device.kind];
         let field = |(i, f): (usize, &FieldInfo)| Field {
             name: f.name.clone(),
             unit: f.unit.clone(),

@@ -38,7 +38,7 @@ impl Session {
         specs.sort_by_key(|s| s.kind);
         for spec in specs {
             let number = session.cell.services.borrow().len() as u32 + 1;
-            let running = Running::start(&session.cell, spec, number)?;
+            let running = Running::start(&session.cell.registry, session.cell.raw(), spec, number)?;
             session.cell.services.borrow_mut().push(Rc::new(running));
         }
         Ok(session)
@@ -46,10 +46,11 @@ impl Session {
 
     /// A world joins: from now on services have their turn before each of its steps. It leaves when it is dropped.
     pub fn join(&self, world: &World) {
+        let handle = &world.cell().run.outside.handle;
         let mut worlds = self.cell.worlds.borrow_mut();
-        worlds.retain(|w| w.strong_count() > 0 && !std::ptr::eq(w.as_ptr(), Rc::as_ptr(world.cell())));
-        worlds.push(Rc::downgrade(world.cell()));
-        world.cell().outside.join(&self.cell);
+        worlds.retain(|w| w.strong_count() > 0 && !std::ptr::eq(w.as_ptr(), Rc::as_ptr(handle)));
+        worlds.push(Rc::downgrade(handle));
+        world.cell().run.outside.join(&self.cell, world.cell().raw());
         // A world from a snapshot brings what they kept of it.
         if let Err(e) = state::restore::services(world.cell()) {
             world.cell().report(Fault::new(FaultKind::Plugin, e.text));

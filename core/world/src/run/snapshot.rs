@@ -27,7 +27,7 @@ impl World {
     /// and compares the state hash.
     pub fn replay(&self, snapshot: &Snapshot) -> Result {
         let cell = self.cell();
-        snapshot.check(&cell.document, &cell.registry)?;
+        snapshot.check(&cell.model.document, &cell.model.registry)?;
         self.feed(state::restore::records(snapshot)?.into());
         self.start();
         while self.steps() < snapshot.head.step && !self.stop_requested() && self.step() {
@@ -37,7 +37,7 @@ impl World {
         let hash = self.hash().total;
         if hash == snapshot.head.hash {
             // From here on the run is its own.
-            cell.outside.replay.take();
+            cell.run.outside.replay.take();
             return Ok(());
         }
         let text = format!(

@@ -55,7 +55,7 @@ pub(super) fn enter_with_error(
     carried: *mut tatu_error,
     f: impl FnOnce(*mut c_void, *mut tatu_call, *const tatu_budget, *mut u64, *mut tatu_error) -> tatu_status,
 ) -> tatu_status {
-    let calls = &world.calls;
+    let calls = &world.run.calls;
     frame.n_results = 0;
     let Some(level) = calls.enter() else {
         frame.error = calls.error_at(calls.depth.get());
@@ -72,16 +72,16 @@ pub(super) fn enter_with_error(
     let budget = tatu_budget {
         size: size_of::<tatu_budget>() as u32,
         reserved: 0,
-        instructions: world.see(|w| &w.settings).map_or(0, |s| s.budget),
-        memory: world.see(|w| &w.settings).map_or(0, |s| s.memory),
+        instructions: world.see(|w| &w.model.settings).map_or(0, |s| s.budget),
+        memory: world.see(|w| &w.model.settings).map_or(0, |s| s.memory),
     };
     calls.caller.set(script.as_caller(world));
     let mut used = 0;
     let plugin = script.plugin(world);
     script.depth.set(script.depth.get() + 1);
-    let outer = world.watch.script(ScriptPlace::new(script.raw(&world.registry).place, script.data.get()));
+    let outer = world.border.watch.script(ScriptPlace::new(script.raw(&world.model.registry).place, script.data.get()));
     let status = world.cross(plugin, call, script.slot, || f(script.data.get(), frame, &budget, &mut used, error));
-    world.watch.script(outer);
+    world.border.watch.script(outer);
     script.depth.set(script.depth.get() - 1);
     drop(level);
     script.instructions.set(script.instructions.get().saturating_add(used));
@@ -95,14 +95,14 @@ pub(super) fn enter_with_error(
         }
     };
     if status < 0 {
-        name_plugin(error, status, &world.registry.plugins[plugin].id, call);
+        name_plugin(error, status, &world.model.registry.plugins[plugin].id, call);
     }
     status
 }
 
 /// The script that a function reference belongs to, and the reference's local number.
 pub(crate) fn owner_of_func(world: &WorldCell, func: tatu_func) -> Option<(Rc<Script>, u32)> {
-    let script = world.scripts.try_borrow().ok()?.by_id(func >> 32)?;
+    let script = world.run.scripts.try_borrow().ok()?.by_id(func >> 32)?;
     script.is_there(world).then_some((script, func as u32))
 }
 
@@ -115,10 +115,10 @@ pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut t
     let f = unsafe { &mut *frame };
     let Some((script, local)) = owner_of_func(world, func) else {
         f.n_results = 0;
-        f.error = world.calls.error_at(world.calls.depth.get());
+        f.error = world.run.calls.error_at(world.run.calls.depth.get());
         return say(f.error, TATU_ERR_GONE, "the function's script has ended");
     };
-    let Some(call) = script.raw(&world.registry).call_func else { return TATU_ERR_UNSUPPORTED };
+    let Some(call) = script.raw(&world.model.registry).call_func else { return TATU_ERR_UNSUPPORTED };
     // SAFETY: by the contract.
     enter(world, &script, Call::CallFunc, f, |data, frame, budget, used, error| unsafe {
         call(data, local, frame, budget, used, error)
@@ -134,16 +134,16 @@ pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], fr
     let f = unsafe { &mut *frame };
     f.n_results = 0;
     let refuse = |f: &mut tatu_call, status, text: &str| {
-        f.error = world.calls.error_at(world.calls.depth.get());
-        world.calls.refuse(status, text);
+        f.error = world.run.calls.error_at(world.run.calls.depth.get());
+        world.run.calls.refuse(status, text);
         say(f.error, status, text)
     };
-    let script = world.scripts.try_borrow().ok().and_then(|s| s.by_slot(slot)).filter(|s| s.is_there(world));
+    let script = world.run.scripts.try_borrow().ok().and_then(|s| s.by_slot(slot)).filter(|s| s.is_there(world));
     let Some(script) = script else {
         return refuse(f, TATU_ERR_GONE, &format!("there is no running script {slot}"));
     };
     let id = script.find(world, TATU_FIND_FUNCTION, name);
-    let Some(call) = script.raw(&world.registry).call.filter(|_| id != 0) else {
+    let Some(call) = script.raw(&world.model.registry).call.filter(|_| id != 0) else {
         let text = format!("the script `{}` has no function `{}`", script.name, String::from_utf8_lossy(name));
         return refuse(f, TATU_ERR_MISSING, &text);
     };
@@ -152,7 +152,7 @@ pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], fr
         call(data, id, frame, budget, used, error)
     });
     if status < 0 {
-        world.calls.refuse(status, &said(f.error).text.unwrap_or_default());
+        world.run.calls.refuse(status, &said(f.error).text.unwrap_or_default());
     }
     status
 }
@@ -160,7 +160,7 @@ pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], fr
 /// Makes a borrowed function reference last.
 pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func> {
     let (script, local) = owner_of_func(world, func)?;
-    let keep = script.raw(&world.registry).keep_func?;
+    let keep = script.raw(&world.model.registry).keep_func?;
     // SAFETY: by the contract.
     let keep = || unsafe { keep(script.data.get(), local) };
     let kept = world.cross_quietly(script.plugin(world), Call::KeepFunc, script.slot, keep);
@@ -170,7 +170,7 @@ pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func>
 /// Gives a kept one up.
 pub(crate) fn drop_func(world: &WorldCell, func: tatu_func) {
     let Some((script, local)) = owner_of_func(world, func) else { return };
-    if let Some(drop) = script.raw(&world.registry).drop_func {
+    if let Some(drop) = script.raw(&world.model.registry).drop_func {
         // SAFETY: by the contract.
         let drop = || unsafe { drop(script.data.get(), local) };
         world.cross_quietly(script.plugin(world), Call::DropFunc, script.slot, drop);

@@ -61,7 +61,7 @@ impl Scripts {
     /// Makes the state of a script that lives as long as the world, and calls a callback of it before any other.
     pub fn ask_first(world: &WorldCell, slot: u32, callback: &str) -> Option<Value> {
         Self::begin(world, false);
-        let script = world.scripts.borrow().by_slot(slot).filter(|s| s.is_there(world))?;
+        let script = world.run.scripts.borrow().by_slot(slot).filter(|s| s.is_there(world))?;
         let number = script.find(world, TATU_FIND_CALLBACK, callback.as_bytes());
         script.ask_callback(world, number, &[])
     }
@@ -69,16 +69,16 @@ impl Scripts {
     /// Runs a script from outside once, as far as its `init`, and removes it without another call.
     pub fn run_once(world: &WorldCell, slot: u32) {
         Self::ask_first(world, slot, "init");
-        let script = world.scripts.borrow().by_slot(slot);
+        let script = world.run.scripts.borrow().by_slot(slot);
         if let Some(script) = script {
             script.end(world);
         }
         {
-            let mut scripts = world.scripts.borrow_mut();
+            let mut scripts = world.run.scripts.borrow_mut();
             scripts.list.retain(|s| s.slot != slot);
             scripts.sorted_at = 0;
         }
-        world.scene.borrow_mut().remove(slot);
+        world.state.scene.borrow_mut().remove(slot);
     }
 
     /// A start was asked for, and nothing has been prepared.
@@ -117,19 +117,19 @@ impl Scripts {
 
     /// A stage begins: it has called no script yet.
     fn not_yet(world: &WorldCell, stage: u32) {
-        let turn = &world.scripts.borrow().turns[turn_of(stage)];
+        let turn = &world.run.scripts.borrow().turns[turn_of(stage)];
         turn.set(turn.get() + 1);
     }
 
     /// Calls the child scripts below an object that a running stage has not called yet, in its place; how many.
     pub fn call_below(world: &WorldCell, above: u32, stage: u32, args: &[tatu_value]) -> u32 {
-        let runs = world.stages.try_borrow().is_ok_and(|s| s.iter().any(|(running, _)| *running == stage));
+        let runs = world.run.stages.try_borrow().is_ok_and(|s| s.iter().any(|(running, _)| *running == stage));
         if !runs || ![TATU_STAGE_ACTUATE, TATU_STAGE_REACT].contains(&stage) {
             return 0;
         }
         let mut n = 0;
         for script in &*Self::in_order(world) {
-            let is_below = world.scene.try_borrow().is_ok_and(|scene| {
+            let is_below = world.state.scene.try_borrow().is_ok_and(|scene| {
                 let mut at = scene.get(script.slot).map_or(0, |o| o.parent);
                 while at != 0 && at != above {
                     at = scene.get(at).map_or(0, |o| o.parent);
@@ -243,12 +243,12 @@ impl Script {
 
     /// Takes its turn in a stage; `false`: it had it.
     fn takes_turn(&self, world: &WorldCell, stage: u32) -> bool {
-        let now = world.scripts.borrow().turns[turn_of(stage)].get();
+        let now = world.run.scripts.borrow().turns[turn_of(stage)].get();
         self.called_in[turn_of(stage)].replace(now) != now
     }
     /// Whether it has had its turn in a stage.
     fn had_turn(&self, world: &WorldCell, stage: u32) -> bool {
-        self.called_in[turn_of(stage)].get() == world.scripts.borrow().turns[turn_of(stage)].get()
+        self.called_in[turn_of(stage)].get() == world.run.scripts.borrow().turns[turn_of(stage)].get()
     }
 
     /// One pass of the driver: `init` first, then its callbacks, from which it asks for the stages; `cleanup` in the last.
@@ -261,7 +261,7 @@ impl Script {
         self.resume_waits(world);
         self.run_if_begun(world, Callback::Actuation, &[]);
         self.run_if_begun(world, Callback::Sensing, &[]);
-        if world.phase.get() == Phase::Last {
+        if world.state.phase.get() == Phase::Last {
             // It may ask for the others' clean-up itself.
             self.clean_up(world);
         }

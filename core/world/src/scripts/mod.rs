@@ -30,7 +30,7 @@ use crate::cell::{Callback, Kind, Script, ScriptSummary, Scripts, WorldCell};
 impl Scripts {
     /// Takes the scripts of the document: each becomes an object that belongs to its owner.
     pub fn declare(world: &WorldCell, slots: &[u32]) {
-        for (spec, owner) in world.document.objects.iter().zip(slots) {
+        for (spec, owner) in world.model.document.objects.iter().zip(slots) {
             for s in &spec.scripts {
                 Self::add(world, *owner, s);
             }
@@ -42,12 +42,12 @@ impl Scripts {
     pub fn add(world: &WorldCell, owner: u32, spec: &ScriptSpec) -> Option<u32> {
         let kind = Kind::parse(&spec.kind)?;
         let local = nalgebra::Isometry3::identity();
-        let slot = world.scene.try_borrow_mut().ok()?.add(owner, "script", local, Data::Script)?;
-        let default = world.settings.borrow().dialect.clone();
+        let slot = world.state.scene.try_borrow_mut().ok()?.add(owner, "script", local, Data::Script)?;
+        let default = world.model.settings.borrow().dialect.clone();
         let script = Rc::new(Script::new(slot, kind, spec, default));
         script.late.set(world.running());
-        world.callback_mask.note_kind(kind, script.late.get());
-        let mut scripts = world.scripts.try_borrow_mut().ok()?;
+        world.run.callback_mask.note_kind(kind, script.late.get());
+        let mut scripts = world.run.scripts.try_borrow_mut().ok()?;
         scripts.list.push(script);
         scripts.sorted_at = 0;
         Some(slot)
@@ -55,7 +55,7 @@ impl Scripts {
 
     /// The `i`-th script, copied out so that the list is free while the script runs.
     fn nth(world: &WorldCell, i: usize) -> Option<Rc<Script>> {
-        world.scripts.try_borrow().ok()?.list.get(i).cloned()
+        world.run.scripts.try_borrow().ok()?.list.get(i).cloned()
     }
     /// Whether a script that comes from outside the document could lift a pause.
     pub fn any_addon_waits(&self) -> bool {
@@ -64,27 +64,27 @@ impl Scripts {
     }
     /// Whether a script calls whose state ends with the run.
     pub fn caller_is_of_run(world: &WorldCell) -> bool {
-        let caller = world.calls.caller.get();
-        let script = world.scripts.try_borrow().ok().and_then(|s| s.by_id(caller.instance));
+        let caller = world.run.calls.caller.get();
+        let script = world.run.scripts.try_borrow().ok().and_then(|s| s.by_id(caller.instance));
         script.is_some_and(|s| s.kind.of_run())
     }
     /// Whether any script has a callback.
     pub fn any_has(world: &WorldCell, callback: Callback) -> bool {
         let has = |s: &Rc<Script>| s.initialised.get() && !s.dead.get() && s.number(callback) != 0;
-        world.callback_mask.has(callback) && world.scripts.try_borrow().is_ok_and(|s| s.list.iter().any(has))
+        world.run.callback_mask.has(callback) && world.run.scripts.try_borrow().is_ok_and(|s| s.list.iter().any(has))
     }
 
     /// The script that runs the stages itself, if the world has one.
     pub fn driver(world: &WorldCell) -> Option<Rc<Script>> {
-        if !world.callback_mask.any_driver() {
+        if !world.run.callback_mask.any_driver() {
             return None;
         }
-        world.scripts.try_borrow().ok()?.list.iter().find(|s| s.kind == Kind::Main).cloned()
+        world.run.scripts.try_borrow().ok()?.list.iter().find(|s| s.kind == Kind::Main).cloned()
     }
 
     /// All scripts in the order in which they are called, as it is now; who was added meanwhile comes last.
     fn in_order(world: &WorldCell) -> Rc<[Rc<Script>]> {
-        let (Ok(mut scripts), Ok(scene)) = (world.scripts.try_borrow_mut(), world.scene.try_borrow()) else {
+        let (Ok(mut scripts), Ok(scene)) = (world.run.scripts.try_borrow_mut(), world.state.scene.try_borrow()) else {
             return Rc::default();
         };
         if scripts.sorted_at != scene.shape_version {
@@ -93,7 +93,7 @@ impl Scripts {
             (scripts.sorted, scripts.sorted_at) = (sorted.into(), scene.shape_version);
         }
         let is_new = |s: &Rc<Script>| s.late.get() && !s.initialised.get();
-        if !world.callback_mask.any_late() || !scripts.sorted.iter().any(is_new) {
+        if !world.run.callback_mask.any_late() || !scripts.sorted.iter().any(is_new) {
             return scripts.sorted.clone();
         }
         let mut all = scripts.sorted.to_vec();
@@ -103,9 +103,9 @@ impl Scripts {
 
     /// Which order the world has: told by the first of its languages that knows one.
     fn choose_order(world: &WorldCell) {
-        let all = world.scripts.borrow().list.clone();
+        let all = world.run.scripts.borrow().list.clone();
         let modern = all.iter().any(|s| s.traits.get() & TATU_SCRIPT_MODERN != 0);
-        let dialect = world.settings.borrow().dialect.clone();
+        let dialect = world.model.settings.borrow().dialect.clone();
         let (mut told, mut asked) = (None, Vec::new());
         for script in all.iter().filter(|s| s.has_loaded()) {
             if !asked.contains(&script.language) {
@@ -114,7 +114,7 @@ impl Scripts {
                 told = told.or(order);
             }
         }
-        let mut scripts = world.scripts.borrow_mut();
+        let mut scripts = world.run.scripts.borrow_mut();
         (scripts.order, scripts.sorted_at) = (told.unwrap_or_default(), 0);
     }
 
@@ -162,7 +162,7 @@ impl Scripts {
             return;
         }
         Self::each_called(world, |script| {
-            let sensor = world.scene.try_borrow().ok().and_then(|scene| {
+            let sensor = world.state.scene.try_borrow().ok().and_then(|scene| {
                 let owner = scene.get(script.slot)?.parent;
                 sensors.contains(&owner).then(|| scene.id(owner))
             });
@@ -196,15 +196,15 @@ impl Scripts {
 
     /// Runs something with a value in the form that it has at the border.
     fn with_payload(world: &WorldCell, payload: &Value, f: impl FnOnce(tatu_value)) {
-        let mark = world.calls.arena.borrow().mark();
+        let mark = world.run.calls.arena.borrow().mark();
         let raw = {
-            let mut arena = world.calls.arena.borrow_mut();
+            let mut arena = world.run.calls.arena.borrow_mut();
             payload.to_raw(&mut *arena)
         };
         if let Some(raw) = raw {
             f(raw);
         }
-        world.calls.arena.borrow_mut().release(mark);
+        world.run.calls.arena.borrow_mut().release(mark);
     }
 
     /// Calls a callback by name in all scripts that have it, but one.
@@ -222,7 +222,8 @@ impl Scripts {
     /// Ends the instances of scripts whose objects are gone.
     pub fn reap(world: &WorldCell) {
         let gone: Vec<Rc<Script>> = {
-            let (Ok(mut scripts), Ok(scene)) = (world.scripts.try_borrow_mut(), world.scene.try_borrow()) else {
+            let (Ok(mut scripts), Ok(scene)) = (world.run.scripts.try_borrow_mut(), world.state.scene.try_borrow())
+            else {
                 return;
             };
             let is_there = |s: &Rc<Script>| matches!(scene.get(s.slot).map(|o| &o.data), Some(Data::Script));
@@ -246,7 +247,7 @@ impl Scripts {
 impl Scripts {
     /// What all scripts did that are there, in the order in which they were added.
     pub fn told(world: &WorldCell) -> Vec<ScriptSummary> {
-        let Ok(scripts) = world.scripts.try_borrow() else { return Vec::new() };
+        let Ok(scripts) = world.run.scripts.try_borrow() else { return Vec::new() };
         scripts.list.iter().map(|s| s.tell(world)).collect()
     }
 }

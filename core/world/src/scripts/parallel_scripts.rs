@@ -28,7 +28,7 @@ const CHUNK: usize = 32;
 /// How many of the next scripts may run in parallel.
 pub(super) fn how_many(world: &WorldCell, order: &[Rc<Script>]) -> usize {
     // Stand-ins are made of what scripts do.
-    if world.stand_ins.is_on() {
+    if world.run.stand_ins.is_on() {
         return 0;
     }
     order.iter().take_while(|s| s.side_by_side).count()
@@ -50,7 +50,7 @@ struct Stage<'a> {
 /// Runs scripts side by side; `alone` runs one that cannot.
 pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, alone: &impl Fn(&Rc<Script>)) {
     let chunks = order.len().div_ceil(CHUNK);
-    let workers = world.pool().current_num_threads().min(chunks);
+    let workers = world.run.pool().current_num_threads().min(chunks);
     let taken = {
         let Ok(mut all) = world.workers.try_borrow_mut() else { return };
         while all.len() < workers {
@@ -61,16 +61,17 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
     taken[..workers].iter().for_each(|worker| worker.begin(world));
     {
         // Nobody changes the world while it is looked at from all sides.
-        let (_scene, _sensing, _scripts) = (world.scene.borrow(), world.sensing.borrow(), world.scripts.borrow());
+        let (_scene, _sensing, _scripts) =
+            (world.state.scene.borrow(), world.devices.sensing.borrow(), world.run.scripts.borrow());
         let (_dynamics, _settings, _instances) =
-            (world.dynamics.borrow(), world.settings.borrow(), world.instances.borrow());
+            (world.state.dynamics.borrow(), world.model.settings.borrow(), world.devices.instances.borrow());
         let place = turn_of(stage_of(callback));
         let stage = Stage {
             world,
             order,
             callback,
-            turn: (place, world.scripts.borrow().turns[place].get()),
-            waits: world.calls.waits.borrow().any(),
+            turn: (place, world.run.scripts.borrow().turns[place].get()),
+            waits: world.run.calls.waits.borrow().any(),
             chunks: (0..workers)
                 .map(|i| (AtomicUsize::new(chunks * i / workers), chunks * (i + 1) / workers))
                 .collect(),
@@ -79,7 +80,7 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
         if workers == 1 {
             stage.work(0, &taken[0]);
         } else {
-            world.pool().in_place_scope(|scope| {
+            world.run.pool().in_place_scope(|scope| {
                 for (i, worker) in taken[..workers].iter().enumerate().skip(1) {
                     // SAFETY: only scripts are called whose language declares `TATU_LANGUAGE_SIDE_BY_SIDE` (`is_ready`), and from
                     // a worker only commands that declare `TATU_COMMAND_SIDE_BY_SIDE`. A script is used by the one thread that has
@@ -129,7 +130,7 @@ fn settle_one(world: &WorldCell, order: &[Rc<Script>], effect: DeferredEffect, a
         DeferredEffect::Fault(fault) => world.report(*fault),
         DeferredEffect::Failed(i, status, said) => {
             let (mut error, blame) = *said;
-            *world.calls.blame.borrow_mut() = blame;
+            *world.run.calls.blame.borrow_mut() = blame;
             order[i].fail(world, status, error.raw());
             order[i].find_callbacks(world);
             order[i].settle(world);
@@ -141,7 +142,8 @@ fn settle_one(world: &WorldCell, order: &[Rc<Script>], effect: DeferredEffect, a
 
 /// Sets the drives of joints that scripts which ran beside others have set, up to the first effect of another kind; how many.
 fn set_drives(world: &WorldCell, effects: &[DeferredEffect]) -> usize {
-    let (Ok(mut scene), Ok(mut dynamics)) = (world.scene.try_borrow_mut(), world.dynamics.try_borrow_mut()) else {
+    let (Ok(mut scene), Ok(mut dynamics)) = (world.state.scene.try_borrow_mut(), world.state.dynamics.try_borrow_mut())
+    else {
         return 0;
     };
     for (i, effect) in effects.iter().enumerate() {
@@ -185,8 +187,8 @@ impl Stage<'_> {
         }
         worker.begin_script();
         // What others before it in this worker have left must not show.
-        cell.calls.blame.take();
-        cell.calls.last.borrow_mut().fresh();
+        cell.run.calls.blame.take();
+        cell.run.calls.last.borrow_mut().fresh();
         if !self.is_ready(cell, script) {
             return worker.note(DeferredEffect::Alone(at));
         }
@@ -197,7 +199,7 @@ impl Stage<'_> {
         }
         script.ask_and(cell, number, &[], |status, error| {
             let kept = kept(error);
-            let blame = cell.calls.blame.borrow_mut().take();
+            let blame = cell.run.calls.blame.borrow_mut().take();
             // Its clean-up, which may come next, has the last word.
             worker.end_script();
             worker.note(DeferredEffect::Failed(at, status, Box::new((kept, blame))));
@@ -212,11 +214,11 @@ impl Stage<'_> {
     fn is_ready(&self, cell: &WorldCell, script: &Script) -> bool {
         // SAFETY: nobody begins or ends a wait while scripts run side by side: several threads look at once, for which the
         // cell's count of borrows is not made.
-        let waits = || unsafe { (*self.world.calls.waits.as_ptr()).any_of(Owner::Script(script.id.get())) };
+        let waits = || unsafe { (*self.world.run.calls.waits.as_ptr()).any_of(Owner::Script(script.id.get())) };
         script.kind != Kind::Main
             && script.initialised.get()
             && !script.cleaned.get()
-            && script.raw(&cell.registry).flags & TATU_LANGUAGE_SIDE_BY_SIDE != 0
+            && script.raw(&cell.model.registry).flags & TATU_LANGUAGE_SIDE_BY_SIDE != 0
             && script.depth.get() == 0
             && script.asked.get() == ExitRequest::Nothing
             && !(self.waits && waits())

@@ -27,23 +27,23 @@ pub(crate) enum Handed {
 impl Scripts {
     /// The scripts of a language's plugin, and what each wrote of itself; `None`: it has not begun, or failed.
     pub fn written(world: &WorldCell, plugin: usize) -> Vec<(Rc<Script>, Option<Written>)> {
-        let all = world.scripts.borrow().list.clone();
+        let all = world.run.scripts.borrow().list.clone();
         let of_plugin = all.into_iter().filter(|s| s.plugin(world) == plugin);
         of_plugin.map(|s| (s.clone(), s.written(world))).collect()
     }
 
     /// Those that are part of no document.
     pub fn from_outside(world: &WorldCell) -> Vec<Rc<Script>> {
-        world.scripts.borrow().list.iter().filter(|s| s.kind >= Kind::Addon).cloned().collect()
+        world.run.scripts.borrow().list.iter().filter(|s| s.kind >= Kind::Addon).cloned().collect()
     }
 
     /// Puts a script in the place of another and hands the state over. The old one is still to be
     /// [ended](Script::end_replaced).
     pub fn replace(world: &WorldCell, old: &Rc<Script>, new: &Rc<Script>, image: Option<Written>) -> Handed {
-        if let Some(place) = world.scripts.borrow_mut().list.iter_mut().find(|s| Rc::ptr_eq(s, old)) {
+        if let Some(place) = world.run.scripts.borrow_mut().list.iter_mut().find(|s| Rc::ptr_eq(s, old)) {
             *place = new.clone();
         }
-        world.scripts.borrow_mut().sorted_at = 0;
+        world.run.scripts.borrow_mut().sorted_at = 0;
         new.calls.set(old.calls.get());
         new.instructions.set(old.instructions.get());
         match image {
@@ -84,7 +84,7 @@ impl Script {
     pub fn written(&self, world: &WorldCell) -> Option<Written> {
         let lives = self.initialised.get() && !self.dead.get() && !self.data.get().is_null();
         // Handlers belong to the state that gave them.
-        let listens = world.outside.bus.has_of(self.id.get());
+        let listens = world.run.outside.bus.has_of(self.id.get());
         let why = || Err("functions that it gave for events are not handed over".to_owned());
         lives.then(|| if listens { why() } else { self.save(world) })
     }
@@ -92,11 +92,11 @@ impl Script {
     /// A script for the place of this one: begun, if this one was, and in no list. `Err`: its text is broken, and nothing
     /// has happened.
     pub fn renewed(&self, world: &WorldCell, spec: Option<&ScriptSpec>) -> Result<Rc<Script>> {
-        let default = world.settings.borrow().dialect.clone();
+        let default = world.model.settings.borrow().dialect.clone();
         let own = self.spec(self.text.to_vec());
         let new = Rc::new(Script::new(self.slot, self.kind, spec.unwrap_or(&own), default));
         // Numbered apart, so that those of later instances stay what they would have been.
-        if let Err((status, mut error)) = new.try_begin(world, world.new_replacement()) {
+        if let Err((status, mut error)) = new.try_begin(world, world.devices.new_replacement()) {
             let fault = new.fault(world, status, error.raw());
             new.destroy(world);
             let text = format!("the new text of {} cannot be loaded: {}", new.name, fault.message);
@@ -119,7 +119,7 @@ impl Script {
     /// takes what fits.
     fn take_over(self: &Rc<Self>, world: &WorldCell, image: &InstanceImage) -> Handed {
         let load = || {
-            let life = &world.registry.languages[self.language].life;
+            let life = &world.model.registry.languages[self.language].life;
             let of = Living { plugin: self.plugin(world), slot: self.slot, data: self.data.get() };
             load_instance(world, &of, life, image)
         };
@@ -130,7 +130,7 @@ impl Script {
         }
         // What declined may have taken a part.
         self.destroy(world);
-        if let Err((status, mut error)) = self.try_begin(world, world.new_replacement()) {
+        if let Err((status, mut error)) = self.try_begin(world, world.devices.new_replacement()) {
             self.fail(world, status, error.raw());
             return Handed::Reset("it could not be begun a second time".into());
         }

@@ -20,12 +20,12 @@ impl Script {
     pub(super) fn is_there(&self, world: &WorldCell) -> bool {
         !self.data.get().is_null()
             && !self.dead.get()
-            && world.see(|w| &w.scene).is_some_and(|s| s.get(self.slot).is_some())
+            && world.see(|w| &w.state.scene).is_some_and(|s| s.get(self.slot).is_some())
     }
 
     /// The index of its language's plugin.
     pub(super) fn plugin(&self, world: &WorldCell) -> usize {
-        world.registry.languages[self.language].plugin
+        world.model.registry.languages[self.language].plugin
     }
 
     pub(super) fn raw<'r>(&self, registry: &'r Registry) -> &'r tatu_language {
@@ -34,20 +34,20 @@ impl Script {
 
     /// Creates its state and loads its text; after an error, which is reported, the script never runs.
     pub(super) fn begin(&self, world: &WorldCell) {
-        if let Err((status, mut error)) = self.try_begin(world, world.new_instance()) {
+        if let Err((status, mut error)) = self.try_begin(world, world.devices.new_instance()) {
             self.fail(world, status, error.raw());
         }
     }
 
     /// The same under this number; `Err`: it is dead, and nothing has been told.
     pub(super) fn try_begin(&self, world: &WorldCell, number: u64) -> Result<(), (tatu_status, ErrorSlot)> {
-        let language = &world.registry.languages[self.language];
-        let plugin = &world.registry.plugins[language.plugin];
+        let language = &world.model.registry.languages[self.language];
+        let plugin = &world.model.registry.plugins[language.plugin];
         let (owner, key) = {
-            let scene = world.scene.borrow();
+            let scene = world.state.scene.borrow();
             let at = scene.get(self.slot).map_or(0, |o| o.parent);
             // Of those before it that hang on the same object.
-            let scripts = world.scripts.borrow();
+            let scripts = world.run.scripts.borrow();
             let before = scripts.list.iter().take_while(|s| s.slot != self.slot);
             let number = before.filter(|s| scene.get(s.slot).is_some_and(|o| o.parent == at)).count();
             (scene.id(self.slot), format!("{}/script{number}", scene.get(at).map_or(String::new(), |o| o.name())))
@@ -55,21 +55,21 @@ impl Script {
         let info = world.instance_again(owner, &key, number);
         self.id.set(info.id);
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
-        world.calls.caller.set(self.as_caller(world));
+        world.run.calls.caller.set(self.as_caller(world));
         // SAFETY: by the contract; `info` lives through the call.
         let create =
             || language.life.create.map_or(TATU_ERR, |f| unsafe { f(plugin.me, &info, &mut data, error.raw()) });
         {
             // Calls of its commands are noted under the object that it belongs to.
-            let scene = world.scene.borrow();
+            let scene = world.state.scene.borrow();
             let owner = scene.get(self.slot).map_or(0, |o| o.parent);
-            world.watch.name(owner, scene.path(owner));
-            world.watch.name(self.slot, scene.path(self.slot));
+            world.border.watch.name(owner, scene.path(owner));
+            world.border.watch.name(self.slot, scene.path(self.slot));
         }
         let status = world.cross(language.plugin, Call::Create, self.slot, create);
         let status = error.answer(status, false);
         if status < 0 {
-            world.calls.caller.set(Caller::HOST);
+            world.run.calls.caller.set(Caller::HOST);
             error.name_plugin(status, &plugin.id, Call::Create);
             return Err((status, error));
         }
@@ -89,7 +89,7 @@ impl Script {
         };
         let status = world.cross(language.plugin, Call::ScriptLoad, self.slot, load);
         let status = error.answer(status, false);
-        world.calls.caller.set(Caller::HOST);
+        world.run.calls.caller.set(Caller::HOST);
         if status < 0 {
             self.dead.set(true);
             error.name_plugin(status, &plugin.id, Call::ScriptLoad);
@@ -118,7 +118,7 @@ impl Script {
 
     /// The order of a world of such a dialect, if its language tells one.
     pub(super) fn order_of(&self, world: &WorldCell, dialect: &str, modern: bool) -> Option<Order> {
-        let order = self.raw(&world.registry).order?;
+        let order = self.raw(&world.model.registry).order?;
         // SAFETY: by the contract; the text lives through the call.
         let order = || unsafe { order(self.data.get(), raw(dialect.as_bytes()), modern.into()) };
         match world.cross_quietly(self.plugin(world), Call::ScriptOrder, self.slot, order) {
@@ -132,7 +132,7 @@ impl Script {
 
     /// Where it is, while a command that it called runs.
     pub fn place(&self, world: &WorldCell, fault: &mut Fault) {
-        let Some(place) = self.raw(&world.registry).place.filter(|_| !self.data.get().is_null()) else { return };
+        let Some(place) = self.raw(&world.model.registry).place.filter(|_| !self.data.get().is_null()) else { return };
         let mut error = ErrorSlot::new();
         let raw = error.fresh();
         // SAFETY: by the contract; the error object lives through the call.
@@ -145,10 +145,10 @@ impl Script {
 
     /// Its language told something that has no meaning; `what` begins with a verb.
     fn breach(&self, world: &WorldCell, call: Call, what: &str) {
-        let id = &world.registry.plugins[self.plugin(world)].id;
+        let id = &world.model.registry.plugins[self.plugin(world)].id;
         let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{id}` {what} [{}]", call.text()));
         fault.plugin = Some(id.clone());
-        fault.object = world.scene.try_borrow().ok().and_then(|s| s.get(self.slot).map(|o| s.path(o.parent)));
+        fault.object = world.state.scene.try_borrow().ok().and_then(|s| s.get(self.slot).map(|o| s.path(o.parent)));
         world.report(fault);
     }
 
@@ -176,7 +176,7 @@ impl Script {
         let find = |i: usize| self.find(world, TATU_FIND_CALLBACK, CALLBACKS[i].as_bytes());
         let numbers = std::array::from_fn(find);
         self.callbacks.set(numbers);
-        world.callback_mask.note(&numbers);
+        world.run.callback_mask.note(&numbers);
     }
 
     pub fn find(&self, world: &WorldCell, how: u32, name: &[u8]) -> u32 {
@@ -184,7 +184,7 @@ impl Script {
             return 0;
         }
         // SAFETY: by the contract; the name lives through the call.
-        let find = || self.raw(&world.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) });
+        let find = || self.raw(&world.model.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) });
         let id = world.cross_quietly(self.plugin(world), Call::ScriptFind, self.slot, find);
         if how == TATU_FIND_CALLBACK {
             self.told.name(id, name);
@@ -224,10 +224,10 @@ impl Script {
         args: &[tatu_value],
         failed: impl FnOnce(tatu_status, *mut tatu_error),
     ) -> Option<Value> {
-        let call = self.raw(&world.registry).call.filter(|_| id != 0)?;
+        let call = self.raw(&world.model.registry).call.filter(|_| id != 0)?;
         self.calls.set(self.calls.get() + 1);
         self.told.count(id);
-        let mark = world.calls.arena.borrow().mark();
+        let mark = world.run.calls.arena.borrow().mark();
         let mut room = enter::Room::new();
         let mut frame = room.frame(args);
         frame.flags = if world.worker.is_some() { TATU_CALL_SIDE_BY_SIDE } else { 0 };
@@ -242,7 +242,7 @@ impl Script {
         } else {
             self.capture_errors(&frame)
         };
-        world.calls.arena.borrow_mut().release(mark);
+        world.run.calls.arena.borrow_mut().release(mark);
         answer
     }
 
@@ -250,28 +250,28 @@ impl Script {
     /// to the coroutine.
     pub(super) fn resume_waits(self: &Rc<Self>, world: &WorldCell) {
         let owner = Owner::Script(self.id.get());
-        let due = world.calls.waits.borrow_mut().take_due(owner, |due| world.is_over(due));
+        let due = world.run.calls.waits.borrow_mut().take_due(owner, |due| world.state.is_over(due));
         for wait in due {
             if !self.is_there(world) {
                 return;
             }
-            let mark = world.calls.arena.borrow().mark();
+            let mark = world.run.calls.arena.borrow().mark();
             let mut room = enter::Room::new();
             let mut frame = room.frame(&[]);
             (frame.command, frame.alias, frame.wait_token) = (wait.command, wait.alias, wait.token);
-            world.calls.caller.set(self.as_caller(world));
+            world.run.calls.caller.set(self.as_caller(world));
             // SAFETY: the frame and its room live through the call.
             let status = unsafe { call_command(world, &mut frame, wait.resume) };
-            world.calls.caller.set(Caller::HOST);
+            world.run.calls.caller.set(Caller::HOST);
             if status != TATU_WAIT {
                 self.resume(world, wait.token, status, &frame);
             }
-            world.calls.arena.borrow_mut().release(mark);
+            world.run.calls.arena.borrow_mut().release(mark);
         }
     }
 
     pub(super) fn resume(self: &Rc<Self>, world: &WorldCell, token: u64, failed: tatu_status, done: &tatu_call) {
-        let Some(resume) = self.raw(&world.registry).resume else { return };
+        let Some(resume) = self.raw(&world.model.registry).resume else { return };
         let mut room = enter::Room::new();
         // SAFETY: the results of the command, which are still in the arena.
         let results = unsafe { std::slice::from_raw_parts(done.results, done.n_results as usize) };
@@ -301,7 +301,7 @@ impl Script {
         if self.data.get().is_null() {
             return;
         }
-        world.calls.waits.borrow_mut().forget(Owner::Script(self.id.get()));
+        world.run.calls.waits.borrow_mut().forget(Owner::Script(self.id.get()));
         self.destroy(world);
     }
 
@@ -314,14 +314,14 @@ impl Script {
         self.initialised.set(false);
         self.dialect.set(raw(&[]));
         self.id.set(0);
-        if let Some(destroy) = world.registry.languages[self.language].life.destroy {
+        if let Some(destroy) = world.model.registry.languages[self.language].life.destroy {
             // SAFETY: made by `create`, given back once.
             world.cross_quietly(self.plugin(world), Call::Destroy, self.slot, || unsafe { destroy(data) });
         }
     }
 
     pub fn as_caller(&self, world: &WorldCell) -> Caller {
-        let (script, object) = match world.see(|w| &w.scene) {
+        let (script, object) = match world.see(|w| &w.state.scene) {
             Some(scene) => (scene.id(self.slot), scene.id(scene.get(self.slot).map_or(0, |o| o.parent))),
             None => (0, 0),
         };
@@ -351,19 +351,19 @@ impl Script {
         let kind = FaultKind::of(status);
         let Said { text, help, file, traceback, line } = said(error);
         let mut fault = Fault::new(kind, text.unwrap_or_else(|| "failed and gave no reason".into()));
-        let language = &world.registry.plugins[self.plugin(world)].id;
+        let language = &world.model.registry.plugins[self.plugin(world)].id;
         if fault.message.starts_with(&format!("plugin `{language}` ")) {
             (fault.kind, fault.code) = (FaultKind::Plugin, FaultKind::Plugin.code());
         }
         fault.script = Some(self.name.clone());
-        if let Ok(scene) = world.scene.try_borrow() {
+        if let Ok(scene) = world.state.scene.try_borrow() {
             // Scripts from outside belong to nothing.
             fault.object = scene.get(self.slot).filter(|o| o.parent != 0).map(|o| scene.path(o.parent));
         }
         (fault.help, fault.traceback) = (help, traceback);
         fault.line = (line > 0).then_some(line);
         fault.file = file.filter(|_| line > 0);
-        let blame = world.calls.blame.borrow_mut().take();
+        let blame = world.run.calls.blame.borrow_mut().take();
         fault.plugin = blame.filter(|(text, _)| fault.message.contains(text.as_str())).map(|(_, plugin)| plugin);
         if fault.kind == FaultKind::Plugin && fault.plugin.is_none() {
             fault.plugin = Some(language.clone());

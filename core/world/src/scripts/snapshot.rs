@@ -34,8 +34,8 @@ impl Scripts {
             let mut captured = true;
             let instance = script.save(world).unwrap_or_else(|reason| {
                 captured = false;
-                let plugin = world.registry.languages[script.language].plugin;
-                let plugin = world.registry.plugins[plugin].id.clone();
+                let plugin = world.model.registry.languages[script.language].plugin;
+                let plugin = world.model.registry.plugins[plugin].id.clone();
                 missed.push(Missed { object: format!("the script of {}", script.owner_path(world)), plugin, reason });
                 InstanceImage::default()
             });
@@ -59,11 +59,11 @@ impl Scripts {
 
     /// Ends the scripts that are not in `slots`, without their clean-up, which they have behind them.
     pub fn end_others(world: &WorldCell, slots: &[u32]) {
-        let (keep, gone) = std::mem::take(&mut world.scripts.borrow_mut().list)
+        let (keep, gone) = std::mem::take(&mut world.run.scripts.borrow_mut().list)
             .into_iter()
             .partition::<Vec<_>, _>(|s| slots.contains(&s.slot));
         {
-            let mut scripts = world.scripts.borrow_mut();
+            let mut scripts = world.run.scripts.borrow_mut();
             (scripts.list, scripts.sorted_at) = (keep, 0);
         }
         for script in gone {
@@ -74,7 +74,7 @@ impl Scripts {
     /// Takes all back; the scripts have been begun.
     pub fn load(world: &WorldCell, images: Vec<ScriptImage>) -> Result {
         for image in images {
-            let Some(script) = world.scripts.borrow().by_slot(image.slot) else { continue };
+            let Some(script) = world.run.scripts.borrow().by_slot(image.slot) else { continue };
             let refused = |why: &str| {
                 let path = script.owner_path(world);
                 Error::new("E503", format!("the script of {path} cannot be restored: {why}"))
@@ -84,12 +84,12 @@ impl Scripts {
                 return Err(refused("it was made anew during the run"));
             }
             if image.initialised && !image.dead {
-                let life = &world.registry.languages[script.language].life;
+                let life = &world.model.registry.languages[script.language].life;
                 let of = Living { plugin: script.plugin(world), slot: script.slot, data: script.data.get() };
                 load_instance(world, &of, life, &image.instance).map_err(|e| refused(&e))?;
             }
             if !image.initialised {
-                world.calls.waits.borrow_mut().forget(Owner::Script(image.id));
+                world.run.calls.waits.borrow_mut().forget(Owner::Script(image.id));
             }
             script.initialised.set(image.initialised);
             script.dead.set(image.dead);
@@ -98,7 +98,7 @@ impl Scripts {
             let mut numbers = [0; CALLBACKS.len()];
             numbers.iter_mut().zip(&image.callbacks).for_each(|(n, c)| *n = *c);
             script.callbacks.set(numbers);
-            world.callback_mask.note(&numbers);
+            world.run.callback_mask.note(&numbers);
             for (id, name) in numbers.into_iter().zip(CALLBACKS) {
                 script.told.name(id, name.as_bytes());
             }
@@ -116,7 +116,7 @@ impl Script {
         if !self.initialised.get() || self.dead.get() || self.data.get().is_null() {
             return Ok(InstanceImage::default());
         }
-        let language = &world.registry.languages[self.language];
+        let language = &world.model.registry.languages[self.language];
         if language.life.save.is_none() {
             return Err(format!("the language `{}` cannot write the state of a script", language.id));
         }
@@ -125,7 +125,7 @@ impl Script {
     }
 
     pub(super) fn owner_path(&self, world: &WorldCell) -> String {
-        let scene = world.scene.borrow();
+        let scene = world.state.scene.borrow();
         scene.path(scene.get(self.slot).map_or(0, |o| o.parent))
     }
 }

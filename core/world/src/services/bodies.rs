@@ -6,7 +6,7 @@ use tatu_plugin_api::abi::*;
 use tatu_scene::{Scene, rows::kind_name};
 
 use super::{busy, fill, here, on, place, slot};
-use crate::cell::{Function, WorldCell, stand_ins};
+use crate::cell::{Function, WorldCell, stand_in_use};
 
 pub static TABLE: tatu_host_bodies = tatu_host_bodies {
     size: size_of::<tatu_host_bodies>() as u32,
@@ -23,11 +23,11 @@ pub static TABLE: tatu_host_bodies = tatu_host_bodies {
 
 extern "C" fn twist(w: WorldRef<'_>, object: tatu_object, out: Option<&mut [f64; 6]>) -> tatu_status {
     here(w, Function::looks("bodies.twist"), |world| {
-        let (Some(scene), Some(dynamics)) = (world.see(|w| &w.scene), world.see(|w| &w.dynamics)) else {
+        let (Some(scene), Some(dynamics)) = (world.see(|w| &w.state.scene), world.see(|w| &w.state.dynamics)) else {
             return Err(busy(world));
         };
         let s = slot(world, &scene, object)?;
-        *place(world, "room for 6 numbers", out)? = world.twist(&scene, &dynamics, s);
+        *place(world, "room for 6 numbers", out)? = world.state.twist(&scene, &dynamics, s);
         Ok(())
     })
 }
@@ -35,7 +35,7 @@ extern "C" fn twist(w: WorldRef<'_>, object: tatu_object, out: Option<&mut [f64;
 /// The body of a dynamic shape, made now if its shape is new; with its mass and inertia.
 fn body(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
     match body_now(world, object) {
-        Err(TATU_ERR_ARGUMENT) if stand_ins::becomes(world, object, kind_name(TATU_KIND_SHAPE)) => {
+        Err(TATU_ERR_ARGUMENT) if stand_in_use::becomes(world, object, kind_name(TATU_KIND_SHAPE)) => {
             body_now(world, object)
         }
         body => body,
@@ -43,16 +43,16 @@ fn body(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
 }
 
 fn body_now(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
-    let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+    let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
     let s = slot(world, &scene, object)?;
-    world.dynamics.try_borrow_mut().map_err(|_| busy(world))?.settle(&mut scene);
+    world.state.dynamics.try_borrow_mut().map_err(|_| busy(world))?.settle(&mut scene);
     let o = scene.get(s);
     let id = o.and_then(|o| o.shape()).filter(|s| s.dynamic).and_then(|s| s.body.0);
     id.ok_or_else(|| {
         let kind = o.map_or("nothing", |o| kind_name(o.kind()));
         let text =
             format!("object {s} `{}` is a {kind} that forces do not move; expected a dynamic shape", scene.path(s));
-        world.calls.refuse(TATU_ERR_ARGUMENT, &text)
+        world.run.calls.refuse(TATU_ERR_ARGUMENT, &text)
     })
 }
 
@@ -66,11 +66,11 @@ extern "C" fn set_twist(w: WorldRef<'_>, object: tatu_object, twist: Option<&[f6
     on(w, Function::acts("bodies.set_twist"), |world| {
         let (linear, angular) = place(world, "a velocity", twist)?.split_at(3);
         let (Some(linear), Some(angular)) = (three(linear.first_chunk()), three(angular.first_chunk())) else {
-            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a velocity is 6 finite numbers"));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "a velocity is 6 finite numbers"));
         };
         match body(world, object) {
             Ok(b) => {
-                world.dynamics.borrow_mut().set_twist(b, &Twist { linear, angular });
+                world.state.dynamics.borrow_mut().set_twist(b, &Twist { linear, angular });
                 Ok(())
             }
             Err(status) => Err(status),
@@ -86,11 +86,11 @@ extern "C" fn push(
 ) -> tatu_status {
     on(w, Function::acts("bodies.push"), |world| {
         let (Some(force), Some(torque)) = (three(force), three(torque)) else {
-            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a force and a torque are 3 finite numbers each"));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "a force and a torque are 3 finite numbers each"));
         };
         match body(world, object) {
             Ok(b) => {
-                world.dynamics.borrow_mut().ask_push(b, force, torque);
+                world.state.dynamics.borrow_mut().ask_push(b, force, torque);
                 Ok(())
             }
             Err(status) => Err(status),
@@ -106,10 +106,11 @@ extern "C" fn impulse(
 ) -> tatu_status {
     on(w, Function::acts("bodies.impulse"), |world| {
         let (Some(linear), Some(angular)) = (three(linear), three(angular)) else {
-            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "an impulse is 3 finite numbers"));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "an impulse is 3 finite numbers"));
         };
         let b = body(world, object)?;
-        let (Ok(scene), Ok(mut dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow_mut()) else {
+        let (Ok(scene), Ok(mut dynamics)) = (world.state.scene.try_borrow(), world.state.dynamics.try_borrow_mut())
+        else {
             return Err(busy(world));
         };
         let Some((s, shape)) = scene.resolve(object).ok().and_then(|s| Some((s, scene.get(s)?.shape()?))) else {
@@ -169,7 +170,7 @@ fn contacts_of<T>(
     object: tatu_object,
     show: impl Fn(&Scene, (u32, u32, Contact)) -> T,
 ) -> Result<Vec<T>, tatu_status> {
-    let (Ok(scene), Ok(dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow()) else {
+    let (Ok(scene), Ok(dynamics)) = (world.state.scene.try_borrow(), world.state.dynamics.try_borrow()) else {
         return Err(busy(world));
     };
     let wanted = match object {

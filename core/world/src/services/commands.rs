@@ -34,7 +34,7 @@ pub static TABLE: tatu_host_commands = tatu_host_commands {
 
 extern "C" fn find(w: WorldRef<'_>, name: Lent<'_>, alias: Option<&mut u32>) -> u32 {
     let Some(world) = here_now(w, Function::looks("commands.find")) else { return 0 };
-    let Some((id, which)) = world.registry.command(&name.text()) else { return 0 };
+    let Some((id, which)) = world.model.registry.command(&name.text()) else { return 0 };
     if let Some(alias) = alias {
         *alias = which;
     }
@@ -44,17 +44,17 @@ extern "C" fn find(w: WorldRef<'_>, name: Lent<'_>, alias: Option<&mut u32>) -> 
 extern "C" fn is_name_space(w: WorldRef<'_>, name: Lent<'_>) -> u32 {
     let name = name.text();
     here_now(w, Function::looks("commands.is_name_space"))
-        .map_or(0, |world| u32::from(world.registry.has_namespace(&format!("{name}."))))
+        .map_or(0, |world| u32::from(world.model.registry.has_namespace(&format!("{name}."))))
 }
 
 extern "C" fn count(w: WorldRef<'_>) -> u32 {
-    here_now(w, Function::looks("commands.count")).map_or(0, |world| world.registry.commands.len() as u32)
+    here_now(w, Function::looks("commands.count")).map_or(0, |world| world.model.registry.commands.len() as u32)
 }
 
 extern "C" fn describe(w: WorldRef<'_>, id: u32) -> *const tatu_command {
     let world = here_now(w, Function::looks("commands.describe"));
     world
-        .and_then(|world| world.registry.commands.get((id as usize).wrapping_sub(1)))
+        .and_then(|world| world.model.registry.commands.get((id as usize).wrapping_sub(1)))
         .map_or(std::ptr::null(), |c| &c.raw)
 }
 
@@ -69,14 +69,14 @@ unsafe extern "C" fn call(w: WorldRef<'_>, frame: *mut tatu_call) -> tatu_status
 }
 
 extern "C" fn generation(w: WorldRef<'_>) -> u64 {
-    here_now(w, Function::looks("commands.generation")).map_or(1, |world| world.registry.generation)
+    here_now(w, Function::looks("commands.generation")).map_or(1, |world| world.model.registry.generation)
 }
 
 extern "C" fn constant<'a>(w: WorldRef<'a>, name: Lent<'_>, out: Option<&mut ValueRef<'a>>) -> tatu_status {
     here(w, Function::looks("commands.constant"), |world| {
         let out = place(world, "a place for the value", out)?;
         let name = name.text();
-        match world.registry.constants.get(name.as_ref()) {
+        match world.model.registry.constants.get(name.as_ref()) {
             Some(c) => {
                 // SAFETY: the registry's own value, which lives as long as the registry.
                 *out = unsafe { ValueRef::new(c.raw) };
@@ -90,7 +90,7 @@ extern "C" fn constant<'a>(w: WorldRef<'a>, name: Lent<'_>, out: Option<&mut Val
 
 extern "C" fn constant_name<'a>(w: WorldRef<'a>, index: u32, out: Option<&mut Lent<'a>>) -> tatu_status {
     here(w, Function::looks("commands.constant_name"), |world| {
-        let name = world.registry.constants.keys().nth(index as usize).ok_or(TATU_ERR_MISSING)?;
+        let name = world.model.registry.constants.keys().nth(index as usize).ok_or(TATU_ERR_MISSING)?;
         if let Some(out) = out {
             *out = name.as_str().into();
         }
@@ -109,7 +109,7 @@ extern "C" fn prelude<'a>(
         let module = place(world, "a place for the module", module)?;
         let out = place(world, "a place for the text", out)?;
         let language = language.text();
-        match world.registry.preludes.iter().filter(|p| p.language == language).nth(index as usize) {
+        match world.model.registry.preludes.iter().filter(|p| p.language == language).nth(index as usize) {
             Some(p) => {
                 *module = p.module.as_str().into();
                 *out = p.text.as_slice().into();
@@ -122,20 +122,20 @@ extern "C" fn prelude<'a>(
 
 extern "C" fn mark(w: WorldRef<'_>) -> u64 {
     here_now(w, Function::looks("commands.mark"))
-        .and_then(|world| Some(world.calls.arena.try_borrow().ok()?.mark()))
+        .and_then(|world| Some(world.run.calls.arena.try_borrow().ok()?.mark()))
         .unwrap_or(0)
 }
 
 extern "C" fn alloc(w: WorldRef<'_>, bytes: u64) -> *mut c_void {
     let world = here_now(w, Function::looks("commands.alloc"));
     world
-        .and_then(|world| Some(world.calls.arena.try_borrow_mut().ok()?.alloc(bytes as usize)))
+        .and_then(|world| Some(world.run.calls.arena.try_borrow_mut().ok()?.alloc(bytes as usize)))
         .map_or(std::ptr::null_mut(), <*mut u8>::cast)
 }
 
 unsafe extern "C" fn release(w: WorldRef<'_>, mark: u64) {
     if let Some(mut arena) =
-        here_now(w, Function::looks("commands.release")).and_then(|world| world.calls.arena.try_borrow_mut().ok())
+        here_now(w, Function::looks("commands.release")).and_then(|world| world.run.calls.arena.try_borrow_mut().ok())
     {
         arena.release(mark);
     }
@@ -153,7 +153,7 @@ extern "C" fn retain(w: WorldRef<'_>, func: tatu_func, kept: Option<&mut tatu_fu
             *kept = f;
             Ok(())
         }
-        None => Err(world.calls.refuse(TATU_ERR_GONE, "the function is gone: its call or its script has ended")),
+        None => Err(world.run.calls.refuse(TATU_ERR_GONE, "the function is gone: its call or its script has ended")),
     })
 }
 

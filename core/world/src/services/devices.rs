@@ -27,14 +27,14 @@ enum Meaning {
 fn meaning(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> Option<Meaning> {
     match &scene.get(slot)?.data {
         Data::Actuator(a) => {
-            let info = world.registry.actuators.get(a.kind)?;
+            let info = world.model.registry.actuators.get(a.kind)?;
             let find = |props: &[u32]| props.iter().position(|p| *p == prop);
             let command = find(&info.command_props).map(|at| Meaning::Command { kind: a.kind, at });
             command.or_else(|| Some(Meaning::Actuator { kind: a.kind, at: find(&info.param_props)? }))
         }
         Data::Sensor(s) => {
-            let info = world.registry.sensors.get(s.kind)?;
-            let key = world.registry.host().key(prop)?;
+            let info = world.model.registry.sensors.get(s.kind)?;
+            let key = world.model.registry.host().key(prop)?;
             let short = key.strip_prefix(info.id.as_str())?.strip_prefix('.')?;
             Some(Meaning::Sensor { kind: s.kind, at: info.params.iter().position(|p| p.key == short)? })
         }
@@ -44,7 +44,7 @@ fn meaning(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> Opti
 
 /// There is no such key: what there is, and the nearest.
 fn missing(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> tatu_status {
-    let key = world.registry.host().key(prop).unwrap_or_default();
+    let key = world.model.registry.host().key(prop).unwrap_or_default();
     let mut text = format!("object {slot} `{}` has no property `{key}`", scene.path(slot));
     let kind = scene.get(slot).and_then(|o| match &o.data {
         Data::Actuator(a) => Some((o.kind(), a.kind)),
@@ -52,7 +52,7 @@ fn missing(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> tatu
         _ => None,
     });
     if let Some((object_kind, kind)) = kind {
-        let info = world.registry.device(object_kind, kind);
+        let info = world.model.registry.device(object_kind, kind);
         let known: Vec<String> = info.declared().map(|d| format!("{}.{}", info.id, d.key)).collect();
         match nearest(&key, known.iter().map(String::as_str)) {
             Some(near) => text += &format!("; did you mean `{near}`?"),
@@ -60,12 +60,12 @@ fn missing(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> tatu
             None => {}
         }
     }
-    world.calls.refuse(TATU_ERR_MISSING, &text)
+    world.run.calls.refuse(TATU_ERR_MISSING, &text)
 }
 
 /// Reads a parameter or command.
 pub(super) fn read(world: &WorldCell, slot: u32, prop: tatu_prop) -> Result<Value, tatu_status> {
-    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+    let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
     let found = match meaning(world, &scene, slot, prop) {
         None => None,
         Some(Meaning::Command { at, .. }) => match scene.get(slot).map(|o| &o.data) {
@@ -73,11 +73,11 @@ pub(super) fn read(world: &WorldCell, slot: u32, prop: tatu_prop) -> Result<Valu
             _ => None,
         },
         Some(Meaning::Sensor { at, .. }) => {
-            let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+            let sensing = world.devices.sensing.try_borrow().map_err(|_| busy(world))?;
             sensing.device(slot).and_then(|d| d.params.get(at).cloned())
         }
         Some(Meaning::Actuator { at, .. }) => {
-            let actuators = world.actuators.try_borrow().map_err(|_| busy(world))?;
+            let actuators = world.devices.actuators.try_borrow().map_err(|_| busy(world))?;
             actuators.device(scene.id(slot)).and_then(|d| d.params.get(at).cloned())
         }
     };
@@ -91,15 +91,15 @@ fn checked(world: &WorldCell, declared: &Declared, prop: tatu_prop, value: Value
         other => other,
     };
     check_value(declared, value).map_err(|e| {
-        let key = world.registry.host().key(prop).unwrap_or_default();
-        world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}`: {e}"))
+        let key = world.model.registry.host().key(prop).unwrap_or_default();
+        world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}`: {e}"))
     })
 }
 
 /// Sets a parameter or command.
 pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Done {
     let (slot, owner, name, meaning) = {
-        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         let slot = slot(world, &scene, object)?;
         let found = meaning(world, &scene, slot, prop).ok_or_else(|| missing(world, &scene, slot, prop))?;
         (slot, scene.id(slot), scene.get(slot).map_or(String::new(), |o| o.name()), found)
@@ -107,11 +107,11 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
     match meaning {
         Meaning::Command { kind, at } => command(world, slot, kind, at, prop, value),
         Meaning::Sensor { kind, at } => {
-            let value = checked(world, &world.registry.sensors[kind].params[at], prop, value)?;
+            let value = checked(world, &world.model.registry.sensors[kind].params[at], prop, value)?;
             set_of_sensor(world, (slot, owner, &name), (kind, at), value).map_err(|stop| stop.status(world, slot, prop))
         }
         Meaning::Actuator { kind, at } => {
-            let value = checked(world, &world.registry.actuators[kind].params[at], prop, value)?;
+            let value = checked(world, &world.model.registry.actuators[kind].params[at], prop, value)?;
             set_of_actuator(world, (slot, owner, &name), (kind, at), value)
                 .map_err(|stop| stop.status(world, slot, prop))
         }
@@ -130,12 +130,14 @@ enum Stop {
 
 impl Stop {
     fn status(self, world: &WorldCell, slot: u32, prop: tatu_prop) -> tatu_status {
-        let key = || world.registry.host().key(prop).unwrap_or_default();
-        let path = || world.scene.try_borrow().map_or(format!("object {slot}"), |s| s.path(slot));
+        let key = || world.model.registry.host().key(prop).unwrap_or_default();
+        let path = || world.state.scene.try_borrow().map_or(format!("object {slot}"), |s| s.path(slot));
         match self {
             Stop::Busy => busy(world),
-            Stop::Gone => world.calls.refuse(TATU_ERR_GONE, &format!("the instance of object {slot} has ended")),
-            Stop::Refused(why) => world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}` of {}: {why}", key(), path())),
+            Stop::Gone => world.run.calls.refuse(TATU_ERR_GONE, &format!("the instance of object {slot} has ended")),
+            Stop::Refused(why) => {
+                world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}` of {}: {why}", key(), path()))
+            }
         }
     }
 }
@@ -147,9 +149,9 @@ type Whose<'a> = (u32, tatu_object, &'a str);
 /// the instance is made anew. No borrow is alive while the plugin is called.
 fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize), value: Value) -> Result<(), Stop> {
     let (slot, ..) = whose;
-    let info = &world.registry.sensors[kind];
+    let info = &world.model.registry.sensors[kind];
     let (old, data, id) = {
-        let sensing = world.sensing.try_borrow().map_err(|_| Stop::Busy)?;
+        let sensing = world.devices.sensing.try_borrow().map_err(|_| Stop::Busy)?;
         let d = sensing.device(slot).ok_or(Stop::Gone)?;
         (d.params.clone(), d.data, d.id)
     };
@@ -166,7 +168,7 @@ fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize)
         // It has the new value, and no beams for it: back to what worked.
         Err(why) => return new_sensor(world, whose, kind, old).and(Err(Stop::Refused(why))),
     };
-    let mut sensing = world.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
+    let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
     // It may have been removed or made anew meanwhile.
     let device = sensing.devices.iter_mut().find(|d| d.slot == slot && d.id == id).ok_or(Stop::Gone)?;
     device.params[at] = params.swap_remove(at);
@@ -178,29 +180,29 @@ fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize)
 /// Sets several parameters of a sensor at once, and makes it anew: one by one they might contradict each other.
 pub(super) fn write_params(world: &WorldCell, object: tatu_object, new: Vec<(usize, Value)>) -> Done {
     let (slot, owner, name) = {
-        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         let slot = slot(world, &scene, object)?;
         (slot, scene.id(slot), scene.get(slot).map_or(String::new(), |o| o.name()))
     };
     let found = {
-        let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+        let sensing = world.devices.sensing.try_borrow().map_err(|_| busy(world))?;
         sensing.device(slot).map(|d| (d.kind, d.params.clone()))
     };
     let Some((kind, mut params)) = found else { return Err(Stop::Gone.status(world, slot, 0)) };
     new.into_iter().for_each(|(at, value)| params[at] = value);
-    let preset = world.registry.host().number("sensor.preset");
+    let preset = world.model.registry.host().number("sensor.preset");
     new_sensor(world, (slot, owner, &name), kind, params).map_err(|stop| stop.status(world, slot, preset))
 }
 
 fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, params: Vec<Value>) -> Result<(), Stop> {
     let mut instance = world.instance_info(owner, name);
-    if let Some(old) = world.sensing.try_borrow().map_err(|_| Stop::Busy)?.device(slot) {
+    if let Some(old) = world.devices.sensing.try_borrow().map_err(|_| Stop::Busy)?.device(slot) {
         // It is the same sensor: what it draws goes on, whatever it is called now.
         instance.seed = old.seed;
     }
     let mut made = create_sensor(world, kind, slot, instance, params).map_err(Stop::Refused)?;
     let old = {
-        let mut sensing = world.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
+        let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
         // What the scene says of it is taken up before it measures.
         sensing.unsettle();
         let place = sensing.devices.iter_mut().find(|d| d.slot == slot);
@@ -221,9 +223,9 @@ fn set_of_actuator(
     (kind, at): (usize, usize),
     value: Value,
 ) -> Result<(), Stop> {
-    let info = &world.registry.actuators[kind];
+    let info = &world.model.registry.actuators[kind];
     let (mut params, data) = {
-        let actuators = world.actuators.try_borrow().map_err(|_| Stop::Busy)?;
+        let actuators = world.devices.actuators.try_borrow().map_err(|_| Stop::Busy)?;
         actuators.device(owner).map(|d| (d.params.clone(), d.data)).ok_or(Stop::Gone)?
     };
     params[at] = value;
@@ -231,14 +233,14 @@ fn set_of_actuator(
     if takes_changes(&info.life, &info.params, at)
         && configure(world, of, &info.life, &params, at).map_err(Stop::Refused)?
     {
-        let mut actuators = world.actuators.try_borrow_mut().map_err(|_| Stop::Busy)?;
+        let mut actuators = world.devices.actuators.try_borrow_mut().map_err(|_| Stop::Busy)?;
         let device = actuators.devices.iter_mut().find(|d| d.object == owner && d.data == data).ok_or(Stop::Gone)?;
         device.params[at] = params.swap_remove(at);
         return Ok(());
     }
     let made = create_actuator(world, kind, slot, world.instance_info(owner, name), params).map_err(Stop::Refused)?;
     let old = {
-        let mut actuators = world.actuators.try_borrow_mut().map_err(|_| Stop::Busy)?;
+        let mut actuators = world.devices.actuators.try_borrow_mut().map_err(|_| Stop::Busy)?;
         let place = actuators.devices.iter_mut().find(|d| d.object == owner);
         place.map(|d| std::mem::replace(d, made))
     };
@@ -247,13 +249,13 @@ fn set_of_actuator(
 }
 
 fn command(world: &WorldCell, slot: u32, kind: usize, at: usize, prop: tatu_prop, value: Value) -> Done {
-    let declared = &world.registry.actuators[kind].commands[at];
+    let declared = &world.model.registry.actuators[kind].commands[at];
     let Value::Float(x) = checked(world, declared, prop, value)? else { return Err(TATU_ERR_ARGUMENT) };
     if !x.is_finite() {
         let text = format!("`{}`: expected a finite number, found {x}", declared.key);
-        return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &text));
+        return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
     }
-    let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+    let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
     if let Some(Data::Actuator(a)) = scene.get_mut(slot).map(|o| &mut o.data)
         && let Some(place) = a.commands.get_mut(at)
     {

@@ -25,7 +25,7 @@ extern "C" fn publish(w: WorldRef<'_>, name: Lent<'_>, payload: Option<&ValueRef
         let name = name.text();
         if !name.contains('.') {
             let said = format!("`{name}` is no event to publish: names without a dot belong to the host");
-            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &said));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &said));
         }
         let payload = payload.copied().unwrap_or(ValueRef::NIL);
         // An empty table of a script may look like a list.
@@ -33,17 +33,17 @@ extern "C" fn publish(w: WorldRef<'_>, name: Lent<'_>, payload: Option<&ValueRef
         if !nothing && payload.tag() != TATU_MAP {
             let found = payload.to_value().map_or("a broken value".into(), |v| describe(&v));
             let said = format!("the payload of `{name}` is {found}; a payload is a table with names");
-            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &said));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &said));
         }
-        if !world.outside.wants(&name) {
+        if !world.run.outside.wants(&name) {
             return Ok(());
         }
         match if nothing { Ok(Value::Nil) } else { payload.to_value() } {
-            Ok(value) if !world.outside.bus.has_room(bytes_of(&value), world.store_room()) => {
+            Ok(value) if !world.run.outside.bus.has_room(bytes_of(&value), world.store_room()) => {
                 return Err(world.no_room("events"));
             }
-            Ok(value) => world.outside.publish(&name, || value),
-            Err(e) => return Err(world.calls.refuse(e.code(), e.text())),
+            Ok(value) => world.run.outside.publish(&name, || value),
+            Err(e) => return Err(world.run.calls.refuse(e.code(), e.text())),
         }
         Ok(())
     })
@@ -54,9 +54,9 @@ extern "C" fn subscribe(w: WorldRef<'_>, name: Lent<'_>, handler: tatu_func, id:
         let name = name.text();
         check(world, &name)?;
         if scripts::owner_of_func(world, handler).is_none() {
-            return Err(world.calls.refuse(TATU_ERR_GONE, "the function is gone: its script has ended"));
+            return Err(world.run.calls.refuse(TATU_ERR_GONE, "the function is gone: its script has ended"));
         }
-        let given = world.outside.bus.subscribe(&name, handler).ok_or_else(|| busy(world))?;
+        let given = world.run.outside.bus.subscribe(&name, handler).ok_or_else(|| busy(world))?;
         if let Some(id) = id {
             *id = given;
         }
@@ -66,27 +66,27 @@ extern "C" fn subscribe(w: WorldRef<'_>, name: Lent<'_>, handler: tatu_func, id:
 
 /// Whether a name can be one of an event.
 fn check(world: &WorldCell, name: &str) -> Done {
-    let declared = &world.registry.events;
+    let declared = &world.model.registry.events;
     if name == ALL || name.contains('.') || declared.iter().any(|e| e.name == name) {
         return Ok(());
     }
     let near = nearest(name, declared.iter().map(|e| e.name.as_str()));
     let near = near.map_or(String::new(), |n| format!("; did you mean `{n}`?"));
-    Err(world.calls.refuse(TATU_ERR_MISSING, &format!("there is no event `{name}`{near}")))
+    Err(world.run.calls.refuse(TATU_ERR_MISSING, &format!("there is no event `{name}`{near}")))
 }
 
 extern "C" fn unsubscribe(w: WorldRef<'_>, id: u64) -> tatu_status {
-    on(w, Function::looks("events.unsubscribe"), |world| match world.outside.bus.unsubscribe(id) {
+    on(w, Function::looks("events.unsubscribe"), |world| match world.run.outside.bus.unsubscribe(id) {
         Some(handler) => {
             scripts::drop_func(world, handler);
             Ok(())
         }
-        None => Err(world.calls.refuse(TATU_ERR_MISSING, &format!("there is no subscription {id}"))),
+        None => Err(world.run.calls.refuse(TATU_ERR_MISSING, &format!("there is no subscription {id}"))),
     })
 }
 
 extern "C" fn wanted(w: WorldRef<'_>, name: Lent<'_>) -> u32 {
-    alone(w, Function::looks("events.wanted")).map_or(0, |world| world.outside.wants(&name.text()).into())
+    alone(w, Function::looks("events.wanted")).map_or(0, |world| world.run.outside.wants(&name.text()).into())
 }
 
 extern "C" fn declared<'a>(
@@ -95,7 +95,7 @@ extern "C" fn declared<'a>(
     name: Option<&mut Lent<'a>>,
     out: Option<&mut Lent<'a>>,
 ) -> tatu_status {
-    on(w, Function::looks("events.declared"), |world| match world.registry.events.get(index as usize) {
+    on(w, Function::looks("events.declared"), |world| match world.model.registry.events.get(index as usize) {
         Some(e) => {
             if let Some(name) = name {
                 *name = e.name.as_str().into();

@@ -25,14 +25,14 @@ pub static TABLE: tatu_host_figures = tatu_host_figures {
 
 /// Runs `f` on the figures of a world.
 fn with<T>(world: &WorldCell, f: impl FnOnce(&Scene, &mut Figures) -> Result<T, Refusal>) -> Result<T, tatu_status> {
-    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-    let mut all = world.figures.try_borrow_mut().map_err(|_| busy(world))?;
+    let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
+    let mut all = world.devices.figures.try_borrow_mut().map_err(|_| busy(world))?;
     f(&scene, &mut all).map_err(|r| refusal(world, r))
 }
 
 /// The full id of an object that a caller names.
 fn full(world: &WorldCell, object: tatu_object) -> Result<tatu_object, tatu_status> {
-    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+    let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
     Ok(scene.id(slot(world, &scene, object)?))
 }
 
@@ -42,7 +42,7 @@ fn missing<T>(what: &str, id: i64) -> Result<T, Refusal> {
 
 /// A map that a caller gave.
 fn keys(world: &WorldCell, map: Option<&ValueRef<'_>>) -> Result<Option<Value>, tatu_status> {
-    map.map(|map| map.to_value()).transpose().map_err(|e| world.calls.refuse(e.code(), e.text()))
+    map.map(|map| map.to_value()).transpose().map_err(|e| world.run.calls.refuse(e.code(), e.text()))
 }
 
 extern "C" fn add(
@@ -55,7 +55,7 @@ extern "C" fn add(
     on(w, Function::acts("figures.add"), |world| {
         let out = place(world, "a place for the number", out)?;
         let Some(map) = keys(world, map)? else {
-            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a map of keys is expected, found null"));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "a map of keys is expected, found null"));
         };
         let owner = if what == TATU_FIGURE_DRAWING { 0 } else { full(world, object)? };
         let id = with(world, |scene, all| match what {
@@ -176,7 +176,7 @@ fn frame(scene: &Scene, drawing: &Drawing) -> Isometry3<f64> {
 extern "C" fn record(w: WorldRef<'_>, object: tatu_object, time: f64) -> tatu_status {
     on(w, Function::acts("figures.record"), |world| {
         if !time.is_finite() {
-            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "the time of a sample is finite"));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "the time of a sample is finite"));
         }
         let done = match object {
             0 => crate::recording::record_due(world, time).map(drop),

@@ -19,10 +19,10 @@ extern "C" fn resolve<'a>(w: WorldRef<'a>, name: Lent<'_>, mode: u32, out: Optio
         let out = place(world, "a place for the path", out)?;
         let mode = if mode == TATU_FILE_WRITE { TATU_FILE_WRITE } else { TATU_FILE_READ };
         let name = name.text();
-        let path = world.folders.resolve(Path::new(name.as_ref()), mode).map_err(|why| refuse(world, why))?;
+        let path = world.run.folders.resolve(Path::new(name.as_ref()), mode).map_err(|why| refuse(world, why))?;
         note(world, &name, mode);
         let Some(path) = path.to_str() else {
-            return Err(world.calls.refuse(TATU_ERR_MISSING, "the path is not UTF-8"));
+            return Err(world.run.calls.refuse(TATU_ERR_MISSING, "the path is not UTF-8"));
         };
         *out = lend(world, path.as_bytes())?;
         Ok(())
@@ -38,10 +38,10 @@ extern "C" fn open(w: WorldRef<'_>, name: Lent<'_>, mode: u32, out: Option<&mut 
         let out = place(world, "a place for the file", out)?;
         if !makes_sense(mode) {
             let text = format!("files.open: {mode} is no sum of TATU_FILE_* that belong together");
-            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &text));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
         }
         let name = name.text();
-        let file = world.folders.open(Path::new(name.as_ref()), mode).map_err(|why| refuse(world, why))?;
+        let file = world.run.folders.open(Path::new(name.as_ref()), mode).map_err(|why| refuse(world, why))?;
         note(world, &name, mode);
         *out = hand_over(file);
         Ok(())
@@ -64,7 +64,7 @@ fn makes_sense(mode: u32) -> bool {
 /// What is read is no part of the input log: whoever keeps one is told.
 fn note(world: &WorldCell, name: &str, mode: u32) {
     if mode & TATU_FILE_READ != 0 {
-        world.outside.opened.borrow_mut().insert(name.to_owned());
+        world.run.outside.opened.borrow_mut().insert(name.to_owned());
     }
 }
 
@@ -74,7 +74,7 @@ fn refuse(world: &WorldCell, why: Refused) -> tatu_status {
         Refused::Missing(text) => (TATU_ERR_MISSING, text),
         Refused::Forbidden(text) => (TATU_ERR, text),
     };
-    world.calls.refuse(status, &text)
+    world.run.calls.refuse(status, &text)
 }
 
 #[cfg(unix)]

@@ -37,16 +37,16 @@ unsafe extern "C" fn write(host: *const tatu_host, w: WorldRef<'_>, level: u32, 
 /// Whether the call that runs is one of a script: then the line is what the script prints.
 fn prints(world: &WorldCell) -> bool {
     use Call::{CallFunc, ScriptCall, ScriptLoad, ScriptResume};
-    matches!(world.watch.call(), Some(ScriptLoad | ScriptCall | ScriptResume | CallFunc))
+    matches!(world.border.watch.call(), Some(ScriptLoad | ScriptCall | ScriptResume | CallFunc))
 }
 
 /// A line of a plugin, with its id before it.
 fn signed<'a>(holder: Option<&Holder>, world: Option<&WorldCell>, line: &'a str) -> Cow<'a, str> {
     let (id, of_program) = match (holder, world) {
         (Some(holder), _) => (holder.plugin.as_str(), holder.of_program),
-        (None, Some(world)) => match world.registry.plugins.get(world.watch.plugin()) {
-            Some(running) if world.watch.call().is_some() => {
-                (running.id.as_str(), world.registry.is_of_program(world.watch.plugin()))
+        (None, Some(world)) => match world.model.registry.plugins.get(world.border.watch.plugin()) {
+            Some(running) if world.border.watch.call().is_some() => {
+                (running.id.as_str(), world.model.registry.is_of_program(world.border.watch.plugin()))
             }
             _ => return clean(line),
         },
@@ -76,6 +76,6 @@ fn outside(holder: Option<&Holder>, level: u32, line: &str) {
 unsafe extern "C" fn last_error(w: WorldRef<'_>) -> *const tatu_error {
     let world = WorldCell::at(w.ptr());
     world
-        .and_then(|world| world.calls.last.try_borrow_mut().ok().map(|mut l| l.raw().cast_const()))
+        .and_then(|world| world.run.calls.last.try_borrow_mut().ok().map(|mut l| l.raw().cast_const()))
         .unwrap_or(std::ptr::null())
 }

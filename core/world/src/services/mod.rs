@@ -88,7 +88,7 @@ fn place<T>(world: &WorldCell, what: &str, given: Option<T>) -> Result<T, tatu_s
 
 #[cold]
 fn refuse_null(world: &WorldCell, what: &str) -> tatu_status {
-    world.calls.refuse(TATU_ERR_ARGUMENT, &format!("{what} is expected, found null"))
+    world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("{what} is expected, found null"))
 }
 
 /// The same for a list.
@@ -148,7 +148,7 @@ fn refuse_frame(world: &WorldCell, frame: *const tatu_call) -> tatu_status {
         }
         false => "arguments, and room for results, are expected, found null",
     };
-    world.calls.refuse(TATU_ERR_ARGUMENT, text)
+    world.run.calls.refuse(TATU_ERR_ARGUMENT, text)
 }
 
 /// A status that something else gave, done or not.
@@ -162,7 +162,7 @@ fn busy(world: &WorldCell) -> tatu_status {
         None => "not possible from within this call",
         Some(_) => "not possible in a script that runs side by side with others",
     };
-    world.calls.refuse(TATU_ERR_BUSY, text)
+    world.run.calls.refuse(TATU_ERR_BUSY, text)
 }
 
 /// The slot of an object that a caller names, or the refusal.
@@ -170,9 +170,13 @@ fn slot(world: &WorldCell, scene: &tatu_scene::Scene, object: tatu_object) -> Re
     scene.resolve(object).map_err(|last| {
         let n = object & 0xF_FFFF;
         match last {
-            Some(name) => world.calls.refuse(TATU_ERR_GONE, &format!("object {n} (it was `{name}`) has been removed")),
-            None if object == 0 => world.calls.refuse(TATU_ERR_MISSING, "the world itself is no object of the scene"),
-            None => world.calls.refuse(TATU_ERR_MISSING, &format!("there is no object {n}")),
+            Some(name) => {
+                world.run.calls.refuse(TATU_ERR_GONE, &format!("object {n} (it was `{name}`) has been removed"))
+            }
+            None if object == 0 => {
+                world.run.calls.refuse(TATU_ERR_MISSING, "the world itself is no object of the scene")
+            }
+            None => world.run.calls.refuse(TATU_ERR_MISSING, &format!("there is no object {n}")),
         }
     })
 }
@@ -194,7 +198,7 @@ unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: Option<&mut u32>) -
 
 /// Puts a text into the world's arena, where it lives until the plugin's call returns.
 fn lend<'a>(world: &'a WorldCell, text: &[u8]) -> Result<Lent<'a>, tatu_status> {
-    let mut arena = world.calls.arena.try_borrow_mut().map_err(|_| busy(world))?;
+    let mut arena = world.run.calls.arena.try_borrow_mut().map_err(|_| busy(world))?;
     let room = arena.alloc(text.len());
     if room.is_null() {
         return Err(TATU_ERR_SPACE);
@@ -208,7 +212,7 @@ fn lend<'a>(world: &'a WorldCell, text: &[u8]) -> Result<Lent<'a>, tatu_status> 
 
 /// Puts a value into the world's arena, where it lives until the plugin's call returns, and writes its border form.
 fn give<'a>(world: &'a WorldCell, value: &Value, out: Option<&mut ValueRef<'a>>) -> Done {
-    let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return Err(busy(world)) };
+    let Ok(mut arena) = world.run.calls.arena.try_borrow_mut() else { return Err(busy(world)) };
     let out = place(world, "a place for the value", out)?;
     match value.to_raw(&mut *arena) {
         Some(raw) => {
@@ -216,6 +220,6 @@ fn give<'a>(world: &'a WorldCell, value: &Value, out: Option<&mut ValueRef<'a>>)
             *out = unsafe { ValueRef::new(raw) };
             Ok(())
         }
-        None => Err(world.calls.refuse(TATU_ERR_SPACE, "the value does not fit into memory")),
+        None => Err(world.run.calls.refuse(TATU_ERR_SPACE, "the value does not fit into memory")),
     }
 }

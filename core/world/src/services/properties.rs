@@ -11,16 +11,16 @@ use tatu_scene::{
 };
 
 use super::{Done, busy, devices, slot};
-use crate::cell::{WorldCell, stand_ins};
+use crate::cell::{Model, WorldCell, stand_in_use};
 
 pub(super) fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
-    world.calls.refuse(r.0, &r.1)
+    world.run.calls.refuse(r.0, &r.1)
 }
 
 pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
     let value = read_row(world, object, prop);
     match value {
-        Err(TATU_ERR_ARGUMENT) if stand_ins::becomes_by_row(world, object, Row::of(prop)) => {
+        Err(TATU_ERR_ARGUMENT) if stand_in_use::becomes_by_row(world, object, Row::of(prop)) => {
             read_row(world, object, prop)
         }
         value => value,
@@ -28,7 +28,7 @@ pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> R
 }
 
 fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
-    let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+    let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
     let row = Row::of(prop);
     if row == Row::WorldNotes {
         return Ok(tatu_scene::notes_value(&scene.notes));
@@ -46,10 +46,10 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
             devices::read(world, slot, prop)
         }
         (Row::SensorKind, Some(Data::Sensor(s))) => {
-            Ok(Value::text(world.registry.sensors.get(s.kind).map_or("", |k| k.id.as_str())))
+            Ok(Value::text(world.model.registry.sensors.get(s.kind).map_or("", |k| k.id.as_str())))
         }
         (Row::SensorMeasured | Row::SensorBeams, Some(Data::Sensor(_))) => {
-            let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
+            let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
             let device = sensing.index(slot).map(|i| &sensing.devices[i]);
             Ok(Value::Int(device.map_or(0, |d| match row {
                 Row::SensorBeams => d.layout.plan.count() as i64,
@@ -57,7 +57,7 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
             })))
         }
         (Row::ActuatorKind, Some(Data::Actuator(a))) => {
-            Ok(Value::text(world.registry.actuators.get(a.kind).map_or("", |k| k.id.as_str())))
+            Ok(Value::text(world.model.registry.actuators.get(a.kind).map_or("", |k| k.id.as_str())))
         }
         (
             Row::ScriptLanguage
@@ -68,10 +68,10 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
             | Row::ScriptInstructions,
             Some(Data::Script),
         ) => {
-            let script = world.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
-            let Some(s) = script else { return Err(world.calls.refuse(TATU_ERR_GONE, "the script has ended")) };
+            let script = world.run.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
+            let Some(s) = script else { return Err(world.run.calls.refuse(TATU_ERR_GONE, "the script has ended")) };
             Ok(match row {
-                Row::ScriptLanguage => Value::text(&world.registry.languages[s.language].id),
+                Row::ScriptLanguage => Value::text(&world.model.registry.languages[s.language].id),
                 // SAFETY: the dialect lives as long as the script's instance, which is there.
                 Row::ScriptDialect => Value::text(unsafe { tatu_plugins::border::bytes(s.dialect.get()) }),
                 Row::ScriptKind => Value::text(&s.kind_name),
@@ -85,13 +85,13 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
 }
 
 pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_status> {
-    let settings = world.see(|w| &w.settings).ok_or_else(|| busy(world))?;
-    let phase = world.phase.get();
+    let settings = world.see(|w| &w.model.settings).ok_or_else(|| busy(world))?;
+    let phase = world.state.phase.get();
     Ok(match row {
-        Row::Time => Value::Float(world.clock.time.get()),
-        Row::ClockTime => Value::Float(world.outside.clock.get().unwrap_or(world.clock.time.get())),
-        Row::Epoch => Value::Int(world.outside.epoch.get()),
-        Row::Dt => Value::Float(world.clock.dt.get()),
+        Row::Time => Value::Float(world.state.clock.time.get()),
+        Row::ClockTime => Value::Float(world.run.outside.clock.get().unwrap_or(world.state.clock.time.get())),
+        Row::Epoch => Value::Int(world.run.outside.epoch.get()),
+        Row::Dt => Value::Float(world.state.clock.dt.get()),
         Row::PhysicsDt => Value::Float(settings.physics_dt),
         Row::Sleep => Value::Bool(settings.sleep),
         Row::FrictionRule => {
@@ -101,16 +101,18 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
         Row::FrictionPairs => Value::List(settings.friction_pairs.iter().map(|p| p.to_value()).collect()),
         Row::ContactSpring => Value::Floats(settings.contact_spring.map_or(Vec::new(), |s| s.to_vec())),
         Row::PhysicsSubsteps => Value::Int(settings.physics_substeps.into()),
-        Row::Step => Value::Int(world.clock.step.get() as i64),
+        Row::Step => Value::Int(world.state.clock.step.get() as i64),
         Row::Gravity => Value::Floats(settings.gravity.iter().copied().collect()),
         Row::Origin => Value::Floats(settings.origin.to_vec()),
         Row::Seed => Value::Int(settings.seed as i64),
         Row::Allow => Value::text(settings.allow.join(",")),
-        Row::SceneFile => Value::text(world.document.file.as_ref().map_or(String::new(), |f| f.display().to_string())),
+        Row::SceneFile => {
+            Value::text(world.model.document.file.as_ref().map_or(String::new(), |f| f.display().to_string()))
+        }
         Row::Running => Value::Bool(world.running()),
         Row::Stopping => Value::Bool(phase.is_ending()),
         Row::Phase => Value::Int(phase as i64),
-        _ => return Err(world.calls.refuse(TATU_ERR_MISSING, "the world has no such property")),
+        _ => return Err(world.run.calls.refuse(TATU_ERR_MISSING, "the world has no such property")),
     })
 }
 
@@ -124,9 +126,9 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         return devices::write(world, object, prop, value);
     }
     let value = check_value(&row.info().param(), value)
-        .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {e}", row.info().key)))?;
+        .map_err(|e| world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {e}", row.info().key)))?;
     if row == Row::WorldNotes {
-        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
         world.check_notes(&scene, 0, &value)?;
         scene.notes = tatu_scene::notes(&value).map_err(|r| refusal(world, r))?;
         return Ok(());
@@ -139,7 +141,7 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         _ => value,
     };
     let set = || {
-        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
         let slot = slot(world, &scene, object)?;
         if row == Row::Notes {
             world.check_notes(&scene, slot, &value)?;
@@ -148,13 +150,13 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         Ok((slot, changed))
     };
     let (slot, changed) = match set() {
-        Err(TATU_ERR_ARGUMENT) if stand_ins::becomes_by_row(world, object, row) => set()?,
+        Err(TATU_ERR_ARGUMENT) if stand_in_use::becomes_by_row(world, object, row) => set()?,
         done => done?,
     };
     if matches!(row, Row::GraphStreams | Row::GraphCurves | Row::GraphBuffer) {
         // It begins anew, as it is described now.
-        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-        let mut figures = world.figures.try_borrow_mut().map_err(|_| busy(world))?;
+        let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
+        let mut figures = world.devices.figures.try_borrow_mut().map_err(|_| busy(world))?;
         figures.graphs.remove(&scene.id(slot));
         figures.graph(&scene, scene.id(slot)).map_err(|r| refusal(world, r))?;
     }
@@ -165,9 +167,9 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
 /// in full.
 fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Result<Value, tatu_status> {
     let kind = {
-        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         match scene.get(slot(world, &scene, object)?).map(|o| &o.data) {
-            Some(Data::Sensor(s)) => world.registry.sensors.get(s.kind),
+            Some(Data::Sensor(s)) => world.model.registry.sensors.get(s.kind),
             _ => None,
         }
     };
@@ -176,7 +178,7 @@ fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Re
     let text = String::from_utf8_lossy(text);
     let refuse = |e: tatu_errors::Error| {
         let help = e.help.as_ref().map_or(String::new(), |h| format!("; {h}"));
-        world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {}{help}", row.info().key, e.text))
+        world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {}{help}", row.info().key, e.text))
     };
     if row == Row::Noise {
         let noise = NoiseSpec::parse(&text, Some(kind)).map_err(|w| refuse(w.in_text(&text)))?;
@@ -184,7 +186,7 @@ fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Re
     }
     if !text.is_empty() {
         let (mut params, mut rows) = (Vec::new(), Vec::new());
-        for setting in preset_settings(&world.registry, kind, &text).map_err(refuse)? {
+        for setting in preset_settings(&world.model.registry, kind, &text).map_err(refuse)? {
             match setting.target {
                 Target::Param(at) => params.push((at, setting.value)),
                 Target::Row(row) => rows.push((row, setting.value)),
@@ -203,18 +205,21 @@ fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Re
 pub(super) fn write_world(world: &WorldCell, row: Row, value: &Value) -> Done {
     match (row, value) {
         (Row::Gravity, Value::Floats(v)) => {
-            let mut settings = world.settings.try_borrow_mut().map_err(|_| busy(world))?;
+            let mut settings = world.model.settings.try_borrow_mut().map_err(|_| busy(world))?;
             settings.gravity = nalgebra::Vector3::new(v[0], v[1], v[2]);
-            let engine = WorldCell::engine_settings(&settings);
-            world.dynamics.try_borrow_mut().map_err(|_| busy(world))?.configure(engine);
+            let engine = Model::engine_settings(&settings);
+            world.state.dynamics.try_borrow_mut().map_err(|_| busy(world))?.configure(engine);
             Ok(())
         }
-        _ => Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &format!("`{}` is not changed by plugins", row.info().key))),
+        _ => Err(world
+            .run
+            .calls
+            .refuse(TATU_ERR_UNSUPPORTED, &format!("`{}` is not changed by plugins", row.info().key))),
     }
 }
 
 pub(super) fn after_change(world: &WorldCell, slot: u32, changed: Changed) -> Done {
-    let mut dynamics = world.dynamics.try_borrow_mut().map_err(|_| busy(world))?;
+    let mut dynamics = world.state.dynamics.try_borrow_mut().map_err(|_| busy(world))?;
     match changed {
         Changed::Moved => dynamics.moved(slot),
         Changed::Drive => dynamics.drive_changed(slot),
@@ -226,10 +231,10 @@ pub(super) fn after_change(world: &WorldCell, slot: u32, changed: Changed) -> Do
 pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, out: &mut [f64]) -> Done {
     let row = Row::of(prop);
     if let ([x], Row::Time) = (&mut *out, row) {
-        *x = world.clock.time.get();
+        *x = world.state.clock.time.get();
         return Ok(());
     }
-    let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+    let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
     if object != 0 {
         let slot = slot(world, &scene, object)?;
         if let (Some(worker), [x]) = (&world.worker, &mut *out)
@@ -248,8 +253,8 @@ pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_pr
         Ok(Value::Int(i)) if out.len() == 1 => out[0] = i as f64,
         Ok(Value::Floats(v)) if v.len() == out.len() => out.copy_from_slice(&v),
         Ok(_) => {
-            let key = world.registry.host().key(prop).unwrap_or_default();
-            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}` is not {} numbers", out.len())));
+            let key = world.model.registry.host().key(prop).unwrap_or_default();
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}` is not {} numbers", out.len())));
         }
         Err(status) => return Err(status),
     }
@@ -262,7 +267,7 @@ pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_p
         return set_later(world, object, row, *x);
     }
     {
-        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
         if object != 0 {
             let slot = slot(world, &scene, object)?;
             match tatu_scene::set_numbers(&mut scene, slot, row, v) {
@@ -282,10 +287,10 @@ pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_p
 /// Of a script that runs beside others: sets a number of a joint's drive when all of them have run.
 fn set_later(world: &WorldCell, object: tatu_object, row: Row, x: f64) -> Done {
     let slot = {
-        let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+        let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
         slot(world, &scene, object)?
     };
-    world.set_later(slot, row, x).map_err(|text| world.calls.refuse(TATU_ERR_BUSY, &text))
+    world.set_later(slot, row, x).map_err(|text| world.run.calls.refuse(TATU_ERR_BUSY, &text))
 }
 
 fn number(value: &Value) -> Option<f64> {

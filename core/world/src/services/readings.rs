@@ -25,13 +25,13 @@ pub static TABLE: tatu_host_readings = tatu_host_readings {
 
 /// The device of a sensor that a caller names, by index.
 fn device(world: &WorldCell, sensor: tatu_object) -> Result<usize, tatu_status> {
-    let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+    let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
     let slot = slot(world, &scene, sensor)?;
-    let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
+    let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
     sensing.index(slot).ok_or_else(|| {
         let kind = scene.get(slot).map_or("nothing", |o| tatu_scene::rows::kind_name(o.kind()));
         let text = format!("object {slot} `{}` is a {kind}, and measures nothing", scene.path(slot));
-        world.calls.refuse(TATU_ERR_MISSING, &text)
+        world.run.calls.refuse(TATU_ERR_MISSING, &text)
     })
 }
 
@@ -44,18 +44,18 @@ extern "C" fn field(
     here(w, Function::looks("readings.field"), |world| {
         let out = place(world, "a place for the view", out)?;
         let i = device(world, sensor)?;
-        let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
+        let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
         let d = &sensing.devices[i];
-        let kind = &world.registry.sensors[d.kind];
+        let kind = &world.model.registry.sensors[d.kind];
         match kind.field_props.iter().position(|p| *p == field) {
             Some(k) => {
                 *out = d.view(kind, k);
                 Ok(())
             }
             None => {
-                let key = world.registry.host().key(field).unwrap_or_default();
+                let key = world.model.registry.host().key(field).unwrap_or_default();
                 let text = format!("a sensor of kind `{}` has no field `{key}`", kind.id);
-                Err(world.calls.refuse(TATU_ERR_MISSING, &text))
+                Err(world.run.calls.refuse(TATU_ERR_MISSING, &text))
             }
         }
     })
@@ -77,7 +77,7 @@ unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tat
                 "a look no farther than {} m at up to {} rad, flags {}; expected 0 m or more, 0 to pi, and faces to see",
                 look.far_m, look.max_incidence, look.flags
             );
-            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &text));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
         }
         let limits = Limits {
             faces,
@@ -95,27 +95,27 @@ fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Opti
     let only = match only {
         0 => None,
         o => {
-            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
             Some(scene.id(slot(world, &scene, o)?))
         }
     };
     let (kind, off) = {
-        let sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
+        let sensing = world.devices.sensing.try_borrow_mut().map_err(|_| busy(world))?;
         (sensing.devices[i].kind, sensing.devices[i].off)
     };
     if off {
-        return Err(world.calls.refuse(TATU_ERR_GONE, "the sensor has been switched off after a fault"));
+        return Err(world.run.calls.refuse(TATU_ERR_GONE, "the sensor has been switched off after a fault"));
     }
-    let turn = world.sensing.borrow_mut().alone(i);
+    let turn = world.devices.sensing.borrow_mut().alone(i);
     sense_some(world, kind, &turn, &MeasureOptions { only, limits });
-    world.sensing.borrow_mut().was_alone(turn);
+    world.devices.sensing.borrow_mut().was_alone(turn);
     Ok(())
 }
 
 extern "C" fn reset(w: WorldRef<'_>, sensor: tatu_object) -> tatu_status {
     on(w, Function::acts("readings.reset"), |world| {
         let i = device(world, sensor)?;
-        let mut sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
+        let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| busy(world))?;
         sensing.devices[i].forget();
         Ok(())
     })
@@ -125,15 +125,15 @@ unsafe extern "C" fn describe(w: WorldRef<'_>, sensor: tatu_object, index: u32, 
     here(w, Function::looks("readings.describe"), |world| {
         needs(world, "a place for the declaration", out)?;
         let i = device(world, sensor)?;
-        let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
+        let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
         let d = &sensing.devices[i];
-        let kind = &world.registry.sensors[d.kind];
+        let kind = &world.model.registry.sensors[d.kind];
         // By the size that the plugin knew: it may be older than this host.
         // SAFETY: a list of the plugin, which was looked at when it was loaded.
         let declared = unsafe { tables::list(kind.raw.fields) }.into_iter().nth(index as usize);
         let Some((_, mut told)) = declared else {
             let text = format!("a sensor of kind `{}` has {} fields", kind.id, kind.fields.len());
-            return Err(world.calls.refuse(TATU_ERR_MISSING, &text));
+            return Err(world.run.calls.refuse(TATU_ERR_MISSING, &text));
         };
         told.dims = d.layout.plan.shape(told.dims);
         // SAFETY: by the contract: as large as it tells, which may be less than ours.
@@ -157,10 +157,10 @@ unsafe extern "C" fn list(
     unsafe {
         on(w, Function::looks("readings.list"), |world| {
             let schema = schema.text();
-            let (Ok(sensing), Ok(scene)) = (world.sensing.try_borrow(), world.scene.try_borrow()) else {
+            let (Ok(sensing), Ok(scene)) = (world.devices.sensing.try_borrow(), world.state.scene.try_borrow()) else {
                 return Err(busy(world));
             };
-            let fills = |kind: usize| world.registry.sensors[kind].schemas.iter().any(|s| *s == schema);
+            let fills = |kind: usize| world.model.registry.sensors[kind].schemas.iter().any(|s| *s == schema);
             let found: Vec<_> = sensing
                 .devices
                 .iter()

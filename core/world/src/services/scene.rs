@@ -61,7 +61,7 @@ extern "C" fn set(w: WorldRef<'_>, object: tatu_object, prop: tatu_prop, value: 
         let value = place(world, "a value", value)?;
         match value.to_value() {
             Ok(v) => write(world, object, prop, v),
-            Err(e) => Err(world.calls.refuse(e.code(), e.text())),
+            Err(e) => Err(world.run.calls.refuse(e.code(), e.text())),
         }
     })
 }
@@ -158,7 +158,7 @@ extern "C" fn pose(
     out: Option<&mut [f64; 7]>,
 ) -> tatu_status {
     here(w, Function::looks("scene.pose"), |world| {
-        let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+        let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
         let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
             (Ok(s), Ok(f)) => (s, f),
             (Err(status), _) | (_, Err(status)) => return Err(status),
@@ -180,9 +180,9 @@ extern "C" fn set_pose(
         let pose = place(world, "a pose of 7 numbers", pose)?;
         let Some(p) = pose_from_array(pose) else {
             let text = "a pose is 7 finite numbers with a quaternion that is not 0";
-            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, text));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, text));
         };
-        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
         let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
             (Ok(s), Ok(f)) => (s, f),
             (Err(status), _) | (_, Err(status)) => return Err(status),
@@ -199,7 +199,7 @@ extern "C" fn look(
     kind: Option<&mut i32>,
 ) -> tatu_status {
     here(w, Function::looks("scene.look"), |world| {
-        let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+        let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
         match slot(world, &scene, object) {
             Ok(s) => {
                 if let Some(full) = full {
@@ -219,7 +219,7 @@ extern "C" fn find(w: WorldRef<'_>, from: tatu_object, path: Lent<'_>, out: Opti
     on(w, Function::looks("scene.find"), |world| {
         let out = place(world, "a place for the object", out)?;
         let path = path.text();
-        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         let base = scene.resolve(from).unwrap_or(0);
         match scene.find(base, &path) {
             Some(s) => {
@@ -228,7 +228,7 @@ extern "C" fn find(w: WorldRef<'_>, from: tatu_object, path: Lent<'_>, out: Opti
             }
             None => {
                 let near = scene.nearest(&path).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
-                Err(world.calls.refuse(TATU_ERR_MISSING, &format!("there is no object `{path}`{near}")))
+                Err(world.run.calls.refuse(TATU_ERR_MISSING, &format!("there is no object `{path}`{near}")))
             }
         }
     })
@@ -255,20 +255,20 @@ extern "C" fn create(
             Some(TATU_KIND_PATH) => Data::Path(Box::default()),
             Some(k) => {
                 let text = format!("an object of kind {} is not made while the world lives", kind_name(k));
-                return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
+                return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
             }
             None => {
-                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no kind of object `{kind}`")));
+                return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no kind of object `{kind}`")));
             }
         };
-        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
         let parent = if parent == 0 { 0 } else { slot(world, &scene, parent)? };
         let alias = alias.text();
         let alias = if alias.is_empty() { kind } else { alias };
         if !is_alias(&alias) {
             let shown = label(alias.as_bytes());
             let said = format!("`scene.create`: `{shown}` cannot be an alias: expected {ALIAS}");
-            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &said));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &said));
         }
         match scene.add(parent, &alias, Isometry3::identity(), data) {
             Some(s) => {
@@ -277,7 +277,7 @@ extern "C" fn create(
                 world.tell_object("object_added", &scene, s);
                 Ok(())
             }
-            None => Err(world.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more")),
+            None => Err(world.run.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more")),
         }
     })
 }
@@ -286,7 +286,7 @@ unsafe extern "C" fn remove(w: WorldRef<'_>, objects: *const tatu_object, n: u32
     // SAFETY: by the contract, what a plugin passes is valid during the call; `objects` has `n`.
     unsafe {
         on(w, Function::acts("scene.remove"), |world| {
-            let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+            let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
             let objects = list_of(world, "a list of objects", objects, n)?;
             let mut slots = Vec::with_capacity(objects.len());
             for o in objects {
@@ -321,7 +321,7 @@ unsafe extern "C" fn list(
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, Function::looks("scene.list"), |world| {
-            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
             let base = if base == 0 { 0 } else { slot(world, &scene, base)? };
             let mut slots = if flags & TATU_LIST_CHILDREN != 0 {
                 let own = if base == 0 { None } else { Some(base) };

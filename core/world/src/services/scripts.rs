@@ -29,7 +29,7 @@ unsafe extern "C" fn list(
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
         on(w, Function::looks("scripts.list"), |world| {
-            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
             let owner = match owner {
                 0 => 0,
                 o => slot(world, &scene, o)?,
@@ -51,7 +51,7 @@ unsafe extern "C" fn call(
         on(w, Function::acts("scripts.call"), |world| {
             needs_frame(world, frame)?;
             let s = {
-                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
                 slot(world, &scene, script)?
             };
             passed(inner::call_function(world, s, function.bytes(), frame))
@@ -79,10 +79,10 @@ unsafe extern "C" fn broadcast(
 extern "C" fn options<'a>(w: WorldRef<'a>, script: tatu_object, out: Option<&mut ValueRef<'a>>) -> tatu_status {
     on(w, Function::looks("scripts.options"), |world| {
         let s = {
-            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
             slot(world, &scene, script)?
         };
-        let options = world.outside.options.try_borrow().map_err(|_| busy(world))?;
+        let options = world.run.outside.options.try_borrow().map_err(|_| busy(world))?;
         give(world, options.get(&s).unwrap_or(&Value::Map(Vec::new())), out)
     })
 }
@@ -99,15 +99,15 @@ extern "C" fn add(
 ) -> tatu_status {
     on(w, Function::acts("scripts.add"), |world| {
         let out = place(world, "a place for the script", out)?;
-        let refuse = |text: String| world.calls.refuse(TATU_ERR_ARGUMENT, &text);
+        let refuse = |text: String| world.run.calls.refuse(TATU_ERR_ARGUMENT, &text);
         let owner = {
-            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
             slot(world, &scene, owner)?
         };
-        let providers = world.settings.try_borrow().map_err(|_| busy(world))?.providers.clone();
-        let language = world.registry.language(&language.text(), &providers).map_err(|e| refuse(e.text))?;
+        let providers = world.model.settings.try_borrow().map_err(|_| busy(world))?.providers.clone();
+        let language = world.model.registry.language(&language.text(), &providers).map_err(|e| refuse(e.text))?;
         let (dialect, kind) = (dialect.text().into_owned(), kind.text().into_owned());
-        world.registry.check_dialect(Some(language), &dialect).map_err(|e| refuse(e.text))?;
+        world.model.registry.check_dialect(Some(language), &dialect).map_err(|e| refuse(e.text))?;
         if !["child", "customization", "threaded"].contains(&kind.as_str()) {
             return Err(refuse(format!("a script of kind `{kind}`; expected child, threaded or customization")));
         }
@@ -122,7 +122,7 @@ extern "C" fn add(
             text,
         };
         let Some(slot) = crate::cell::Scripts::add(world, owner, &spec) else { return Err(busy(world)) };
-        let id = world.scene.try_borrow().map_err(|_| busy(world))?.id(slot);
+        let id = world.state.scene.try_borrow().map_err(|_| busy(world))?.id(slot);
         *out = id;
         Ok(())
     })
@@ -140,7 +140,7 @@ unsafe extern "C" fn call_below(
     unsafe {
         on(w, Function::acts("scripts.call_below"), |world| {
             let above = {
-                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
                 slot(world, &scene, above)?
             };
             let args = list_of(world, "a list of arguments", args, n_args)?;

@@ -39,16 +39,16 @@ extern "C" fn request(w: WorldRef<'_>, what: u32) -> tatu_status {
         match what {
             TATU_REQUEST_STOP | TATU_REQUEST_QUIT => {}
             TATU_REQUEST_PAUSE | TATU_REQUEST_START if running => {}
-            TATU_REQUEST_START if world.outside.session().is_some_and(|s| s.any_service()) => {}
+            TATU_REQUEST_START if world.run.outside.session().is_some_and(|s| s.any_service()) => {}
             TATU_REQUEST_PAUSE | TATU_REQUEST_START => {
-                return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, "the simulation is stopped"));
+                return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, "the simulation is stopped"));
             }
-            _ => return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}"))),
+            _ => return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}"))),
         }
         crate::cell::remote_request(world, what);
         // A start that follows a request for another scene is meant for that one.
         if what == TATU_REQUEST_START
-            && let Some(next) = &mut *world.outside.next_scene.borrow_mut()
+            && let Some(next) = &mut *world.run.outside.next_scene.borrow_mut()
         {
             next.starts = true;
             return Ok(());
@@ -77,18 +77,20 @@ unsafe extern "C" fn worlds(
 }
 
 extern "C" fn client(w: WorldRef<'_>, client: u64) -> tatu_status {
-    on(w, Function::acts("session.client"), |world| match world.calls.caller.get().kind {
+    on(w, Function::acts("session.client"), |world| match world.run.calls.caller.get().kind {
         TATU_CALLER_REMOTE => {
-            world.outside.client.set(client);
+            world.run.outside.client.set(client);
             Ok(())
         }
-        _ => Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, "only a service has clients, in its turn at the barrier")),
+        _ => {
+            Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, "only a service has clients, in its turn at the barrier"))
+        }
     })
 }
 
 extern "C" fn state(w: WorldRef<'_>) -> u32 {
     match alone(w, Function::looks("session.state")) {
-        Some(world) => match world.phase.get() {
+        Some(world) => match world.state.phase.get() {
             Phase::Stopped => TATU_STOPPED,
             Phase::Paused => TATU_PAUSED,
             _ => TATU_RUNNING,
@@ -104,10 +106,10 @@ extern "C" fn input<'a>(
     text: Option<&mut Lent<'a>>,
 ) -> tatu_status {
     let Some(world) = alone(w, Function::looks("session.input")) else { return TATU_ERR_ARGUMENT };
-    let inputs = world.outside.inputs.borrow();
+    let inputs = world.run.outside.inputs.borrow();
     let Some(found) = usize::try_from(index).ok().and_then(|i| inputs.get(i)) else { return TATU_ERR_MISSING };
     let (Some(kind), Some(text)) = (kind, text) else {
-        return world.calls.refuse(TATU_ERR_ARGUMENT, "places for kind and text are expected, found null");
+        return world.run.calls.refuse(TATU_ERR_ARGUMENT, "places for kind and text are expected, found null");
     };
     match (lend(world, found.0.as_bytes()), lend(world, found.1.as_bytes())) {
         (Ok(a), Ok(b)) => {
@@ -121,13 +123,13 @@ extern "C" fn input<'a>(
 extern "C" fn observed<'a>(w: WorldRef<'a>, kind: Lent<'_>, out: Option<&mut Lent<'a>>) -> tatu_status {
     let Some(world) = alone(w, Function::acts("session.observed")) else { return TATU_ERR_ARGUMENT };
     let Some(out) = out else {
-        return world.calls.refuse(TATU_ERR_ARGUMENT, "a place for the text is expected, found null");
+        return world.run.calls.refuse(TATU_ERR_ARGUMENT, "a place for the text is expected, found null");
     };
     let found = match crate::cell::observed(world, &kind.text()) {
         None => return TATU_ERR_MISSING,
         Some(None) => {
             let told = "the run that is repeated looked outside less often: this run goes another way";
-            return world.calls.refuse(TATU_ERR_GONE, told);
+            return world.run.calls.refuse(TATU_ERR_GONE, told);
         }
         Some(Some(found)) => found,
     };
@@ -149,23 +151,24 @@ extern "C" fn observe(w: WorldRef<'_>, kind: Lent<'_>, found: Lent<'_>) -> tatu_
 
 extern "C" fn interrupted(w: WorldRef<'_>) -> u32 {
     let world = alone(w, Function::looks("session.interrupted"));
-    let session = world.and_then(|w| w.outside.session());
+    let session = world.and_then(|w| w.run.outside.session());
     if let Some(world) = world {
-        world.watch.waits();
+        world.border.watch.waits();
     }
     u32::from(session.is_some_and(|s| s.interrupted()) || world.is_some_and(|w| w.stop_requested()))
 }
 
 extern "C" fn function(w: WorldRef<'_>, local: u32, out: Option<&mut tatu_func>) -> tatu_status {
     on(w, Function::acts("session.function"), |world| {
-        let caller = world.calls.caller.get();
-        let running = world.outside.session().and_then(|s| s.nth((caller.service as usize).wrapping_sub(1)));
-        let gives = caller.kind == TATU_CALLER_REMOTE && running.is_some_and(|s| s.gives_functions(&world.registry));
+        let caller = world.run.calls.caller.get();
+        let running = world.run.outside.session().and_then(|s| s.nth((caller.service as usize).wrapping_sub(1)));
+        let gives =
+            caller.kind == TATU_CALLER_REMOTE && running.is_some_and(|s| s.gives_functions(&world.model.registry));
         match out {
-            None => Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a place for the function is expected, found null")),
+            None => Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "a place for the function is expected, found null")),
             Some(_) if !gives => {
                 let text = "only a service that has `call_func` gives functions, in its turn at the barrier";
-                Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, text))
+                Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text))
             }
             Some(out) => {
                 *out = functions::of_client(caller.service, local);
@@ -177,24 +180,24 @@ extern "C" fn function(w: WorldRef<'_>, local: u32, out: Option<&mut tatu_func>)
 
 extern "C" fn put_in(w: WorldRef<'_>, kind: Lent<'_>, what: Lent<'_>) -> tatu_status {
     on(w, Function::acts("session.put_in"), |world| {
-        world.outside.take_in(&kind.text(), &what.text());
+        world.run.outside.take_in(&kind.text(), &what.text());
         Ok(())
     })
 }
 
 extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>) -> tatu_status {
     on(w, Function::acts("session.open"), |world| {
-        let Some(read) = world.outside.scene_reader.borrow().clone() else {
+        let Some(read) = world.run.outside.scene_reader.borrow().clone() else {
             let text =
                 "this program runs one scene, and no other: `tatu serve` and `tatu open` go from one to the next";
-            return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, text));
+            return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         };
         let file = PathBuf::from(file.text().into_owned());
         // Whoever asked is told at once, and this world goes on.
-        let document = read(&file).map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &one_line(&e)))?;
-        *world.outside.next_scene.borrow_mut() = Some(NextScene { file, document, starts: false });
+        let document = read(&file).map_err(|e| world.run.calls.refuse(TATU_ERR_ARGUMENT, &one_line(&e)))?;
+        *world.run.outside.next_scene.borrow_mut() = Some(NextScene { file, document, starts: false });
         if world.running() {
-            world.requests.set(world.requests.get() | 1 << TATU_REQUEST_STOP);
+            world.state.requests.set(world.state.requests.get() | 1 << TATU_REQUEST_STOP);
         }
         Ok(())
     })
@@ -206,18 +209,18 @@ extern "C" fn run(w: WorldRef<'_>, stage: u32, dt: f64) -> tatu_status {
 
 fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
     let Some(stage) = Stage::of(stage) else {
-        return world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no stage {stage}"));
+        return world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no stage {stage}"));
     };
     if !(dt.is_finite() && dt >= 0.0) {
-        return world.calls.refuse(TATU_ERR_ARGUMENT, &format!("a stage takes a finite time, not {dt} s"));
+        return world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("a stage takes a finite time, not {dt} s"));
     }
     if dt > LONGEST {
         let text = format!("a stage takes at most {LONGEST} s, as a step does, not {dt} s");
-        return world.calls.refuse(TATU_ERR_ARGUMENT, &text);
+        return world.run.calls.refuse(TATU_ERR_ARGUMENT, &text);
     }
     match step::run(world, stage, dt, world.caller_name()) {
         Ok(()) => TATU_OK,
-        Err(text) => world.calls.refuse(TATU_ERR_BUSY, &text),
+        Err(text) => world.run.calls.refuse(TATU_ERR_BUSY, &text),
     }
 }
 

@@ -48,13 +48,13 @@ pub(super) extern "C" fn row<'a>(
 
 pub(super) extern "C" fn model<'a>(w: WorldRef<'a>, index: u32, out: Option<&mut ValueRef<'a>>) -> tatu_status {
     on(w, Function::looks("scene.model"), |world| {
-        let found = world.registry.models.get(index as usize).ok_or(TATU_ERR_MISSING)?;
+        let found = world.model.registry.models.get(index as usize).ok_or(TATU_ERR_MISSING)?;
         give(world, &map([("id", Value::text(&found.id)), ("text", Value::text(&found.text))]), out)
     })
 }
 
 fn nth_row(world: &WorldCell, object: tatu_object, index: usize) -> Result<Option<Value>, tatu_status> {
-    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+    let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
     let slot = if object == 0 { 0 } else { slot(world, &scene, object)? };
     let kind = (object != 0).then(|| scene.get(slot).map(|o| o.kind())).flatten();
     let rows: Vec<_> = rows_of(kind).collect();
@@ -63,8 +63,8 @@ fn nth_row(world: &WorldCell, object: tatu_object, index: usize) -> Result<Optio
         return Ok(Some(told(&declared, "", row.change != Change::ReadOnly)));
     }
     let (id, params) = match scene.get(slot).map(|o| &o.data).filter(|_| object != 0) {
-        Some(Data::Sensor(s)) => world.registry.sensors.get(s.kind).map(|k| (&k.id, &k.params)).unzip(),
-        Some(Data::Actuator(a)) => world.registry.actuators.get(a.kind).map(|k| (&k.id, &k.params)).unzip(),
+        Some(Data::Sensor(s)) => world.model.registry.sensors.get(s.kind).map(|k| (&k.id, &k.params)).unzip(),
+        Some(Data::Actuator(a)) => world.model.registry.actuators.get(a.kind).map(|k| (&k.id, &k.params)).unzip(),
         _ => (None, None),
     };
     let (Some(id), Some(params)) = (id, params) else { return Ok(None) };
@@ -84,7 +84,7 @@ pub(super) extern "C" fn part<'a>(
 }
 
 fn nth_part(world: &WorldCell, object: tatu_object, index: usize) -> Result<Option<Value>, tatu_status> {
-    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+    let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
     let slot = slot(world, &scene, object)?;
     let Some(shape) = scene.get(slot).and_then(|o| o.shape()) else { return Ok(None) };
     let parts = visible_parts(shape);
@@ -126,11 +126,11 @@ pub(super) extern "C" fn text<'a>(w: WorldRef<'a>, script: tatu_object, out: Opt
 /// The script that a caller names.
 fn script_at(world: &WorldCell, script: tatu_object) -> Result<std::rc::Rc<crate::cell::Script>, tatu_status> {
     let slot = {
-        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         slot(world, &scene, script)?
     };
-    let found = world.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
-    found.ok_or_else(|| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("object {slot} is no script")))
+    let found = world.run.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
+    found.ok_or_else(|| world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("object {slot} is no script")))
 }
 
 pub(super) extern "C" fn change(w: WorldRef<'_>, script: tatu_object, text: Lent<'_>) -> tatu_status {
@@ -139,7 +139,7 @@ pub(super) extern "C" fn change(w: WorldRef<'_>, script: tatu_object, text: Lent
         let text = text.bytes().to_vec();
         reload::change_script(world, &found, text).map_err(|e| {
             let place = e.place.as_ref().map_or(String::new(), |p| format!("{}:{}: ", p.file.display(), p.line));
-            world.calls.refuse(TATU_ERR_ARGUMENT, &format!("{place}{}", e.text))
+            world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("{place}{}", e.text))
         })
     })
 }

@@ -16,7 +16,7 @@ pub static TABLE: tatu_host_signals = tatu_host_signals {
 
 extern "C" fn get<'a>(w: WorldRef<'a>, kind: u32, name: Lent<'_>, out: Option<&mut ValueRef<'a>>) -> tatu_status {
     on(w, Function::looks("signals.get"), |world| {
-        let signals = world.signals.try_borrow().map_err(|_| busy(world))?;
+        let signals = world.state.signals.try_borrow().map_err(|_| busy(world))?;
         match signals.get(&(kind, name.bytes().to_vec())) {
             Some(s) => give(world, &s.value, out),
             None => Err(TATU_ERR_MISSING),
@@ -29,25 +29,25 @@ extern "C" fn set(w: WorldRef<'_>, kind: u32, name: Lent<'_>, value: Option<&Val
         let value = place(world, "a value", value)?;
         let name = name.bytes();
         if name.is_empty() || kind > 255 {
-            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a signal has a name, and a kind below 256"));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "a signal has a name, and a kind below 256"));
         }
         match value.to_value() {
             Ok(v) => {
-                let mut signals = world.signals.try_borrow_mut().map_err(|_| busy(world))?;
+                let mut signals = world.state.signals.try_borrow_mut().map_err(|_| busy(world))?;
                 let of_run = crate::cell::Scripts::caller_is_of_run(world);
                 match signals.set((kind, name.to_vec()), Signal { value: v, of_run }, world.store_room()) {
                     true => Ok(()),
                     false => Err(world.no_room("signals")),
                 }
             }
-            Err(e) => Err(world.calls.refuse(e.code(), e.text())),
+            Err(e) => Err(world.run.calls.refuse(e.code(), e.text())),
         }
     })
 }
 
 extern "C" fn clear(w: WorldRef<'_>, kind: u32, name: Lent<'_>) -> u32 {
     let Some(mut signals) =
-        alone(w, Function::acts("signals.clear")).and_then(|world| world.signals.try_borrow_mut().ok())
+        alone(w, Function::acts("signals.clear")).and_then(|world| world.state.signals.try_borrow_mut().ok())
     else {
         return 0;
     };
@@ -63,7 +63,7 @@ extern "C" fn clear(w: WorldRef<'_>, kind: u32, name: Lent<'_>) -> u32 {
 extern "C" fn name<'a>(w: WorldRef<'a>, kind: u32, index: u32, out: Option<&mut Lent<'a>>) -> tatu_status {
     on(w, Function::looks("signals.name"), |world| {
         let out = place(world, "a place for the name", out)?;
-        let found = match world.signals.try_borrow() {
+        let found = match world.state.signals.try_borrow() {
             Ok(signals) => signals.keys().filter(|(k, _)| *k == kind).nth(index as usize).map(|(_, n)| n.clone()),
             Err(_) => return Err(busy(world)),
         };

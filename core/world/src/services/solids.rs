@@ -21,7 +21,7 @@ pub(super) unsafe extern "C" fn closest(
     // SAFETY: by the contract: the lists have as many as told, `points` room for 6, `pair` for 2.
     unsafe {
         on(w, Function::looks("bodies.closest"), |world| {
-            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
             let list = |p: *const tatu_object, n: u32| -> Result<Vec<u32>, tatu_status> {
                 let ids = list_of(world, "a list of objects", p, n)?;
                 ids.iter().map(|o| slot(world, &scene, *o)).collect()
@@ -58,7 +58,7 @@ pub(super) unsafe extern "C" fn closest(
 pub(super) extern "C" fn is_dynamic(w: WorldRef<'_>, object: tatu_object, out: Option<&mut u32>) -> tatu_status {
     on(w, Function::looks("bodies.is_dynamic"), |world| {
         let out = place(world, "a place for the answer", out)?;
-        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         let s = slot(world, &scene, object)?;
         *out = u32::from(match scene.get(s).map(|o| &o.data) {
             Some(Data::Shape(s)) => s.dynamic && s.body.0.is_some(),

@@ -3,7 +3,7 @@
 use tatu_plugin_api::abi::*;
 
 use super::alone;
-use crate::cell::{Function, Wish, WorldCell, stand_ins};
+use crate::cell::{Function, Wish, WorldCell, stand_in_use};
 
 pub static TABLE: tatu_host_stand_ins = tatu_host_stand_ins {
     size: size_of::<tatu_host_stand_ins>() as u32,
@@ -19,7 +19,7 @@ pub static TABLE: tatu_host_stand_ins = tatu_host_stand_ins {
 
 /// The world, if its run makes stand-ins.
 fn listens<'a>(w: WorldRef<'a>, name: &'static str) -> Option<&'a WorldCell> {
-    alone(w, Function::acts(name)).filter(|world| world.stand_ins.is_on())
+    alone(w, Function::acts(name)).filter(|world| world.run.stand_ins.is_on())
 }
 
 /// As a status: none of it has a sentence.
@@ -30,9 +30,9 @@ fn found(is: bool) -> tatu_status {
 /// Something was asked for in passing.
 fn wish(w: WorldRef<'_>, name: &'static str, object: tatu_object, wish: Wish) -> tatu_status {
     if let Some(world) = listens(w, name)
-        && let Some(id) = world.scene.try_borrow().ok().and_then(|s| Some(s.id(s.resolve(object).ok()?)))
+        && let Some(id) = world.state.scene.try_borrow().ok().and_then(|s| Some(s.id(s.resolve(object).ok()?)))
     {
-        world.stand_ins.wish(id, wish);
+        world.run.stand_ins.wish(id, wish);
     }
     TATU_ERR_MISSING
 }
@@ -50,12 +50,12 @@ extern "C" fn object(
 ) -> tatu_status {
     let Some(world) = listens(w, "stand_ins.object") else { return TATU_ERR_MISSING };
     let (name, kind) = (name.text(), kind.text());
-    let base = world.scene.try_borrow().ok().and_then(|s| s.resolve(from).ok()).unwrap_or(0);
-    let Some(id) = (!name.is_empty()).then(|| stand_ins::find_or_make(world, base, &name)).flatten() else {
+    let base = world.state.scene.try_borrow().ok().and_then(|s| s.resolve(from).ok()).unwrap_or(0);
+    let Some(id) = (!name.is_empty()).then(|| stand_in_use::find_or_make(world, base, &name)).flatten() else {
         return TATU_ERR_MISSING;
     };
     if !kind.is_empty() {
-        stand_ins::becomes(world, id, &kind);
+        stand_in_use::becomes(world, id, &kind);
     }
     if let Some(out) = out {
         *out = id;
@@ -65,7 +65,7 @@ extern "C" fn object(
 
 extern "C" fn used(w: WorldRef<'_>, object: tatu_object, kind: LentCStr<'_>) -> tatu_status {
     let kind = kind.text();
-    found(listens(w, "stand_ins.used").is_some_and(|world| stand_ins::becomes(world, object, &kind)))
+    found(listens(w, "stand_ins.used").is_some_and(|world| stand_in_use::becomes(world, object, &kind)))
 }
 
 extern "C" fn parent(w: WorldRef<'_>, object: tatu_object) -> tatu_status {
@@ -83,5 +83,5 @@ extern "C" fn script(w: WorldRef<'_>, object: tatu_object) -> tatu_status {
 
 extern "C" fn value(w: WorldRef<'_>, _: tatu_object, name: Lent<'_>) -> tatu_status {
     let name = name.text();
-    found(listens(w, "stand_ins.value").is_some_and(|world| world.stand_ins.has_value(&name)))
+    found(listens(w, "stand_ins.value").is_some_and(|world| world.run.stand_ins.has_value(&name)))
 }

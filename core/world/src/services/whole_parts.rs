@@ -34,7 +34,7 @@ pub(super) unsafe extern "C" fn copy(
             let objects = list_of(world, "a list of objects", objects, n)?;
             let out = room_of(world, "room for the copies", out, n)?;
             let (from, to) = {
-                let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+                let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
                 let mut from = Vec::with_capacity(objects.len());
                 for o in objects {
                     from.push(slot(world, &scene, *o)?);
@@ -42,7 +42,7 @@ pub(super) unsafe extern "C" fn copy(
                 let script = from.iter().find(|s| scene.get(**s).is_some_and(|o| matches!(o.data, Data::Script)));
                 if let Some(s) = script {
                     let text = format!("object {s} is a script, which is copied with the object that it belongs to");
-                    return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
+                    return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
                 }
                 let to = copies(&mut scene, &from).ok_or_else(|| full(world))?;
                 (from, to)
@@ -51,11 +51,11 @@ pub(super) unsafe extern "C" fn copy(
             for (old, new) in from.iter().zip(&to) {
                 // Nothing is borrowed while a plugin makes what it keeps.
                 if let Some(device) = device_of(world, *old) {
-                    make_device(world, *new, &device, None).map_err(|e| world.calls.refuse(TATU_ERR, &e.text))?;
+                    make_device(world, *new, &device, None).map_err(|e| world.run.calls.refuse(TATU_ERR, &e.text))?;
                 }
                 add_scripts(world, *new, &scripts_of(world, *old));
             }
-            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
             for (place, s) in out.iter_mut().zip(&to) {
                 *place = scene.id(*s);
             }
@@ -77,21 +77,21 @@ pub(super) extern "C" fn load(
         let parent = match parent {
             0 => 0,
             parent => {
-                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
                 slot(world, &scene, parent)?
             }
         };
         let refuse = |e: tatu_errors::Error| {
             let help = e.help.map_or(String::new(), |h| format!(" ({h})"));
-            world.calls.refuse(TATU_ERR_ARGUMENT, &format!("{}{help}", e.text))
+            world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("{}{help}", e.text))
         };
         free(world)?;
-        let read = document::load_part(&path, &world.registry).map_err(refuse)?;
+        let read = document::load_part(&path, &world.model.registry).map_err(refuse)?;
         for text in &read.reports {
             world.log(TATU_LOG_DEBUG, text);
         }
         let slots = {
-            let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+            let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
             let slots = read.plant(&mut scene, parent);
             if slots.contains(&0) {
                 return Err(full(world));
@@ -105,7 +105,7 @@ pub(super) extern "C" fn load(
             }
             add_scripts(world, *slot, &spec.scripts);
         }
-        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         for s in &slots {
             world.tell_object("object_added", &scene, *s);
         }
@@ -118,24 +118,25 @@ pub(super) extern "C" fn load(
 pub(super) extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, base: tatu_object) -> tatu_status {
     on(w, Function::acts("scene.save"), |world| {
         let path = PathBuf::from(file.text().into_owned());
-        let fail = |text: String| world.calls.refuse(TATU_ERR, &text);
+        let fail = |text: String| world.run.calls.refuse(TATU_ERR, &text);
         if path.extension().is_none_or(|e| e != "toml") {
             let text = format!("`{}` does not end with `.toml`, by which scene files are known", path.display());
-            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &text));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
         }
         let base = match base {
             0 => 0,
             base => {
-                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
                 slot(world, &scene, base)?
             }
         };
         free(world)?;
-        let written = document::write(&document_of(world, base), &world.registry, &document::folder_beside(&path));
+        let written =
+            document::write(&document_of(world, base), &world.model.registry, &document::folder_beside(&path));
         let written = written.map_err(|e| fail(e.text))?;
         // The name may be that of a link by now, and so may the folder beside it.
         let whole = |path: &Path, bytes: &[u8]| {
-            let path = world.folders.resolve(path, TATU_FILE_WRITE).map_err(|why| Error::other(why.text()))?;
+            let path = world.run.folders.resolve(path, TATU_FILE_WRITE).map_err(|why| Error::other(why.text()))?;
             write_whole(&path, bytes)
         };
         document::save(&path, &written, &whole).map_err(|e| fail(e.text))
@@ -144,16 +145,16 @@ pub(super) extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, base: tatu_object
 
 /// Nothing of the world is in use by a caller further up.
 fn free(world: &WorldCell) -> Result<(), tatu_status> {
-    let busy_now = world.scene.try_borrow_mut().is_err()
-        || world.sensing.try_borrow_mut().is_err()
-        || world.actuators.try_borrow_mut().is_err()
-        || world.scripts.try_borrow_mut().is_err()
-        || world.settings.try_borrow().is_err();
+    let busy_now = world.state.scene.try_borrow_mut().is_err()
+        || world.devices.sensing.try_borrow_mut().is_err()
+        || world.devices.actuators.try_borrow_mut().is_err()
+        || world.run.scripts.try_borrow_mut().is_err()
+        || world.model.settings.try_borrow().is_err();
     if busy_now { Err(busy(world)) } else { Ok(()) }
 }
 
 fn full(world: &WorldCell) -> tatu_status {
-    world.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more")
+    world.run.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more")
 }
 
 /// Adds scripts to an object. There is one main script in a scene, and it is not this one.

@@ -36,13 +36,13 @@ pub(crate) fn before_step(world: &WorldCell) -> bool {
     if !world.running() {
         return false;
     }
-    world.calls.caller.set(Caller::HOST);
+    world.run.calls.caller.set(Caller::HOST);
     resume_waits(world);
     // The passes after a request to stop are the world's own.
     if !world.stop_requested() {
         log::feed(world);
         if !world.stop_requested()
-            && let Some(session) = world.outside.session()
+            && let Some(session) = world.run.outside.session()
         {
             pass(world, &session);
         }
@@ -50,26 +50,26 @@ pub(crate) fn before_step(world: &WorldCell) -> bool {
             return false;
         }
     }
-    if world.phase.get() == Phase::Paused {
+    if world.state.phase.get() == Phase::Paused {
         if world.stop_requested() {
             step::lift(world);
         } else {
             stand(world);
         }
     }
-    world.phase.get() != Phase::Paused
+    world.state.phase.get() != Phase::Paused
 }
 
 /// One pass of a paused world without services; ends the run where nobody could lift the pause.
 fn stand(world: &WorldCell) {
-    let addons = world.scripts.try_borrow().is_ok_and(|s| s.any_addon_waits());
-    if addons || world.outside.interactive.get() {
+    let addons = world.run.scripts.try_borrow().is_ok_and(|s| s.any_addon_waits());
+    if addons || world.run.outside.interactive.get() {
         return log::stand(world);
     }
     let text = "the simulation was paused and nobody could lift the pause: no service, no add-on, no interactive session. \
                 The run ends here";
     world.log(TATU_LOG_WARNING, text);
-    world.requests.set(world.requests.get() | 1 << TATU_REQUEST_STOP);
+    world.state.requests.set(world.state.requests.get() | 1 << TATU_REQUEST_STOP);
 }
 
 /// Turns of services until the world may go on, or a stop is asked for.
@@ -77,7 +77,7 @@ fn pass(world: &WorldCell, session: &SessionCell) {
     let mut holder = None;
     loop {
         if session.interrupted() {
-            return world.requests.set(world.requests.get() | 1 << TATU_REQUEST_STOP);
+            return world.state.requests.set(world.state.requests.get() | 1 << TATU_REQUEST_STOP);
         }
         let by = turns(world, session);
         if world.stop_requested() {
@@ -85,7 +85,7 @@ fn pass(world: &WorldCell, session: &SessionCell) {
         }
         tell_holder(session, by, &mut holder);
         let held = by.is_some();
-        let paused = world.phase.get() == Phase::Paused;
+        let paused = world.state.phase.get() == Phase::Paused;
         // Whoever could lift a pause may have failed meanwhile.
         if !session.any_service() || !held && !paused {
             return;
@@ -94,7 +94,7 @@ fn pass(world: &WorldCell, session: &SessionCell) {
             log::stand(world);
         }
         // A script may have lifted the pause.
-        if !held && world.phase.get() != Phase::Paused {
+        if !held && world.state.phase.get() != Phase::Paused {
             continue;
         }
         session.wake.sleep(SLICE);
@@ -121,20 +121,20 @@ fn tell_holder(session: &SessionCell, by: Option<usize>, holder: &mut Option<(us
 
 /// Turns of services in a stopped world, until a start (`true`), or until another scene or the end is asked for.
 pub(crate) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
-    world.requests.set(world.requests.get() & QUIT);
+    world.state.requests.set(world.state.requests.get() & QUIT);
     while !session.interrupted() && session.any_service() {
         turns(world, session);
-        let asked = world.requests.replace(world.requests.get() & QUIT);
+        let asked = world.state.requests.replace(world.state.requests.get() & QUIT);
         if asked & QUIT != 0 {
             return false;
         }
-        if world.outside.next_scene.borrow().is_some() {
+        if world.run.outside.next_scene.borrow().is_some() {
             return false;
         }
         if asked & START != 0 {
             return true;
         }
-        world.rested.set(true);
+        world.state.rested.set(true);
         step::idle(world);
         session.wake.sleep(SLICE);
     }
@@ -143,7 +143,7 @@ pub(crate) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
 
 /// Events, then one turn of each service; the first one that holds, by its place.
 fn turns(world: &WorldCell, session: &SessionCell) -> Option<usize> {
-    while world.outside.has_events() {
+    while world.run.outside.has_events() {
         tell(world, session);
     }
     let (mut held, mut i) = (None, 0);
@@ -158,7 +158,7 @@ fn turns(world: &WorldCell, session: &SessionCell) -> Option<usize> {
 
 /// Tells services what has happened.
 fn tell(world: &WorldCell, session: &SessionCell) {
-    for (name, payload) in world.outside.take_events() {
+    for (name, payload) in world.run.outside.take_events() {
         let mut i = 0;
         while let Some(service) = session.nth(i) {
             i += 1;
@@ -180,32 +180,32 @@ struct Ended {
 /// Commands that waited on behalf of services and need not wait any more. First all are called again, then their
 /// services are told: what these call then comes after, as it will in a replay.
 fn resume_waits(world: &WorldCell) {
-    let due = world.calls.waits.borrow_mut().take_remote(|due| world.is_over(due));
+    let due = world.run.calls.waits.borrow_mut().take_remote(|due| world.state.is_over(due));
     if due.is_empty() {
         return;
     }
-    let mark = world.calls.arena.borrow().mark();
+    let mark = world.run.calls.arena.borrow().mark();
     let mut ended = Vec::new();
     for wait in due {
         let Owner::Service(number) = wait.owner else { continue };
         let mut room = Box::new(Room::new());
         let mut frame = room.frame(&[]);
         (frame.command, frame.alias, frame.wait_token) = (wait.command, wait.alias, wait.token);
-        world.calls.caller.set(Caller::remote(number));
+        world.run.calls.caller.set(Caller::remote(number));
         // SAFETY: the frame and its room live through the call.
         let status = unsafe { call_command(world, &mut frame, wait.resume) };
-        world.calls.caller.set(Caller::HOST);
+        world.run.calls.caller.set(Caller::HOST);
         if status != TATU_WAIT {
             let error = if status < 0 { kept(frame.error) } else { ErrorSlot::new() };
             ended.push(Ended { wait, status, frame, room, error });
         }
     }
     hand_over(world, ended);
-    world.calls.arena.borrow_mut().release(mark);
+    world.run.calls.arena.borrow_mut().release(mark);
 }
 
 fn hand_over(world: &WorldCell, ended: Vec<Ended>) {
-    let session = world.outside.session();
+    let session = world.run.outside.session();
     for mut e in ended {
         let Owner::Service(number) = e.wait.owner else { continue };
         e.frame.error = e.error.raw();
@@ -218,19 +218,19 @@ fn hand_over(world: &WorldCell, ended: Vec<Ended>) {
 
 /// The world ends: services see it for the last time.
 pub(crate) fn last(world: &WorldCell) {
-    let Some(session) = world.outside.session() else { return };
-    world.calls.caller.set(Caller::HOST);
+    let Some(session) = world.run.outside.session() else { return };
+    world.run.calls.caller.set(Caller::HOST);
     let mut i = 0;
     while let Some(service) = session.nth(i) {
         i += 1;
         service.last(world);
     }
-    world.outside.leave();
+    world.run.outside.leave();
 }
 
 /// The world has been stopped: commands that wait are cancelled, and services are notified.
 pub(crate) fn stopped(world: &WorldCell) {
-    let waits = world.calls.waits.borrow_mut().take_remote(|_| true);
+    let waits = world.run.calls.waits.borrow_mut().take_remote(|_| true);
     let ended = waits.into_iter().map(|wait| {
         let mut room = Box::new(Room::new());
         let mut error = ErrorSlot::new();
@@ -238,8 +238,8 @@ pub(crate) fn stopped(world: &WorldCell) {
         Ended { frame: room.frame(&[]), wait, status: TATU_ERR_GONE, room, error }
     });
     hand_over(world, ended.collect());
-    world.outside.tell("stopped", Value::Nil);
-    if let Some(session) = world.outside.session() {
+    world.run.outside.tell("stopped", Value::Nil);
+    if let Some(session) = world.run.outside.session() {
         tell(world, &session);
     }
 }

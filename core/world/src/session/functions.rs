@@ -28,13 +28,13 @@ pub(crate) fn of_client(service: u32, local: u32) -> tatu_func {
 
 /// Whether it can be called: its service is there, or the log has what it gave.
 pub(crate) fn is_there(world: &WorldCell, func: tatu_func) -> bool {
-    world.outside.replay.borrow().is_some() || service_of(world, func).is_some()
+    world.run.outside.replay.borrow().is_some() || service_of(world, func).is_some()
 }
 
 fn service_of(world: &WorldCell, func: tatu_func) -> Option<std::rc::Rc<cell::Running>> {
     let number = (func & !CLIENTS) >> 32;
-    let service = world.outside.session()?.nth((number as usize).wrapping_sub(1))?;
-    service.gives_functions(&world.registry).then_some(service)
+    let service = world.run.outside.session()?.nth((number as usize).wrapping_sub(1))?;
+    service.gives_functions(&world.model.registry).then_some(service)
 }
 
 /// Calls a function of a client.
@@ -45,18 +45,18 @@ pub(crate) unsafe fn call(world: &WorldCell, func: tatu_func, frame: *mut tatu_c
     // SAFETY: the caller promises it.
     let f = unsafe { &mut *frame };
     f.n_results = 0;
-    let Some(level) = world.calls.enter() else {
-        f.error = world.calls.error_at(world.calls.depth.get());
+    let Some(level) = world.run.calls.enter() else {
+        f.error = world.run.calls.error_at(world.run.calls.depth.get());
         return say(f.error, TATU_ERR_BUSY, &format!("calls nest more than {} deep", cell::MAX_DEPTH));
     };
-    f.error = world.calls.error_at(level.depth);
-    let deep = world.outside.functions.replace(world.outside.functions.get() + 1);
+    f.error = world.run.calls.error_at(level.depth);
+    let deep = world.run.outside.functions.replace(world.run.outside.functions.get() + 1);
     let kind = format!("function/{deep}");
-    let client = world.outside.client.get();
+    let client = world.run.outside.client.get();
     let status =
-        if world.outside.replay.borrow().is_some() { again(world, &kind, f) } else { now(world, &kind, func, f) };
-    world.outside.client.set(client);
-    world.outside.functions.set(deep);
+        if world.run.outside.replay.borrow().is_some() { again(world, &kind, f) } else { now(world, &kind, func, f) };
+    world.run.outside.client.set(client);
+    world.run.outside.functions.set(deep);
     drop(level);
     status
 }
@@ -73,7 +73,7 @@ fn now(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call) -> tat
     } else {
         status
     };
-    if world.outside.log.borrow().is_idle() {
+    if world.run.outside.log.borrow().is_idle() {
         return status;
     }
     let found = if status < 0 {
@@ -90,14 +90,14 @@ fn now(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call) -> tat
 
 /// Does again what its client did meanwhile, and gives what the log has.
 fn again(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
-    let step = world.clock.step.get();
-    let place = world.outside.replay.borrow().as_ref().and_then(|r| r.place_of(step, kind));
+    let step = world.state.clock.step.get();
+    let place = world.run.outside.replay.borrow().as_ref().and_then(|r| r.place_of(step, kind));
     let Some(place) = place else {
         let text = "the run that is repeated called functions of its clients less often: this run goes another way";
         return say(f.error, TATU_ERR_GONE, text);
     };
     log::feed_until(world, place);
-    let found = world.outside.replay.borrow_mut().as_mut().and_then(|r| r.take_function(place)).unwrap_or_default();
+    let found = world.run.outside.replay.borrow_mut().as_mut().and_then(|r| r.take_function(place)).unwrap_or_default();
     cell::observe(world, kind, &found);
     match serde_json::from_str::<Json>(&found) {
         Ok(Json::Array(all)) => {

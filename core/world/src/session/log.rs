@@ -15,28 +15,28 @@ use tatu_errors::{Fault, FaultKind};
 
 /// Somebody outside any service asks for a change of state.
 pub(crate) fn outside_request(world: &WorldCell, what: u32) {
-    world.outside.client.set(0);
+    world.run.outside.client.set(0);
     record_of(world, String::new(), Input::Request(what));
     apply(world, what);
 }
 
 /// What a request does at once; the rest is done after the next pass.
 pub(crate) fn apply(world: &WorldCell, what: u32) {
-    let (asked, bit) = (world.requests.get(), 1 << what);
+    let (asked, bit) = (world.state.requests.get(), 1 << what);
     let pause = 1 << TATU_REQUEST_PAUSE;
     match what {
-        TATU_REQUEST_PAUSE if !world.phase.get().takes_pause() || world.stop_requested() => {}
+        TATU_REQUEST_PAUSE if !world.state.phase.get().takes_pause() || world.stop_requested() => {}
         TATU_REQUEST_START if world.running() => {
-            world.requests.set(asked & !pause);
+            world.state.requests.set(asked & !pause);
             // From outside a pause is lifted at once; a script that asks within a pass lets that pass end first.
-            if world.calls.caller.get().instance != 0 {
-                let paused = world.phase.get() == Phase::Paused;
-                world.requests.set(asked & !pause | if paused { bit } else { 0 });
+            if world.run.calls.caller.get().instance != 0 {
+                let paused = world.state.phase.get() == Phase::Paused;
+                world.state.requests.set(asked & !pause | if paused { bit } else { 0 });
             } else {
                 step::lift(world);
             }
         }
-        _ => world.requests.set(asked | bit),
+        _ => world.state.requests.set(asked | bit),
     }
 }
 
@@ -52,14 +52,14 @@ pub(crate) fn stand(world: &WorldCell) {
 
 /// Attaches a log to a world that has not been started.
 pub(crate) fn attach(world: &WorldCell, records: Arc<[Record]>) {
-    *world.outside.replay.borrow_mut() = Some(Replay::new(records));
+    *world.run.outside.replay.borrow_mut() = Some(Replay::new(records));
 }
 
 /// Does again what the attached log has for this barrier.
 pub(crate) fn feed(world: &WorldCell) {
-    let step = world.clock.step.get();
+    let step = world.state.clock.step.get();
     loop {
-        let Some(record) = world.outside.replay.borrow_mut().as_mut().and_then(|r| r.next_at(step)) else { break };
+        let Some(record) = world.run.outside.replay.borrow_mut().as_mut().and_then(|r| r.next_at(step)) else { break };
         feed_one(world, record);
     }
 }
@@ -67,16 +67,18 @@ pub(crate) fn feed(world: &WorldCell) {
 /// Does again what was done before a place of the log.
 pub(crate) fn feed_until(world: &WorldCell, place: usize) {
     loop {
-        let Some(record) = world.outside.replay.borrow_mut().as_mut().and_then(|r| r.next_before(place)) else { break };
+        let Some(record) = world.run.outside.replay.borrow_mut().as_mut().and_then(|r| r.next_before(place)) else {
+            break;
+        };
         feed_one(world, record);
     }
 }
 
 fn feed_one(world: &WorldCell, record: Record) {
-    let Some(level) = world.calls.enter() else { return };
-    world.calls.caller.set(Caller::remote(REPLAY));
-    world.outside.client.set(record.client);
-    *world.outside.replayed.borrow_mut() = record.service;
+    let Some(level) = world.run.calls.enter() else { return };
+    world.run.calls.caller.set(Caller::remote(REPLAY));
+    world.run.outside.client.set(record.client);
+    *world.run.outside.replayed.borrow_mut() = record.service;
     match record.input {
         Input::Request(what) => {
             remote_request(world, what);
@@ -86,7 +88,7 @@ fn feed_one(world: &WorldCell, record: Record) {
         Input::Pass => stand(world),
         // Whoever observed it asks for it in its turn.
         Input::Observed { .. } => {}
-        Input::Call { name, args, waits } => match world.registry.command(&name) {
+        Input::Call { name, args, waits } => match world.model.registry.command(&name) {
             None => {
                 let mut fault =
                     Fault::new(FaultKind::UnknownFunction, format!("the input log calls `{name}`, which is not there"));
@@ -94,9 +96,9 @@ fn feed_one(world: &WorldCell, record: Record) {
                 world.report(fault);
             }
             Some((command, alias)) => {
-                let mark = world.calls.arena.borrow().mark();
+                let mark = world.run.calls.arena.borrow().mark();
                 let args: Vec<tatu_value> = {
-                    let mut arena = world.calls.arena.borrow_mut();
+                    let mut arena = world.run.calls.arena.borrow_mut();
                     args.iter().map(|v| v.to_raw(&mut *arena).unwrap_or(ValueRef::NIL.raw())).collect()
                 };
                 let mut room = Room::new();
@@ -104,7 +106,7 @@ fn feed_one(world: &WorldCell, record: Record) {
                 (frame.command, frame.alias, frame.wait_token) = (command, alias, u64::from(waits));
                 // SAFETY: the frame and its arrays live through the call. A refusal was told to the client then.
                 unsafe { call_command(world, &mut frame, 0) };
-                world.calls.arena.borrow_mut().release(mark);
+                world.run.calls.arena.borrow_mut().release(mark);
             }
         },
     }

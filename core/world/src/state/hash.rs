@@ -70,5 +70,5 @@ pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
 
 /// The hash of a world as it is now, all in one.
 pub(crate) fn hash_of(cell: &WorldCell) -> u64 {
-    hash(&cell.scene.borrow(), &cell.dynamics.borrow(), &cell.clock).total
+    hash(&cell.state.scene.borrow(), &cell.state.dynamics.borrow(), &cell.state.clock).total
 }

@@ -26,12 +26,12 @@ fn refused(what: impl std::fmt::Display, why: impl std::fmt::Display) -> Error {
 
 /// What is to be known before a snapshot may be taken up: it fits, it is complete or may be partial, and the world is new.
 pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) -> Result {
-    snapshot.check(&cell.document, &cell.registry)?;
+    snapshot.check(&cell.model.document, &cell.model.registry)?;
     if let Some(first) = snapshot.head.missed.first().filter(|_| !allow_partial) {
         let error = Error::new("E503", format!("the snapshot is not complete: {first}"));
         return Err(error.help("replay the run to its step instead"));
     }
-    if cell.running() || cell.clock.step.get() != 0 {
+    if cell.running() || cell.state.clock.step.get() != 0 {
         return Err(Error::new("E503", "a world that has run cannot take a snapshot").help("make a new one"));
     }
     Ok(())
@@ -44,9 +44,9 @@ pub(crate) fn go_on(cell: &WorldCell, snapshot: &Snapshot) -> Result {
     sensors(cell, snapshot.get("sensors")?)?;
     actuators(cell, snapshot.get("actuators")?)?;
     core(cell, image)?;
-    *cell.figures.borrow_mut() = snapshot.get("figures")?;
+    *cell.devices.figures.borrow_mut() = snapshot.get("figures")?;
     plugins(cell, snapshot.get("plugins")?)?;
-    *cell.outside.saved_services.borrow_mut() = snapshot.get("services")?;
+    *cell.run.outside.saved_services.borrow_mut() = snapshot.get("services")?;
     services(cell)?;
     Scripts::load(cell, snapshot.get("scripts")?)?;
     restore_inputs(cell, records(snapshot)?);
@@ -65,7 +65,7 @@ pub(crate) fn records(snapshot: &Snapshot) -> Result<Vec<Record>> {
 /// Ends the scripts that had ended by then; the others must be those of the snapshot.
 fn scripts(cell: &WorldCell, images: Vec<ScriptImage>, core: &CoreImage) -> Result {
     let there: Vec<u32> = images.iter().map(|i| i.slot).collect();
-    let known = |slot: u32| cell.scripts.borrow().by_slot(slot).is_some();
+    let known = |slot: u32| cell.run.scripts.borrow().by_slot(slot).is_some();
     if let Some(slot) = there.iter().find(|s| !known(**s)) {
         return Err(refused(format!("the script {}", core.scene.path(*slot)), "it was made during the run"));
     }
@@ -75,17 +75,21 @@ fn scripts(cell: &WorldCell, images: Vec<ScriptImage>, core: &CoreImage) -> Resu
 
 fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
     let there: BTreeSet<(u32, u64)> = images.iter().map(|i| (i.slot, i.id)).collect();
-    let gone = cell.sensing.borrow_mut().take_gone(|d| there.contains(&(d.slot, d.id)));
+    let gone = cell.devices.sensing.borrow_mut().take_gone(|d| there.contains(&(d.slot, d.id)));
     for d in gone {
         end_sensor(cell, d);
     }
     for image in images {
-        let path = cell.scene.borrow().path(image.slot);
+        let path = cell.state.scene.borrow().path(image.slot);
         let what = format!("the sensor {path}");
-        let index =
-            cell.sensing.borrow().index(image.slot).ok_or_else(|| refused(&what, "it was made during the run"))?;
+        let index = cell
+            .devices
+            .sensing
+            .borrow()
+            .index(image.slot)
+            .ok_or_else(|| refused(&what, "it was made during the run"))?;
         let (kind, data) = {
-            let sensing = cell.sensing.borrow();
+            let sensing = cell.devices.sensing.borrow();
             let d = &sensing.devices[index];
             let params: Vec<Value> = image.params.into_iter().map(Into::into).collect();
             if d.kind != image.kind as usize || d.params != params {
@@ -96,9 +100,9 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
             }
             (d.kind, d.data)
         };
-        let life = &cell.registry.sensors[kind].life;
+        let life = &cell.model.registry.sensors[kind].life;
         {
-            let mut sensing = cell.sensing.borrow_mut();
+            let mut sensing = cell.devices.sensing.borrow_mut();
             let d = &mut sensing.devices[index];
             // Plugins hold the block's address: it is filled, not replaced.
             d.state.copy_from_slice(&state_of(life, &image.instance));
@@ -109,7 +113,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
             sensing.unsettle();
         }
         if !image.instance.missed {
-            let of = Living { plugin: cell.registry.sensors[kind].plugin, slot: image.slot, data };
+            let of = Living { plugin: cell.model.registry.sensors[kind].plugin, slot: image.slot, data };
             load_instance(cell, &of, life, &image.instance).map_err(|e| refused(&what, e))?;
         }
     }
@@ -118,22 +122,22 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
 
 fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
     let is_there = |d: &Actuator| images.iter().any(|i| i.object == d.object);
-    let gone = cell.actuators.borrow_mut().take_gone(is_there);
+    let gone = cell.devices.actuators.borrow_mut().take_gone(is_there);
     for d in gone {
         end_actuator(cell, d);
     }
     for image in images {
-        let path = cell.scene.borrow().path(image.slot);
+        let path = cell.state.scene.borrow().path(image.slot);
         let what = format!("the actuator {path}");
         let (life, of) = {
-            let mut actuators = cell.actuators.borrow_mut();
+            let mut actuators = cell.devices.actuators.borrow_mut();
             let found = actuators.devices.iter_mut().find(|d| d.object == image.object);
             let d = found.ok_or_else(|| refused(&what, "it was made during the run"))?;
             let params: Vec<Value> = image.params.into_iter().map(Into::into).collect();
             if d.kind != image.kind as usize || d.params != params {
                 return Err(refused(&what, "its parameters were changed during the run"));
             }
-            let kind = &cell.registry.actuators[d.kind];
+            let kind = &cell.model.registry.actuators[d.kind];
             // Plugins hold the block's address: it is filled, not replaced.
             d.state.copy_from_slice(&state_of(&kind.life, &image.instance));
             (d.off, d.idle_told) = (image.off, image.idle_told);
@@ -149,46 +153,46 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
 fn core(cell: &WorldCell, image: CoreImage) -> Result {
     let CoreImage { mut scene, meshes, settings, dynamics, clock, phase, requests, next_instance, .. } = image;
     for (slot, number) in meshes {
-        let mesh = cell.document.meshes.get(number as usize);
+        let mesh = cell.model.document.meshes.get(number as usize);
         match (scene.get_mut(slot).map(|o| &mut o.data), mesh) {
             (Some(Data::Shape(s)), Some(mesh)) => s.mesh = Some(mesh.clone()),
             _ => return Err(damaged("it names a mesh that the scene does not have")),
         }
     }
     let shapes: Vec<u32> = scene.slots().filter(|(_, o)| o.shape().is_some()).map(|(slot, _)| slot).collect();
-    shapes.into_iter().for_each(|slot| cell.document.fill_parts(&mut scene, slot));
+    shapes.into_iter().for_each(|slot| cell.model.document.fill_parts(&mut scene, slot));
     scene.index_names();
-    cell.dynamics.borrow_mut().restore(&dynamics).map_err(damaged)?;
-    *cell.scene.borrow_mut() = scene;
-    cell.reaped.set(0);
-    *cell.settings.borrow_mut() = settings;
+    cell.state.dynamics.borrow_mut().restore(&dynamics).map_err(damaged)?;
+    *cell.state.scene.borrow_mut() = scene;
+    cell.devices.swept.set(0);
+    *cell.model.settings.borrow_mut() = settings;
     let (time, step, dt, pass) = clock;
-    cell.clock.pass.set(pass);
-    cell.phase.set(phase);
-    cell.clock.time.set(time);
-    cell.clock.step.set(step);
-    cell.clock.dt.set(dt);
-    cell.requests.set(requests);
-    cell.next_instance.set(next_instance);
-    *cell.signals.borrow_mut() = image
+    cell.state.clock.pass.set(pass);
+    cell.state.phase.set(phase);
+    cell.state.clock.time.set(time);
+    cell.state.clock.step.set(step);
+    cell.state.clock.dt.set(dt);
+    cell.state.requests.set(requests);
+    cell.devices.next_instance.set(next_instance);
+    *cell.state.signals.borrow_mut() = image
         .signals
         .into_iter()
         .map(|(kind, name, v, of_run)| ((kind, name), Signal { value: v.into(), of_run }))
         .collect();
-    cell.calls.waits.borrow_mut().restore(image.waits);
-    *cell.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
+    cell.run.calls.waits.borrow_mut().restore(image.waits);
+    *cell.run.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
     // What starting told has been told by the run that wrote the snapshot.
-    cell.lines.hold().clear();
+    cell.run.lines.hold().clear();
     // What beams see is made anew of the scene.
-    cell.sensing.borrow_mut().forget_scene();
+    cell.devices.sensing.borrow_mut().forget_scene();
     Ok(())
 }
 
 fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
     for (id, image) in images {
-        let found = cell.registry.world_lives.iter().find(|(p, _)| cell.registry.plugins[*p].id == id);
+        let found = cell.model.registry.world_lives.iter().find(|(p, _)| cell.model.registry.plugins[*p].id == id);
         let (plugin, life) = found.ok_or_else(|| damaged(format!("plugin `{id}` keeps no state")))?;
-        if let Some(Some(instance)) = cell.instances.borrow_mut().get_mut(*plugin) {
+        if let Some(Some(instance)) = cell.devices.instances.borrow_mut().get_mut(*plugin) {
             instance.state.copy_from_slice(&state_of(life, &image));
         }
         let of = Living { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };
@@ -200,11 +204,13 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
 /// Services take up what they kept of the world; of those that do not run nothing is missed. A world that is in no session yet
 /// keeps it until it joins one.
 pub(crate) fn services(cell: &WorldCell) -> Result {
-    let Some(session) = cell.outside.session() else { return Ok(()) };
-    for (id, image) in std::mem::take(&mut *cell.outside.saved_services.borrow_mut()) {
+    let Some(session) = cell.run.outside.session() else { return Ok(()) };
+    for (id, image) in std::mem::take(&mut *cell.run.outside.saved_services.borrow_mut()) {
         let mut running = (0..).map_while(|i| session.nth(i));
-        let Some(service) = running.find(|s| cell.registry.services[s.kind].id == id && !s.off.get()) else { continue };
-        let kind = &cell.registry.services[service.kind];
+        let Some(service) = running.find(|s| cell.model.registry.services[s.kind].id == id && !s.off.get()) else {
+            continue;
+        };
+        let kind = &cell.model.registry.services[service.kind];
         let block = state_of(&kind.life, &image);
         let mut state = service.state.borrow_mut();
         if state.len() == block.len() {

@@ -12,33 +12,33 @@ use crate::cell::WorldCell;
 /// An object and all below it, or everything (0): objects, devices with their parameters, scripts of the scene with
 /// their texts. Velocities, and what scripts and devices keep, are left out.
 pub(crate) fn document_of(cell: &WorldCell, base: u32) -> Document {
-    let mut settings = cell.settings.borrow().clone();
+    let mut settings = cell.model.settings.borrow().clone();
     settings.allow.clear();
     let beside = Beside { device: &|slot| device_of(cell, slot), scripts: &|slot| scripts_of(cell, slot) };
-    let mut document = Document::of_scene(&cell.scene.borrow(), base, settings, &beside);
+    let mut document = Document::of_scene(&cell.state.scene.borrow(), base, settings, &beside);
     if base == 0 {
-        document.services.clone_from(&cell.document.services);
+        document.services.clone_from(&cell.model.document.services);
     }
     document
 }
 
 /// Kind and parameters of the device of an object, as they are now.
 pub(crate) fn device_of(cell: &WorldCell, slot: u32) -> Option<DeviceSpec> {
-    let scene = cell.scene.borrow();
+    let scene = cell.state.scene.borrow();
     let named = |declared: &[Declared], params: &[Value]| -> Vec<(String, Value)> {
         let pairs = declared.iter().map(|d| d.key.clone()).zip(params.iter().cloned());
         pairs.filter(|(_, v)| *v != Value::Nil).collect()
     };
     match scene.get(slot).map(|o| &o.data)? {
         Data::Sensor(_) => {
-            let sensing = cell.sensing.borrow();
+            let sensing = cell.devices.sensing.borrow();
             let d = sensing.device(slot)?;
-            Some(DeviceSpec { kind: d.kind, params: named(&cell.registry.sensors[d.kind].params, &d.params) })
+            Some(DeviceSpec { kind: d.kind, params: named(&cell.model.registry.sensors[d.kind].params, &d.params) })
         }
         Data::Actuator(a) => {
-            let actuators = cell.actuators.borrow();
+            let actuators = cell.devices.actuators.borrow();
             let d = actuators.device(scene.id(slot))?;
-            let kind = &cell.registry.actuators[d.kind];
+            let kind = &cell.model.registry.actuators[d.kind];
             let mut params = named(&kind.params, &d.params);
             params.extend(kind.commands.iter().map(|c| c.key.clone()).zip(a.commands.iter().map(|x| Value::Float(*x))));
             Some(DeviceSpec { kind: d.kind, params })
@@ -49,7 +49,7 @@ pub(crate) fn device_of(cell: &WorldCell, slot: u32) -> Option<DeviceSpec> {
 
 /// Scripts of an object that belong to the scene; add-ons belong to the run.
 pub(crate) fn scripts_of(cell: &WorldCell, slot: u32) -> Vec<ScriptSpec> {
-    let (scene, scripts) = (cell.scene.borrow(), cell.scripts.borrow());
+    let (scene, scripts) = (cell.state.scene.borrow(), cell.run.scripts.borrow());
     let all = scene.scripts(slot).into_iter().filter_map(|s| scripts.by_slot(s));
     all.filter(|s| s.kind < crate::cell::Kind::Addon).map(|s| s.spec(s.text.to_vec())).collect()
 }

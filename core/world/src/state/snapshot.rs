@@ -22,23 +22,23 @@ pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
     }
     let mut snapshot = Snapshot::new(Head {
         tatu: env!("CARGO_PKG_VERSION").to_owned(),
-        document: fingerprint(&cell.document),
-        plugins: file::plugins(&cell.registry),
-        step: cell.clock.step.get(),
-        time: cell.clock.time.get(),
+        document: fingerprint(&cell.model.document),
+        plugins: file::plugins(&cell.model.registry),
+        step: cell.state.clock.step.get(),
+        time: cell.state.clock.time.get(),
         hash: hash_of(cell),
         missed: Vec::new(),
-        log: session::file::to_bytes(cell.outside.log.borrow().records()),
+        log: session::file::to_bytes(cell.run.outside.log.borrow().records()),
     });
     let mut missed = clients(cell);
     snapshot.put("core", &core(cell)?)?;
-    snapshot.put("figures", &*cell.figures.borrow())?;
+    snapshot.put("figures", &*cell.devices.figures.borrow())?;
     snapshot.put("sensors", &sensors(cell, &mut missed))?;
     snapshot.put("actuators", &actuators(cell, &mut missed))?;
     snapshot.put("plugins", &plugins(cell, &mut missed))?;
     snapshot.put("services", &services(cell, &mut missed))?;
     snapshot.put("scripts", &Scripts::images(cell, &mut missed))?;
-    if cell.outside.bus.has_listeners() {
+    if cell.run.outside.bus.has_listeners() {
         missed.push(Missed {
             object: "the events".into(),
             plugin: String::new(),
@@ -54,7 +54,11 @@ fn meshes(cell: &WorldCell, scene: &Scene) -> Result<Vec<(u32, u32)>> {
     let mut out = Vec::new();
     for (slot, o) in scene.slots() {
         let own = |m: &std::sync::Arc<Mesh>, n: u32| {
-            cell.document.meshes.get((n as usize).wrapping_sub(1)).is_some_and(|known| std::sync::Arc::ptr_eq(known, m))
+            cell.model
+                .document
+                .meshes
+                .get((n as usize).wrapping_sub(1))
+                .is_some_and(|known| std::sync::Arc::ptr_eq(known, m))
         };
         let foreign = |s: &Shape| s.parts.iter().any(|p| p.mesh.as_ref().is_some_and(|m| !own(m, p.mesh_number)));
         if o.shape().is_some_and(foreign) {
@@ -62,7 +66,7 @@ fn meshes(cell: &WorldCell, scene: &Scene) -> Result<Vec<(u32, u32)>> {
         }
         let Some(mesh) = o.shape().and_then(|s| s.mesh.as_ref()) else { continue };
         let number =
-            cell.document.meshes.iter().position(|m| std::sync::Arc::ptr_eq(m, mesh)).ok_or_else(|| {
+            cell.model.document.meshes.iter().position(|m| std::sync::Arc::ptr_eq(m, mesh)).ok_or_else(|| {
                 Error::new("E503", format!("the mesh of {} is not one of the scene's", scene.path(slot)))
             })?;
         out.push((slot, number as u32));
@@ -71,42 +75,47 @@ fn meshes(cell: &WorldCell, scene: &Scene) -> Result<Vec<(u32, u32)>> {
 }
 
 fn core(cell: &WorldCell) -> Result<CoreImage> {
-    let scene = cell.scene.borrow();
+    let scene = cell.state.scene.borrow();
     Ok(CoreImage {
         meshes: meshes(cell, &scene)?,
         scene: scene.clone(),
-        settings: cell.settings.borrow().clone(),
-        dynamics: cell.dynamics.borrow().snapshot(),
-        phase: cell.phase.get(),
-        clock: (cell.clock.time.get(), cell.clock.step.get(), cell.clock.dt.get(), cell.clock.pass.get()),
-        requests: cell.requests.get(),
-        next_instance: cell.next_instance.get(),
+        settings: cell.model.settings.borrow().clone(),
+        dynamics: cell.state.dynamics.borrow().snapshot(),
+        phase: cell.state.phase.get(),
+        clock: (
+            cell.state.clock.time.get(),
+            cell.state.clock.step.get(),
+            cell.state.clock.dt.get(),
+            cell.state.clock.pass.get(),
+        ),
+        requests: cell.state.requests.get(),
+        next_instance: cell.devices.next_instance.get(),
         signals: {
-            let signals = cell.signals.borrow();
+            let signals = cell.state.signals.borrow();
             signals.iter().map(|((kind, name), s)| (*kind, name.clone(), (&s.value).into(), s.of_run)).collect()
         },
-        waits: cell.calls.waits.borrow().all(),
-        faults: cell.faults.borrow().iter().map(Into::into).collect(),
+        waits: cell.run.calls.waits.borrow().all(),
+        faults: cell.run.faults.borrow().iter().map(Into::into).collect(),
     })
 }
 
 fn sensors(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<DeviceImage> {
-    let n = cell.sensing.borrow().devices.len();
+    let n = cell.devices.sensing.borrow().devices.len();
     let mut out = Vec::with_capacity(n);
     for i in 0..n {
         let (kind, slot, data, state) = {
-            let sensing = cell.sensing.borrow();
+            let sensing = cell.devices.sensing.borrow();
             let d = &sensing.devices[i];
             (d.kind, d.slot, d.data, d.state.to_vec())
         };
-        let entry = &cell.registry.sensors[kind];
+        let entry = &cell.model.registry.sensors[kind];
         let of = Living { plugin: entry.plugin, slot, data };
         let instance = save_instance(cell, &of, &entry.life, &state).unwrap_or_else(|reason| {
-            let plugin = cell.registry.plugins[entry.plugin].id.clone();
-            missed.push(Missed { object: cell.scene.borrow().path(slot), plugin, reason });
+            let plugin = cell.model.registry.plugins[entry.plugin].id.clone();
+            missed.push(Missed { object: cell.state.scene.borrow().path(slot), plugin, reason });
             InstanceImage { state, version: entry.life.version, missed: true, ..Default::default() }
         });
-        let sensing = cell.sensing.borrow();
+        let sensing = cell.devices.sensing.borrow();
         let d = &sensing.devices[i];
         out.push(DeviceImage {
             slot,
@@ -127,11 +136,11 @@ fn sensors(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<DeviceImage> {
 }
 
 fn actuators(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ActuatorImage> {
-    let n = cell.actuators.borrow().devices.len();
+    let n = cell.devices.actuators.borrow().devices.len();
     let mut out = Vec::with_capacity(n);
     for i in 0..n {
         let (mut image, state, data) = {
-            let actuators = cell.actuators.borrow();
+            let actuators = cell.devices.actuators.borrow();
             let d = &actuators.devices[i];
             let image = ActuatorImage {
                 slot: d.slot,
@@ -144,11 +153,11 @@ fn actuators(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ActuatorImage> {
             };
             (image, d.state.to_vec(), d.data)
         };
-        let entry = &cell.registry.actuators[image.kind as usize];
+        let entry = &cell.model.registry.actuators[image.kind as usize];
         let of = Living { plugin: entry.plugin, slot: image.slot, data };
         image.instance = save_instance(cell, &of, &entry.life, &state).unwrap_or_else(|reason| {
-            let plugin = cell.registry.plugins[entry.plugin].id.clone();
-            missed.push(Missed { object: cell.scene.borrow().path(image.slot), plugin, reason });
+            let plugin = cell.model.registry.plugins[entry.plugin].id.clone();
+            missed.push(Missed { object: cell.state.scene.borrow().path(image.slot), plugin, reason });
             InstanceImage { state, version: entry.life.version, missed: true, ..Default::default() }
         });
         out.push(image);
@@ -158,13 +167,13 @@ fn actuators(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ActuatorImage> {
 
 /// Commands that wait for a client of a service: in another process there is no such client.
 fn clients(cell: &WorldCell) -> Vec<Missed> {
-    let waits = cell.calls.waits.borrow().all();
+    let waits = cell.run.calls.waits.borrow().all();
     let remote = waits.into_iter().filter(|w| matches!(w.owner, Owner::Service(_)));
-    let command = |n: u32| cell.registry.commands.get((n as usize).wrapping_sub(1));
+    let command = |n: u32| cell.model.registry.commands.get((n as usize).wrapping_sub(1));
     remote
         .map(|w| Missed {
             object: String::new(),
-            plugin: command(w.command).map_or(String::new(), |c| cell.registry.plugins[c.plugin].id.clone()),
+            plugin: command(w.command).map_or(String::new(), |c| cell.model.registry.plugins[c.plugin].id.clone()),
             reason: "one of its commands waits for a client of a service".into(),
         })
         .collect()
@@ -173,9 +182,9 @@ fn clients(cell: &WorldCell) -> Vec<Missed> {
 /// What command plugins keep for the world, by plugin.
 fn plugins(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceImage)> {
     let mut out = Vec::new();
-    for (plugin, life) in &cell.registry.world_lives {
-        let id = cell.registry.plugins[*plugin].id.clone();
-        let state = cell.instances.borrow()[*plugin].as_ref().map(|i| i.state.to_vec()).unwrap_or_default();
+    for (plugin, life) in &cell.model.registry.world_lives {
+        let id = cell.model.registry.plugins[*plugin].id.clone();
+        let state = cell.devices.instances.borrow()[*plugin].as_ref().map(|i| i.state.to_vec()).unwrap_or_default();
         let of = Living { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };
         match save_instance(cell, &of, life, &state) {
             Ok(image) => out.push((id, image)),
@@ -187,11 +196,11 @@ fn plugins(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceI
 
 /// What services keep of the world, by service: only those that keep something.
 fn services(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceImage)> {
-    let Some(session) = cell.outside.session() else { return Vec::new() };
+    let Some(session) = cell.run.outside.session() else { return Vec::new() };
     let (mut out, mut i) = (Vec::new(), 0);
     while let Some(service) = session.nth(i) {
         i += 1;
-        let kind = &cell.registry.services[service.kind];
+        let kind = &cell.model.registry.services[service.kind];
         let state = service.state.borrow().to_vec();
         if service.off.get() || kind.life.save.is_none() && state.is_empty() {
             continue;
@@ -201,7 +210,7 @@ fn services(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, Instance
             Ok(image) if image.saved.is_empty() && image.state.is_empty() => {}
             Ok(image) => out.push((kind.id.clone(), image)),
             Err(reason) => {
-                let plugin = cell.registry.plugins[kind.plugin].id.clone();
+                let plugin = cell.model.registry.plugins[kind.plugin].id.clone();
                 missed.push(Missed { object: format!("the service `{}`", kind.id), plugin, reason });
             }
         }

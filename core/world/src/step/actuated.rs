@@ -15,20 +15,31 @@ pub(super) fn advance(
     dt: f64,
 ) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
     dynamics.prepare(scene);
-    world.note_called(actuators.devices.iter().map(|d| world.registry.actuators[d.kind].plugin));
+    world.border.note_called(actuators.devices.iter().map(|d| world.model.registry.actuators[d.kind].plugin));
     // Only asked where no body carries an actuator.
     let scene_now: &Scene = scene;
-    let twist = |slot: u32| world.twist_by_motion(scene_now, slot);
-    let time = world.clock.time.get() + world.clock.so_far();
-    let around =
-        actuators::Acts { scene: scene_now, registry: &world.registry, twist: &twist, time, watch: &world.watch };
+    let twist = |slot: u32| world.state.twist_by_motion(scene_now, slot);
+    let time = world.state.clock.time.get() + world.state.clock.so_far();
+    let around = actuators::Acts {
+        scene: scene_now,
+        registry: &world.model.registry,
+        twist: &twist,
+        time,
+        watch: &world.border.watch,
+    };
     let mut failed = actuators::per_step(actuators, dynamics, &around, dt);
-    let lost = match actuators::SubSteps::new(actuators, (&world.registry, &world.watch), dynamics, &around, dt) {
-        None => world.install(|| dynamics.advance(scene, dt, None)),
+    let lost = match actuators::SubSteps::new(
+        actuators,
+        (&world.model.registry, &world.border.watch),
+        dynamics,
+        &around,
+        dt,
+    ) {
+        None => world.run.install(|| dynamics.advance(scene, dt, None)),
         Some(mut substeps) => {
             // SAFETY: `apply` is tagged `[parallel]` in the header; this thread waits while a thread of the pool advances.
             let mut granted = unsafe { ThreadGrant::new(&mut substeps) };
-            let lost = world.install(|| {
+            let lost = world.run.install(|| {
                 let substeps = granted.get();
                 dynamics.advance(scene, dt, Some(&mut |engine, step, out| substeps.before(engine, step, out)))
             });
@@ -42,24 +53,35 @@ pub(super) fn advance(
 /// The same for one step of the engine, the `part`-th from 0.
 pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
     let (mut scene, mut dynamics, mut actuators) =
-        (world.scene.borrow_mut(), world.dynamics.borrow_mut(), world.actuators.borrow_mut());
+        (world.state.scene.borrow_mut(), world.state.dynamics.borrow_mut(), world.devices.actuators.borrow_mut());
     let (scene, dynamics, actuators) = (&mut *scene, &mut *dynamics, &mut *actuators);
     if actuators.devices.is_empty() {
-        return (world.install(|| dynamics.advance_part(scene, dt, part, None)), Vec::new());
+        return (world.run.install(|| dynamics.advance_part(scene, dt, part, None)), Vec::new());
     }
-    world.note_called(actuators.devices.iter().map(|d| world.registry.actuators[d.kind].plugin));
+    world.border.note_called(actuators.devices.iter().map(|d| world.model.registry.actuators[d.kind].plugin));
     let scene_now: &Scene = scene;
-    let twist = |slot: u32| world.twist_by_motion(scene_now, slot);
-    let time = world.clock.time.get() + world.clock.so_far();
-    let around =
-        actuators::Acts { scene: scene_now, registry: &world.registry, twist: &twist, time, watch: &world.watch };
+    let twist = |slot: u32| world.state.twist_by_motion(scene_now, slot);
+    let time = world.state.clock.time.get() + world.state.clock.so_far();
+    let around = actuators::Acts {
+        scene: scene_now,
+        registry: &world.model.registry,
+        twist: &twist,
+        time,
+        watch: &world.border.watch,
+    };
     let mut failed = if part == 0 { actuators::per_step(actuators, dynamics, &around, dt) } else { Vec::new() };
-    let lost = match actuators::SubSteps::new(actuators, (&world.registry, &world.watch), dynamics, &around, dt) {
-        None => world.install(|| dynamics.advance_part(scene, dt, part, None)),
+    let lost = match actuators::SubSteps::new(
+        actuators,
+        (&world.model.registry, &world.border.watch),
+        dynamics,
+        &around,
+        dt,
+    ) {
+        None => world.run.install(|| dynamics.advance_part(scene, dt, part, None)),
         Some(mut substeps) => {
             // SAFETY: `apply` is tagged `[parallel]` in the header; this thread waits while a thread of the pool advances.
             let mut granted = unsafe { ThreadGrant::new(&mut substeps) };
-            let lost = world.install(|| {
+            let lost = world.run.install(|| {
                 let substeps = granted.get();
                 let ask = &mut |engine: &dyn tatu_physics::Engine, step, out: &mut Vec<_>| {
                     substeps.before(engine, step, out);

@@ -10,15 +10,15 @@ pub(crate) fn idle(world: &WorldCell) {
     barrier(world);
     Scripts::idle(world);
     Scripts::run_addons(world);
-    world.clock.count_pass();
+    world.state.clock.count_pass();
     world.restore_process_state("a pass of the stopped world");
 }
 
 /// Time begins to stand.
 pub(super) fn suspend(world: &WorldCell) {
-    world.requests.set(world.requests.get() & !(1 << TATU_REQUEST_PAUSE | 1 << TATU_REQUEST_START));
+    world.state.requests.set(world.state.requests.get() & !(1 << TATU_REQUEST_PAUSE | 1 << TATU_REQUEST_START));
     Scripts::pause(world, Callback::Suspend);
-    world.outside.tell("paused", Value::Nil);
+    world.run.outside.tell("paused", Value::Nil);
     world.restore_process_state("the beginning of a pause");
 }
 
@@ -28,18 +28,18 @@ pub(crate) fn paused(world: &WorldCell) {
     Scripts::pause(world, Callback::Suspended);
     Scripts::run_addons(world);
     world.restore_process_state("a pass of the paused world");
-    if world.requests.get() & 1 << TATU_REQUEST_START != 0 {
+    if world.state.requests.get() & 1 << TATU_REQUEST_START != 0 {
         lift(world);
     }
 }
 
 /// Ends a pause: time advances again with the next pass.
 pub(crate) fn lift(world: &WorldCell) {
-    world.requests.set(world.requests.get() & !(1 << TATU_REQUEST_PAUSE | 1 << TATU_REQUEST_START));
-    if world.phase.get() == Phase::Paused {
+    world.state.requests.set(world.state.requests.get() & !(1 << TATU_REQUEST_PAUSE | 1 << TATU_REQUEST_START));
+    if world.state.phase.get() == Phase::Paused {
         Scripts::pause(world, Callback::Resume);
-        world.phase.set(Phase::FirstAfterPause);
-        world.outside.tell("resumed", Value::Nil);
+        world.state.phase.set(Phase::FirstAfterPause);
+        world.run.outside.tell("resumed", Value::Nil);
         world.restore_process_state("the end of a pause");
     }
 }

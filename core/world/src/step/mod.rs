@@ -42,35 +42,35 @@ pub(crate) fn step(world: &WorldCell) {
     barrier(world);
     // After a request to stop nobody can hold the world back any more.
     if Scripts::before_step(world) && !world.stop_requested() {
-        return world.clock.skip();
+        return world.state.clock.skip();
     }
     match Scripts::driver(world) {
         Some(driver) => driver.drive(world),
         None => {
-            let dt = world.clock.dt.get();
+            let dt = world.state.clock.dt.get();
             for stage in [Stage::Actuate, Stage::Physics, Stage::Sense, Stage::React] {
                 // Nothing runs yet that could be in the way.
                 let _ = run(world, stage, dt, "the step");
             }
             // What the step has led to; a driver records by itself.
-            let _ = recording::record_due(world, world.clock.time.get() + world.clock.so_far());
+            let _ = recording::record_due(world, world.state.clock.time.get() + world.state.clock.so_far());
         }
     }
-    if world.phase.get() == Phase::Last {
+    if world.state.phase.get() == Phase::Last {
         let _ = run(world, Stage::Clean, 0.0, "the step");
     }
     Scripts::run_addons(world);
-    world.clock.advance();
+    world.state.clock.advance();
     turn(world);
 }
 
 /// The phase after a pass. The world carries out the end of a run with the next step, so that its last state can be read.
 fn turn(world: &WorldCell) {
-    let (stop, pause) = (world.stop_requested(), world.requests.get() & 1 << TATU_REQUEST_PAUSE != 0);
-    let next = world.phase.get().after(stop, pause);
+    let (stop, pause) = (world.stop_requested(), world.state.requests.get() & 1 << TATU_REQUEST_PAUSE != 0);
+    let next = world.state.phase.get().after(stop, pause);
     match next {
-        Phase::Stopped => world.over.set(true),
-        next => world.phase.set(next),
+        Phase::Stopped => world.state.over.set(true),
+        next => world.state.phase.set(next),
     }
     if next == Phase::Paused {
         idle::suspend(world);
@@ -79,16 +79,16 @@ fn turn(world: &WorldCell) {
 
 /// What was removed is ended; what was added joins.
 pub(crate) fn barrier(world: &WorldCell) {
-    world.calls.caller.set(Caller::HOST);
-    let version = world.scene.try_borrow().map_or(0, |s| s.shape_version);
+    world.run.calls.caller.set(Caller::HOST);
+    let version = world.state.scene.try_borrow().map_or(0, |s| s.shape_version);
     // Whatever is gone has changed the tree.
-    if world.reaped.replace(version) != version || version == 0 {
+    if world.devices.swept.replace(version) != version || version == 0 {
         Scripts::reap(world);
         sensors::reap(world);
         reap_actuators(world);
     }
-    let Ok(mut scene) = world.scene.try_borrow_mut() else { return };
-    world.dynamics.borrow_mut().settle(&mut scene);
+    let Ok(mut scene) = world.state.scene.try_borrow_mut() else { return };
+    world.state.dynamics.borrow_mut().settle(&mut scene);
     scene.note_places();
     drop(scene);
     events::deliver(world);
@@ -106,25 +106,25 @@ fn physics(world: &WorldCell, dt: f64) {
         substeps::advance(world, dt)
     } else {
         let (mut scene, mut dynamics, mut actuators) =
-            (world.scene.borrow_mut(), world.dynamics.borrow_mut(), world.actuators.borrow_mut());
+            (world.state.scene.borrow_mut(), world.state.dynamics.borrow_mut(), world.devices.actuators.borrow_mut());
         let (scene, dynamics, actuators) = (&mut *scene, &mut *dynamics, &mut *actuators);
         if actuators.devices.is_empty() || dt <= 0.0 {
             dynamics.settle(scene);
-            (world.install(|| dynamics.advance(scene, dt, None)), Vec::new())
+            (world.run.install(|| dynamics.advance(scene, dt, None)), Vec::new())
         } else {
             actuated::advance(world, scene, dynamics, actuators, dt)
         }
     };
-    world.clock.passed(dt);
+    world.state.clock.passed(dt);
     for f in failed {
         tell_of_actuator(world, &f);
     }
-    let strays = world.dynamics.borrow_mut().strays(&world.scene.borrow());
+    let strays = world.state.dynamics.borrow_mut().strays(&world.state.scene.borrow());
     for (slot, speed, way) in strays {
         tell_of_stray(world, slot, speed, way);
     }
     for slot in lost {
-        let path = world.scene.borrow().path(slot);
+        let path = world.state.scene.borrow().path(slot);
         let mut fault = Fault::new(FaultKind::Physics, format!("the motion of {path} became infinite; it is frozen"));
         fault.object = Some(path);
         fault.help = Some("look for masses or forces that are far apart, or use a smaller physics_dt_s".into());
@@ -135,18 +135,19 @@ fn physics(world: &WorldCell, dt: f64) {
 /// Reports an actuator that failed, once; warns of one that acts on nothing.
 fn tell_of_actuator(world: &WorldCell, failed: &actuators::ApplyFailure) {
     if failed.status < 0 {
-        let plugin = world.registry.actuators[failed.kind].plugin;
+        let plugin = world.model.registry.actuators[failed.kind].plugin;
         let text = format!("{} [{}]", failed.text, Call::Apply.text());
         world.report(instance_fault(world, plugin, failed.slot, failed.status, &text));
     } else {
-        let path = world.scene.borrow().path(failed.slot);
+        let path = world.state.scene.borrow().path(failed.slot);
         world.log(TATU_LOG_WARNING, &format!("the actuator {path} has no effect: {}", failed.text));
     }
 }
 
 /// Warns of a body that is very fast or far off: mostly something went wrong before.
 fn tell_of_stray(world: &WorldCell, slot: u32, speed: f64, way: f64) {
-    let (path, time) = (world.scene.borrow().path(slot), world.clock.time.get() + world.clock.so_far());
+    let (path, time) =
+        (world.state.scene.borrow().path(slot), world.state.clock.time.get() + world.state.clock.so_far());
     let text = format!(
         "{path} moves at {speed:.0} m/s, {way:.0} m from its start, at {time:.2} s: has it fallen through a floor, or been \
          thrown by forms that overlap or by a force that is too great? It is told once"
@@ -169,8 +170,8 @@ fn react(world: &WorldCell) {
 /// Ends the instances of actuators that are gone.
 fn reap_actuators(world: &WorldCell) {
     let gone = {
-        let scene = world.scene.borrow();
-        world.actuators.borrow_mut().take_gone(|d| scene.id(d.slot) == d.object)
+        let scene = world.state.scene.borrow();
+        world.devices.actuators.borrow_mut().take_gone(|d| scene.id(d.slot) == d.object)
     };
     for d in gone {
         end_actuator(world, d);

@@ -11,28 +11,28 @@ use crate::{
 pub(super) fn sense(world: &WorldCell) {
     let mut measured = Scripts::any_has(world, Callback::Measured).then(Vec::new);
     let mut asked = Turn::default();
-    let time = world.clock.time.get();
+    let time = world.state.clock.time.get();
     {
-        let mut sensing = world.sensing.borrow_mut();
-        sensing.settle(&world.scene.borrow(), &world.registry);
+        let mut sensing = world.devices.sensing.borrow_mut();
+        sensing.settle(&world.state.scene.borrow(), &world.model.registry);
         sensing.list();
     }
-    for kind in 0..world.registry.sensors.len() {
-        let roll = world.sensing.borrow().roll(kind);
+    for kind in 0..world.model.registry.sensors.len() {
+        let roll = world.devices.sensing.borrow().roll(kind);
         let mut measure = |turn: &Turn| {
             if turn.devices.is_empty() {
                 return;
             }
             sense_some(world, kind, turn, &MeasureOptions::default());
             if let Some(measured) = &mut measured {
-                let sensing = world.sensing.borrow();
+                let sensing = world.devices.sensing.borrow();
                 measured.extend(turn.devices.iter().map(|i| &sensing.devices[*i]).filter(|d| !d.off).map(|d| d.slot));
             }
         };
         measure(&roll.steady);
         let mut from = 0;
         loop {
-            let n = world.sensing.borrow_mut().due(&roll, from, time, &mut asked);
+            let n = world.devices.sensing.borrow_mut().due(&roll, from, time, &mut asked);
             if n == 0 {
                 break;
             }
@@ -48,29 +48,29 @@ pub(super) fn sense(world: &WorldCell) {
 
 /// Handles some sensors of one kind now; one that fails is switched off and reported once.
 pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &MeasureOptions) {
-    let moment = Moment { time: world.clock.time.get(), step: world.clock.step.get() };
+    let moment = Moment { time: world.state.clock.time.get(), step: world.state.clock.step.get() };
     let Turn { devices, cuts, sees } = turn;
     let failed = {
         let (mut sensing, scene, dynamics) =
-            (world.sensing.borrow_mut(), world.scene.borrow(), world.dynamics.borrow());
-        sensing.settle(&scene, &world.registry);
+            (world.devices.sensing.borrow_mut(), world.state.scene.borrow(), world.state.dynamics.borrow());
+        sensing.settle(&scene, &world.model.registry);
         for (visible, waves) in sees {
             match visible {
-                true => sensing.targets.follow(&scene, true, world.pool()),
-                false => sensing.targets.follow_waves(&scene, *waves, world.pool()),
+                true => sensing.targets.follow(&scene, true, world.run.pool()),
+                false => sensing.targets.follow_waves(&scene, *waves, world.run.pool()),
             }
         }
-        let twist = |slot| world.twist(&scene, &dynamics, slot);
-        let (watch, pool) = (&*world.watch, world.pool());
-        let around = Around { scene: &scene, registry: &world.registry, twist: &twist, watch, pool };
+        let twist = |slot| world.state.twist(&scene, &dynamics, slot);
+        let (watch, pool) = (&*world.border.watch, world.run.pool());
+        let around = Around { scene: &scene, registry: &world.model.registry, twist: &twist, watch, pool };
         let job = Job { kind, devices, cuts, options, moment };
-        let plugin = world.registry.sensors[kind].plugin;
+        let plugin = world.model.registry.sensors[kind].plugin;
         let first = devices.first().map_or(0, |i| sensing.devices[*i].slot);
         let run = || sense::measure(&mut sensing, &job, &around);
         world.cross(plugin, Call::Measure, first, run)
     };
     for f in failed {
-        let mut sensing = world.sensing.borrow_mut();
+        let mut sensing = world.devices.sensing.borrow_mut();
         if let Some(d) = sensing.devices.iter_mut().find(|d| d.slot == f.slot) {
             d.off = true;
             // What it measured before is no reading of now.
@@ -79,7 +79,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &
             sensing.unlist();
         }
         drop(sensing);
-        let plugin = world.registry.sensors[f.kind].plugin;
+        let plugin = world.model.registry.sensors[f.kind].plugin;
         let text = format!("{} [{}]", f.text, f.call.text());
         world.report(instance_fault(world, plugin, f.slot, f.status, &text));
     }
@@ -88,8 +88,8 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &
 /// Ends the instances of sensors that are gone.
 pub(super) fn reap(world: &WorldCell) {
     let gone = {
-        let scene = world.scene.borrow();
-        world.sensing.borrow_mut().take_gone(|d| scene.get(d.slot).is_some() && d.id > 0)
+        let scene = world.state.scene.borrow();
+        world.devices.sensing.borrow_mut().take_gone(|d| scene.get(d.slot).is_some() && d.id > 0)
     };
     for d in gone {
         end_sensor(world, d);

@@ -43,8 +43,8 @@ struct Running<'a>(&'a WorldCell, Caller);
 
 impl Drop for Running<'_> {
     fn drop(&mut self) {
-        self.0.calls.caller.set(self.1);
-        if let Ok(mut stages) = self.0.stages.try_borrow_mut() {
+        self.0.run.calls.caller.set(self.1);
+        if let Ok(mut stages) = self.0.run.stages.try_borrow_mut() {
             stages.pop();
         }
     }
@@ -55,7 +55,7 @@ impl Drop for Running<'_> {
 pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'static, str>>) -> Result<(), String> {
     let who = who.into();
     {
-        let mut stages = world.stages.try_borrow_mut().map_err(|_| "not possible from within this call")?;
+        let mut stages = world.run.stages.try_borrow_mut().map_err(|_| "not possible from within this call")?;
         if stages.iter().any(|(s, _)| *s == stage as u32) {
             let mut chain = String::new();
             for (s, asked) in stages.iter() {
@@ -65,20 +65,20 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
             return Err(format!("the stage `{name}` was asked for from within itself: {chain}{who} -> {name}"));
         }
         // A plugin that asks from within a measure or apply, where it may call nothing but the log.
-        if world.scene.try_borrow_mut().is_err() || world.sensing.try_borrow_mut().is_err() {
+        if world.state.scene.try_borrow_mut().is_err() || world.devices.sensing.try_borrow_mut().is_err() {
             return Err(format!("the stage `{}` cannot run from within this call", stage.name()));
         }
         stages.push((stage as u32, who));
     }
-    let outermost = world.stages.try_borrow().is_ok_and(|s| s.len() == 1);
-    let _running = Running(world, world.calls.caller.replace(Caller::HOST));
+    let outermost = world.run.stages.try_borrow().is_ok_and(|s| s.len() == 1);
+    let _running = Running(world, world.run.calls.caller.replace(Caller::HOST));
     match stage {
         Stage::Actuate => actuate(world),
         Stage::Physics => physics(world, dt),
         Stage::Sense => sense(world),
         Stage::React => react(world),
         // Only the last pass ends anything.
-        Stage::Clean if world.phase.get() != Phase::Last => {}
+        Stage::Clean if world.state.phase.get() != Phase::Last => {}
         Stage::Clean => clean(world),
     }
     if stage == Stage::Physics {

@@ -67,7 +67,7 @@ fn number(map: &Value, keys: &[&str]) -> Option<f64> {
 pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
     let (mut lost, mut failed) = (Vec::new(), Vec::new());
     let count = {
-        let (mut scene, mut dynamics) = (world.scene.borrow_mut(), world.dynamics.borrow_mut());
+        let (mut scene, mut dynamics) = (world.state.scene.borrow_mut(), world.state.dynamics.borrow_mut());
         dynamics.prepare(&mut scene);
         dynamics.set_between(true);
         dynamics.engine_steps(dt)
@@ -83,7 +83,7 @@ pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::A
         let now = pairs(world);
         for (a, b) in now.difference(&touching) {
             // A callback may have removed one of them.
-            let there = |slot: &u32| world.scene.borrow().get(*slot).is_some_and(|o| o.shape().is_some());
+            let there = |slot: &u32| world.state.scene.borrow().get(*slot).is_some_and(|o| o.shape().is_some());
             if there(a) && there(b) {
                 tell_contact(world, (*a, *b));
             }
@@ -91,14 +91,14 @@ pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::A
         touching = now;
         tell(world, part, true);
     }
-    world.dynamics.borrow_mut().set_between(false);
+    world.state.dynamics.borrow_mut().set_between(false);
     (lost, failed)
 }
 
 /// The pairs of shapes that touch.
 fn pairs(world: &WorldCell) -> BTreeSet<(u32, u32)> {
-    let scene = world.scene.borrow();
-    world.dynamics.borrow().contacts(&scene).map(|(a, b, _)| (a.min(b), a.max(b))).collect()
+    let scene = world.state.scene.borrow();
+    world.state.dynamics.borrow().contacts(&scene).map(|(a, b, _)| (a.min(b), a.max(b))).collect()
 }
 
 fn tell(world: &WorldCell, part: Part, after: bool) {
@@ -110,14 +110,14 @@ fn tell(world: &WorldCell, part: Part, after: bool) {
 /// Asks for the drives of all joints that are controlled by scripts.
 fn drive_joints(world: &WorldCell, part: Part) {
     let joints: Vec<u32> = {
-        let scene = world.scene.borrow();
+        let scene = world.state.scene.borrow();
         let controlled = |j: &Joint| j.control == Control::Callback && j.id.is_some();
         scene.slots().filter(|(_, o)| o.joint().is_some_and(controlled)).map(|(s, _)| s).collect()
     };
     for slot in joints {
         let Some(question) = question(world, slot, part) else { continue };
         let answer = Scripts::ask(world, Callback::Joint, &question, false);
-        let (scene, mut dynamics) = (world.scene.borrow(), world.dynamics.borrow_mut());
+        let (scene, mut dynamics) = (world.state.scene.borrow(), world.state.dynamics.borrow_mut());
         let Some(joint) = scene.get(slot).and_then(|o| o.joint()) else { continue };
         let drive = answer.map_or(Drive::Free, |a| match (number(&a, &["vel", "velocity"]), number(&a, &["force"])) {
             (Some(target), force) => {
@@ -133,7 +133,7 @@ fn drive_joints(world: &WorldCell, part: Part) {
 
 /// What a script is asked about a joint.
 fn question(world: &WorldCell, slot: u32, part: Part) -> Option<Value> {
-    let scene = world.scene.borrow();
+    let scene = world.state.scene.borrow();
     let j = scene.get(slot)?.joint()?;
     let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
     let mut way = j.target_position - j.position;
@@ -141,7 +141,7 @@ fn question(world: &WorldCell, slot: u32, part: Part) -> Option<Value> {
         // The shorter way round.
         way = nalgebra::wrap(way, -std::f64::consts::PI, std::f64::consts::PI);
     }
-    let first = part.number == 0 && world.phase.get() == Phase::First;
+    let first = part.number == 0 && world.state.phase.get() == Phase::First;
     let mut map = part.entries();
     map.extend([
         // The number that the field gives to joints that physics moves.
@@ -176,7 +176,7 @@ fn tell_contact(world: &WorldCell, (a, b): (u32, u32)) {
         friction: factor("friction"),
         restitution: factor("restitution"),
     };
-    let (scene, mut dynamics) = (world.scene.borrow(), world.dynamics.borrow_mut());
+    let (scene, mut dynamics) = (world.state.scene.borrow(), world.state.dynamics.borrow_mut());
     if let (Some(a), Some(b)) = (scene.get(a).and_then(|o| o.shape()), scene.get(b).and_then(|o| o.shape())) {
         dynamics.set_pair(a, b, Some(rule));
     }

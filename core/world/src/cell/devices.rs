@@ -1,0 +1,80 @@
+//! What plugins keep for a world.
+
+use std::{
+    cell::{Cell, RefCell},
+    ffi::c_void,
+};
+
+use tatu_devices::{actuators::Actuators, figures::Figures, sense::Sensing};
+use tatu_plugins::state_block::StateBlock;
+
+/// What a command plugin keeps for this world.
+pub(crate) struct Instance {
+    pub data: *mut c_void,
+    pub state: StateBlock,
+    pub destroy: Option<unsafe extern "C" fn(*mut c_void)>,
+}
+
+/// Instances of plugins and what they work on: sensors with their readings, actuators, graphs and drawings.
+pub(crate) struct Devices {
+    pub sensing: RefCell<Sensing>,
+    pub actuators: RefCell<Actuators>,
+    pub figures: RefCell<Figures>,
+    /// Of command plugins, by plugin.
+    pub instances: RefCell<Vec<Option<Instance>>>,
+    pub next_instance: Cell<u64>,
+    next_replacement: Cell<u64>,
+    /// The version of the tree at which scripts and devices of removed objects were last ended.
+    pub swept: Cell<u64>,
+}
+
+impl Default for Devices {
+    fn default() -> Self {
+        Devices {
+            sensing: RefCell::default(),
+            actuators: RefCell::default(),
+            figures: RefCell::default(),
+            instances: RefCell::default(),
+            next_instance: Cell::new(1),
+            next_replacement: Cell::new(1 << 31),
+            swept: Cell::default(),
+        }
+    }
+}
+
+impl Devices {
+    /// A number for a new instance.
+    pub fn new_instance(&self) -> u64 {
+        let id = self.next_instance.get();
+        self.next_instance.set(id + 1);
+        id
+    }
+    /// A number for an instance in the place of another: from the upper half, so that a reload changes no other numbers.
+    pub fn new_replacement(&self) -> u64 {
+        let id = self.next_replacement.get();
+        self.next_replacement.set(id + 1);
+        id
+    }
+    /// The data and the state block of a plugin's instance in this world; null in a worker: they belong to the world's thread.
+    #[inline]
+    pub fn instance(&self, plugin: usize) -> (*mut c_void, *mut c_void) {
+        let all = self.instances.try_borrow();
+        let one = all.as_ref().ok().and_then(|all| all.get(plugin)?.as_ref());
+        let none = (std::ptr::null_mut(), std::ptr::null_mut());
+        one.map_or(none, |i| (i.data, i.state.place()))
+    }
+    /// Whether a plugin has kept within the state block of its instance in this world.
+    pub fn state_is_whole(&self, plugin: usize) -> bool {
+        let Ok(all) = self.instances.try_borrow() else { return true };
+        all.get(plugin).and_then(Option::as_ref).is_none_or(|i| i.state.is_whole())
+    }
+    /// That one has not, has been told.
+    #[cold]
+    pub fn mend_state(&self, plugin: usize) {
+        if let Ok(mut all) = self.instances.try_borrow_mut()
+            && let Some(i) = all.get_mut(plugin).and_then(Option::as_mut)
+        {
+            i.state.mend();
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! What comes from outside is written down.
+
+use tatu_plugin_api::{abi::*, safe::ValueRef};
+use tatu_plugins::CommandEntry;
+
+use super::{
+    WorldCell,
+    input_log::{Input, REPLAY, Record},
+};
+
+/// A service is about to call a command: it is written down, and may wait if its service takes answers later.
+pub(crate) fn remote_call(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call) {
+    let caller = world.run.calls.caller.get();
+    let can_wait = caller.service == REPLAY
+        || world.run.outside.session().is_some_and(|s| {
+            s.nth((caller.service as usize).wrapping_sub(1)).is_some_and(|s| s.can_wait(&world.model.registry))
+        });
+    if !can_wait {
+        f.wait_token = 0;
+    }
+    if world.run.outside.log.borrow().is_idle() {
+        return;
+    }
+    // SAFETY: the frame's arguments are valid.
+    let args = unsafe { ValueRef::slice(f.args, f.n_args as usize) };
+    let args = args.iter().map(|a| a.to_value().unwrap_or_default()).collect();
+    let name = entry.names.get(f.alias as usize).or(entry.names.first()).map_or(String::new(), |n| n.name.clone());
+    record(world, Input::Call { name, args, waits: f.wait_token != 0 });
+}
+
+/// A service asks for a change of state.
+pub(crate) fn remote_request(world: &WorldCell, what: u32) {
+    if world.run.calls.caller.get().kind == TATU_CALLER_REMOTE {
+        record(world, Input::Request(what));
+    }
+}
+
+pub(crate) fn record_of(world: &WorldCell, service: String, input: Input) {
+    let (step, client) = (world.state.clock.step.get(), world.run.outside.client.get());
+    world.run.outside.log.borrow_mut().push(step, service, client, input);
+}
+
+fn record(world: &WorldCell, input: Input) {
+    let service = match world.run.calls.caller.get().service {
+        REPLAY => world.run.outside.replayed.borrow().clone(),
+        n => world
+            .run
+            .outside
+            .session()
+            .and_then(|s| s.nth((n as usize).wrapping_sub(1)))
+            .map_or(String::new(), |s| world.model.registry.services[s.kind].id.clone()),
+    };
+    record_of(world, service, input);
+}
+
+/// Something comes in at the barrier, not from a service.
+pub(crate) fn put_in(world: &WorldCell, kind: &str, text: &str) {
+    world.run.outside.take_in(kind, text);
+    let (kind, text) = (kind.to_owned(), text.to_owned());
+    let step = world.state.clock.step.get();
+    world.run.outside.log.borrow_mut().push(step, String::new(), 0, Input::Event { kind, text });
+}
+
+/// A plugin looked outside.
+pub(crate) fn observe(world: &WorldCell, kind: &str, text: &str) {
+    let (kind, text) = (kind.to_owned(), text.to_owned());
+    let step = world.state.clock.step.get();
+    world.run.outside.log.borrow_mut().push(step, String::new(), 0, Input::Observed { kind, text });
+}
+
+/// What a plugin found in the run that is repeated; outer none: this run repeats nothing.
+pub(crate) fn observed(world: &WorldCell, kind: &str) -> Option<Option<String>> {
+    let step = world.state.clock.step.get();
+    let found = world.run.outside.replay.borrow_mut().as_mut().map(|r| r.next_observed(step, kind))?;
+    if let Some(text) = &found {
+        observe(world, kind, text);
+    }
+    Some(found)
+}
+
+/// What came in before a snapshot is there again.
+pub(crate) fn restore_inputs(world: &WorldCell, records: Vec<Record>) {
+    for record in &records {
+        if let Input::Event { kind, text } = &record.input {
+            world.run.outside.take_in(kind, text);
+        }
+    }
+    world.run.outside.log.borrow_mut().restore(records);
+}

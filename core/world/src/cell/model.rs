@@ -1,0 +1,59 @@
+//! What a world was made of.
+
+use std::{cell::RefCell, sync::Arc};
+
+use tatu_physics::EngineSettings;
+use tatu_plugin_api::abi::*;
+use tatu_plugins::Registry;
+use tatu_scene::{
+    Scene,
+    document::{DeviceSpec, Document, Settings},
+};
+
+use super::swap::Swap;
+
+/// What the world was made of: the document, the plugins that its kinds come from, and what a stop goes back to.
+pub(crate) struct Model {
+    pub registry: Swap<Registry>,
+    pub document: Swap<Document>,
+    /// The object of each in the document, by generation and slot; 0: it was never made.
+    pub origins: RefCell<Vec<tatu_object>>,
+    pub settings: RefCell<Settings>,
+    /// The scene at the start of the run.
+    pub initial: RefCell<Option<Scene>>,
+    /// Slots, kinds and parameters of the devices at the start.
+    pub initial_devices: RefCell<Vec<(u32, DeviceSpec)>>,
+}
+
+impl Model {
+    pub fn new(
+        document: Arc<Document>,
+        registry: Arc<Registry>,
+        settings: Settings,
+        origins: Vec<tatu_object>,
+    ) -> Self {
+        Model {
+            registry: Swap::new(registry),
+            document: Swap::new(document),
+            origins: RefCell::new(origins),
+            settings: RefCell::new(settings),
+            initial: RefCell::default(),
+            initial_devices: RefCell::default(),
+        }
+    }
+    /// The seed of something, from the scene's seed and its key.
+    pub fn seed_of(&self, key: &str) -> u64 {
+        xxhash_rust::xxh3::xxh3_64_with_seed(key.as_bytes(), self.settings.borrow().seed)
+    }
+    /// The settings that concern the engine.
+    pub fn engine_settings(settings: &Settings) -> EngineSettings {
+        EngineSettings {
+            gravity: settings.gravity,
+            step: settings.physics_dt.min(settings.dt),
+            substeps: settings.physics_substeps,
+            sleep: settings.sleep,
+            friction_rule: settings.friction_rule,
+            contact_spring: settings.contact_spring,
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Calls into a service.
+
+use std::ffi::c_void;
+
+use tatu_errors::{Fault, FaultKind};
+use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::{
+    border::{ErrorSlot, raw},
+    state_block::PAST_STATE,
+    watchdog::Call,
+};
+
+use super::{
+    WorldCell, call_errors,
+    calls::Caller,
+    service::{Running, lay},
+};
+
+impl Running {
+    /// Runs something that is noted as this service's.
+    pub fn noted<T>(&self, world: &WorldCell, f: impl FnOnce() -> T) -> T {
+        world.border.watch.subject(&self.subject);
+        let done = f();
+        world.border.watch.subject("");
+        done
+    }
+
+    /// Calls a function of one of its clients. The results' memory is the caller's to release.
+    pub fn call_func(&self, world: &WorldCell, local: u32, f: &mut tatu_call) -> tatu_status {
+        let kind = self.info(&world.model.registry);
+        let Some(call) = kind.raw.call_func else { return TATU_ERR_UNSUPPORTED };
+        world.run.calls.caller.set(Caller::remote(self.number));
+        (f.world, f.caller_kind) = (world.raw(), TATU_CALLER_HOST);
+        (f.caller, f.caller_object, f.caller_script) = (0, 0, 0);
+        let error = f.error;
+        // SAFETY: by the contract; no borrow of the world is alive here, and the frame lives through the call.
+        let status =
+            world.cross(kind.plugin, Call::ServiceFunc, 0, || unsafe { call(self.data, world.raw(), local, f) });
+        f.error = error;
+        let status = call_errors::answer(error, status, false);
+        if status < 0 {
+            call_errors::name_plugin(error, status, &world.model.registry.plugins[kind.plugin].id, Call::ServiceFunc);
+        }
+        status
+    }
+
+    /// Runs a call into it: depth, caller and arena are afterwards as before.
+    fn enter<T>(&self, world: &WorldCell, call: Call, f: impl FnOnce(&tatu_service, *mut c_void) -> T) -> Option<T> {
+        if self.off.get() {
+            return None;
+        }
+        let level = world.run.calls.enter()?;
+        let mark = world.run.calls.arena.borrow().mark();
+        world.run.calls.caller.set(Caller::remote(self.number));
+        world.run.outside.client.set(0);
+        let kind = self.info(&world.model.registry);
+        world.border.watch.subject(&self.subject);
+        let (out, heard) = world.cross_capturing(kind.plugin, call, 0, || f(&kind.raw, self.data));
+        world.run.calls.arena.borrow_mut().release(mark);
+        world.border.watch.subject("");
+        drop(level);
+        if let Some(said) = heard.first() {
+            self.switch_off(world, call, said);
+            return None;
+        }
+        Some(out)
+    }
+
+    /// Runs a call with an error object; `None`: it does not work any more. After a failure it is switched off, and named.
+    fn ask(
+        &self,
+        world: &WorldCell,
+        call: Call,
+        f: impl FnOnce(&tatu_service, *mut c_void, *mut tatu_error) -> tatu_status,
+    ) -> Option<tatu_status> {
+        let mut error = ErrorSlot::new();
+        let told = error.raw();
+        let status = self.enter(world, call, |raw, data| f(raw, data, told))?;
+        let why = match status {
+            TATU_OK | TATU_HOLD if !self.state.borrow().is_whole() => format!(": {PAST_STATE}"),
+            TATU_OK => return Some(TATU_OK),
+            TATU_HOLD if call == Call::Barrier => return Some(TATU_HOLD),
+            ..0 if !error.has_said() => failure(status),
+            ..0 => format!(": {}", error.text()),
+            n => format!(": broke the contract: it answered {n}"),
+        };
+        self.switch_off(world, call, &why);
+        None
+    }
+
+    /// Its turn at the barrier; whether it holds the world.
+    pub fn barrier(&self, world: &WorldCell) -> bool {
+        let step = world.state.clock.step.get();
+        let answer = self.ask(world, Call::Barrier, |raw, data, error| {
+            // SAFETY: by the contract; no borrow of the world is alive here.
+            raw.barrier.map_or(TATU_GO, |f| unsafe { f(data, world.raw(), step, error) })
+        });
+        answer == Some(TATU_HOLD)
+    }
+
+    /// The world ends: the last time that it is seen.
+    pub fn last(&self, world: &WorldCell) {
+        self.ask(world, Call::Last, |raw, data, error| {
+            // SAFETY: by the contract; no borrow of the world is alive here.
+            raw.last.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), error) })
+        });
+    }
+
+    /// Tells it that something happened, if it wants to know.
+    pub fn event(&self, world: &WorldCell, name: &str, payload: &Value) {
+        if !self.wants(&world.model.registry, name) {
+            return;
+        }
+        let payload = lay([payload]);
+        self.ask(world, Call::Event, |service, data, error| {
+            let name = raw(name.as_bytes());
+            // SAFETY: by the contract; name and payload live through the call.
+            service.event.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), name, payload.0.as_ptr(), error) })
+        });
+    }
+
+    /// Hands it the end of a command that waited.
+    pub fn resume(&self, world: &WorldCell, token: u64, status: tatu_status, frame: &tatu_call) {
+        self.ask(world, Call::ServiceResume, |service, data, error| {
+            // SAFETY: by the contract; the frame lives through the call.
+            service.resume.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), token, status, frame, error) })
+        });
+    }
+
+    /// It failed, and has no more turns; `how` begins with a verb, or with a colon.
+    fn switch_off(&self, world: &WorldCell, call: Call, how: &str) {
+        self.off.set(true);
+        let info = self.info(&world.model.registry);
+        let plugin = &world.model.registry.plugins[info.plugin].id;
+        let gap = if how.starts_with(':') { "" } else { " " };
+        let text = format!("plugin `{plugin}`: {}{gap}{how} [{}]; it is switched off", self.subject, call.text());
+        let mut fault = Fault::new(FaultKind::Plugin, text);
+        fault.plugin = Some(plugin.clone());
+        world.report(fault);
+    }
+}
+
+/// A failure without a sentence.
+fn failure(status: tatu_status) -> String {
+    match status {
+        TATU_ERR_PANIC => "panicked".to_owned(),
+        _ => format!("failed with status {status}"),
+    }
+}

@@ -1,0 +1,124 @@
+//! Stand-ins are made when a script asks for an object, and become what they are used as.
+
+use tatu_plugin_api::abi::*;
+use tatu_scene::{
+    Data, Joint, Scene, Shape,
+    document::DeviceSpec,
+    rows::{KINDS, Of, Row, kind_name},
+};
+
+use super::{
+    WorldCell,
+    stand_ins::{StandIn, StandIns},
+};
+
+/// Begins to listen: every object of the document is a stand-in.
+pub(crate) fn begin(world: &WorldCell, values: &[String]) {
+    let (scene, origins) = (world.state.scene.borrow(), world.model.origins.borrow());
+    let schema = |d: &DeviceSpec| world.model.registry.sensors.get(d.kind).and_then(|k| k.schemas.first().cloned());
+    let list = world
+        .model
+        .document
+        .objects
+        .iter()
+        .zip(origins.iter())
+        .map(|(spec, id)| {
+            let suffix = scene.resolve(*id).ok().and_then(|s| scene.get(s)).map_or(-1, |o| o.suffix());
+            let kind = match spec.kind {
+                TATU_KIND_SENSOR => spec.device.as_ref().and_then(schema),
+                _ => None,
+            };
+            let kind = kind.unwrap_or_else(|| kind_name(spec.kind).to_owned());
+            (
+                *id,
+                StandIn {
+                    parent: spec.parent,
+                    alias: spec.alias.clone(),
+                    suffix,
+                    kind,
+                    script: !spec.scripts.is_empty(),
+                },
+            )
+        })
+        .collect();
+    world.run.stand_ins.begin(list, values);
+}
+
+/// The object of a path or unique name, made if it is not there; `from`: what "." means, and what unique names are made
+/// below. `None`: these are no names, or there are too many.
+pub(crate) fn find_or_make(world: &WorldCell, from: u32, name: &str) -> Option<tatu_object> {
+    let mut scene = world.state.scene.try_borrow_mut().ok()?;
+    let scene = &mut *scene;
+    if let Some(slot) = scene.find(from, name) {
+        return Some(scene.id(slot));
+    }
+    let stand_ins = &world.run.stand_ins;
+    if name.starts_with(['/', '.', ':']) {
+        let (mut at, rest) = scene.start_of(from, name)?;
+        for part in rest.split('/').filter(|p| !p.is_empty()) {
+            at = match scene.below(at, part) {
+                Some(slot) => slot,
+                None => make_part(stand_ins, scene, at, part)?,
+            };
+        }
+        return (at != 0).then(|| scene.id(at));
+    }
+    let (alias, suffix) = match name.split_once('#') {
+        Some((alias, n)) => (alias, n.parse().unwrap_or(-1)),
+        None => (name, -1),
+    };
+    // The smaller numbers come first, as they did when the object got its own.
+    for _ in -1..suffix.clamp(-1, 63) + 1 {
+        stand_ins.add(scene, from, &alias.replace('/', "_"))?;
+        if let Some(slot) = scene.find_name(name) {
+            return Some(scene.id(slot));
+        }
+    }
+    None
+}
+
+/// Makes what a part of a path means, with those that stand before it by its index.
+fn make_part(stand_ins: &StandIns, scene: &mut Scene, at: u32, part: &str) -> Option<u32> {
+    let alias = part.split(['[', '{']).next()?.replace(['*', '?'], "x");
+    for _ in 0..64 {
+        let made = stand_ins.add(scene, at, &alias)?;
+        if let Some(slot) = scene.below(at, part) {
+            return Some(slot);
+        }
+        // A wildcard that fits no name fits this one.
+        if !part.contains(['[', '{']) {
+            return Some(made);
+        }
+    }
+    None
+}
+
+/// An object was used as one of a kind, or as a sensor that fills a schema; whether it is one now.
+pub(crate) fn becomes(world: &WorldCell, object: tatu_object, kind: &str) -> bool {
+    if !world.run.stand_ins.is_on() {
+        return false;
+    }
+    let Ok(mut scene) = world.state.scene.try_borrow_mut() else { return false };
+    let Ok(slot) = scene.resolve(object) else { return false };
+    if !world.run.stand_ins.learn(scene.id(slot), kind) {
+        return false;
+    }
+    let data = match KINDS.iter().find(|(n, _)| *n == kind).map(|(_, k)| *k) {
+        Some(TATU_KIND_SHAPE) => {
+            Data::Shape(Box::new(Shape { dynamic: true, respondable: true, ..Default::default() }))
+        }
+        Some(TATU_KIND_JOINT) => Data::Joint(Box::<Joint>::default()),
+        Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor(Box::default()),
+        // Made with the next document.
+        _ => return false,
+    };
+    scene.change_kind(slot, data)
+}
+
+/// A row was asked for that belongs to another kind of object; whether the object is of that kind now.
+pub(crate) fn becomes_by_row(world: &WorldCell, object: tatu_object, row: Row) -> bool {
+    match row.info().of {
+        Of::Kind(kind) if world.run.stand_ins.is_on() => becomes(world, object, kind_name(kind)),
+        _ => false,
+    }
+}

@@ -1,0 +1,71 @@
+//! What a step changes.
+
+use std::cell::{Cell, RefCell};
+
+use tatu_physics::EngineSettings;
+use tatu_scene::{Dynamics, Scene};
+
+use super::{
+    clock::Clock,
+    phase::Phase,
+    stores::{Noted, Signals},
+    waits::Due,
+};
+
+/// What a step changes and a snapshot holds: objects, the engine, time and phase, signals.
+pub(crate) struct State {
+    pub scene: RefCell<Scene>,
+    pub dynamics: RefCell<Dynamics>,
+    pub clock: Clock,
+    pub phase: Cell<Phase>,
+    /// Bits of `1 << TATU_REQUEST_*`, carried out at the barrier.
+    pub requests: Cell<u32>,
+    /// The last pass is done, and the run is to be ended.
+    pub over: Cell<bool>,
+    /// The stopped world had a pass.
+    pub rested: Cell<bool>,
+    pub signals: RefCell<Signals>,
+    /// How much custom data has been written.
+    pub noted: Noted,
+}
+
+impl State {
+    pub fn new(engine: EngineSettings, dt: f64, scene: Scene) -> Self {
+        State {
+            scene: RefCell::new(scene),
+            dynamics: RefCell::new(Dynamics::new(engine)),
+            clock: Clock::new(dt),
+            phase: Cell::default(),
+            requests: Cell::default(),
+            over: Cell::default(),
+            rested: Cell::default(),
+            signals: RefCell::default(),
+            noted: Noted::default(),
+        }
+    }
+    /// Whether a wait is over.
+    pub fn is_over(&self, due: &Due) -> bool {
+        match due {
+            Due::Step(s) => self.clock.pass.get() >= *s,
+            Due::Time(t) => self.clock.time.get() >= *t - 1e-9,
+            Due::Signal(name) => self.signals.borrow().keys().any(|(_, n)| n == name),
+            Due::Poll => true,
+        }
+    }
+    /// Velocity of an object: from the engine if it moves it, else from its motion in the last step.
+    pub fn twist(&self, scene: &Scene, dynamics: &Dynamics, slot: u32) -> [f64; 6] {
+        let Some(o) = scene.get(slot) else { return [0.0; 6] };
+        if let Some(t) = o.shape().filter(|s| s.dynamic).and_then(|s| dynamics.twist(s)) {
+            return [t.linear.x, t.linear.y, t.linear.z, t.angular.x, t.angular.y, t.angular.z];
+        }
+        self.twist_by_motion(scene, slot)
+    }
+    /// Velocity of an object by its motion in the last step.
+    pub fn twist_by_motion(&self, scene: &Scene, slot: u32) -> [f64; 6] {
+        let (Some(_), Some(old)) = (scene.get(slot), scene.before(slot)) else { return [0.0; 6] };
+        let (now, dt) = (scene.world(slot), self.clock.dt.get());
+        let v = (now.translation.vector - old.translation.vector) / dt;
+        let w = (now.rotation * old.rotation.inverse()).scaled_axis() / dt;
+        [v.x, v.y, v.z, w.x, w.y, w.z]
+    }
+}
