@@ -5,7 +5,7 @@ use tatu_physics::{BodyId, Contact, Twist};
 use tatu_plugin_api::abi::*;
 use tatu_scene::{Scene, rows::kind_name};
 
-use super::{busy, fill, here, on, place, slot};
+use super::answer::{busy, fill, here, on, place, slot};
 use crate::cell::{Function, WorldCell, stand_in_use};
 
 pub static TABLE: tatu_host_bodies = tatu_host_bodies {

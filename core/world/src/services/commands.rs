@@ -4,7 +4,7 @@ use std::ffi::c_void;
 
 use tatu_plugin_api::abi::*;
 
-use super::{alone, here, here_now, needs_frame, on, passed, place};
+use super::answer::{alone, here, here_now, needs_frame, on, passed, place};
 use crate::{
     calls::call_command,
     cell::{Function, WorldCell},

@@ -6,7 +6,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{Declared, check_value};
 use tatu_scene::{Data, Scene};
 
-use super::{Done, busy, slot};
+use super::answer::{Done, busy, slot};
 use crate::{
     cell::WorldCell,
     instances::{

@@ -4,7 +4,7 @@ use tatu_errors::nearest;
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{describe, events::ALL};
 
-use super::{Done, alone, busy, on};
+use super::answer::{Done, alone, busy, on};
 use crate::{
     cell::{Function, WorldCell, bytes_of},
     scripts,

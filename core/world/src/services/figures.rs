@@ -9,7 +9,10 @@ use tatu_scene::{
     graph::{CurveSpec, Graph, StreamSpec, keys_of},
 };
 
-use super::{Done, busy, fill, give, on, place, properties::refusal, slot};
+use super::{
+    answer::{Done, busy, fill, give, on, place, slot},
+    properties::refusal,
+};
 use crate::cell::{Function, WorldCell};
 pub static TABLE: tatu_host_figures = tatu_host_figures {
     size: size_of::<tatu_host_figures>() as u32,

@@ -4,7 +4,7 @@ use std::{fs::File, path::Path};
 
 use tatu_plugin_api::abi::*;
 
-use super::{lend, on, place};
+use super::answer::{lend, on, place};
 use crate::cell::{Function, Refused, WorldCell};
 
 pub static TABLE: tatu_host_files = tatu_host_files {

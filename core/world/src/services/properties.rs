@@ -10,7 +10,10 @@ use tatu_scene::{
     rows::{Of, Row},
 };
 
-use super::{Done, busy, devices, slot};
+use super::{
+    answer::{Done, busy, slot},
+    devices,
+};
 use crate::cell::{Model, WorldCell, stand_in_use};
 
 pub(super) fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {

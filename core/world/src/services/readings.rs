@@ -7,7 +7,7 @@ use tatu_devices::sense::{Limits, MeasureOptions};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::tables;
 
-use super::{Done, busy, fill, here, needs, on, place, slot};
+use super::answer::{Done, busy, fill, here, needs, on, place, slot};
 use crate::{
     cell::{Function, WorldCell},
     step::sense_some,

@@ -9,9 +9,8 @@ use tatu_scene::{
 };
 
 use super::{
-    busy, fill, give, here, list_of, needs, on, place,
+    answer::{busy, fill, give, here, list_of, needs, on, place, room_of, slot},
     properties::{after_change, read, read_numbers, write, write_numbers},
-    room_of, slot,
 };
 use crate::cell::{Function, WorldCell};
 

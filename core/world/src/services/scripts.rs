@@ -3,7 +3,7 @@
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::document::ScriptSpec;
 
-use super::{busy, fill, give, list_of, needs_frame, on, passed, place, slot};
+use super::answer::{busy, fill, give, list_of, needs_frame, on, passed, place, slot};
 use crate::{cell::Function, scripts as inner};
 
 pub static TABLE: tatu_host_scripts = tatu_host_scripts {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use tatu_errors::Error;
 use tatu_plugin_api::abi::*;
 
-use super::{alone, fill, lend, on, passed};
+use super::answer::{alone, fill, lend, on, passed};
 use crate::{
     cell::{Function, NextScene, Phase, SessionCell, WorldCell},
     session::functions,

@@ -9,7 +9,7 @@ use tatu_scene::{
     visible_parts,
 };
 
-use super::{busy, give, on, slot};
+use super::answer::{busy, give, on, slot};
 use crate::{
     cell::{Function, WorldCell},
     reload,

@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::abi::*;
 
-use super::{alone, busy, give, lend, on, place};
+use super::answer::{alone, busy, give, lend, on, place};
 use crate::cell::{Function, Signal};
 
 pub static TABLE: tatu_host_signals = tatu_host_signals {

@@ -3,7 +3,7 @@
 use tatu_plugin_api::abi::*;
 use tatu_scene::{Data, collision_parts};
 
-use super::{busy, list_of, on, place, slot};
+use super::answer::{busy, list_of, on, place, slot};
 use crate::cell::Function;
 
 /// The shortest way between any shape of one list and any of another; an empty second list: all other shapes.

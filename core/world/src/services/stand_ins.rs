@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::abi::*;
 
-use super::alone;
+use super::answer::alone;
 use crate::cell::{Function, Wish, WorldCell, stand_in_use};
 
 pub static TABLE: tatu_host_stand_ins = tatu_host_stand_ins {

@@ -11,7 +11,7 @@ use tatu_scene::{
     document::{self, MAIN, ScriptSpec},
 };
 
-use super::{busy, list_of, on, place, room_of, slot};
+use super::answer::{busy, list_of, on, place, room_of, slot};
 use crate::{
     cell::{Function, Kind, Scripts, WorldCell},
     instances::make_device,

@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::barrier;
+use super::barrier::barrier;
 use crate::cell::{Callback, Phase, Scripts, WorldCell};
 
 /// A pass of a stopped world.

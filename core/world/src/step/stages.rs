@@ -4,9 +4,9 @@ use std::borrow::Cow;
 
 use tatu_plugin_api::abi::*;
 
-use super::{actuate, clean, physics, react, sensors::sense};
+use super::{physics::physics, sensors::sense};
 use crate::{
-    cell::{Caller, Phase, WorldCell},
+    cell::{Caller, Phase, Scripts, WorldCell},
     events,
 };
 
@@ -89,4 +89,22 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
         events::deliver(world);
     }
     Ok(())
+}
+
+/// Scripts act.
+fn actuate(world: &WorldCell) {
+    Scripts::actuate(world);
+    world.restore_process_state("actuation");
+}
+
+/// Scripts of the run clean up.
+fn clean(world: &WorldCell) {
+    Scripts::clean_up(world);
+    world.restore_process_state("clean-up");
+}
+
+/// Scripts look at what was sensed.
+fn react(world: &WorldCell) {
+    Scripts::react(world);
+    world.restore_process_state("reaction");
 }

@@ -1,0 +1,186 @@
+//! What all functions of the host have in common: finding the world, checking arguments, refusing, lending memory.
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use crate::cell::{Function, WorldCell};
+
+/// How a service function ends: done, or refused with a status whose sentence has been recorded.
+pub(super) type Done = Result<(), tatu_status>;
+
+/// Runs `f` on a world, if the call that runs may use the function.
+pub(super) fn on<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a WorldCell) -> Done) -> tatu_status {
+    here(world, function, |world| match world.worker {
+        None => f(world),
+        Some(_) => Err(busy(world)),
+    })
+}
+
+/// The same for a service that only looks: scripts that run side by side may use it.
+#[inline]
+pub(super) fn here<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a WorldCell) -> Done) -> tatu_status {
+    WorldCell::admit(world, function).and_then(f).err().unwrap_or(TATU_OK)
+}
+
+/// The world of a function that has no status: none where it is refused.
+pub(super) fn here_now<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a WorldCell> {
+    WorldCell::admit(world, function).ok()
+}
+
+/// The same; none on a thread that runs scripts beside others.
+pub(super) fn alone<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a WorldCell> {
+    here_now(world, function).filter(|cell| cell.worker.is_none())
+}
+
+/// What a caller must give, or a place for an answer; null is refused.
+#[inline]
+pub(super) fn place<T>(world: &WorldCell, what: &str, given: Option<T>) -> Result<T, tatu_status> {
+    given.ok_or_else(|| refuse_null(world, what))
+}
+
+#[cold]
+pub(super) fn refuse_null(world: &WorldCell, what: &str) -> tatu_status {
+    world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("{what} is expected, found null"))
+}
+
+/// The same for a list.
+pub(super) fn needs<T>(world: &WorldCell, what: &str, pointer: *const T) -> Done {
+    match pointer.is_null() {
+        false => Ok(()),
+        true => Err(refuse_null(world, what)),
+    }
+}
+
+/// What a caller gave, `n` of them; null is refused where there are any.
+///
+/// # Safety
+/// `pointer` is null or leads to `n`, which live as long as the call.
+pub(super) unsafe fn list_of<'a, T>(
+    world: &WorldCell,
+    what: &str,
+    pointer: *const T,
+    n: u32,
+) -> Result<&'a [T], tatu_status> {
+    if n == 0 {
+        return Ok(&[]);
+    }
+    needs(world, what, pointer)?;
+    // SAFETY: the caller promises it.
+    Ok(unsafe { std::slice::from_raw_parts(pointer, n as usize) })
+}
+
+/// The same for places to write to.
+///
+/// # Safety
+/// As for [`list_of`]; nobody else uses the places meanwhile.
+pub(super) unsafe fn room_of<'a, T>(
+    world: &WorldCell,
+    what: &str,
+    pointer: *mut T,
+    n: u32,
+) -> Result<&'a mut [T], tatu_status> {
+    if n == 0 {
+        return Ok(&mut []);
+    }
+    needs(world, what, pointer)?;
+    // SAFETY: the caller promises it.
+    Ok(unsafe { std::slice::from_raw_parts_mut(pointer, n as usize) })
+}
+
+/// The frame of a call, if its caller knew all of it.
+#[inline]
+pub(super) fn needs_frame(world: &WorldCell, frame: *const tatu_call) -> Done {
+    // SAFETY: null, or a frame, which begins with its size; the other fields are looked at only if they lie within.
+    let fits = unsafe {
+        !frame.is_null()
+            && (*frame).size as usize >= size_of::<tatu_call>()
+            && ((*frame).n_args == 0 || !(*frame).args.is_null())
+            && ((*frame).results_cap == 0 || !(*frame).results.is_null())
+    };
+    if fits { Ok(()) } else { Err(refuse_frame(world, frame)) }
+}
+
+#[cold]
+pub(super) fn refuse_frame(world: &WorldCell, frame: *const tatu_call) -> tatu_status {
+    let text = match frame.is_null() {
+        true => "a frame is expected, found null",
+        // SAFETY: a frame begins with its size.
+        false if (unsafe { (*frame).size } as usize) < size_of::<tatu_call>() => {
+            "the size of the frame is that of no version of `tatu_call`"
+        }
+        false => "arguments, and room for results, are expected, found null",
+    };
+    world.run.calls.refuse(TATU_ERR_ARGUMENT, text)
+}
+
+/// A status that something else gave, done or not.
+pub(super) fn passed(status: tatu_status) -> Done {
+    if status == TATU_OK { Ok(()) } else { Err(status) }
+}
+
+/// Another part of the same world is in use by a caller further up.
+pub(super) fn busy(world: &WorldCell) -> tatu_status {
+    let text = match world.worker {
+        None => "not possible from within this call",
+        Some(_) => "not possible in a script that runs side by side with others",
+    };
+    world.run.calls.refuse(TATU_ERR_BUSY, text)
+}
+
+/// The slot of an object that a caller names, or the refusal.
+pub(super) fn slot(world: &WorldCell, scene: &tatu_scene::Scene, object: tatu_object) -> Result<u32, tatu_status> {
+    scene.resolve(object).map_err(|last| {
+        let n = object & 0xF_FFFF;
+        match last {
+            Some(name) => {
+                world.run.calls.refuse(TATU_ERR_GONE, &format!("object {n} (it was `{name}`) has been removed"))
+            }
+            None if object == 0 => {
+                world.run.calls.refuse(TATU_ERR_MISSING, "the world itself is no object of the scene")
+            }
+            None => world.run.calls.refuse(TATU_ERR_MISSING, &format!("there is no object {n}")),
+        }
+    })
+}
+
+/// Copies a list into a caller's array as far as it fits, and tells the full count.
+///
+/// # Safety
+/// `out` has room for `cap`, or is null.
+pub(super) unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: Option<&mut u32>) -> Done {
+    if !out.is_null() {
+        // SAFETY: the caller promises it.
+        unsafe { std::ptr::copy_nonoverlapping(all.as_ptr(), out, all.len().min(cap as usize)) };
+    }
+    if let Some(n) = n {
+        *n = all.len() as u32;
+    }
+    Ok(())
+}
+
+/// Puts a text into the world's arena, where it lives until the plugin's call returns.
+pub(super) fn lend<'a>(world: &'a WorldCell, text: &[u8]) -> Result<Lent<'a>, tatu_status> {
+    let mut arena = world.run.calls.arena.try_borrow_mut().map_err(|_| busy(world))?;
+    let room = arena.alloc(text.len());
+    if room.is_null() {
+        return Err(TATU_ERR_SPACE);
+    }
+    // SAFETY: there is room for as many bytes, which the arena keeps until the plugin's call returns or gives up a mark.
+    unsafe {
+        std::ptr::copy_nonoverlapping(text.as_ptr(), room, text.len());
+        Ok(Lent::new(tatu_str { ptr: room.cast(), len: text.len() as u64 }))
+    }
+}
+
+/// Puts a value into the world's arena, where it lives until the plugin's call returns, and writes its border form.
+pub(super) fn give<'a>(world: &'a WorldCell, value: &Value, out: Option<&mut ValueRef<'a>>) -> Done {
+    let Ok(mut arena) = world.run.calls.arena.try_borrow_mut() else { return Err(busy(world)) };
+    let out = place(world, "a place for the value", out)?;
+    match value.to_raw(&mut *arena) {
+        Some(raw) => {
+            // SAFETY: it points into the arena, which keeps it until the plugin's call returns or gives up a mark.
+            *out = unsafe { ValueRef::new(raw) };
+            Ok(())
+        }
+        None => Err(world.run.calls.refuse(TATU_ERR_SPACE, "the value does not fit into memory")),
+    }
+}

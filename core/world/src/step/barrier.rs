@@ -1,0 +1,36 @@
+//! Between two passes: removed objects lose their scripts and devices, added ones join.
+
+use super::sensors;
+use crate::{
+    cell::{Caller, Scripts, WorldCell},
+    events,
+    instances::end_actuator,
+};
+
+/// What was removed is ended; what was added joins.
+pub(crate) fn barrier(world: &WorldCell) {
+    world.run.calls.caller.set(Caller::HOST);
+    let version = world.state.scene.try_borrow().map_or(0, |s| s.shape_version);
+    // Whatever is gone has changed the tree.
+    if world.devices.swept.replace(version) != version || version == 0 {
+        Scripts::reap(world);
+        sensors::reap(world);
+        reap_actuators(world);
+    }
+    let Ok(mut scene) = world.state.scene.try_borrow_mut() else { return };
+    world.state.dynamics.borrow_mut().settle(&mut scene);
+    scene.note_places();
+    drop(scene);
+    events::deliver(world);
+}
+
+/// Ends the instances of actuators that are gone.
+fn reap_actuators(world: &WorldCell) {
+    let gone = {
+        let scene = world.state.scene.borrow();
+        world.devices.actuators.borrow_mut().take_gone(|d| scene.id(d.slot) == d.object)
+    };
+    for d in gone {
+        end_actuator(world, d);
+    }
+}

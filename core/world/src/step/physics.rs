@@ -1,0 +1,64 @@
+//! The physics stage.
+
+use tatu_devices::actuators;
+use tatu_errors::{Fault, FaultKind};
+use tatu_plugin_api::abi::*;
+use tatu_plugins::watchdog::Call;
+
+use super::{actuated, substeps};
+use crate::cell::{WorldCell, instance_fault};
+
+/// Actuators apply their forces and the engine advances; one sub-step at a time where scripts have callbacks in between.
+pub(super) fn physics(world: &WorldCell, dt: f64) {
+    let (lost, failed) = if dt > 0.0 && substeps::wanted(world) {
+        substeps::advance(world, dt)
+    } else {
+        let (mut scene, mut dynamics, mut actuators) =
+            (world.state.scene.borrow_mut(), world.state.dynamics.borrow_mut(), world.devices.actuators.borrow_mut());
+        let (scene, dynamics, actuators) = (&mut *scene, &mut *dynamics, &mut *actuators);
+        if actuators.devices.is_empty() || dt <= 0.0 {
+            dynamics.settle(scene);
+            (world.run.install(|| dynamics.advance(scene, dt, None)), Vec::new())
+        } else {
+            actuated::advance(world, scene, dynamics, actuators, dt)
+        }
+    };
+    world.state.clock.passed(dt);
+    for f in failed {
+        tell_of_actuator(world, &f);
+    }
+    let strays = world.state.dynamics.borrow_mut().strays(&world.state.scene.borrow());
+    for (slot, speed, way) in strays {
+        tell_of_stray(world, slot, speed, way);
+    }
+    for slot in lost {
+        let path = world.state.scene.borrow().path(slot);
+        let mut fault = Fault::new(FaultKind::Physics, format!("the motion of {path} became infinite; it is frozen"));
+        fault.object = Some(path);
+        fault.help = Some("look for masses or forces that are far apart, or use a smaller physics_dt_s".into());
+        world.report(fault);
+    }
+}
+
+/// Reports an actuator that failed, once; warns of one that acts on nothing.
+fn tell_of_actuator(world: &WorldCell, failed: &actuators::ApplyFailure) {
+    if failed.status < 0 {
+        let plugin = world.model.registry.actuators[failed.kind].plugin;
+        let text = format!("{} [{}]", failed.text, Call::Apply.text());
+        world.report(instance_fault(world, plugin, failed.slot, failed.status, &text));
+    } else {
+        let path = world.state.scene.borrow().path(failed.slot);
+        world.log(TATU_LOG_WARNING, &format!("the actuator {path} has no effect: {}", failed.text));
+    }
+}
+
+/// Warns of a body that is very fast or far off: mostly something went wrong before.
+fn tell_of_stray(world: &WorldCell, slot: u32, speed: f64, way: f64) {
+    let (path, time) =
+        (world.state.scene.borrow().path(slot), world.state.clock.time.get() + world.state.clock.so_far());
+    let text = format!(
+        "{path} moves at {speed:.0} m/s, {way:.0} m from its start, at {time:.2} s: has it fallen through a floor, or been \
+         thrown by forms that overlap or by a force that is too great? It is told once"
+    );
+    world.log(TATU_LOG_WARNING, &text);
+}
