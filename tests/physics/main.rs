@@ -2,7 +2,7 @@
 //!
 //! Bounds are those that the page promises; what is measured lies well inside them and stands on the page.
 
-#[path = "../program/kit.rs"]
+#[path = "../program/kit/base.rs"]
 #[allow(dead_code, reason = "shared with the tests of the program")]
 mod kit;
 

@@ -1,107 +1,33 @@
 //! The built program from outside: real plugin libraries, real compilers, real scripts.
 //!
-//! One binary, one module per subject; `kit` runs the program, writes scenes and builds plugins. Expected values name
-//! their source: a formula, or a fact restated in `tests/facts/`. Tests that need files which are not part of the
-//! repository, or a compiler that is missing, count as ignored. Nothing here looks at how long something takes.
+//! One binary, a folder per subject, a module per question:
+//!
+//! | folder | what is tried |
+//! |---|---|
+//! | `kit` | What all tests share: running the program, scenes in folders of their own, plugins compiled on the way. |
+//! | `scene` | Scenes: read, imported, converted, refused; how bodies in them move. |
+//! | `robots` | Robots that come with the program, against closed forms and what the original did. |
+//! | `sensors` | Sensors against geometry written out, their noise, and what reading them may change: nothing. |
+//! | `scripts` | Scripts: when each is called, what the eras find as it was, what commands return, what one cannot do to another. |
+//! | `plugins` | Plugins: loaded, refused, crashing, misbehaving, old and new; the header and its record. |
+//! | `remote` | Services, with the real clients of each protocol where they can be had. |
+//! | `page` | The page, in a real browser where there is one. |
+//! | `state` | The same scene and seed give the same bits: on every run, after a snapshot, in a replay, with other worlds beside. |
+//! | `cli` | The command line: what it prints, writes, draws and describes. |
+//! | `source` | The source tree itself: layers, names, lengths. |
+//!
+//! Tests of one plugin carry its name. Expected values name their source: a formula, or a fact restated in
+//! `tests/facts/`. Tests that need files which are not part of the repository, or a compiler that is missing, count as
+//! ignored. Nothing here looks at how long something takes.
 
-mod addons;
-mod away;
-mod beside;
-mod bounds;
-mod breaches;
-mod browser;
-mod cascades;
-mod catalogue;
-mod claims;
 mod cli;
-mod compat;
-mod configure;
-mod convert;
-mod course;
-mod crashes;
-mod crowd;
-mod damaged;
-mod declarations;
-mod demos;
-mod depth;
-mod describe;
-mod determinism;
-mod driver;
-mod eras;
-mod errors;
-mod events;
-mod folders;
-mod gps;
-mod graphs;
-mod guards;
-mod header;
-mod import;
-mod importers;
-#[cfg(unix)]
-mod interactive;
-mod isolation;
-mod keys;
 mod kit;
-mod large;
-mod laser;
-mod layers;
-mod layout;
-mod legacy;
-mod library;
-mod lives;
-mod look;
-mod made;
-mod made_wrong;
-mod manta;
-mod masters;
-mod mirror;
-mod misbehaves;
-mod misbehaves_safely;
-mod models_at_run;
-mod museum;
-mod names;
-mod nesting;
-mod next_scene;
-mod noise;
-mod options;
-mod order;
-mod outputs;
-mod outside;
 mod page;
 mod plugins;
-mod processors;
-mod proximity;
-mod refusals;
-mod registered;
-mod reload;
 mod remote;
-mod removals;
-mod replay;
-mod restart;
-mod returns;
-mod room;
-mod rosbridge;
-mod said;
-mod scans;
-mod scopes;
-mod script_errors;
-mod seeds;
-mod service;
-mod sockets;
-mod sonar;
-mod standins;
+mod robots;
+mod scene;
+mod scripts;
+mod sensors;
+mod source;
 mod state;
-mod stores;
-mod talk;
-mod texts;
-mod threads;
-mod thruster;
-mod tree;
-mod trust;
-mod vision;
-mod vrep_files;
-mod watchers;
-mod wheels;
-mod worlds;
-mod written;
-mod zmq;

@@ -30,9 +30,9 @@ fn kind() -> SensorKind {
         field("test.seen", TATU_ELEM_U8, [0, 1, 1]),
         field("test.raw", TATU_ELEM_U16, [0, 1, 1]),
         // Of a schema that is known, with its own value for nothing.
-        field("gps.altitude", TATU_ELEM_F64, [1, 1, 1]),
-        field("gps.position", TATU_ELEM_F64, [3, 1, 1]),
-        field("gps.valid", TATU_ELEM_I32, [1, 1, 1]),
+        field("fix.altitude", TATU_ELEM_F64, [1, 1, 1]),
+        field("fix.position", TATU_ELEM_F64, [3, 1, 1]),
+        field("fix.valid", TATU_ELEM_I32, [1, 1, 1]),
         field("test.object", TATU_ELEM_OBJECT, [1, 1, 1]),
         field("else.one", TATU_ELEM_F64, [1, 1, 1]),
     ];
@@ -357,13 +357,13 @@ fn text_comes_back() {
     let text = "latency_s = 0.12\n[many]\nsigma = [0.1, 0.2]\nof = \"other\"\nuniform = 1\nshift = 2\nshift_sigma = 3\n\
                 walk = { sigma = 2.1, tau_s = 1100 }\nstep = 0.001\ninverse_step = 2.85e-3\ndropout = 0.01\n\
                 valid = \"seen\"\noutliers = { probability = 0.001, sigma = 1.0, uniform = 2 }\nlimits = [0, inf]\n\
-                [\"gps.position\"]\nsigma = [[1, 2], [3, 4], [5, 6]]\nuniform = [1, 2, 3]";
+                [\"fix.position\"]\nsigma = [[1, 2], [3, 4], [5, 6]]\nuniform = [1, 2, 3]";
     let kind = kind();
     let spec = NoiseSpec::parse(text, Some(&kind)).unwrap_or_else(|w| panic!("{}", w.error));
     let written = spec.to_toml();
     assert_eq!(NoiseSpec::parse(&written, None).unwrap_or_else(|w| panic!("{}: {written}", w.error)), spec);
     assert_eq!(NoiseSpec::parse(&written, Some(&kind)).unwrap_or_else(|w| panic!("{}", w.error)), spec);
-    assert_eq!(spec.fields.keys().collect::<Vec<_>>(), ["gps.position", "test.many"]);
+    assert_eq!(spec.fields.keys().collect::<Vec<_>>(), ["fix.position", "test.many"]);
     assert_eq!(spec.fields["test.many"].of.as_deref(), Some("test.other"));
     // Full names, with and without quotes.
     for same in
@@ -420,7 +420,7 @@ fn what_is_wrong_is_named() {
         ("many.walk = { sigma = 1, tau_s = 0 }", "`tau_s`: expected a number greater than 0"),
         ("many.dropout = 1.5", "`dropout`: expected a number from 0 to 1"),
         ("many = { dropout = 0.1, valid = 3 }", "`valid`: expected the name of a field"),
-        ("many = { dropout = 0.1, valid = \"position\" }", "`gps.position` cannot mark valid elements of `test.many`"),
+        ("many = { dropout = 0.1, valid = \"position\" }", "`fix.position` cannot mark valid elements of `test.many`"),
         ("many = { dropout = 0.1, valid = \"many\" }", "names the field itself"),
         ("many = { sigma = 1, of = \"place\" }", "`test.place` has another shape than `test.many`"),
         ("many.of = \"other\"", "`of` without `sigma`"),

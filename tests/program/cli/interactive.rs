@@ -1,0 +1,130 @@
+//! A session before a terminal, played through a pseudo-terminal.
+
+use std::{
+    fs::File,
+    io::{BufRead, BufReader, Read, Write},
+    os::fd::FromRawFd,
+    process::{Child, Command, Stdio},
+};
+
+use crate::{cli::keys::LISTENER, kit::*};
+
+/// The program, with a pseudo-terminal as its standard input.
+struct Played {
+    child: Child,
+    /// The end at which somebody types.
+    keyboard: File,
+    told: BufReader<std::process::ChildStdout>,
+}
+
+impl Played {
+    fn start(place: &Place, args: &[&str]) -> Self {
+        let (mut master, mut slave) = (-1, -1);
+        let none = std::ptr::null_mut();
+        // SAFETY: both numbers are written; no name, settings or size are asked for.
+        let made = unsafe { libc::openpty(&mut master, &mut slave, none, none.cast(), none.cast()) };
+        assert_eq!(made, 0, "no pseudo-terminal");
+        // SAFETY: both are open and nobody else's.
+        let (keyboard, terminal) = unsafe { (File::from_raw_fd(master), File::from_raw_fd(slave)) };
+        let mut child = Command::new(program())
+            .args(args)
+            .current_dir(place.path())
+            .stdin(Stdio::from(terminal))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let told = BufReader::new(child.stdout.take().unwrap());
+        Played { child, keyboard, told }
+    }
+    fn press(&mut self, keys: &[u8]) {
+        self.keyboard.write_all(keys).unwrap();
+    }
+    /// Reads what scripts tell until a line has this text.
+    fn until(&mut self, text: &str) {
+        let mut line = String::new();
+        while !line.contains(text) {
+            line.clear();
+            assert!(self.told.read_line(&mut line).unwrap() > 0, "it ended before it told `{text}`: {}", self.errors());
+        }
+    }
+    fn errors(&mut self) -> String {
+        let mut text = String::new();
+        let _ = self.child.stderr.take().unwrap().read_to_string(&mut text);
+        text
+    }
+    #[track_caller]
+    fn end(mut self) {
+        let status = self.child.wait().unwrap();
+        assert!(status.success(), "{status}: {}", self.errors());
+    }
+}
+
+// What a terminal sends: xterm's sequences.
+const UP: &[u8] = b"\x1b[A";
+const F5: &[u8] = b"\x1b[15~";
+const F6: &[u8] = b"\x1b[17~";
+const F7: &[u8] = b"\x1b[18~";
+
+fn place() -> Place {
+    let place = Place::new();
+    place.write("listen.lua", &format!("{LISTENER}\nfunction sysCall_sensing() print('step') end"));
+    place
+}
+const ARGS: [&str; 4] = ["run", "--script", "listen.lua", "--stand-ins"];
+
+#[test]
+fn a_session_replays_with_the_same_hashes() {
+    let place = place();
+    let session = ["--interactive", "--log", "run.log", "--trace", "a.jsonl"];
+    let mut played = Played::start(&place, &[&ARGS[..], &session].concat());
+    played.until("step");
+    played.press(b"++");
+    played.press(b"s");
+    played.until("6 115 0");
+    played.press(UP);
+    played.until("6 2007 0");
+    played.press(F7);
+    played.end();
+    place.tatu(&["run", "--replay", "run.log", "--trace", "b.jsonl"]).good();
+    place.tatu(&["diff", "a.jsonl", "b.jsonl"]).good();
+    let told: Vec<String> = place.lines("a.jsonl").iter().map(|l| l.status().join(",")).collect();
+    let keys: Vec<&String> = told.iter().filter(|t| !t.is_empty()).collect();
+    assert_eq!(keys, ["6 115 0", "6 2007 0"]);
+}
+
+#[test]
+fn it_is_paused_and_goes_on_step_by_step() {
+    let place = place();
+    place.write(
+        "listen.lua",
+        &format!("{}\nfunction sysCall_suspend() print('suspended') end", place.read("listen.lua")),
+    );
+    let session = ["--interactive", "--trace", "t.jsonl", "--log", "run.log"];
+    let mut played = Played::start(&place, &[&ARGS[..], &session].concat());
+    played.until("step");
+    // A key that is pressed while time stands comes with the next step.
+    played.press(F5);
+    played.until("suspended");
+    played.press(b"a");
+    played.press(F6);
+    played.until("6 97 0");
+    played.press(b"b");
+    played.press(F6);
+    played.until("6 98 0");
+    played.press(F7);
+    played.end();
+    let lines = place.lines("t.jsonl");
+    let of = |key: &str| lines.iter().position(|l| l.status().contains(&key)).unwrap();
+    assert_eq!(of("6 98 0"), of("6 97 0") + 1, "one step lies between the two");
+    let counted = lines.iter().filter(|l| l.0.get("stopping").is_none()).count();
+    assert_eq!(counted, of("6 98 0") + 1, "and none came after");
+    place.tatu(&["run", "--replay", "run.log", "--trace", "again.jsonl"]).good();
+    place.tatu(&["diff", "t.jsonl", "again.jsonl"]).good();
+}
+
+#[test]
+fn without_a_terminal_it_does_not_start() {
+    let place = place();
+    place.tatu(&[&ARGS[..], &["--interactive"]].concat()).refused(&["E105", "terminal", "--keys"]);
+}

@@ -1,0 +1,79 @@
+//! What the program writes to standard error, kept in one snapshot per test: a better sentence costs one
+//! `cargo insta accept` (or `INSTA_UPDATE=always cargo test --test program`) and no change of a test.
+
+use std::{env::consts, fmt::Write};
+
+use crate::kit::*;
+
+/// All texts of one test; compared with `tests/program/snapshots/<folder>__<module>__<test>.snap` when it is dropped.
+pub struct Said {
+    test: String,
+    texts: String,
+}
+
+/// The texts of the function that this stands in.
+macro_rules! said {
+    () => {{
+        fn here() {}
+        $crate::kit::said::Said::of(std::any::type_name_of_val(&here))
+    }};
+}
+pub(crate) use said;
+
+impl Said {
+    pub fn of(here: &str) -> Said {
+        // `program::errors::name_of_the_test::here`
+        let test = here.trim_end_matches("::here").trim_start_matches("program::").replace("::", "__");
+        Said { test, texts: String::new() }
+    }
+
+    /// A text of a run in `place`, under a line that says what was tried; the folder's own name is left out.
+    pub fn add(&mut self, tried: &str, place: &Place, text: &str) {
+        assert!(!text.contains("panicked"), "a panic:\n{text}");
+        let mut text = text.replace(consts::DLL_SUFFIX, ".so");
+        for folder in [place.path().canonicalize().unwrap().as_path(), place.path()] {
+            text = text.replace(&*folder.to_string_lossy(), "FOLDER");
+        }
+        let _ = writeln!(self.texts, "======== {tried}\n{}\n", text.trim_end());
+    }
+
+    /// A run that must not start.
+    #[track_caller]
+    pub fn not_started(&mut self, place: &Place, args: &[&str]) {
+        let done = place.tatu(args);
+        assert_eq!(done.code, 2, "{args:?}\n{}\n{}", done.err, done.out);
+        assert!(done.out.is_empty(), "something started: {}", done.out);
+        self.add(&args.join(" "), place, &done.err);
+    }
+
+    /// A scene that must be refused, by `run` and `check` alike, with the line in which `wrong` stands.
+    #[track_caller]
+    pub fn refused(&mut self, scene: &str, wrong: &str) {
+        self.refused_in(&Place::new(), scene, wrong);
+    }
+
+    #[track_caller]
+    pub fn refused_in(&mut self, place: &Place, scene: &str, wrong: &str) {
+        place.write("scene.toml", scene);
+        let line = scene.lines().position(|l| l.contains(wrong)).expect("the scene has the wrong line");
+        let [run, check] = [&["run", "scene.toml", "--json"][..], &["check", "scene.toml"]].map(|c| place.tatu(c));
+        assert_eq!((run.code, check.code), (2, 2), "{}\n{}", run.err, run.out);
+        assert_eq!(run.err, check.err);
+        run.tells(&[&format!("scene.toml:{}:", line + 1)]);
+        assert!(run.out.is_empty(), "something started: {}", run.out);
+        self.add(scene.lines().nth(line).unwrap(), place, &run.err);
+    }
+}
+
+impl Drop for Said {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            return;
+        }
+        let mut settings = insta::Settings::clone_current();
+        settings.set_snapshot_path(root().join("tests/program/snapshots"));
+        settings.set_prepend_module_to_snapshot(false);
+        settings.set_omit_expression(true);
+        settings.bind(|| insta::assert_snapshot!(self.test.as_str(), self.texts));
+    }
+}

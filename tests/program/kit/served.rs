@@ -1,0 +1,111 @@
+//! What tests of remote services share: a program that serves a scene, and what its clients tell.
+
+use std::{
+    collections::BTreeMap,
+    io::{BufRead, BufReader},
+    net::TcpStream,
+    path::PathBuf,
+    process::{Child, Command, Output, Stdio},
+    sync::Mutex,
+    time::{Duration, Instant},
+};
+
+use crate::kit::*;
+
+/// A program that serves a scene by one service, which ends with the test.
+pub struct Served {
+    process: Child,
+    /// Where the service listens.
+    pub port: u16,
+}
+
+impl Served {
+    /// Serves a scene; the service chooses its port.
+    pub fn new(service: &str, scene: &str) -> Served {
+        Self::with(service, scene, &[])
+    }
+    /// With more arguments.
+    pub fn with(service: &str, scene: &str, more: &[&str]) -> Served {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
+            .current_dir(root())
+            .args(["serve", scene, "--service", &format!("{service}:port=0")])
+            .args(more)
+            .env_remove("TATU_PLUGIN_PATH")
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut err = BufReader::new(process.stderr.take().unwrap());
+        let port = loop {
+            let mut line = String::new();
+            assert!(err.read_line(&mut line).unwrap() > 0, "the program ended before it listened");
+            if let Some(port) = line.trim().strip_prefix(&format!("{service}: listening on 127.0.0.1:")) {
+                break port.parse().unwrap();
+            }
+        };
+        // What it says further on is read, so that it never waits for us.
+        std::thread::spawn(move || std::io::copy(&mut err, &mut std::io::sink()));
+        Served { process, port }
+    }
+    /// Interrupts it, as Ctrl-C does; whether it ends within 20 s.
+    pub fn interrupt(&mut self) -> bool {
+        succeed(Command::new("kill").args(["-INT", &self.process.id().to_string()]));
+        let begin = Instant::now();
+        while begin.elapsed() < Duration::from_secs(20) {
+            if self.process.try_wait().unwrap().is_some() {
+                return true;
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        false
+    }
+    /// Whether it still runs.
+    pub fn is_there(&mut self) -> bool {
+        self.process.try_wait().unwrap().is_none()
+    }
+    /// A connection of bytes.
+    pub fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        stream
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// What to do where a package cannot be had.
+pub const OFFLINE: &str = "; set TATU_OFFLINE=1 to have the tests that need it ignored";
+
+/// Python with a package of PyPI, in an environment of its own.
+pub fn python(package: &str, module: &str) -> PathBuf {
+    static KNOWN: Mutex<BTreeMap<String, PathBuf>> = Mutex::new(BTreeMap::new());
+    let mut known = KNOWN.lock().unwrap();
+    let found = known.entry(package.to_owned()).or_insert_with(|| {
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(package);
+        let program = folder.join("bin/python");
+        let has = |program: &PathBuf| {
+            let done = Command::new(program).args(["-c", &format!("import {module}")]).output();
+            done.is_ok_and(|o| o.status.success())
+        };
+        if !has(&program) {
+            let made = Command::new("python3").args(["-m", "venv"]).arg(&folder).output();
+            if made.is_ok_and(|o| o.status.success()) {
+                let _ = Command::new(&program).args(["-m", "pip", "install", "-q", package]).output();
+            }
+        }
+        assert!(has(&program), "{package} cannot be installed from PyPI{OFFLINE}");
+        program
+    });
+    found.clone()
+}
+
+/// What a client printed that did well.
+pub fn good(done: &Output) -> String {
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    String::from_utf8_lossy(&done.stdout).into_owned()
+}

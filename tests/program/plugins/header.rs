@@ -1,0 +1,216 @@
+//! The C header against its Rust mirror: names, sizes, places and values, as a C compiler and rustc see them.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt::Write,
+    fs,
+    process::Command,
+};
+
+use crate::{
+    kit::*,
+    plugins::mirror::{Type, types},
+};
+
+/// Types that never change within an ABI major, and their sizes on 64-bit systems, counted by hand from their fields.
+const FROZEN: [(&str, usize); 5] = [
+    ("tatu_str", 16),        // pointer, length
+    ("tatu_value", 24),      // tag, reserved, 16 bytes of payload
+    ("tatu_pair", 48),       // two values
+    ("tatu_field_view", 48), // pointer, length, element and three dimensions, time, sequence
+    ("tatu_contact", 72),    // two objects, point, normal, force
+];
+
+fn header() -> String {
+    fs::read_to_string(root().join("plugin-api/include/tatu.h")).unwrap()
+}
+
+/// The header without comments.
+fn code() -> String {
+    let text = header();
+    let mut parts = text.split("/*");
+    let first = parts.next().unwrap().to_owned();
+    parts.fold(first, |out, part| out + part.split_once("*/").unwrap().1)
+}
+
+/// Compiles a `main` that prints, with the header before it, and returns what it prints: word by word.
+fn printed(body: &str) -> Vec<Vec<String>> {
+    let place = Place::new();
+    let text = format!("#include \"tatu.h\"\n#include <stdio.h>\nint main(void) {{\n{body}return 0;\n}}\n");
+    place.write("print.c", &text);
+    let exe = place.path().join(format!("print{}", std::env::consts::EXE_SUFFIX));
+    let include = root().join("plugin-api/include");
+    succeed(
+        Command::new(compiler("cc"))
+            .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-unused-function", "-I"])
+            .arg(include)
+            .arg(place.path().join("print.c"))
+            .arg("-o")
+            .arg(&exe),
+    );
+    let out = succeed(&mut Command::new(exe));
+    out.lines().map(|l| l.split(' ').map(str::to_owned).collect()).collect()
+}
+
+#[test]
+fn sizes_and_places_are_the_same() {
+    let types = types();
+    let mut body = String::new();
+    for t in &types {
+        let n = t.name;
+        let _ = writeln!(body, "printf(\"{n} . 0 %zu\\n\", sizeof({n}));");
+        for f in &t.fields {
+            let f = f.name;
+            let _ = writeln!(body, "printf(\"{n} {f} %zu %zu\\n\", offsetof({n}, {f}), sizeof((({n} *)0)->{f}));");
+        }
+    }
+    let mut lines = printed(&body).into_iter();
+    for t in &types {
+        let whole = [t.name, ".", "0", &t.size.to_string()].map(str::to_owned);
+        assert_eq!(lines.next().unwrap(), whole, "C, then Rust: size of {}", t.name);
+        for f in &t.fields {
+            let field = [t.name, f.name, &f.at.to_string(), &f.size.to_string()].map(str::to_owned);
+            assert_eq!(lines.next().unwrap(), field, "C, then Rust: place and size of {}.{}", t.name, f.name);
+        }
+    }
+}
+
+#[test]
+fn a_value_s_payload_lies_where_c_has_it() {
+    use tatu_plugin_api::abi::{tatu_span_t, tatu_value};
+    let lines = printed(
+        "printf(\"%zu %zu %zu %zu %zu\\n\", offsetof(tatu_value, u.i), offsetof(tatu_value, u.f), offsetof(tatu_value, u.u),
+            offsetof(tatu_value, u.s.ptr), offsetof(tatu_value, u.s.len));\n",
+    );
+    let payload = core::mem::offset_of!(tatu_value, u);
+    let span = [core::mem::offset_of!(tatu_span_t, ptr), core::mem::offset_of!(tatu_span_t, len)];
+    let ours = [payload, payload, payload, payload + span[0], payload + span[1]].map(|n| n.to_string());
+    assert_eq!(lines[0], ours);
+}
+
+#[test]
+fn no_type_and_no_field_is_left_out() {
+    let types = types();
+    let mirrored: BTreeSet<&str> = types.iter().map(|t| t.name).collect();
+    let code = code();
+    let declared: BTreeSet<&str> = code
+        .lines()
+        .filter_map(|l| l.strip_prefix("typedef struct ").or_else(|| l.strip_prefix("struct ")))
+        .filter_map(|l| l.strip_suffix(" {"))
+        .collect();
+    assert_eq!(mirrored, declared, "rows of mirror.rs, types of the header");
+    // Fields follow each other without a gap that is not alignment's.
+    for t in &types {
+        let mut end = 0usize;
+        for f in &t.fields {
+            assert_eq!(f.at, end.next_multiple_of(f.align), "{}.{}: a field is missing before it", t.name, f.name);
+            end = f.at + f.size;
+        }
+    }
+}
+
+#[test]
+fn tables_begin_with_their_size_and_have_no_tail() {
+    let is_frozen = |t: &Type| FROZEN.iter().any(|(n, _)| *n == t.name);
+    let mut tables = 0;
+    for t in types().iter().filter(|t| !is_frozen(t)) {
+        let (first, last) = (&t.fields[0], t.fields.last().unwrap());
+        assert_eq!((first.name, first.at, first.size), ("size", 0, 4), "{}", t.name);
+        assert_eq!(
+            last.at + last.size,
+            t.size,
+            "{}: padding behind `{}`, where a new field would lie",
+            t.name,
+            last.name
+        );
+        tables += 1;
+    }
+    assert!(tables > 30, "{tables} tables");
+}
+
+#[test]
+#[cfg(target_pointer_width = "64")]
+fn frozen_types_have_their_sizes() {
+    for (name, size) in FROZEN {
+        let found = types().into_iter().find(|t| t.name == name).unwrap();
+        assert_eq!(found.size, size, "{name}");
+        assert_ne!(found.fields[0].name, "size", "{name} is no table");
+    }
+}
+
+/// Names and values of the constants in Rust, as they are written.
+fn constants() -> BTreeMap<String, String> {
+    let mut all = BTreeMap::new();
+    for file in ["frozen", "types", "ext", "host"] {
+        let text = fs::read_to_string(root().join(format!("plugin-api/src/abi/{file}.rs"))).unwrap();
+        for line in text.lines().filter_map(|l| l.trim().strip_prefix("pub const ").filter(|l| l.starts_with("TATU_")))
+        {
+            let (name, rest) = line.split_once(':').unwrap();
+            let value = rest.split_once(" = ").unwrap().1.trim_end_matches(';');
+            let value = value.trim_start_matches("c\"").trim_end_matches('"');
+            all.insert(name.to_owned(), value.to_owned());
+        }
+    }
+    all
+}
+
+#[test]
+fn constants_have_the_same_values() {
+    let mut ours = constants();
+    // What two Rust sides tell each other is no part of the header.
+    ours.remove("TATU_RUST_LAYOUT").unwrap();
+    let mut body = String::new();
+    for (name, value) in &ours {
+        let is_number = value.parse::<i64>().is_ok();
+        let (form, cast) = if is_number { ("%lld", "(long long)") } else { ("%s", "") };
+        let _ = writeln!(body, "printf(\"{name} {form}\\n\", {cast}{name});");
+    }
+    let theirs: BTreeMap<String, String> = printed(&body).into_iter().map(|mut l| (l.remove(0), l.join(" "))).collect();
+    assert_eq!(ours, theirs, "Rust, then C");
+
+    // And none of the header is missing: those of enums, and those that are defined to a number or text.
+    let code = code();
+    let word = |s: &str| {
+        s.trim().chars().take_while(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || *c == '_').collect::<String>()
+    };
+    let enums = code.split("enum {").skip(1).flat_map(|e| e.split('}').next().unwrap().split(','));
+    let defines = code.lines().filter_map(|l| l.strip_prefix("#define ")).filter(|l| {
+        let value = l.split_once(' ').map_or("", |(_, v)| v.trim());
+        value.starts_with('"') || value.starts_with(|c: char| c.is_ascii_digit())
+    });
+    let declared: BTreeSet<String> =
+        enums.map(word).chain(defines.map(word)).filter(|n| n.starts_with("TATU_")).collect();
+    assert_eq!(ours.into_keys().collect::<BTreeSet<_>>(), declared, "Rust, then the header");
+}
+
+#[test]
+#[cfg_attr(no_cxx, ignore = "needs a C++ compiler")]
+fn the_header_is_good_cpp_too() {
+    let place = Place::new();
+    place.write("a.cpp", "#include \"tatu.h\"\n#include \"tatu.h\"\nint main() { return int(tatu_text(\"\").len); }\n");
+    let include = root().join("plugin-api/include");
+    succeed(
+        Command::new(compiler("c++"))
+            .args([
+                "-std=c++17",
+                "-Wall",
+                "-Wextra",
+                "-Werror",
+                "-pedantic",
+                "-Wno-unused-function",
+                "-fsyntax-only",
+                "-I",
+            ])
+            .arg(include)
+            .arg(place.path().join("a.cpp")),
+    );
+}
+
+#[test]
+fn the_host_offers_fewer_than_a_hundred_functions() {
+    // Function fields of the `tatu_host_` tables, counted in the header.
+    let code = code();
+    let tables = code.split("typedef struct tatu_host_").skip(1).map(|t| t.split("} tatu_host_").next().unwrap());
+    let count: usize = tables.map(|t| t.matches("(TATU_CALL *").count()).sum();
+    assert!((1..100).contains(&count), "{count}");
+}

@@ -1,0 +1,191 @@
+//! The record of layouts in `plugin-api/layout/`: what a released revision has, every later one has at the same place.
+//!
+//! A file per revision; a line per type with its size, a line per field with place and size. Fields come in the order of
+//! the header. `TATU_BLESS=<name>` writes the record of a new revision, or adds new fields to a draft's.
+
+use std::{collections::BTreeMap, fmt::Write, fs, process::Command};
+
+use crate::{
+    kit::*,
+    plugins::mirror::{Type, types},
+};
+
+/// A type of a record: size, and place and size of its fields.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Known {
+    size: usize,
+    fields: Vec<(String, usize, usize)>,
+}
+type Record = BTreeMap<String, Known>;
+
+fn is_table(known: &Known) -> bool {
+    known.fields.first().is_some_and(|(name, at, _)| name == "size" && *at == 0)
+}
+
+fn of(types: &[Type]) -> Record {
+    let fields = |t: &Type| t.fields.iter().map(|f| (f.name.to_owned(), f.at, f.size)).collect();
+    types.iter().map(|t| (t.name.to_owned(), Known { size: t.size, fields: fields(t) })).collect()
+}
+
+fn write(record: &Record) -> String {
+    let mut out = String::from("# Sizes and places in bytes, on 64-bit systems. Lines are added, never changed.\n");
+    for (name, known) in record {
+        let _ = writeln!(out, "{name} {}", known.size);
+        for (field, at, size) in &known.fields {
+            let _ = writeln!(out, "  {field} {at} {size}");
+        }
+    }
+    out
+}
+
+fn read(text: &str) -> Record {
+    let mut out = Record::new();
+    let mut last = String::new();
+    for line in text.lines().filter(|l| !l.starts_with('#')) {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        match (line.starts_with(' '), words.as_slice()) {
+            (false, [name, size]) => {
+                last = (*name).to_owned();
+                out.insert(last.clone(), Known { size: size.parse().unwrap(), fields: Vec::new() });
+            }
+            (true, [field, at, size]) => {
+                let field = ((*field).to_owned(), at.parse().unwrap(), size.parse().unwrap());
+                out.get_mut(&last).unwrap().fields.push(field);
+            }
+            _ => panic!("not a line of a record: {line}"),
+        }
+    }
+    out
+}
+
+/// What a revision has broken of an older one.
+fn broken(old: &Record, new: &Record) -> Vec<String> {
+    let mut out = Vec::new();
+    for (name, was) in old {
+        let Some(is) = new.get(name) else {
+            out.push(format!("{name} has vanished"));
+            continue;
+        };
+        if is.size < was.size || !is_table(was) && is.size != was.size {
+            out.push(format!("{name} had {} bytes and has {}", was.size, is.size));
+        }
+        for (i, field) in was.fields.iter().enumerate() {
+            match is.fields.iter().position(|f| f.0 == field.0) {
+                None => out.push(format!("{name}.{} has vanished", field.0)),
+                Some(j) if (i, field) == (j, &is.fields[j]) => {}
+                Some(j) => {
+                    let (_, at, size) = is.fields[j];
+                    out.push(format!(
+                        "{name}.{} was field {i} at {} with {} bytes, is field {j} at {at} with {size}",
+                        field.0, field.1, field.2
+                    ));
+                }
+            }
+        }
+        for (field, at, _) in is.fields.iter().skip(was.fields.len()) {
+            if *at < was.size {
+                out.push(format!("{name}.{field} is new and lies inside what older ones knew"));
+            }
+        }
+    }
+    out
+}
+
+/// The records, oldest first: names in order, the number within them as a number.
+fn records() -> Vec<(String, Record)> {
+    let number = |s: &str| s.trim_matches(|c: char| !c.is_ascii_digit()).parse::<u64>().unwrap_or(0);
+    let folder = root().join("plugin-api/layout");
+    let mut all: Vec<(String, Record)> = fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .filter(|p| p.extension().is_some_and(|x| x == "txt"))
+        .map(|p| (p.file_stem().unwrap().to_string_lossy().into_owned(), read(&fs::read_to_string(&p).unwrap())))
+        .collect();
+    all.sort_by_key(|(name, _)| (name.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned(), number(name)));
+    all
+}
+
+#[test]
+#[cfg(target_pointer_width = "64")]
+fn nothing_that_was_recorded_has_moved() {
+    let now = of(&types());
+    if let Ok(name) = std::env::var("TATU_BLESS") {
+        let all: Vec<String> = records().iter().flat_map(|(_, old)| broken(old, &now)).collect();
+        assert!(all.is_empty(), "this is no growth, and is not recorded:\n{}", all.join("\n"));
+        fs::write(root().join(format!("plugin-api/layout/{name}.txt")), write(&now)).unwrap();
+    }
+    let all = records();
+    for (name, old) in &all {
+        let broken = broken(old, &now);
+        assert!(broken.is_empty(), "plugins built with {name} would break:\n{}", broken.join("\n"));
+    }
+    let (name, last) = all.last().expect("there is a record");
+    assert!(
+        *last == now,
+        "the border has grown since {name}: record it with `TATU_BLESS={name} cargo test --test program layout::`"
+    );
+}
+
+/// What a C compiler makes of a header: the record's types and fields as they lie there.
+fn compiled(header: &str, record: &Record) -> Record {
+    let place = Place::new();
+    place.write("tatu.h", header);
+    let mut body = String::new();
+    for (name, known) in record {
+        let _ = writeln!(body, "printf(\"{name} %zu\\n\", sizeof({name}));");
+        for (field, ..) in &known.fields {
+            let _ = writeln!(
+                body,
+                "printf(\"  {field} %zu %zu\\n\", offsetof({name}, {field}), sizeof((({name} *)0)->{field}));"
+            );
+        }
+    }
+    place.write(
+        "print.c",
+        &format!("#include \"tatu.h\"\n#include <stdio.h>\nint main(void) {{\n{body}return 0;\n}}\n"),
+    );
+    let exe = place.path().join(format!("print{}", std::env::consts::EXE_SUFFIX));
+    succeed(Command::new(compiler("cc")).arg(place.path().join("print.c")).arg("-o").arg(&exe));
+    let mut out = read(&succeed(&mut Command::new(exe)));
+    // In the order in which they lie.
+    out.values_mut().for_each(|known| known.fields.sort_by_key(|f| f.1));
+    out
+}
+
+#[test]
+#[cfg(target_pointer_width = "64")]
+fn a_field_that_is_moved_resized_or_removed_is_found() {
+    let header = fs::read_to_string(root().join("plugin-api/include/tatu.h")).unwrap();
+    let now = of(&types());
+    assert_eq!(broken(&now, &compiled(&header, &now)), Vec::<String>::new());
+    // Two lines of a table changed places: nothing but the places tells.
+    let table = header.find("typedef struct tatu_sensor {").unwrap();
+    let (before, after) = header.split_at(table);
+    let mut lines: Vec<&str> = after.split_inclusive('\n').collect();
+    let line = |name: &str| lines.iter().position(|l| l.trim_start().starts_with(name)).unwrap();
+    let (id, text) = (line("const char *id;"), line("const char *text;"));
+    lines.swap(id, text);
+    let moved = format!("{before}{}", lines.concat());
+    let found = broken(&now, &compiled(&moved, &now)).join("\n");
+    assert!(found.contains("tatu_sensor.id was field 2 at 8") && found.contains("tatu_sensor.text was"), "{found}");
+    assert!(!found.contains("tatu_model"), "{found}");
+
+    // A number that became smaller, a field that is gone, one that was put between others, and one at the end.
+    let edited = |edit: &dyn Fn(&mut Known)| {
+        let mut new = now.clone();
+        edit(new.get_mut("tatu_budget").unwrap());
+        broken(&now, &new)
+    };
+    assert!(edited(&|k| k.fields[3].2 = 4)[0].contains("tatu_budget.memory was field 3 at 16 with 8 bytes"));
+    assert!(edited(&|k| drop(k.fields.remove(3)))[0].contains("tatu_budget.memory has vanished"));
+    assert!(!edited(&|k| k.fields.insert(2, ("between".into(), 8, 8))).is_empty());
+    assert!(!edited(&|k| k.fields.push(("inside".into(), 20, 4))).is_empty(), "in the tail of the old table");
+    let grown = edited(&|k| {
+        k.fields.push(("more".into(), 24, 8));
+        k.size = 32;
+    });
+    assert!(grown.is_empty(), "{grown:?}");
+    let mut frozen = now.clone();
+    frozen.get_mut("tatu_str").unwrap().size = 24;
+    assert!(broken(&now, &frozen)[0].contains("tatu_str had 16 bytes and has 24"));
+}

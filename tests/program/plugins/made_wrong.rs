@@ -1,0 +1,156 @@
+//! What plugins declare of fields and slots, and what they make: objects and events. What cannot be is refused where it is
+//! declared or made, with the plugin named, and the rest works.
+
+use crate::{kit::made::*, kit::*};
+
+/// A sensor `eye` with one field `smell.what`.
+fn field(elem: &str, dims: &str) -> Source {
+    eye("eye", "eye", ", .fields = fields").with(|s| {
+        s.before = format!(
+            "static const tatu_field field = {{.size = sizeof(tatu_field), .elem = {elem}, .dims = {{{dims}}}, .name = \"smell.what\"}};
+static const tatu_field *const fields[] = {{&field, NULL}};
+{}",
+            s.before
+        );
+    })
+}
+
+#[test]
+fn fields_have_a_size_and_elements_that_there_are() {
+    let base = place("");
+    for (elem, dims, said) in [
+        ("TATU_ELEM_F64", "100000, 100000, 1", "has 100000 x 100000 x 1 elements; there are at most 268435456"),
+        ("TATU_ELEM_U8", "4000000000u, 4000000000u, 4000000000u", "elements; there are at most 268435456"),
+        ("TATU_ELEM_U8", "0, 300000000, 1", "has 0 x 300000000 x 1 elements"),
+        ("0", "1, 1, 1", "has elements of type 0"),
+        ("9", "1, 1, 1", "has elements of type 9"),
+    ] {
+        compile(&base, "eye", &field(elem, dims).text());
+        let done = base.run(&["--steps", "1"]).good();
+        done.tells(&["E303", "`org.test.eye`", "the field `smell.what` of its sensor `eye`", said]);
+    }
+    let used = place("[[object]]\nkind = \"sensor\"\nsensor = \"eye\"\n");
+    for dims in ["16384, 16384, 1", "0, 3, 1", "TATU_DIM_OWN, TATU_DIM_OWN + 3, 1"] {
+        compile(&used, "eye", &field("TATU_ELEM_U8", dims).text());
+        let done = used.run(&["--steps", "1"]);
+        assert!(!done.err.contains("E303"), "{dims}: {}", done.err);
+    }
+}
+
+/// A model `thing` whose `build` has this body.
+fn model(body: &str, more: &str) -> Source {
+    Source::new("maker").with(|s| {
+        s.before += &format!(
+            "static const char *const slots[] = {{\"deck\", NULL}};
+static tatu_status build(void *s, const tatu_builder *b, const tatu_value *p, tatu_error *e) {{ (void)s; (void)p; (void)e; (void)b; {body} return TATU_OK; }}
+static const tatu_model model = {{.size = sizeof(tatu_model), .id = \"thing\", .text = \"A thing.\", .build = build{more}}};
+static const tatu_model *const models[] = {{&model, NULL}};
+static const tatu_ext_model ext_model = {{.size = sizeof(tatu_ext_model), .models = models}};
+"
+        );
+        s.extension = format!("if (!strcmp(id, TATU_MODEL)) return &ext_model; {}", s.extension);
+    })
+}
+
+#[test]
+fn slots_are_objects_that_a_model_builds() {
+    let base = place("[[model]]\nmodel = \"thing\"\n");
+    let one = |alias: &str| {
+        format!(
+            "uint32_t o = b->object(b, \"dummy\", 0, tatu_text(\"base\")); b->object(b, \"dummy\", o, tatu_text(\"{alias}\"));"
+        )
+    };
+    compile(&base, "maker", &model(&one("desk"), ", .slots = slots").text());
+    base.run(&["--steps", "1"]).refused(&[
+        "E111",
+        "the model `thing`: it builds no object `deck`",
+        "slot",
+        "`org.test.maker`",
+    ]);
+    compile(&base, "maker", &model(&one("deck"), ", .slots = slots").text());
+    base.run(&["--steps", "1"]).good();
+}
+
+#[test]
+fn an_alias_can_stand_in_a_path() {
+    let base = place("[[model]]\nmodel = \"thing\"\n");
+    for (alias, shown) in [("a/b", "`a/b`"), ("a\\033[2Jb", "`a\\u{1b}[2Jb`"), ("a\\nb", "`a\\nb`")] {
+        compile(&base, "maker", &model(&format!("b->object(b, \"dummy\", 0, tatu_text(\"{alias}\"));"), "").text());
+        let done = base.run(&["--steps", "1"]);
+        done.refused(&[
+            "E102",
+            "the model `thing`",
+            &format!("{shown} cannot be an alias"),
+            "`org.test.maker`",
+            "without `/`",
+        ]);
+        assert!(!done.err.contains('\u{1b}'), "{}", done.err);
+    }
+    // Without one it is called as what it is.
+    compile(&base, "maker", &model("b->object(b, \"dummy\", 0, tatu_text(\"\"));", "").text());
+    assert!(base.run(&["--steps", "1"]).good().json()["objects"]["/dummy"].is_object());
+}
+
+/// A plugin with a command `<name>.one` of this body, and these services of the host.
+fn actor(name: &str, body: &str) -> Source {
+    Source::new(name).with(|s| {
+        s.before = s.before.replace("return tatu_return(c, tatu_int(1));", body);
+        s.before = format!(
+            "static const tatu_host *h; static const tatu_host_scene *scene; static const tatu_host_events *events;\n{}",
+            s.before
+        );
+        s.init = "h = host; scene = (const tatu_host_scene *)host->service(host, TATU_HOST_SCENE); \
+                  events = (const tatu_host_events *)host->service(host, TATU_HOST_EVENTS); return TATU_OK;"
+            .into();
+    })
+}
+
+#[test]
+fn objects_made_while_the_world_lives_have_such_an_alias_too() {
+    for (alias, shown) in [("a/b", "`a/b`"), ("a\\033[2Jb", "`a\\u{1b}[2Jb`")] {
+        let made = format!("tatu_object o; return scene->create(c->world, \"dummy\", 0, tatu_text(\"{alias}\"), &o);");
+        let renamed = format!(
+            "tatu_object o = 0; tatu_value v = tatu_string(\"{alias}\"); scene->create(c->world, \"dummy\", 0, tatu_text(\"x\"), &o);
+             return scene->set(c->world, o, scene->prop(h, \"object.alias\"), &v);"
+        );
+        let named = renamed.replace("object.alias", "object.name");
+        for (body, said) in [(made, "cannot be an alias"), (renamed, "cannot be an alias"), (named, "is not a name")] {
+            let base = place(&watcher("w", "function sysCall_init() act.one() end"));
+            compile(&base, "act", &actor("act", &body).text());
+            let done = base.run(&["--steps", "1"]);
+            let errors = done.errors();
+            let text = errors[0].to_string();
+            let said = format!("{shown} {said}").replace('\\', "\\\\");
+            assert!(text.contains(&said) && text.contains("act.one"), "{said}: {text}");
+            assert!(!done.err.contains('\u{1b}'), "{}", done.err);
+        }
+    }
+}
+
+#[test]
+fn a_payload_is_a_map() {
+    let body = "tatu_value v = tatu_int(3); return events->publish(c->world, tatu_text(\"act.done\"), &v);";
+    let base = place(&watcher("w", "function sysCall_init() act.one() end"));
+    compile(&base, "act", &actor("act", body).text());
+    let done = base.run(&["--steps", "1"]);
+    let text = done.errors()[0].to_string();
+    assert!(text.contains("the payload of `act.done` is 3; a payload is a table with names"), "{text}");
+    assert!(text.contains("act.one"), "{text}");
+}
+
+#[test]
+fn a_default_can_be_read() {
+    let param = "static const tatu_param odd = {.size = sizeof(tatu_param), .type = TATU_F64, .key = \"odd\", .fallback = {.tag = 77}};
+static const tatu_param wide = {.size = sizeof(tatu_param), .type = TATU_F32S, .key = \"wide\", .flags = TATU_PARAM_OPTIONAL};
+static const tatu_param *const params[] = {&odd, &wide, NULL};
+";
+    let base = place("");
+    compile(
+        &base,
+        "eye",
+        &eye("eye", "eye", ", .params = params").with(|s| s.before = format!("{param}{}", s.before)).text(),
+    );
+    let done = base.run(&["--steps", "1"]).good();
+    done.tells(&["E310", "`org.test.eye`", "parameter `odd` has a default that cannot be read"]);
+    done.tells(&["parameter `wide` has the unknown type 7"]);
+}

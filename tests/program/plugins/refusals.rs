@@ -1,0 +1,285 @@
+//! Plugins that are refused, each made on purpose: the sentence names file, cause and mend, and a scene that does not
+//! need the plugin runs as without it.
+
+use std::fs;
+
+use crate::{kit::made::*, kit::said::*, kit::*};
+
+impl Said {
+    /// Runs a scene that does not need the plugin: exit 0, and standard error names the plugin's file, once.
+    #[track_caller]
+    fn told(&mut self, name: &str, source: &Source) {
+        let place = place("");
+        compile(&place, name, &source.text());
+        let done = place.run(&["--steps", "2"]).good();
+        assert_eq!(done.err.matches("help: ").count(), 1, "{}", done.err);
+        done.tells(&[&library(&format!("tatu_{name}"))]);
+        self.add(name, &place, &done.err);
+    }
+}
+
+#[test]
+fn another_major_is_refused() {
+    let mut said = said!();
+    let source = Source::new("major").with(|s| s.major = "7".into());
+    said.told("major", &source);
+}
+
+#[test]
+fn other_drafts_are_refused_by_their_number() {
+    let mut said = said!();
+    let source =
+        Source::new("old").with(|s| s.extension = s.extension.replace("TATU_COMMAND", "\"tatu.command/draft.0\""));
+    said.told("old", &source);
+    let source = eye("new", "far_eye", "");
+    let source = source.with(|s| s.extension = s.extension.replace("TATU_SENSOR", "\"tatu.sensor/draft.9\""));
+    said.told("new", &source);
+    // The command of that plugin works, and a scene that needs its sensor names the file that came closest.
+    let place = place(&watcher("w", "function sysCall_init() assert(new.one() == 1) end"));
+    compile(&place, "new", &source.text());
+    place.run(&["--steps", "1"]).good();
+    let scene = place.read("scene.toml") + "[[object]]\nkind = \"sensor\"\nsensor = \"far_eye\"\n";
+    place.write("scene.toml", &scene);
+    place.run(&[]).refused(&["E108", "`far_eye`", "came closest", &library("tatu_new"), "draft 9"]);
+}
+
+#[test]
+fn needs_that_are_not_met_are_refused_and_wishes_noted() {
+    let mut said = said!();
+    let need = |id: &str, optional: u32| {
+        Source::new("needs").with(|s| {
+            s.before += &format!(
+                "static const tatu_need a_need = {{.size = sizeof(tatu_need), .optional = {optional}, .id = \"{id}\"}};
+static const tatu_need *const all_needs[] = {{&a_need, NULL}};\n"
+            );
+            s.needs = "all_needs".into();
+        })
+    };
+    said.told("needs", &need("tatu.host.scene/draft.9", 0));
+    said.told("needs", &need("tatu.host.dreams/1", 0));
+    // A wish is only noted, and the plugin works.
+    let place = place(&watcher("w", "function sysCall_init() assert(needs.one() == 1) end"));
+    compile(&place, "needs", &need("tatu.host.dreams/1", 1).text());
+    let done = place.run(&["--steps", "1"]).good();
+    done.tells(&["note: ", "would like `tatu.host.dreams/1`", &library("tatu_needs")]);
+    assert!(!done.err.contains("warning"), "{}", done.err);
+}
+
+#[test]
+fn a_start_that_fails_is_told() {
+    let mut said = said!();
+    let source =
+        Source::new("sulk").with(|s| s.init = "return tatu_fail(e, TATU_ERR, \"the licence has run out\");".into());
+    said.told("sulk", &source);
+    let source = Source::new("mute").with(|s| s.init = "return TATU_ERR;".into());
+    said.told("mute", &source);
+    // One that fails because of a service of another draft is told so, whatever it says itself.
+    let source = Source::new("ask").with(|s| {
+        s.init =
+            "return host->service(host, \"tatu.host.scene/draft.0\") ? TATU_OK : tatu_fail(e, TATU_ERR, \"no scene\");"
+                .into();
+    });
+    said.told("ask", &source);
+}
+
+#[test]
+fn descriptors_that_lack_something_are_refused() {
+    let mut said = said!();
+    let cut = |size: &str| Source::new("cut").with(|s| s.size = size.into());
+    said.told("cut", &cut("offsetof(tatu_plugin_t, extension)"));
+    // In the middle of a field: that field does not count.
+    said.told("cut", &cut("offsetof(tatu_plugin_t, extension) + 4"));
+    said.told("cut", &cut("4"));
+    said.told("cut", &Source::new("cut").with(|s| s.id = "NULL".into()));
+    said.told("cut", &Source::new("cut").with(|s| s.id = "\"\"".into()));
+    said.told("cut", &Source::new("cut").with(|s| s.extension = "NULL".into()));
+}
+
+#[test]
+fn tables_that_lack_something_are_refused() {
+    let mut said = said!();
+    for table in [
+        ", .measure = NULL",
+        ", .size = offsetof(tatu_sensor, measure)",
+        ", .size = offsetof(tatu_sensor, measure) + 4",
+        ", .id = NULL",
+        ", .id = \"\"",
+    ] {
+        said.told("eye", &eye("eye", "eye", table));
+    }
+    for (from, to) in [
+        (".create = create, ", ""),
+        (", .destroy = destroy", ""),
+        (".size = sizeof(tatu_life)", ".size = 8"),
+        (", .call = one", ""),
+        (".names = one_names, ", ""),
+    ] {
+        let source = eye("eye", "eye", "").with(|s| {
+            assert!(s.before.contains(from));
+            s.before = s.before.replace(from, to);
+        });
+        said.told("eye", &source);
+    }
+}
+
+#[test]
+fn every_required_function_is_asked_for() {
+    let mut said = said!();
+    for from in [
+        ", .build = build",
+        ", .load = load",
+        ", .find = find",
+        ", .call = call",
+        ", .resume = resume",
+        ", .keep_func = keep",
+        ", .drop_func = drop",
+        ", .call_func = call",
+        ", .life = &script_life",
+        ", .apply = apply",
+        ".suffixes = endings, .load = read",
+        ", .life = &butlers",
+        ", .barrier = barrier",
+        ", .destroy = stop",
+    ] {
+        let source = all("parts", "a").with(|s| {
+            assert!(s.before.contains(from), "{from}");
+            s.before = s.before.replace(from, "");
+        });
+        said.told("parts", &source);
+    }
+}
+
+#[cfg(target_os = "linux")]
+impl Said {
+    /// Puts a file `mine/libtatu_bad.so` beside a good one: it is reported and the run goes on.
+    #[track_caller]
+    fn file_told(&mut self, change: impl FnOnce(Vec<u8>) -> Vec<u8>) {
+        let place = place(&watcher("w", "function sysCall_init() assert(good.one() == 1) end"));
+        compile(&place, "good", &Source::new("good").text());
+        compile(&place, "bad", &Source::new("bad").text());
+        let file = place.path().join("mine").join(library("tatu_bad"));
+        let bytes = change(fs::read(&file).unwrap());
+        let size = format!("{} bytes", bytes.len());
+        // A new file: the loader must not see the old one.
+        fs::remove_file(&file).unwrap();
+        fs::write(&file, bytes).unwrap();
+        let done = place.run(&["--steps", "2"]).good();
+        done.tells(&["E301", &library("tatu_bad"), "help: "]);
+        // Sizes depend on the compiler.
+        let text = done.err.replace(&size, "SIZE bytes");
+        let text = text.split(' ').map(|w| if w.parse::<u64>().is_ok_and(|n| n > 100) { "SIZE" } else { w });
+        self.add("bad", &place, &text.collect::<Vec<_>>().join(" "));
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn files_that_are_no_whole_library_are_refused() {
+    let mut said = said!();
+    said.file_told(|_| Vec::new());
+    said.file_told(|_| b"#!/bin/sh\necho not a library\n".to_vec());
+    said.file_told(|b| b[..4096].to_vec());
+    said.file_told(|b| b[..b.len() / 2].to_vec());
+    said.file_told(|b| b[..b.len() - 1].to_vec());
+    // Field e_machine of the ELF header, at byte 18: 8 is MIPS.
+    let foreign = |mut b: Vec<u8>| {
+        b[18] = 8;
+        b
+    };
+    said.file_told(foreign);
+}
+
+#[test]
+fn folders_that_are_missing_and_libraries_of_other_names_are_told() {
+    let place = place("");
+    compile(&place, "good", &Source::new("good").text());
+    let from = place.path().join("mine").join(library("tatu_good"));
+    fs::copy(&from, place.path().join("mine").join(library("good"))).unwrap();
+    let env = [("TATU_PLUGIN_PATH", "nowhere")];
+    let done = run(program(), place.path(), &["run", "scene.toml", "--json", "--steps", "1"], &env).good();
+    done.tells(&["E311", "TATU_PLUGIN_PATH names the folder nowhere", "is a library, but no plugin by its name"]);
+    done.tells(&[&library("good"), &library("tatu_NAME")]);
+}
+
+#[test]
+fn a_library_without_the_symbol_is_refused() {
+    let place = place("");
+    compile(&place, "mute", "int nothing(void);\nint nothing(void) { return 0; }\n");
+    let done = place.run(&["--steps", "1"]).good();
+    done.tells(&["E301", &library("tatu_mute"), "exports no `tatu_plugin`", "in C++ include tatu.h"]);
+}
+
+/// Sets flush-to-zero by an instruction and another locale by the C library, as a careless library does.
+const MODE: &str = "#include <locale.h>
+#if defined(__x86_64__)
+#include <xmmintrin.h>
+static void fast(void) { _mm_setcsr(_mm_getcsr() | 0x8040); }
+#else
+static void fast(void) { uint64_t r; __asm__ volatile(\"mrs %0, fpcr\" : \"=r\"(r)); r |= 1u << 24; __asm__ volatile(\"msr fpcr, %0\" :: \"r\"(r)); }
+#endif
+static void abroad(void) { setlocale(LC_ALL, \"C.UTF-8\"); }
+";
+
+#[test]
+#[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+fn a_changed_floating_point_mode_or_locale_is_put_back_and_named_once() {
+    let robot = pioneer("function sysCall_actuation() end", "");
+    let clean = place(&robot).run(&["--seconds", "1"]).good().json()["hash"].clone();
+    let constructor = |call: &str| {
+        Source::new("fast").with(|s| {
+            s.before += &format!("{MODE}__attribute__((constructor)) static void before_all(void) {{ {call} }}\n");
+        })
+    };
+    let init = |call: &str| {
+        Source::new("fast").with(|s| {
+            s.before += MODE;
+            s.init = format!("{call} return TATU_OK;");
+        })
+    };
+    let (mode, locale) = ("changes the floating-point mode when", "changes the locale of the process when");
+    for (source, words) in [
+        (constructor("fast();"), mode),
+        (init("fast();"), mode),
+        (constructor("abroad();"), locale),
+        (init("abroad();"), locale),
+    ] {
+        let place = place(&robot);
+        compile(&place, "fast", &source.text());
+        let done = place.run(&["--seconds", "1"]).good();
+        done.tells(&["E321", words, &library("tatu_fast"), "it was put back", "-ffast-math"]);
+        assert_eq!(done.err.matches(words).count(), 1, "{}", done.err);
+        assert_eq!(done.json()["hash"], clean);
+    }
+    // During a run: in a command, in a measure, in the making of an instance.
+    let command = Source::new("fast").with(|s| {
+        s.before = format!("{MODE}{}", s.before.replace("{ return tatu_return", "{ fast(); return tatu_return"));
+    });
+    let calls = "function sysCall_actuation() assert(fast.one() == 1) end";
+    let place = place(&(robot.clone() + &watcher("w", calls)));
+    compile(&place, "fast", &command.text());
+    let done = place.run(&["--seconds", "1"]);
+    let errors = done.errors();
+    // The first time it is one of those that the script called; then every call is looked at.
+    assert_eq!(errors.len(), 2, "{errors:?}");
+    assert!(errors[0]["message"].as_str().unwrap().contains("org.test.fast"), "{errors:?}");
+    assert_eq!((errors[1]["plugin"].as_str(), errors[1]["count"].as_u64()), (Some("org.test.fast"), Some(22)));
+    done.tells(&["F207", "`org.test.fast` changed the floating-point mode in tatu_command.call", "it was put back"]);
+    let robot_hash = |done: &Done| done.json()["objects"]["/Pioneer_p3dx"]["hash"].clone();
+    place.write("scene.toml", &place.read("scene.toml").replace("fast.one()", "1"));
+    assert_eq!(robot_hash(&done), robot_hash(&place.run(&["--seconds", "1"]).good()));
+
+    compile(&place, "fast", &command.with(|s| s.before = s.before.replace("fast();", "abroad();")).text());
+    place.write("scene.toml", &place.read("scene.toml").replace("assert(1", "assert(fast.one()"));
+    let done = place.run(&["--seconds", "1"]);
+    assert_eq!(done.errors().len(), 1, "{}", done.err);
+    done.tells(&["F207", "changed the locale of the process in actuation", "org.test.fast"]);
+
+    let sensor = "[[object]]\nkind = \"sensor\"\nsensor = \"eye\"\nalias = \"eye\"\n";
+    let measure = eye("fast", "eye", "").with(|s| s.before = format!("{MODE}#define MEASURE fast();\n{}", s.before));
+    let place = self::place(&(robot + sensor));
+    compile(&place, "fast", &measure.text());
+    let done = place.run(&["--seconds", "1"]);
+    let errors = done.errors();
+    assert_eq!((errors.len(), errors[0]["object"].as_str()), (1, Some("/eye")), "{errors:?}");
+    done.tells(&["F207", "`org.test.fast`", "measure changed the floating-point mode", "/eye is switched off"]);
+}

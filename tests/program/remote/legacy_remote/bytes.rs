@@ -1,0 +1,258 @@
+//! Recorded bytes: what the library of today knows and that of the package does not; and what both know of images,
+//! windows, collisions and distances.
+
+use super::wire::{Wire, floats, floats_of, int_at, ints, near};
+use crate::{kit::served::Served, kit::*};
+
+/// No object has it.
+const NOBODY: i32 = 999_999;
+
+const SCENE: &str = r#"
+[[object]]
+kind = "shape"
+alias = "ball"
+primitive = "sphere"
+size_m = [0.2, 0.2, 0.2]
+position_m = [0, 0, 1]
+data = { "\u0001handle" = "7" }
+[[object]]
+kind = "shape"
+alias = "box"
+size_m = [0.2, 0.2, 0.2]
+position_m = [1, 0, 1]
+data = { "\u0001handle" = "8" }
+[[object]]
+kind = "joint"
+alias = "hinge"
+[[object]]
+kind = "joint"
+alias = "socket"
+type = "spherical"
+mode = "kinematic"
+[[object]]
+kind = "shape"
+alias = "base"
+size_m = [0.1, 0.1, 0.1]
+position_m = [5, 0, 2]
+[[object]]
+kind = "force_sensor"
+alias = "force"
+parent = "/base"
+position_m = [0, 0, -0.1]
+[[object]]
+kind = "shape"
+alias = "tool"
+parent = "/base/force"
+size_m = [0.1, 0.1, 0.1]
+mass_kg = 2
+dynamic = true
+[[object]]
+kind = "sensor"
+sensor = "depth_camera"
+alias = "eye"
+columns = 3
+rows = 2
+near_m = 0.5
+far_m = 2.5
+position_m = [0, 9, 1]
+"#;
+
+/// What a scene of V-REP registers beside its objects, as the importer keeps it: collision and distance objects, windows.
+const REGISTERED: &str = r#"{"collections":[],"collisions":[{"name":"Touch","handle":2010000,"of":[7,8],"threshold":0.0,"explicit":false}],"distances":[{"name":"Gap","handle":2020000,"of":[7,8],"threshold":0.0,"explicit":false},{"name":"Asked","handle":2020001,"of":[7,8],"threshold":0.0,"explicit":true}],"ik_groups":[],"windows":[{"name":"Panel","handle":2060000,"object":7,"attributes":1,"cells":[4,2],"buttons":[{"handle":3,"attributes":2,"cells":[1,1,0,0],"labels":["on",""],"slider":250.0}]}]}"#;
+
+/// The scene, served.
+fn served() -> (Place, Served) {
+    let place =
+        Place::scene(&format!("dialect = \"3.6\"\ndata = {{ \"\\u0001registered\" = '{REGISTERED}' }}\n{SCENE}"));
+    let served = Served::new("legacy_remote", place.path().join("scene.toml").to_str().unwrap());
+    (place, served)
+}
+
+#[test]
+fn forces_and_turns_of_joints() {
+    let (_place, served) = served();
+    let mut wire = Wire::new(&served);
+    let (hinge, socket) = (wire.handle("hinge"), wire.handle("socket"));
+    for force in [2.5_f32, 0.0, 40.0] {
+        wire.done(0x100E, &ints(&[hinge]), &floats(&[force]));
+        assert_eq!(wire.good(0x1038, &ints(&[hinge]), b""), floats(&[force]));
+    }
+    // A quarter turn about z, rows of the matrix; the way in its last column is none of a joint.
+    let turn = [0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    wire.done(0x100B, &ints(&[socket]), &floats(&turn));
+    near(&wire.good(0x100A, &ints(&[socket]), b""), &turn);
+    for (raw, data) in [(0x100E, floats(&[1.0])), (0x1038, vec![]), (0x100B, floats(&turn))] {
+        wire.bad(raw, &ints(&[NOBODY]), &data);
+    }
+    // Less than it should hold, and no handle at all.
+    wire.bad(0x100E, &ints(&[hinge]), &[0, 0]);
+    wire.bad(0x100B, &ints(&[socket]), &floats(&turn[..11]));
+    wire.bad(0x1038, &[1], b"");
+}
+
+#[test]
+fn places_and_turns_of_objects() {
+    let (_place, served) = served();
+    let mut wire = Wire::new(&served);
+    let (ball, block) = (wire.handle("ball"), wire.handle("box"));
+    // Half of the square root of 2: a quarter turn about z. In the frame of the ball, which is turned, it is none.
+    let quarter = [0.0, 0.0, 0.5_f32.sqrt(), 0.5_f32.sqrt()];
+    for object in [ball, block] {
+        wire.done(0x1801, &ints(&[object]), &[ints(&[-1]), floats(&quarter)].concat());
+        near(&wire.good(0x2801, &ints(&[object, -1]), b""), &quarter);
+    }
+    near(&wire.good(0x2801, &ints(&[block, ball]), b""), &[0.0, 0.0, 0.0, 1.0]);
+    wire.done(0x1801, &ints(&[block]), &[ints(&[ball]), floats(&quarter)].concat());
+    near(&wire.good(0x2801, &ints(&[block, -1]), b""), &[0.0, 0.0, 1.0, 0.0]);
+    // The place and the turn as programs before 2014 ask for them: to what, stands in the data.
+    near(&wire.good(0x1019, &ints(&[block]), &ints(&[-1])), &[1.0, 0.0, 1.0]);
+    near(&wire.good(0x1019, &ints(&[block]), &ints(&[ball])), &[0.0, -1.0, 0.0]);
+    near(&wire.good(0x1018, &ints(&[ball]), &ints(&[-1])), &[0.0, 0.0, std::f32::consts::FRAC_PI_2]);
+    for to in [-1, ball] {
+        wire.bad(0x1801, &ints(&[NOBODY]), &[ints(&[to]), floats(&quarter)].concat());
+        wire.bad(0x2801, &ints(&[NOBODY, to]), b"");
+        wire.bad(0x1019, &ints(&[NOBODY]), &ints(&[to]));
+        wire.bad(0x1018, &ints(&[NOBODY]), &ints(&[to]));
+    }
+    wire.bad(0x2801, &ints(&[ball, NOBODY]), b"");
+    wire.bad(0x2801, &ints(&[ball]), b"");
+    wire.bad(0x1801, &ints(&[ball]), &[ints(&[-1]), floats(&quarter[..3])].concat());
+}
+
+#[test]
+fn collisions_and_distances() {
+    let (_place, served) = served();
+    let mut wire = Wire::new(&served);
+    let (ball, block) = (wire.handle("ball"), wire.handle("box"));
+    let (touch, gap) = (int_at(&wire.good(0x300A, b"Touch\0", b""), 0), int_at(&wire.good(0x300B, b"Gap\0", b""), 0));
+    let asked = int_at(&wire.good(0x300B, b"Asked\0", b""), 0);
+    // A ball of radius 0.1 m at 0, and the near face of the box 0.1 m before its place.
+    for (x, distance) in [(1.0_f32, 0.8), (0.5, 0.3), (0.15, 0.0)] {
+        wire.done(0x101B, &ints(&[block]), &[ints(&[-1]), floats(&[x, 0.0, 1.0])].concat());
+        let touching = ints(&[i32::from(distance == 0.0)]);
+        assert_eq!(wire.good(0x200F, &ints(&[ball, block]), b""), touching);
+        assert_eq!(wire.good(0x1026, &ints(&[touch]), b""), touching);
+        near(&wire.good(0x2010, &ints(&[ball, block]), b""), &[distance]);
+        near(&wire.good(0x1027, &ints(&[gap]), b""), &[distance]);
+    }
+    assert!(wire.bad(0x1027, &ints(&[asked]), b"").contains("never handled"));
+    for raw in [0x200F, 0x2010] {
+        wire.bad(raw, &ints(&[NOBODY, block]), b"");
+        wire.bad(raw, &ints(&[ball, NOBODY]), b"");
+        wire.bad(raw, &ints(&[ball]), b"");
+    }
+    for raw in [0x1026, 0x1027] {
+        wire.bad(raw, &ints(&[NOBODY]), b"");
+    }
+    for raw in [0x300A, 0x300B] {
+        assert!(wire.bad(raw, b"nothing\0", b"").contains("nothing"));
+    }
+}
+
+#[test]
+fn a_force_sensor_breaks() {
+    let (_place, served) = served();
+    let mut wire = Wire::new(&served);
+    let force = wire.handle("force");
+    wire.done(0x0001, b"", b"");
+    wire.done(0x1007, &ints(&[0]), b"");
+    let step = |wire: &mut Wire| {
+        wire.done(0x0003, b"", b"");
+        wire.good(0x1021, &ints(&[1]), b"");
+    };
+    (0..10).for_each(|_| step(&mut wire));
+    // 2 kg hang on it: their weight is 2 kg * 9.81 m/s2 downwards.
+    let held = wire.good(0x100F, &ints(&[force]), b"");
+    assert_eq!((held[0], held.len()), (1, 25));
+    assert!((floats_of(&held[9..13])[0] + 19.62).abs() < 0.02, "{:?}", floats_of(&held[1..]));
+    wire.done(0x1010, &ints(&[force]), b"");
+    step(&mut wire);
+    assert_eq!(wire.good(0x100F, &ints(&[force]), b"")[0], 3, "measured, and broken");
+    let ball = wire.handle("ball");
+    for wrong in [NOBODY, ball] {
+        wire.bad(0x1010, &ints(&[wrong]), b"");
+        wire.bad(0x100F, &ints(&[wrong]), b"");
+    }
+}
+
+#[test]
+fn windows_of_buttons() {
+    let (_place, served) = served();
+    let mut wire = Wire::new(&served);
+    let panel = int_at(&wire.good(0x3007, b"Panel\0", b""), 0);
+    let slider = ints(&[panel, 3]);
+    assert_eq!(wire.good(0x2001, &slider, b""), ints(&[250]));
+    wire.done(0x2002, &slider, &ints(&[500]));
+    assert_eq!(wire.good(0x2001, &slider, b""), ints(&[500]));
+    // It is of the window alone, and the library looks for its answer four bytes further on; no button was pressed.
+    assert_eq!(wire.good(0x2003, &ints(&[panel]), b""), ints(&[0, -1, 0, 0]));
+    assert_eq!(wire.good(0x2004, &slider, b""), ints(&[2]));
+    wire.done(0x2005, &slider, &ints(&[18]));
+    assert_eq!(wire.good(0x2004, &slider, b""), ints(&[18]));
+    wire.done(0x2006, &slider, b"up\0down\0");
+    for raw in [0x2001, 0x2002, 0x2004, 0x2005] {
+        wire.bad(raw, &ints(&[NOBODY, 3]), &ints(&[1]));
+        wire.bad(raw, &ints(&[panel, 99]), &ints(&[1]));
+    }
+    wire.bad(0x2003, &ints(&[NOBODY]), b"");
+    wire.bad(0x2006, &ints(&[NOBODY, 3]), b"up\0down\0");
+    assert!(wire.bad(0x2006, &slider, b"up\0down").contains("end"));
+    assert!(wire.bad(0x3005, b"panel.ttb\0", b"").contains("windows of buttons"));
+    wire.done(0x1029, &ints(&[panel]), b"");
+    wire.bad(0x1029, &ints(&[panel]), b"");
+    assert!(wire.bad(0x3007, b"Panel\0", b"").contains("Panel"));
+}
+
+#[test]
+fn images_are_given_to_a_sensor() {
+    let (_place, served) = served();
+    let mut wire = Wire::new(&served);
+    let eye = ints(&[wire.handle("eye")]);
+    let size = ints(&[3, 2]);
+    let colours: Vec<u8> = (0..18).map(|i| 14 * i).collect();
+    wire.done(0x1006, &eye, &colours);
+    assert_eq!(wire.good(0x1004, &eye, b""), [&size[..], &colours].concat());
+    let grey = [0, 1, 100, 127, 128, 255];
+    wire.done(0x1005, &eye, &grey);
+    assert_eq!(wire.good(0x1003, &eye, b""), [&size[..], &grey].concat());
+    for (raw, n) in [(0x1005, 5), (0x1005, 18), (0x1005, 0), (0x1006, 6), (0x1006, 17), (0x1006, 19)] {
+        let why = wire.bad(raw, &eye, &vec![9; n]);
+        assert!(why.contains("6 pixels") && why.contains(&format!("found {n}")), "{why}");
+    }
+    assert_eq!(wire.good(0x1003, &eye, b""), [&size[..], &grey].concat(), "as before");
+    for raw in [0x1005, 0x1006] {
+        wire.bad(raw, &ints(&[NOBODY]), &[9; 6]);
+    }
+}
+
+#[test]
+#[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
+fn the_real_library_gives_images_and_reads_windows() {
+    let bindings = super::bindings();
+    let (_place, served) = served();
+    let program = "
+eye, panel = handle('eye'), good(vrep.simxGetUIHandle(client, 'Panel', WAIT))
+for options, each in ((0, 3), (1, 1)):
+    image = [(37 * i + 5) % 128 for i in range(6 * each)]
+    good(vrep.simxSetVisionSensorImage(client, eye, image, options, WAIT))
+    size, back = good(vrep.simxGetVisionSensorImage(client, eye, options, WAIT))
+    assert (list(size), list(back)) == ([3, 2], image), (size, back)
+    wrong = vrep.simxSetVisionSensorImage(client, eye, image[1:], options, WAIT)
+    assert wrong == vrep.simx_return_remote_error_flag, wrong
+    assert '6 pixels' in good(vrep.simxGetLastErrors(client, WAIT))[0]
+good(vrep.simxSetUISlider(client, panel, 3, 700, WAIT))
+assert good(vrep.simxGetUISlider(client, panel, 3, WAIT)) == 700
+assert good(vrep.simxGetUIEventButton(client, panel, WAIT)) == [-1, [0, 0]]
+assert good(vrep.simxGetUIButtonProperty(client, panel, 3, WAIT)) == 2
+good(vrep.simxSetUIButtonProperty(client, panel, 3, 18, WAIT))
+good(vrep.simxSetUIButtonLabel(client, panel, 3, 'up', 'down', WAIT))
+good(vrep.simxRemoveUI(client, panel, WAIT))
+touch, gap = good(vrep.simxGetCollisionHandle(client, 'Touch', WAIT)), good(vrep.simxGetDistanceHandle(client, 'Gap', WAIT))
+assert good(vrep.simxReadCollision(client, touch, WAIT)) is False
+assert abs(good(vrep.simxReadDistance(client, gap, WAIT)) - 0.8) < 1e-6
+print('given')
+vrep.simxFinish(client)
+";
+    let told = super::client(&served, bindings, program).output().unwrap();
+    assert!(crate::kit::served::good(&told).contains("given"));
+}

@@ -1,0 +1,8 @@
+//! Services, with the real clients of each protocol where they can be had.
+
+pub mod jsonl;
+pub mod legacy_remote;
+mod masters;
+mod next_scene;
+pub mod rosbridge;
+pub mod zmq_remote;

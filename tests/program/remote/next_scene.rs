@@ -1,0 +1,102 @@
+//! `tatu serve` from one scene to the next: what cannot be opened is refused to whoever asked, and a start is not lost.
+
+use std::{
+    io::{BufRead, BufReader, Write},
+    net::TcpStream,
+    time::Duration,
+};
+
+use serde_json::{Value, json};
+
+use crate::{kit::served::Served, kit::*};
+
+struct Client {
+    to: TcpStream,
+    from: BufReader<TcpStream>,
+}
+
+impl Client {
+    fn new(served: &Served) -> Client {
+        let to = served.connect();
+        Client { from: BufReader::new(to.try_clone().unwrap()), to }
+    }
+    /// Sends a line without waiting for its answer.
+    fn send(&mut self, message: &Value) {
+        writeln!(self.to, "{message}").unwrap();
+    }
+    fn answer(&mut self) -> Value {
+        let mut line = String::new();
+        assert!(self.from.read_line(&mut line).unwrap() > 0, "the program has ended");
+        serde_json::from_str(&line).unwrap()
+    }
+    fn ask(&mut self, message: &Value) -> Value {
+        self.send(message);
+        self.answer()
+    }
+    fn open(&mut self, file: &str) -> Value {
+        self.ask(&json!({ "id": 1, "call": "tatu.open", "args": [file] }))
+    }
+    /// Whether the world comes to be in a state.
+    fn comes_to(&mut self, state: &str) -> bool {
+        (0..400).any(|_| {
+            let there = self.ask(&json!({ "state": true }))["state"] == state;
+            if !there {
+                std::thread::sleep(Duration::from_millis(10));
+            }
+            there
+        })
+    }
+    fn has(&mut self, path: &str) -> bool {
+        self.ask(&json!({ "id": 2, "call": "sim.getObject", "args": [path] }))["error"].is_null()
+    }
+}
+
+fn served() -> (Place, Served) {
+    let place = Place::new();
+    let dummy = |alias: &str| format!("format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\n");
+    place.write("good.toml", &dummy("first")).write("other.toml", &dummy("second"));
+    place.write("bad.toml", "format = 1\n[[object]]\nkind = \"nonsense\"\n").write("cut.ttt", "VREP");
+    let scene = place.path().join("good.toml").display().to_string();
+    let served = Served::with("jsonl", &scene, &["--files", place.path().to_str().unwrap(), "--no-addons"]);
+    (place, served)
+}
+
+#[test]
+fn a_scene_that_cannot_be_opened_is_refused_and_the_present_one_goes_on() {
+    let (_place, mut served) = served();
+    let mut client = Client::new(&served);
+    for running in [false, true] {
+        if running {
+            client.ask(&json!({ "request": "start" }));
+            assert!(client.comes_to("running"));
+        }
+        for (file, words) in [
+            ("bad.toml", "bad.toml:3: there is no kind of object `nonsense`"),
+            ("cut.ttt", "cut.ttt"),
+            ("none.toml", "none.toml"),
+        ] {
+            let answer = client.open(file);
+            let text = answer["error"]["text"].as_str().unwrap_or_else(|| panic!("{answer}"));
+            assert!(text.contains(words), "{text}");
+            assert!(client.has("/first") && served.is_there());
+        }
+        assert!(!running || client.comes_to("running"));
+    }
+}
+
+#[test]
+fn a_start_right_after_another_scene_is_that_of_the_new_one() {
+    let (_place, served) = served();
+    let mut client = Client::new(&served);
+    for (file, object) in [("other.toml", "/second"), ("good.toml", "/first"), ("other.toml", "/second")] {
+        // At once, so that both arrive within one turn of the service.
+        client.send(&json!({ "id": 1, "call": "tatu.open", "args": [file] }));
+        client.send(&json!({ "request": "start" }));
+        let answers = [client.answer(), client.answer()];
+        assert!(answers.iter().all(|a| a["error"].is_null()), "{answers:?}");
+        assert!(client.comes_to("running"), "the start of {file} is lost");
+        assert!(client.has(object));
+    }
+    client.ask(&json!({ "request": "stop" }));
+    assert!(client.comes_to("stopped"));
+}

@@ -1,0 +1,392 @@
+//! The ten scripts of the 2015 course, unmodified, in the scenes that are made for them: what they tell on the status
+//! bar, on consoles and in files is compared with what geometry says of the poses in the trace.
+//!
+//! The scripts are not part of the repository and are read from `../shared/seeds/scripts`; the room is
+//! `scenes/course/parts/arena.toml`, the ring's cones are those of the robot's README (15 degrees to each side, 1 m,
+//! at most 72 degrees to a surface's normal).
+
+use std::path::PathBuf;
+
+use crate::{kit::*, robots::manta::radius};
+
+const ROBOT: &str = "/Pioneer_p3dx";
+
+/// Each script and the object that it belongs to.
+const ALL: [(&str, &str); 10] = [
+    ("hokuyo_reads_signals", "/Hokuyo"),
+    ("laser_scanner_2d_signal_tube_log", "/LaserScanner_2D"),
+    ("manta_keyboard_statusbar", "/Manta"),
+    ("pioneer_braitenberg", ROBOT),
+    ("pioneer_console", ROBOT),
+    ("pioneer_follows_laser_signal", ROBOT),
+    ("pioneer_log_append", ROBOT),
+    ("pioneer_pose", ROBOT),
+    ("pioneer_signals", ROBOT),
+    ("pioneer_statusbar", ROBOT),
+];
+
+fn seed(name: &str) -> PathBuf {
+    shared(&format!("seeds/scripts/{name}.lua"))
+}
+
+/// Runs a scene of the course in a folder of its own, with `more` objects in it and scripts handed in; the trace, and
+/// all that was told beside it.
+struct Ran {
+    place: Place,
+    lines: Vec<Line>,
+    told: String,
+}
+
+fn course(scene: &str, more: &str, scripts: &[(&str, PathBuf)], watch: &[&str], seconds: &str) -> Ran {
+    let folder = root().join("scenes/course");
+    let text = std::fs::read_to_string(folder.join(format!("{scene}.toml"))).unwrap();
+    let text = ["parts/", "lua/"]
+        .iter()
+        .fold(text, |t, part| t.replace(&format!("\"{part}"), &format!("\"{}", folder.join(part).display())));
+    let place = Place::new();
+    place.write("scene.toml", &format!("{text}\n{more}"));
+    let mut args: Vec<String> = vec!["--seconds".into(), seconds.into(), "--trace".into(), "trace.jsonl".into()];
+    scripts.iter().for_each(|(o, file)| args.extend(["--script".into(), format!("{o}={}", file.display())]));
+    watch.iter().for_each(|w| args.extend(["--watch".into(), (*w).into()]));
+    let done = place.run(&args.iter().map(String::as_str).collect::<Vec<_>>()).good();
+    assert_eq!(done.json()["errors"].as_array().unwrap().len(), 0, "{}", done.err);
+    Ran { lines: place.all_lines("trace.jsonl"), place, told: done.err }
+}
+
+impl Ran {
+    /// What was printed on a console, line by line.
+    fn console(&self, title: &str) -> Vec<&str> {
+        let head = format!("[{title}] ");
+        self.told.lines().filter_map(|l| l.strip_prefix(head.as_str())).collect()
+    }
+}
+
+/// A box of the room: size, middle, turn.
+type Block = ([f64; 3], [f64; 3], f64);
+
+const ROOM: [Block; 6] = [
+    ([6.2, 0.1, 0.5], [0.0, 3.05, 0.25], 0.0),
+    ([6.2, 0.1, 0.5], [0.0, -3.05, 0.25], 0.0),
+    ([0.1, 6.2, 0.5], [3.05, 0.0, 0.25], 0.0),
+    ([0.1, 6.2, 0.5], [-3.05, 0.0, 0.25], 0.0),
+    ([0.5, 0.7, 0.5], [1.2, 1.0, 0.25], 30.0),
+    ([0.4, 0.4, 0.6], [-1.4, -1.1, 0.3], 0.0),
+];
+
+fn rotate([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
+    let cross =
+        |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let u = [x, y, z];
+    let t = cross(u, v).map(|c| 2.0 * c);
+    let s = cross(u, t);
+    std::array::from_fn(|i| v[i] + w * t[i] + s[i])
+}
+
+/// Where a ray meets the outside of a box: distance, and cosine of the angle to the face's normal.
+fn ray(block: &Block, from: [f64; 3], along: [f64; 3]) -> Option<(f64, f64)> {
+    let (size, at, turn) = block;
+    let (s, c) = turn.to_radians().sin_cos();
+    let into = |v: [f64; 3]| [c * v[0] + s * v[1], -s * v[0] + c * v[1], v[2]];
+    let (o, d) = (into([from[0] - at[0], from[1] - at[1], from[2] - at[2]]), into(along));
+    let (mut enter, mut leave, mut cosine) = (f64::NEG_INFINITY, f64::INFINITY, 0.0);
+    for i in 0..3 {
+        let half = size[i] / 2.0;
+        if d[i].abs() < 1e-12 {
+            if o[i].abs() > half {
+                return None;
+            }
+            continue;
+        }
+        let (a, b) = ((-half - o[i]) / d[i], (half - o[i]) / d[i]);
+        if a.min(b) > enter {
+            (enter, cosine) = (a.min(b), d[i].abs());
+        }
+        leave = leave.min(a.max(b));
+    }
+    (enter > 0.0 && enter <= leave).then_some((enter, cosine))
+}
+
+/// What a sonar sees from a pose: the nearest point of any surface in its cone. All surfaces are upright, so that
+/// point lies at the sonar's height: rays fanned out there are enough.
+fn sonar(at: [f64; 3], q: [f64; 4]) -> Option<f64> {
+    let ahead = rotate(q, [0.0, 0.0, 1.0]);
+    let heading = ahead[1].atan2(ahead[0]);
+    let least = 72f64.to_radians().cos();
+    let mut nearest = f64::INFINITY;
+    for i in -2000..=2000 {
+        let a = heading + f64::from(i) / 2000.0 * 15f64.to_radians();
+        let seen = ROOM.iter().filter_map(|b| ray(b, at, [a.cos(), a.sin(), 0.0]));
+        nearest = seen.filter(|(_, cosine)| *cosine >= least).map(|(d, _)| d).fold(nearest, f64::min);
+    }
+    (0.05..=1.0).contains(&nearest).then_some(nearest)
+}
+
+fn sonar_paths() -> Vec<String> {
+    (1..=16).map(|i| format!("{ROBOT}/Pioneer_p3dx_visible/Pioneer_p3dx_ultrasonicSensor{i}")).collect()
+}
+
+/// Compares what sonars were told to see with what they see from the poses at the end of the step before, when they
+/// measured.
+fn compare_sonars(ran: &Ran, told: &[Vec<f64>]) {
+    let paths = sonar_paths();
+    assert_eq!(told.len(), ran.lines.len());
+    assert!(told[0].iter().all(|d| *d == 0.0), "nothing was measured before the first step");
+    let (mut seen, mut worst) = (0, 0.0_f64);
+    for (now, line) in told[1..].iter().zip(&ran.lines) {
+        for (d, path) in now.iter().zip(&paths) {
+            let want = sonar(line.object(path, "position"), line.object(path, "quaternion"));
+            match want {
+                Some(want) if *d > 0.0 => {
+                    seen += 1;
+                    worst = worst.max((d - want).abs());
+                }
+                // At the edge of its range either may be.
+                Some(want) => {
+                    assert!(!(0.052..=0.997).contains(&want), "{path} at {}: nothing instead of {want}", line.time())
+                }
+                None => {
+                    assert!(*d == 0.0 || *d > 0.997 || *d < 0.052, "{path} at {}: {d} instead of nothing", line.time())
+                }
+            }
+        }
+    }
+    println!("{seen} readings, off by at most {:.2} mm", worst * 1e3);
+    assert!(seen > 500 && worst < 0.002, "{seen} readings, off by {worst} m");
+}
+
+/// The sixteen numbers of a line `S[1]=0.0 S[2]=...`.
+fn sonars_of(line: &str) -> Vec<f64> {
+    let parts = line.split_whitespace().enumerate();
+    parts.map(|(i, p)| p.strip_prefix(&format!("S[{}]=", i + 1)).unwrap().parse().unwrap()).collect()
+}
+
+/// 20 s, and the three passes from the request to stop to the end.
+const PASSES: usize = 400 + 3;
+
+#[test]
+fn every_scene_runs_with_its_own_script() {
+    for (name, _) in ALL {
+        assert_eq!(course(name, "", &[], &[], "20").lines.len(), PASSES, "{name}");
+        // The file of each scene says what to try, first of all.
+        let text = std::fs::read_to_string(root().join(format!("scenes/course/{name}.toml"))).unwrap();
+        assert!(text.starts_with("# ") && text.contains("What to try:"), "{name}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
+fn every_script_runs_in_its_scene() {
+    for (name, object) in ALL {
+        let ran = course(name, "", &[(object, seed(name))], &[], "20");
+        assert_eq!(ran.lines.len(), PASSES, "{name}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
+fn status_bar_and_console_tell_what_the_sonars_see() {
+    let paths = sonar_paths();
+    let watch: Vec<&str> = paths.iter().map(String::as_str).collect();
+    let file = seed("pioneer_statusbar");
+    let ran = course("pioneer_statusbar", "", &[(ROBOT, file)], &watch, "40");
+    let told: Vec<Vec<f64>> = ran.lines.iter().map(|l| sonars_of(l.status()[0])).collect();
+    compare_sonars(&ran, &told);
+    let file = seed("pioneer_console");
+    let ran = course("pioneer_console", "", &[(ROBOT, file)], &watch, "40");
+    let told: Vec<Vec<f64>> = ran.console("Sensors").into_iter().map(sonars_of).collect();
+    compare_sonars(&ran, &told);
+}
+
+#[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
+fn the_console_tells_the_pose_of_the_trace() {
+    let file = seed("pioneer_pose");
+    let ran = course("pioneer_pose", "", &[(ROBOT, file)], &[ROBOT], "20");
+    let told = ran.console("Pose");
+    assert_eq!(told.len(), ran.lines.len());
+    // What the script tells in a step is where the step before has ended.
+    for (text, line) in told[1..].iter().zip(&ran.lines) {
+        let numbers: Vec<f64> =
+            text.replace("# ", "").replace("Orientacao:", "").split_whitespace().map(|n| n.parse().unwrap()).collect();
+        let (p, [x, y, z, w]) = (line.object::<3>(ROBOT, "position"), line.object::<4>(ROBOT, "quaternion"));
+        // Turns about x, then the new y, then the new z: of the matrix Rx Ry Rz.
+        let alpha = f64::atan2(-2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y));
+        let beta = f64::asin(2.0 * (x * z + w * y));
+        let gamma = f64::atan2(-2.0 * (x * y - w * z), 1.0 - 2.0 * (y * y + z * z));
+        // The script divides by 3.1415936.
+        let want = [p[0], p[1], p[2], alpha, beta, gamma, gamma * 180.0 / 3.1415936];
+        for (i, (a, b)) in numbers.iter().zip(want).enumerate() {
+            // Four digits, and numbers that pass the old API as floats.
+            assert!((a - b).abs() < 5.1e-5 + b.abs() * 1e-7, "{i}: {a} instead of {b}");
+        }
+        assert_eq!(numbers.len(), 7);
+    }
+}
+
+#[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
+fn the_log_file_tells_readings_speeds_and_simulation_time() {
+    let file = seed("pioneer_log_append");
+    let paths = sonar_paths();
+    let watch: Vec<&str> = paths.iter().map(String::as_str).collect();
+    let ran = course("pioneer_log_append", "", &[(ROBOT, file)], &watch, "30");
+    let log = ran.place.read("usensors-log.log");
+    let rows: Vec<&str> = log.lines().collect();
+    assert_eq!(rows.len(), 2 * ran.lines.len());
+    let mut told = Vec::new();
+    for (k, pair) in rows.chunks(2).enumerate() {
+        // "nil" stands without anything behind it, numbers have a tab.
+        let row: Vec<f64> = pair[0]
+            .replace("nil", "0\t")
+            .split_terminator('\t')
+            .map(|n| n.parse().unwrap_or_else(|_| panic!("{}", pair[0])))
+            .collect();
+        assert_eq!(row.len(), 16, "{}", pair[0]);
+        let detect = |d: f64| if d > 0.0 && d < 0.5 { 1.0 - (d.max(0.2) - 0.2) / 0.3 } else { 0.0 };
+        let speed = |weights: [f64; 8]| 2.0 + row.iter().zip(weights).map(|(d, w)| w * detect(*d)).sum::<f64>();
+        let left = speed([-0.2, -0.4, -0.6, -0.8, -1.0, -1.2, -1.4, -1.6]);
+        let right = speed([-1.6, -1.4, -1.2, -1.0, -0.8, -0.6, -0.4, -0.2]);
+        let numbers: Vec<f64> = pair[1].split_whitespace().map(|n| n.parse().unwrap()).collect();
+        assert!((numbers[0] - left).abs() < 0.006 && (numbers[1] - right).abs() < 0.006, "{pair:?}: {left} {right}");
+        assert!((numbers[2] - 0.05 * k as f64).abs() < 0.0051, "{pair:?} at {k}");
+        told.push(row);
+    }
+    compare_sonars(&ran, &told);
+}
+
+#[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
+fn signals_are_those_of_the_same_step() {
+    let (robot, reader) = (seed("pioneer_signals"), seed("hokuyo_reads_signals"));
+    // A listener of ours prints the signals with marks between, and what the wheels were told in the same step.
+    let listener = "
+        if sim_call_type == sim_childscriptcall_sensing then
+            local l, r = simGetFloatSignal('GVLeft'), simGetFloatSignal('GVRight')
+            local a = simGetJointTargetVelocity(simGetObjectHandle('Pioneer_p3dx_leftMotor'))
+            local b = simGetJointTargetVelocity(simGetObjectHandle('Pioneer_p3dx_rightMotor'))
+            simAddStatusbarMessage(string.format('%.17g %.17g %.17g %.17g', l, r, a, b))
+        end";
+    let more = watcher("listener", listener);
+    let ran = course("pioneer_signals", &more, &[(ROBOT, robot), ("/Hokuyo", reader)], &[], "30");
+    let printed = ran.console("Signals").concat();
+    let (mut rest, mut slow) = (printed.as_str(), 0);
+    for line in &ran.lines {
+        // tests/facts/call-order.md, 4: what actuation sets, sensing of the same step reads.
+        let numbers: Vec<f64> = line.status()[0].split(' ').map(|n| n.parse().unwrap()).collect();
+        let [l, r, a, b] = numbers[..] else { panic!("{numbers:?}") };
+        assert!((l - a).abs() < 1e-6 && (r - b).abs() < 1e-6, "{} s: {numbers:?}", line.time());
+        slow += usize::from(l != 2.0 || r != 2.0);
+        // The course's reader prints one after the other, with nothing between.
+        for number in [l, r] {
+            let text = texts(number).into_iter().find(|t| rest.starts_with(t.as_str()));
+            let text = text.unwrap_or_else(|| panic!("{number} at {} s: {}", line.time(), &rest[..40.min(rest.len())]));
+            rest = &rest[text.len()..];
+        }
+    }
+    assert!(slow > 50, "it meets something: {slow}");
+    assert_eq!(rest, "");
+}
+
+/// How a number may be printed: with all its digits, or, as Lua 5.1 did, with 14.
+fn texts(number: f64) -> [String; 2] {
+    let digits = (13.0 - number.abs().max(1e-300).log10().floor()).clamp(0.0, 30.0) as usize;
+    let short = format!("{number:.digits$}");
+    let short = short.trim_end_matches('0').trim_end_matches('.');
+    [format!("{number}"), short.to_owned()]
+}
+
+#[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
+fn the_scan_is_where_rays_meet_the_room_and_steers_the_robot_a_step_later() {
+    let names = ("laser_scanner_2d_signal_tube_log", "pioneer_follows_laser_signal");
+    let (laser, robot) = (seed(names.0), seed(names.1));
+    let scanner = format!("{ROBOT}/LaserScanner_2D");
+    let witness = "
+        if sim_call_type == sim_childscriptcall_sensing then
+            local a = simGetJointTargetVelocity(simGetObjectHandle('Pioneer_p3dx_leftMotor'))
+            simAddStatusbarMessage('' .. a)
+        end";
+    let scripts = [("/LaserScanner_2D", laser), (ROBOT, robot)];
+    let ran = course(names.0, &watcher("witness", witness), &scripts, &[&scanner], "20");
+    let log = ran.place.read("dados-sensor.log");
+    let scans: Vec<Vec<(f64, f64)>> = log
+        .lines()
+        .map(|l| {
+            let entries = l.split_terminator(",) ").map(|e| e.trim_start_matches('(').split_once(';').unwrap());
+            entries.map(|(a, d)| (a.parse().unwrap(), d.parse().unwrap())).collect()
+        })
+        .collect();
+    assert_eq!(scans.len(), ran.lines.len());
+    let mut worst = 0.0_f64;
+    for (scan, line) in scans.iter().zip(&ran.lines) {
+        let (p, q) = (line.object::<3>(&scanner, "position"), line.object::<4>(&scanner, "quaternion"));
+        // The ray leaves the middle of the model (V-REP's `World-Sick180-Log`: joint and laser stand where the base
+        // is).
+        let from = p;
+        assert_eq!(scan.len(), 181, "in a room every ray meets something");
+        for (angle, d) in scan {
+            let (s, c) = angle.to_radians().sin_cos();
+            let along = rotate(q, [c, s, 0.0]);
+            let want = ROOM.iter().filter_map(|b| ray(b, from, along)).map(|(d, _)| d).fold(f64::INFINITY, f64::min);
+            // Rays that just miss or meet an edge may do the other, for the angle is written with four digits.
+            if (d - want).abs() > 0.001 {
+                let beside = [-1e-4_f64, 1e-4].map(|e| {
+                    let (s, c) = (angle.to_radians() + e).sin_cos();
+                    let along = rotate(q, [c, s, 0.0]);
+                    ROOM.iter().filter_map(|b| ray(b, from, along)).map(|(d, _)| d).fold(f64::INFINITY, f64::min)
+                });
+                assert!(beside.iter().any(|b| (b - d).abs() < 0.002), "{angle} degrees: {d} instead of {want}");
+                continue;
+            }
+            worst = worst.max((d - want).abs());
+        }
+    }
+    println!("scans are off by at most {:.3} mm", worst * 1e3);
+    assert!(worst < 2e-4, "off by {worst} m");
+    let mut turns = 0;
+    for (k, line) in ran.lines.iter().enumerate() {
+        // tests/facts/call-order.md, 4: what sensing sets, actuation of the next step reads.
+        let least = if k == 0 { 1000.0 } else { scans[k - 1].iter().map(|s| s.1).fold(1000.0, f64::min) };
+        let want = if least < 0.5 { -2.0 } else { 2.0 };
+        turns += usize::from(want < 0.0);
+        if (least - 0.5).abs() > 1e-4 {
+            assert_eq!(line.status()[0].parse::<f64>().unwrap(), want, "step {k}: {least} m");
+        }
+    }
+    assert!(turns > 10, "it comes to a wall: {turns}");
+}
+
+#[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
+fn the_manta_obeys_keys() {
+    let file = seed("manta_keyboard_statusbar");
+    // Five times left is 0.5 rad, then s; the scripts' messages are as a keyboard sends them.
+    let hand = "
+        if sim_call_type == sim_childscriptcall_sensing then
+            local step = math.floor(simGetSimulationTime() / 0.05 + 0.5)
+            if step >= 100 and step < 105 then vrep.sendMessage(sim.message_keypress, {2009, 0}) end
+            if step == 400 then vrep.sendMessage(sim.message_keypress, {115, 0}) end
+        end";
+    let ran = course("manta_keyboard_statusbar", &watcher("hand", hand), &[("/Manta", file)], &["/Manta"], "25");
+    let at = |i: usize| ran.lines[i].object::<3>("/Manta", "position");
+    let speed = (at(99)[0] - at(59)[0]) / 2.0;
+    assert!((speed / 0.9 - 1.0).abs() < 0.02, "10 rad/s: {speed} m/s");
+    let r = radius(at(200), at(260), at(320));
+    assert!((r / 1.098 - 1.0).abs() < 0.05, "0.5 rad: a radius of {r} m");
+    let rest = f64::hypot(at(499)[0] - at(460)[0], at(499)[1] - at(460)[1]);
+    assert!(rest < 0.005, "s stops it: {rest} m in two seconds");
+    let keys: Vec<&str> = ran.lines.iter().flat_map(|l| l.status()).collect();
+    assert_eq!(keys, ["Tecla: 2009", "Tecla: 2009", "Tecla: 2009", "Tecla: 2009", "Tecla: 2009", "Tecla: 115"]);
+}
+
+#[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
+fn the_avoiding_robot_of_the_course_stays_free() {
+    let file = seed("pioneer_braitenberg");
+    let ran = course("pioneer_braitenberg", "", &[(ROBOT, file)], &[ROBOT], "60");
+    let places: Vec<[f64; 3]> = ran.lines.iter().map(|l| l.object(ROBOT, "position")).collect();
+    let way: f64 = places.windows(2).map(|w| f64::hypot(w[1][0] - w[0][0], w[1][1] - w[0][1])).sum();
+    assert!(way > 3.0, "{way} m in a minute");
+    // The room's walls stand at 3 m, and the robot reaches 0.15 m to its sides at least.
+    assert!(places.iter().all(|p| p[0].abs() < 2.85 && p[1].abs() < 2.85));
+}

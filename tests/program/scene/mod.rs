@@ -1,0 +1,13 @@
+//! Scenes: read, imported, converted, refused; how bodies in them move.
+
+mod bounds;
+mod convert;
+mod crowd;
+mod importers;
+mod large;
+mod models_at_run;
+mod removals;
+mod scene_errors;
+mod urdf;
+mod vrep_registered;
+mod vrep_scene;

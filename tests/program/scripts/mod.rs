@@ -1,0 +1,23 @@
+//! Scripts: when each is called, what the eras find as it was, what commands return, what one cannot do to another.
+
+mod addons;
+mod cascades;
+mod catalogue;
+mod driver;
+mod eras;
+mod events;
+mod folders;
+mod graphs;
+mod isolation;
+mod lives;
+mod luasocket;
+mod nesting;
+mod options;
+pub mod order;
+mod returns;
+mod script_errors;
+mod side_by_side;
+mod stand_ins;
+mod stores;
+mod talk;
+mod threads;

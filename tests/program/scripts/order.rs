@@ -1,0 +1,301 @@
+//! Which script is called when: tests/facts/call-order.md, 1 and 2, line by line; what is called otherwise here
+//! stands in docs/guide/coming-from-vrep.md, "Order of calls".
+
+use std::sync::Arc;
+
+use tatu_core::{Phase, World, document::ScriptSpec, plugins::Registry};
+
+use crate::{
+    kit::*,
+    state::restart::{registry, world},
+};
+
+/// Callbacks that log name, callback, time and state.
+pub const LOGGED: &str = "
+local function log(what)
+    sim.addStatusbarMessage(string.format('%s %s %.2f %d', NAME, what, sim.getSimulationTime(), sim.getSimulationState()))
+end
+log('chunk')
+for _, callback in ipairs{'info', 'init', 'cleanup', 'nonSimulation', 'beforeSimulation', 'afterSimulation', 'actuation',
+        'sensing', 'suspend', 'suspended', 'resume', 'beforeMainScript'} do
+    _G['sysCall_' .. callback] = function() log(callback) end
+end
+";
+
+/// A thread that ends when it sees the end.
+const THREAD: &str = "
+function sysCall_thread()
+    sim.addStatusbarMessage('thread of ' .. NAME .. ' begins')
+    while not sim.getSimulationStopping() do
+        sim.step()
+        sim.addStatusbarMessage('thread of ' .. NAME)
+    end
+    sim.addStatusbarMessage('thread of ' .. NAME .. ' ends')
+end
+";
+
+fn text(name: &str, more: &str) -> String {
+    format!("NAME = '{name}'{LOGGED}{more}")
+}
+
+/// An object with scripts: each a kind, a priority and a text.
+fn object(alias: &str, parent: &str, scripts: &[(&str, &str, String)]) -> String {
+    let parent = if parent.is_empty() { String::new() } else { format!("parent = \"{parent}\"\n") };
+    let script = |(kind, priority, text): &(&str, &str, String)| {
+        format!("{{ kind = \"{kind}\", priority = \"{priority}\", text = '''{text}''' }}")
+    };
+    let scripts: Vec<String> = scripts.iter().map(script).collect();
+    format!("[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\n{parent}scripts = [{}]\n", scripts.join(", "))
+}
+
+/// A script from outside the document.
+fn attach(world: &World, registry: &Registry, kind: &str, name: &str) {
+    let language = registry.languages.iter().position(|l| l.id == "lua").unwrap();
+    let spec = ScriptSpec {
+        side_by_side: false,
+        language,
+        dialect: String::new(),
+        kind: kind.into(),
+        priority: 1,
+        name: name.into(),
+        text: text(name, "").into_bytes(),
+    };
+    world.attach(&spec).unwrap();
+}
+
+/// What was told since the last look.
+pub fn told(world: &World) -> Vec<String> {
+    world.take_lines().into_iter().map(|l| l.text).collect()
+}
+
+/// "who callback time state" for each, in order.
+fn calls(names: &[&str], callback: &str, at: &str) -> Vec<String> {
+    names.iter().map(|n| format!("{n} {callback} {at}")).collect()
+}
+
+/// The scene of call-order.md, 1: objects A, A/B, C, D.
+fn observed_scene() -> (Place, World, Arc<Registry>) {
+    let child = |name: &str, more: &str| ("child", "normal", text(&format!("child {name}"), more));
+    let cust = |name: &str| ("customization", "normal", text(&format!("cust {name}"), ""));
+    let scene = [
+        object("A", "", &[child("A", ""), cust("A")]),
+        object("B", "A", &[child("B", ""), cust("B")]),
+        object("C", "", &[child("C", THREAD)]),
+        object("D", "", &[child("D", "")]),
+    ];
+    let place = Place::scene(&scene.concat());
+    let registry = registry();
+    let world = world(&place.path().join("scene.toml"), &registry);
+    attach(&world, &registry, "addon", "add-on");
+    attach(&world, &registry, "sandbox", "sandbox");
+    // Somebody is there who lifts pauses: this test.
+    world.set_interactive(true);
+    (place, world, registry)
+}
+
+const CHILDREN: [&str; 4] = ["child B", "child A", "child C", "child D"];
+/// Those that live as long as the world.
+const LASTING: [&str; 4] = ["cust B", "cust A", "add-on", "sandbox"];
+const ALL: [&str; 8] = ["child B", "child A", "child C", "child D", "cust B", "cust A", "add-on", "sandbox"];
+
+/// A whole normal step; `thread` is what the thread of C tells before its actuation.
+fn whole(at: &str, thread: &[&str]) -> Vec<String> {
+    let mut out = calls(&ALL, "beforeMainScript", at);
+    for name in ALL {
+        if name == "child C" {
+            out.extend(thread.iter().map(|t| format!("thread of child C{t}")));
+        }
+        out.extend(calls(&[name], "actuation", at));
+    }
+    out.extend(calls(&ALL, "sensing", at));
+    out
+}
+
+#[track_caller]
+fn same(moment: &str, got: Vec<String>, wanted: Vec<String>) {
+    for (i, (g, w)) in got.iter().zip(&wanted).enumerate() {
+        assert_eq!(g, w, "{moment}, call {i}:\n{}", got.join("\n"));
+    }
+    assert_eq!(got.len(), wanted.len(), "{moment}:\n{}", got.join("\n"));
+}
+
+#[test]
+fn the_life_of_a_run_is_the_observed_one() {
+    let (_place, world, _registry) = observed_scene();
+    // Row "first loop pass, stopped".
+    world.idle();
+    let mut wanted = Vec::new();
+    for name in LASTING {
+        for callback in ["chunk", "info", "init", "nonSimulation"] {
+            wanted.extend(calls(&[name], callback, "0.00 0"));
+        }
+    }
+    same("first loop pass, stopped", told(&world), wanted);
+    // Row "next loop passes, stopped".
+    world.idle();
+    same("next loop pass, stopped", told(&world), calls(&LASTING, "nonSimulation", "0.00 0"));
+    // Row "start requested".
+    world.start();
+    same("start requested", told(&world), calls(&LASTING, "beforeSimulation", "0.00 0"));
+    // Row "step 1".
+    assert!(world.step());
+    let mut wanted = calls(&LASTING, "beforeMainScript", "0.00 16");
+    for name in CHILDREN {
+        for callback in ["chunk", "info", "init"] {
+            wanted.extend(calls(&[name], callback, "0.00 16"));
+        }
+        if name == "child C" {
+            wanted.push("thread of child C begins".into());
+        }
+        wanted.extend(calls(&[name], "actuation", "0.00 16"));
+    }
+    wanted.extend(calls(&LASTING, "actuation", "0.00 16"));
+    wanted.extend(calls(&ALL, "sensing", "0.00 16"));
+    same("step 1", told(&world), wanted);
+    // Row "step 2, 3".
+    for at in ["0.05 17", "0.10 17"] {
+        assert!(world.step());
+        same("step 2, 3", told(&world), whole(at, &[""]));
+    }
+    // Row "pause requested, pass 1" and "pass 2".
+    world.request_pause();
+    assert!(world.step());
+    same("pause requested, pass 1", told(&world), whole("0.15 17", &[""]));
+    assert!(world.step());
+    let mut wanted = whole("0.20 19", &[""]);
+    wanted.extend(calls(&ALL, "suspend", "0.25 8"));
+    same("pause, pass 2", told(&world), wanted);
+    // Row "further passes while paused".
+    for _ in 0..3 {
+        assert!(world.step());
+        same("paused", told(&world), calls(&ALL, "suspended", "0.25 8"));
+        assert_eq!((world.phase(), world.steps()), (Phase::Paused, 5));
+    }
+    // Row "start requested while paused".
+    world.request_start();
+    same("start requested while paused", told(&world), calls(&ALL, "resume", "0.25 8"));
+    // Row "step after resume".
+    assert!(world.step());
+    same("step after resume", told(&world), whole("0.25 20", &[""]));
+    assert!(world.step());
+    same("the step after that", told(&world), whole("0.30 17", &[""]));
+    // Rows "stop requested, pass 1" to "pass 3".
+    world.request_stop();
+    assert!(world.step());
+    same("stop requested, pass 1", told(&world), whole("0.35 17", &[""]));
+    assert!(world.step());
+    same("stop, pass 2", told(&world), whole("0.40 21", &["", " ends"]));
+    assert!(world.step());
+    let mut wanted = whole("0.45 22", &[]);
+    wanted.extend(calls(&CHILDREN, "cleanup", "0.45 22"));
+    same("stop, pass 3", told(&world), wanted);
+    assert!(!world.step(), "the run has ended");
+    same("the end", told(&world), calls(&LASTING, "afterSimulation", "0.50 0"));
+    // Row "next pass".
+    world.idle();
+    same("next pass", told(&world), calls(&LASTING, "nonSimulation", "0.50 0"));
+    // Row "scene load", script-attached flavour: root first.
+    world.end();
+    same("scene load", told(&world), calls(&["cust A", "cust B", "add-on", "sandbox"], "cleanup", "0.50 0"));
+    assert!(world.faults().is_empty(), "{:?}", world.faults());
+}
+
+#[test]
+fn a_stop_while_paused_resumes_first() {
+    // call-order.md, 1: a stop while paused goes to state 20 first.
+    let (_place, world, _registry) = observed_scene();
+    world.start();
+    world.step();
+    world.request_pause();
+    while world.phase() != Phase::Paused {
+        world.step();
+    }
+    told(&world);
+    world.stop();
+    let states: Vec<String> =
+        told(&world).into_iter().filter(|l| l.starts_with("child D ")).map(|l| l[8..].to_owned()).collect();
+    let at = |s: &str| ["beforeMainScript", "actuation", "sensing"].map(|c| format!("{c} {s}")).to_vec();
+    let mut wanted = vec!["resume 0.15 8".to_owned()];
+    for state in ["0.15 20", "0.20 17", "0.25 21", "0.30 22"] {
+        wanted.extend(at(state));
+    }
+    wanted.push("cleanup 0.30 22".into());
+    assert_eq!(states, wanted);
+    assert_eq!(world.phase(), Phase::Stopped);
+}
+
+/// The order in which child scripts of a forest act, in a scene of a dialect.
+fn order_in(dialect: &str, first: &str) -> Vec<String> {
+    let script = |name: &str| {
+        let priority = if name == first { "first" } else { "normal" };
+        let text = format!("function sysCall_actuation() sim.addStatusbarMessage('{name}') end");
+        vec![("child", priority, text)]
+    };
+    let forest =
+        [("X", ""), ("Y", "X"), ("U", "X"), ("Z", ""), ("W", "Z"), ("V", "W"), ("Q2", ""), ("Q1", ""), ("Q0", "")];
+    let objects: Vec<String> = forest.iter().map(|(name, parent)| object(name, parent, &script(name))).collect();
+    let dialect = if dialect.is_empty() { String::new() } else { format!("dialect = \"{dialect}\"\n") };
+    let place = Place::scene(&format!("{dialect}{}", objects.concat()));
+    let world = world(&place.path().join("scene.toml"), &registry());
+    world.start();
+    world.step();
+    told(&world)
+}
+
+#[test]
+fn each_dialect_has_its_order() {
+    // call-order.md, 2. A scene without dialect with modern scripts
+    // counts as modern.
+    for dialect in ["4.4", "4.9", ""] {
+        assert_eq!(order_in(dialect, ""), ["V", "Y", "U", "W", "X", "Z", "Q2", "Q1", "Q0"], "`{dialect}`");
+    }
+    // Priority has no effect on different objects.
+    assert_eq!(order_in("4.9", "Q0"), order_in("4.9", ""));
+    // To 3.5 parents come first, tree by tree; siblings by execution order.
+    for dialect in ["3.2", "3.5"] {
+        assert_eq!(order_in(dialect, ""), ["X", "Y", "U", "Z", "W", "V", "Q2", "Q1", "Q0"], "`{dialect}`");
+    }
+    assert_eq!(order_in("3.2", "Q0"), ["Q0", "X", "Y", "U", "Z", "W", "V", "Q2", "Q1"]);
+    assert_eq!(order_in("3.2", "U"), ["X", "U", "Y", "Z", "W", "V", "Q2", "Q1", "Q0"]);
+    // 3.6 to 4.3: descendants first, tree by tree; siblings by priority.
+    for dialect in ["3.6", "4.3"] {
+        assert_eq!(order_in(dialect, ""), ["Y", "U", "X", "V", "W", "Z", "Q2", "Q1", "Q0"], "`{dialect}`");
+    }
+    assert_eq!(order_in("4.3", "U"), ["U", "Y", "X", "V", "W", "Z", "Q2", "Q1", "Q0"]);
+}
+
+#[test]
+fn scripts_of_one_object_go_by_priority() {
+    // call-order.md, 2: three scripts on one object ran first, normal, last.
+    let script = |p| ("child", p, format!("function sysCall_actuation() sim.addStatusbarMessage('{p}') end"));
+    let place = Place::scene(&object("A", "", &["last", "normal", "first"].map(script)));
+    let world = world(&place.path().join("scene.toml"), &registry());
+    world.start();
+    world.step();
+    assert_eq!(told(&world), ["first", "normal", "last"]);
+    let wrong = place.read("scene.toml").replace("priority = \"last\"", "priority = \"later\"");
+    place.write("scene.toml", &wrong);
+    place.tatu(&["check", "scene.toml"]).refused(&["E102", "priority `later`", "first, normal, last"]);
+}
+
+#[test]
+fn an_old_scene_counts_as_old_without_a_dialect() {
+    let script = |name: &str| {
+        let text = format!("if sim_call_type==sim_childscriptcall_actuation then simAddStatusbarMessage('{name}') end");
+        vec![("child", "normal", text)]
+    };
+    let scene = [object("A", "", &script("A")), object("B", "A", &script("B"))];
+    let place = Place::scene(&scene.concat());
+    let one = world(&place.path().join("scene.toml"), &registry());
+    one.start();
+    one.step();
+    assert_eq!(told(&one), ["A", "B"], "parents first");
+    // One modern script makes the scene count as modern.
+    let modern = ("child", "normal", "function sysCall_actuation() sim.addStatusbarMessage('C') end".to_owned());
+    let scene = format!("{}{}", scene.concat(), object("C", "", &[modern]));
+    let place = Place::scene(&scene);
+    let two = world(&place.path().join("scene.toml"), &registry());
+    two.start();
+    two.step();
+    assert_eq!(told(&two), ["B", "A", "C"], "deepest first");
+}

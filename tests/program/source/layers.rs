@@ -1,0 +1,141 @@
+//! Layers: no circle of imports among the files of a crate. (Cargo itself allows none among crates.)
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use super::imports::{Imports, circles, imports};
+use crate::kit::*;
+
+/// Circles that are meant, with the reason. None has more than three files.
+const MEANT: [(&[&str], &str); 0] = [];
+const MOST_FILES: usize = 3;
+
+/// The source folders of all crates that are not tests.
+fn sources() -> Vec<PathBuf> {
+    fn find(folder: &Path, out: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.join("Cargo.toml").is_file() && path.join("src").is_dir() {
+                out.push(path.join("src"));
+            } else if path.is_dir() && path.file_name().is_some_and(|n| n != "template" && n != "node_modules") {
+                find(&path, out);
+            }
+        }
+    }
+    let mut out = vec![root().join("cli"), root().join("plugin-api/src")];
+    find(&root().join("core"), &mut out);
+    find(&root().join("plugins"), &mut out);
+    out.sort();
+    out
+}
+
+fn short(path: &Path) -> String {
+    path.strip_prefix(root()).unwrap_or(path).display().to_string().replace('\\', "/")
+}
+
+/// A circle as text: what each of its files takes from the others.
+fn told(circle: &[PathBuf], all: &Imports) -> String {
+    let line = |file: &PathBuf| {
+        let takes = all[file].iter().filter(|(to, _)| circle.contains(to));
+        let takes: Vec<String> = takes.map(|(to, name)| format!("{} ({name})", short(to))).collect();
+        format!("  {} imports {}", short(file), takes.join(", "))
+    };
+    circle.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn files_of_a_crate_import_downward_only() {
+    let mut wrong = Vec::new();
+    for src in sources() {
+        let all = imports(&src);
+        for circle in circles(&all) {
+            let names: Vec<String> = circle.iter().map(|f| short(f)).collect();
+            let is_meant = MEANT.iter().any(|(files, _)| *files == names.as_slice());
+            if !is_meant || circle.len() > MOST_FILES {
+                wrong.push(format!("{} files:\n{}", circle.len(), told(&circle, &all)));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "circles of imports:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn imports_are_found_wherever_they_stand() {
+    let place = Place::new();
+    place.write(
+        "src/lib.rs",
+        "mod a;\npub mod b;\nmod c { pub struct Inside; }\npub use b::deep::Deep;\npub use c::Inside;\n",
+    );
+    place.write(
+        "src/a.rs",
+        "// use crate::b::Not;\nuse crate::{Deep, b::{self, Other}};\nfn f() { b::free(); \"crate::b::x\"; }\n",
+    );
+    place.write("src/b/mod.rs", "pub mod deep;\npub struct Other;\npub fn free() -> super::Inside { todo!() }\n");
+    place.write(
+        "src/b/deep.rs",
+        "use super::*;\npub struct Deep(Other);\n#[cfg(test)]\nmod tests { use crate::a::f; }\n",
+    );
+    let src = place.path().join("src");
+    let found: BTreeMap<String, Vec<String>> = imports(&src)
+        .iter()
+        .map(|(from, to)| (from, to.keys().map(|f| name_in(&src, f)).collect()))
+        .map(|(from, to)| (name_in(&src, from), to))
+        .collect();
+    let expected =
+        [("a.rs", vec!["b/deep.rs", "b/mod.rs"]), ("b/deep.rs", vec!["b/mod.rs"]), ("b/mod.rs", vec!["lib.rs"])];
+    let expected = expected.map(|(from, to)| (from.to_owned(), to.into_iter().map(str::to_owned).collect()));
+    assert_eq!(found, BTreeMap::from(expected));
+}
+
+fn name_in(src: &Path, file: &Path) -> String {
+    file.strip_prefix(src).unwrap().display().to_string().replace('\\', "/")
+}
+
+#[test]
+fn a_circle_is_found() {
+    let pair = |from: &str, to: &str| (PathBuf::from(from), BTreeMap::from([(PathBuf::from(to), String::new())]));
+    assert!(circles(&Imports::from([pair("a", "b"), pair("b", "c")])).is_empty());
+    let closed = circles(&Imports::from([pair("a", "b"), pair("b", "c"), pair("c", "b")]));
+    assert_eq!(closed, [[PathBuf::from("b"), PathBuf::from("c")]]);
+}
+
+#[test]
+fn nothing_in_the_core_imports_pictures() {
+    for folder in fs::read_dir(root().join("core")).unwrap().map(|e| e.unwrap().path()) {
+        let Ok(manifest) = fs::read_to_string(folder.join("Cargo.toml")) else { continue };
+        let uses = manifest.lines().any(|l| l.starts_with("tatu-render"));
+        assert!(!uses, "{} depends on tatu-render, which stands on top of the core", folder.display());
+    }
+}
+
+/// The modules that the head of a file lists: names in backticks that begin an entry, up to its colon.
+fn listed(head: &str) -> Vec<String> {
+    let items = head.split("\n- ").skip(1).map(|item| item.split("\n\n").next().unwrap_or(item));
+    let parts = items.flat_map(|item| item.split(';')).filter_map(|part| part.split_once(':').map(|(names, _)| names));
+    let names = parts.flat_map(|names| names.split([',', ' ', '\n']));
+    let quoted = names.filter_map(|n| n.strip_prefix('`')?.strip_suffix('`'));
+    quoted
+        .filter(|n| n.chars().all(|c| c.is_ascii_lowercase() || c == '_' || c.is_ascii_digit()))
+        .map(str::to_owned)
+        .collect()
+}
+
+#[test]
+fn lists_of_modules_name_modules_that_are_there() {
+    let mut wrong = Vec::new();
+    for file in sources().iter().flat_map(|src| super::tree::files(src)) {
+        let Ok(text) = fs::read_to_string(&file) else { continue };
+        let head: Vec<&str> =
+            text.lines().map_while(|l| l.strip_prefix("//!")).map(|l| l.strip_prefix(' ').unwrap_or(l)).collect();
+        let declared: Vec<&str> = text.lines().filter_map(|l| l.split_once("mod ")?.1.strip_suffix(';')).collect();
+        if declared.is_empty() {
+            continue;
+        }
+        let gone = listed(&head.join("\n")).into_iter().filter(|name| !declared.contains(&name.as_str()));
+        wrong.extend(gone.map(|name| format!("{} lists `{name}`", short(&file))));
+    }
+    assert!(wrong.is_empty(), "no such modules:\n{}", wrong.join("\n"));
+}

@@ -1,0 +1,184 @@
+//! The source tree: the core knows no plugin, every plugin is in the manifest, files stay short and portable.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use crate::kit::*;
+
+/// What no file of the core may name: kinds of sensors, robots, script languages, and the script API of V-REP. (V-REP
+/// itself may be named, as the source of a convention or number.)
+#[rustfmt::skip]
+const FOREIGN: [&str; 28] = [
+    "sonar", "ultrasonic", "proximity", "laser", "lidar", "gps", "hokuyo", "kinect", "gyro",
+    "thruster", "manta", "vrep",
+    "pioneer", "p3dx", "e-puck", "epuck", "kuka", "turtlebot", "robotino", "braitenberg",
+    "lua", "python", "javascript",
+    "sysCall", "sim_call_type", "simGet", "simSet", "simRead",
+];
+
+/// Files below a folder, without what cargo and git make.
+pub fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut out = Vec::new();
+    let mut entries: Vec<_> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    entries.sort();
+    for path in entries {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        // In a second working tree `.git` is a file.
+        if path.is_dir() || name == ".git" {
+            if !["target", ".git", "node_modules", "corpus", "found"].contains(&name.as_str()) {
+                out.extend(files(&path));
+            }
+        } else if !["Cargo.lock", "package-lock.json"].contains(&name.as_str()) {
+            out.push(path);
+        }
+    }
+    out
+}
+
+fn short(path: &Path) -> String {
+    path.strip_prefix(root()).unwrap().display().to_string()
+}
+
+fn is_letter(c: Option<char>) -> bool {
+    c.is_some_and(|c| c.is_ascii_alphabetic())
+}
+
+/// Whether a line has a word: `lua` in `lua_state` and `.lua`, not in `evaluate`.
+fn has_word(line: &str, word: &str) -> bool {
+    let line = line.to_lowercase();
+    line.match_indices(&word.to_lowercase()).any(|(at, w)| {
+        let (before, behind) = (line[..at].chars().next_back(), line[at + w.len()..].chars().next());
+        // Beginnings of functions go on with anything.
+        !is_letter(before) && (word.starts_with("sim") || word == "sysCall" || !is_letter(behind))
+    })
+}
+
+#[test]
+fn words_are_found_where_they_stand() {
+    assert!(has_word("a `lua_State`", "lua") && has_word("x.lua", "lua") && has_word("SimGetObject", "simGet"));
+    assert!(!has_word("let evaluated", "lua") && !has_word("sonarity", "sonar"));
+}
+
+#[test]
+fn the_core_names_no_sensor_robot_language_or_script_function() {
+    let mut found = Vec::new();
+    let sources = files(&root().join("core")).into_iter().filter(|f| f.extension().is_some_and(|e| e == "rs"));
+    for file in sources {
+        for (i, line) in fs::read_to_string(&file).unwrap().lines().enumerate() {
+            // The path of an example scene in a doc comment is the one thing that may.
+            let line = if line.trim_start().starts_with("//") { without_scene_paths(line) } else { line.to_owned() };
+            for word in FOREIGN.iter().filter(|w| has_word(&line, w)) {
+                found.push(format!("{}:{}: `{word}` in: {}", short(&file), i + 1, line.trim()));
+            }
+        }
+    }
+    assert!(found.is_empty(), "the core is to know these by form, not by name:\n{}", found.join("\n"));
+}
+
+fn without_scene_paths(line: &str) -> String {
+    line.split(['"', '`', ' ', '(', ')']).filter(|w| !w.starts_with("scenes/first/")).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn every_plugin_is_in_the_manifest() {
+    let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    let mut missing = Vec::new();
+    for kind in folders(&root().join("plugins")) {
+        for plugin in folders(&kind).into_iter().filter(|p| p.join("Cargo.toml").exists()) {
+            let text = fs::read_to_string(plugin.join("Cargo.toml")).unwrap();
+            // What plugins share is no plugin.
+            if !text.contains("cdylib") {
+                continue;
+            }
+            let name = text.lines().find_map(|l| l.strip_prefix("name = ")).unwrap().trim_matches('"');
+            let line = format!("{name} = {{ path = \"{}\" }}", short(&plugin));
+            if !manifest.lines().any(|l| l == line) {
+                missing.push(line);
+            }
+        }
+    }
+    assert!(missing.is_empty(), "add to [dependencies] in the root Cargo.toml:\n{}", missing.join("\n"));
+}
+
+fn folders(of: &Path) -> Vec<PathBuf> {
+    let mut all: Vec<PathBuf> = fs::read_dir(of).unwrap().map(|e| e.unwrap().path()).filter(|p| p.is_dir()).collect();
+    all.sort();
+    all
+}
+
+#[test]
+fn every_plugin_says_what_it_is() {
+    for kind in folders(&root().join("plugins")) {
+        for plugin in folders(&kind) {
+            assert!(plugin.join("README.md").exists(), "{} has no README.md", short(&plugin));
+        }
+    }
+}
+
+#[test]
+fn the_architecture_page_names_every_top_folder() {
+    let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    for folder in folders(root()) {
+        let name = folder.file_name().unwrap().to_string_lossy().into_owned();
+        if name != "target" && !name.starts_with('.') {
+            assert!(page.contains(&format!("{name}/")), "ARCHITECTURE.md does not tell what {name}/ is");
+        }
+    }
+}
+
+#[test]
+fn no_file_is_longer_than_one_reads() {
+    // A file can be read in one sitting. The C header is the exception: it is the manual.
+    for file in files(root()) {
+        let name = short(&file).replace('\\', "/");
+        let Ok(text) = fs::read_to_string(&file) else { continue };
+        // The manual is one file, and its frozen copies are copies.
+        if !name.ends_with("/tatu.h") {
+            assert!(text.lines().count() <= 700, "{name} has {} lines: divide it", text.lines().count());
+        }
+    }
+}
+
+#[test]
+fn nothing_depends_on_where_it_lies() {
+    // Written in two halves, so that this file does not hold them.
+    let places = [("/wo", "rk/"), ("/ho", "me/"), ("/Us", "ers/"), ("/tm", "p/"), ("/ro", "ot/"), ("C:", "\\\\")]
+        .map(|(a, b)| format!("{a}{b}"));
+    for file in files(root()) {
+        let Ok(text) = fs::read_to_string(&file) else { continue };
+        for (i, line) in text.lines().enumerate() {
+            for place in places.iter().filter(|p| line.contains(p.as_str())) {
+                // A path inside another one is none of the machine's.
+                let at = line.find(place.as_str()).unwrap();
+                let before = line[..at].chars().next_back();
+                assert!(before.is_some_and(|c| c.is_alphanumeric() || c == '.'), "{}:{}: {line}", short(&file), i + 1);
+            }
+        }
+    }
+}
+
+#[test]
+fn abi_stable_stays_in_one_file() {
+    // docs/decisions: abi_stable guards the layouts of the frozen types, and those only.
+    let uses = |f: &PathBuf| {
+        f.extension().is_some_and(|e| e == "rs") && fs::read_to_string(f).unwrap().contains("abi_stable::")
+    };
+    let found: Vec<String> =
+        files(root()).iter().filter(|f| uses(f)).map(|f| short(f)).filter(|f| !f.starts_with("tests")).collect();
+    assert_eq!(found, ["plugin-api/src/abi/frozen.rs"]);
+}
+
+#[test]
+fn every_dependency_has_its_reason() {
+    // A comment above each; our own crates need none.
+    let text = fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    let table = text.split("[workspace.dependencies]").nth(1).unwrap().split("\n[").next().unwrap();
+    let mut has_reason = false;
+    for line in table.lines().filter(|l| !l.trim().is_empty()) {
+        let is_reason = line.starts_with('#');
+        assert!(is_reason || has_reason || line.contains("path ="), "no reason above: {line}");
+        has_reason = is_reason;
+    }
+}

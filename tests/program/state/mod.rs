@@ -1,0 +1,10 @@
+//! The same scene and seed give the same bits: on every run, after a snapshot, in a replay, with other worlds beside.
+
+mod address_space;
+mod damaged;
+mod determinism;
+mod processors;
+mod replay;
+pub mod restart;
+mod snapshot;
+mod worlds;

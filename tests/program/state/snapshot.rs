@@ -1,0 +1,356 @@
+//! A run that is written to a file and goes on in a new process is the same run: step by step, bit by bit. What cannot be
+//! written comes back by replay, and is named. Expected: the trace of the run that was never interrupted.
+
+use std::fs;
+
+use tatu_core::state::Snapshot;
+
+use crate::{
+    kit::*,
+    state::restart::{registry, world},
+};
+
+/// Runs the scene of a folder for ten seconds, again with a snapshot at `at` s, and again from it; all must be the same.
+/// What the resumed run told on standard error.
+#[track_caller]
+fn goes_on(place: &Place, at: f64, watch: &[&str], args: &[&str]) -> String {
+    let trace = |name: &str, more: &[&str]| {
+        let mut all = vec!["--seconds", "10", "--trace", name];
+        watch.iter().for_each(|w| all.extend(["--watch", *w]));
+        let done = place.run(&[&all, args, more].concat()).good();
+        (place.read(name).lines().map(str::to_owned).collect::<Vec<_>>(), done)
+    };
+    let (whole, first) = trace("whole.jsonl", &[]);
+    let (written, second) = trace("written.jsonl", &["--snapshot-at", &at.to_string(), "state"]);
+    assert!(whole == written, "writing a snapshot changes the run");
+    assert_eq!(first.out_without_clock(), second.out_without_clock());
+    let (rest, third) = trace("rest.jsonl", &["--from", "state"]);
+    let done = whole.len() - rest.len();
+    let time = whole
+        .get(done.wrapping_sub(1))
+        .map_or(0.0, |l| serde_json::from_str::<serde_json::Value>(l).unwrap()["time"].as_f64().unwrap());
+    assert!((time - at).abs() < 0.051, "it goes on at {time} s");
+    for (a, b) in whole[done..].iter().zip(&rest) {
+        assert!(a == b, "the run that goes on is another:\n{a}\n{b}");
+    }
+    assert_eq!(first.out_without_clock(), third.out_without_clock());
+    third.err
+}
+
+impl Done {
+    /// The summary but for how long it took.
+    fn out_without_clock(&self) -> serde_json::Value {
+        let mut all = self.json();
+        (all["wall_s"], all["step_wall_s"]) = (0.into(), 0.into());
+        all
+    }
+}
+
+#[track_caller]
+fn restored(err: &str) {
+    assert!(!err.contains("replay"), "{err}");
+}
+
+/// Drives by everything that a script can hold: shared tables, cycles, metatables, closures, random numbers, pairs.
+const RICH: &str = "
+local Wheel = {} Wheel.__index = Wheel
+function Wheel.new(name) return setmetatable({handle = sim.getObject('./' .. name), speed = 1}, Wheel) end
+function Wheel:turn(by) self.speed = self.speed * 0.9 + by sim.setJointTargetVelocity(self.handle, self.speed) end
+local function counter() local n = 0 return function() n = n + 1 return n end, function() return n end end
+local count, counted = counter()
+local memory = {}
+function sysCall_init()
+    wheels = {left = Wheel.new('Pioneer_p3dx_leftMotor'), right = Wheel.new('Pioneer_p3dx_rightMotor')}
+    wheels.me, wheels.both = wheels, {wheels.left, wheels.right}
+    later = {}
+end
+function sysCall_actuation()
+    local n = count()
+    memory['at_' .. n % 37], memory[n % 11], memory['at_' .. n % 5] = n, math.random(), nil
+    local sum, words = 0, {}
+    for k, v in pairs(memory) do sum = (sum * 3 + v) % 7 words[#words + 1] = tostring(k) end
+    later[#later + 1] = function() return sum + counted() * 1e-3 end
+    if #later > 5 then table.remove(later, 1) end
+    wheels.both[1]:turn(later[1]() * 0.1)
+    wheels.me.right:turn(math.random() * 0.5)
+    sim.setFloatSignal('sum', (sim.getFloatSignal('sum') or 0) + sum)
+    sim.addStatusbarMessage(n .. ' ' .. table.concat(words, ' ') .. ' ' .. sim.getFloatSignal('sum') .. ' ' .. sim.getRandom())
+end";
+
+#[test]
+fn the_first_scene_goes_on() {
+    let place = Place::new();
+    for file in ["pioneer_avoids_walls.toml", "avoid_walls.lua"] {
+        let text = fs::read_to_string(root().join("scenes/first").join(file)).unwrap();
+        place.write(if file.ends_with("toml") { "scene.toml" } else { file }, &text);
+    }
+    let watch = ["/Pioneer_p3dx", "Pioneer_p3dx_ultrasonicSensor4", "Pioneer_p3dx_leftMotor"];
+    restored(&goes_on(&place, 5.0, &watch, &[]));
+}
+
+#[test]
+fn rich_scripts_go_on_with_any_number_of_threads() {
+    let robots: Vec<String> =
+        (0..10).map(|i| pioneer(RICH, &format!("position_m = [{}.0, {}.0, 0.0]", i % 4, i / 4))).collect();
+    let boxes: Vec<String> = (0..12)
+        .map(|i| {
+            let at = [0.5 + 0.31 * (i % 5) as f64, 0.5 + 0.9 * (i / 5) as f64, 0.101];
+            cuboid(&format!("box_{i}"), [0.2, 0.2, 0.2], at, "respondable = true\ndynamic = true\nmass_kg = 0.5")
+        })
+        .collect();
+    let place = Place::scene(&format!("{FLOOR}{}{}", robots.concat(), boxes.concat()));
+    let watch = ["/Pioneer_p3dx[3]", "Pioneer_p3dx_ultrasonicSensor4"];
+    restored(&goes_on(&place, 3.0, &watch, &[]));
+    restored(&goes_on(&place, 7.0, &watch, &["--threads", "2"]));
+}
+
+#[test]
+fn snapshots_of_a_resumed_run_go_on_too() {
+    let place = Place::scene(&format!("{FLOOR}{}", pioneer(RICH, "")));
+    let whole = place.trace(&["/Pioneer_p3dx"], &["--seconds", "9"]);
+    place.run(&["--seconds", "3", "--snapshot-at", "2", "two"]).good();
+    place.run(&["--seconds", "5", "--from", "two", "--snapshot-at", "4", "four"]).good();
+    let rest = place.trace(&["/Pioneer_p3dx"], &["--seconds", "9", "--from", "four"]);
+    assert_eq!(rest.len(), 100);
+    assert!(rest.iter().zip(&whole[80..]).all(|(a, b)| a.0 == b.0));
+}
+
+#[test]
+fn objects_made_and_removed_and_what_scripts_exchange() {
+    let busy = "
+    function sysCall_init() made, n = {}, 0 tube = sim.tubeOpen(1, 'line', 5) console = sim.auxiliaryConsoleOpen('log', 10, 0) end
+    function sysCall_actuation()
+        n = n + 1
+        if n % 7 == 0 then
+            made[#made + 1] = sim.createPureShape(0, 8 + 4, {0.1, 0.1, 0.1}, 0.2)
+            sim.setObjectPosition(made[#made], -1, {0.3 * (n % 5), 0.3 * (n % 3), 1})
+        end
+        if n % 20 == 0 then sim.removeObject(table.remove(made, 1)) end
+        if n == 40 then sim.removeObject(sim.getObject('/gone')) end
+        sim.setIntegerSignal('n' .. n % 3, n)
+        sim.tubeWrite(tube, 'packet ' .. n)
+        sim.auxiliaryConsolePrint(console, n % 4 == 0 and 'end\\n' or 'part ')
+    end";
+    let other = "
+    function sysCall_init() tube = sim.tubeOpen(1, 'line', 3) end
+    function sysCall_sensing()
+        local words = {}
+        for i = 0, 2 do words[#words + 1] = tostring((sim.getIntegerSignal('n' .. i))) end
+        if sim.getSimulationTime() % 0.3 < 0.06 then words[#words + 1] = tostring((sim.tubeRead(tube))) end
+        sim.addStatusbarMessage(table.concat(words, ' '))
+    end";
+    let gone = watcher("gone", "function sysCall_actuation() sim.addStatusbarMessage('still here') end");
+    let place = Place::scene(&format!("{FLOOR}{}{}{gone}", watcher("maker", busy), watcher("reader", other)));
+    for at in [1.5, 6.05] {
+        restored(&goes_on(&place, at, &["/maker"], &[]));
+    }
+}
+
+#[test]
+fn a_robot_that_has_fallen_stays_so() {
+    let floor = cuboid("ledge", [2.0, 2.0, 1.0], [0.0, 0.0, 0.5], "respondable = true");
+    let drive = "function sysCall_actuation()
+        for _, side in ipairs({'left', 'right'}) do
+            sim.setJointTargetVelocity(sim.getObject('./Pioneer_p3dx_' .. side .. 'Motor'), 6)
+        end
+    end";
+    let robot = pioneer(drive, "position_m = [0.3, 0.0, 1.0]");
+    let place = Place::scene(&format!("{FLOOR}{floor}{robot}"));
+    restored(&goes_on(&place, 6.0, &["/Pioneer_p3dx"], &[]));
+    let end = place.lines("whole.jsonl").pop().unwrap();
+    assert!(end.object::<3>("/Pioneer_p3dx", "position")[2] < 0.9, "it has left the ledge");
+}
+
+#[test]
+fn an_order_that_may_be_another_is_told() {
+    let script = "function sysCall_actuation()
+        local set = {[{}] = 1, [{}] = 2}
+        for _ in pairs(set) do end
+    end";
+    let place = Place::scene(&watcher("thing", script));
+    let first = place.run(&["--seconds", "1", "--snapshot-at", "0.5", "state"]).good();
+    assert!(!first.err.contains("order"), "{}", first.err);
+    let rest = place.run(&["--seconds", "1", "--from", "state"]).good();
+    assert_eq!(rest.err.matches("their order may be another").count(), 1, "{}", rest.err);
+}
+
+#[test]
+fn errors_of_before_are_remembered() {
+    let script = "function sysCall_actuation() if sim.getSimulationTime() > 1 then error('broken') end end";
+    let place = Place::scene(&format!("{FLOOR}{}", watcher("thing", script)));
+    let whole = place.run(&["--seconds", "4", "--snapshot-at", "2", "state"]);
+    let rest = place.run(&["--seconds", "4", "--from", "state"]);
+    assert_eq!(whole.errors(), rest.errors());
+    assert!(!rest.err.contains("broken"), "it has been told: {}", rest.err);
+}
+
+/// Goes on in a coroutine of its own.
+const SUSPENDED: &str = "
+function sysCall_init()
+    co = coroutine.create(function()
+        local speed = 1
+        while true do speed = speed * 1.01 coroutine.yield(speed + math.random()) end
+    end)
+end
+function sysCall_actuation()
+    local _, speed = coroutine.resume(co)
+    sim.setJointTargetVelocity(sim.getObject('./Pioneer_p3dx_leftMotor'), speed)
+    sim.addStatusbarMessage(tostring(speed))
+end";
+
+#[test]
+fn a_suspended_coroutine_comes_back_by_replay_and_is_named() {
+    let place = Place::scene(&format!("{FLOOR}{}", pioneer(SUSPENDED, "")));
+    let err = goes_on(&place, 5.0, &["/Pioneer_p3dx"], &[]);
+    assert!(err.contains("restored by replay"), "{err}");
+    assert!(err.contains("/Pioneer_p3dx") && err.contains("variable `co` is a suspended coroutine"), "{err}");
+}
+
+#[test]
+fn a_thread_that_waits_comes_back_by_replay() {
+    let threaded = "function sysCall_threadmain() end
+    function sysCall_thread()
+        while true do sim.wait(0.5) sim.addStatusbarMessage('waited ' .. sim.getSimulationTime()) end
+    end";
+    let place = Place::scene(&format!("{FLOOR}{}", watcher("waiter", threaded)));
+    let err = goes_on(&place, 5.0, &[], &[]);
+    assert!(err.contains("restored by replay: the script of /waiter: its thread function waits"), "{err}");
+}
+
+#[test]
+fn files_that_are_not_whole_are_refused() {
+    let place = Place::scene(&format!("{FLOOR}{}", pioneer(RICH, "")));
+    place.run(&["--seconds", "1", "--snapshot-at", "0.5", "state"]).good();
+    let bytes = fs::read(place.path().join("state")).unwrap();
+    let try_with = |bytes: &[u8]| {
+        fs::write(place.path().join("bad"), bytes).unwrap();
+        place.run(&["--seconds", "1", "--from", "bad"])
+    };
+    for cut in [0, 1, 7, 8, 11, 12, 19, 20, 21, 1000, bytes.len() / 2, bytes.len() - 1] {
+        try_with(&bytes[..cut]).refused(&["E501", "bad: "]);
+    }
+    for at in [0, 3, 15, 20, 100, 2000, bytes.len() / 3, bytes.len() - 1] {
+        let mut changed = bytes.clone();
+        changed[at] ^= 0x10;
+        try_with(&changed).refused(&["E501"]);
+    }
+    let mut newer = bytes.clone();
+    newer[8] += 1;
+    try_with(&newer).refused(&["E502", "this program reads format", "write it again"]);
+    try_with(&[&bytes[..], b"more"].concat()).refused(&["E501", "checksum"]);
+    place.run(&["--from", "nowhere"]).refused(&["E105", "nowhere"]);
+}
+
+#[test]
+fn another_scene_is_refused() {
+    let place = Place::scene(&format!("{FLOOR}{}", pioneer(RICH, "")));
+    place.run(&["--seconds", "1", "--snapshot-at", "0.5", "state"]).good();
+    place.run(&["--seed", "5", "--from", "state"]).refused(&["E502", "another scene", "--seed"]);
+    let text = place.read("scene.toml");
+    place.write("scene.toml", &text.replace("0.9", "0.8"));
+    place.run(&["--from", "state"]).refused(&["E502", "another scene"]);
+    // Where it lies does not matter, and neither do comments.
+    place.write("scene.toml", &format!("# a comment\n{text}"));
+    place.run(&["--seconds", "1", "--from", "state"]).good();
+}
+
+#[test]
+fn what_was_not_written_is_told() {
+    let place = Place::scene(FLOOR);
+    let late = place.run(&["--seconds", "1", "--snapshot-at", "5", "state"]);
+    assert_eq!(late.code, 1);
+    late.tells(&["E505", "state was not written", "1 s"]);
+    assert_eq!(place.run(&["--seconds", "1", "--snapshot-at", "0.5", "no/such/folder"]).code, 1);
+    place.run(&["--snapshot-at", "soon", "state"]).refused(&["E102", "soon"]);
+    place.run(&["--seconds", "1", "--snapshot-at", "0", "a", "--snapshot-at", "0.5", "b"]).good();
+    for file in ["a", "b"] {
+        place.run(&["--seconds", "1", "--from", file]).good();
+    }
+}
+
+/// A position target is under way for two steps: written in the middle of that, it goes on there; and a start is a start.
+#[test]
+fn targets_that_are_under_way_go_on() {
+    let scene = format!(
+        "[[object]]\nkind = \"shape\"\nalias = \"base\"\n\
+         [[object]]\nkind = \"joint\"\nalias = \"j\"\nparent = \"base\"\ncontrol = \"position\"\nmax_force_nm = 100.0\n\
+         [[object]]\nkind = \"shape\"\nalias = \"arm\"\nparent = \"/base/j\"\ndynamic = true\n{}",
+        watcher(
+            "hand",
+            "function sysCall_actuation()
+                local n = math.floor(sim.getSimulationTime() / 0.05 + 0.5)
+                sim.setJointTargetPosition(sim.getObject('/base/j'), n % 20 < 10 and 0.5 or -0.5)
+            end"
+        )
+    );
+    let place = Place::scene(&scene);
+    for at in [1.0, 1.05, 1.1, 1.15] {
+        restored(&goes_on(&place, at, &["/base/j"], &[]));
+    }
+    let world = world(&place.path().join("scene.toml"), &registry());
+    let run = || {
+        world.start();
+        let hashes: Vec<_> = (0..42).map(|_| (world.step(), world.hash()).1).collect();
+        world.stop();
+        hashes
+    };
+    let first = run();
+    assert_eq!(first, run(), "nothing is left of the run before");
+}
+
+#[test]
+fn worlds_of_one_process_restore_and_start_again() {
+    let (registry, place) = (registry(), Place::scene(&format!("{FLOOR}{}", pioneer(RICH, ""))));
+    let new = || world(&place.path().join("scene.toml"), &registry);
+    let steps = |w: &tatu_core::World, n| (0..n).for_each(|_| _ = w.step());
+    let first = new();
+    first.start();
+    steps(&first, 60);
+    let snapshot = Snapshot::from_bytes(&first.snapshot().unwrap().to_bytes().unwrap()).unwrap();
+    assert!(snapshot.is_complete());
+    let second = new();
+    second.restore(&snapshot, false).unwrap();
+    // Both live at once, in turns.
+    for _ in 0..60 {
+        assert_eq!(first.hash(), second.hash());
+        steps(&first, 1);
+        steps(&second, 1);
+    }
+    assert_eq!(second.restore(&snapshot, false).unwrap_err().code, "E503", "it has run");
+    let end = first.hash();
+    for w in [&first, &second] {
+        w.stop();
+        w.start();
+        steps(w, 120);
+        assert_eq!(w.hash(), end, "a start after a stop is a start from 0");
+        w.stop();
+        assert_eq!(w.snapshot().unwrap_err().code, "E503", "it does not run");
+    }
+}
+
+#[test]
+fn what_is_missing_begins_anew_if_that_is_allowed() {
+    let (registry, robots) = (registry(), pioneer(RICH, "") + &pioneer(SUSPENDED, "position_m = [0.0, 2.0, 0.0]"));
+    let place = Place::scene(&format!("{FLOOR}{robots}"));
+    let new = || world(&place.path().join("scene.toml"), &registry);
+    let steps = |w: &tatu_core::World, n| (0..n).for_each(|_| _ = w.step());
+    let whole = new();
+    whole.start();
+    steps(&whole, 40);
+    let snapshot = whole.snapshot().unwrap();
+    let [missed] = &snapshot.head.missed[..] else { panic!("{:?}", snapshot.head.missed) };
+    assert_eq!(missed.object, "the script of /Pioneer_p3dx[1]");
+    let refused = new().restore(&snapshot, false).unwrap_err();
+    assert!(refused.code == "E503" && refused.text.contains("`co`"), "{refused}");
+    let (partial, replayed) = (new(), new());
+    partial.restore(&snapshot, true).unwrap();
+    replayed.replay(&snapshot).unwrap();
+    for w in [&whole, &partial, &replayed] {
+        steps(w, 40);
+    }
+    assert_eq!(whole.hash(), replayed.hash());
+    let robot = |w: &tatu_core::World, path: &str| w.hash().subtree(path);
+    assert_eq!(robot(&whole, "/Pioneer_p3dx[0]"), robot(&partial, "/Pioneer_p3dx[0]"), "the other one does not notice");
+    assert_ne!(robot(&whole, "/Pioneer_p3dx[1]"), robot(&partial, "/Pioneer_p3dx[1]"), "this one has begun anew");
+    assert_eq!(partial.faults(), []);
+}
