@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# How the libraries of this room were built: from the sources beside them and the frozen header and crate of
-# tests/compat/draft4, on x86-64 Linux. It stands here as a record. What it makes is kept, and never built again: run it into
+# How the libraries of this room were built: from the sources beside them, the frozen header in tests/compat/draft4, and
+# the crate of draft 4, which only the history still has (git checkout REVISION~ -- tests/compat/draft4/api, REVISION being
+# that of `git log -1 --format=%h -- tests/compat/draft4/api`), on x86-64 Linux. It stands here as a record. What it makes is kept, and never built again: run it into
 # another folder to look at differences.
 #
 #   tests/museum/draft4/build.sh TO

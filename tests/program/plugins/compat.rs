@@ -117,18 +117,6 @@ fn an_older_plugin_that_needs_no_service_works_or_is_refused_by_its_draft() {
     }
 }
 
-/// Drafts that this host does not take any more have no copy in Rust.
-#[test]
-fn an_older_plugin_in_rust_works() {
-    for revision in revisions().into_iter().filter(|r| r.join("plugin/src/lib.rs").is_file()) {
-        let file = library(&format!("tatu_compat_{}", name(&revision)));
-        let place = Place::new();
-        fs::create_dir(place.path().join("mine")).unwrap();
-        fs::copy(program().with_file_name("deps").join(&file), place.path().join("mine").join(&file)).unwrap();
-        works_or_is_refused(&place, &revision, "oldrust");
-    }
-}
-
 #[test]
 fn a_plugin_of_this_draft_works() {
     let place = Place::new();

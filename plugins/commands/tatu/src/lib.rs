@@ -2,7 +2,7 @@
 //! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.properties`, `tatu.read`, `tatu.save`, `tatu.getScript`, `tatu.setScript`,
 //! `tatu.press`, `tatu.open`, `tatu.drive`, `tatu.models` and `tatu.addModel`.
 //!
-//! One file per subject; `tests/program/events.rs` of the program drives them through scripts.
+//! One file per subject; `tests/program/scripts/events.rs` of the program drives them through scripts.
 
 mod drive;
 mod events;
