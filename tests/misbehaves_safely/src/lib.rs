@@ -1,6 +1,6 @@
 //! A plugin in Rust that does what the traits forbid in words only: nothing of it may touch memory that is not its own.
 //!
-//! `tests/program/misbehaves_safely.rs` runs it.
+//! `tests/program/plugins/misbehaves_safely.rs` runs it.
 
 mod devices;
 mod service;

@@ -2,7 +2,24 @@
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use crate::cell::{Function, WorldCell};
+use crate::cell::{Calls, Function, WorldCell};
+
+/// What every function of the host may touch: the sentence of a refusal, and memory that it lends.
+///
+/// A service that runs no plugin takes a context of its own, which holds an answer and the parts of the world that it
+/// needs; see [`with`]. One that may run a plugin takes the whole world.
+#[derive(Clone, Copy)]
+pub(super) struct Answer<'a> {
+    pub calls: &'a Calls,
+    /// On a thread that runs scripts side by side with others.
+    pub beside: bool,
+}
+
+impl<'a> From<&'a WorldCell> for Answer<'a> {
+    fn from(world: &'a WorldCell) -> Self {
+        Answer { calls: &world.run.calls, beside: world.worker.is_some() }
+    }
+}
 
 /// How a service function ends: done, or refused with a status whose sentence has been recorded.
 pub(super) type Done = Result<(), tatu_status>;
@@ -21,6 +38,15 @@ pub(super) fn here<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&
     WorldCell::admit(world, function).and_then(f).err().unwrap_or(TATU_OK)
 }
 
+/// Runs `f` on a context, which holds the parts of the world that the service may touch.
+pub(super) fn with<'a, C: From<&'a WorldCell>>(
+    world: WorldRef<'a>,
+    function: Function,
+    f: impl FnOnce(C) -> Done,
+) -> tatu_status {
+    on(world, function, |world| f(world.into()))
+}
+
 /// The world of a function that has no status: none where it is refused.
 pub(super) fn here_now<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a WorldCell> {
     WorldCell::admit(world, function).ok()
@@ -33,20 +59,20 @@ pub(super) fn alone<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a W
 
 /// What a caller must give, or a place for an answer; null is refused.
 #[inline]
-pub(super) fn place<T>(world: &WorldCell, what: &str, given: Option<T>) -> Result<T, tatu_status> {
-    given.ok_or_else(|| refuse_null(world, what))
+pub(super) fn place<'a, T>(answer: impl Into<Answer<'a>>, what: &str, given: Option<T>) -> Result<T, tatu_status> {
+    given.ok_or_else(|| refuse_null(answer, what))
 }
 
 #[cold]
-pub(super) fn refuse_null(world: &WorldCell, what: &str) -> tatu_status {
-    world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("{what} is expected, found null"))
+pub(super) fn refuse_null<'a>(answer: impl Into<Answer<'a>>, what: &str) -> tatu_status {
+    answer.into().calls.refuse(TATU_ERR_ARGUMENT, &format!("{what} is expected, found null"))
 }
 
 /// The same for a list.
-pub(super) fn needs<T>(world: &WorldCell, what: &str, pointer: *const T) -> Done {
+pub(super) fn needs<'a, T>(answer: impl Into<Answer<'a>>, what: &str, pointer: *const T) -> Done {
     match pointer.is_null() {
         false => Ok(()),
-        true => Err(refuse_null(world, what)),
+        true => Err(refuse_null(answer, what)),
     }
 }
 
@@ -55,7 +81,7 @@ pub(super) fn needs<T>(world: &WorldCell, what: &str, pointer: *const T) -> Done
 /// # Safety
 /// `pointer` is null or leads to `n`, which live as long as the call.
 pub(super) unsafe fn list_of<'a, T>(
-    world: &WorldCell,
+    answer: impl Into<Answer<'a>>,
     what: &str,
     pointer: *const T,
     n: u32,
@@ -63,7 +89,7 @@ pub(super) unsafe fn list_of<'a, T>(
     if n == 0 {
         return Ok(&[]);
     }
-    needs(world, what, pointer)?;
+    needs(answer, what, pointer)?;
     // SAFETY: the caller promises it.
     Ok(unsafe { std::slice::from_raw_parts(pointer, n as usize) })
 }
@@ -73,7 +99,7 @@ pub(super) unsafe fn list_of<'a, T>(
 /// # Safety
 /// As for [`list_of`]; nobody else uses the places meanwhile.
 pub(super) unsafe fn room_of<'a, T>(
-    world: &WorldCell,
+    answer: impl Into<Answer<'a>>,
     what: &str,
     pointer: *mut T,
     n: u32,
@@ -81,14 +107,14 @@ pub(super) unsafe fn room_of<'a, T>(
     if n == 0 {
         return Ok(&mut []);
     }
-    needs(world, what, pointer)?;
+    needs(answer, what, pointer)?;
     // SAFETY: the caller promises it.
     Ok(unsafe { std::slice::from_raw_parts_mut(pointer, n as usize) })
 }
 
 /// The frame of a call, if its caller knew all of it.
 #[inline]
-pub(super) fn needs_frame(world: &WorldCell, frame: *const tatu_call) -> Done {
+pub(super) fn needs_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_call) -> Done {
     // SAFETY: null, or a frame, which begins with its size; the other fields are looked at only if they lie within.
     let fits = unsafe {
         !frame.is_null()
@@ -96,11 +122,11 @@ pub(super) fn needs_frame(world: &WorldCell, frame: *const tatu_call) -> Done {
             && ((*frame).n_args == 0 || !(*frame).args.is_null())
             && ((*frame).results_cap == 0 || !(*frame).results.is_null())
     };
-    if fits { Ok(()) } else { Err(refuse_frame(world, frame)) }
+    if fits { Ok(()) } else { Err(refuse_frame(answer, frame)) }
 }
 
 #[cold]
-pub(super) fn refuse_frame(world: &WorldCell, frame: *const tatu_call) -> tatu_status {
+pub(super) fn refuse_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_call) -> tatu_status {
     let text = match frame.is_null() {
         true => "a frame is expected, found null",
         // SAFETY: a frame begins with its size.
@@ -109,7 +135,7 @@ pub(super) fn refuse_frame(world: &WorldCell, frame: *const tatu_call) -> tatu_s
         }
         false => "arguments, and room for results, are expected, found null",
     };
-    world.run.calls.refuse(TATU_ERR_ARGUMENT, text)
+    answer.into().calls.refuse(TATU_ERR_ARGUMENT, text)
 }
 
 /// A status that something else gave, done or not.
@@ -118,26 +144,31 @@ pub(super) fn passed(status: tatu_status) -> Done {
 }
 
 /// Another part of the same world is in use by a caller further up.
-pub(super) fn busy(world: &WorldCell) -> tatu_status {
-    let text = match world.worker {
-        None => "not possible from within this call",
-        Some(_) => "not possible in a script that runs side by side with others",
+pub(super) fn busy<'a>(answer: impl Into<Answer<'a>>) -> tatu_status {
+    let answer = answer.into();
+    let text = match answer.beside {
+        false => "not possible from within this call",
+        true => "not possible in a script that runs side by side with others",
     };
-    world.run.calls.refuse(TATU_ERR_BUSY, text)
+    answer.calls.refuse(TATU_ERR_BUSY, text)
 }
 
 /// The slot of an object that a caller names, or the refusal.
-pub(super) fn slot(world: &WorldCell, scene: &tatu_scene::Scene, object: tatu_object) -> Result<u32, tatu_status> {
+pub(super) fn slot<'a>(
+    answer: impl Into<Answer<'a>>,
+    scene: &tatu_scene::Scene,
+    object: tatu_object,
+) -> Result<u32, tatu_status> {
     scene.resolve(object).map_err(|last| {
         let n = object & 0xF_FFFF;
         match last {
             Some(name) => {
-                world.run.calls.refuse(TATU_ERR_GONE, &format!("object {n} (it was `{name}`) has been removed"))
+                answer.into().calls.refuse(TATU_ERR_GONE, &format!("object {n} (it was `{name}`) has been removed"))
             }
             None if object == 0 => {
-                world.run.calls.refuse(TATU_ERR_MISSING, "the world itself is no object of the scene")
+                answer.into().calls.refuse(TATU_ERR_MISSING, "the world itself is no object of the scene")
             }
-            None => world.run.calls.refuse(TATU_ERR_MISSING, &format!("there is no object {n}")),
+            None => answer.into().calls.refuse(TATU_ERR_MISSING, &format!("there is no object {n}")),
         }
     })
 }
@@ -158,8 +189,9 @@ pub(super) unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: Option<&
 }
 
 /// Puts a text into the world's arena, where it lives until the plugin's call returns.
-pub(super) fn lend<'a>(world: &'a WorldCell, text: &[u8]) -> Result<Lent<'a>, tatu_status> {
-    let mut arena = world.run.calls.arena.try_borrow_mut().map_err(|_| busy(world))?;
+pub(super) fn lend<'a>(answer: impl Into<Answer<'a>>, text: &[u8]) -> Result<Lent<'a>, tatu_status> {
+    let answer = answer.into();
+    let mut arena = answer.calls.arena.try_borrow_mut().map_err(|_| busy(answer))?;
     let room = arena.alloc(text.len());
     if room.is_null() {
         return Err(TATU_ERR_SPACE);
@@ -172,15 +204,16 @@ pub(super) fn lend<'a>(world: &'a WorldCell, text: &[u8]) -> Result<Lent<'a>, ta
 }
 
 /// Puts a value into the world's arena, where it lives until the plugin's call returns, and writes its border form.
-pub(super) fn give<'a>(world: &'a WorldCell, value: &Value, out: Option<&mut ValueRef<'a>>) -> Done {
-    let Ok(mut arena) = world.run.calls.arena.try_borrow_mut() else { return Err(busy(world)) };
-    let out = place(world, "a place for the value", out)?;
+pub(super) fn give<'a>(answer: impl Into<Answer<'a>>, value: &Value, out: Option<&mut ValueRef<'a>>) -> Done {
+    let answer = answer.into();
+    let Ok(mut arena) = answer.calls.arena.try_borrow_mut() else { return Err(busy(answer)) };
+    let out = place(answer, "a place for the value", out)?;
     match value.to_raw(&mut *arena) {
         Some(raw) => {
             // SAFETY: it points into the arena, which keeps it until the plugin's call returns or gives up a mark.
             *out = unsafe { ValueRef::new(raw) };
             Ok(())
         }
-        None => Err(world.run.calls.refuse(TATU_ERR_SPACE, "the value does not fit into memory")),
+        None => Err(answer.calls.refuse(TATU_ERR_SPACE, "the value does not fit into memory")),
     }
 }

@@ -5,7 +5,8 @@ use tatu_physics::{BodyId, Contact, Twist};
 use tatu_plugin_api::abi::*;
 use tatu_scene::{Scene, rows::kind_name};
 
-use super::answer::{busy, fill, here, on, place, slot};
+use super::answer::{busy, fill, here, on, place, slot, with};
+use super::solids::Context;
 use crate::cell::{Function, WorldCell, stand_in_use};
 
 pub static TABLE: tatu_host_bodies = tatu_host_bodies {
@@ -136,8 +137,8 @@ unsafe extern "C" fn contacts(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, Function::looks("bodies.contacts"), |world| {
-            let all = contacts_of(world, object, |scene, (a, b, c)| tatu_contact {
+        with(w, Function::looks("bodies.contacts"), |c: Context<'_>| {
+            let all = contacts_of(&c, object, |scene, (a, b, c)| tatu_contact {
                 shape: [scene.id(a), scene.id(b)],
                 point: c.point.coords.into(),
                 normal: c.normal.into(),
@@ -157,8 +158,8 @@ unsafe extern "C" fn frictions(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, Function::looks("bodies.frictions"), |world| {
-            let all = contacts_of(world, object, |_, (_, _, c)| [c.friction.x, c.friction.y, c.friction.z])?;
+        with(w, Function::looks("bodies.frictions"), |c: Context<'_>| {
+            let all = contacts_of(&c, object, |_, (_, _, c)| [c.friction.x, c.friction.y, c.friction.z])?;
             fill(all.as_flattened(), out, cap, n)
         })
     }
@@ -166,16 +167,16 @@ unsafe extern "C" fn frictions(
 
 /// Contacts of a shape, or (0) of all, as `show` makes them.
 fn contacts_of<T>(
-    world: &WorldCell,
+    context: &Context<'_>,
     object: tatu_object,
     show: impl Fn(&Scene, (u32, u32, Contact)) -> T,
 ) -> Result<Vec<T>, tatu_status> {
-    let (Ok(scene), Ok(dynamics)) = (world.state.scene.try_borrow(), world.state.dynamics.try_borrow()) else {
-        return Err(busy(world));
+    let (Ok(scene), Ok(dynamics)) = (context.scene.try_borrow(), context.dynamics.try_borrow()) else {
+        return Err(busy(context.answer));
     };
     let wanted = match object {
         0 => None,
-        o => Some(slot(world, &scene, o)?),
+        o => Some(slot(context.answer, &scene, o)?),
     };
     let touching = dynamics.contacts(&scene).filter(|(a, b, _)| wanted.is_none_or(|s| *a == s || *b == s));
     Ok(touching.map(|c| show(&scene, c)).collect())

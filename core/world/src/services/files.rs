@@ -4,8 +4,8 @@ use std::{fs::File, path::Path};
 
 use tatu_plugin_api::abi::*;
 
-use super::answer::{lend, on, place};
-use crate::cell::{Function, Refused, WorldCell};
+use super::answer::{Answer, lend, place, with};
+use crate::cell::{Folders, Function, Outside, Refused, WorldCell};
 
 pub static TABLE: tatu_host_files = tatu_host_files {
     size: size_of::<tatu_host_files>() as u32,
@@ -14,17 +14,30 @@ pub static TABLE: tatu_host_files = tatu_host_files {
     open: Some(open),
 };
 
+/// What the functions of this table may touch.
+struct Context<'a> {
+    folders: &'a Folders,
+    outside: &'a Outside,
+    answer: Answer<'a>,
+}
+
+impl<'a> From<&'a WorldCell> for Context<'a> {
+    fn from(world: &'a WorldCell) -> Self {
+        Context { folders: &world.run.folders, outside: &world.run.outside, answer: world.into() }
+    }
+}
+
 extern "C" fn resolve<'a>(w: WorldRef<'a>, name: Lent<'_>, mode: u32, out: Option<&mut Lent<'a>>) -> tatu_status {
-    on(w, Function::looks("files.resolve"), |world| {
-        let out = place(world, "a place for the path", out)?;
+    with(w, Function::looks("files.resolve"), |c: Context<'_>| {
+        let out = place(c.answer, "a place for the path", out)?;
         let mode = if mode == TATU_FILE_WRITE { TATU_FILE_WRITE } else { TATU_FILE_READ };
         let name = name.text();
-        let path = world.run.folders.resolve(Path::new(name.as_ref()), mode).map_err(|why| refuse(world, why))?;
-        note(world, &name, mode);
+        let path = c.folders.resolve(Path::new(name.as_ref()), mode).map_err(|why| refuse(c.answer, why))?;
+        note(c.outside, &name, mode);
         let Some(path) = path.to_str() else {
-            return Err(world.run.calls.refuse(TATU_ERR_MISSING, "the path is not UTF-8"));
+            return Err(c.answer.calls.refuse(TATU_ERR_MISSING, "the path is not UTF-8"));
         };
-        *out = lend(world, path.as_bytes())?;
+        *out = lend(c.answer, path.as_bytes())?;
         Ok(())
     })
 }
@@ -34,15 +47,15 @@ extern "C" fn open(w: WorldRef<'_>, name: Lent<'_>, mode: u32, out: Option<&mut 
         TATU_FILE_READ => Function::looks("files.open"),
         _ => Function::acts("files.open"),
     };
-    on(w, function, |world| {
-        let out = place(world, "a place for the file", out)?;
+    with(w, function, |c: Context<'_>| {
+        let out = place(c.answer, "a place for the file", out)?;
         if !makes_sense(mode) {
             let text = format!("files.open: {mode} is no sum of TATU_FILE_* that belong together");
-            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
+            return Err(c.answer.calls.refuse(TATU_ERR_ARGUMENT, &text));
         }
         let name = name.text();
-        let file = world.run.folders.open(Path::new(name.as_ref()), mode).map_err(|why| refuse(world, why))?;
-        note(world, &name, mode);
+        let file = c.folders.open(Path::new(name.as_ref()), mode).map_err(|why| refuse(c.answer, why))?;
+        note(c.outside, &name, mode);
         *out = hand_over(file);
         Ok(())
     })
@@ -61,20 +74,20 @@ fn makes_sense(mode: u32) -> bool {
         && (has(TATU_FILE_WRITE | TATU_FILE_APPEND) || !has(TATU_FILE_FOLDERS))
 }
 
-/// What is read is no part of the input log: whoever keeps one is told.
-fn note(world: &WorldCell, name: &str, mode: u32) {
+/// What is read is not part of the input log; the names are kept, so that whoever keeps a log can be warned.
+fn note(outside: &Outside, name: &str, mode: u32) {
     if mode & TATU_FILE_READ != 0 {
-        world.run.outside.opened.borrow_mut().insert(name.to_owned());
+        outside.opened.borrow_mut().insert(name.to_owned());
     }
 }
 
 #[cold]
-fn refuse(world: &WorldCell, why: Refused) -> tatu_status {
+fn refuse(answer: Answer<'_>, why: Refused) -> tatu_status {
     let (status, text) = match why {
         Refused::Missing(text) => (TATU_ERR_MISSING, text),
         Refused::Forbidden(text) => (TATU_ERR, text),
     };
-    world.run.calls.refuse(status, &text)
+    answer.calls.refuse(status, &text)
 }
 
 #[cfg(unix)]

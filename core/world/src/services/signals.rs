@@ -1,9 +1,11 @@
 //! `tatu.host.signals`: named values of the world.
 
+use std::cell::RefCell;
+
 use tatu_plugin_api::abi::*;
 
-use super::answer::{alone, busy, give, lend, on, place};
-use crate::cell::{Function, Signal};
+use super::answer::{Answer, alone, busy, give, lend, on, place, with};
+use crate::cell::{Function, Signal, Signals, WorldCell};
 
 pub static TABLE: tatu_host_signals = tatu_host_signals {
     size: size_of::<tatu_host_signals>() as u32,
@@ -14,11 +16,23 @@ pub static TABLE: tatu_host_signals = tatu_host_signals {
     name: Some(name),
 };
 
+/// What the functions of this table may touch.
+struct Context<'a> {
+    signals: &'a RefCell<Signals>,
+    answer: Answer<'a>,
+}
+
+impl<'a> From<&'a WorldCell> for Context<'a> {
+    fn from(world: &'a WorldCell) -> Self {
+        Context { signals: &world.state.signals, answer: world.into() }
+    }
+}
+
 extern "C" fn get<'a>(w: WorldRef<'a>, kind: u32, name: Lent<'_>, out: Option<&mut ValueRef<'a>>) -> tatu_status {
-    on(w, Function::looks("signals.get"), |world| {
-        let signals = world.state.signals.try_borrow().map_err(|_| busy(world))?;
+    with(w, Function::looks("signals.get"), |Context { signals, answer }| {
+        let signals = signals.try_borrow().map_err(|_| busy(answer))?;
         match signals.get(&(kind, name.bytes().to_vec())) {
-            Some(s) => give(world, &s.value, out),
+            Some(s) => give(answer, &s.value, out),
             None => Err(TATU_ERR_MISSING),
         }
     })
@@ -61,13 +75,13 @@ extern "C" fn clear(w: WorldRef<'_>, kind: u32, name: Lent<'_>) -> u32 {
 }
 
 extern "C" fn name<'a>(w: WorldRef<'a>, kind: u32, index: u32, out: Option<&mut Lent<'a>>) -> tatu_status {
-    on(w, Function::looks("signals.name"), |world| {
-        let out = place(world, "a place for the name", out)?;
-        let found = match world.state.signals.try_borrow() {
+    with(w, Function::looks("signals.name"), |Context { signals, answer }| {
+        let out = place(answer, "a place for the name", out)?;
+        let found = match signals.try_borrow() {
             Ok(signals) => signals.keys().filter(|(k, _)| *k == kind).nth(index as usize).map(|(_, n)| n.clone()),
-            Err(_) => return Err(busy(world)),
+            Err(_) => return Err(busy(answer)),
         };
-        *out = lend(world, &found.ok_or(TATU_ERR_MISSING)?)?;
+        *out = lend(answer, &found.ok_or(TATU_ERR_MISSING)?)?;
         Ok(())
     })
 }

@@ -1,10 +1,25 @@
 //! Solids of shapes: the shortest way between them, and whether physics moves them.
 
-use tatu_plugin_api::abi::*;
-use tatu_scene::{Data, collision_parts};
+use std::cell::RefCell;
 
-use super::answer::{busy, list_of, on, place, slot};
-use crate::cell::Function;
+use tatu_plugin_api::abi::*;
+use tatu_scene::{Data, Dynamics, Scene, collision_parts};
+
+use super::answer::{Answer, busy, list_of, place, slot, with};
+use crate::cell::{Function, WorldCell};
+
+/// What functions that only read bodies may touch.
+pub(super) struct Context<'a> {
+    pub scene: &'a RefCell<Scene>,
+    pub dynamics: &'a RefCell<Dynamics>,
+    pub answer: Answer<'a>,
+}
+
+impl<'a> From<&'a WorldCell> for Context<'a> {
+    fn from(world: &'a WorldCell) -> Self {
+        Context { scene: &world.state.scene, dynamics: &world.state.dynamics, answer: world.into() }
+    }
+}
 
 /// The shortest way between any shape of one list and any of another; an empty second list: all other shapes.
 #[allow(clippy::too_many_arguments, reason = "the contract's")]
@@ -20,11 +35,11 @@ pub(super) unsafe extern "C" fn closest(
 ) -> tatu_status {
     // SAFETY: by the contract: the lists have as many as told, `points` room for 6, `pair` for 2.
     unsafe {
-        on(w, Function::looks("bodies.closest"), |world| {
-            let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
+        with(w, Function::looks("bodies.closest"), |Context { scene, answer, .. }| {
+            let scene = scene.try_borrow().map_err(|_| busy(answer))?;
             let list = |p: *const tatu_object, n: u32| -> Result<Vec<u32>, tatu_status> {
-                let ids = list_of(world, "a list of objects", p, n)?;
-                ids.iter().map(|o| slot(world, &scene, *o)).collect()
+                let ids = list_of(answer, "a list of objects", p, n)?;
+                ids.iter().map(|o| slot(answer, &scene, *o)).collect()
             };
             let (a, mut b) = (list(a, n_a)?, list(b, n_b)?);
             if n_b == 0 {
@@ -47,8 +62,8 @@ pub(super) unsafe extern "C" fn closest(
             }
             let Some((p, q, sa, sb)) = best else { return Err(TATU_ERR_MISSING) };
             let numbers = [p.x, p.y, p.z, q.x, q.y, q.z];
-            *place(world, "room for 6 numbers", points)? = numbers;
-            *place(world, "room for 2 objects", pair)? = [scene.id(sa), scene.id(sb)];
+            *place(answer, "room for 6 numbers", points)? = numbers;
+            *place(answer, "room for 2 objects", pair)? = [scene.id(sa), scene.id(sb)];
             Ok(())
         })
     }
@@ -56,10 +71,10 @@ pub(super) unsafe extern "C" fn closest(
 
 /// Whether physics moves an object now: dynamic shapes, and joints that tie two bodies of the engine.
 pub(super) extern "C" fn is_dynamic(w: WorldRef<'_>, object: tatu_object, out: Option<&mut u32>) -> tatu_status {
-    on(w, Function::looks("bodies.is_dynamic"), |world| {
-        let out = place(world, "a place for the answer", out)?;
-        let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
-        let s = slot(world, &scene, object)?;
+    with(w, Function::looks("bodies.is_dynamic"), |Context { scene, answer, .. }| {
+        let out = place(answer, "a place for the answer", out)?;
+        let scene = scene.try_borrow().map_err(|_| busy(answer))?;
+        let s = slot(answer, &scene, object)?;
         *out = u32::from(match scene.get(s).map(|o| &o.data) {
             Some(Data::Shape(s)) => s.dynamic && s.body.0.is_some(),
             Some(Data::Joint(j)) => j.id.is_some(),
