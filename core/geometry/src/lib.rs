@@ -65,3 +65,14 @@ pub struct Part {
     /// Red, green and blue, 0 to 1, if not its owner's.
     pub color: Option<[f64; 3]>,
 }
+
+/// An angle in (-pi, pi], whatever its size; rad.
+pub fn wrap_angle(angle: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    let wrapped = angle % TAU;
+    match wrapped {
+        w if w > PI => w - TAU,
+        w if w <= -PI => w + TAU,
+        w => w,
+    }
+}

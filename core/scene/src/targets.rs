@@ -92,7 +92,7 @@ fn is_held(j: &Joint) -> bool {
 fn near(j: &Joint, from: f64) -> f64 {
     let way = j.target_position - from;
     if j.kind == JointType::Revolute && j.limits.is_none() {
-        return from + nalgebra::wrap(way, -std::f64::consts::PI, std::f64::consts::PI);
+        return from + tatu_geometry::wrap_angle(way);
     }
     j.target_position
 }

@@ -16,7 +16,7 @@ fn plugin() -> &'static Path {
     let build = || {
         let dir = TempDir::with_prefix("tatu-test-").unwrap();
         let to = dir.path().join(library("tatu_breaches"));
-        compile(&root().join("tests/program/breaches/plugin.c"), &to);
+        compile(&root().join("tests/program/plugins/breaches/plugin.c"), &to);
         dir
     };
     BUILT.get_or_init(build).path()
@@ -192,7 +192,7 @@ fn a_mesh_without_points_fails_the_build() {
 #[test]
 fn a_plugin_that_offers_nothing_is_told_which_id_it_misspells() {
     let place = Place::scene("");
-    let text = fs::read_to_string(root().join("tests/program/breaches/plugin.c")).unwrap();
+    let text = fs::read_to_string(root().join("tests/program/plugins/breaches/plugin.c")).unwrap();
     let text = text
         .replace("strcmp(id, TATU_COMMAND)", "strcmp(id, \"tatu.comand/draft.4\")")
         .replace("if (!strcmp(id, TATU_ACTUATOR)) return &actuators;", "")

@@ -28,7 +28,7 @@ const SIGSEGV: i32 = 11;
 
 /// A folder with the plugin and the harm of a file.
 fn built(harm: &str) -> TempDir {
-    let sources = root().join("tests/program/crashes");
+    let sources = root().join("tests/program/plugins/crashes");
     let dir = TempDir::with_prefix("tatu-test-").unwrap();
     let object = dir.path().join("plugin.o");
     let include = format!("-I{}", root().join("plugin-api/include").display());

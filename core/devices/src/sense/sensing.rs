@@ -51,7 +51,7 @@ impl Sensing {
         self.settled = None;
     }
     /// Something has changed by which it depends who measures, or how.
-    pub fn unlist(&mut self) {
+    pub fn relist(&mut self) {
         self.listed = false;
     }
     /// The scene is another one: nothing is known of it.
@@ -71,7 +71,7 @@ impl Sensing {
             }
             Noise::follow(&mut d.noise, s.noise.as_ref(), &registry.sensors[d.kind]);
         }
-        self.unlist();
+        self.relist();
     }
     fn note(&mut self, device: &Device, index: usize) {
         let slot = device.slot as usize;

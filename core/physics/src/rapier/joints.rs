@@ -10,6 +10,8 @@ use rapier3d::{
 use serde::{Deserialize, Serialize};
 
 use super::reduced::Reduced;
+use tatu_geometry::wrap_angle;
+
 use crate::{BodyId, Drive, JointDesc, JointForm, JointKind, Passive, Tracking};
 
 /// N m s/rad or N s/m. So stiff that a motor below its limit misses its speed by less than its load divided by this:
@@ -270,7 +272,7 @@ pub(super) fn pursue(record: &JointRecord, position: f64, dt: f64) -> (f64, Memo
     let mut way = target - position;
     // A joint without limits takes the shorter way round.
     if record.kind == JointKind::Revolute && !record.limited {
-        way = wrap(way);
+        way = wrap_angle(way);
     }
     let Some(t) = tracking else {
         return ((way / SETTLE_TIME.max(dt)).clamp(-max_velocity, max_velocity), Memory::default());
@@ -291,21 +293,9 @@ pub(super) fn position(kind: JointKind, frame_a: &Pose, frame_b: &Pose) -> f64 {
         JointKind::Revolute | JointKind::Screw(_) => {
             let q = frame_a.rotation.inverse() * frame_b.rotation;
             // nalgebra's function is the same on every system, the standard library's is not.
-            wrap(2.0 * nalgebra::RealField::atan2(q.z, q.w))
+            wrap_angle(2.0 * nalgebra::RealField::atan2(q.z, q.w))
         }
         JointKind::Prismatic => (frame_b.translation - frame_a.translation).dot(frame_a.rotation * Vector::Z),
         JointKind::Fixed | JointKind::Spherical => 0.0,
     }
-}
-
-/// Into (-pi, pi].
-pub(super) fn wrap(angle: f64) -> f64 {
-    use std::f64::consts::{PI, TAU};
-    let mut wrapped = angle % TAU;
-    if wrapped > PI {
-        wrapped -= TAU;
-    } else if wrapped <= -PI {
-        wrapped += TAU;
-    }
-    wrapped
 }

@@ -16,6 +16,7 @@ use rapier3d::{
     math::{Pose, Vector},
 };
 use serde::{Deserialize, Serialize};
+use tatu_geometry::wrap_angle;
 
 use super::{
     Drive, JointDesc, Motion, Rapier, gears,
@@ -291,7 +292,7 @@ fn find_coordinates_of(multibody: &mut Multibody, bodies: &mut RigidBodySet) {
                 (way[0], velocities[first]) = match kind {
                     // As many turns as it had.
                     JointKind::Revolute => {
-                        (joints::wrap(now - coordinates[5]), (child.angvel() - parent.angvel()).dot(axis))
+                        (wrap_angle(now - coordinates[5]), (child.angvel() - parent.angvel()).dot(axis))
                     }
                     _ => (
                         now - coordinates[2],
@@ -306,7 +307,7 @@ fn find_coordinates_of(multibody: &mut Multibody, bodies: &mut RigidBodySet) {
                 let coordinates = link.joint().coords();
                 let angle = joints::position(JointKind::Revolute, &frame_a, &frame_b);
                 way[0] = joints::position(JointKind::Prismatic, &frame_a, &frame_b) - coordinates[2];
-                way[1] = joints::wrap(angle - coordinates[5]);
+                way[1] = wrap_angle(angle - coordinates[5]);
                 let slide =
                     child.velocity_at_point(frame_b.translation) - parent.velocity_at_point(frame_b.translation);
                 velocities[first] = slide.dot(axis);

@@ -195,7 +195,7 @@ impl World {
             go_back(cell, initial);
         }
         remake_devices(cell);
-        Scripts::reap(cell);
+        Scripts::end_removed(cell);
         Scripts::after_run(cell);
         events::deliver(cell);
         cell.restore_process_state("the end of the run");

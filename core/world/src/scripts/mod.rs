@@ -220,7 +220,7 @@ impl Scripts {
     }
 
     /// Ends the instances of scripts whose objects are gone.
-    pub fn reap(world: &WorldCell) {
+    pub fn end_removed(world: &WorldCell) {
         let gone: Vec<Rc<Script>> = {
             let (Ok(mut scripts), Ok(scene)) = (world.run.scripts.try_borrow_mut(), world.state.scene.try_borrow())
             else {

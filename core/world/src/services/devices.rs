@@ -173,7 +173,7 @@ fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize)
     let device = sensing.devices.iter_mut().find(|d| d.slot == slot && d.id == id).ok_or(Stop::Gone)?;
     device.params[at] = params.swap_remove(at);
     device.lay_out(layout);
-    sensing.unlist();
+    sensing.relist();
     Ok(())
 }
 

@@ -13,9 +13,9 @@ pub(crate) fn barrier(world: &WorldCell) {
     let version = world.state.scene.try_borrow().map_or(0, |s| s.shape_version);
     // Whatever is gone has changed the tree.
     if world.devices.swept.replace(version) != version || version == 0 {
-        Scripts::reap(world);
-        sensors::reap(world);
-        reap_actuators(world);
+        Scripts::end_removed(world);
+        sensors::end_removed(world);
+        end_removed_actuators(world);
     }
     let Ok(mut scene) = world.state.scene.try_borrow_mut() else { return };
     world.state.dynamics.borrow_mut().settle(&mut scene);
@@ -25,7 +25,7 @@ pub(crate) fn barrier(world: &WorldCell) {
 }
 
 /// Ends the instances of actuators that are gone.
-fn reap_actuators(world: &WorldCell) {
+fn end_removed_actuators(world: &WorldCell) {
     let gone = {
         let scene = world.state.scene.borrow();
         world.devices.actuators.borrow_mut().take_gone(|d| scene.id(d.slot) == d.object)

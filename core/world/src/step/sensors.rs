@@ -76,7 +76,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &
             // What it measured before is no reading of now.
             d.forget();
             d.fields.fill(0);
-            sensing.unlist();
+            sensing.relist();
         }
         drop(sensing);
         let plugin = world.model.registry.sensors[f.kind].plugin;
@@ -86,7 +86,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &
 }
 
 /// Ends the instances of sensors that are gone.
-pub(super) fn reap(world: &WorldCell) {
+pub(super) fn end_removed(world: &WorldCell) {
     let gone = {
         let scene = world.state.scene.borrow();
         world.devices.sensing.borrow_mut().take_gone(|d| scene.get(d.slot).is_some() && d.id > 0)

@@ -139,7 +139,7 @@ fn question(world: &WorldCell, slot: u32, part: Part) -> Option<Value> {
     let mut way = j.target_position - j.position;
     if j.limits.is_none() && j.kind == JointType::Revolute {
         // The shorter way round.
-        way = nalgebra::wrap(way, -std::f64::consts::PI, std::f64::consts::PI);
+        way = tatu_geometry::wrap_angle(way);
     }
     let first = part.number == 0 && world.state.phase.get() == Phase::First;
     let mut map = part.entries();
