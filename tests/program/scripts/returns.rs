@@ -375,7 +375,8 @@ fn each_row_of_the_guide_names_its_test() {
     for row in tables.lines().filter(|l| l.starts_with("| ") && !l.ends_with("| test |")) {
         let cell = row.trim_end_matches(" |").rsplit(" | ").next().unwrap_or_default();
         let (file, name) = cell.trim_matches('`').split_once("::").unwrap_or_else(|| panic!("no test in {row}"));
-        let find = |folder: &str| std::fs::read_to_string(root().join(format!("tests/program/{folder}/{file}.rs"))).ok();
+        let find =
+            |folder: &str| std::fs::read_to_string(root().join(format!("tests/program/{folder}/{file}.rs"))).ok();
         let folders = ["scripts", "scene", "sensors", "robots", "plugins", "remote", "state", "cli"];
         let text = folders.into_iter().find_map(find).unwrap_or_default();
         assert!(text.contains(&format!("\nfn {name}()")), "there is no test {cell}: {row}");

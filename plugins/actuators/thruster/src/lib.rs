@@ -7,10 +7,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use thruster::Thruster;
-
-/// The plugin; it keeps nothing.
-pub struct Thrusters;
+pub use thruster::{Thruster, Thrusters};
 
 impl Plugin for Thrusters {
     type World = ();

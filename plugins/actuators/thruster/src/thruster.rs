@@ -2,7 +2,8 @@
 
 use tatu_plugin_api::safe::{Actuator, Drive, Fail, Instance, Output, Param, Params, Result, SharedWorld};
 
-use crate::Thrusters;
+/// The plugin; it keeps nothing.
+pub struct Thrusters;
 
 /// One thruster. `SUBSTEP`: its direction follows the mount in each engine step, not only in each step of the world.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,10 @@ use std::f64::consts::FRAC_PI_3;
 
 use tatu_plugin_api::safe::{Builder, Model, Param, Params, Result};
 
-use crate::{Devices, hokuyo, parts};
+use crate::{
+    hokuyo,
+    parts::{self, Devices},
+};
 
 /// V-REP's model in `pioneer_empty_world`: each camera sees 120 degrees in 256 pixels, from 0.04 to 5 m.
 const PIXELS: i64 = 256;

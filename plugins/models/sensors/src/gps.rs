@@ -2,10 +2,7 @@
 
 use tatu_plugin_api::safe::{Builder, Model, Param, Params, Result};
 
-use crate::{
-    Devices,
-    parts::{self, Piece},
-};
+use crate::parts::{self, Devices, Piece};
 
 /// Half widths along x, y and z, m. V-REP's model in `GPS-Compass`.
 const NOISE: [f64; 3] = [0.1, 0.1, 0.05];

@@ -2,10 +2,7 @@
 
 use tatu_plugin_api::safe::{Builder, Model, Param, Params, Result};
 
-use crate::{
-    Devices,
-    parts::{self, Piece},
-};
+use crate::parts::{self, Devices, Piece};
 
 /// m. V-REP's model in `rover` and `ackermannControlExample`: ray of 0.022 + 5.578 m.
 const NEAR: f64 = 0.022;

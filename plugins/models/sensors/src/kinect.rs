@@ -4,10 +4,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use tatu_plugin_api::safe::{Builder, Fail, Model, Node, Param, Params, Result};
 
-use crate::{
-    Devices,
-    parts::{self, Piece},
-};
+use crate::parts::{self, Devices, Piece};
 
 /// Places in the frames of their parents, m: V-REP's model in `kinect-color-point-cloud` and `grab-kinect`. Its
 /// front looks along +y of the base.

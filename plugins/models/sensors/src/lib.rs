@@ -15,8 +15,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-/// The plugin; it keeps nothing.
-pub struct Devices;
+pub use parts::Devices;
 
 impl Plugin for Devices {
     type World = ();

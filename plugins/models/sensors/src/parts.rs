@@ -4,6 +4,9 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use tatu_plugin_api::safe::{Builder, Node, Result, Value, keys};
 
+/// The plugin; it keeps nothing.
+pub struct Devices;
+
 /// A quarter turn about y, x y z w, which brings z ahead: sensors look along their z axis.
 pub const Z_AHEAD: [f64; 4] = [0.0, FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2];
 

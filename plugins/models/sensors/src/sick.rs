@@ -4,10 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use tatu_plugin_api::safe::{Builder, Model, Param, Params, Result, Value, keys};
 
-use crate::{
-    Devices,
-    parts::{self, Piece},
-};
+use crate::parts::{self, Devices, Piece};
 
 /// From the middle of the device, m: what is nearer is looked through. V-REP's model in `World-Sick180-Log`: ray of
 /// 0.055 + 19.945 m.

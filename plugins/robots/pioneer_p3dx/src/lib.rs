@@ -9,6 +9,7 @@ mod look;
 mod parts;
 mod presets;
 mod sonar;
+mod sonar_poses;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

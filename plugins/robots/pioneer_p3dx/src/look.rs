@@ -1,13 +1,13 @@
 //! What is seen of the robot, by people and by sensors. Meshes are outlines pulled up, a few hundred triangles in all.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 
 use tatu_plugin_api::safe::{Builder, Node, Result, Value};
 
-use crate::{
-    parts::Z_TO_RIGHT,
-    presets::{Caster, Outline, Robot, Wheel},
-};
+use crate::presets::{Caster, Outline, Robot, Wheel};
+
+/// A quarter turn about x that brings z to -y (right), x y z w.
+pub const Z_TO_RIGHT: [f64; 4] = [FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
 
 const BLACK: [f64; 3] = [0.06, 0.06, 0.065];
 const GRAPHITE: [f64; 3] = [0.16, 0.16, 0.17];

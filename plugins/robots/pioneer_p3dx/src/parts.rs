@@ -14,9 +14,8 @@ use crate::{
 const BASE_MASK: i64 = 0xFFF0;
 const WHEEL_MASK: i64 = 0xFF0F;
 
-/// A turn by a quarter about x, x y z w: `-` brings z to y (left), `+` brings z to -y.
+/// A quarter turn about x that brings z to y (left), x y z w.
 const Z_TO_LEFT: [f64; 4] = [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
-pub const Z_TO_RIGHT: [f64; 4] = [FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
 /// Half a turn about z.
 const ABOUT_FACE: [f64; 4] = [0.0, 0.0, 1.0, 0.0];
 
@@ -136,7 +135,7 @@ pub fn caster<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot) -> Resul
     look::fork(builder, link, c)?;
     let axle = free(link, "Pioneer_p3dx_caster_freeJoint2")?
         .set("object.position", [c.trail, 0.0, c.wheel.diameter / 2.0 - c.z])?
-        .set("object.quaternion", Z_TO_RIGHT)?
+        .set("object.quaternion", look::Z_TO_RIGHT)?
         // Without any friction, as V-REP has it, the engine winds the wheel up within an hour of turning. Estimate: 1 mN m at
         // 1 rad/s, the drag of a greased sleeve bearing; the wheel slides on the floor, so nothing else feels it.
         .set("joint.damping", 0.001)?;

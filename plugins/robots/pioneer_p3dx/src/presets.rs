@@ -7,7 +7,7 @@
 
 use tatu_plugin_api::safe::{Fail, Result};
 
-use crate::sonar::{self, Pose};
+use crate::sonar_poses::{self, Pose};
 
 /// The choices of the parameter `preset`.
 pub const NAMES: &[&str] = &["as V-REP", "as the data sheet"];
@@ -115,7 +115,7 @@ fn as_vrep() -> Robot {
             half_width: 0.2075, // V
         },
         deck_z: [0.2293, 0.237], // top V; thickness so that no cone touches it
-        sonars: sonar::AS_VREP,
+        sonars: sonar_poses::AS_VREP,
         sonar_z: 0.1388 + 0.0681, // V
         sonar_range: 1.0,         // V
         sonar_tip: 0.005,         // V
@@ -166,10 +166,10 @@ fn as_data_sheet() -> Robot {
         },
         // Estimate, as V-REP: WD's height 0.217 leaves no room for sonars at 0.208.
         deck_z: [0.2293, 0.237],
-        sonars: sonar::aria(axle_x), // AR
-        sonar_z: 0.208,              // AM
-        sonar_range: 5.0,            // Stage `pioneer.inc`, Webots; PM3: the firmware stops at 4.335
-        sonar_tip: 0.0,              // no sheet has such a thing
+        sonars: sonar_poses::aria(axle_x), // AR
+        sonar_z: 0.208,                    // AM
+        sonar_range: 5.0,                  // Stage `pioneer.inc`, Webots; PM3: the firmware stops at 4.335
+        sonar_tip: 0.0,                    // no sheet has such a thing
     }
 }
 

@@ -12,6 +12,9 @@ use crate::{
     settings::{self, Settings},
 };
 
+/// The plugin; it keeps nothing.
+pub struct DepthCameras;
+
 /// One camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthCamera(Settings);

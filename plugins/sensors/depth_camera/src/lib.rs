@@ -15,10 +15,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use camera::DepthCamera;
-
-/// The plugin; it keeps nothing.
-pub struct DepthCameras;
+pub use camera::{DepthCamera, DepthCameras};
 
 impl Plugin for DepthCameras {
     type World = ();

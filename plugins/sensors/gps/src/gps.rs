@@ -11,6 +11,9 @@ use crate::{
     presets,
 };
 
+/// The plugin; it keeps nothing.
+pub struct Receivers;
+
 /// One receiver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gps {

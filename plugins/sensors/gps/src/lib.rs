@@ -11,10 +11,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use gps::Gps;
-
-/// The plugin; it keeps nothing.
-pub struct Receivers;
+pub use gps::{Gps, Receivers};
 
 impl Plugin for Receivers {
     type World = ();

@@ -6,9 +6,12 @@ use tatu_plugin_api::{
 };
 
 use crate::{
-    Lasers, motion, presets,
+    motion, presets,
     settings::{Settings, direction, params},
 };
+
+/// The plugin; it keeps nothing.
+pub struct Lasers;
 
 /// One scanner.
 #[derive(Debug, Clone, PartialEq)]

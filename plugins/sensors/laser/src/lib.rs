@@ -15,10 +15,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use laser::Laser;
-
-/// The plugin; it keeps nothing.
-pub struct Lasers;
+pub use laser::{Laser, Lasers};
 
 impl Plugin for Lasers {
     type World = ();

@@ -12,10 +12,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use proximity::Proximity;
-
-/// The plugin; it keeps nothing.
-pub struct Proximities;
+pub use proximity::{Proximities, Proximity};
 
 impl Plugin for Proximities {
     type World = ();

@@ -12,6 +12,9 @@ use crate::{
     settings::{Settings, params},
 };
 
+/// The plugin; it keeps nothing.
+pub struct Proximities;
+
 /// The parameters of one sensor, checked.
 #[derive(Debug, Clone, PartialEq)]
 #[repr(C)]

@@ -9,17 +9,11 @@ mod message;
 mod service;
 
 use tatu_plugin_api::{
-    safe::{Host, Offer, Plugin, Prop, Result, World},
+    safe::{Host, Offer, Plugin, Result, World},
     tatu_plugin,
 };
 
-pub use service::Jsonl;
-
-/// The plugin: it offers one service.
-pub struct JsonLines {
-    /// "scene.time"
-    time: Prop,
-}
+pub use service::{JsonLines, Jsonl};
 
 impl Plugin for JsonLines {
     type World = ();

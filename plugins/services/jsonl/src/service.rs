@@ -15,10 +15,15 @@ use tatu_plugin_api::{
 use tatu_services_common::json;
 
 use crate::{
-    JsonLines,
     clients::{Client, Listener},
     message::{Ask, Message, error},
 };
+
+/// The plugin: it offers one service.
+pub struct JsonLines {
+    /// "scene.time"
+    pub(crate) time: Prop,
+}
 
 /// Lines of one client that are handled in one turn; the others have theirs before its next ones.
 const AT_ONCE: usize = 1000;

@@ -2,10 +2,11 @@
 
 use tatu_plugin_api::{
     abi::*,
-    safe::{Called, Fail, Result, Turn, Value},
+    safe::{Fail, Result, Turn, Value},
 };
 
 use crate::{
+    ask::ask,
     files::Files,
     groups,
     values::{In, Out, bytes, float, floats, int},
@@ -13,14 +14,6 @@ use crate::{
 
 /// The handle of the world, where it is an argument.
 const WORLD: i64 = -1;
-
-/// Calls a command of the world; what it gives.
-pub fn ask(turn: &Turn<'_>, name: &str, args: &[Value]) -> Result<Vec<Value>> {
-    match turn.call(name, args, 0)? {
-        Called::Done(values) => Ok(values),
-        Called::Waits => Err(Fail::unsupported(format!("`{name}` waits: a remote call does not"))),
-    }
-}
 
 /// Does a command: its raw number, what it is of, and what it holds. What it gives.
 pub fn call(turn: &Turn<'_>, files: &mut Files, raw: u16, of: &[u8], data: &[u8]) -> Result<Vec<u8>> {

@@ -3,7 +3,7 @@
 use tatu_plugin_api::safe::{Fail, Result, Turn, Value};
 
 use crate::{
-    calls::ask,
+    ask::ask,
     values::{Out, bytes, float, floats, int},
 };
 

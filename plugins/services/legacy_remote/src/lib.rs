@@ -2,9 +2,10 @@
 //!
 //! - `packet`: messages cut into packets; `message`: headers and commands; `values`: numbers and texts in them;
 //! - `connections`: sockets and their threads; `clients`: what each asked for again and again, and how it stands to the steps;
-//! - `calls`: what each command of the protocol means; `groups`: data of many objects at once; `files`: files that they transfer;
+//! - `ask`: commands of the world, called; `calls`: what each command of the protocol means; `groups`: data of many objects at once; `files`: files that they transfer;
 //! - `service`: the barrier.
 
+mod ask;
 mod calls;
 mod clients;
 mod connections;
@@ -20,10 +21,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use service::Remote;
-
-/// The plugin: it offers one service.
-pub struct LegacyRemote;
+pub use service::{LegacyRemote, Remote};
 
 impl Plugin for LegacyRemote {
     type World = ();

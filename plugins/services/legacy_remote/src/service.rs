@@ -16,13 +16,16 @@ use tatu_plugin_api::{
 use tatu_services_common::port::Port;
 
 use crate::{
-    LegacyRemote, calls,
+    calls,
     clients::Client,
     connections::{Event, Key, Ports},
     files::Files,
     message::{self, Command, World, mode},
     values::Out,
 };
+
+/// The plugin: it offers one service.
+pub struct LegacyRemote;
 
 /// The port that V-REP listens on.
 const PORT: i64 = 19997;

@@ -17,10 +17,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use service::Remote;
-
-/// The plugin: it offers one service.
-pub struct ZmqRemote;
+pub use service::{Remote, ZmqRemote};
 
 impl Plugin for ZmqRemote {
     type World = ();

@@ -12,13 +12,16 @@ use tatu_plugin_api::{
 };
 
 use crate::{
-    ZmqRemote, catalogue,
+    catalogue,
     cbor::{self, Request},
     clients::Clients,
     functions::Functions,
     state::{Done, Pending, Place, State, Waiting, gone},
     zmtp::{Kind, Listener},
 };
+
+/// The plugin: it offers one service.
+pub struct ZmqRemote;
 
 /// Requests that are handled in one turn.
 const AT_ONCE: usize = 2000;

@@ -17,7 +17,8 @@ use tatu_plugin_api::{
 use tatu_services_common::{json, outbox::Message};
 
 use crate::{
-    Props, WebPage, acts, film_page, frames,
+    acts, film_page, frames,
+    plugin::{Props, WebPage},
     readings::{self, Sent},
     scene::{self, HANDLE, Whole},
 };

@@ -13,7 +13,7 @@ use tatu_plugin_api::{
 use tatu_services_common::outbox::Message;
 
 use crate::{
-    Props,
+    plugin::Props,
     scene::{HANDLE, Whole},
 };
 

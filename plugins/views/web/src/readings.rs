@@ -10,7 +10,7 @@ use tatu_plugin_api::{
 use tatu_services_common::{json, outbox::Message};
 
 use crate::{
-    Props,
+    plugin::Props,
     scene::{HANDLE, Whole},
 };
 

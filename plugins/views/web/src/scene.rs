@@ -10,7 +10,7 @@ use tatu_plugin_api::{
 };
 use tatu_services_common::outbox::Message;
 
-use crate::Props;
+use crate::plugin::Props;
 
 /// First byte of a message with a mesh.
 const MESH: u8 = 2;

@@ -19,12 +19,13 @@ use tatu_services_common::{
 };
 
 use crate::{
-    WebPage, acts,
+    acts,
     drop::Dropped,
     files,
     lists::{Allowance, Lists},
     opened::Opened,
     pace::{Pace, SPEEDS},
+    plugin::WebPage,
     readings,
     scene::Whole,
     windows::{self, Windows},
@@ -42,7 +43,7 @@ const MOST_LINES: usize = 500;
 
 /// The service.
 pub struct Web {
-    p: crate::Props,
+    p: crate::plugin::Props,
     state: RefCell<State>,
 }
 

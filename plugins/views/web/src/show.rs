@@ -21,7 +21,7 @@ const READINGS: Duration = Duration::from_millis(100);
 
 impl State {
     /// Puts into the outboxes what there is to see.
-    pub(crate) fn show(&mut self, turn: &Turn<'_>, p: &crate::Props, step: u64) -> Result {
+    pub(crate) fn show(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props, step: u64) -> Result {
         if self.guests.is_empty() {
             return Ok(());
         }
@@ -58,7 +58,7 @@ impl State {
     }
 
     /// What the world does, if that has changed.
-    fn tell(&mut self, turn: &Turn<'_>, p: &crate::Props) -> Result {
+    fn tell(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         let state = match turn.state() {
             TATU_STOPPED => "stopped",
             TATU_PAUSED => "paused",
@@ -73,7 +73,7 @@ impl State {
         Ok(())
     }
 
-    fn show_readings(&mut self, turn: &Turn<'_>, p: &crate::Props) -> Result {
+    fn show_readings(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         let new = readings::new(turn, p, &self.whole, &mut self.sent);
         let any = new.as_object().is_some_and(|m| !m.is_empty());
         let readings = json!({ "readings": new }).to_string();

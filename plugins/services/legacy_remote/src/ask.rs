@@ -1,0 +1,11 @@
+//! Commands of the world, called for a client.
+
+use tatu_plugin_api::safe::{Called, Fail, Result, Turn, Value};
+
+/// Calls a command of the world; what it gives.
+pub fn ask(turn: &Turn<'_>, name: &str, args: &[Value]) -> Result<Vec<Value>> {
+    match turn.call(name, args, 0)? {
+        Called::Done(values) => Ok(values),
+        Called::Waits => Err(Fail::unsupported(format!("`{name}` waits: a remote call does not"))),
+    }
+}

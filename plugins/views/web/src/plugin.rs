@@ -1,0 +1,51 @@
+//! The plugin, and keys that are read often.
+
+use tatu_plugin_api::safe::{Host, Prop};
+
+macro_rules! props {
+    ($($name:ident: $key:literal,)*) => {
+        /// Keys that are read often.
+        #[derive(Clone, Copy)]
+        pub struct Props { $(pub $name: Prop,)* }
+        impl Props {
+            pub fn new(host: &Host) -> Self {
+                Props { $($name: host.prop($key),)* }
+            }
+        }
+    };
+}
+props! {
+    alias: "object.alias",
+    kind: "object.kind",
+    parent: "object.parent",
+    pose: "object.pose",
+    visible: "object.visible",
+    layer: "object.layer",
+    model_base: "object.model_base",
+    joint_type: "joint.type",
+    joint_position: "joint.position",
+    joint_rotation: "joint.rotation",
+    joint_lead: "joint.lead",
+    sensor_kind: "sensor.kind",
+    script_name: "script.name",
+    script_kind: "script.kind",
+    script_language: "script.language",
+    points: "path.points",
+    closed: "path.closed",
+    time: "scene.time",
+    dt: "scene.dt",
+    file: "scene.file",
+    detected: "proximity.detected",
+    distance: "proximity.distance",
+    point: "proximity.point",
+    scan_distance: "range_scan.distance",
+    scan_angle: "range_scan.angle",
+    depth: "depth_image.depth",
+    rgb: "color_image.rgb",
+    gps: "gps.position",
+}
+
+/// The plugin.
+pub struct WebPage {
+    pub(crate) p: Props,
+}
