@@ -6,7 +6,7 @@ use tatu_errors::Error;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{Declared, Registry, check_value, schemas};
-use crate::{names, units};
+use crate::{texts, units};
 
 /// Types that a parameter can have: numbers come as F64S in whatever width they are given.
 const KINDS: &[u32] =
@@ -22,7 +22,7 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
         let mut say = |text: String| out.push(format!("{name} {text}"));
         if p.key.is_empty() {
             say("has no key".into());
-        } else if let Some(flaw) = names::flaw(&p.key).filter(|_| !in_files) {
+        } else if let Some(flaw) = texts::flaw(&p.key).filter(|_| !in_files) {
             say(format!("cannot be called so: the key {flaw}"));
         } else if !keys.insert(p.key.as_str()) {
             say("is declared twice; the first one counts".into());

@@ -13,7 +13,7 @@ use tatu_plugin_api::abi::*;
 use super::{
     Search, drafts,
     guard::{self, ProcessState},
-    names, tables,
+    tables, texts,
     watchdog::{Call, Watch},
 };
 use crate::{HostTables, border::answer};
@@ -167,7 +167,7 @@ impl Loaded {
         let id = unsafe { tables::label(raw.id) }.filter(|s| !s.is_empty()).ok_or_else(|| {
             fail("its id is empty".into(), "give `tatu_plugin.id` a name of your own, such as \"org.example.gripper\"")
         })?;
-        if let Some(flaw) = names::flaw(&id) {
+        if let Some(flaw) = texts::flaw(&id) {
             return Err(fail(
                 format!("its id `{id}` {flaw}"),
                 "give `tatu_plugin.id` a name such as \"org.example.gripper\"",

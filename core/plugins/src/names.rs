@@ -4,26 +4,15 @@ use std::collections::BTreeMap;
 
 use tatu_errors::Error;
 
-use super::Registry;
+use super::{
+    Registry,
+    texts::{HELP, flaw},
+};
 
 /// Most names of a command: its number and the name's share one word.
 pub(super) const MOST_NAMES: usize = 255;
 
-/// What to do about it, for messages.
-pub(super) const HELP: &str = "use letters, digits, `_` and dots: `mine.name`";
-
 const SPACE: &str = "give it a name space of its own: `mine.name`";
-
-/// Why a name cannot be one. It is given as [`label`](crate::texts::label) shows it, in which a backslash stands for what
-/// cannot be shown.
-pub(super) fn flaw(name: &str) -> Option<&'static str> {
-    match name {
-        "" => Some("is empty"),
-        _ if name.contains('\\') => Some("holds control characters, backslashes or bytes that are no UTF-8"),
-        _ if name.contains(char::is_whitespace) => Some("holds a space"),
-        _ => None,
-    }
-}
 
 impl Registry {
     /// Whose a command or constant is; beyond any plugin: that of the command whose names are being read.

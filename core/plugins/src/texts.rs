@@ -77,6 +77,20 @@ pub fn label(bytes: &[u8]) -> String {
     out
 }
 
+/// What to do about a name that cannot be one, for messages.
+pub(super) const HELP: &str = "use letters, digits, `_` and dots: `mine.name`";
+
+/// Why a name cannot be one. It is given as [`label`] shows it, in which a backslash stands for what
+/// cannot be shown.
+pub(super) fn flaw(name: &str) -> Option<&'static str> {
+    match name {
+        "" => Some("is empty"),
+        _ if name.contains('\\') => Some("holds control characters, backslashes or bytes that are no UTF-8"),
+        _ if name.contains(char::is_whitespace) => Some("holds a space"),
+        _ => None,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,56 +1,15 @@
-//! Kinds of actuators, and what sensors and actuators have in common as devices.
+//! Kinds of actuators.
 
 use std::collections::BTreeMap;
 
 use tatu_errors::Result;
 use tatu_plugin_api::abi::*;
 
-use super::Registry;
+use super::{
+    Registry,
+    types::{ActuatorKind, DeviceKind},
+};
 use crate::{Declared, tables};
-
-/// A kind of actuator.
-pub struct ActuatorKind {
-    /// Index of the plugin.
-    pub plugin: usize,
-    /// What scenes write.
-    pub id: String,
-    /// One sentence.
-    pub text: String,
-    /// Its parameters.
-    pub params: Vec<Declared>,
-    /// What may be commanded: one number each, in the order of the command buffer.
-    pub commands: Vec<Declared>,
-    /// Whether it is asked before each engine step, instead of once per advance.
-    pub every_substep: bool,
-    /// The interned keys `<kind>.<parameter>`.
-    pub param_props: Vec<u32>,
-    /// The interned keys `<kind>.<command>`.
-    pub command_props: Vec<u32>,
-    /// The table of its functions.
-    pub raw: tatu_actuator,
-    /// How its instances are made, configured, saved and ended.
-    pub life: tatu_life,
-}
-
-/// What a device's kind declares, be it a sensor or an actuator.
-#[derive(Clone, Copy)]
-pub struct DeviceKind<'a> {
-    /// Index of the plugin.
-    pub plugin: usize,
-    /// What scenes write.
-    pub id: &'a str,
-    /// Its parameters.
-    pub params: &'a [Declared],
-    /// Its commands; a sensor has none.
-    pub commands: &'a [Declared],
-}
-
-impl<'a> DeviceKind<'a> {
-    /// All keys that a scene may set.
-    pub fn declared(self) -> impl Iterator<Item = &'a Declared> {
-        self.params.iter().chain(self.commands)
-    }
-}
 
 impl Registry {
     /// What a device's kind declares; `object_kind` is `TATU_KIND_SENSOR` or `TATU_KIND_ACTUATOR`.

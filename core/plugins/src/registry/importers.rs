@@ -1,55 +1,18 @@
 //! Importers: what reads files of other formats into a document.
 
-use std::{collections::BTreeMap, ffi::c_void, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::abi::*;
 
-use super::Registry;
+use super::{
+    Registry,
+    types::{Choice, Importer},
+};
 use crate::{Declared, tables, watchdog::Call};
 
 /// How much of a file an importer looks at to tell whether it is its own, bytes.
 const HEAD: usize = 4096;
-
-/// An importer.
-pub struct Importer {
-    /// Index of the plugin.
-    pub plugin: usize,
-    /// What scenes write.
-    pub id: String,
-    /// One sentence.
-    pub text: String,
-    /// Endings of file names, with their dot.
-    pub suffixes: Vec<String>,
-    /// Its parameters.
-    pub params: Vec<Declared>,
-    /// The table of its functions.
-    pub raw: tatu_importer,
-}
-
-/// The importer of a file, and what is to be told about the choice.
-#[derive(Debug, PartialEq, Eq)]
-pub struct Choice {
-    /// Index of the importer.
-    pub importer: usize,
-    /// Others read it as well: which one was taken; and who could not tell whether the file is its own.
-    pub notes: Vec<String>,
-}
-
-impl Importer {
-    /// Whether a file's name ends with one of its suffixes.
-    fn has_suffix(&self, file: &Path) -> bool {
-        let name = file.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
-        self.suffixes.iter().any(|s| !s.is_empty() && name.ends_with(&s.to_lowercase()))
-    }
-
-    /// How sure it is that the file is its own, 0 to 100.
-    fn sniff(&self, me: *mut c_void, head: &[u8]) -> u32 {
-        let head = crate::border::raw(head);
-        // SAFETY: by the contract; the bytes live through the call.
-        self.raw.sniff.map_or(0, |f| unsafe { f(me, head) })
-    }
-}
 
 impl Registry {
     pub(super) unsafe fn add_importers(&mut self, plugin: usize) {

@@ -1,9 +1,9 @@
 //! Everything that the loaded plugins offer, by id.
 //!
 //! - [`Registry`]: loading, ending, calls of plugins where there is no world;
-//! - `types`: what is offered, as the host keeps it; `read`: reading the tables of a plugin;
+//! - `types`: what is offered, as the host keeps it; `read`: the tables of a plugin;
 //! - `lookup`: finding by name;
-//! - `actuators`, `importers`, `services`: these kinds, whole; `dialects`: of script languages.
+//! - `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and finding these; `renew`: one plugin again.
 
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
@@ -28,14 +28,11 @@ use super::{
     watchdog::{Call, Watch, Watches},
 };
 use crate::HostTables;
-pub use actuators::{ActuatorKind, DeviceKind};
-pub use importers::{Choice, Importer};
-pub use kinds::KindMark;
 pub use read::MOST_ELEMENTS;
-pub use services::ServiceKind;
 use tatu_errors::{Error, Result};
 pub use types::{
-    CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelude, PresetInfo, SensorKind, Status,
+    ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, KindMark, Language, Model,
+    NameEntry, Prelude, PresetInfo, SensorKind, ServiceKind, Status,
 };
 
 /// What plugins offer, in order of plugin ids.

@@ -14,6 +14,7 @@ use super::{
 use crate::{
     Declared, names,
     tables::{self, Required},
+    texts,
     watchdog::Call,
 };
 
@@ -33,11 +34,11 @@ impl Registry {
         // SAFETY: NUL-terminated or null, by the contract.
         let id = unsafe { tables::label(id) }.filter(|id| !id.is_empty());
         let lack = tables::lacking(size, needed).or_else(|| id.is_none().then(|| "has an empty `id`".to_owned()));
-        let flaw = id.as_deref().and_then(names::flaw).map(|flaw| format!("cannot be called so: the name {flaw}"));
+        let flaw = id.as_deref().and_then(texts::flaw).map(|flaw| format!("cannot be called so: the name {flaw}"));
         let (why, help) = match (lack, flaw) {
             (None, None) => return id,
             (Some(lack), _) => (lack, tables::HELP),
-            (None, Some(flaw)) => (flaw, names::HELP),
+            (None, Some(flaw)) => (flaw, texts::HELP),
         };
         let name = id.map_or(String::new(), |id| format!(" `{id}`"));
         self.refuse(plugin, format!("its {what}{name} {why}"), help);
@@ -58,7 +59,7 @@ impl Registry {
         // SAFETY: a null-terminated list, by the contract.
         let mut all = unsafe { labels(list) };
         all.retain(|suffix| {
-            let Some(flaw) = names::flaw(suffix) else { return true };
+            let Some(flaw) = texts::flaw(suffix) else { return true };
             self.refuse(plugin, format!("its {whose} has the suffix `{suffix}`, which {flaw}"), "call it `.mine`");
             false
         });
@@ -126,9 +127,9 @@ impl Registry {
                     continue;
                 }
                 let (schemas, flawed): (Vec<_>, Vec<_>) =
-                    labels(raw.schemas).into_iter().partition(|s| names::flaw(s).is_none());
+                    labels(raw.schemas).into_iter().partition(|s| texts::flaw(s).is_none());
                 for schema in flawed {
-                    let flaw = names::flaw(&schema).unwrap_or_default();
+                    let flaw = texts::flaw(&schema).unwrap_or_default();
                     let text = format!(
                         "its sensor `{id}` claims the schema `{schema}`, which there cannot be: the name {flaw}"
                     );
@@ -324,7 +325,7 @@ impl Registry {
     }
 }
 
-/// The names of a null-terminated list, as [`names::flaw`] judges them.
+/// The names of a null-terminated list, as [`texts::flaw`] judges them.
 ///
 /// # Safety
 /// As for [`tables::pointers`].
@@ -335,7 +336,7 @@ unsafe fn labels(list: *const *const c_char) -> Vec<String> {
 
 /// Why a field cannot be one, and what to do.
 fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
-    if let Some(flaw) = names::flaw(&f.name) {
+    if let Some(flaw) = texts::flaw(&f.name) {
         return Some((format!("cannot be called so: the name {flaw}"), "call it `schema.field`"));
     }
     if !f.name.contains('.') {

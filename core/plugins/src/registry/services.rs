@@ -5,26 +5,8 @@ use std::collections::BTreeMap;
 use tatu_errors::Result;
 use tatu_plugin_api::abi::*;
 
-use super::Registry;
+use super::{Registry, types::ServiceKind};
 use crate::{Declared, events::FOR_SERVICES, tables};
-
-/// A service: what lives beside worlds.
-pub struct ServiceKind {
-    /// Index of the plugin.
-    pub plugin: usize,
-    /// What scenes and command lines write.
-    pub id: String,
-    /// One sentence.
-    pub text: String,
-    /// Its parameters.
-    pub params: Vec<Declared>,
-    /// Names of the events that it subscribes to.
-    pub events: Vec<String>,
-    /// The table of its functions,
-    pub raw: tatu_service,
-    /// and of its life.
-    pub life: tatu_life,
-}
 
 impl Registry {
     pub(super) unsafe fn add_services(&mut self, plugin: usize) {

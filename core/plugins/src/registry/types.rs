@@ -1,4 +1,6 @@
-//! What a plugin can offer, as the host keeps it; actuators, importers and services stand with their own subject.
+//! What a plugin can offer, as the host keeps it.
+
+use std::{ffi::c_void, path::Path};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
@@ -194,4 +196,131 @@ pub struct Prelude {
     pub module: String,
     /// Its text.
     pub text: Vec<u8>,
+}
+
+/// A kind of actuator.
+pub struct ActuatorKind {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// What scenes write.
+    pub id: String,
+    /// One sentence.
+    pub text: String,
+    /// Its parameters.
+    pub params: Vec<Declared>,
+    /// What may be commanded: one number each, in the order of the command buffer.
+    pub commands: Vec<Declared>,
+    /// Whether it is asked before each engine step, instead of once per advance.
+    pub every_substep: bool,
+    /// The interned keys `<kind>.<parameter>`.
+    pub param_props: Vec<u32>,
+    /// The interned keys `<kind>.<command>`.
+    pub command_props: Vec<u32>,
+    /// The table of its functions.
+    pub raw: tatu_actuator,
+    /// How its instances are made, configured, saved and ended.
+    pub life: tatu_life,
+}
+
+/// What a device's kind declares, be it a sensor or an actuator.
+#[derive(Clone, Copy)]
+pub struct DeviceKind<'a> {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// What scenes write.
+    pub id: &'a str,
+    /// Its parameters.
+    pub params: &'a [Declared],
+    /// Its commands; a sensor has none.
+    pub commands: &'a [Declared],
+}
+
+impl<'a> DeviceKind<'a> {
+    /// All keys that a scene may set.
+    pub fn declared(self) -> impl Iterator<Item = &'a Declared> {
+        self.params.iter().chain(self.commands)
+    }
+}
+
+/// An importer.
+pub struct Importer {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// What scenes write.
+    pub id: String,
+    /// One sentence.
+    pub text: String,
+    /// Endings of file names, with their dot.
+    pub suffixes: Vec<String>,
+    /// Its parameters.
+    pub params: Vec<Declared>,
+    /// The table of its functions.
+    pub raw: tatu_importer,
+}
+
+/// The importer of a file, and what is to be told about the choice.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// Index of the importer.
+    pub importer: usize,
+    /// Others read it as well: which one was taken; and who could not tell whether the file is its own.
+    pub notes: Vec<String>,
+}
+
+impl Importer {
+    /// Whether a file's name ends with one of its suffixes.
+    pub(super) fn has_suffix(&self, file: &Path) -> bool {
+        let name = file.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
+        self.suffixes.iter().any(|s| !s.is_empty() && name.ends_with(&s.to_lowercase()))
+    }
+
+    /// How sure it is that the file is its own, 0 to 100.
+    pub(super) fn sniff(&self, me: *mut c_void, head: &[u8]) -> u32 {
+        let head = crate::border::raw(head);
+        // SAFETY: by the contract; the bytes live through the call.
+        self.raw.sniff.map_or(0, |f| unsafe { f(me, head) })
+    }
+}
+
+/// A word by which a text tells its kind.
+pub struct KindMark {
+    /// Language.
+    pub language: String,
+    /// Kind of script.
+    pub kind: String,
+    /// The word.
+    pub word: String,
+    /// The last line begins with it; else a name anywhere in the text does.
+    pub last: bool,
+}
+
+impl KindMark {
+    pub(super) fn fits(&self, text: &[u8]) -> bool {
+        let word = self.word.as_bytes();
+        if self.last {
+            let last = text.split(|b| *b == b'\n').map(<[u8]>::trim_ascii).rfind(|line| !line.is_empty());
+            return last.is_some_and(|line| line.starts_with(word));
+        }
+        let is_name = |b: &u8| b.is_ascii_alphanumeric() || *b == b'_';
+        let begins = |at: usize| at == 0 || !is_name(&text[at - 1]);
+        !word.is_empty() && text.windows(word.len()).enumerate().any(|(at, w)| w == word && begins(at))
+    }
+}
+
+/// A service: what lives beside worlds.
+pub struct ServiceKind {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// What scenes and command lines write.
+    pub id: String,
+    /// One sentence.
+    pub text: String,
+    /// Its parameters.
+    pub params: Vec<Declared>,
+    /// Names of the events that it subscribes to.
+    pub events: Vec<String>,
+    /// The table of its functions,
+    pub raw: tatu_service,
+    /// and of its life.
+    pub life: tatu_life,
 }
