@@ -6,6 +6,7 @@
 //! - Work is shared among the threads of the rayon pool that calls: `pool.install(|| engine.advance(5))`. The bits
 //!   of the result do not depend on the number of threads.
 //!
+//! `state` is all that the engine knows, `records` what it knows of each body and joint, `shapes` their forms.
 //! `bodies` makes bodies and colliders, `joints` joints, `drives` drives them, `reduced` has joints that cannot come apart,
 //! `gears` couples them, `load` says what they carry, `respond` says who collides, `grip` has friction by axis and against
 //! rolling, `report` reads contacts, `velocity` velocities, `spin` turns free bodies, `sleep` says who may
@@ -18,34 +19,34 @@ mod grip;
 mod joints;
 mod load;
 mod push;
+mod records;
 mod reduced;
 mod report;
 mod respond;
+mod shapes;
 mod sleep;
 mod snapshot;
 mod spin;
+mod state;
 #[cfg(test)]
 mod tests;
 mod velocity;
 
-use std::collections::BTreeMap;
-
-use bodies::{BodyRecord, ShapeCache, Tree};
-use grip::Grips;
-use joints::{Held, JointRecord, Memory};
-use load::Measured;
 use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d::{
     dynamics::{IntegrationParameters, SpringCoefficients},
     math::{Pose, Vector},
     pipeline::PhysicsWorld,
 };
+use records::{Held, JointRecord, Measured, Memory};
 use respond::PairFilter;
-use serde::{Deserialize, Serialize};
+use shapes::ShapeCache;
+pub use state::Rapier;
+use state::{Tables, finite, mark};
 
 use super::{
-    BeforeStep, BodyDesc, BodyId, Contact, Drive, Engine, EngineSettings, FrictionRule, Gear, JointDesc, JointForm,
-    JointId, JointKind, JointState, MaterialPair, Motion, PairRule, Push, Surface, Twist, Wrench, convert,
+    BeforeStep, BodyDesc, BodyId, Contact, Drive, Engine, EngineSettings, Gear, JointDesc, JointForm, JointId,
+    JointKind, JointState, MaterialPair, Motion, PairRule, Surface, Twist, Wrench, convert,
 };
 
 /// Stiffness of contacts, as natural frequency (Hz) and damping ratio. With rapier's own numbers a wall of 20 rows
@@ -62,77 +63,6 @@ const CONTACT_SHARE: f64 = 0.15;
 /// Bodies of a joint of which one has so many times the mass of the other are solved with more care.
 const UNEVEN: f64 = 32.0;
 
-/// A world of rigid bodies, simulated by rapier3d.
-///
-/// ```ignore
-/// let mut engine = Rapier::new(EngineSettings { gravity: Vector3::new(0.0, 0.0, -9.81), step: 0.01, substeps: 4 });
-/// let ball = engine.add_body(&desc);
-/// engine.advance(5);
-/// println!("{}", engine.pose(ball));
-/// ```
-pub struct Rapier {
-    world: PhysicsWorld,
-    tables: Tables,
-    shapes: ShapeCache,
-}
-
-/// What the engine knows beside rapier's world. Together the two are the whole state.
-#[derive(Default, Serialize, Deserialize)]
-struct Tables {
-    /// By id; removed ones leave a gap.
-    bodies: Vec<Option<BodyRecord>>,
-    /// By id; removed ones leave a gap.
-    joints: Vec<Option<JointRecord>>,
-    /// Bodies that collide, by tree.
-    trees: BTreeMap<u32, Tree>,
-    /// Bodies with forces to be cleared after the next advance.
-    pushed: Vec<BodyId>,
-    /// Kinematic bodies on their way: from where to where.
-    moving: BTreeMap<BodyId, (Pose, Pose)>,
-    /// Joints whose drive the engine has yet to be told.
-    changed: Vec<JointId>,
-    /// Joints with a position drive.
-    positioned: Vec<JointId>,
-    /// Bodies frozen since last asked.
-    frozen: Vec<BodyId>,
-    /// Whether a spring was added, or the length of a sub-step changed, since springs were last set.
-    springs_changed: bool,
-    /// Sub-steps of a step of the usual kind.
-    substeps: usize,
-    /// For how long the sub-steps stay halved because a mechanism swings fast, s.
-    fast_s: f64,
-    /// For how long all mechanisms have been slow, s.
-    calm_s: f64,
-    /// Whether bodies at rest may sleep.
-    sleep: bool,
-    /// Poses and velocities before the last step, by id.
-    before: Vec<Option<velocity::Seen>>,
-    /// Joints in reduced form whose drive finds out by itself how much to exert.
-    driven: Vec<JointId>,
-    /// Bodies that were placed, thrown or tied since the last step.
-    moved: Vec<BodyId>,
-    /// Whether joints came or went since gears and loads were last looked at.
-    joints_changed: bool,
-    /// Joints that move as one.
-    gears: Vec<Gear>,
-    /// Whether there are screws.
-    screws: bool,
-    /// Joints whose load is measured.
-    measured: Vec<Measured>,
-    /// Joints whose drive weakens with speed.
-    weakening: Vec<JointId>,
-    /// Bodies with a surface of a special kind.
-    surfaces: BTreeMap<BodyId, Surface>,
-    /// Friction by material.
-    materials: Vec<MaterialPair>,
-    /// How friction of a pair comes about.
-    friction_rule: FrictionRule,
-    /// Rows of friction between bodies with special surfaces and what they touch.
-    grips: Grips,
-    /// Pairs, lower id first, that meet other than their bodies' numbers say.
-    pairs: BTreeMap<(BodyId, BodyId), PairRule>,
-}
-
 impl Rapier {
     /// A world without bodies.
     pub fn new(settings: EngineSettings) -> Self {
@@ -141,12 +71,6 @@ impl Rapier {
         let mut engine = Self { world, tables: Tables::default(), shapes: ShapeCache::default() };
         engine.configure(settings);
         engine
-    }
-
-    /// Length of a sub-step, s: what an impulse that rapier reports was exerted in.
-    fn substep(&self) -> f64 {
-        let numbers = &self.world.integration_parameters;
-        numbers.dt / numbers.num_solver_iterations as f64
     }
 
     /// Kinematic bodies cover their way evenly, so that they push with the velocity they are seen to move at.
@@ -174,13 +98,6 @@ impl Rapier {
         let rule = self.tables.pairs.get(&(a.min(b), a.max(b))).and_then(|r| r.friction);
         let material = |id| self.tables.surfaces.get(&id).map_or(0, |s| s.material);
         rule.or_else(|| respond::of_materials(&self.tables.materials, material(a), material(b)).map(|p| p.friction))
-    }
-}
-
-/// Puts a joint on the list of those to be told, once.
-fn mark(changed: &mut Vec<JointId>, id: JointId, record: &mut JointRecord) {
-    if !std::mem::replace(&mut record.changed, true) {
-        changed.push(id);
     }
 }
 
@@ -513,8 +430,4 @@ impl Engine for Rapier {
         (self.world, self.tables) = (world, tables);
         Ok(())
     }
-}
-
-fn finite(v: &Vector3<f64>) -> bool {
-    v.iter().all(|x| x.is_finite())
 }

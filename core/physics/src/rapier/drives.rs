@@ -2,7 +2,11 @@
 
 use rapier3d::math::Pose;
 
-use super::{JointRecord, Rapier, gears, joints, mark};
+use super::{
+    gears, joints,
+    records::JointRecord,
+    state::{Rapier, mark},
+};
 use crate::{BodyId, Drive, Engine};
 
 /// Share of its limit from which a drive counts as having reached it.

@@ -2,7 +2,7 @@
 
 use rapier3d::dynamics::{Multibody, MultibodyDofCoupling};
 
-use super::{Rapier, joints::JointRecord};
+use super::{records::JointRecord, state::Rapier};
 use crate::{Gear, JointId, JointKind};
 
 /// Places of rapier's coordinates along and about the axis of a joint.

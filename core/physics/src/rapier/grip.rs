@@ -4,26 +4,14 @@
 //! normal force of the step before.
 
 use rapier3d::{
-    dynamics::{ImpulseJointHandle, JointAxis, JointMotor, MotorModel},
+    dynamics::{JointAxis, JointMotor, MotorModel},
     geometry::PairContacts,
     math::{Pose, Rotation, Vector},
 };
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-use super::{Rapier, joints, report};
+use super::{joints, records::Grip, report, state::Rapier};
 use crate::{BodyId, Surface, convert};
-
-/// A pair of bodies, lower id first, and the rows between them.
-pub(super) type Grips = BTreeMap<(BodyId, BodyId), Grip>;
-
-/// The rows of a pair.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Grip {
-    handle: ImpulseJointHandle,
-    /// Whether it was touched in the last step.
-    used: bool,
-}
 
 /// All contact of a pair in one place.
 #[derive(Default)]

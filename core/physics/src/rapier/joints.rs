@@ -2,17 +2,15 @@
 
 use rapier3d::{
     dynamics::{
-        GenericJoint, ImpulseJointHandle, JointAxesMask, JointAxis, JointLimits, JointMotor, MotorModel, RigidBody,
-        SpringCoefficients,
+        GenericJoint, JointAxesMask, JointAxis, JointLimits, JointMotor, MotorModel, RigidBody, SpringCoefficients,
     },
     math::{Pose, Vector},
 };
-use serde::{Deserialize, Serialize};
 
-use super::reduced::Reduced;
+use super::records::{JointRecord, Memory};
 use tatu_geometry::wrap_angle;
 
-use crate::{BodyId, Drive, JointDesc, JointForm, JointKind, Passive, Tracking};
+use crate::{Drive, JointDesc, JointForm, JointKind, Tracking};
 
 /// N m s/rad or N s/m. So stiff that a motor below its limit misses its speed by less than its load divided by this:
 /// 1e-6 rad/s at 1000 N m. It is a hard constraint in all but name, and stays well inside f64's range.
@@ -36,66 +34,6 @@ const MOST_ITERATIONS: f64 = 60.0;
 
 /// Rounds added for a driven joint that carries other joints: without them a car with steered wheels creeps at 3 mm/s.
 pub(super) const CARRIER_ITERATIONS: usize = 6;
-
-/// A joint of ours.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-pub(super) struct JointRecord {
-    pub held: Held,
-    pub kind: JointKind,
-    pub bodies: (BodyId, BodyId),
-    /// Of the joint on both of rapier's bodies.
-    pub frames: (Pose, Pose),
-    pub passive: Passive,
-    pub limited: bool,
-    /// Whether it is geared to another joint.
-    pub geared: bool,
-    /// Whether it holds bodies together that other joints hold as well.
-    pub closes_loop: bool,
-    /// What was asked for.
-    pub drive: Drive,
-    /// Velocity at which a position drive moves in the next step, rad/s or m/s.
-    pub pursuit: f64,
-    /// What its controller remembers.
-    pub memory: Memory,
-    /// How fast it moved before the step, rad/s or m/s, where its drive's limit depends on that.
-    pub speed: f64,
-    /// Whether its drive reached that limit in the last step.
-    pub at_limit: bool,
-    /// Dry friction that is taken off the drive's limit instead of having a row of its own, N m or N.
-    pub folded: f64,
-    /// Whether the engine has yet to be told of `drive`.
-    pub changed: bool,
-}
-
-/// What rapier has of a joint.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-pub(super) enum Held {
-    Impulse(ImpulseJointHandle),
-    Reduced(Reduced),
-}
-
-impl JointRecord {
-    pub fn reduced(&self) -> Option<&Reduced> {
-        if let Held::Reduced(r) = &self.held { Some(r) } else { None }
-    }
-    pub fn reduced_mut(&mut self) -> Option<&mut Reduced> {
-        if let Held::Reduced(r) = &mut self.held { Some(r) } else { None }
-    }
-    /// The joint that has the row of its drive.
-    pub fn driven(&self) -> Option<ImpulseJointHandle> {
-        match self.held {
-            Held::Impulse(handle) => Some(handle),
-            Held::Reduced(r) => r.motor,
-        }
-    }
-}
-
-/// Sum of the error, rad s or m s, and the last error, rad or m, of a controller.
-#[derive(Clone, Copy, Default, Serialize, Deserialize)]
-pub(super) struct Memory {
-    sum: f64,
-    last: Option<f64>,
-}
 
 impl JointKind {
     pub(super) fn free_axis(self) -> Option<JointAxis> {

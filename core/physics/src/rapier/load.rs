@@ -2,35 +2,9 @@
 //! joints to be read. What the joint exerts is the change of momentum less gravity, pushes and contacts.
 
 use rapier3d::{dynamics::RigidBody, geometry::PairContacts, math::Vector};
-use serde::{Deserialize, Serialize};
 
-use super::{Rapier, report};
+use super::{records::Sum, report, state::Rapier};
 use crate::{BodyId, JointId, Wrench, convert};
-
-/// A joint that is measured.
-#[derive(Serialize, Deserialize)]
-pub(super) struct Measured {
-    pub joint: JointId,
-    /// All that hangs below it, in order of ids.
-    bodies: Vec<BodyId>,
-    /// Momentum before the step, N s, and its moment about the world's origin, N m s; with the pushes, N and N m.
-    before: Option<Sum>,
-    /// In the last step.
-    pub wrench: Option<Wrench>,
-}
-
-/// A vector, and its moment about the world's origin.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-struct Sum {
-    momentum: (Vector, Vector),
-    pushes: (Vector, Vector),
-}
-
-impl Measured {
-    pub fn new(joint: JointId) -> Self {
-        Measured { joint, bodies: Vec::new(), before: None, wrench: None }
-    }
-}
 
 impl Rapier {
     /// Before a step: who hangs below, their momentum and what pushes them.

@@ -5,7 +5,8 @@ use rapier3d::{
     math::Vector,
 };
 
-use super::{Motion, Push, Rapier, convert, finite};
+use super::state::{Rapier, finite};
+use crate::{Motion, Push, convert};
 
 /// What a body was pushed with before, for all steps of the advance.
 pub(super) struct Before {

@@ -9,21 +9,18 @@
 //!   are found again from the bodies before the next step ([`Rapier::find_coordinates`]).
 
 use rapier3d::{
-    dynamics::{
-        GenericJoint, ImpulseJointHandle, Multibody, MultibodyIndex, MultibodyJointHandle, RigidBodyBuilder,
-        RigidBodyHandle, RigidBodySet,
-    },
+    dynamics::{GenericJoint, Multibody, MultibodyIndex, RigidBodyBuilder, RigidBodySet},
     math::{Pose, Vector},
 };
-use serde::{Deserialize, Serialize};
 use tatu_geometry::wrap_angle;
 
 use super::{
-    Drive, JointDesc, Motion, Rapier, gears,
-    joints::{self, JointRecord},
+    gears, joints,
     push::Before,
+    records::{JointRecord, Reduced},
+    state::Rapier,
 };
-use crate::JointKind;
+use crate::{Drive, JointDesc, JointKind, Motion};
 
 /// The part of a drive's limit that may be put in as a force. Half of it, so that the row, whose own limit is the same in
 /// both directions, never exceeds the whole, and can always let go.
@@ -42,22 +39,6 @@ const CALM_FOR_S: f64 = 1.0;
 
 /// Square of the radians of its oscillation that a spring may make in a sub-step to be taken as slow.
 const SLOW_SPRING: f64 = 0.1;
-
-/// What rapier has of a joint in reduced form.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Reduced {
-    pub handle: MultibodyJointHandle,
-    /// The body that carries it, or the anchor that stands for it.
-    pub parent: RigidBodyHandle,
-    pub child: RigidBodyHandle,
-    pub anchored: bool,
-    /// The row of its drive, once it had one.
-    pub motor: Option<ImpulseJointHandle>,
-    /// Torque or force of the drive that is put in from outside in the next step, N m or N.
-    pub carried: f64,
-    /// What the drive exerted in the last step, N m or N.
-    pub effort: f64,
-}
 
 impl Rapier {
     /// `None` where rapier cannot have it: it would close a loop.

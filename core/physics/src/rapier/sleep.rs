@@ -2,7 +2,7 @@
 
 use rapier3d::dynamics::{RigidBody, RigidBodyHandle};
 
-use super::Rapier;
+use super::state::Rapier;
 use crate::Motion;
 
 /// Speed of its fastest point, m/s (and rad/s), below which a body without joints may sleep. A settled pile of 1000

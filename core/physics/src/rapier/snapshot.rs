@@ -3,7 +3,7 @@
 use rapier3d::pipeline::PhysicsWorld;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::Tables;
+use super::state::Tables;
 
 /// Names the layout. It changes with rapier's version and with our tables.
 const HEAD: &[u8; 16] = b"tatu rapier0361f";

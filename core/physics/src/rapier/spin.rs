@@ -9,7 +9,7 @@ use rapier3d::{
     math::Vector,
 };
 
-use super::Rapier;
+use super::state::Rapier;
 use crate::Motion;
 
 /// Rounds in which the midpoint is found. Each leaves at most a fifth of the error.

@@ -7,19 +7,9 @@
 //! end. In the step in which a motor jumps to its speed it is up to 3/8 of the jump too much.
 
 use rapier3d::math::{Rotation, Vector};
-use serde::{Deserialize, Serialize};
 
-use super::Rapier;
+use super::{records::Seen, state::Rapier};
 use crate::{BodyId, Motion};
-
-/// A body before the last step.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Seen {
-    place: Vector,
-    rotation: Rotation,
-    linear: Vector,
-    angular: Vector,
-}
 
 /// Velocity of a body in the world: m/s of its centre of mass, rad/s.
 #[derive(Clone, Copy)]
