@@ -7,7 +7,7 @@ use tatu_physics::Motion;
 use super::{
     Data, JointType, Scene,
     body_rules::{motion_of, tie_of},
-    loops::links,
+    dynamics::links,
 };
 
 /// What may be left of a gap, m and rad.

@@ -2,30 +2,21 @@
 //!
 //! - [`document`]: what a scene file, a model or an importer describes, nothing live;
 //! - [`noise`], [`graph`]: what a scene declares for the fields of sensors, and for graphs;
-//! - [`Scene`]: the tree; slots with generations, aliases, unique names;
-//! - `names`: paths and old-style names;
-//! - [`rows`]: the property rows of the core;
-//! - `props`: reading and setting them;
-//! - `dynamics`: bodies and joints of the engine; `ties`: which objects they are made of; `pose_writeback`: how their states come
-//!   back;
-//! - `targets`: what drives joints, and how they follow position targets;
-//! - `drive`: which wheels drive a robot; `follow`: joints that follow others; `force_sensor`: what ties measure;
-//! - `loops`: what linked dummies hold together; `closing`: whether they can;
-//! - `mechanisms`: how joints are kept together; `mechanics`: what a scene asks too much of;
-//! - `forms`: the solids of a shape;
-//! - `moves`: which shapes have moved; `part`: some slots, for a thread of its own;
-//! - `places`: where objects are, by slot, and where they were at the last barrier; `poses`: asking for it, setting it.
+//! - `object`: one object; `tree`: all of them, slots with generations, aliases, unique names; `names`, `name_index`: paths
+//!   and old-style names; `moves`: which shapes have moved;
+//! - `transforms`: where objects are, by slot, and where they were at the last barrier; `poses`: reading and setting it;
+//! - [`rows`]: the property rows of the core; `props`: reading and setting them;
+//! - `forms`: the solids of a shape; `drive`: which wheels drive a robot;
+//! - `dynamics`: bodies and joints of the engine; `body_rules`: which objects they are made of; `mechanisms`: how joints
+//!   are kept together; `closing`: whether loops can close; `mechanics`: what a scene asks too much of.
 
 mod body_rules;
 mod closing;
 pub mod document;
 mod drive;
 mod dynamics;
-mod follow;
-mod force_sensor;
 mod forms;
 pub mod graph;
-mod loops;
 mod mechanics;
 mod mechanisms;
 mod moves;
@@ -33,33 +24,26 @@ mod name_index;
 mod names;
 pub mod noise;
 mod object;
-mod pose_writeback;
 mod poses;
 mod props;
 pub mod rows;
-mod targets;
 mod transforms;
 mod tree;
-mod views;
 
 pub use document::{FRICTION_RULES, FrictionPair};
 pub use drive::Drive;
-pub use dynamics::Dynamics;
-pub use dynamics::mass_props;
-pub use follow::Follow;
-pub use force_sensor::ForceSensor;
+pub use dynamics::{Dynamics, mass_props};
 pub use forms::{collision_parts, default_inertia, default_mass, is_endless, visible_parts};
 pub use mechanics::mechanics;
 pub use moves::Moves;
 pub use names::{ALIAS, is_alias};
 pub use object::{
-    ActuatorData, Body, Control, Data, Joint, JointSolver, JointType, Object, Primitive, SensorData, Shape, ShapePart,
+    ActuatorData, Body, Camera, Control, Course, Data, Follow, ForceSensor, Joint, JointSolver, JointType, Light,
+    LightForm, Object, Path, Primitive, SensorData, Shape, ShapePart,
 };
 pub use props::{Changed, get, numbers, set, set_numbers};
 pub use props::{is_drive, notes, notes_value, part_meshes};
-pub use targets::Course;
 pub use tree::{Handle, Scene};
-pub use views::{Camera, Light, LightForm, Path};
 
 use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 

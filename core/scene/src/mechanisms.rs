@@ -11,7 +11,7 @@ use tatu_physics::{JointForm, Motion};
 use super::{
     Control, Data, JointSolver, JointType, Scene,
     body_rules::{motion_of, tie_of},
-    follow,
+    dynamics,
 };
 
 /// Most that a wheel's centre of mass lies beside its axis, m.
@@ -30,7 +30,7 @@ pub(super) fn forms(scene: &Scene) -> BTreeMap<u32, JointForm> {
     let mut light: BTreeMap<u32, bool> = BTreeMap::new();
     let leads: BTreeSet<u32> = ties.values().map(|(above, _)| *above).collect();
     let mut coupled: BTreeSet<u32> = BTreeSet::new();
-    let geared: BTreeSet<u32> = follow::geared(scene).into_iter().flat_map(|(a, b)| [a, b]).collect();
+    let geared: BTreeSet<u32> = dynamics::geared(scene).into_iter().flat_map(|(a, b)| [a, b]).collect();
     for (child, (_, tie)) in &ties {
         let (root, depth) = root(&ties, *child);
         let screw = scene.get(*tie).and_then(|o| o.joint()).is_some_and(|j| j.lead_per_radian() != 0.0);

@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use crate::views::LIGHT_FORMS;
+use crate::object::{LIGHT_FORMS, PRIMITIVES};
 
 /// Which objects have a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,8 +81,6 @@ const WORLD: Of = Of::World;
 const M: Option<&str> = Some("m");
 const RAD: Option<&str> = Some("rad");
 const FREE: &[&str] = &[];
-/// Primitive forms of shapes.
-pub const PRIMITIVES: &[&str] = &["box", "sphere", "cylinder", "capsule", "plane", "mesh", "compound"];
 const COLLIDE: &[&str] = &["same", "box", "sphere", "cylinder", "capsule"];
 
 rows! {

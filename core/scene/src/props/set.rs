@@ -9,8 +9,8 @@ use tatu_plugins::texts::label;
 
 use super::{
     super::{
-        Control, Data, ForceSensor, Joint, JointSolver, JointType, Primitive, Scene, SensorData, Shape, follow,
-        from_euler, pose_from_array,
+        Control, Data, ForceSensor, Joint, JointSolver, JointType, Primitive, Scene, SensorData, Shape, from_euler,
+        pose_from_array,
         rows::{Change, Row},
     },
     Changed, Drive, lacks, refuse,
@@ -18,10 +18,10 @@ use super::{
 };
 use crate::{
     ALIAS,
-    force_sensor::MOST_SAMPLES as MOST_SAMPLES_OF_FORCE,
     graph::{CurveSpec, GraphSpec, MOST_SAMPLES, StreamSpec},
     is_alias,
     noise::NoiseSpec,
+    object::{MOST_SAMPLES as MOST_SAMPLES_OF_FORCE, is_curve},
 };
 
 /// Whether a row is a number of a joint's drive, which any finite number may be.
@@ -413,7 +413,7 @@ fn set_joint(j: &mut Joint, row: Row, value: &Value, text: &str) -> Option<Chang
             j.smooth_target = *b;
             return Some(Changed::Drive);
         }
-        (Row::FollowCurve, Value::Floats(v)) if follow::is_curve(v) => j.follow.curve.clone_from(v),
+        (Row::FollowCurve, Value::Floats(v)) if is_curve(v) => j.follow.curve.clone_from(v),
         (Row::Cyclic, Value::Bool(true)) => j.limits = None,
         (Row::Cyclic, Value::Bool(false)) => {}
         _ => return None,

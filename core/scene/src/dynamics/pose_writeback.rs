@@ -2,49 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use tatu_physics::{BodyId, JointId, JointState};
+use tatu_physics::{JointId, JointState};
 
-use super::{Data, Dynamics, Joint, Scene};
-
-/// An object that moves with the engine.
-struct Place {
-    slot: u32,
-    parent: u32,
-    from: From,
-}
-
-/// What decides where it is.
-enum From {
-    /// Its body.
-    Body(BodyId),
-    /// Its frame; its joint has a state too.
-    Joint(JointId),
-    /// Its frame.
-    Frame,
-}
-
-/// The objects that move with the engine. All others are where they were put.
-#[derive(Default)]
-pub(super) struct Carried {
-    /// Robot by robot, parents before children, without those that hang.
-    list: Vec<Place>,
-    /// The version of the tree that it was made of; 0: of none.
-    listed: u64,
-    /// The version at which all objects were gone through last: a change of the tree leaves places that do not follow
-    /// from those above to the last bit.
-    whole: u64,
-}
-
-impl Carried {
-    /// What a snapshot keeps.
-    pub fn whole(&self) -> u64 {
-        self.whole
-    }
-    /// After a snapshot.
-    pub fn after(whole: u64) -> Self {
-        Carried { whole, ..Carried::default() }
-    }
-}
+use super::state::{Carried, Dynamics, From, Place};
+use crate::{
+    object::{Data, Joint},
+    tree::Scene,
+};
 
 impl Dynamics {
     /// Copies poses and joint states back. Parents come before children, so each child finds its frame already moved.

@@ -4,53 +4,10 @@
 //! Whoever follows is driven by its own motor, with its own limit of force, towards what the other did by the end of
 //! the last step; nothing pushes back on the other one. A joint that is geared moves with the other one as one.
 
-use serde::{Deserialize, Serialize};
-
-use super::{Control, Data, Scene};
-
-/// Whom a joint follows, and how.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "each is a property row with its sentence")]
-pub struct Follow {
-    /// Empty: nobody.
-    pub master: String,
-    pub factor: f64,
-    pub offset: f64,
-    pub curve: Vec<f64>,
-    pub geared: bool,
-}
-
-impl Default for Follow {
-    fn default() -> Self {
-        Follow { master: String::new(), factor: 1.0, offset: 0.0, curve: Vec::new(), geared: false }
-    }
-}
-
-impl Follow {
-    /// Where it stands when the other stands at `position`.
-    fn position(&self, position: f64) -> f64 {
-        let (pairs, _) = self.curve.as_chunks::<2>();
-        let (Some([x0, y0]), Some([_, y1])) = (pairs.first(), pairs.last()) else {
-            return self.offset + self.factor * position;
-        };
-        if position <= *x0 {
-            return *y0;
-        }
-        for pair in pairs.windows(2) {
-            let ([xa, ya], [xb, yb]) = (pair[0], pair[1]);
-            if position <= xb {
-                return ya + (yb - ya) * (position - xa) / (xb - xa);
-            }
-        }
-        *y1
-    }
-}
-
-/// Whether these numbers are pairs whose first numbers ascend; none at all is no curve.
-pub(super) fn is_curve(v: &[f64]) -> bool {
-    let (pairs, rest) = v.as_chunks::<2>();
-    rest.is_empty() && pairs.len() != 1 && pairs.windows(2).all(|p| p[0][0] < p[1][0])
-}
+use crate::{
+    object::{Control, Data},
+    tree::Scene,
+};
 
 /// The joints that follow others, and whom, in order of slots.
 pub(super) fn followers(scene: &Scene) -> Vec<(u32, u32)> {
@@ -76,7 +33,7 @@ impl Scene {
 }
 
 /// Joints that are geared to the one that they follow, and those that they follow.
-pub(super) fn geared(scene: &Scene) -> Vec<(u32, u32)> {
+pub(crate) fn geared(scene: &Scene) -> Vec<(u32, u32)> {
     let is_geared = |slot: u32| scene.get(slot).and_then(|o| o.joint()).is_some_and(|j| j.follow.geared && j.dynamic);
     followers(scene)
         .into_iter()
@@ -115,25 +72,5 @@ pub(super) fn update(scene: &mut Scene, followers: &[(u32, u32)], drives: &mut V
         if std::mem::replace(place, wanted) != wanted {
             drives.push(*slot);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_curve_is_straight_between_its_points_and_holds_beyond() {
-        let cam = Follow { curve: vec![0.0, 1.0, 1.0, 3.0, 2.0, 3.5], ..Follow::default() };
-        let at = |x| cam.position(x);
-        assert_eq!([at(-1.0), at(0.5), at(1.0), at(1.5), at(9.0)], [1.0, 2.0, 3.0, 3.25, 3.5]);
-        let gear = Follow { factor: -2.0, offset: 0.5, ..Follow::default() };
-        assert_eq!(gear.position(1.0), -1.5);
-    }
-
-    #[test]
-    fn curves_ascend() {
-        assert!(is_curve(&[]) && is_curve(&[0.0, 5.0, 1.0, -5.0]));
-        assert!(!is_curve(&[0.0, 1.0]) && !is_curve(&[0.0, 1.0, 0.0, 2.0]) && !is_curve(&[0.0, 1.0, 2.0]));
     }
 }

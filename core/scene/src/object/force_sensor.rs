@@ -5,8 +5,6 @@ use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
 use tatu_physics::JointId;
 
-use super::{Data, Dynamics, Scene};
-
 /// Most values that a filter takes.
 pub const MOST_SAMPLES: usize = 1000;
 
@@ -53,7 +51,7 @@ impl Default for ForceSensor {
 
 impl ForceSensor {
     /// Takes the value of an engine step; whether it breaks.
-    fn take(&mut self, value: [f64; 6]) -> bool {
+    pub(crate) fn take(&mut self, value: [f64; 6]) -> bool {
         self.last.push_back(value);
         while self.last.len() > self.samples {
             self.last.pop_front();
@@ -74,24 +72,6 @@ impl ForceSensor {
             false => 0,
         };
         self.over >= self.break_count.max(1)
-    }
-}
-
-impl Dynamics {
-    /// After an engine step: what force sensors measured in it. One that broke lets go at once.
-    pub(super) fn sample(&mut self, scene: &mut Scene) {
-        for i in 0..self.force_sensors.len() {
-            let (id, slot) = self.force_sensors[i];
-            let (Some(wrench), Some(((above, _), frame))) = (self.engine.wrench(id), self.tie(id)) else { continue };
-            let turn = (self.engine.pose(above).rotation * frame.rotation).inverse();
-            let (f, t) = (turn * wrench.force, turn * wrench.torque);
-            let Some(Data::ForceSensor(sensor)) = scene.get_mut(slot).map(|o| &mut o.data) else { continue };
-            if !sensor.broken && sensor.take([f.x, f.y, f.z, t.x, t.y, t.z]) {
-                sensor.broken = true;
-                self.engine.remove_joint(id);
-                scene.touch(slot);
-            }
-        }
     }
 }
 

@@ -1,38 +1,26 @@
-//! Reading and setting the core's property rows on live objects: `set` sets them, `values` takes lists apart.
+//! Reading and setting the core's property rows on live objects: `set` sets them, `values` takes lists apart, `views` are
+//! those of cameras, lights and paths; `changed`: what a change means.
 
+mod changed;
 mod set;
 mod values;
+mod views;
 
 use nalgebra::Matrix3;
 use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{
+use crate::{
     Data, Drive, JointType, Primitive, Scene, Shape, default_inertia, default_mass, pose_to_array,
     rows::{Of, Row, kind_name},
     to_euler,
 };
+pub use changed::Changed;
+pub(crate) use changed::refuse;
 pub use set::is_drive;
 pub use set::{set, set_numbers};
 use tatu_geometry::Mesh;
 pub use values::{notes, notes_value, part_meshes};
-
-/// What a change means for physics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Changed {
-    /// Nothing.
-    Value,
-    /// The object, and what hangs on it, has moved.
-    Moved,
-    /// What drives a joint has changed.
-    Drive,
-    /// Bodies must be made anew.
-    Rebuild,
-}
-
-pub(crate) fn refuse<T>(status: tatu_status, text: impl Into<String>) -> Result<T, Refusal> {
-    Err(Refusal(status, text.into()))
-}
 
 fn lacks<T>(scene: &Scene, slot: u32, row: Row) -> Result<T, Refusal> {
     let kind = scene.get(slot).map_or("nothing", |o| kind_name(o.kind()));

@@ -5,44 +5,13 @@
 //! difference. It lags by half a scene step, and a lone target is reached after two. Where a scene step is one physics step,
 //! and where targets come between physics steps, they are taken as they come.
 
-use serde::{Deserialize, Serialize};
 use tatu_physics::{Drive, Tracking};
 
-use super::{Control, Data, Dynamics, Joint, JointType, Scene, dynamics::surface};
-
-/// The way of a position target.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Course {
-    /// The targets of the last three scene steps, rad or m, the newest one last.
-    pub points: [f64; 3],
-    /// Whether a target came between physics steps.
-    pub direct: bool,
-}
-
-impl Course {
-    fn at(target: f64) -> Self {
-        Course { points: [target; 3], direct: false }
-    }
-
-    /// With the next scene step.
-    fn next(self, target: f64) -> Self {
-        let [_, a, b] = self.points;
-        if self.direct { Course::at(target) } else { Course { points: [a, b, target], direct: false } }
-    }
-
-    /// Whether it is not yet where it leads to.
-    pub fn under_way(&self) -> bool {
-        let [a, b, c] = self.points;
-        a != b || b != c
-    }
-
-    /// The target when a share of the scene step has passed.
-    fn target(&self, share: f64) -> f64 {
-        let [a, b, c] = self.points;
-        let rest = 1.0 - share;
-        b + 0.5 * (rest * rest * (a - b) + share * share * (c - b))
-    }
-}
+use super::{mass::surface, state::Dynamics};
+use crate::{
+    object::{Control, Course, Data, Joint, JointType},
+    tree::Scene,
+};
 
 /// Where position control is to go in a physics step. Beyond its limits it would press against them for ever, and dither.
 fn target_of(j: &Joint, part: u32, steps: u32) -> f64 {

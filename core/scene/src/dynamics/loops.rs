@@ -2,22 +2,13 @@
 //! orientation.
 
 use nalgebra::Isometry3;
-use serde::{Deserialize, Serialize};
-use tatu_physics::{BodyId, JointDesc, JointForm, JointId, JointKind, Passive};
+use tatu_physics::{BodyId, JointDesc, JointForm, JointKind, Passive};
 
-use super::{Data, Dynamics, Scene};
-
-/// A loop of the engine.
-#[derive(Serialize, Deserialize)]
-pub(super) struct LoopRecord {
-    id: JointId,
-    dummies: (u32, u32),
-    versions: (u64, u64),
-    bodies: (BodyId, BodyId),
-}
+use super::state::{Dynamics, LoopRecord};
+use crate::{object::Data, tree::Scene};
 
 /// The pairs of linked dummies, each once, in order of slots.
-pub(super) fn links(scene: &Scene) -> Vec<(u32, u32)> {
+pub(crate) fn links(scene: &Scene) -> Vec<(u32, u32)> {
     let mut pairs: Vec<(u32, u32)> = scene
         .slots()
         .filter_map(|(slot, o)| {

@@ -1,4 +1,7 @@
 //! One object: what every kind has, and what its own kind adds.
+//!
+//! - here: what all have, shapes, joints and devices; `follow`: joints that follow others; `course`: position targets;
+//! - `force_sensor`: force sensors; `views`: cameras, lights and paths.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -8,12 +11,18 @@ use tatu_geometry::Mesh;
 use tatu_physics::{BodyId, JointId, Passive, Surface};
 use tatu_plugin_api::abi::*;
 
-use super::{Course, Drive, ForceSensor, follow::Follow};
-use crate::{
-    graph::GraphSpec,
-    noise::NoiseSpec,
-    views::{Camera, Light, Path},
-};
+use crate::{drive::Drive, graph::GraphSpec, noise::NoiseSpec};
+
+mod course;
+mod follow;
+mod force_sensor;
+mod views;
+
+pub use course::Course;
+pub use follow::Follow;
+pub(crate) use follow::is_curve;
+pub use force_sensor::{ForceSensor, MOST_SAMPLES};
+pub use views::{Camera, LIGHT_FORMS, Light, LightForm, Path};
 
 /// An object of the scene. What a step asks of a device's object comes first, so that it lies in one cache line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -22,9 +31,9 @@ pub struct Object {
     /// What its kind adds.
     pub data: Data,
     /// Name among its siblings.
-    pub(super) alias: String,
+    pub(crate) alias: String,
     /// Number of its unique name: -1 for `alias`, n for `alias#n`.
-    pub(super) suffix: i32,
+    pub(crate) suffix: i32,
     /// Slot of the object above; 0: the world.
     pub parent: u32,
     /// Slots of the objects below, in order.
@@ -122,16 +131,19 @@ pub enum Primitive {
     Compound,
 }
 
+/// Their names, in the order of [`Primitive`].
+pub const PRIMITIVES: &[&str] = &["box", "sphere", "cylinder", "capsule", "plane", "mesh", "compound"];
+
 impl Primitive {
-    /// By its name in [`super::rows::PRIMITIVES`].
+    /// By its name in [`PRIMITIVES`].
     pub fn parse(name: &str) -> Option<Self> {
         use Primitive::*;
         let all = [Box, Sphere, Cylinder, Capsule, Plane, Mesh, Compound];
-        super::rows::PRIMITIVES.iter().position(|p| *p == name).map(|i| all[i])
+        PRIMITIVES.iter().position(|p| *p == name).map(|i| all[i])
     }
     /// Its name.
     pub fn name(self) -> &'static str {
-        super::rows::PRIMITIVES[self as usize]
+        PRIMITIVES[self as usize]
     }
 }
 

@@ -1,0 +1,43 @@
+//! What the engine is told of a shape's mass and surface.
+
+use std::collections::BTreeSet;
+
+use nalgebra::{Matrix3, Point3};
+use tatu_physics::{MassProps, MaterialPair, Surface};
+
+use crate::{
+    document::FrictionPair,
+    forms::{default_inertia, default_mass},
+    object::Shape,
+    tree::Scene,
+};
+
+/// The materials of the scene's friction pairs, in order; the engine knows them by their numbers, from 1.
+fn material_names(scene: &Scene) -> BTreeSet<&str> {
+    scene.friction_pairs.iter().flat_map(|p| p.materials.iter().map(String::as_str)).collect()
+}
+
+fn material(scene: &Scene, name: &str) -> u32 {
+    material_names(scene).iter().position(|n| *n == name).map_or(0, |i| i as u32 + 1)
+}
+
+pub(super) fn materials(scene: &Scene) -> Vec<MaterialPair> {
+    let number = |name: &str| material(scene, name);
+    let pair = |p: &FrictionPair| MaterialPair {
+        materials: (number(&p.materials[0]), number(&p.materials[1])),
+        friction: p.friction,
+        restitution: p.restitution,
+    };
+    scene.friction_pairs.iter().map(pair).collect()
+}
+
+pub(super) fn surface(scene: &Scene, shape: &Shape) -> Surface {
+    Surface { material: material(scene, &shape.material), ..shape.surface }
+}
+
+/// Mass properties of a shape, defaults filled in.
+pub fn mass_props(shape: &Shape) -> MassProps {
+    let mass = shape.mass.unwrap_or_else(|| default_mass(shape));
+    let inertia = shape.inertia.map_or_else(|| default_inertia(shape, mass), |i| Matrix3::from_row_slice(&i));
+    MassProps { mass, com: Point3::from(shape.com), inertia }
+}

@@ -1,0 +1,194 @@
+//! Which objects become bodies and joints of the engine, how time passes in it, and how states come back.
+//!
+//! - here: an advance of the engine; `state`: the engine, and what stands for what in it;
+//! - `settle`: bodies and joints are made of objects; `mass`: their mass and surface; `loops`: what linked dummies hold
+//!   together; `follow`: joints that follow others;
+//! - `targets`: what drives joints, and how they follow position targets; `force_sensors`: what ties measure;
+//! - `pose_writeback`: how states come back.
+
+mod follow;
+mod force_sensors;
+mod loops;
+mod mass;
+mod pose_writeback;
+mod settle;
+mod state;
+mod targets;
+
+use tatu_physics::{BeforeStep, Drive, Engine, EngineSettings, Gear, Motion, PairRule, Push};
+
+pub(crate) use follow::geared;
+pub(crate) use loops::links;
+pub use mass::mass_props;
+pub use state::Dynamics;
+
+use crate::{
+    object::{Joint, Shape},
+    tree::Scene,
+};
+
+/// Faster than this hardly anything of a robot is, m/s,
+const FAST: f64 = 100.0;
+/// and none goes so far, m.
+const FAR: f64 = 1000.0;
+
+impl Dynamics {
+    /// A joint's drive changed: told to the engine before the next step.
+    pub fn drive_changed(&mut self, slot: u32) {
+        self.drives.push(slot);
+    }
+
+    /// An object was placed by hand: it, and the bodies below it, are put there before the next step.
+    pub fn moved(&mut self, slot: u32) {
+        // A script that scans turns the same joint hundreds of times.
+        if self.moved.last() != Some(&slot) {
+            self.moved.push(slot);
+        }
+    }
+
+    fn apply_changes(&mut self, scene: &Scene) {
+        for slot in std::mem::take(&mut self.moved) {
+            for s in scene.tree(slot) {
+                let Some(o) = scene.get(s) else { continue };
+                if let Some(id) = o.shape().and_then(|s| s.body.0) {
+                    self.engine.set_pose(id, &scene.world(s));
+                }
+            }
+        }
+        self.apply_gears(scene);
+        for (id, slot) in &self.kinematic {
+            if scene.get(*slot).is_some() {
+                self.engine.set_pose(*id, &scene.world(*slot));
+            }
+        }
+    }
+
+    /// Tells the engine what was set by hand since the last step, so that both are at one.
+    pub fn prepare(&mut self, scene: &mut Scene) {
+        self.settle(scene);
+        follow::update(scene, &self.followers, &mut self.drives);
+        self.apply_changes(scene);
+    }
+
+    /// Gears by joints of the engine; cheap where nothing changed.
+    fn apply_gears(&mut self, scene: &Scene) {
+        let gears = self.geared.iter().filter_map(|(slot, leader)| {
+            let joint = scene.get(*slot)?.joint()?;
+            let leader = scene.get(*leader)?.joint()?.id?;
+            Some(Gear { joint: joint.id?, leader, ratio: joint.follow.factor, offset: joint.follow.offset })
+        });
+        let gears: Vec<Gear> = gears.collect();
+        self.engine.set_gears(&gears);
+    }
+
+    /// In how many engine steps of equal length `dt` passes, none longer than the scene's.
+    pub fn engine_steps(&self, dt: f64) -> u32 {
+        if dt > 0.0 { (dt / self.settings.step - 1e-9).ceil().max(1.0) as u32 } else { 0 }
+    }
+
+    /// Lets `dt` pass in engine steps, then copies poses and joint states back. Objects whose bodies were lost.
+    /// `before`, if there is one, is asked before each engine step for pushes that act in it.
+    pub fn advance(&mut self, scene: &mut Scene, dt: f64, mut before: Option<&mut BeforeStep<'_>>) -> Vec<u32> {
+        follow::update(scene, &self.followers, &mut self.drives);
+        self.apply_changes(scene);
+        let steps = self.engine_steps(dt);
+        if steps > 0 {
+            self.set_step(dt / f64::from(steps));
+            self.plot_courses(scene, steps);
+            for part in 0..steps {
+                self.apply_drives(scene, part, steps);
+                self.step_engine(part, steps, before.as_deref_mut());
+                self.sample(scene);
+            }
+        }
+        self.look(scene)
+    }
+
+    /// One of the engine steps in which `dt` passes, counted from 0, with the same bits as in [`Dynamics::advance`]. What
+    /// was moved by hand between two of them is only seen by the first step of the next advance.
+    pub fn advance_part(
+        &mut self,
+        scene: &mut Scene,
+        dt: f64,
+        part: u32,
+        before: Option<&mut BeforeStep<'_>>,
+    ) -> Vec<u32> {
+        let steps = self.engine_steps(dt);
+        if part == 0 {
+            self.apply_changes(scene);
+            self.set_step(dt / f64::from(steps.max(1)));
+            self.plot_courses(scene, steps);
+        }
+        if part < steps {
+            self.apply_drives(scene, part, steps);
+            self.step_engine(part, steps, before);
+            self.sample(scene);
+        }
+        self.look(scene)
+    }
+
+    fn step_engine(&mut self, part: u32, steps: u32, before: Option<&mut BeforeStep<'_>>) {
+        if self.pushes.is_empty() {
+            return self.engine.advance_part(part, steps, before);
+        }
+        let (mut pushes, mut before) = (std::mem::take(&mut self.pushes), before);
+        let mut ask = |engine: &dyn Engine, step, out: &mut Vec<Push>| {
+            out.append(&mut pushes);
+            if let Some(before) = before.as_deref_mut() {
+                let mut more = Vec::new();
+                before(engine, step, &mut more);
+                out.append(&mut more);
+            }
+        };
+        self.engine.advance_part(part, steps, Some(&mut ask));
+    }
+
+    /// Whether scripts are asked between the engine steps of an advance from now on: what they push with acts in one step.
+    pub fn set_between(&mut self, between: bool) {
+        self.between = between;
+    }
+
+    /// Whatever an advance takes, exactly that passes.
+    fn set_step(&mut self, step: f64) {
+        if (step - self.step).abs() > 1e-12 {
+            self.step = step;
+            self.engine.configure(EngineSettings { step, ..self.settings });
+        }
+    }
+
+    fn look(&mut self, scene: &mut Scene) -> Vec<u32> {
+        let lost = self.engine.quarantined();
+        self.copy_back(scene);
+        self.sum_efforts(scene);
+        lost.iter().filter_map(|b| self.object_of(*b)).collect()
+    }
+
+    /// How two shapes meet from the next engine step on.
+    pub fn set_pair(&mut self, a: &Shape, b: &Shape, rule: Option<PairRule>) {
+        if let (Some(a), Some(b)) = (a.body.0, b.body.0) {
+            self.engine.set_pair(a, b, rule);
+        }
+    }
+
+    /// What drives a joint in the next engine step, other than its own properties say.
+    pub fn drive(&mut self, joint: &Joint, drive: Drive) {
+        if let Some(id) = joint.id {
+            self.engine.drive(id, drive);
+        }
+    }
+
+    /// Bodies that have become faster than 100 m/s or have come farther than 1 km from where they were made, each told
+    /// once: slot, m/s, m.
+    pub fn strays(&mut self, scene: &Scene) -> Vec<(u32, f64, f64)> {
+        let mut found = Vec::new();
+        for b in self.bodies.iter_mut().filter(|b| b.motion == Motion::Dynamic && !b.stray) {
+            let way = (scene.world(b.slot).translation.vector - b.start).norm();
+            let speed = self.engine.twist(b.id).linear.norm();
+            if way > FAR || speed > FAST {
+                b.stray = true;
+                found.push((b.slot, speed, way));
+            }
+        }
+        found
+    }
+}

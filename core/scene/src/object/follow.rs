@@ -1,0 +1,67 @@
+//! Which joint a joint follows, and how.
+
+use serde::{Deserialize, Serialize};
+
+/// Whom a joint follows, and how.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "each is a property row with its sentence")]
+pub struct Follow {
+    /// Empty: nobody.
+    pub master: String,
+    pub factor: f64,
+    pub offset: f64,
+    pub curve: Vec<f64>,
+    pub geared: bool,
+}
+
+impl Default for Follow {
+    fn default() -> Self {
+        Follow { master: String::new(), factor: 1.0, offset: 0.0, curve: Vec::new(), geared: false }
+    }
+}
+
+impl Follow {
+    /// Where it stands when the other stands at `position`.
+    pub(crate) fn position(&self, position: f64) -> f64 {
+        let (pairs, _) = self.curve.as_chunks::<2>();
+        let (Some([x0, y0]), Some([_, y1])) = (pairs.first(), pairs.last()) else {
+            return self.offset + self.factor * position;
+        };
+        if position <= *x0 {
+            return *y0;
+        }
+        for pair in pairs.windows(2) {
+            let ([xa, ya], [xb, yb]) = (pair[0], pair[1]);
+            if position <= xb {
+                return ya + (yb - ya) * (position - xa) / (xb - xa);
+            }
+        }
+        *y1
+    }
+}
+
+/// Whether these numbers are pairs whose first numbers ascend; none at all is no curve.
+pub(crate) fn is_curve(v: &[f64]) -> bool {
+    let (pairs, rest) = v.as_chunks::<2>();
+    rest.is_empty() && pairs.len() != 1 && pairs.windows(2).all(|p| p[0][0] < p[1][0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_is_straight_between_its_points_and_holds_beyond() {
+        let cam = Follow { curve: vec![0.0, 1.0, 1.0, 3.0, 2.0, 3.5], ..Follow::default() };
+        let at = |x| cam.position(x);
+        assert_eq!([at(-1.0), at(0.5), at(1.0), at(1.5), at(9.0)], [1.0, 2.0, 3.0, 3.25, 3.5]);
+        let gear = Follow { factor: -2.0, offset: 0.5, ..Follow::default() };
+        assert_eq!(gear.position(1.0), -1.5);
+    }
+
+    #[test]
+    fn curves_ascend() {
+        assert!(is_curve(&[]) && is_curve(&[0.0, 5.0, 1.0, -5.0]));
+        assert!(!is_curve(&[0.0, 1.0]) && !is_curve(&[0.0, 1.0, 0.0, 2.0]) && !is_curve(&[0.0, 1.0, 2.0]));
+    }
+}

@@ -1,0 +1,56 @@
+//! Cameras, lights and paths: objects that views and scripts use. Physics and sensors do not know them.
+
+use serde::{Deserialize, Serialize};
+
+/// From where a view looks: along its z axis, y is up.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "each is a property row with its sentence")]
+pub struct Camera {
+    pub angle: f64,
+    pub ortho_size: f64,
+    pub near: f64,
+    pub far: f64,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Camera { angle: std::f64::consts::FRAC_PI_3, ortho_size: 0.0, near: 0.05, far: 1000.0 }
+    }
+}
+
+/// What lights a view.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "each is a property row with its sentence")]
+pub struct Light {
+    pub form: LightForm,
+    pub on: bool,
+    pub color: [f64; 3],
+    pub angle: f64,
+}
+
+/// Where its light goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "named after what they are")]
+pub enum LightForm {
+    Omni,
+    Spot,
+    Directional,
+}
+
+/// Their names, in the order of [`LightForm`].
+pub const LIGHT_FORMS: &[&str] = &["omni", "spot", "directional"];
+
+impl Default for Light {
+    fn default() -> Self {
+        Light { form: LightForm::Omni, on: true, color: [0.5; 3], angle: std::f64::consts::FRAC_PI_2 }
+    }
+}
+
+/// A way through space.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "each is a property row with its sentence")]
+pub struct Path {
+    pub points: Vec<f64>,
+    pub rounding: Vec<f64>,
+    pub closed: bool,
+}
