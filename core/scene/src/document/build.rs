@@ -9,11 +9,14 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{Declared, Registry, SensorKind, texts::label};
 use toml_edit::Item;
 
-use super::{DeviceSpec, Document, MAIN, Made, ObjectSpec, ScriptSpec, keys, presets};
+use super::{
+    DeviceSpec, Document, MAIN, Made, ObjectSpec, ScriptSpec, keys, presets,
+    presets::{Target, row},
+};
 use crate::{
     names::{ALIAS, is_alias},
     noise::NoiseSpec,
-    rows::{KINDS, ROWS, Row, kind_name, rows_of},
+    rows::{KINDS, Row, kind_name, rows_of},
 };
 
 /// Writes into a document.
@@ -30,15 +33,6 @@ pub struct Builder<'a> {
 
 /// Most objects of a scene; the live tree has room for a million.
 const MOST_OBJECTS: usize = 1_000_000;
-
-/// What a key of an object means.
-#[derive(Debug, Clone, Copy)]
-pub enum Target {
-    /// One of the core's rows.
-    Row(Row),
-    /// A parameter or command of its device, in their order.
-    Param(usize),
-}
 
 impl<'a> Builder<'a> {
     /// Adds an object; its index.
@@ -347,25 +341,6 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Transforms a model: builds it with these parameters; the index of its base.
-    pub fn model(
-        &mut self,
-        model: usize,
-        params: &[(String, Value)],
-        parent: Option<usize>,
-        placement: Isometry3<f64>,
-    ) -> Result<usize> {
-        let first = self.document.objects.len();
-        let group = self.document.new_group();
-        let outer = std::mem::replace(&mut self.group, group);
-        let built = super::plugin_builder::run_model(self, model, params, parent);
-        self.group = outer;
-        built?;
-        let id = &self.registry.models[model].id;
-        let nothing = || Error::new("E111", format!("the model `{id}` built nothing"));
-        self.placed(first, placement, Made::Model(model)).ok_or_else(nothing)
-    }
-
     /// What was built from object `first` on is a model that stands at `placement`; its base. `None`: there is none.
     pub(super) fn placed(&mut self, first: usize, placement: Isometry3<f64>, made: Made) -> Option<usize> {
         let base = self.document.objects.get_mut(first)?;
@@ -376,9 +351,4 @@ impl<'a> Builder<'a> {
         self.document.models.push(super::ModelInstance { made, base: first });
         Some(first)
     }
-}
-
-/// A row by its key.
-pub(super) fn row(key: &str) -> Row {
-    ROWS.iter().position(|r| r.key == key).map_or(Row::None, |i| Row::of(i as u32))
 }

@@ -79,7 +79,7 @@ fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, meshes: &mut Mesh
     let pose = Value::Floats(pose_to_array(&scene.local(slot)).to_vec());
     let mut out = vec![(Row::Name, Value::text(o.name())), (Row::Pose, pose)];
     for info in rows_of(Some(o.kind())).filter(|r| r.change != crate::rows::Change::ReadOnly) {
-        let row = super::build::row(info.key);
+        let row = super::presets::row(info.key);
         match (row, &o.data) {
             (Row::Alias | Row::Name | Row::Parent | Row::Pose | Row::WorldPose, _) => continue,
             (Row::Position | Row::Quaternion | Row::Orientation | Row::Surface | Row::Cyclic, _) => continue,

@@ -2,8 +2,9 @@
 //!
 //! - [`Document`]: objects, scripts, settings;
 //! - [`Builder`]: writes one, checking every property against its row;
-//! - `border`: the same builder for plugins; `import`: files of other formats; `beside`: what they read;
-//! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys and values; `units`: the units in keys;
+//! - `plugin_builder`: the same builder for plugins, and models; `import`: files of other formats; `import_files`: what they
+//!   read; `live`: a document of a scene that runs;
+//! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys, units and values;
 //! - `presets`: settings of sensors under a name;
 //! - `settings`: the numbers of the world; `scripts`: scripts in scene files;
 //! - `services`: services that a scene asks for;
@@ -31,12 +32,11 @@ use nalgebra::Isometry3;
 use tatu_plugin_api::safe::Value;
 
 pub use build::Builder;
-pub use build::Target;
 pub use import_files::normal;
 pub use live::Beside;
 pub use overrides::{Override, ScriptOverride};
-pub use presets::{Setting, settings as preset_settings};
-pub use services::{ServiceOverride, ServiceSpec};
+pub use presets::{Setting, Target, settings as preset_settings};
+pub use services::ServiceOverride;
 pub use settings::{FRICTION_RULES, FrictionPair, LONGEST, Settings};
 pub use sources::Sources;
 pub use toml::{Options, Written, folder_beside, load, load_part, plugin_folders, save, write};
@@ -300,4 +300,15 @@ impl Document {
         });
         Shape { mesh: number.and_then(|n| self.meshes.get(n.wrapping_sub(1)).cloned()), ..Default::default() }
     }
+}
+
+/// A service to start beside the world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ServiceSpec {
+    /// Index of its kind.
+    pub kind: usize,
+    /// Parameters given, by key, SI units; later ones win.
+    pub params: Vec<(String, Value)>,
+    /// Where it is asked for.
+    pub place: Option<Place>,
 }

@@ -2,6 +2,7 @@
 
 use std::{cell::RefCell, path::PathBuf};
 
+use nalgebra::Isometry3;
 use nalgebra::Point3;
 use tatu_errors::{Error, Result};
 use tatu_geometry::Mesh;
@@ -16,7 +17,7 @@ use tatu_plugins::{
     watchdog::Call,
 };
 
-use super::{Builder, SCRIPT_KINDS, ScriptSpec, import_files::Source};
+use super::{Builder, Made, SCRIPT_KINDS, ScriptSpec, import_files::Source};
 
 /// One build: the builder, and what has gone wrong so far.
 struct Build<'b, 'a> {
@@ -47,13 +48,29 @@ pub(super) struct Asked<'a> {
     pub subject: &'a str,
 }
 
+impl Builder<'_> {
+    /// Builds a model with these parameters; the index of its base.
+    pub fn model(
+        &mut self,
+        model: usize,
+        params: &[(String, Value)],
+        parent: Option<usize>,
+        placement: Isometry3<f64>,
+    ) -> Result<usize> {
+        let first = self.document.objects.len();
+        let group = self.document.new_group();
+        let outer = std::mem::replace(&mut self.group, group);
+        let built = run_model(self, model, params, parent);
+        self.group = outer;
+        built?;
+        let id = &self.registry.models[model].id;
+        let nothing = || Error::new("E111", format!("the model `{id}` built nothing"));
+        self.placed(first, placement, Made::Model(model)).ok_or_else(nothing)
+    }
+}
+
 /// Runs a model's build function.
-pub(super) fn run_model(
-    builder: &mut Builder<'_>,
-    model: usize,
-    params: &[(String, Value)],
-    parent: Option<usize>,
-) -> Result {
+fn run_model(builder: &mut Builder<'_>, model: usize, params: &[(String, Value)], parent: Option<usize>) -> Result {
     let registry = builder.registry;
     let info = &registry.models[model];
     let folder = builder.document.file.as_ref().and_then(|f| f.parent().map(PathBuf::from));

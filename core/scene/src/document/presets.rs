@@ -7,14 +7,25 @@ use tatu_plugin_api::{abi::TATU_KIND_SENSOR, safe::Value};
 use tatu_plugins::{Declared, Registry, SensorKind};
 use toml_edit::Item;
 
-use super::{
-    build::{Target, row},
-    keys,
-};
+use super::keys;
 use crate::{
     noise::NoiseSpec,
-    rows::{Row, rows_of},
+    rows::{ROWS, Row, rows_of},
 };
+
+/// What a key of an object means.
+#[derive(Debug, Clone, Copy)]
+pub enum Target {
+    /// One of the core's rows.
+    Row(Row),
+    /// A parameter or command of its device, in their order.
+    Param(usize),
+}
+
+/// A row by its key.
+pub(super) fn row(key: &str) -> Row {
+    ROWS.iter().position(|r| r.key == key).map_or(Row::None, |i| Row::of(i as u32))
+}
 
 /// One setting of a preset, read.
 pub struct Setting {

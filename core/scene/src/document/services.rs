@@ -8,20 +8,9 @@ use tatu_plugins::{Declared, Registry, check_value};
 use toml_edit::{Item, TableLike};
 
 use super::{
-    Document,
+    Document, ServiceSpec,
     keys::{self, Text},
 };
-
-/// A service to start beside the world.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ServiceSpec {
-    /// Index of its kind.
-    pub kind: usize,
-    /// Parameters given, by key, SI units; later ones win.
-    pub params: Vec<(String, Value)>,
-    /// Where it is asked for.
-    pub place: Option<Place>,
-}
 
 /// A service of a command line: `ID` or `ID:KEY=VALUE,KEY=VALUE`.
 #[derive(Debug, Clone)]

@@ -4,7 +4,7 @@ use tatu_errors::Error;
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{FieldInfo, SensorKind, schemas};
 
-use super::spec::{Wrong, wrong};
+use super::wrong::{Wrong, wrong};
 
 /// A field that a name means.
 pub struct Meant<'k> {

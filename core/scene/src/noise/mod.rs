@@ -5,6 +5,8 @@
 
 mod fields;
 mod spec;
+mod wrong;
 
 pub use fields::{Meant, meant};
-pub use spec::{FieldNoise, NoiseSpec, Outliers, Walk, Wrong};
+pub use spec::{FieldNoise, NoiseSpec, Outliers, Walk};
+pub use wrong::Wrong;
