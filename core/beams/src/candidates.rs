@@ -8,7 +8,7 @@ use arrayvec::ArrayVec;
 use super::{
     aabb::{Aabb, SLACK},
     beam::{Beam, Volume},
-    sight::Probe,
+    probe::Probe,
     tree::{Quad, Tree, walk},
 };
 

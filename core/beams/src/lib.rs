@@ -38,6 +38,7 @@ mod disc;
 mod grid;
 mod mesh;
 mod planar;
+mod probe;
 mod ray;
 mod scene;
 mod sight;
@@ -45,6 +46,7 @@ mod simd;
 mod solid;
 mod sphere;
 mod tree;
+mod triangle;
 
 pub use aabb::bounds;
 pub use beam::{Beam, Faces, Hit, Volume};

@@ -2,26 +2,17 @@
 
 use std::sync::OnceLock;
 
-use nalgebra::Vector3;
 use tatu_geometry::Mesh;
 
 use super::{
     aabb::Aabb,
     bundle::PacketTree,
-    convex::flat,
     grid::Clusters,
-    planar::polygon,
-    ray,
-    sight::{Found, Probe},
+    probe::Probe,
+    sight::Found,
     tree::Tree,
+    triangle::{Triangle, triangle},
 };
-
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Triangle {
-    pub corners: [Vector3<f64>; 3],
-    pub normal: Vector3<f64>,
-    pub primitive: u32,
-}
 
 /// A mesh ready for beams. Triangles without area, or with corners that are missing or not finite, are left out.
 #[derive(Debug)]
@@ -57,49 +48,4 @@ impl MeshTree {
         });
         best
     }
-}
-
-impl Triangle {
-    fn cast(&self, probe: &Probe, limit: f64) -> Option<Found> {
-        let Self { corners, normal, primitive } = self;
-        match probe {
-            Probe::Ray(sight) => {
-                let corners = corners.map(|c| c - sight.origin.coords);
-                let mut best = None;
-                if let Some(t) = ray::triangle(&sight.axis, &corners, normal) {
-                    ray::offer(&mut best, sight, t, *normal, *primitive);
-                }
-                best
-            }
-            Probe::Cone(cone) => {
-                let corners = corners.map(|c| c - cone.sight.origin.coords);
-                // Most triangles end here: their plane is beyond what is known.
-                if normal.dot(&corners[0]).abs() > limit {
-                    return None;
-                }
-                let (distance, point) = polygon(cone, &corners, normal)?;
-                Some(Found { distance, point, normal: *normal, primitive: *primitive })
-            }
-            Probe::Convex(space) => {
-                let corners = corners.map(|c| c - space.sight.origin.coords);
-                if normal.dot(&corners[0]).abs() > limit {
-                    return None;
-                }
-                let (distance, point) = flat(space, &corners, normal, None)?;
-                Some(Found { distance, point, normal: *normal, primitive: *primitive })
-            }
-        }
-    }
-}
-
-/// A triangle, unless it has no area or a corner that is missing or no place.
-pub(super) fn triangle(mesh: &Mesh, index: usize) -> Option<Triangle> {
-    let mut corners = [Vector3::zeros(); 3];
-    for (corner, vertex) in corners.iter_mut().zip(mesh.triangles[index]) {
-        *corner = mesh.vertices.get(vertex as usize)?.coords;
-    }
-    let [a, b, c] = &corners;
-    let normal = (b - a).cross(&(c - a)).try_normalize(1e-300)?;
-    let finite = normal.iter().chain(corners.iter().flatten()).all(|x| x.is_finite());
-    finite.then_some(Triangle { corners, normal, primitive: index as u32 })
 }

@@ -12,8 +12,9 @@ use super::{
     candidates::{self, Candidates},
     convex,
     mesh::MeshTree,
+    probe::Probe,
     ray,
-    sight::{Found, Probe},
+    sight::Found,
     solid,
     tree::Tree,
 };

@@ -1,13 +1,10 @@
-//! A beam made ready for the geometry: in the frame of the form it is tested against.
+//! Rays and cones made ready for the geometry, and what they find.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::{
-    beam::{Beam, Faces, Volume},
-    convex::Convex,
-};
+use super::beam::Faces;
 
 /// What rays and volumes share.
 #[derive(Debug, Clone, Copy)]
@@ -32,18 +29,6 @@ pub(super) struct Cone {
     pub sin: f64,
 }
 
-/// A beam in one of the forms the geometry knows.
-#[derive(Debug, Clone)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "one at a time lives on the stack, and most are small ones that are made often"
-)]
-pub(super) enum Probe {
-    Ray(Sight),
-    Cone(Cone),
-    Convex(Convex),
-}
-
 /// A point seen, relative to the sight's origin; the normal is the form's outward one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
@@ -59,55 +44,6 @@ impl Found {
         match (a, b) {
             (Some(x), Some(y)) => Some(if (y.distance, y.primitive) < (x.distance, x.primitive) { y } else { x }),
             (a, b) => a.or(b),
-        }
-    }
-}
-
-/// A cone narrower than this, in radians, is a ray.
-const NARROWEST: f64 = 1e-9;
-
-impl Probe {
-    /// A piece of the beam in the world's frame; nothing when its limits leave nothing to see.
-    pub fn new(beam: &Beam, piece: usize) -> Option<Self> {
-        // Beyond a right angle there is no limit; just below, the cosine is still positive.
-        let cos_incidence = if beam.max_incidence < FRAC_PI_2 { libm::cos(beam.max_incidence.max(0.0)) } else { 0.0 };
-        let sight = Sight {
-            origin: beam.world_from_beam.translation.vector.into(),
-            axis: beam.world_from_beam.rotation * Vector3::z(),
-            near: beam.near.max(0.0),
-            far: beam.far,
-            cos_incidence,
-            faces: beam.faces,
-        };
-        if sight.near > sight.far || sight.far.is_nan() {
-            return None;
-        }
-        match beam.volume {
-            Volume::Ray => Some(Self::Ray(sight)),
-            Volume::Cone { half_angle } if half_angle < NARROWEST => Some(Self::Ray(sight)),
-            Volume::Cone { half_angle } => Some(Self::Cone(Cone::new(sight, half_angle))),
-            Volume::Pyramid { .. } | Volume::Cylinder { .. } | Volume::Disc { .. } => {
-                let space = Convex::new(&sight, &beam.volume, piece)?;
-                Some(Self::Convex(space.turned(|v| beam.world_from_beam.rotation * v)))
-            }
-        }
-    }
-
-    /// The same probe in a form's frame, looking no further than `far`.
-    pub fn in_form(&self, world_from_form: &Isometry3<f64>, far: f64) -> Self {
-        match self {
-            Self::Ray(sight) => Self::Ray(sight.in_form(world_from_form, far)),
-            Self::Cone(cone) => Self::Cone(cone.in_form(world_from_form, far)),
-            Self::Convex(space) => Self::Convex(space.in_form(world_from_form, far)),
-        }
-    }
-
-    /// The greatest distance at which something is looked for.
-    pub fn far(&self) -> f64 {
-        match self {
-            Self::Ray(sight) => sight.far,
-            Self::Cone(cone) => cone.sight.far,
-            Self::Convex(space) => space.sight.far,
         }
     }
 }

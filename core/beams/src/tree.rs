@@ -7,7 +7,8 @@ use nalgebra::Vector3;
 use super::{
     aabb::{Aabb, SLACK},
     binary::{self, Node},
-    sight::{Probe, Sight},
+    probe::Probe,
+    sight::Sight,
     simd::{dispatch, greatest, least, level},
 };
 

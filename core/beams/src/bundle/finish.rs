@@ -5,10 +5,10 @@ use tatu_geometry::Form;
 
 use super::{
     BundleCast, BundleHits,
-    cast::{NONE, Seen},
     pack::{LANES, PacketGroup},
+    packet::{NONE, Seen},
 };
-use crate::{BeamScene, Faces, mesh::triangle, ray, sight::Sight, solid::unit};
+use crate::{BeamScene, Faces, ray, sight::Sight, solid::unit, triangle::triangle};
 
 /// Nothing seen by any ray.
 pub(super) fn nothing(hits: BundleHits<'_>) {

@@ -5,14 +5,14 @@ use fearless_simd::prelude::*;
 use nalgebra::Vector3;
 
 use super::{
-    cast::Limits,
     lanes::{F, M, U, V, inverse, short, splat},
+    packet::Limits,
 };
 use crate::{
     aabb::Aabb,
-    mesh::Triangle,
     simd::{greatest, least},
     tree::{Quad, STACK, Tree},
+    triangle::Triangle,
 };
 
 /// Up to four children's boxes.

@@ -1,4 +1,4 @@
-//! Bundles of rays of one origin, cast many at a time: what a laser scanner sends out.
+//! Bundles of rays of one origin, cast many at a time.
 //!
 //! The rays stand in packets of 16, side by side in the processor's wide registers. Work goes target by target, nearer
 //! ones first: a target's bounding ball is compared with the cones around 16 packets at once, and only the packets that
@@ -6,8 +6,9 @@
 //! the frame of the target, whose place relative to the sensor is computed in 64 bits; a distance whose error might
 //! matter, on surfaces seen at a grazing angle, is computed again in 64 bits.
 //!
-//! - `pack`: a bundle's packets and the cones around them, made once;
-//! - `cast`: the walk through the targets;
+//! - `query`: what is asked, and where the answers go;
+//! - `pack`: a bundle's packets and the cones around them, made once; `lanes`: 16 numbers side by side;
+//! - `cast`: the walk through the targets; `packet`: what packets have met so far, and the limits of a cast;
 //! - `forms`: 16 rays against each closed form;
 //! - `mesh`: 16 rays against triangles;
 //! - `finish`: from packets to answers.
@@ -18,108 +19,19 @@ mod forms;
 mod lanes;
 mod mesh;
 mod pack;
+mod packet;
+mod query;
 
-use nalgebra::Isometry3;
 use rayon::prelude::*;
 
 pub(super) use mesh::PacketTree;
 pub use pack::RayBundle;
+pub use query::{BundleCast, BundleHits};
 
-use super::{BeamScene, Faces};
+use super::BeamScene;
 
 /// Fewer rays than this are not worth another thread.
 const FEW: usize = 256;
-
-/// One question: what all rays of a bundle see.
-///
-/// A ray sees what a [`Beam`](super::Beam) with [`Volume::Ray`](super::Volume::Ray) and the same limits sees. Distances
-/// differ from its by less than 1e-4 m up to 100 m, but for rays that pass an edge by less than that.
-#[derive(Debug, Clone, Copy)]
-pub struct BundleCast<'a> {
-    /// The rays.
-    pub bundle: &'a RayBundle,
-    /// The sensor's place; the rays begin at its origin.
-    pub world_from_sensor: Isometry3<f64>,
-    /// Least distance, in metres.
-    pub near: f64,
-    /// Greatest distance, in metres.
-    pub far: f64,
-    /// Greatest angle between surface normal and ray, in radians; pi/2 or more is no limit.
-    pub max_incidence: f64,
-    /// Sides seen.
-    pub faces: Faces,
-    /// A group that is passed over.
-    pub skip_group: Option<u32>,
-    /// The one object that is looked for; the others neither count nor hide it.
-    pub only_object: Option<u64>,
-}
-
-/// Where the answers go: one place per ray and array, in the order of the bundle's directions. An empty array asks for
-/// nothing; without `point` and `normal` a cast is faster.
-#[derive(Debug, Default)]
-pub struct BundleHits<'a> {
-    /// From the origin, in metres; infinity when nothing is seen.
-    pub distance: &'a mut [f64],
-    /// The tag of the target; 0 when nothing is seen.
-    pub object: &'a mut [u64],
-    /// The place on the form, as in [`Hit::primitive`](super::Hit::primitive); 0 when nothing is seen.
-    pub primitive: &'a mut [u32],
-    /// The point in the sensor's frame; zero when nothing is seen.
-    pub point: &'a mut [[f64; 3]],
-    /// The surface normal on the side of the sensor, in its frame; zero when nothing is seen.
-    pub normal: &'a mut [[f64; 3]],
-}
-
-impl<'a> BundleCast<'a> {
-    /// All rays of a bundle to `far` metres, with both sides seen and no other limit.
-    pub fn new(bundle: &'a RayBundle, world_from_sensor: Isometry3<f64>, far: f64) -> Self {
-        Self {
-            bundle,
-            world_from_sensor,
-            near: 0.0,
-            far,
-            max_incidence: std::f64::consts::FRAC_PI_2,
-            faces: Faces::BOTH,
-            skip_group: None,
-            only_object: None,
-        }
-    }
-}
-
-impl BundleHits<'_> {
-    /// Panics unless each array is empty or has a place for each ray.
-    fn check(&self, rays: usize) {
-        let lengths =
-            [self.distance.len(), self.object.len(), self.primitive.len(), self.point.len(), self.normal.len()];
-        assert!(lengths.iter().all(|n| *n == 0 || *n == rays), "each ray needs a place for its answer");
-    }
-
-    /// The answers of the first `rays` rays, and the others.
-    fn split(self, rays: usize) -> (Self, Self) {
-        fn cut<T>(all: &mut [T], at: usize) -> (&mut [T], &mut [T]) {
-            all.split_at_mut(at.min(all.len()))
-        }
-        let (distance, object, primitive) =
-            (cut(self.distance, rays), cut(self.object, rays), cut(self.primitive, rays));
-        let (point, normal) = (cut(self.point, rays), cut(self.normal, rays));
-        (
-            BundleHits {
-                distance: distance.0,
-                object: object.0,
-                primitive: primitive.0,
-                point: point.0,
-                normal: normal.0,
-            },
-            BundleHits {
-                distance: distance.1,
-                object: object.1,
-                primitive: primitive.1,
-                point: point.1,
-                normal: normal.1,
-            },
-        )
-    }
-}
 
 impl BeamScene {
     /// Casts a bundle in this thread.

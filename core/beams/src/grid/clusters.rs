@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use tatu_geometry::Mesh;
 
 use super::raster::WIDE;
-use crate::{aabb::Aabb, mesh::Triangle};
+use crate::{aabb::Aabb, triangle::Triangle};
 
 /// Vectors of a group.
 const GROUP: usize = 4;

@@ -2,10 +2,7 @@
 
 use fearless_simd::prelude::*;
 
-use super::{
-    raster::{F, Offer, Raster, U, WIDE},
-    triangles::Placed,
-};
+use super::raster::{F, Offer, Raster, U, WIDE};
 
 /// Parts of a pixel to which corners are rounded.
 pub(super) const PARTS: f32 = 256.0;
@@ -23,6 +20,14 @@ pub(super) struct Small {
     across: [f32; WIDE],
     up: [f32; WIDE],
     id: [u32; WIDE],
+}
+
+/// 16 corners in the image: column and row in parts of a pixel, `w`. Not a number where they cannot be rounded.
+#[derive(Clone, Copy)]
+pub(super) struct Placed<S: Simd> {
+    pub x: F<S>,
+    pub y: F<S>,
+    pub w: F<S>,
 }
 
 impl Small {

@@ -15,7 +15,7 @@ use super::{
     clusters::{Clusters, Groups, ROW, Sixteen},
     polygon::ViewFrom,
     raster::{F, M, Raster, U, WIDE},
-    small::{PARTS, Small, stored},
+    small::{PARTS, Placed, Small, stored},
     span::{Edge, Face},
 };
 use crate::{
@@ -47,14 +47,6 @@ pub(super) struct Triangles<'a> {
     id: u32,
     /// The camera in the mesh: its place, or the way its rays go.
     eye: Vector3<f64>,
-}
-
-/// 16 corners in the image: column and row in parts of a pixel, `w`. Not a number where they cannot be rounded.
-#[derive(Clone, Copy)]
-pub(super) struct Placed<S: Simd> {
-    pub x: F<S>,
-    pub y: F<S>,
-    pub w: F<S>,
 }
 
 impl<'a> Triangles<'a> {

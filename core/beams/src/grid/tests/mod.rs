@@ -10,6 +10,7 @@ use scenes::{any_form, any_grid, ball, cast_of, mesh, scene, target};
 use tatu_geometry::Form;
 
 use super::*;
+use crate::Faces;
 use crate::{BeamScene, Target, beams_tests::Dice, simd};
 
 /// A camera that looks at the middle of the scene, more or less.

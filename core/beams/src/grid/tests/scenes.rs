@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use tatu_geometry::{Form, Mesh};
 
 use super::*;
+use crate::Faces;
 use crate::Target;
 
 pub(super) fn target(object: u64, pose: Isometry3<f64>, form: Form) -> Target {
