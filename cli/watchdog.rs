@@ -5,7 +5,7 @@
 use std::{
     fs::File,
     io::{BufWriter, Write},
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError},
     time::Duration,
 };
 
@@ -48,13 +48,22 @@ pub struct Watchdog {
     known: Arc<Mutex<Known>>,
 }
 
+/// The watchdog of this process's command.
+static CURRENT: OnceLock<Watchdog> = OnceLock::new();
+
+/// The watchdog of the command that runs; `None`: it has none yet.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+pub fn current() -> Option<&'static Watchdog> {
+    CURRENT.get()
+}
+
 impl Watchdog {
     /// Starts to watch; a limit of 0 watches nothing.
     pub fn start(limit: f64, json: bool) -> Self {
         let new = Watchdog::default();
         new.known().json = json;
-        #[cfg(all(target_os = "linux", target_env = "gnu"))]
-        crate::crash::blame_on(&new);
+        // A process runs one command; another one would only not be blamed for a crash.
+        let _ = CURRENT.set(new.clone());
         if limit > 0.0 {
             let run = new.clone();
             let end = move |stuck: Stuck| run.end(&stuck, limit);

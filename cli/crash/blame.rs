@@ -4,11 +4,22 @@ use std::{ffi::CStr, fs, path::Path};
 
 use tatu_core::plugins::watchdog::{Call, Stuck};
 
-use super::Crash;
-
 /// What to do about a crash.
 pub const HELP: &str =
     "what was printed and traced until then is written; run it in a debugger, or report it to the author";
+
+/// A crash, as the handler saw it.
+pub struct Crash {
+    pub signal: libc::c_int,
+    pub thread: i32,
+    pub sender: i32,
+    pub address: usize,
+    pub instruction: usize,
+    pub stack: usize,
+    /// The plugin call that ran on the thread.
+    pub call: Option<Stuck>,
+    pub callers: Vec<usize>,
+}
 
 /// How far from the stack a thread that overflows it has gone.
 pub const NEAR: usize = 1 << 20;

@@ -15,7 +15,6 @@ use std::{
     io::{self, IsTerminal},
     process::ExitCode,
     sync::{
-        OnceLock,
         atomic::{
             AtomicBool, AtomicI32, AtomicPtr, AtomicUsize,
             Ordering::{Acquire, Relaxed, Release},
@@ -34,7 +33,8 @@ use tatu_core::{
     },
 };
 
-use crate::watchdog::{Watchdog, leave};
+use self::blame::Crash;
+use crate::watchdog::{self, leave};
 
 /// Faults of the processor, and `abort`; then signals that end a process mutely, which only a plugin or another process can have
 /// asked for. Ctrl-C and SIGTERM have a handler of their own.
@@ -67,9 +67,6 @@ const LONGEST: Duration = Duration::from_secs(4);
 /// Bytes of a stack for signals where the thread has none.
 const STACK: usize = 64 << 10;
 
-/// What the run has told of itself.
-static RUN: OnceLock<Watchdog> = OnceLock::new();
-
 /// The process that handlers were installed in: a child that a plugin forks inherits them, and dies by itself.
 static PROCESS: AtomicI32 = AtomicI32::new(0);
 /// The end of the pipe that the handler writes to.
@@ -93,25 +90,6 @@ static STACK_AT: AtomicUsize = AtomicUsize::new(0);
 static NOTED: AtomicBool = AtomicBool::new(false);
 /// Where the thread was, and its callers.
 static CALLERS: [AtomicUsize; FRAMES] = [const { AtomicUsize::new(0) }; FRAMES];
-
-/// A crash, as the handler saw it.
-struct Crash {
-    signal: c_int,
-    thread: i32,
-    sender: i32,
-    address: usize,
-    instruction: usize,
-    stack: usize,
-    /// The plugin call that ran on the thread.
-    call: Option<Stuck>,
-    callers: Vec<usize>,
-}
-
-/// Whose calls are blamed, and what is written.
-pub fn blame_on(run: &Watchdog) {
-    // A process runs one command; another one would only not be blamed.
-    let _ = RUN.set(run.clone());
-}
 
 /// Begins to watch. What cannot be installed only leaves a crash without words.
 pub fn listen() {
@@ -319,13 +297,13 @@ fn wait(read: c_int, ready: &mpsc::Sender<()>) {
 /// The pipe is gone, which the program never closes.
 fn tell_closed() {
     WAKE.store(-1, Relaxed);
-    let call = RUN.get().and_then(|run| run.watches.any_running());
+    let call = watchdog::current().and_then(|run| run.watches.any_running());
     tatu_core::breach(blame::of_closed(call.as_ref()));
 }
 
 /// The call that runs on the thread with this watch.
 fn running(at: *const Watch) -> Option<Stuck> {
-    RUN.get()?.watches.running(at)
+    watchdog::current()?.watches.running(at)
 }
 
 /// Writes the line first, since anything else may wait for what the crashed thread holds; then all that was held back.
@@ -339,7 +317,7 @@ fn tell(mut fault: Fault, call: Option<&Stuck>) -> i32 {
     let clear = if io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
     let line = format!("{clear}error[{}]: {}{help}\n", fault.code, fault.message);
     write_line(&line);
-    let code = RUN.get().map_or(2, |run| run.close(&fault));
+    let code = watchdog::current().map_or(2, |run| run.close(&fault));
     // What plugins in C printed.
     // SAFETY: null stands for all files of the C library.
     unsafe { libc::fflush(std::ptr::null_mut()) };

@@ -19,27 +19,9 @@ use crate::{
         shape::Shape,
         surface::leaves,
     },
+    report::Report,
     scripts, sensors, views,
 };
-
-/// What is to be told: what became of something, why, and of which objects.
-#[derive(Default)]
-pub struct Report(BTreeMap<(&'static str, String), Vec<(i32, String)>>);
-
-impl Report {
-    /// Something became of an object.
-    pub fn add(&mut self, what: &'static str, why: impl Into<String>, o: &Object) {
-        self.0.entry((what, why.into())).or_default().push((o.common.id, o.common.alias()));
-    }
-    /// Something became of so many things that are no objects.
-    pub fn all(&mut self, what: &'static str, why: impl Into<String>, count: usize) {
-        if count > 0 {
-            let of = self.0.entry((what, why.into())).or_default();
-            let before = of.first().and_then(|(_, text)| text.split(' ').next()?.parse::<usize>().ok()).unwrap_or(0);
-            *of = vec![(-1, format!("{} in all", before + count))];
-        }
-    }
-}
 
 /// Builds everything; the report, object by object.
 pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {

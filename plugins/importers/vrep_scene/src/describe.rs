@@ -10,6 +10,9 @@ use crate::read::{
     surface::leaves,
 };
 
+/// First character of the tags that commands of V-REP keep their own data under.
+pub const OWN: char = '\u{1}';
+
 /// A map in order.
 macro_rules! map {
     ($($key:literal: $value:expr),* $(,)?) => { vec![$((Value::text($key), Value::from($value))),*] };

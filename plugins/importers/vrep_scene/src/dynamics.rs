@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use tatu_plugin_api::safe::{Node, Result};
 
 use crate::{
-    build::Report,
     read::{
         file::{File, Kind, Object},
         joint::{self, Joint},
@@ -13,6 +12,7 @@ use crate::{
         others::Dummy,
         shape::Shape,
     },
+    report::Report,
 };
 
 /// What a model overrides in all its objects, bits of `model_property`.

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use tatu_plugin_api::safe::{Node, Result, Value};
 
 use crate::{
-    build::Report,
     describe::map,
     read::{file::Object, others::Graph},
+    report::Report,
 };
 
 /// A graph with the streams of the file; what it had recorded is dropped.

@@ -10,11 +10,11 @@ use serde::Serialize;
 use tatu_plugin_api::safe::Value;
 
 use crate::{
+    describe::OWN,
     read::{
         file::File,
         registered::{Collection, IkGroup, Pair, Window},
     },
-    scripts::OWN,
 };
 
 #[derive(Serialize)]

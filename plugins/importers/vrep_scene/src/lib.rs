@@ -11,6 +11,7 @@ mod forms;
 mod graphs;
 mod kept;
 pub mod read;
+mod report;
 mod scripts;
 mod sensors;
 mod views;

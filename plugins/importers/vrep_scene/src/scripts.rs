@@ -5,13 +5,14 @@ use std::collections::BTreeMap;
 use tatu_plugin_api::safe::{Builder, Node, Result, Value};
 
 use crate::{
-    build::Report,
+    describe::OWN,
     kept,
     read::{
         data::{CustomData, Parameter},
         file::{File, Kind, Object},
         script::{self, Script},
     },
+    report::Report,
 };
 
 /// First version whose main scripts call what later ones have; older ones that people changed are not called any more by
@@ -19,9 +20,6 @@ use crate::{
 const MAIN_SCRIPTS_SINCE: u32 = 30_103;
 /// Bit of a model's overrides: scripts of it do not run.
 const SCRIPTS_OFF: i32 = 0x200;
-/// First character of the tags that commands of V-REP keep their own data under.
-pub const OWN: char = '\u{1}';
-
 /// The handle of the object that a script acts on; -1: the scene.
 pub fn target(file: &File, s: &Script) -> i32 {
     match s.holder {

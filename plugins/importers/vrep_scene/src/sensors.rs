@@ -3,11 +3,11 @@
 use tatu_plugin_api::safe::{Node, Result};
 
 use crate::{
-    build::Report,
     read::{
         file::{File, Object},
         sensor::{Force, Proximity, Vision},
     },
+    report::Report,
 };
 
 /// Lengths and angles that a sensor cannot have are garbage in fields that its kind does not use.

@@ -6,7 +6,6 @@ use tatu_plugin_api::{
 };
 
 use crate::{
-    DepthCameras,
     optics::{Draw, Frame},
     presets,
     settings::{self, Settings},

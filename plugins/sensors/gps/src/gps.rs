@@ -6,7 +6,6 @@ use tatu_plugin_api::{
 };
 
 use crate::{
-    Receivers,
     earth::{Place, Plane},
     presets,
 };

@@ -7,10 +7,7 @@ use tatu_plugin_api::{
     safe::{Beams, Field, Instance, Param, Params, Readout, Result, Sample, Sensor, SharedWorld},
 };
 
-use crate::{
-    Proximities,
-    settings::{Settings, params},
-};
+use crate::settings::{Settings, params};
 
 /// The plugin; it keeps nothing.
 pub struct Proximities;
