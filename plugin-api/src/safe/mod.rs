@@ -6,66 +6,40 @@
 //!
 //! All traits take `&self`: a command may call a script that calls the command again.
 
-mod actuator;
 mod call;
-mod catalogue;
-mod command;
-mod event;
-mod fail;
-mod figures;
-mod files;
-mod guard;
-mod host;
-mod importer;
-mod language;
-mod life;
-mod model;
-mod offer;
-mod once;
-mod outgoing;
-mod param;
-mod plain;
-mod plugin;
-mod reading;
-mod sample;
-mod sensor;
-mod sensor_table;
-mod service;
-mod shared_world;
-mod stand_ins;
-mod talk;
+mod declare;
+mod entry;
 mod value;
-mod world;
 
-pub use actuator::{Actuator, Drive, Output};
-pub use call::{Call, IntoResult, Outcome, Return, SharedCall};
-pub use catalogue::About;
-pub use command::{Command, Constant, Status};
-pub use event::Event;
-pub use fail::{Fail, Result};
-pub use figures::keys;
-pub use guard::{guarded, quiet as guarded_quietly};
-pub use host::{Host, Prop};
-pub use importer::Importer;
-pub use language::{Budget, Flow, Frame, Language};
-pub use model::{Builder, Model, Node};
-pub use offer::Offer;
-pub use outgoing::Called;
-pub use param::{Param, Params};
-pub use plain::{MOST_BYTES, open_plain, read_plain, read_plain_text};
-pub use plugin::{Instance, Plugin};
-pub use reading::Reading;
-pub use sample::{Readout, Sample};
-pub use sensor::{Beams, Change, Field, Form, Preset, Sensor};
-pub use service::{Answer, Service, Session, Turn};
-pub use shared_world::{Object, SharedWorld};
-pub use value::{MAX_DEPTH, Owned, Room, Value};
-pub use world::{Closest, Contact, World};
+pub use call::catalogue::About;
+pub use call::figures::keys;
+pub use call::host::{Host, Prop};
+pub use call::outgoing::Called;
+pub use call::running::{IntoResult, Return};
+pub use call::shared_world::{Object, SharedWorld};
+pub use call::world::{Closest, Contact, World};
+pub use declare::actuator::{Actuator, Drive, Output};
+pub use declare::command::Constant;
+pub use declare::event::Event;
+pub use declare::importer::Importer;
+pub use declare::language::{Budget, Flow, Frame, Language};
+pub use declare::model::{Builder, Model, Node};
+pub use declare::plugin::{Call, Change, Command, Instance, Offer, Outcome, Plugin, SharedCall, Status};
+pub use declare::sensor::{Beams, Form, Preset, Sensor};
+pub use declare::service::{Answer, Service, Session, Turn};
+pub use entry::guard::{guarded, quiet as guarded_quietly};
+pub use value::fail::{Fail, Result};
+pub use value::field::Field;
+pub use value::owned::{MAX_DEPTH, Owned, Room, Value};
+pub use value::param::{Param, Params};
+pub use value::plain::{MOST_BYTES, open_plain, read_plain, read_plain_text};
+pub use value::reading::Reading;
+pub use value::sample::{Readout, Sample};
 
 pub use crate::abi::ValueRef;
 
 #[doc(hidden)]
 pub mod macro_support {
-    pub use super::guard::set_panic_hook;
-    pub use super::plugin::{Entry, NEEDS, extension, init, shutdown};
+    pub use super::entry::guard::set_panic_hook;
+    pub use super::entry::start::{Entry, NEEDS, extension, init, shutdown};
 }

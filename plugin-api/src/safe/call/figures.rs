@@ -1,0 +1,105 @@
+//! Streams, curves and drawings, as plugins see them; keys and sorts stand in the header.
+
+use crate::abi::*;
+use crate::safe::{Result, Value, ValueRef, World, call::shared_world::service, value::owned::Owned};
+
+/// A map of keys for [`World::add_figure`] and [`World::change_figure`].
+pub fn keys<const N: usize>(entries: [(&str, Value); N]) -> Value {
+    Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
+}
+
+impl<'a> World<'a> {
+    /// Adds a stream, curve, copy or drawing (`TATU_FIGURE_*`); its number.
+    pub fn add_figure(&self, graph: tatu_object, what: u32, keys: &Value) -> Result<i64> {
+        let (mut owned, mut id) = (Owned::default(), 0);
+        let map = owned.value(keys);
+        self.check(service!(self.figures.add)(self.raw(), graph, what, Some(&map), Some(&mut id)))?;
+        Ok(id)
+    }
+    /// Changes keys of a stream.
+    pub fn change_figure(&self, graph: tatu_object, id: i64, keys: &Value) -> Result {
+        let mut owned = Owned::default();
+        let map = owned.value(keys);
+        self.check(service!(self.figures.change)(self.raw(), graph, id, Some(&map)))
+    }
+    /// Removes a stream, curve or drawing.
+    pub fn remove_figure(&self, graph: tatu_object, id: i64) -> Result {
+        self.check(service!(self.figures.change)(self.raw(), graph, id, None))
+    }
+    /// Gives a stream its next number, or a drawing items; none: empties. How many were taken.
+    pub fn put_figure(&self, graph: tatu_object, id: i64, numbers: &[f64]) -> Result<u64> {
+        let (n, mut taken) = (numbers.len() as u64, 0);
+        let put = service!(self.figures.put);
+        // SAFETY: as many as the slice has.
+        self.check(unsafe { put(self.raw(), graph, id, numbers.as_ptr(), n, Some(&mut taken)) })?;
+        Ok(taken)
+    }
+    /// A graph takes a sample under a time in s; 0: all that are not told when to.
+    pub fn record_graph(&self, graph: tatu_object, time: f64) -> Result {
+        self.check(service!(self.figures.record)(self.raw(), graph, time))
+    }
+    /// The numbers of all of one sort.
+    pub fn figures(&self, graph: tatu_object, what: u32) -> Result<Vec<i64>> {
+        let list = service!(self.figures.list);
+        // SAFETY: `out` has room for `cap`.
+        self.fill(|out, cap, n| unsafe { list(self.raw(), graph, what, out, cap, n) })
+    }
+    /// One as a map, with what it holds if `numbers`; lives until the call that you are in returns.
+    pub fn figure(&self, graph: tatu_object, id: i64, numbers: bool) -> Result<ValueRef<'a>> {
+        let mut value = ValueRef::NIL;
+        self.check(service!(self.figures.get)(self.raw(), graph, id, u32::from(numbers), Some(&mut value)))?;
+        Ok(value)
+    }
+    /// The `index`-th visible part of a shape, a map: see `tatu_host_figures.part`. `None`: it has no more.
+    pub fn part(&self, shape: tatu_object, index: u32) -> Result<Option<ValueRef<'a>>> {
+        let mut out = ValueRef::NIL;
+        let status = service!(self.figures.part)(self.raw(), shape, index, Some(&mut out));
+        self.found(status, out)
+    }
+    /// The `index`-th property of an object, a map: see `tatu_host_scene.row`. `None`: it has no more.
+    pub fn row(&self, object: tatu_object, index: u32) -> Result<Option<ValueRef<'a>>> {
+        let mut out = ValueRef::NIL;
+        let status = service!(self.scene.row)(self.raw(), object, index, Some(&mut out));
+        self.found(status, out)
+    }
+    /// The `index`-th model that plugins offer, a map of `id` and `text`; `None`: there are no more.
+    pub fn model(&self, index: u32) -> Result<Option<ValueRef<'a>>> {
+        let mut out = ValueRef::NIL;
+        let status = service!(self.scene.model)(self.raw(), index, Some(&mut out));
+        self.found(status, out)
+    }
+    /// The text of a script.
+    pub fn script_text(&self, script: tatu_object) -> Result<Vec<u8>> {
+        let mut out = ValueRef::NIL;
+        self.check(service!(self.scripts.text)(self.raw(), script, Some(&mut out)))?;
+        Ok(out.as_bytes().unwrap_or_default().to_vec())
+    }
+    /// Puts another text in the place of a script's.
+    pub fn change_script(&self, script: tatu_object, text: &[u8]) -> Result {
+        self.check(service!(self.scripts.change)(self.raw(), script, text.into()))
+    }
+    /// Puts something in as if it came from outside.
+    pub fn put_in(&self, kind: &str, what: &str) -> Result {
+        self.check(service!(self.session.put_in)(self.raw(), kind.into(), what.into()))
+    }
+    /// What a look outside gives, in the middle of a step: an input of the run. In a run that is repeated it is what the log has,
+    /// and `look` is not called. What is found is text.
+    pub fn observe(&self, kind: &str, look: impl FnOnce() -> String) -> Result<String> {
+        let mut out = Lent::EMPTY;
+        let status = service!(self.session.observed)(self.raw(), kind.into(), Some(&mut out));
+        if self.found(status, ())?.is_some() {
+            return Ok(out.text().into_owned());
+        }
+        let found = look();
+        self.check(service!(self.session.observe)(self.raw(), kind.into(), found.as_str().into()))?;
+        Ok(found)
+    }
+    /// Whether the run is to end: who waits for something outside asks every 50 ms.
+    pub fn is_interrupted(&self) -> bool {
+        self.host().session.and_then(|s| s.interrupted).is_some_and(|f| f(self.raw()) != 0)
+    }
+    /// Asks the program to go on with another scene; empty: with this one again.
+    pub fn open_scene(&self, file: &str) -> Result {
+        self.check(service!(self.session.open)(self.raw(), file.into()))
+    }
+}

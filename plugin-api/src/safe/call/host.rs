@@ -1,0 +1,109 @@
+//! The host's services, found once at start.
+
+use std::ffi::{CStr, CString, c_void};
+
+use crate::abi::*;
+use crate::safe::entry::guard;
+
+/// The number of an interned key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Prop(pub tatu_prop);
+
+/// The host, with the tables of its services; cheap to copy, valid until the plugin's shutdown.
+#[derive(Clone, Copy)]
+pub struct Host {
+    raw: *const tatu_host,
+    pub(crate) scene: Option<&'static tatu_host_scene>,
+    pub(crate) stand_ins: Option<&'static tatu_host_stand_ins>,
+    pub(crate) readings: Option<&'static tatu_host_readings>,
+    pub(crate) bodies: Option<&'static tatu_host_bodies>,
+    pub(crate) commands: Option<&'static tatu_host_commands>,
+    pub(crate) scripts: Option<&'static tatu_host_scripts>,
+    pub(crate) signals: Option<&'static tatu_host_signals>,
+    pub(crate) events: Option<&'static tatu_host_events>,
+    pub(crate) session: Option<&'static tatu_host_session>,
+    pub(crate) stage: Option<&'static tatu_host_stage>,
+    pub(crate) log: Option<&'static tatu_host_log>,
+    pub(crate) files: Option<&'static tatu_host_files>,
+    pub(crate) figures: Option<&'static tatu_host_figures>,
+}
+
+// SAFETY: the tables are constant; which thread may call which function is told by the header's tags.
+unsafe impl Send for Host {}
+// SAFETY: tables are constant after loading, and functions are called on the threads that the header names.
+unsafe impl Sync for Host {}
+
+impl Host {
+    /// # Safety
+    /// `raw` is null, or a host that lives until the plugin's shutdown.
+    pub unsafe fn new(raw: *const tatu_host) -> Option<Self> {
+        // SAFETY: the caller promises it.
+        let service = unsafe { raw.as_ref() }?.service?;
+        let find = |id: &CStr| {
+            // SAFETY: the host's entry function, called with the host it belongs to.
+            unsafe { service(raw, id.as_ptr()) }
+        };
+        // SAFETY: a table lives as long as the host, and is as large as it tells in its first word.
+        let host = unsafe {
+            Host {
+                raw,
+                scene: table(find(TATU_HOST_SCENE)),
+                stand_ins: table(find(TATU_HOST_STAND_INS)),
+                readings: table(find(TATU_HOST_READINGS)),
+                bodies: table(find(TATU_HOST_BODIES)),
+                commands: table(find(TATU_HOST_COMMANDS)),
+                scripts: table(find(TATU_HOST_SCRIPTS)),
+                signals: table(find(TATU_HOST_SIGNALS)),
+                events: table(find(TATU_HOST_EVENTS)),
+                session: table(find(TATU_HOST_SESSION)),
+                stage: table(find(TATU_HOST_STAGE)),
+                log: table(find(TATU_HOST_LOG)),
+                files: table(find(TATU_HOST_FILES)),
+                figures: table(find(TATU_HOST_FIGURES)),
+            }
+        };
+        guard::set_panic_hook(host.logger());
+        Some(host)
+    }
+
+    /// The raw table, for what these wrappers lack.
+    pub fn raw(&self) -> *const tatu_host {
+        self.raw
+    }
+    /// The table of the commands service, for script languages that call it in their inner loop.
+    pub fn commands_table(&self) -> Option<&'static tatu_host_commands> {
+        self.commands
+    }
+    /// Interns a key: "joint.position", "proximity.distance".
+    pub fn prop(&self, key: &str) -> Prop {
+        let key = CString::new(key).unwrap_or_default();
+        // SAFETY: the host's own pointer.
+        Prop(self.scene.and_then(|s| s.prop).map_or(0, |f| unsafe { f(self.raw, key.as_c_str().into()) }))
+    }
+    /// Writes a line to the log: one of `TATU_LOG_*`.
+    pub fn log(&self, level: u32, text: &str) {
+        self.write(std::ptr::null_mut(), level, text.as_bytes());
+    }
+    pub(crate) fn write(&self, world: *mut tatu_world, level: u32, text: &[u8]) {
+        if let Some(write) = self.log.and_then(|l| l.write) {
+            // SAFETY: the host's own pointer; it looks at that of the world, which may be null.
+            unsafe { write(self.raw, WorldRef::new(world), level, text.into()) };
+        }
+    }
+    pub(crate) fn logger(&self) -> impl Fn(u32, &str) + Send + Sync + 'static {
+        let host = *self;
+        move |level, text| host.log(level, text)
+    }
+}
+
+/// A table of a host, if it has one of that id as large as ours.
+///
+/// # Safety
+/// `table` is null, or lives as long as the host and begins with its size.
+unsafe fn table<T>(table: *const c_void) -> Option<&'static T> {
+    // SAFETY: the caller promises it.
+    unsafe {
+        let size = *table.cast::<u32>().as_ref()?;
+        (size as usize >= size_of::<T>()).then(|| &*table.cast::<T>())
+    }
+}

@@ -1,0 +1,12 @@
+//! What a plugin calls: its host, worlds, and what a command is called with.
+
+pub(crate) mod catalogue;
+pub(crate) mod figures;
+pub(crate) mod files;
+pub(crate) mod host;
+pub(crate) mod outgoing;
+pub(crate) mod running;
+pub(crate) mod shared_world;
+pub(crate) mod stand_ins;
+pub(crate) mod talk;
+pub(crate) mod world;

@@ -1,0 +1,57 @@
+//! Calls out of a plugin: of commands, and of functions that scripts and clients have.
+
+use crate::abi::*;
+use crate::safe::{Fail, Result, Value, ValueRef, World, call::shared_world::service, value::owned::Owned};
+
+/// How a call went.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Called {
+    /// Its results.
+    Done(Vec<Value>),
+    /// It goes on later; [`Service::resume`](crate::safe::Service::resume) will have its token.
+    Waits,
+}
+
+impl Called {
+    /// The results of what cannot wait.
+    pub(crate) fn done(self) -> Vec<Value> {
+        match self {
+            Called::Done(results) => results,
+            Called::Waits => Vec::new(),
+        }
+    }
+}
+
+/// Calls a function of the host that takes a frame, with the fields of `frame` that tell what to call; up to 64 results.
+pub(crate) fn call(
+    world: &World<'_>,
+    frame: tatu_call,
+    args: &[Value],
+    function: impl FnOnce(WorldRef<'_>, &mut tatu_call) -> tatu_status,
+) -> Result<Called> {
+    let (mark, release) = (service!(world.commands.mark), service!(world.commands.release));
+    let mut owned = Owned::default();
+    let args = owned.values(args);
+    let mut results = [ValueRef::NIL; 64];
+    let mut frame = tatu_call {
+        size: size_of::<tatu_call>() as u32,
+        args: args.as_ptr().cast(),
+        n_args: args.len() as u32,
+        results: results.as_mut_ptr().cast(),
+        results_cap: results.len() as u32,
+        ..frame
+    };
+    let here = mark(world.raw());
+    let out = match function(world.raw(), &mut frame) {
+        TATU_WAIT => Ok(Called::Waits),
+        // SAFETY: null, or the host's error of this call, which is copied at once.
+        status if status < 0 => Err(unsafe { Fail::read(status, frame.error) }),
+        _ => {
+            let results = results.iter().take(frame.n_results as usize);
+            results.map(|v| v.to_value()).collect::<Result<_>>().map(Called::Done)
+        }
+    };
+    // SAFETY: the mark of above; what came after it has been copied.
+    unsafe { release(world.raw(), here) };
+    out
+}

@@ -1,0 +1,155 @@
+//! A world that several threads look at: what commands side by side, and what is being made, may use of it.
+
+use std::ffi::CStr;
+
+use crate::abi::*;
+use crate::safe::{Fail, Host, Prop, Reading, Result, Value, ValueRef, value::owned::Owned};
+
+/// An object and its kind (`TATU_KIND_*`), checked to exist.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Object {
+    /// Generation and slot.
+    pub id: tatu_object,
+    /// `TATU_KIND_*`.
+    pub kind: i32,
+}
+
+impl Object {
+    /// The number that scripts see.
+    pub fn handle(self) -> i64 {
+        (self.id & 0xF_FFFF) as i64
+    }
+}
+
+/// A world that others look at too, on other threads: it can be looked at, and drives of joints can be set, which take effect
+/// once all have looked. See [`World`](crate::safe::World) for the rest.
+#[derive(Clone, Copy)]
+pub struct SharedWorld<'a> {
+    raw: WorldRef<'a>,
+    host: &'a Host,
+}
+
+/// A function of a table of the host, or an error that tells that this host lacks it.
+macro_rules! service {
+    ($world:ident . $table:ident . $function:ident) => {
+        $world.host().$table.and_then(|t| t.$function).ok_or_else(|| {
+            $crate::safe::Fail::unsupported(concat!(
+                "this host offers no ",
+                stringify!($table),
+                ".",
+                stringify!($function)
+            ))
+        })?
+    };
+}
+
+pub(crate) use service;
+
+impl<'a> SharedWorld<'a> {
+    pub(crate) fn new(raw: WorldRef<'a>, host: &'a Host) -> Self {
+        SharedWorld { raw, host }
+    }
+    /// The world, as functions of the host get it.
+    pub fn raw(&self) -> WorldRef<'a> {
+        self.raw
+    }
+    /// The host.
+    pub fn host(&self) -> &'a Host {
+        self.host
+    }
+    pub(crate) fn check(&self, status: tatu_status) -> Result {
+        if status >= 0 { Ok(()) } else { Err(self.refusal(status)) }
+    }
+    #[cold]
+    fn refusal(&self, status: tatu_status) -> Fail {
+        match self.host.log.and_then(|l| l.last_error) {
+            // SAFETY: null, or an error of the host, which stays until its next refusal; it is copied at once.
+            Some(last) => unsafe { Fail::read(status, last(self.raw)) },
+            None => Fail::with_code(status, "refused"),
+        }
+    }
+    /// As [`check`](Self::check); `None` where nothing is there.
+    pub(crate) fn found<T>(&self, status: tatu_status, value: T) -> Result<Option<T>> {
+        match status {
+            TATU_ERR_MISSING => Ok(None),
+            status => self.check(status).map(|()| Some(value)),
+        }
+    }
+
+    /// Checks a number that a script gave, or an id: it must name an object.
+    pub fn look(&self, object: tatu_object) -> Result<Object> {
+        let (mut id, mut kind) = (0, 0);
+        self.check(service!(self.scene.look)(self.raw, object, Some(&mut id), Some(&mut kind)))?;
+        Ok(Object { id, kind })
+    }
+    /// Reads a property; text and arrays live until the call that you are in returns.
+    pub fn get(&self, object: tatu_object, prop: Prop) -> Result<ValueRef<'a>> {
+        let mut value = ValueRef::NIL;
+        self.check(service!(self.scene.get)(self.raw, object, prop.0, Some(&mut value)))?;
+        Ok(value)
+    }
+    /// Reads `N` numbers of a property.
+    #[inline]
+    pub fn f64s<const N: usize>(&self, object: tatu_object, prop: Prop) -> Result<[f64; N]> {
+        let mut out = [0.0; N];
+        let get = service!(self.scene.get_f64);
+        // SAFETY: `out` has room for `N`.
+        self.check(unsafe { get(self.raw, object, prop.0, out.as_mut_ptr(), N as u32) })?;
+        Ok(out)
+    }
+    /// Reads one number.
+    #[inline]
+    pub fn f64(&self, object: tatu_object, prop: Prop) -> Result<f64> {
+        Ok(self.f64s::<1>(object, prop)?[0])
+    }
+    /// Sets a property.
+    pub fn set(&self, object: tatu_object, prop: Prop, value: &Value) -> Result {
+        let mut owned = Owned::default();
+        let value = owned.value(value);
+        self.check(service!(self.scene.set)(self.raw, object, prop.0, Some(&value)))
+    }
+    /// Sets numbers of a property.
+    #[inline]
+    pub fn set_f64s(&self, object: tatu_object, prop: Prop, values: &[f64]) -> Result {
+        let set = service!(self.scene.set_f64);
+        // SAFETY: as many as the slice has.
+        self.check(unsafe { set(self.raw, object, prop.0, values.as_ptr(), values.len() as u32) })
+    }
+    /// Pose in a frame (0: world): x y z, quaternion x y z w.
+    pub fn pose(&self, object: tatu_object, frame: tatu_object) -> Result<[f64; 7]> {
+        let mut out = [0.0; 7];
+        self.check(service!(self.scene.pose)(self.raw, object, frame, Some(&mut out)))?;
+        Ok(out)
+    }
+    /// Velocity of an object: m/s, rad/s, world.
+    pub fn twist(&self, object: tatu_object) -> Result<[f64; 6]> {
+        let mut out = [0.0; 6];
+        self.check(service!(self.bodies.twist)(self.raw, object, Some(&mut out)))?;
+        Ok(out)
+    }
+
+    /// One field of a sensor's last reading: a copy, which stays as it is when the sensor measures again. Cost: that copy.
+    #[inline]
+    pub fn reading(&self, sensor: tatu_object, field: Prop) -> Result<Reading> {
+        let mut view = tatu_field_view { ptr: std::ptr::null(), len: 0, elem: 0, dims: [0; 3], time: 0.0, sequence: 0 };
+        self.check(service!(self.readings.field)(self.raw, sensor, field.0, Some(&mut view)))?;
+        // SAFETY: the host has just told of it, and nothing has measured since.
+        Ok(unsafe { Reading::of(&view) })
+    }
+    /// The declaration of a sensor's `index`-th field, with its shape for this sensor: name and shape. `None`: no more.
+    pub fn field_of(&self, sensor: tatu_object, index: u32) -> Option<(&'a str, [u32; 3])> {
+        let describe = self.host.readings.and_then(|t| t.describe)?;
+        let mut field = tatu_field { size: size_of::<tatu_field>() as u32, ..tatu_field::empty() };
+        // SAFETY: as large as it tells.
+        if unsafe { describe(self.raw, sensor, index, &mut field) } < 0 || field.name.is_null() {
+            return None;
+        }
+        // SAFETY: a declaration's texts end with 0 and live as long as the world.
+        unsafe { CStr::from_ptr(field.name) }.to_str().ok().map(|name| (name, field.dims))
+    }
+
+    /// Writes a line to the log: `TATU_LOG_*`.
+    pub fn log(&self, level: u32, text: &[u8]) {
+        self.host.write(self.raw.ptr(), level, text);
+    }
+}

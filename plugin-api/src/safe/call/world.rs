@@ -1,0 +1,191 @@
+//! A world, as plugins see it: objects, poses, sensors, bodies. What is said in it stands in `talk`; what can be looked at on
+//! several threads, in `shared_world`.
+
+use std::{ffi::CString, ops::Deref};
+
+use crate::abi::*;
+use crate::safe::{Host, Result, SharedWorld, call::shared_world::service};
+
+/// The shortest way between two shapes, world frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Closest {
+    /// On the first, m.
+    pub from: [f64; 3],
+    /// On the second, m.
+    pub to: [f64; 3],
+    /// The shapes.
+    pub pair: [tatu_object; 2],
+}
+
+/// Two shapes that touch.
+pub type Contact = tatu_contact;
+
+/// A world during a call, which has it alone.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub struct World<'a>(SharedWorld<'a>);
+
+impl<'a> Deref for World<'a> {
+    type Target = SharedWorld<'a>;
+    fn deref(&self) -> &SharedWorld<'a> {
+        &self.0
+    }
+}
+
+impl<'a> World<'a> {
+    /// # Safety
+    /// `world` is a world of `host`, or null, and `'a` ends no later than the plugin's call that it was given to.
+    pub unsafe fn new(world: *mut tatu_world, host: &'a Host) -> Self {
+        // SAFETY: the caller promises it.
+        World(SharedWorld::new(unsafe { WorldRef::new(world) }, host))
+    }
+
+    /// Finds an object by path or unique name.
+    pub fn find(&self, from: tatu_object, path: &str) -> Result<tatu_object> {
+        let mut id = 0;
+        self.check(service!(self.scene.find)(self.raw(), from, path.into(), Some(&mut id)))?;
+        Ok(id)
+    }
+    /// Places an object.
+    pub fn set_pose(&self, object: tatu_object, frame: tatu_object, pose: &[f64; 7]) -> Result {
+        self.check(service!(self.scene.set_pose)(self.raw(), object, frame, Some(pose)))
+    }
+    /// Makes an object.
+    pub fn create(&self, kind: &str, parent: tatu_object, alias: &str) -> Result<tatu_object> {
+        let kind = CString::new(kind).unwrap_or_default();
+        let mut id = 0;
+        self.check(service!(self.scene.create)(
+            self.raw(),
+            kind.as_c_str().into(),
+            parent,
+            alias.into(),
+            Some(&mut id),
+        ))?;
+        Ok(id)
+    }
+    /// Removes objects.
+    pub fn remove(&self, objects: &[tatu_object]) -> Result {
+        let remove = service!(self.scene.remove);
+        // SAFETY: as many as the slice has.
+        self.check(unsafe { remove(self.raw(), objects.as_ptr(), objects.len() as u32) })
+    }
+    /// Lists objects below `base` (0: all); see the header for `kinds` and `flags`.
+    pub fn list(&self, base: tatu_object, kinds: u32, flags: u32) -> Result<Vec<tatu_object>> {
+        let list = service!(self.scene.list);
+        // SAFETY: `out` has room for `cap`.
+        self.fill(|out, cap, n| unsafe { list(self.raw(), base, kinds, flags, out, cap, n) })
+    }
+    /// Copies objects, in place; the copies in the same order.
+    pub fn copy(&self, objects: &[tatu_object]) -> Result<Vec<tatu_object>> {
+        let mut out = vec![0; objects.len()];
+        let (from, n) = (objects.as_ptr(), objects.len() as u32);
+        let copy = service!(self.scene.copy);
+        // SAFETY: `n` objects, and room for as many copies.
+        self.check(unsafe { copy(self.raw(), from, n, out.as_mut_ptr()) })?;
+        Ok(out)
+    }
+    /// Reads a scene file, or one that an importer reads, below `parent` (0: the world); its first object. `file` is what
+    /// [`World::file`] gave.
+    pub fn load(&self, file: &[u8], parent: tatu_object) -> Result<tatu_object> {
+        let mut out = 0;
+        self.check(service!(self.scene.load)(self.raw(), file.into(), parent, Some(&mut out)))?;
+        Ok(out)
+    }
+    /// Writes an object and all below it (0: the whole scene) as a scene file. `file` is what [`World::file`] gave.
+    pub fn save(&self, file: &[u8], base: tatu_object) -> Result {
+        self.check(service!(self.scene.save)(self.raw(), file.into(), base))
+    }
+    /// A list that the host writes into an array, whose length it tells.
+    pub(crate) fn fill<T: Copy + Default>(
+        &self,
+        call: impl Fn(*mut T, u32, Option<&mut u32>) -> tatu_status,
+    ) -> Result<Vec<T>> {
+        let (mut out, mut n) = (vec![T::default(); 64], 0);
+        loop {
+            self.check(call(out.as_mut_ptr(), out.len() as u32, Some(&mut n)))?;
+            if n as usize <= out.len() {
+                out.truncate(n as usize);
+                return Ok(out);
+            }
+            out.resize(n as usize, T::default());
+        }
+    }
+    /// Handles a sensor now; `only`: see only this object, 0: all.
+    pub fn sense_now(&self, sensor: tatu_object, only: tatu_object) -> Result {
+        self.check(service!(self.readings.sense_now)(self.raw(), sensor, only))
+    }
+    /// Handles a sensor now, with a look of its own; `size` is set here.
+    pub fn look_through(&self, sensor: tatu_object, look: tatu_look) -> Result {
+        let look = tatu_look { size: size_of::<tatu_look>() as u32, ..look };
+        let look_through = service!(self.readings.look);
+        // SAFETY: as large as it tells.
+        self.check(unsafe { look_through(self.raw(), sensor, &look) })
+    }
+    /// Forgets a sensor's reading.
+    pub fn reset_reading(&self, sensor: tatu_object) -> Result {
+        self.check(service!(self.readings.reset)(self.raw(), sensor))
+    }
+    /// The sensors that fill a schema ("proximity/1").
+    pub fn sensors(&self, schema: &str) -> Result<Vec<tatu_object>> {
+        let schema = CString::new(schema).unwrap_or_default();
+        let list = service!(self.readings.list);
+        // SAFETY: `out` has room for `cap`.
+        self.fill(|out, cap, n| unsafe { list(self.raw(), schema.as_c_str().into(), out, cap, n) })
+    }
+    /// Sets the velocity of a dynamic shape.
+    pub fn set_twist(&self, object: tatu_object, twist: &[f64; 6]) -> Result {
+        self.check(service!(self.bodies.set_twist)(self.raw(), object, Some(twist)))
+    }
+    /// Pushes a dynamic shape in the next physics step: N and N m at its centre of mass, world.
+    pub fn push(&self, object: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
+        self.check(service!(self.bodies.push)(self.raw(), object, Some(force), Some(torque)))
+    }
+    /// Touching pairs of a shape, or (0) of all.
+    pub fn contacts(&self, object: tatu_object) -> Result<Vec<Contact>> {
+        let contacts = service!(self.bodies.contacts);
+        // SAFETY: `out` has room for `cap`.
+        self.fill(|out, cap, n| unsafe { contacts(self.raw(), object, out, cap, n) })
+    }
+
+    /// Friction at the contacts of [`Self::contacts`], in the same order: N, world, on the second shape.
+    pub fn frictions(&self, object: tatu_object) -> Result<Vec<[f64; 3]>> {
+        let frictions = service!(self.bodies.frictions);
+        // SAFETY: `out` has room for `cap`.
+        let numbers: Vec<f64> = self.fill(|out, cap, n| unsafe { frictions(self.raw(), object, out, cap, n) })?;
+        Ok(numbers.as_chunks::<3>().0.to_vec())
+    }
+
+    /// The shortest way from any shape of a list to any of another (empty: to any other shape), no longer than `limit`
+    /// if that is above 0: both ends, and the two shapes. `None`: there is none so near.
+    pub fn closest(&self, a: &[tatu_object], b: &[tatu_object], limit: f64) -> Result<Option<Closest>> {
+        let (mut points, mut pair) = ([0.0; 6], [0; 2]);
+        let (ap, an, bp, bn) = (a.as_ptr(), a.len() as u32, b.as_ptr(), b.len() as u32);
+        let closest = service!(self.bodies.closest);
+        // SAFETY: as many as the slices have.
+        let status = unsafe { closest(self.raw(), ap, an, bp, bn, limit, Some(&mut points), Some(&mut pair)) };
+        let [a, b, c, d, e, f] = points;
+        self.found(status, Closest { from: [a, b, c], to: [d, e, f], pair })
+    }
+    /// Whether the engine moves an object: dynamic shapes and joints between two bodies, once physics has run.
+    pub fn is_dynamic(&self, object: tatu_object) -> Result<bool> {
+        let mut yes = 0;
+        self.check(service!(self.bodies.is_dynamic)(self.raw(), object, Some(&mut yes)))?;
+        Ok(yes != 0)
+    }
+    /// Asks for a change of state, which takes effect after passes: one of `TATU_REQUEST_*`.
+    pub fn request(&self, what: u32) -> Result {
+        self.check(service!(self.session.request)(self.raw(), what))
+    }
+    /// The `index`-th thing that came in from outside since the start, but for what services did: its kind ("key") and
+    /// its text. `None`: no more has come.
+    pub fn input(&self, index: u64) -> Option<(String, String)> {
+        let input = self.host().session?.input?;
+        let (mut kind, mut text) = (Lent::EMPTY, Lent::EMPTY);
+        let found = input(self.raw(), index, Some(&mut kind), Some(&mut text)) >= 0;
+        found.then(|| (kind.text().into_owned(), text.text().into_owned()))
+    }
+    /// Runs one stage now, as a driver does: one of `TATU_STAGE_*`.
+    pub fn run_stage(&self, stage: u32, dt: f64) -> Result {
+        self.check(service!(self.stage.run)(self.raw(), stage, dt))
+    }
+}

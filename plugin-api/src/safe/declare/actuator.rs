@@ -1,0 +1,224 @@
+//! Actuator kinds: motion and commands in, wrench and effort out.
+
+use std::{cell::RefCell, ffi::c_void, sync::Arc};
+
+use crate::abi::*;
+use crate::safe::{
+    Change, Fail, Instance, Param, Params, Plugin, Result, SharedWorld, ValueRef,
+    declare::plugin::Started,
+    entry::{
+        guard,
+        life::{self, Info, Life},
+    },
+    value::{keep::Keep, once::once},
+};
+
+/// How the mount of one actuator of a batch moves, and what it is told to do.
+pub struct Drive<'a> {
+    batch: &'a tatu_actuator_batch,
+    commands: &'a [f64],
+    i: usize,
+}
+
+impl<'a> Drive<'a> {
+    /// The value of this instance in an array that has one for each.
+    fn own<T: Copy>(&self, array: *const T) -> T {
+        // SAFETY: the host's arrays have one for each instance.
+        unsafe { *array.add(self.i) }
+    }
+    /// Simulation time, s.
+    pub fn time(&self) -> f64 {
+        self.batch.time
+    }
+    /// How long what is given acts: the time until the next call, s.
+    pub fn dt(&self) -> f64 {
+        self.batch.dt
+    }
+    /// The actuator.
+    pub fn actuator(&self) -> tatu_object {
+        self.own(self.batch.actuator)
+    }
+    /// The mount's pose in the world: x y z, quaternion x y z w.
+    pub fn pose(&self) -> [f64; 7] {
+        self.own(self.batch.pose.cast())
+    }
+    /// A direction of the mount's frame, in the world.
+    pub fn to_world(&self, v: [f64; 3]) -> [f64; 3] {
+        let [_, _, _, x, y, z, w] = self.pose();
+        let cross = |a: [f64; 3], b: [f64; 3]| {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        let t = cross([x, y, z], v).map(|c| 2.0 * c);
+        let u = cross([x, y, z], t);
+        [v[0] + w * t[0] + u[0], v[1] + w * t[1] + u[1], v[2] + w * t[2] + u[2]]
+    }
+    /// The mount's twist: m/s, then rad/s, world.
+    pub fn twist(&self) -> [f64; 6] {
+        self.own(self.batch.twist.cast())
+    }
+    /// Position and velocity of the joint it sits on: rad or m; 0 without one.
+    pub fn joint(&self) -> [f64; 2] {
+        self.own(self.batch.joint.cast())
+    }
+    /// What it is told to do, in the order of [`Actuator::commands`].
+    pub fn commands(&self) -> &'a [f64] {
+        self.commands
+    }
+}
+
+/// What one actuator does until the next call, and what it remembers; all is zero at first.
+pub struct Output<'a> {
+    /// Force on the mount's origin, N, world.
+    pub force: [f64; 3],
+    /// Torque on the mount, N m, world.
+    pub torque: [f64; 3],
+    /// Torque N m or force N of the joint it sits on.
+    pub effort: f64,
+    /// [`Actuator::STATE`] numbers that live from call to call; zero again when the scene is reset.
+    pub state: &'a mut [f64],
+}
+
+/// A kind of actuator. One value per actuator in a world.
+pub trait Actuator: Sized + Send + Sync + 'static {
+    /// The plugin that offers it.
+    type Plugin: Plugin;
+    /// What scenes write: "thruster".
+    const ID: &'static str;
+    /// One sentence.
+    const TEXT: &'static str;
+    /// Whether it is asked before each engine step, instead of once per step of the world.
+    const EVERY_SUBSTEP: bool = false;
+    /// Numbers that each remembers between calls: [`Output::state`]. The host keeps them, so that they stand in snapshots and go
+    /// through a reload.
+    const STATE: usize = 0;
+    /// Version of these numbers and of what [`Actuator::save`] writes; count it when their meaning changes.
+    const STATE_VERSION: u32 = 0;
+
+    /// Its parameters.
+    fn params() -> Vec<Param>;
+    /// What it may be told to do: floats, which scenes set like parameters and scripts at any time.
+    fn commands() -> Vec<Param>;
+    /// Makes one. `world` can be looked at.
+    fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
+    /// Takes new values of live parameters: `changed` has a bit for each, in the order of declaration; what it remembers stays.
+    /// After an error it is as if nothing had changed. A parameter with [`Param::rebuilds`] never comes here.
+    fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
+        let _ = (params, changed);
+        Ok(Change::Rebuild)
+    }
+    /// What its output depends on beside parameters, commands and [`Actuator::STATE`], for a snapshot. Most have no such thing.
+    fn save(&self) -> Result<Vec<u8>> {
+        Ok(Vec::new())
+    }
+    /// Takes back what `save` of `version` wrote, into an actuator made with the same parameters.
+    fn load(&self, bytes: &[u8], version: u32) -> Result {
+        let _ = version;
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+    }
+    /// Turns a command into forces. Must not block; runs on several threads.
+    fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result;
+}
+
+pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
+    let params = params_of::<A>().iter().map(|p| p.keep(keep)).collect();
+    let commands: Vec<_> = commands_of::<A>().iter().map(|p| p.keep(keep)).collect();
+    let raw = tatu_actuator {
+        size: size_of::<tatu_actuator>() as u32,
+        flags: if A::EVERY_SUBSTEP { TATU_ACTUATOR_EVERY_SUBSTEP } else { 0 },
+        n_commands: commands.len() as u32,
+        reserved: 0,
+        id: keep.text(A::ID),
+        text: keep.text(A::TEXT),
+        params: keep.list(params),
+        commands: keep.list(commands),
+        life: keep.table(life::table::<Data<A>>(A::STATE * size_of::<f64>())),
+        apply: Some(apply::<A>),
+    };
+    keep.table(raw)
+}
+
+/// What the host keeps as `data`.
+struct Data<A> {
+    /// In a cell: while it is configured nothing else may use it, not even what it calls itself. Each instance is used
+    /// by one thread at a time.
+    actuator: RefCell<A>,
+    /// As many as the host was told.
+    n_commands: usize,
+}
+
+struct OfActuator<A>(A);
+struct Commands<A>(A);
+
+fn params_of<A: Actuator>() -> Arc<[Param]> {
+    once::<OfActuator<A>, _>(A::params)
+}
+fn commands_of<A: Actuator>() -> Arc<[Param]> {
+    once::<Commands<A>, _>(A::commands)
+}
+
+#[cold]
+fn in_use() -> Fail {
+    Fail::with_code(TATU_ERR_BUSY, "the actuator is being configured")
+}
+
+impl<A: Actuator> Life for Data<A> {
+    type Plugin = A::Plugin;
+    const STATE_VERSION: u32 = A::STATE_VERSION;
+
+    fn create(_: &Started<A::Plugin>, info: &Info<'_>) -> Result<Self> {
+        let actuator = A::create(&info.world, info.instance, &Params::new(info.params, &params_of::<A>()))?;
+        Ok(Data { actuator: actuator.into(), n_commands: commands_of::<A>().len() })
+    }
+    fn configure(&self, params: &[ValueRef<'_>], changed: u64) -> Result<Change> {
+        let mut actuator = self.actuator.try_borrow_mut().map_err(|_| in_use())?;
+        actuator.configure(&Params::new(params, &params_of::<A>()), changed)
+    }
+    fn save(&self) -> Result<Vec<u8>> {
+        self.actuator.try_borrow().map_err(|_| in_use())?.save()
+    }
+    fn load(&self, bytes: &[u8], version: u32) -> Result {
+        self.actuator.try_borrow().map_err(|_| in_use())?.load(bytes, version)
+    }
+}
+
+unsafe extern "C" fn apply<A: Actuator>(
+    _: *mut c_void,
+    batch: *const tatu_actuator_batch,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: the host gives a valid batch; its instances belong to this call alone.
+        let batch = unsafe { batch.as_ref() }.ok_or_else(|| Fail::new("the host gave no batch"))?;
+        // The state is copied in and out: the block itself is the host's.
+        let mut state = vec![0.0; A::STATE];
+        for i in 0..batch.n as usize {
+            // SAFETY: one entry per instance in each array, as many commands as declared, and a state block as large as
+            // told, whose alignment is that of the host's numbers of 8 bytes.
+            unsafe {
+                let data = life::of::<Data<A>>(*batch.data.add(i));
+                // Null where it has no bytes.
+                let block = (*batch.state.add(i)).cast::<f64>();
+                if A::STATE > 0 {
+                    std::ptr::copy_nonoverlapping(block, state.as_mut_ptr(), A::STATE);
+                }
+                let commands = match data.n_commands {
+                    0 => &[],
+                    n => std::slice::from_raw_parts(*batch.command.add(i), n),
+                };
+                let mut out = Output { force: [0.0; 3], torque: [0.0; 3], effort: 0.0, state: &mut state };
+                let actuator = data.actuator.try_borrow().map_err(|_| in_use());
+                if let Err(fail) = actuator.and_then(|a| a.apply(&Drive { batch, commands, i }, &mut out)) {
+                    *batch.status.add(i) = fail.write(error);
+                    continue;
+                }
+                let wrench = batch.wrench.cast::<[[f64; 3]; 2]>().add(i);
+                *wrench = [out.force, out.torque];
+                *batch.effort.add(i) = out.effort;
+                if A::STATE > 0 {
+                    std::ptr::copy_nonoverlapping(state.as_ptr(), block, A::STATE);
+                }
+            }
+        }
+        Ok(TATU_OK)
+    })
+}

@@ -1,0 +1,196 @@
+//! Commands: declared once, callable from every script language, remote client and plugin.
+
+use std::{ffi::c_void, ptr::null};
+
+use crate::abi::*;
+use crate::safe::{
+    Call, IntoResult, Param, Plugin, Result, SharedCall, Value,
+    call::running::{alone, shared},
+    declare::plugin::{Command, Function, Name, Run, RunShared, Status},
+    value::keep::Keep,
+};
+
+impl<P: Plugin> Command<P> {
+    /// A command with its first name and its function, which worlds on several threads call at once. Where the function uses
+    /// [`Call::instance`] or [`SharedCall::plugin`], the compiler must be told whose it is: `Command::<Self>::new(...)`.
+    ///
+    /// One that may wait gives [`Outcome::Waiting`](crate::safe::Outcome), as `wait_steps` and its like do, or `Done`:
+    ///
+    /// ```
+    /// # use tatu_plugin_api::safe::*;
+    /// # fn offer<P: Plugin>(offer: &mut Offer<P>) {
+    /// offer.command(Command::<P>::new("mine.later", |c| {
+    ///     if c.resumed() == 0 {
+    ///         return c.wait_steps(10, 1); // called again with this word, and without arguments
+    ///     }
+    ///     c.ret("ten steps later");
+    ///     Ok(Outcome::Done)
+    /// }));
+    /// # }
+    /// ```
+    pub fn new<T: IntoResult + 'static>(
+        name: impl Into<String>,
+        run: impl Fn(&mut Call<'_, P>) -> Result<T> + Send + Sync + 'static,
+    ) -> Self {
+        Self::with(name.into(), Function::Alone(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
+    }
+    /// One that scripts which run side by side may call too, on several threads at once. What it has of the world can be looked
+    /// at; of what [`SharedWorld::set`](crate::safe::SharedWorld::set) could change, drives of joints only.
+    pub fn side_by_side<T: IntoResult + 'static>(
+        name: impl Into<String>,
+        run: impl Fn(&mut SharedCall<'_, P>) -> Result<T> + Send + Sync + 'static,
+    ) -> Self {
+        Self::with(name.into(), Function::Shared(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
+    }
+    fn with(name: String, run: Function<P>) -> Self {
+        Command {
+            names: vec![Name { name, on_error: None, until: None }],
+            params: Vec::new(),
+            returns: Vec::new(),
+            text: String::new(),
+            example: String::new(),
+            no_wait: None,
+            raw: false,
+            status: Status::Full,
+            notes: String::new(),
+            subject: String::new(),
+            run,
+        }
+    }
+    /// Another name.
+    pub fn alias(mut self, name: impl Into<String>) -> Self {
+        self.names.push(Name { name: name.into(), on_error: None, until: None });
+        self
+    }
+    /// Another name, whose errors go to the log and give these values instead.
+    pub fn old_name(mut self, name: impl Into<String>, on_error: impl Into<Vec<Value>>) -> Self {
+        self.names.push(Name { name: name.into(), on_error: Some(on_error.into()), until: None });
+        self
+    }
+    /// The first dialect, a version, for whose scripts errors of old names are errors again.
+    pub fn old_names_until(mut self, dialect: &str) -> Self {
+        self.names.iter_mut().filter(|n| n.on_error.is_some()).for_each(|n| n.until = Some(dialect.into()));
+        self
+    }
+    /// It does less than what is documented: what is missing.
+    pub fn partial(mut self, notes: impl Into<String>) -> Self {
+        (self.status, self.notes) = (Status::Partial, notes.into());
+        self
+    }
+    /// It does nothing but give a neutral value: why.
+    pub fn stub(mut self, notes: impl Into<String>) -> Self {
+        (self.status, self.notes) = (Status::Stub, notes.into());
+        self
+    }
+    /// What differs, for people, of a command that does all.
+    pub fn notes(mut self, notes: impl Into<String>) -> Self {
+        self.notes = notes.into();
+        self
+    }
+    /// What it is about, one word, unless that was told before.
+    pub fn subject(mut self, subject: &str) -> Self {
+        if self.subject.is_empty() {
+            self.subject = subject.into();
+        }
+        self
+    }
+    /// Its first name.
+    pub fn name(&self) -> &str {
+        &self.names[0].name
+    }
+    /// Whether it has an example.
+    pub fn has_example(&self) -> bool {
+        !self.example.is_empty()
+    }
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        self.names.iter().map(|n| n.name.as_str())
+    }
+    /// The next parameter.
+    pub fn param(mut self, param: Param) -> Self {
+        self.params.push(param);
+        self
+    }
+    /// Takes arguments as they come; parameters are for people only.
+    pub fn raw(mut self) -> Self {
+        self.raw = true;
+        self
+    }
+    /// The next result.
+    pub fn returns(mut self, param: Param) -> Self {
+        self.returns.push(param);
+        self
+    }
+    /// What it does: one sentence.
+    pub fn text(mut self, text: impl Into<String>) -> Self {
+        self.text = text.into();
+        self
+    }
+    /// A script in Lua that raises where the effect is not there.
+    pub fn example(mut self, example: impl Into<String>) -> Self {
+        self.example = example.into();
+        self
+    }
+    /// The error where waiting is not possible, whole: what cannot be done, and what to do instead.
+    pub fn no_wait(mut self, text: impl Into<String>) -> Self {
+        self.no_wait = Some(text.into());
+        self
+    }
+
+    pub(crate) fn keep(self, keep: &mut Keep) -> *const tatu_command {
+        let names = self
+            .names
+            .iter()
+            .map(|n| {
+                let raw = tatu_name {
+                    size: size_of::<tatu_name>() as u32,
+                    flags: if n.on_error.is_some() { TATU_NAME_OLD_ERRORS } else { 0 },
+                    name: keep.text(&n.name),
+                    n_on_error: n.on_error.as_ref().map_or(0, |v| v.len() as u32),
+                    reserved: 0,
+                    on_error: n.on_error.as_ref().map_or(null(), |v| keep.values(v)),
+                    on_error_until: n.until.as_ref().map_or(null(), |u| keep.text(u)),
+                };
+                keep.table(raw)
+            })
+            .collect();
+        let params = self.params.iter().map(|p| p.keep(keep)).collect();
+        let returns = self.returns.iter().map(|p| p.keep(keep)).collect();
+        let side_by_side = matches!(self.run, Function::Shared(_));
+        let (user, call): (*const c_void, unsafe extern "C" fn(*mut tatu_call) -> tatu_status) = match self.run {
+            Function::Alone(run) => (keep.table::<Run<P>>(run).cast(), alone::<P>),
+            Function::Shared(run) => (keep.table::<RunShared<P>>(run).cast(), shared::<P>),
+        };
+        let raw = tatu_command {
+            size: size_of::<tatu_command>() as u32,
+            flags: if self.raw { TATU_COMMAND_RAW } else { 0 }
+                | if side_by_side { TATU_COMMAND_SIDE_BY_SIDE } else { 0 },
+            names: keep.list(names),
+            params: keep.list(params),
+            returns: keep.list(returns),
+            text: keep.text(&self.text),
+            example: keep.text(&self.example),
+            no_wait: self.no_wait.as_ref().map_or(null(), |t| keep.text(t)),
+            user,
+            call: Some(call),
+            status: self.status as u32,
+            reserved: 0,
+            notes: if self.notes.is_empty() { null() } else { keep.text(&self.notes) },
+            subject: if self.subject.is_empty() { null() } else { keep.text(&self.subject) },
+        };
+        keep.table(raw)
+    }
+}
+
+/// A named value for scripts.
+#[derive(Debug, Clone)]
+pub struct Constant {
+    pub(crate) name: String,
+    pub(crate) value: Value,
+}
+
+impl Constant {
+    /// A name and its value.
+    pub fn new(name: impl Into<String>, value: impl Into<Value>) -> Self {
+        Constant { name: name.into(), value: value.into() }
+    }
+}

@@ -1,0 +1,40 @@
+//! Events: declared by whoever publishes them.
+
+use crate::abi::*;
+use crate::safe::{Param, value::keep::Keep};
+
+/// An event that a plugin publishes with [`World::publish`](crate::safe::World::publish).
+pub struct Event {
+    name: String,
+    text: String,
+    fields: Vec<Param>,
+}
+
+impl Event {
+    /// An event by name; it begins with a name space of its own: "gripper.closed".
+    pub fn new(name: impl Into<String>) -> Self {
+        Event { name: name.into(), text: String::new(), fields: Vec::new() }
+    }
+    /// When it is published: one sentence.
+    pub fn text(mut self, text: impl Into<String>) -> Self {
+        self.text = text.into();
+        self
+    }
+    /// The next field of its payload.
+    pub fn field(mut self, field: Param) -> Self {
+        self.fields.push(field);
+        self
+    }
+
+    pub(crate) fn keep(self, keep: &mut Keep) -> *const tatu_event {
+        let fields = self.fields.iter().map(|f| f.keep(keep)).collect();
+        let raw = tatu_event {
+            size: size_of::<tatu_event>() as u32,
+            reserved: 0,
+            name: keep.text(&self.name),
+            text: keep.text(&self.text),
+            fields: keep.list(fields),
+        };
+        keep.table(raw)
+    }
+}

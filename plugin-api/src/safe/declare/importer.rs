@@ -1,0 +1,72 @@
+//! Importers: from the bytes of a file to objects.
+
+use std::{ffi::c_void, sync::Arc};
+
+use crate::abi::*;
+use crate::safe::{
+    Builder, Param, Params, Plugin, Result, ValueRef,
+    entry::guard,
+    value::{fail::bytes_of, keep::Keep, once::once},
+};
+
+/// An importer.
+pub trait Importer: Sized + 'static {
+    /// The plugin that offers it.
+    type Plugin: Plugin;
+    /// What scenes write: "urdf".
+    const ID: &'static str;
+    /// One sentence.
+    const TEXT: &'static str;
+    /// Endings of file names: ".urdf".
+    const SUFFIXES: &'static [&'static str];
+
+    /// Its parameters.
+    fn params() -> Vec<Param>;
+    /// 0 to 100: how sure it is that it reads a file that begins with `head`. 0: by suffix only.
+    fn sniff(head: &[u8]) -> u32;
+    /// Reads a file: the first object is the base. An error tells its line with `Fail::at("", line)`; hostile bytes
+    /// give one, never a crash.
+    fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result;
+}
+
+struct OfImporter<I>(I);
+
+fn params_of<I: Importer>() -> Arc<[Param]> {
+    once::<OfImporter<I>, _>(I::params)
+}
+
+pub(crate) fn table<I: Importer>(keep: &mut Keep) -> *const tatu_importer {
+    let params = params_of::<I>().iter().map(|p| p.keep(keep)).collect();
+    let raw = tatu_importer {
+        size: size_of::<tatu_importer>() as u32,
+        reserved: 0,
+        id: keep.text(I::ID),
+        text: keep.text(I::TEXT),
+        suffixes: keep.texts(I::SUFFIXES),
+        params: keep.list(params),
+        sniff: Some(sniff::<I>),
+        load: Some(load::<I>),
+    };
+    keep.table(raw)
+}
+
+unsafe extern "C" fn sniff<I: Importer>(_: *mut c_void, head: tatu_str) -> u32 {
+    // SAFETY: the host's bytes live during the call.
+    guard::quiet(|| I::sniff(unsafe { bytes_of(head) }))
+}
+
+unsafe extern "C" fn load<I: Importer>(
+    _: *mut c_void,
+    bytes: tatu_str,
+    builder: *const tatu_builder,
+    params: *const tatu_value,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        let declared = params_of::<I>();
+        // SAFETY: the host gives live bytes, a live builder and one value per declared parameter.
+        let (bytes, raw, values) = unsafe { (bytes_of(bytes), &*builder, ValueRef::slice(params, declared.len())) };
+        I::load(bytes, &Builder::new(raw), &Params::new(values, &declared))?;
+        Ok(TATU_OK)
+    })
+}

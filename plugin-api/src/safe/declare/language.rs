@@ -1,0 +1,317 @@
+//! Script languages.
+
+use std::{
+    ffi::{CString, c_char, c_void},
+    sync::Mutex,
+};
+
+use crate::abi::*;
+use crate::safe::{
+    Fail, Instance, Plugin, Result, ValueRef, World,
+    call::running,
+    declare::plugin::Started,
+    entry::{
+        guard,
+        life::{self, Info, Life},
+    },
+    value::{fail::bytes_of, keep::Keep},
+};
+
+/// What a script may use up in one call; 0: no limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Budget {
+    /// Instructions of the language's virtual machine.
+    pub instructions: u64,
+    /// Bytes of the script's state.
+    pub memory: u64,
+}
+
+/// How a call of a script ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Flow {
+    /// It returned.
+    Done,
+    /// It is suspended in a command that waits; the host will resume that wait's token.
+    Waiting,
+}
+
+/// The frame of a call into a script: arguments in, results out.
+pub struct Frame<'a> {
+    raw: &'a mut tatu_call,
+}
+
+impl<'a> Frame<'a> {
+    /// The C frame.
+    pub fn raw(&mut self) -> *mut tatu_call {
+        self.raw
+    }
+    /// The arguments.
+    pub fn args(&self) -> &'a [ValueRef<'a>] {
+        // SAFETY: the host gives `n_args` values, valid during the call.
+        unsafe { ValueRef::slice(self.raw.args, self.raw.n_args as usize) }
+    }
+    /// Adds a result.
+    ///
+    /// # Safety
+    /// What it points to lives until the caller has read it.
+    pub unsafe fn push(&mut self, value: tatu_value) -> Result {
+        if self.raw.n_results >= self.raw.results_cap {
+            return Err(Fail::with_code(TATU_ERR_SPACE, "too many results"));
+        }
+        // SAFETY: the caller's array has room for `results_cap`.
+        unsafe { *self.raw.results.add(self.raw.n_results as usize) = value };
+        self.raw.n_results += 1;
+        Ok(())
+    }
+    /// Memory that lives until the caller has read the results; 8-byte aligned; null: no room.
+    pub fn alloc(&mut self, bytes: usize) -> *mut u8 {
+        running::alloc(self.raw, bytes)
+    }
+}
+
+/// A script language: one value per script.
+pub trait Language: Sized + 'static {
+    /// The plugin that offers it.
+    type Plugin: Plugin;
+    /// "lua"
+    const ID: &'static str;
+    /// One sentence.
+    const TEXT: &'static str;
+    /// ".lua"
+    const SUFFIXES: &'static [&'static str];
+
+    /// Makes the state of a script; no text yet. Who keeps the world for later calls does so at his own risk, see
+    /// [`World::new`].
+    fn create(world: &World<'_>, instance: Instance) -> Result<Self>;
+    /// Takes the text; `dialect` may be empty. Returns the dialect chosen.
+    fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String>;
+    /// What the host must know of it, once its text is loaded: `TATU_SCRIPT_*`.
+    fn traits(&self) -> u32 {
+        0
+    }
+    /// The order of scripts, `TATU_ORDER_*`, in a world whose scene names this dialect or, where that is empty, that has
+    /// modern scripts or none; 0: deepest first.
+    fn order(&self, _dialect: &str, _modern: bool) -> u32 {
+        0
+    }
+    /// Where the script is while a command that it called runs: file, line and traceback of a failure.
+    fn place(&self) -> Option<Fail> {
+        None
+    }
+    /// A number for something callable, or 0: `TATU_FIND_*`.
+    fn find(&self, how: u32, name: &[u8]) -> u32;
+    /// Calls it; `used` counts instructions.
+    fn call(&self, callable: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
+    /// A wait is over; the arguments are its results, or it failed.
+    fn resume(
+        &self,
+        token: u64,
+        failed: Option<Fail>,
+        frame: &mut Frame<'_>,
+        budget: Budget,
+        used: &mut u64,
+    ) -> Result<Flow>;
+    /// Version of what [`Language::save`] writes; count it when that changes.
+    const STATE_VERSION: u32 = 0;
+    /// The state of the script, for a snapshot; a failure says which variable cannot be written. The script that goes
+    /// on must not notice.
+    fn save(&self) -> Result<Vec<u8>> {
+        Err(Fail::unsupported("this language cannot write the state of a script"))
+    }
+    /// Takes back what `save` of `version` wrote; the text has been loaded, and has not run.
+    fn restore(&self, bytes: &[u8], version: u32) -> Result<()> {
+        let _ = (bytes, version);
+        Err(Fail::unsupported("this language cannot read the state of a script"))
+    }
+    /// Makes a borrowed function last: its lasting id, 0 if it is gone.
+    fn keep_func(&self, local: u32) -> u32;
+    /// Gives a kept function up.
+    fn drop_func(&self, local: u32);
+    /// Calls a function, borrowed or kept.
+    fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
+    /// Whether it knows a dialect that a scene names; the error tells what it knows. By default any is taken.
+    fn knows_dialect(_dialect: &str) -> Result {
+        Ok(())
+    }
+}
+
+struct Data<L> {
+    language: L,
+    /// The dialect told to the host, which may look at it as long as the instance lives.
+    dialect: Mutex<CString>,
+}
+
+impl<L: Language> Life for Data<L> {
+    type Plugin = L::Plugin;
+    const STATE_VERSION: u32 = L::STATE_VERSION;
+
+    fn create(_: &Started<L::Plugin>, info: &Info<'_>) -> Result<Self> {
+        Ok(Data { language: L::create(&info.world, info.instance)?, dialect: Mutex::default() })
+    }
+    fn save(&self) -> Result<Vec<u8>> {
+        self.language.save()
+    }
+    fn load(&self, bytes: &[u8], version: u32) -> Result {
+        self.language.restore(bytes, version)
+    }
+}
+
+/// Asks the script of a call something.
+///
+/// # Safety
+/// `data` is what the host was given for it.
+unsafe fn ask<L: Language, T: Default>(data: *mut c_void, ask: impl FnOnce(&L) -> T) -> T {
+    // SAFETY: the caller promises it.
+    let script = unsafe { &life::of::<Data<L>>(data).language };
+    guard::quiet(|| ask(script))
+}
+
+pub(crate) fn table<L: Language>(keep: &mut Keep, flags: u32) -> *const tatu_language {
+    let raw = tatu_language {
+        size: size_of::<tatu_language>() as u32,
+        flags,
+        id: keep.text(L::ID),
+        text: keep.text(L::TEXT),
+        suffixes: keep.texts(L::SUFFIXES),
+        life: keep.table(life::table::<Data<L>>(0)),
+        load: Some(load::<L>),
+        find: Some(find::<L>),
+        call: Some(call::<L>),
+        resume: Some(resume::<L>),
+        keep_func: Some(keep_func::<L>),
+        drop_func: Some(drop_func::<L>),
+        call_func: Some(call_func::<L>),
+        knows_dialect: Some(knows_dialect::<L>),
+        traits: Some(traits::<L>),
+        order: Some(order::<L>),
+        place: Some(place::<L>),
+    };
+    keep.table(raw)
+}
+
+unsafe extern "C" fn knows_dialect<L: Language>(
+    _: *mut c_void,
+    dialect: tatu_str,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: the host's text lives during the call.
+        let dialect = String::from_utf8_lossy(unsafe { bytes_of(dialect) });
+        L::knows_dialect(&dialect)?;
+        Ok(TATU_OK)
+    })
+}
+
+unsafe extern "C" fn load<L: Language>(
+    data: *mut c_void,
+    text: tatu_str,
+    chunk: tatu_str,
+    dialect: tatu_str,
+    chosen: *mut tatu_str,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: made by `create`; texts are valid during the call.
+        let (data, text, chunk, dialect) =
+            unsafe { (life::of::<Data<L>>(data), bytes_of(text), bytes_of(chunk), bytes_of(dialect)) };
+        let (chunk, dialect) = (String::from_utf8_lossy(chunk), String::from_utf8_lossy(dialect));
+        let result = CString::new(data.language.load(text, &chunk, &dialect)?).unwrap_or_default();
+        let len = result.as_bytes().len() as u64;
+        let mut kept = data.dialect.lock().map_err(|_| Fail::new("the script's state is unusable"))?;
+        *kept = result;
+        // SAFETY: the host gives a place for the answer.
+        unsafe { *chosen = tatu_str { ptr: kept.as_ptr().cast::<c_char>(), len } };
+        Ok(TATU_OK)
+    })
+}
+
+unsafe extern "C" fn traits<L: Language>(data: *mut c_void) -> u32 {
+    // SAFETY: by the contract; here and below.
+    unsafe { ask(data, L::traits) }
+}
+
+unsafe extern "C" fn order<L: Language>(data: *mut c_void, dialect: tatu_str, modern: u32) -> u32 {
+    // SAFETY: by the contract; the text is valid during the call.
+    unsafe { ask(data, |script: &L| script.order(&Lent::new(dialect).text(), modern != 0)) }
+}
+
+unsafe extern "C" fn place<L: Language>(data: *mut c_void, error: *mut tatu_error) {
+    // SAFETY: by the contract; the host's error object.
+    unsafe {
+        if let Some(place) = ask(data, L::place) {
+            place.write(error);
+        }
+    }
+}
+
+unsafe extern "C" fn find<L: Language>(data: *mut c_void, how: u32, name: tatu_str) -> u32 {
+    // SAFETY: by the contract; the name is valid during the call.
+    unsafe { ask(data, |script: &L| script.find(how, bytes_of(name))) }
+}
+
+/// Runs one entry into the script.
+fn enter<L: Language>(
+    data: *mut c_void,
+    frame: *mut tatu_call,
+    budget: *const tatu_budget,
+    used: *mut u64,
+    error: *mut tatu_error,
+    f: impl FnOnce(&L, &mut Frame<'_>, Budget, &mut u64) -> Result<Flow>,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: made by `create`; the host gives valid pointers.
+        let (script, raw, budget, used) =
+            unsafe { (&life::of::<Data<L>>(data).language, &mut *frame, &*budget, &mut *used) };
+        let budget = Budget { instructions: budget.instructions, memory: budget.memory };
+        let flow = f(script, &mut Frame { raw }, budget, used)?;
+        Ok(if flow == Flow::Waiting { TATU_WAIT } else { TATU_OK })
+    })
+}
+
+unsafe extern "C" fn call<L: Language>(
+    data: *mut c_void,
+    callable: u32,
+    frame: *mut tatu_call,
+    budget: *const tatu_budget,
+    used: *mut u64,
+    error: *mut tatu_error,
+) -> tatu_status {
+    enter(data, frame, budget, used, error, |l: &L, f, b, u| l.call(callable, f, b, u))
+}
+
+unsafe extern "C" fn resume<L: Language>(
+    data: *mut c_void,
+    token: u64,
+    failed: tatu_status,
+    frame: *mut tatu_call,
+    budget: *const tatu_budget,
+    used: *mut u64,
+    error: *mut tatu_error,
+) -> tatu_status {
+    enter(data, frame, budget, used, error, |l: &L, f, b, u| {
+        // SAFETY: the host's error of the command that waited.
+        let failed = (failed < 0).then(|| unsafe { Fail::read(failed, f.raw.error) });
+        l.resume(token, failed, f, b, u)
+    })
+}
+
+unsafe extern "C" fn keep_func<L: Language>(data: *mut c_void, local: u32) -> u32 {
+    // SAFETY: by the contract.
+    unsafe { ask(data, |script: &L| script.keep_func(local)) }
+}
+
+unsafe extern "C" fn drop_func<L: Language>(data: *mut c_void, local: u32) {
+    // SAFETY: by the contract.
+    unsafe { ask(data, |script: &L| script.drop_func(local)) };
+}
+
+unsafe extern "C" fn call_func<L: Language>(
+    data: *mut c_void,
+    local: u32,
+    frame: *mut tatu_call,
+    budget: *const tatu_budget,
+    used: *mut u64,
+    error: *mut tatu_error,
+) -> tatu_status {
+    enter(data, frame, budget, used, error, |l: &L, f, b, u| l.call_func(local, f, b, u))
+}

@@ -1,0 +1,12 @@
+//! What a plugin declares: one trait or type per kind.
+
+pub(crate) mod actuator;
+pub(crate) mod command;
+pub(crate) mod event;
+pub(crate) mod importer;
+pub(crate) mod language;
+pub(crate) mod model;
+pub(crate) mod offer;
+pub(crate) mod plugin;
+pub(crate) mod sensor;
+pub(crate) mod service;

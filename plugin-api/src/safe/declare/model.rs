@@ -1,0 +1,180 @@
+//! Models: functions from parameters to objects.
+
+use std::{
+    ffi::{CString, c_void},
+    sync::Arc,
+};
+
+use crate::abi::*;
+use crate::safe::{
+    Fail, Param, Params, Plugin, Result, Value, ValueRef,
+    entry::guard,
+    value::{keep::Keep, once::once, owned::Owned},
+};
+
+/// A model.
+pub trait Model: Sized + 'static {
+    /// The plugin that offers it.
+    type Plugin: Plugin;
+    /// What scenes write: "pioneer_p3dx".
+    const ID: &'static str;
+    /// One sentence.
+    const TEXT: &'static str;
+    /// Aliases of the objects where others may be hung.
+    const SLOTS: &'static [&'static str] = &[];
+
+    /// Where lists show it: "mobile robots", "arms", "furniture"; empty: nowhere in particular.
+    const CATEGORY: &'static str = "";
+
+    /// Its parameters.
+    fn params() -> Vec<Param>;
+    /// Builds it: the first object is the base, standing where the model wants to stand.
+    fn build(builder: &Builder<'_>, params: &Params<'_>) -> Result;
+}
+
+/// Writes the document of a model or import.
+#[derive(Clone, Copy)]
+pub struct Builder<'a> {
+    raw: &'a tatu_builder,
+}
+
+/// An object that is being described.
+#[derive(Clone, Copy)]
+pub struct Node<'a> {
+    builder: Builder<'a>,
+    id: u32,
+}
+
+impl<'a> Builder<'a> {
+    pub(crate) fn new(raw: &'a tatu_builder) -> Self {
+        Builder { raw }
+    }
+    /// The C table, for what these wrappers lack.
+    pub fn raw(&self) -> &'a tatu_builder {
+        self.raw
+    }
+    /// Adds an object: "shape", "joint", "dummy", "sensor", "force_sensor".
+    pub fn object(&self, kind: &str, parent: Option<Node<'a>>, alias: &str) -> Result<Node<'a>> {
+        let text = CString::new(kind).unwrap_or_default();
+        let parent = parent.map_or(0, |p| p.id);
+        match self.raw.object.map_or(0, |f| f(Some(self.raw), text.as_c_str().into(), parent, alias.into())) {
+            0 => Err(Fail::new(format!("the host refused the {kind} `{alias}`"))),
+            id => Ok(Node { builder: *self, id }),
+        }
+    }
+    /// Adds a triangle mesh; its number for the property "mesh".
+    pub fn mesh(&self, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<i64> {
+        let (n, m) = (points.len() as u64, triangles.len() as u64);
+        let (points, triangles) = (points.as_ptr().cast(), triangles.as_ptr().cast());
+        // SAFETY: 3 numbers for each of as many as the slices have.
+        match self.raw.mesh.map_or(0, |f| unsafe { f(Some(self.raw), points, n, triangles, m) }) {
+            0 => Err(Fail::new("the host refused a mesh")),
+            id => Ok(id as i64),
+        }
+    }
+    /// Reads a file beside the source; the bytes live as long as the build. `None`: there is none. Leaving the folders
+    /// that may be read is an error of the build.
+    pub fn file(&self, relative: &str) -> Option<&'a [u8]> {
+        let mut out = Lent::EMPTY;
+        let status = self.raw.file?(Some(self.raw), relative.into(), Some(&mut out));
+        (status >= 0).then(|| out.bytes())
+    }
+    /// Sets a number of the world, "scene.dt", or its free data, "scene.data"; SI units. It has an effect where an
+    /// importer's file stands in place of a scene.
+    pub fn setting(&self, key: &str, value: impl Into<Value>) -> Result {
+        (Node { builder: *self, id: 0 }).set(key, value).map(drop)
+    }
+    /// Whether somebody wants to know what the source holds: [`Builder::describe`].
+    pub fn is_asked(&self) -> bool {
+        self.raw.describe.is_some()
+    }
+    /// Tells what the source holds: a map with texts as keys.
+    pub fn describe(&self, map: &Value) -> Result {
+        let Some(f) = self.raw.describe else { return Ok(()) };
+        match f(Some(self.raw), Some(&Owned::default().value(map))) {
+            status if status < 0 => Err(Fail::with_code(status, "the host refused the description")),
+            _ => Ok(()),
+        }
+    }
+    /// Tells something about the source: `TATU_REPORT_*`.
+    pub fn report(&self, severity: u32, node: Option<Node<'a>>, text: &str) {
+        if let Some(f) = self.raw.report {
+            f(Some(self.raw), severity, node.map_or(0, |n| n.id), text.into());
+        }
+    }
+}
+
+impl<'a> Node<'a> {
+    /// Its number in this build.
+    pub fn id(&self) -> u32 {
+        self.id
+    }
+    /// Sets a property: "mass", "position", "color"; SI units. Gives the node back.
+    pub fn set(self, key: &str, value: impl Into<Value>) -> Result<Self> {
+        let text = CString::new(key).unwrap_or_default();
+        let (raw, mut owned) = (self.builder.raw, Owned::default());
+        let value = owned.value(&value.into());
+        match raw.set.map_or(TATU_ERR_UNSUPPORTED, |f| f(Some(raw), self.id, text.as_c_str().into(), Some(&value))) {
+            status if status < 0 => Err(Fail::with_code(status, format!("the host refused the property `{key}`"))),
+            _ => Ok(self),
+        }
+    }
+    /// Makes a "sensor" or "actuator" object one of a kind or schema.
+    pub fn device(self, kind_or_schema: &str) -> Result<Self> {
+        let text = CString::new(kind_or_schema).unwrap_or_default();
+        let raw = self.builder.raw;
+        match raw.device.map_or(TATU_ERR_UNSUPPORTED, |f| f(Some(raw), self.id, text.as_c_str().into())) {
+            status if status < 0 => {
+                Err(Fail::with_code(status, format!("the host refused the device `{kind_or_schema}`")))
+            }
+            _ => Ok(self),
+        }
+    }
+    /// Adds a script; language by id, dialect or "" for "from the text", kind "child", "customization" or "main".
+    pub fn script(self, language: &str, dialect: &str, kind: &str, name: &str, text: &[u8]) -> Result<Self> {
+        let [language, dialect, kind] = [language, dialect, kind].map(|s| CString::new(s).unwrap_or_default());
+        let raw = self.builder.raw;
+        let dialect = if dialect.is_empty() { LentCStr::NULL } else { dialect.as_c_str().into() };
+        let (language, kind) = (language.as_c_str().into(), kind.as_c_str().into());
+        match raw.script.map_or(0, |f| f(Some(raw), self.id, language, dialect, kind, name.into(), text.into())) {
+            0 => Err(Fail::new("the host refused a script")),
+            _ => Ok(self),
+        }
+    }
+}
+
+struct OfModel<M>(M);
+
+fn params_of<M: Model>() -> Arc<[Param]> {
+    once::<OfModel<M>, _>(M::params)
+}
+
+pub(crate) fn table<M: Model>(keep: &mut Keep) -> *const tatu_model {
+    let params = params_of::<M>().iter().map(|p| p.keep(keep)).collect();
+    let raw = tatu_model {
+        size: size_of::<tatu_model>() as u32,
+        flags: 0,
+        id: keep.text(M::ID),
+        text: keep.text(M::TEXT),
+        params: keep.list(params),
+        slots: keep.texts(M::SLOTS),
+        build: Some(build::<M>),
+        category: if M::CATEGORY.is_empty() { std::ptr::null() } else { keep.text(M::CATEGORY) },
+    };
+    keep.table(raw)
+}
+
+unsafe extern "C" fn build<M: Model>(
+    _: *mut c_void,
+    builder: *const tatu_builder,
+    params: *const tatu_value,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        let declared = params_of::<M>();
+        // SAFETY: the host gives a live builder and one value per declared parameter.
+        let (raw, values) = unsafe { (&*builder, ValueRef::slice(params, declared.len())) };
+        M::build(&Builder::new(raw), &Params::new(values, &declared))?;
+        Ok(TATU_OK)
+    })
+}

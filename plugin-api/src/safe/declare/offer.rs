@@ -1,0 +1,192 @@
+//! What a plugin offers, and the memory that its C tables live in.
+
+use std::{collections::HashSet, ptr::null};
+
+use crate::abi::*;
+use crate::safe::{
+    Actuator, Command, Constant, Event, Importer, Language, Model, Plugin, Sensor, Service,
+    declare::plugin::{Offer, Tables},
+    entry::life::{self, Kept},
+    value::{fail::bytes_raw, keep::Keep},
+};
+
+impl<P: Plugin> Offer<P> {
+    pub(crate) fn new() -> Self {
+        Offer {
+            keep: Keep::default(),
+            commands: Vec::new(),
+            names: HashSet::new(),
+            told: 0,
+            constants: Vec::new(),
+            preludes: Vec::new(),
+            kind_marks: Vec::new(),
+            sensors: Vec::new(),
+            actuators: Vec::new(),
+            models: Vec::new(),
+            importers: Vec::new(),
+            languages: Vec::new(),
+            services: Vec::new(),
+            events: Vec::new(),
+        }
+    }
+    /// A command for scripts, remote clients and other plugins.
+    pub fn command(&mut self, command: Command<P>) {
+        self.names.extend(command.names().map(str::to_owned));
+        self.commands.push(command);
+    }
+    /// Whether a command of a name has been offered.
+    pub fn has_command(&self, name: &str) -> bool {
+        self.names.contains(name)
+    }
+    /// What the commands are about that were offered since the last such word.
+    pub fn subject(&mut self, subject: &str) {
+        let new = self.commands.split_off(self.told);
+        self.commands.extend(new.into_iter().map(|c| c.subject(subject)));
+        self.told = self.commands.len();
+    }
+    /// Changes every command offered so far: what all have in common, or what is kept apart, as examples.
+    pub fn each_command(&mut self, mut change: impl FnMut(Command<P>) -> Command<P>) {
+        self.commands = std::mem::take(&mut self.commands).into_iter().map(&mut change).collect();
+        self.names = self.commands.iter().flat_map(|c| c.names().map(str::to_owned)).collect();
+    }
+    /// A named value for scripts.
+    pub fn constant(&mut self, constant: Constant) {
+        let raw = tatu_constant {
+            size: size_of::<tatu_constant>() as u32,
+            reserved: 0,
+            name: self.keep.text(&constant.name),
+            value: self.keep.value(&constant.value),
+        };
+        let raw = self.keep.table(raw);
+        self.constants.push(raw);
+    }
+    /// Text for a script language: module "" runs in every new script state, others are found by `require`.
+    pub fn prelude(&mut self, language: &str, module: &str, text: &str) {
+        let text = bytes_raw(self.keep.own(text.as_bytes().to_vec()));
+        let raw = tatu_prelude {
+            size: size_of::<tatu_prelude>() as u32,
+            reserved: 0,
+            language: self.keep.text(language),
+            module: self.keep.text(module),
+            text,
+        };
+        let raw = self.keep.table(raw);
+        self.preludes.push(raw);
+    }
+    /// A word by which a text of a language tells of what kind its script is, where nothing else does: "main", "child",
+    /// "threaded", "customization", "add-on", "module". A name in the text begins with it; with `TATU_MARK_LAST_LINE` in
+    /// `flags` its last line does. The first that fits is right.
+    pub fn kind_mark(&mut self, language: &str, kind: &str, word: &str, flags: u32) {
+        let raw = tatu_kind_mark {
+            size: size_of::<tatu_kind_mark>() as u32,
+            flags,
+            language: self.keep.text(language),
+            kind: self.keep.text(kind),
+            word: self.keep.text(word),
+        };
+        let raw = self.keep.table(raw);
+        self.kind_marks.push(raw);
+    }
+    /// A kind of sensor.
+    pub fn sensor<S: Sensor<Plugin = P>>(&mut self) {
+        let raw = crate::safe::entry::sensor_table::table::<S>(&mut self.keep);
+        self.sensors.push(raw);
+    }
+    /// A kind of actuator.
+    pub fn actuator<A: Actuator<Plugin = P>>(&mut self) {
+        let raw = crate::safe::declare::actuator::table::<A>(&mut self.keep);
+        self.actuators.push(raw);
+    }
+    /// A model.
+    pub fn model<M: Model<Plugin = P>>(&mut self) {
+        let raw = crate::safe::declare::model::table::<M>(&mut self.keep);
+        self.models.push(raw);
+    }
+    /// An importer.
+    pub fn importer<I: Importer<Plugin = P>>(&mut self) {
+        let raw = crate::safe::declare::importer::table::<I>(&mut self.keep);
+        self.importers.push(raw);
+    }
+    /// A script language.
+    pub fn language<L: Language<Plugin = P>>(&mut self) {
+        let raw = crate::safe::declare::language::table::<L>(&mut self.keep, 0);
+        self.languages.push(raw);
+    }
+    /// A script language whose scripts may be called on any thread, and several at once, each on one thread at a time: a script
+    /// can be sent to another thread, and scripts share nothing that changes.
+    pub fn language_side_by_side<L: Language<Plugin = P> + Send>(&mut self) {
+        let raw = crate::safe::declare::language::table::<L>(&mut self.keep, TATU_LANGUAGE_SIDE_BY_SIDE);
+        self.languages.push(raw);
+    }
+
+    /// A service.
+    pub fn service<S: Service<Plugin = P>>(&mut self) {
+        let raw = crate::safe::declare::service::table::<S>(&mut self.keep);
+        self.services.push(raw);
+    }
+    /// An event that the plugin publishes.
+    pub fn event(&mut self, event: Event) {
+        let raw = event.keep(&mut self.keep);
+        self.events.push(raw);
+    }
+
+    pub(crate) fn finish(mut self) -> Tables {
+        let keep = &mut self.keep;
+        let life = keep.table(life::table::<Kept<P>>(0));
+        let command =
+            (!self.commands.is_empty() || !self.constants.is_empty() || !self.preludes.is_empty()).then(|| {
+                let table = tatu_ext_command {
+                    size: size_of::<tatu_ext_command>() as u32,
+                    reserved: 0,
+                    commands: {
+                        let commands = self.commands.into_iter().map(|c| c.keep(keep)).collect();
+                        keep.list(commands)
+                    },
+                    constants: keep.list(self.constants),
+                    preludes: keep.list(self.preludes),
+                    per_world: life,
+                    kind_marks: keep.list(self.kind_marks),
+                };
+                keep.table(table)
+            });
+        let sensor = (!self.sensors.is_empty()).then(|| {
+            let kinds = keep.list(self.sensors);
+            keep.table(tatu_ext_sensor { size: size_of::<tatu_ext_sensor>() as u32, reserved: 0, kinds })
+        });
+        let actuator = (!self.actuators.is_empty()).then(|| {
+            let kinds = keep.list(self.actuators);
+            keep.table(tatu_ext_actuator { size: size_of::<tatu_ext_actuator>() as u32, reserved: 0, kinds })
+        });
+        let model = (!self.models.is_empty()).then(|| {
+            let models = keep.list(self.models);
+            keep.table(tatu_ext_model { size: size_of::<tatu_ext_model>() as u32, reserved: 0, models })
+        });
+        let importer = (!self.importers.is_empty()).then(|| {
+            let importers = keep.list(self.importers);
+            keep.table(tatu_ext_importer { size: size_of::<tatu_ext_importer>() as u32, reserved: 0, importers })
+        });
+        let script = (!self.languages.is_empty()).then(|| {
+            let languages = keep.list(self.languages);
+            keep.table(tatu_ext_script { size: size_of::<tatu_ext_script>() as u32, reserved: 0, languages })
+        });
+        let service = (!self.services.is_empty()).then(|| {
+            let services = keep.list(self.services);
+            keep.table(tatu_ext_service { size: size_of::<tatu_ext_service>() as u32, reserved: 0, services })
+        });
+        let event = (!self.events.is_empty()).then(|| {
+            let events = keep.list(self.events);
+            keep.table(tatu_ext_event { size: size_of::<tatu_ext_event>() as u32, reserved: 0, events })
+        });
+        Tables {
+            command: command.unwrap_or(null()),
+            sensor: sensor.unwrap_or(null()),
+            actuator: actuator.unwrap_or(null()),
+            model: model.unwrap_or(null()),
+            importer: importer.unwrap_or(null()),
+            script: script.unwrap_or(null()),
+            service: service.unwrap_or(null()),
+            event: event.unwrap_or(null()),
+            _keep: self.keep,
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! The plugin, and the types that its declaration is made of: each of them names the others.
+
+use std::collections::HashSet;
+
+use crate::abi::*;
+use crate::safe::{Fail, Host, Param, Result, Value, World, value::keep::Keep};
+
+/// A plugin. One value per host; it has no globals, and its world instances hold what belongs to a world.
+pub trait Plugin: Sized + Send + Sync + 'static {
+    /// What the plugin keeps per world; `()` if nothing. Commands get it as `&` and may be entered again while they call a
+    /// function: cells, borrowed for as short as can be.
+    type World: 'static;
+
+    /// Starts it. Services can be found now, and called once a world exists.
+    fn start(host: &Host) -> Result<Self>;
+    /// Makes the instance for a new world.
+    fn world(&self, world: &World<'_>) -> Result<Self::World>;
+    /// Version of what [`Plugin::save`] writes; count it when that changes.
+    const STATE_VERSION: u32 = 0;
+    /// What `world` keeps, for a snapshot. Without this function a plugin that keeps something is named as what a
+    /// snapshot lacks, and the run comes back by replay.
+    fn save(world: &Self::World) -> Result<Vec<u8>> {
+        let _ = world;
+        if size_of::<Self::World>() == 0 {
+            return Ok(Vec::new());
+        }
+        Err(Fail::unsupported("it cannot write what it keeps for the world"))
+    }
+    /// Takes back what `save` of a plugin of `version` wrote, into a new instance.
+    fn load(world: &Self::World, bytes: &[u8], version: u32) -> Result<()> {
+        let _ = (world, version);
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+    }
+    /// Declares what it offers.
+    fn offer(offer: &mut Offer<Self>);
+}
+
+/// What an instance is told about itself when it is made.
+#[derive(Debug, Clone, Copy)]
+pub struct Instance {
+    /// The sensor, actuator or script object.
+    pub owner: tatu_object,
+    /// Unique in its world.
+    pub id: u64,
+    /// From the scene's seed and the owner: the same in every run.
+    pub seed: u64,
+}
+
+/// What an instance makes of new values of its parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Change {
+    /// It goes on with them.
+    Taken,
+    /// It is to be made anew with them.
+    Rebuild,
+}
+
+/// A started plugin, as the host's `self` pointer knows it.
+pub(crate) struct Started<P: Plugin> {
+    pub(crate) plugin: P,
+    pub(crate) host: Host,
+    pub(crate) tables: Tables,
+}
+
+/// The finished tables of a started plugin.
+pub(crate) struct Tables {
+    pub(crate) command: *const tatu_ext_command,
+    pub(crate) sensor: *const tatu_ext_sensor,
+    pub(crate) actuator: *const tatu_ext_actuator,
+    pub(crate) model: *const tatu_ext_model,
+    pub(crate) importer: *const tatu_ext_importer,
+    pub(crate) script: *const tatu_ext_script,
+    pub(crate) service: *const tatu_ext_service,
+    pub(crate) event: *const tatu_ext_event,
+    pub(crate) _keep: Keep,
+}
+
+/// Collects what a plugin offers; see [`Plugin::offer`].
+pub struct Offer<P: Plugin> {
+    pub(crate) keep: Keep,
+    pub(crate) commands: Vec<Command<P>>,
+    /// Of the commands: a plugin may ask for each of hundreds.
+    pub(crate) names: HashSet<String>,
+    /// Commands that have been told what they are about.
+    pub(crate) told: usize,
+    pub(crate) constants: Vec<*const tatu_constant>,
+    pub(crate) preludes: Vec<*const tatu_prelude>,
+    pub(crate) kind_marks: Vec<*const tatu_kind_mark>,
+    pub(crate) sensors: Vec<*const tatu_sensor>,
+    pub(crate) actuators: Vec<*const tatu_actuator>,
+    pub(crate) models: Vec<*const tatu_model>,
+    pub(crate) importers: Vec<*const tatu_importer>,
+    pub(crate) languages: Vec<*const tatu_language>,
+    pub(crate) services: Vec<*const tatu_service>,
+    pub(crate) events: Vec<*const tatu_event>,
+}
+
+/// A command.
+pub struct Command<P: Plugin> {
+    pub(crate) names: Vec<Name>,
+    pub(crate) params: Vec<Param>,
+    pub(crate) returns: Vec<Param>,
+    pub(crate) text: String,
+    pub(crate) example: String,
+    pub(crate) no_wait: Option<String>,
+    pub(crate) raw: bool,
+    pub(crate) status: Status,
+    pub(crate) notes: String,
+    pub(crate) subject: String,
+    pub(crate) run: Function<P>,
+}
+
+pub(crate) enum Function<P: Plugin> {
+    Alone(Run<P>),
+    Shared(RunShared<P>),
+}
+
+/// How much of what is documented a command does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u32)]
+pub enum Status {
+    /// All.
+    #[default]
+    Full = TATU_COMMAND_FULL,
+    /// Less than all; its notes tell what is missing.
+    Partial = TATU_COMMAND_PARTIAL,
+    /// It takes its arguments and gives a neutral value; the host tells of it once per run.
+    Stub = TATU_COMMAND_STUB,
+}
+
+pub(crate) struct Name {
+    pub(crate) name: String,
+    pub(crate) on_error: Option<Vec<Value>>,
+    pub(crate) until: Option<String>,
+}
+
+/// How a command ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Outcome {
+    /// Its results are there.
+    #[default]
+    Done,
+    /// It goes on later; see [`Call::wait_steps`] and its like.
+    Waiting,
+}
+
+/// The function of a command that has the world alone.
+pub(crate) type Run<P> = Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome> + Send + Sync>;
+/// Of one that others may run beside.
+pub(crate) type RunShared<P> = Box<dyn Fn(&mut SharedCall<'_, P>) -> Result<Outcome> + Send + Sync>;
+
+/// One call of a command that others may run beside, on other threads: what is its own, what never changes in its plugin, and
+/// a world that is only looked at. [`Call`] has more.
+pub struct SharedCall<'a, P: Plugin> {
+    pub(crate) raw: &'a mut tatu_call,
+    pub(crate) started: &'a Started<P>,
+    pub(crate) overflow: bool,
+}
+
+/// One call of a command, which has the world alone.
+pub struct Call<'a, P: Plugin>(pub(crate) SharedCall<'a, P>);

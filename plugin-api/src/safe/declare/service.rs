@@ -1,0 +1,362 @@
+//! Services: what lives beside worlds, with threads of its own.
+
+use std::{
+    ffi::c_void,
+    mem::MaybeUninit,
+    ops::Deref,
+    sync::{Arc, Mutex, PoisonError, atomic::AtomicPtr},
+};
+
+use crate::abi::*;
+use crate::safe::{
+    Called, Fail, Host, Param, Params, Plugin, Result, Value, ValueRef, World,
+    call::{outgoing, shared_world::service},
+    declare::plugin::Started,
+    entry::{
+        guard,
+        life::{self, Info, Life},
+    },
+    value::{
+        fail::bytes_of,
+        keep::Keep,
+        once::once,
+        owned::{Room, given},
+    },
+};
+
+/// A service. One value per session; dropping it ends it, threads included.
+///
+/// Only `barrier`, `event` and `resume` reach a world, each in the thread of its session. Threads of the service put
+/// down what came in, call [`Session::wake`], and do nothing else with the host but write to its log.
+pub trait Service: Sized + 'static {
+    /// The plugin that offers it.
+    type Plugin: Plugin;
+    /// What scenes and command lines write.
+    const ID: &'static str;
+    /// One sentence.
+    const TEXT: &'static str;
+
+    /// Names of the events that [`event`](Self::event) is told; `*`: all but "collision", "separation" and "contact",
+    /// which cost something. Empty: "started", "paused", "resumed", "stopped", "fault".
+    const EVENTS: &'static [&'static str] = &[];
+
+    /// Its parameters.
+    fn params() -> Vec<Param>;
+    /// Starts it. Dropping the value must join its threads.
+    fn start(plugin: &Self::Plugin, host: &Host, session: Session, params: &Params<'_>) -> Result<Self>;
+    /// Its turn before a step, and while a world is stopped or paused: executes what came in, never blocks. After an
+    /// error or a panic the service is switched off.
+    fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<Answer>;
+    /// Something happened: one of [`EVENTS`](Self::EVENTS).
+    fn event(&self, turn: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
+        let _ = (turn, name, payload);
+    }
+    /// Calls a function of a client that it gave as an argument, by [`Turn::function`]. It may wait for the client, asking
+    /// [`World::is_interrupted`] every 50 ms; commands that the client calls meanwhile cannot wait. What it gives.
+    fn call_func(&self, turn: &Turn<'_>, local: u32, args: &[ValueRef<'_>]) -> Result<Vec<Value>> {
+        let _ = (turn, local, args);
+        Err(Fail::unsupported("this service gives no functions of clients"))
+    }
+    /// Version of what [`Service::save`] writes; count it when that changes.
+    const STATE_VERSION: u32 = 0;
+    /// What of it belongs to a world, for a snapshot. Most services have no such thing: clients are not in a snapshot.
+    fn save(&self) -> Result<Vec<u8>> {
+        Ok(Vec::new())
+    }
+    /// Takes back what `save` of `version` wrote.
+    fn load(&self, bytes: &[u8], version: u32) -> Result {
+        let _ = version;
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+    }
+    /// The last barrier: this world ends. It can be looked at, and not changed; who waits for an answer can still get one.
+    fn last(&self, turn: &Turn<'_>) -> Result {
+        let _ = turn;
+        Ok(())
+    }
+    /// A command that waited has ended; `token` is the one that [`Turn::call`] was given.
+    fn resume(&self, turn: &Turn<'_>, token: u64, result: Result<&[ValueRef<'_>]>) {
+        let _ = (turn, token, result);
+    }
+}
+
+/// What a service wants at the barrier.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Answer {
+    /// Time may go on.
+    Go,
+    /// Time stands until the service has been woken and says go.
+    Hold,
+}
+
+/// The session, as the threads of a service may use it. After the service has ended it does nothing.
+#[derive(Clone)]
+pub struct Session {
+    /// Null once the service has ended.
+    raw: Arc<Mutex<AtomicPtr<tatu_session>>>,
+    host: Host,
+}
+
+impl Session {
+    fn new(raw: *mut tatu_session, host: Host) -> Self {
+        Session { raw: Arc::new(Mutex::new(raw.into())), host }
+    }
+    /// Uses the session, which does not end meanwhile; `None`: it has ended.
+    fn with<T>(&self, f: impl FnOnce(*mut tatu_session) -> T) -> Option<T> {
+        let mut raw = self.raw.lock().unwrap_or_else(PoisonError::into_inner);
+        let session = *raw.get_mut();
+        (!session.is_null()).then(|| f(session))
+    }
+    fn end(&self) {
+        *self.raw.lock().unwrap_or_else(PoisonError::into_inner) = AtomicPtr::default();
+    }
+    /// Wakes a session that waits at its barrier.
+    pub fn wake(&self) {
+        let Some(wake) = self.host.session.and_then(|s| s.wake) else { return };
+        // SAFETY: the session lives as long as the service, and this only while it has not ended.
+        self.with(|session| unsafe { wake(session) });
+    }
+    /// Writes a line to the host's log: `TATU_LOG_*`.
+    pub fn log(&self, level: u32, text: &str) {
+        self.host.log(level, text);
+    }
+}
+
+/// A world while it is a service's turn.
+pub struct Turn<'a> {
+    world: World<'a>,
+    session: &'a Session,
+}
+
+impl<'a> Deref for Turn<'a> {
+    type Target = World<'a>;
+    fn deref(&self) -> &World<'a> {
+        &self.world
+    }
+}
+
+impl Turn<'_> {
+    /// For which client the calls that follow are made, by a number of the service's choice: for the input log.
+    pub fn client(&self, client: u64) {
+        if let Some(f) = self.host().session.and_then(|s| s.client) {
+            f(self.raw(), client);
+        }
+    }
+    /// A function of a client as an argument for commands: [`Value::Func`]. Who calls it comes to [`Service::call_func`] with
+    /// this number.
+    pub fn function(&self, local: u32) -> Result<Value> {
+        let mut func = 0;
+        match service!(self.session.function)(self.raw(), local, Some(&mut func)) {
+            TATU_OK => Ok(Value::Func(func)),
+            status => Err(Fail::with_code(status, "functions of clients are given in the turn of a service")),
+        }
+    }
+    /// `TATU_STOPPED`, `TATU_RUNNING` or `TATU_PAUSED`.
+    pub fn state(&self) -> u32 {
+        self.host().session.and_then(|s| s.state).map_or(TATU_RUNNING, |f| f(self.raw()))
+    }
+    /// The place of this world among those of its session, from 0, and how many these are.
+    pub fn worlds(&self) -> (usize, usize) {
+        let Some(worlds) = self.host().session.and_then(|s| s.worlds) else { return (0, 1) };
+        let all = self.session.with(|session| {
+            let (mut all, mut n) = (vec![std::ptr::null_mut(); 64], 0_u32);
+            loop {
+                // SAFETY: as much room as is told; the session has not ended.
+                unsafe { worlds(session, all.as_mut_ptr(), all.len() as u32, Some(&mut n)) };
+                if n as usize <= all.len() {
+                    all.truncate(n as usize);
+                    return all;
+                }
+                all.resize(n as usize, std::ptr::null_mut());
+            }
+        });
+        let all = all.unwrap_or_default();
+        (all.iter().position(|w| *w == self.raw().ptr()).unwrap_or(0), all.len().max(1))
+    }
+    /// Calls a command by any of its names. `token` 0: it is not to wait; else it may, and comes back by this token.
+    pub fn call(&self, name: &str, args: &[Value], token: u64) -> Result<Called> {
+        let (find, call) = (service!(self.commands.find), service!(self.commands.call));
+        let mut alias = 0;
+        let command = find(self.raw(), name.into(), Some(&mut alias));
+        if command == 0 {
+            return Err(Fail::with_code(TATU_ERR_UNKNOWN, format!("there is no command `{name}`")));
+        }
+        let frame = tatu_call { command, alias, wait_token: token, ..tatu_call::empty() };
+        // SAFETY: the frame is whole.
+        outgoing::call(&self.world, frame, args, |world, frame| unsafe { call(world, frame) })
+    }
+}
+
+struct Data<S> {
+    /// Ends before its session does.
+    service: S,
+    session: Ending,
+}
+
+/// The session of a service, which ends with it.
+struct Ending(Session);
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        self.0.end();
+    }
+}
+
+struct OfService<S>(S);
+
+fn params_of<S: Service>() -> Arc<[Param]> {
+    once::<OfService<S>, _>(S::params)
+}
+
+impl<S: Service> Life for Data<S> {
+    type Plugin = S::Plugin;
+    const STATE_VERSION: u32 = S::STATE_VERSION;
+
+    fn create(started: &Started<S::Plugin>, info: &Info<'_>) -> Result<Self> {
+        let session = Ending(Session::new(info.session, started.host));
+        let params = params_of::<S>();
+        let params = Params::new(info.params, &params);
+        let service = S::start(&started.plugin, &started.host, session.0.clone(), &params)?;
+        Ok(Data { service, session })
+    }
+    fn save(&self) -> Result<Vec<u8>> {
+        self.service.save()
+    }
+    fn load(&self, bytes: &[u8], version: u32) -> Result {
+        self.service.load(bytes, version)
+    }
+}
+
+pub(crate) fn table<S: Service>(keep: &mut Keep) -> *const tatu_service {
+    let params = params_of::<S>().iter().map(|p| p.keep(keep)).collect();
+    let raw = tatu_service {
+        size: size_of::<tatu_service>() as u32,
+        flags: 0,
+        id: keep.text(S::ID),
+        text: keep.text(S::TEXT),
+        params: keep.list(params),
+        life: keep.table(life::table::<Data<S>>(0)),
+        barrier: Some(barrier::<S>),
+        event: Some(event::<S>),
+        resume: Some(resume::<S>),
+        events: if S::EVENTS.is_empty() { std::ptr::null() } else { keep.texts(S::EVENTS) },
+        call_func: Some(call_func::<S>),
+        last: Some(last::<S>),
+    };
+    keep.table(raw)
+}
+
+/// Runs a call that gets a world.
+///
+/// # Safety
+/// `data` was made by `start`; a world of the session, in its thread.
+unsafe fn enter<S: Service>(
+    data: *mut c_void,
+    world: *mut tatu_world,
+    error: *mut tatu_error,
+    f: impl FnOnce(&S, &Turn<'_>) -> Result<tatu_status>,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: the caller promises it.
+        let (Data { service, session }, world) = unsafe {
+            let data = life::of::<Data<S>>(data);
+            (data, World::new(world, &data.session.0.host))
+        };
+        f(service, &Turn { world, session: &session.0 })
+    })
+}
+
+unsafe extern "C" fn barrier<S: Service>(
+    data: *mut c_void,
+    world: *mut tatu_world,
+    step: u64,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: by the contract.
+    unsafe {
+        enter(data, world, error, |service: &S, turn| match service.barrier(turn, step)? {
+            Answer::Go => Ok(TATU_GO),
+            Answer::Hold => Ok(TATU_HOLD),
+        })
+    }
+}
+
+unsafe extern "C" fn event<S: Service>(
+    data: *mut c_void,
+    world: *mut tatu_world,
+    name: tatu_str,
+    payload: *const tatu_value,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: by the contract; name and payload are valid during the call.
+    unsafe {
+        enter(data, world, error, |service: &S, turn| {
+            let payload = payload.as_ref().map_or(ValueRef::NIL, |p| ValueRef::new(*p));
+            service.event(turn, &String::from_utf8_lossy(bytes_of(name)), payload);
+            Ok(TATU_OK)
+        })
+    }
+}
+
+unsafe extern "C" fn resume<S: Service>(
+    data: *mut c_void,
+    world: *mut tatu_world,
+    token: u64,
+    status: tatu_status,
+    frame: *const tatu_call,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: by the contract; the frame is valid during the call.
+    unsafe {
+        enter(data, world, error, |service: &S, turn| {
+            let result = if status < 0 {
+                Err(Fail::read(status, (*frame).error))
+            } else {
+                Ok(ValueRef::slice((*frame).results, (*frame).n_results as usize))
+            };
+            service.resume(turn, token, result);
+            Ok(TATU_OK)
+        })
+    }
+}
+
+unsafe extern "C" fn last<S: Service>(
+    data: *mut c_void,
+    world: *mut tatu_world,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: by the contract.
+    unsafe { enter(data, world, error, |service: &S, turn| service.last(turn).map(|()| TATU_OK)) }
+}
+
+unsafe extern "C" fn call_func<S: Service>(
+    data: *mut c_void,
+    world: *mut tatu_world,
+    local: u32,
+    frame: *mut tatu_call,
+) -> tatu_status {
+    // SAFETY: by the contract: the frame is whole, with an error object and room for as many results as it tells.
+    unsafe {
+        enter(data, world, (*frame).error, |service: &S, turn| {
+            let args = ValueRef::slice((*frame).args, (*frame).n_args as usize);
+            let mut room = WorldRoom(turn);
+            for value in service.call_func(turn, local, args)?.iter().take((*frame).results_cap as usize) {
+                let raw = value.to_raw(&mut room);
+                let raw = raw.ok_or_else(|| Fail::with_code(TATU_ERR_SPACE, "the results do not fit into memory"))?;
+                *(*frame).results.add((*frame).n_results as usize) = raw;
+                (*frame).n_results += 1;
+            }
+            Ok(TATU_OK)
+        })
+    }
+}
+
+/// Memory of the world, which lives until the caller of a function has read its results.
+struct WorldRoom<'a>(&'a World<'a>);
+
+impl Room for WorldRoom<'_> {
+    fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]> {
+        let alloc = self.0.host().commands.and_then(|t| t.alloc)?;
+        // SAFETY: the host gives room for as many words, to this call alone.
+        unsafe { given(alloc(self.0.raw(), 8 * n as u64).cast(), n) }
+    }
+}

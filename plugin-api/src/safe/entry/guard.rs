@@ -1,0 +1,74 @@
+//! Panics stay inside: every function that the host calls goes through here.
+
+use std::{
+    any::Any,
+    cell::RefCell,
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::OnceLock,
+};
+
+use crate::abi::*;
+use crate::safe::{Fail, Result};
+
+/// Runs `f`; an error or panic is written into the host's error object.
+pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> tatu_status {
+    match catch_unwind(AssertUnwindSafe(f)) {
+        Ok(Ok(status)) => status,
+        // SAFETY: the host gives null or a live error.
+        Ok(Err(fail)) => unsafe { fail.write(error) },
+        Err(panic) => {
+            let fail = Fail::with_code(TATU_ERR_PANIC, format!("panicked: {}", panic_text(&*panic)));
+            // SAFETY: the host gives null or a live error.
+            unsafe { fail.write(error) }
+        }
+    }
+}
+
+/// The same for functions that a plugin writes into a table of the ABI on its own: no panic may leave these. The traits
+/// of this crate do so themselves.
+///
+/// # Safety
+/// `error` is null or what the host gave.
+pub unsafe fn guarded(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> tatu_status {
+    run(error, f)
+}
+
+/// Runs `f` where no error can be returned: a panic goes to the host's log as an error, and the host names the function
+/// that it called.
+pub fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
+    catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|panic| {
+        if let Some(log) = LOG.get() {
+            log(TATU_LOG_ERROR, &format!("panicked: {}", panic_text(&*panic)));
+        }
+        T::default()
+    })
+}
+
+/// The log of the host that started this library first: each library has its own.
+static LOG: OnceLock<Log> = OnceLock::new();
+type Log = Box<dyn Fn(u32, &str) + Send + Sync>;
+
+thread_local! {
+    /// Where the last panic of this thread was, as ` at file:line`.
+    static PLACE: RefCell<String> = const { RefCell::new(String::new()) };
+}
+
+fn panic_text(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().copied();
+    let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no text");
+    text.to_owned() + &PLACE.take()
+}
+
+/// Sends panic messages to `log`, the host's, instead of the terminal. Each library has a panic hook of its own.
+pub fn set_panic_hook(log: impl Fn(u32, &str) + Send + Sync + 'static) {
+    if LOG.set(Box::new(log)).is_ok() {
+        std::panic::set_hook(Box::new(|info| {
+            let place = info.location().map_or(String::new(), |at| format!(" at {}:{}", at.file(), at.line()));
+            // At the end of a thread there may be no room any more.
+            let _ = PLACE.try_with(|last| last.replace(place));
+            if let Some(log) = LOG.get() {
+                log(TATU_LOG_DEBUG, &format!("plugin {info}"));
+            }
+        }));
+    }
+}

@@ -1,0 +1,240 @@
+//! A sensor kind as the host sees it: a table of functions over [`Sensor`].
+
+use std::{
+    cell::{Ref, RefCell},
+    ffi::c_void,
+    sync::Arc,
+};
+
+use crate::abi::*;
+use crate::safe::{
+    Change, Fail, Param, Params, Result, ValueRef,
+    declare::{
+        plugin::Started,
+        sensor::{Form, Sensor},
+    },
+    entry::{
+        guard,
+        life::{self, Info, Life},
+    },
+    value::{
+        field::Field,
+        keep::Keep,
+        once::once,
+        sample::{Readout, Sample},
+    },
+};
+
+/// What the host keeps as `data`: the sensor, and the directions that its beams point to.
+///
+/// There may be thousands, and each step goes through all: what a measure needs comes first, in few lines of the
+/// processor's cache.
+#[repr(C, align(64))]
+struct Data<S: Sensor> {
+    /// As declared; one list for all of a kind.
+    fields: Arc<[Field]>,
+    /// In a cell: while it is configured nothing else may use it, not even what it calls itself. Each instance is used
+    /// by one thread at a time.
+    sensor: RefCell<S>,
+    directions: RefCell<Vec<[f64; 3]>>,
+}
+
+struct OfSensor<S>(S);
+
+fn fields_of<S: Sensor>() -> Arc<[Field]> {
+    once::<OfSensor<S>, _>(S::fields)
+}
+fn params_of<S: Sensor>() -> Arc<[Param]> {
+    once::<OfSensor<S>, _>(S::params)
+}
+
+impl<S: Sensor> Data<S> {
+    fn sensor(&self) -> Result<Ref<'_, S>> {
+        self.sensor.try_borrow().map_err(|_| in_use())
+    }
+}
+
+#[cold]
+fn in_use() -> Fail {
+    Fail::with_code(TATU_ERR_BUSY, "the sensor is being configured")
+}
+
+impl<S: Sensor> Life for Data<S> {
+    type Plugin = S::Plugin;
+    const STATE_VERSION: u32 = S::STATE_VERSION;
+
+    fn create(_: &Started<S::Plugin>, info: &Info<'_>) -> Result<Self> {
+        let sensor = S::create(&info.world, info.instance, &Params::new(info.params, &params_of::<S>()))?;
+        Ok(Data { fields: fields_of::<S>(), sensor: sensor.into(), directions: RefCell::default() })
+    }
+    fn configure(&self, params: &[ValueRef<'_>], changed: u64) -> Result<Change> {
+        let mut sensor = self.sensor.try_borrow_mut().map_err(|_| in_use())?;
+        sensor.configure(&Params::new(params, &params_of::<S>()), changed)
+    }
+    fn save(&self) -> Result<Vec<u8>> {
+        self.sensor()?.save()
+    }
+    fn load(&self, bytes: &[u8], version: u32) -> Result {
+        self.sensor()?.load(bytes, version)
+    }
+}
+
+pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
+    let params = params_of::<S>().iter().map(|p| p.keep(keep)).collect();
+    let fields = fields_of::<S>().iter().map(|f| f.keep(keep)).collect();
+    let raw = tatu_sensor {
+        size: size_of::<tatu_sensor>() as u32,
+        inputs: S::INPUTS,
+        id: keep.text(S::ID),
+        text: keep.text(S::TEXT),
+        schemas: keep.texts(S::SCHEMAS),
+        params: keep.list(params),
+        fields: keep.list(fields),
+        life: keep.table(life::table::<Data<S>>(S::STATE * size_of::<f64>())),
+        beams: Some(beams::<S>),
+        measure: Some(measure::<S>),
+        presets: {
+            let presets = S::PRESETS.iter().map(|p| {
+                let raw = tatu_preset {
+                    size: size_of::<tatu_preset>() as u32,
+                    reserved: 0,
+                    id: keep.text(p.id),
+                    text: keep.text(p.text),
+                    settings: keep.text(p.settings),
+                };
+                keep.table(raw)
+            });
+            let presets = presets.collect();
+            keep.list(presets)
+        },
+        finish: Some(finish::<S>),
+        aim: Some(aim::<S>),
+        flags: 0,
+        reserved: 0,
+    };
+    keep.table(raw)
+}
+
+unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, error: *mut tatu_error) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: made by `create`; the host gives a place for the answer.
+        let (data, out) = unsafe { (life::of::<Data<S>>(data), &mut *out) };
+        let beams = data.sensor()?.beams()?;
+        (out.near_m, out.far_m) = (beams.near, beams.far);
+        out.max_incidence = beams.max_incidence;
+        out.flags = 0;
+        if beams.skip_own_model {
+            out.flags |= TATU_BEAMS_SKIP_MODEL;
+        }
+        if beams.visible {
+            out.flags |= TATU_BEAMS_VISIBLE;
+        }
+        if beams.occlude {
+            out.flags |= TATU_BEAMS_OCCLUDE;
+        }
+        if beams.aimed {
+            out.flags |= TATU_BEAMS_AIMED;
+        }
+        (out.own, out.without, out.waves) = (beams.own, beams.without, beams.waves);
+        if !beams.faces.0 {
+            out.flags |= TATU_BEAMS_NO_FRONT;
+        }
+        if !beams.faces.1 {
+            out.flags |= TATU_BEAMS_NO_BACK;
+        }
+        match beams.form {
+            Form::None => out.form = TATU_BEAMS_NONE,
+            Form::Cone { half_angle } => {
+                out.form = TATU_BEAMS_CONE;
+                out.count = [1, 1];
+                out.dims[0] = half_angle;
+            }
+            Form::Volume { form, dims } => {
+                (out.form, out.dims) = (form, dims);
+                out.count = [1, 1];
+            }
+            Form::Image { columns, rows, horizontal_angle } => {
+                out.form = TATU_BEAMS_GRID;
+                out.count = [columns, rows];
+                out.dims[0] = horizontal_angle;
+            }
+            Form::Parallel { columns, rows, width } => {
+                out.form = TATU_BEAMS_PARALLEL;
+                out.count = [columns, rows];
+                out.dims[0] = width;
+            }
+            Form::Rays(directions) => {
+                out.form = TATU_BEAMS_RAYS;
+                out.count = [u32::try_from(directions.len()).map_err(|_| Fail::new("too many rays"))?, 1];
+                // The host reads them before it asks again.
+                data.directions.replace(directions);
+                out.directions = data.directions.borrow().as_ptr().cast();
+            }
+        }
+        Ok(TATU_OK)
+    })
+}
+
+unsafe extern "C" fn measure<S: Sensor>(
+    _: *mut c_void,
+    batch: *const tatu_sensor_batch,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: the host gives a valid batch; its instances belong to this call alone.
+    unsafe { each::<S>(batch, error, |sensor, sample, out| sensor.measure(sample, out)) }
+}
+
+unsafe extern "C" fn finish<S: Sensor>(
+    _: *mut c_void,
+    batch: *const tatu_sensor_batch,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: the host gives a valid batch; its instances belong to this call alone.
+    unsafe { each::<S>(batch, error, |sensor, sample, out| sensor.finish(sample, out)) }
+}
+
+unsafe extern "C" fn aim<S: Sensor>(
+    _: *mut c_void,
+    batch: *const tatu_sensor_batch,
+    error: *mut tatu_error,
+) -> tatu_status {
+    let act = |sensor: &S, sample: &Sample<'_>, _: &mut Readout<'_>| {
+        let sample = sample.before_the_cast();
+        // SAFETY: of this instance alone, and before the cast a sample does not show them.
+        match unsafe { sample.rays_to_aim() } {
+            [] => Ok(()),
+            rays => sensor.aim(&sample, rays),
+        }
+    };
+    // SAFETY: the host gives a valid batch; its instances belong to this call alone.
+    unsafe { each::<S>(batch, error, act) }
+}
+
+/// Does something with each sensor of a batch; one that failed before is left alone.
+///
+/// # Safety
+/// The batch is valid, and its instances are used by nobody else.
+unsafe fn each<S: Sensor>(
+    batch: *const tatu_sensor_batch,
+    error: *mut tatu_error,
+    act: impl Fn(&S, &Sample<'_>, &mut Readout<'_>) -> Result,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: the caller promises it.
+        let batch = unsafe { &*batch };
+        for i in 0..batch.n as usize {
+            // SAFETY: one status and one entry per instance.
+            let (data, status) = unsafe { (life::of::<Data<S>>(*batch.data.add(i)), &mut *batch.status.add(i)) };
+            if *status < 0 {
+                continue;
+            }
+            // SAFETY: the caller promises it, for this instance too.
+            let (sample, mut out) = unsafe { (Sample::new(batch, i), Readout::new(batch, i, &data.fields, S::STATE)) };
+            if let Err(fail) = data.sensor().and_then(|sensor| act(&sensor, &sample, &mut out)) {
+                // SAFETY: the host's error object.
+                *status = unsafe { fail.write(error) };
+            }
+        }
+        Ok(TATU_OK)
+    })
+}

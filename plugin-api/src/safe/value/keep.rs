@@ -1,0 +1,56 @@
+//! The memory that the tables of a plugin live in.
+
+use std::{
+    any::Any,
+    ffi::{CString, c_char},
+    ptr::null,
+};
+
+use crate::abi::*;
+use crate::safe::{Value, value::owned::Owned};
+
+/// Owns everything that the plugin's tables point to, until shutdown.
+#[derive(Default)]
+pub(crate) struct Keep(Vec<Kept>);
+
+/// One thing, by its pointer: a box that is moved may not be pointed into.
+struct Kept(*mut dyn Any);
+
+impl Drop for Kept {
+    fn drop(&mut self) {
+        // SAFETY: made of a box by `Keep::own`, given back once.
+        drop(unsafe { Box::from_raw(self.0) });
+    }
+}
+
+impl Keep {
+    /// Takes something; where it is.
+    pub(crate) fn own<T: 'static>(&mut self, thing: T) -> &mut T {
+        let ptr = Box::into_raw(Box::new(thing));
+        self.0.push(Kept(ptr));
+        // SAFETY: just made, and nobody else has it before this borrow ends.
+        unsafe { &mut *ptr }
+    }
+    pub(crate) fn table<T: 'static>(&mut self, table: T) -> *const T {
+        self.own(table)
+    }
+    pub(crate) fn text(&mut self, text: &str) -> *const c_char {
+        // A NUL inside a declared text would only cut it: leave it out.
+        self.own(CString::new(text.replace('\0', "")).unwrap_or_default()).as_ptr()
+    }
+    pub(crate) fn list<T: 'static>(&mut self, mut items: Vec<*const T>) -> *const *const T {
+        items.push(null());
+        self.own(items).as_ptr()
+    }
+    pub(crate) fn texts<S: AsRef<str>>(&mut self, items: &[S]) -> *const *const c_char {
+        let items = items.iter().map(|s| self.text(s.as_ref())).collect();
+        self.list(items)
+    }
+    pub(crate) fn value(&mut self, value: &Value) -> tatu_value {
+        self.own(Owned::default()).raw(value)
+    }
+    pub(crate) fn values(&mut self, values: &[Value]) -> *const tatu_value {
+        let raw: Vec<_> = values.iter().map(|v| self.value(v)).collect();
+        self.own(raw).as_ptr()
+    }
+}

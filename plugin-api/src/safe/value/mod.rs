@@ -1,0 +1,11 @@
+//! Values and what describes them: parameters, fields, failures, files that are plain.
+
+pub(crate) mod fail;
+pub(crate) mod field;
+pub(crate) mod keep;
+pub(crate) mod once;
+pub(crate) mod owned;
+pub(crate) mod param;
+pub(crate) mod plain;
+pub(crate) mod reading;
+pub(crate) mod sample;

@@ -1,0 +1,195 @@
+//! Parameters: declared once, written in scenes with their unit.
+
+use crate::abi::*;
+use crate::safe::{Fail, Result, Value, ValueRef, value::keep::Keep, value::owned::type_name};
+
+/// One declared fact: a parameter of a sensor, model or command, or a result of a command.
+#[derive(Debug, Clone)]
+pub struct Param {
+    pub(crate) key: String,
+    pub(crate) kind: u32,
+    pub(crate) count: u32,
+    pub(crate) flags: u32,
+    pub(crate) unit: Option<&'static str>,
+    pub(crate) lowest: f64,
+    pub(crate) highest: f64,
+    pub(crate) fallback: Value,
+    pub(crate) choices: &'static [&'static str],
+    pub(crate) keys: Vec<Param>,
+    pub(crate) text: String,
+}
+
+impl Param {
+    fn of(kind: u32, key: &str) -> Self {
+        Param {
+            key: key.into(),
+            kind,
+            count: 0,
+            flags: 0,
+            unit: None,
+            lowest: f64::NEG_INFINITY,
+            highest: f64::INFINITY,
+            fallback: Value::Nil,
+            choices: &[],
+            keys: Vec::new(),
+            text: String::new(),
+        }
+    }
+    /// A number.
+    pub fn float(key: &str) -> Self {
+        Self::of(TATU_F64, key)
+    }
+    /// An integer.
+    pub fn int(key: &str) -> Self {
+        Self::of(TATU_I64, key)
+    }
+    /// True or false.
+    pub fn bool(key: &str) -> Self {
+        Self::of(TATU_BOOL, key)
+    }
+    /// A text.
+    pub fn string(key: &str) -> Self {
+        Self::of(TATU_TEXT, key)
+    }
+    /// Bytes.
+    pub fn bytes(key: &str) -> Self {
+        Self::of(TATU_BYTES, key)
+    }
+    /// `count` numbers; 0: any number of them.
+    pub fn floats(key: &str, count: u32) -> Self {
+        Param { count, ..Self::of(TATU_F64S, key) }
+    }
+    /// `count` integers; 0: any number of them.
+    pub fn ints(key: &str, count: u32) -> Self {
+        Param { count, ..Self::of(TATU_I64S, key) }
+    }
+    /// A function of a script.
+    pub fn func(key: &str) -> Self {
+        Self::of(TATU_FUNC, key)
+    }
+    /// A table with keys: any, unless [`Param::keys`] tells which.
+    pub fn map(key: &str) -> Self {
+        Self::of(TATU_MAP, key)
+    }
+    /// The keys of a table of options. Each entry is checked and converted as its parameter says, one that is missing gets
+    /// its default, and a key that is none of them is an error that names the nearest.
+    pub fn keys(mut self, keys: impl IntoIterator<Item = Param>) -> Self {
+        self.keys = keys.into_iter().collect();
+        self
+    }
+    /// A list.
+    pub fn list(key: &str) -> Self {
+        Self::of(TATU_LIST, key)
+    }
+    /// An object, or the number of one.
+    pub fn object(key: &str) -> Self {
+        Self::of(TATU_OBJECT, key)
+    }
+    /// Anything.
+    pub fn any(key: &str) -> Self {
+        Self { flags: TATU_PARAM_ANY, ..Self::of(TATU_NIL, key) }
+    }
+    /// Its unit: "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz".
+    pub fn unit(mut self, unit: &'static str) -> Self {
+        self.unit = Some(unit);
+        self
+    }
+    /// Least and greatest value.
+    pub fn range(mut self, lowest: f64, highest: f64) -> Self {
+        (self.lowest, self.highest) = (lowest, highest);
+        self
+    }
+    /// What it is when it is not given; it may be left out then, without [`Param::optional`].
+    pub fn default(mut self, value: impl Into<Value>) -> Self {
+        self.fallback = value.into();
+        self
+    }
+    /// The texts it may be.
+    pub fn choices(mut self, choices: &'static [&'static str]) -> Self {
+        self.choices = choices;
+        self
+    }
+    /// May be left out, or nil.
+    pub fn optional(mut self) -> Self {
+        self.flags |= TATU_PARAM_OPTIONAL;
+        self
+    }
+    /// Stands for any number of arguments; the last parameter of a command.
+    pub fn rest(mut self) -> Self {
+        self.flags |= TATU_PARAM_REST | TATU_PARAM_OPTIONAL;
+        self
+    }
+    /// A change makes the instance anew.
+    pub fn rebuilds(mut self) -> Self {
+        self.flags |= TATU_PARAM_REBUILDS;
+        self
+    }
+    /// One sentence.
+    pub fn text(mut self, text: impl Into<String>) -> Self {
+        self.text = text.into();
+        self
+    }
+
+    pub(crate) fn keep(&self, keep: &mut Keep) -> *const tatu_param {
+        let keys: Vec<_> = self.keys.iter().map(|p| p.keep(keep)).collect();
+        let raw = tatu_param {
+            size: size_of::<tatu_param>() as u32,
+            type_: self.kind,
+            count: self.count,
+            flags: self.flags,
+            key: keep.text(&self.key),
+            unit: self.unit.map_or(std::ptr::null(), |u| keep.text(u)),
+            lowest: self.lowest,
+            highest: self.highest,
+            fallback: keep.value(&self.fallback),
+            choices: if self.choices.is_empty() { std::ptr::null() } else { keep.texts(self.choices) },
+            text: keep.text(&self.text),
+            keys: if keys.is_empty() { std::ptr::null() } else { keep.list(keys) },
+        };
+        keep.table(raw)
+    }
+}
+
+/// Values of declared parameters, by key, as an instance is given them.
+pub struct Params<'a> {
+    values: &'a [ValueRef<'a>],
+    declared: &'a [Param],
+}
+
+impl<'a> Params<'a> {
+    pub(crate) fn new(values: &'a [ValueRef<'a>], declared: &'a [Param]) -> Self {
+        Params { values, declared }
+    }
+    /// The value of a key; nil when it is not given.
+    pub fn get(&self, key: &str) -> Result<ValueRef<'a>> {
+        let i = self.declared.iter().position(|p| p.key == key).ok_or_else(|| {
+            Fail::new(format!("the plugin asks for its parameter `{key}`, which it does not declare"))
+        })?;
+        Ok(self.values.get(i).copied().unwrap_or(ValueRef::NIL))
+    }
+    fn want<T>(&self, key: &str, what: &str, read: impl FnOnce(ValueRef<'a>) -> Option<T>) -> Result<T> {
+        let v = self.get(key)?;
+        read(v)
+            .ok_or_else(|| Fail::argument(format!("parameter `{key}`: expected {what}, found {}", type_name(v.tag()))))
+    }
+    /// A number.
+    pub fn f64(&self, key: &str) -> Result<f64> {
+        self.want(key, "a number", ValueRef::as_f64)
+    }
+    /// An integer.
+    pub fn i64(&self, key: &str) -> Result<i64> {
+        self.want(key, "an integer", ValueRef::as_i64)
+    }
+    /// True or false.
+    pub fn bool(&self, key: &str) -> Result<bool> {
+        self.want(key, "true or false", ValueRef::as_bool)
+    }
+    /// A text.
+    pub fn string(&self, key: &str) -> Result<String> {
+        self.want(key, "a text", |v| v.as_str().map(|s| s.into_owned()))
+    }
+    /// Exactly `N` numbers.
+    pub fn array<const N: usize>(&self, key: &str) -> Result<[f64; N]> {
+        self.want(key, &format!("{N} numbers"), ValueRef::array)
+    }
+}

@@ -1,0 +1,75 @@
+//! Files that a user names: plain ones, and not more of them than fits.
+
+use std::{
+    fs::{self, File},
+    io::{self, Read},
+    path::Path,
+};
+
+/// Bytes of the longest file that is read, where nothing else is said.
+pub const MOST_BYTES: u64 = 256 << 20;
+
+/// Opens a plain file of at most so many bytes; reading ends there, even if the file grows. A pipe or a device, which may
+/// have no end or keep whoever opens it waiting, is an error.
+pub fn open_plain(path: &Path, most: u64) -> io::Result<io::Take<File>> {
+    check(&fs::metadata(path)?, most)?;
+    let file = File::open(path)?;
+    // Another file may have its name by now.
+    check(&file.metadata()?, most)?;
+    Ok(file.take(most))
+}
+
+/// The bytes of a plain file of at most so many.
+pub fn read_plain(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    read_opened(open_plain(path, most)?.into_inner(), most)
+}
+
+/// The same for one that is open.
+pub(crate) fn read_opened(file: File, most: u64) -> io::Result<Vec<u8>> {
+    let length = check(&file.metadata()?, most)?;
+    let mut file = file.take(most);
+    let mut bytes = Vec::new();
+    let no_room = |_| io::Error::new(io::ErrorKind::OutOfMemory, format!("there is no memory for its {length} bytes"));
+    bytes.try_reserve_exact(length as usize).map_err(no_room)?;
+    file.read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// The same as text; what is not UTF-8 is an error.
+pub fn read_plain_text(path: &Path, most: u64) -> io::Result<String> {
+    let bytes = read_plain(path, most)?;
+    String::from_utf8(bytes).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.utf8_error()))
+}
+
+/// Its bytes.
+fn check(about: &fs::Metadata, most: u64) -> io::Result<u64> {
+    if about.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
+    }
+    if !about.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no plain file"));
+    }
+    if about.len() > most {
+        let text = format!("it has {} MB, and at most {} MB are read", about.len() >> 20, most >> 20);
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
+    }
+    Ok(about.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_plain_files_within_the_bound_are_read() {
+        let own = Path::new(file!()).file_name().unwrap();
+        let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/safe/value").join(own);
+        let text = read_plain_text(&here, MOST_BYTES).unwrap();
+        assert!(text.starts_with("//! Files that a user names"));
+        assert_eq!(read_plain(&here, 10).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        assert_eq!(read_plain(here.parent().unwrap(), 10).unwrap_err().kind(), io::ErrorKind::IsADirectory);
+        assert_eq!(read_plain(Path::new("/no/such"), 10).unwrap_err().kind(), io::ErrorKind::NotFound);
+        #[cfg(unix)]
+        assert_eq!(read_plain(Path::new("/dev/zero"), 10).unwrap_err().kind(), io::ErrorKind::InvalidInput);
+    }
+}

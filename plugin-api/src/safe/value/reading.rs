@@ -1,0 +1,98 @@
+//! What a sensor measured, as commands and services read it.
+
+use crate::abi::*;
+
+/// One field of a sensor's last reading, copied.
+#[derive(Debug, Clone)]
+pub struct Reading {
+    elem: u32,
+    dims: [u32; 3],
+    time: f64,
+    sequence: u64,
+    len: usize,
+    words: Words,
+}
+
+/// The elements, in words of 8 bytes: most readings are a few numbers.
+#[derive(Debug, Clone)]
+enum Words {
+    Few([u64; 8]),
+    Many(Vec<u64>),
+}
+
+impl Reading {
+    /// # Safety
+    /// `view` is what the host told, and nothing has been measured since.
+    pub(crate) unsafe fn of(view: &tatu_field_view) -> Self {
+        let each = match view.elem {
+            TATU_ELEM_F64 | TATU_ELEM_OBJECT => 8,
+            TATU_ELEM_F32 | TATU_ELEM_I32 => 4,
+            TATU_ELEM_U16 => 2,
+            TATU_ELEM_U8 => 1,
+            _ => 0,
+        };
+        let len = if view.ptr.is_null() || each == 0 { 0 } else { view.len as usize };
+        let mut words = match (len * each).div_ceil(8) {
+            ..=8 => Words::Few([0; 8]),
+            n => Words::Many(vec![0; n]),
+        };
+        let to = match &mut words {
+            Words::Few(few) => few.as_mut_ptr(),
+            Words::Many(many) => many.as_mut_ptr(),
+        };
+        // SAFETY: the host's buffer has this many elements of this size, and there are words enough for them.
+        unsafe { std::ptr::copy_nonoverlapping(view.ptr.cast::<u8>(), to.cast::<u8>(), len * each) };
+        Reading { elem: view.elem, dims: view.dims, time: view.time, sequence: view.sequence, len, words }
+    }
+    /// How often the sensor has been handled; 0: never, or reset since.
+    pub fn sequence(&self) -> u64 {
+        self.sequence
+    }
+    /// Simulation time of the reading, s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+    /// Shape, outermost first.
+    pub fn dims(&self) -> [u32; 3] {
+        self.dims
+    }
+    /// `TATU_ELEM_*`.
+    pub fn elem(&self) -> u32 {
+        self.elem
+    }
+    fn slice<T>(&self, elem: u32) -> &[T] {
+        if self.elem != elem {
+            return &[];
+        }
+        let words = match &self.words {
+            Words::Few(few) => &few[..],
+            Words::Many(many) => many,
+        };
+        // SAFETY: `of` made room for this many elements of the type that goes with `elem`, which is any pattern of bits.
+        unsafe { std::slice::from_raw_parts(words.as_ptr().cast(), self.len) }
+    }
+    /// The numbers, if they are doubles.
+    pub fn f64s(&self) -> &[f64] {
+        self.slice(TATU_ELEM_F64)
+    }
+    /// The numbers, if they are 32-bit integers.
+    pub fn i32s(&self) -> &[i32] {
+        self.slice(TATU_ELEM_I32)
+    }
+    /// The numbers, if they are 32-bit floats.
+    pub fn f32s(&self) -> &[f32] {
+        self.slice(TATU_ELEM_F32)
+    }
+    /// The numbers, if they are 16-bit numbers.
+    pub fn u16s(&self) -> &[u16] {
+        self.slice(TATU_ELEM_U16)
+    }
+    /// The bytes, if they are bytes.
+    pub fn u8s(&self) -> &[u8] {
+        self.slice(TATU_ELEM_U8)
+    }
+    /// The objects, if they are objects.
+    pub fn objects(&self) -> &[tatu_object] {
+        self.slice(TATU_ELEM_OBJECT)
+    }
+}

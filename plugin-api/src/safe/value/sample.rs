@@ -1,0 +1,219 @@
+//! What a measure of a sensor gets and fills: one sensor of a batch.
+
+use std::ffi::c_void;
+
+use crate::abi::*;
+use crate::safe::value::field::Field;
+
+/// What one sensor of a batch sees.
+pub struct Sample<'a> {
+    batch: &'a tatu_sensor_batch,
+    i: usize,
+    /// Whether rays have been aimed and cast.
+    cast: bool,
+}
+
+impl<'a> Sample<'a> {
+    /// # Safety
+    /// The batch is the host's, for `'a`, and has this instance.
+    pub(crate) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize) -> Self {
+        Sample { batch, i, cast: true }
+    }
+    /// The same while rays are aimed, which it does not show.
+    pub(crate) fn before_the_cast(&self) -> Sample<'a> {
+        Sample { cast: false, ..*self }
+    }
+    /// The value of this instance in an array that has one for each; `None` where there is no such array.
+    fn own<T: Copy>(&self, array: *const T) -> Option<T> {
+        // SAFETY: the host's arrays are null or have one for each instance.
+        (!array.is_null()).then(|| unsafe { *array.add(self.i) })
+    }
+    /// The part of this instance in an array of parts, whose ends another array tells.
+    fn part<T>(&self, ends: *const u64, array: *const T) -> &'a [T] {
+        if ends.is_null() || array.is_null() {
+            return &[];
+        }
+        // SAFETY: the host tells n + 1 ends, and its arrays hold all parts of the batch.
+        unsafe {
+            let (from, to) = (*ends.add(self.i) as usize, *ends.add(self.i + 1) as usize);
+            std::slice::from_raw_parts(array.add(from), to - from)
+        }
+    }
+    fn per_beam<T>(&self, array: *const T) -> &'a [T] {
+        self.part(self.batch.first_beam, array)
+    }
+    fn per_pixel<T>(&self, array: *const T) -> &'a [T] {
+        self.part(self.batch.first_pixel, array)
+    }
+    /// Simulation time, s.
+    pub fn time(&self) -> f64 {
+        self.batch.time
+    }
+    /// The sensor.
+    pub fn sensor(&self) -> tatu_object {
+        self.own(self.batch.sensor).unwrap_or_default()
+    }
+    /// Per beam: distance, m; infinity: nothing. Asked for with `TATU_IN_DISTANCE`.
+    pub fn distances(&self) -> &'a [f64] {
+        self.per_beam(self.batch.distance)
+    }
+    /// Per beam: point, sensor frame, m. `TATU_IN_POINT`.
+    pub fn points(&self) -> &'a [[f64; 3]] {
+        self.per_beam(self.batch.point.cast())
+    }
+    /// Per beam: unit normal, sensor frame. `TATU_IN_NORMAL`.
+    pub fn normals(&self) -> &'a [[f64; 3]] {
+        self.per_beam(self.batch.normal.cast())
+    }
+    /// Per beam: the object seen. `TATU_IN_OBJECT`.
+    pub fn objects(&self) -> &'a [tatu_object] {
+        self.per_beam(self.batch.object)
+    }
+    /// Per beam: red green blue. `TATU_IN_COLOR`.
+    pub fn colors(&self) -> &'a [[u8; 3]] {
+        self.per_beam(self.batch.color.cast())
+    }
+    /// Per beam: which triangle or face. `TATU_IN_PRIMITIVE`.
+    pub fn primitives(&self) -> &'a [u32] {
+        self.per_beam(self.batch.primitive)
+    }
+
+    /// Per pixel, the lowest row first: m along +z; infinity: nothing. `TATU_IN_DISTANCE`.
+    pub fn depths(&self) -> &'a [f32] {
+        self.per_pixel(self.batch.depth)
+    }
+    /// Per pixel: red green blue. `TATU_IN_COLOR`.
+    pub fn pixel_colors(&self) -> &'a [[u8; 3]] {
+        self.per_pixel(self.batch.pixel_color.cast())
+    }
+    /// Per pixel: cosine of the angle between line of sight and normal. `TATU_IN_COSINE`.
+    pub fn pixel_cosines(&self) -> &'a [f32] {
+        self.per_pixel(self.batch.pixel_cosine)
+    }
+    /// Per pixel: the object seen. `TATU_IN_OBJECT`.
+    pub fn pixel_objects(&self) -> &'a [tatu_object] {
+        self.per_pixel(self.batch.pixel_object)
+    }
+
+    /// Per beam: where it begins and points, in the sensor's frame; empty if they are not aimed.
+    pub fn rays(&self) -> &'a [[f64; 6]] {
+        // SAFETY: nobody changes them after the cast.
+        if self.cast { unsafe { self.rays_to_aim() } } else { &[] }
+    }
+    /// # Safety
+    /// Nobody else has them meanwhile.
+    pub(crate) unsafe fn rays_to_aim(&self) -> &'a mut [[f64; 6]] {
+        let rays = self.own(self.batch.rays).unwrap_or(std::ptr::null_mut());
+        let ends = self.batch.first_beam;
+        if rays.is_null() || ends.is_null() {
+            return &mut [];
+        }
+        // SAFETY: 6 numbers for each ray of this instance; the caller promises the rest.
+        unsafe {
+            let n = *ends.add(self.i + 1) - *ends.add(self.i);
+            std::slice::from_raw_parts_mut(rays.cast(), n as usize)
+        }
+    }
+
+    fn draw(
+        &self,
+        fill: impl Fn(&tatu_random) -> Option<unsafe extern "C" fn(*const tatu_random, u32, u64, u64, *mut f64)>,
+        first: u64,
+        out: &mut [f64],
+    ) {
+        // SAFETY: the host's generator, or null from a host that has none: then the numbers stay as they are.
+        if let Some(random) = unsafe { self.batch.random.as_ref() }
+            && let Some(fill) = fill(random)
+        {
+            // SAFETY: `out` has as many places as asked for.
+            unsafe { fill(random, self.i as u32, first, out.len() as u64, out.as_mut_ptr()) };
+        }
+    }
+    /// Numbers from 0 to below 1: those with the indices from `first` on of this sensor's measure.
+    pub fn uniform(&self, first: u64, out: &mut [f64]) {
+        self.draw(|r| r.uniform, first, out);
+    }
+    /// Numbers of the normal distribution, mean 0, standard deviation 1.
+    pub fn normal(&self, first: u64, out: &mut [f64]) {
+        self.draw(|r| r.normal, first, out);
+    }
+
+    /// The sensor's pose in the world: x y z (m), quaternion x y z w. `None` without `TATU_IN_POSE` in its inputs.
+    pub fn pose(&self) -> Option<[f64; 7]> {
+        self.own(self.batch.pose.cast())
+    }
+    /// The twist of its mount: m/s, then rad/s, world. `None` without `TATU_IN_TWIST` in its inputs.
+    pub fn twist(&self) -> Option<[f64; 6]> {
+        self.own(self.batch.twist.cast())
+    }
+}
+
+/// Where a sensor writes its fields, in the order of declaration.
+pub struct Readout<'a> {
+    /// Where each lies, and how many elements it has.
+    places: &'a [*mut c_void],
+    lengths: &'a [u64],
+    fields: &'a [Field],
+    state: &'a mut [f64],
+}
+
+impl<'a> Readout<'a> {
+    /// # Safety
+    /// The batch is the host's, for `'a`, and has this instance, whose fields and state block of `state` numbers nobody else
+    /// uses.
+    pub(crate) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize, fields: &'a [Field], state: usize) -> Self {
+        let state: &mut [f64] = match state {
+            0 => &mut [],
+            // SAFETY: one block per instance, of as many numbers as declared, aligned to them.
+            n => unsafe { std::slice::from_raw_parts_mut((*batch.state.add(i)).cast(), n) },
+        };
+        let n = batch.n_fields as usize;
+        if n == 0 {
+            return Readout { places: &[], lengths: &[], fields, state };
+        }
+        // SAFETY: one place and one length per instance and field.
+        unsafe {
+            let places = std::slice::from_raw_parts(batch.fields.add(i * n), n);
+            Readout { places, lengths: std::slice::from_raw_parts(*batch.lengths.add(i), n), fields, state }
+        }
+    }
+}
+
+impl Readout<'_> {
+    fn slice<T>(&mut self, k: usize, elem: u32) -> &mut [T] {
+        let declared = self.fields.get(k).filter(|f| f.elem == elem);
+        let (Some(_), Some(place), Some(n)) = (declared, self.places.get(k), self.lengths.get(k)) else {
+            return &mut [];
+        };
+        // SAFETY: the host gives each field room for as many elements of the declared type, to this instance alone.
+        unsafe { std::slice::from_raw_parts_mut(place.cast(), *n as usize) }
+    }
+    /// The numbers that this sensor remembers: as many as [`Sensor::STATE`](crate::safe::Sensor::STATE) tells.
+    pub fn state(&mut self) -> &mut [f64] {
+        self.state
+    }
+    /// Field `k`, counted from 0 in the order of declaration, declared with [`Field::f64`]; empty if it is of another type.
+    pub fn f64(&mut self, k: usize) -> &mut [f64] {
+        self.slice(k, TATU_ELEM_F64)
+    }
+    /// Field `k`, declared with [`Field::i32`].
+    pub fn i32(&mut self, k: usize) -> &mut [i32] {
+        self.slice(k, TATU_ELEM_I32)
+    }
+    /// Field `k`, declared with [`Field::f32`].
+    pub fn f32(&mut self, k: usize) -> &mut [f32] {
+        self.slice(k, TATU_ELEM_F32)
+    }
+    /// Field `k`, declared with [`Field::u16`].
+    pub fn u16(&mut self, k: usize) -> &mut [u16] {
+        self.slice(k, TATU_ELEM_U16)
+    }
+    /// Field `k`, declared with [`Field::u8`].
+    pub fn u8(&mut self, k: usize) -> &mut [u8] {
+        self.slice(k, TATU_ELEM_U8)
+    }
+    /// Field `k`, declared with [`Field::object`].
+    pub fn object(&mut self, k: usize) -> &mut [tatu_object] {
+        self.slice(k, TATU_ELEM_OBJECT)
+    }
+}
