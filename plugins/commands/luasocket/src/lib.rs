@@ -1,6 +1,6 @@
 //! Sockets for scripts: `require 'socket'` gives what LuaSocket's users know.
 //!
-//! - `sockets`: sockets by number, on the standard library; `permission`: whom a run may reach;
+//! - `plugin`: the plugin, and what a world has open; `sockets`: sockets by number, on the standard library; `permission`: whom a run may reach;
 //! - `look`: what a script finds outside is an input of the run;
 //! - `streams`, `datagrams`, `clock`: commands that look; `socket.lua`: LuaSocket's objects upon the commands.
 
@@ -8,32 +8,17 @@ mod clock;
 mod datagrams;
 mod look;
 mod permission;
+mod plugin;
 mod sockets;
 mod streams;
 
-use std::cell::{Cell, RefCell};
-
+pub use plugin::{LuaSocket, Open};
 use sockets::Sockets;
 use tatu_plugin_api::{
     abi::TATU_ERR_BUSY,
-    safe::{Fail, Host, Offer, Plugin, Prop, Result, World},
+    safe::{Fail, Host, Offer, Plugin, Result, World},
     tatu_plugin,
 };
-
-/// The plugin.
-pub struct LuaSocket {
-    allow: Prop,
-    clock: Prop,
-    epoch: Prop,
-}
-
-/// What a world has open.
-#[derive(Default)]
-pub struct Open {
-    sockets: RefCell<Sockets>,
-    /// Whether somebody was told already what is not allowed.
-    told: Cell<bool>,
-}
 
 impl Plugin for LuaSocket {
     type World = Open;

@@ -1,35 +1,16 @@
 //! Programs that scripts start, where the person who runs allows it; and a stand-in for one that a tutorial brings.
 //!
-//! - `launch`: `sim.launchExecutable`; `bubblerob`: the server program of V-REP's BubbleRob.
+//! - `plugin`: the plugin, and what runs for a world; `launch`: `sim.launchExecutable`; `bubblerob`: the server program of V-REP's BubbleRob.
 
 mod bubblerob;
 mod launch;
+mod plugin;
 
-use std::sync::{
-    Arc,
-    atomic::{AtomicBool, Ordering},
-};
-
+pub use plugin::{Programs, Running};
 use tatu_plugin_api::{
-    safe::{Host, Offer, Plugin, Prop, Result, World},
+    safe::{Host, Offer, Plugin, Result, World},
     tatu_plugin,
 };
-
-/// The plugin.
-pub struct Programs {
-    allow: Prop,
-    file: Prop,
-}
-
-/// Ends the stand-ins of a world with it.
-#[derive(Default)]
-pub struct Running(Arc<AtomicBool>);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-}
 
 impl Plugin for Programs {
     type World = Running;

@@ -3,46 +3,28 @@
 //!
 //! - `xml`: the description; `window`: what is kept, and the event; `acts`: what people do, and callbacks into scripts;
 //! - `program`: whole windows; `fields`: a value of a widget; `lists`: boxes, tables and trees; `plots`: curves and images;
-//! - `neutral`: what is taken and does nothing.
+//! - `neutral`: what is taken and does nothing; `plugin`: what all of them share.
 
 mod acts;
 mod fields;
 mod lists;
 mod neutral;
 mod plots;
+mod plugin;
 mod program;
 mod window;
 mod xml;
 
+pub use plugin::SimUi;
+pub(crate) use plugin::{Cmd, Ctx, MINUS, NIL, both};
 use tatu_plugin_api::{
     abi::TATU_ERR_BUSY,
-    safe::{Call, Command, Event, Fail, Host, Offer, Param, Plugin, Result, Value, World},
+    safe::{Event, Fail, Host, Offer, Param, Plugin, Result, World},
     tatu_plugin,
 };
 
-/// The plugin.
-pub struct SimUi;
-
-/// A running command of this plugin.
-type Ctx<'a> = Call<'a, SimUi>;
-/// A command of this plugin.
-type Cmd = Command<SimUi>;
-
-/// Old error values: nil for texts and tables,
-const NIL: [Value; 1] = [Value::Nil];
-/// and -1 for numbers and setters.
-const MINUS: [Value; 1] = [Value::Int(-1)];
 /// From this version on old names raise errors as all others do.
 const OLD_NAMES_RAISE: &str = "4.2";
-
-/// A command under its name and the one that it had before version 3.5.
-fn both<T: tatu_plugin_api::safe::IntoResult + 'static>(
-    name: &str,
-    on_error: [Value; 1],
-    f: impl Fn(&mut Ctx<'_>) -> Result<T> + Send + Sync + 'static,
-) -> Cmd {
-    Cmd::new(name, f).old_name(name.replace("simUI.", "simExtCustomUI_"), on_error)
-}
 
 impl Plugin for SimUi {
     type World = window::Windows;

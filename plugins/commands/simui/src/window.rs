@@ -12,7 +12,10 @@ use tatu_plugin_api::{
     safe::{Fail, Result, Value},
 };
 
-use crate::{Ctx, xml::Values};
+use crate::Ctx;
+
+/// Values of a widget by name.
+pub(crate) type Values = serde_json::Map<String, serde_json::Value>;
 
 /// Told when a window was opened, changed or closed.
 pub(crate) const EVENT: &str = "ui.window";

@@ -1,6 +1,6 @@
 //! The description of a window, as scripts write it.
 
-use serde_json::{Map, Value as Json, json};
+use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result};
 use xml::{ParserConfig, common::Position, reader::XmlEvent};
 
@@ -192,9 +192,6 @@ fn gather(nodes: &mut [Node]) {
         nodes[n].below.clear();
     }
 }
-
-/// Values of a widget by name.
-pub(crate) type Values = Map<String, Json>;
 
 #[cfg(test)]
 mod tests {

@@ -2,27 +2,20 @@
 //! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.properties`, `tatu.read`, `tatu.save`, `tatu.getScript`, `tatu.setScript`,
 //! `tatu.press`, `tatu.open`, `tatu.drive`, `tatu.models` and `tatu.addModel`.
 //!
-//! One file per subject; `tests/program/scripts/events.rs` of the program drives them through scripts.
+//! One file per subject, and `plugin`, which all share; `tests/program/scripts/events.rs` of the program drives them through scripts.
 
 mod drive;
 mod events;
 mod options;
+mod plugin;
 mod properties;
 mod read;
 mod save;
 mod scenes;
 
-use tatu_plugin_api::safe::{Call, Command, Host, Offer, Plugin, Result, SharedCall, World};
-
-/// The plugin; it keeps nothing.
-pub struct Tatu;
-
-/// A running command of this plugin.
-type Ctx<'a> = Call<'a, Tatu>;
-/// One that others may run beside.
-type Shared<'a> = SharedCall<'a, Tatu>;
-/// A command of this plugin.
-type Cmd = Command<Tatu>;
+pub use plugin::Tatu;
+pub(crate) use plugin::{Cmd, Ctx, Shared};
+use tatu_plugin_api::safe::{Host, Offer, Plugin, Result, World};
 
 impl Plugin for Tatu {
     type World = ();

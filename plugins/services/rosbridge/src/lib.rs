@@ -1,6 +1,6 @@
 //! rosbridge: clients of ROS on a WebSocket read the sensors of a scene as topics, and steer its robots.
 //!
-//! - `types`: what messages are made of; `convert`: messages as JSON, CBOR and values;
+//! - `plugin`: the plugin, and keys that are read often; `types`: what messages are made of; `convert`: messages as JSON, CBOR and values;
 //! - `robots`: what a scene holds, and how far wheels have driven; `poses`: frames;
 //! - `topics`: which topics there are by themselves; `messages`: what they tell;
 //! - `protocol`: what clients ask; `peers`: what each has asked for; `relay`: what clients offer each other;
@@ -14,6 +14,7 @@ mod messages;
 mod node;
 mod params;
 mod peers;
+mod plugin;
 mod poses;
 mod protocol;
 mod relay;
@@ -26,59 +27,13 @@ mod topics;
 mod types;
 
 use tatu_plugin_api::{
-    safe::{Call, Fail, Host, Offer, Plugin, Prop, Result, World},
+    safe::{Fail, Host, Offer, Plugin, Result, World},
     tatu_plugin,
 };
 
+pub use plugin::Ros;
+pub(crate) use plugin::{Ctx, Props};
 pub use service::Rosbridge;
-
-macro_rules! props {
-    ($($name:ident: $key:literal,)*) => {
-        /// Keys that are read often.
-        #[derive(Clone, Copy)]
-        pub(crate) struct Props { wheels: tatu_robots_drivetrain::Props, $($name: Prop,)* }
-        impl Props {
-            fn new(host: &Host) -> Self {
-                Props { wheels: tatu_robots_drivetrain::Props::new(host), $($name: host.prop($key),)* }
-            }
-        }
-    };
-}
-props! {
-    alias: "object.alias",
-    name: "object.name",
-    parent: "object.parent",
-    model_base: "object.model_base",
-    joint_type: "joint.type",
-    effort: "joint.effort",
-    sensor_kind: "sensor.kind",
-    rate: "sensor.rate",
-    time: "scene.time",
-    dt: "scene.dt",
-    scan_distance: "range_scan.distance",
-    scan_angle: "range_scan.angle",
-    scan_limits: "range_scan.limits",
-    scan_elevation: "range_scan.elevation",
-    scan_intensity: "range_scan.intensity",
-    detected: "proximity.detected",
-    distance: "proximity.distance",
-    fix_valid: "gps.valid",
-    latitude: "gps.latitude",
-    longitude: "gps.longitude",
-    altitude: "gps.altitude",
-    rgb: "color_image.rgb",
-    depth: "depth_image.depth",
-    intrinsics: "depth_image.intrinsics",
-    parallel: "depth_image.parallel",
-}
-
-/// A running command of this plugin.
-type Ctx<'a> = Call<'a, Ros>;
-
-/// The plugin.
-pub struct Ros {
-    p: Props,
-}
 
 impl Plugin for Ros {
     type World = node::Node;
@@ -107,6 +62,12 @@ impl Plugin for Ros {
     fn offer(offer: &mut Offer<Self>) {
         offer.service::<Rosbridge>();
         scripts::offer(offer);
+        images::images(offer);
+        params::params(offer);
+        times::times(offer);
+        offer.subject("ros2");
+        scripts::between(offer);
+        offer.subject("rosbridge");
     }
 }
 

@@ -124,12 +124,6 @@ pub(crate) fn words(ros: Ros, one: &str, two: &str) -> String {
 pub(crate) fn offer(offer: &mut Offer<Plugin>) {
     topics(offer);
     services(offer);
-    crate::images::images(offer);
-    crate::params::params(offer);
-    crate::times::times(offer);
-    offer.subject("ros2");
-    between(offer);
-    offer.subject("rosbridge");
 }
 
 fn topics(offer: &mut Offer<Plugin>) {
@@ -344,7 +338,7 @@ fn services(offer: &mut Offer<Plugin>) {
 }
 
 /// What the service calls, so that it stands in the log of inputs.
-fn between(offer: &mut Offer<Plugin>) {
+pub(crate) fn between(offer: &mut Offer<Plugin>) {
     let json = || Param::string("json").text("the message, as JSON");
     offer.command(
         Cmd::new(RECEIVE, |c| {

@@ -1,0 +1,51 @@
+//! The plugin, and keys that are read often.
+
+use tatu_plugin_api::safe::{Call, Host, Prop};
+
+macro_rules! props {
+    ($($name:ident: $key:literal,)*) => {
+        /// Keys that are read often.
+        #[derive(Clone, Copy)]
+        pub(crate) struct Props { pub(crate) wheels: tatu_robots_drivetrain::Props, $(pub(crate) $name: Prop,)* }
+        impl Props {
+            pub(crate) fn new(host: &Host) -> Self {
+                Props { wheels: tatu_robots_drivetrain::Props::new(host), $($name: host.prop($key),)* }
+            }
+        }
+    };
+}
+props! {
+    alias: "object.alias",
+    name: "object.name",
+    parent: "object.parent",
+    model_base: "object.model_base",
+    joint_type: "joint.type",
+    effort: "joint.effort",
+    sensor_kind: "sensor.kind",
+    rate: "sensor.rate",
+    time: "scene.time",
+    dt: "scene.dt",
+    scan_distance: "range_scan.distance",
+    scan_angle: "range_scan.angle",
+    scan_limits: "range_scan.limits",
+    scan_elevation: "range_scan.elevation",
+    scan_intensity: "range_scan.intensity",
+    detected: "proximity.detected",
+    distance: "proximity.distance",
+    fix_valid: "gps.valid",
+    latitude: "gps.latitude",
+    longitude: "gps.longitude",
+    altitude: "gps.altitude",
+    rgb: "color_image.rgb",
+    depth: "depth_image.depth",
+    intrinsics: "depth_image.intrinsics",
+    parallel: "depth_image.parallel",
+}
+
+/// A running command of this plugin.
+pub(crate) type Ctx<'a> = Call<'a, Ros>;
+
+/// The plugin.
+pub struct Ros {
+    pub(crate) p: Props,
+}
