@@ -1,51 +1,11 @@
 //! Collections: sets of objects under one handle.
 
-use std::collections::BTreeMap;
-
-use serde::{Deserialize, Serialize};
-
-use crate::{Vrep, handle_sets, kit::*, registered, state::state};
-
-/// Handles of collections lie above those of objects that a scene is likely to have.
-const FIRST: i64 = 0xE_0000;
-
-/// A collection.
-#[derive(Serialize, Deserialize, Clone, Default)]
-pub(crate) struct Collection {
-    name: String,
-    parts: Vec<Part>,
-}
-
-#[derive(Serialize, Deserialize, Clone)]
-struct Part {
-    what: i64,
-    object: tatu_object,
-    remove: bool,
-    exclude: bool,
-}
-
-/// All collections of a world, by handle.
-#[derive(Serialize, Deserialize, Default)]
-pub(crate) struct Collections {
-    all: BTreeMap<i64, Collection>,
-    made: i64,
-}
-
-impl Collections {
-    /// One of the scene.
-    pub(crate) fn insert(&mut self, (name, handle, parts): registered::FromFile) {
-        let part = |p: registered::Part| Part { what: p.what, object: p.object, remove: p.remove, exclude: p.exclude };
-        let parts = parts.into_iter().map(part).collect();
-        self.all.insert(handle, Collection { name, parts });
-    }
-    /// A new one, without objects; its handle.
-    fn add(&mut self, name: String) -> i64 {
-        self.made += 1;
-        let made = FIRST + self.made;
-        self.all.insert(made, Collection { name, parts: Vec::new() });
-        made
-    }
-}
+use crate::{
+    Vrep, handle_sets,
+    kept::collections::{Collection, Collections, FIRST, Part},
+    kit::*,
+    state::state,
+};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let collection = || Param::int("collection").text("a handle of a collection");

@@ -1,22 +1,7 @@
 //! Dialogs. A view that shows them tells what was answered; where nobody attends to them they answer themselves, in the next
 //! step: yes or ok, with the text they had.
 
-use std::collections::BTreeMap;
-
-use serde::{Deserialize, Serialize};
-
-use crate::{Vrep, kit::*, state::state};
-
-#[derive(Serialize, Deserialize, Clone)]
-struct Dialog {
-    style: i64,
-    text: Vec<u8>,
-    opened: i64,
-    /// Somebody sees it: it waits for an answer.
-    attended: bool,
-    /// 0: none yet.
-    result: i64,
-}
+use crate::{Vrep, kept::dialogs::Dialog, kit::*, state::state};
 
 /// The event by which views hear of windows, and the command by which they answer dialogs.
 const EVENT: &str = "ui.window";
@@ -88,13 +73,6 @@ fn answer(c: &mut Ctx<'_>) -> Result {
         dialog.result != 0
     };
     if over { hide(c, made) } else { Ok(()) }
-}
-
-/// All dialogs of a world, by handle.
-#[derive(Serialize, Deserialize, Default)]
-pub(crate) struct Dialogs {
-    open: BTreeMap<i64, Dialog>,
-    made: i64,
 }
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {

@@ -4,7 +4,7 @@ use crate::{
     Vrep,
     collections::{self, Entity},
     kit::*,
-    registered::by_name,
+    names::by_name,
     state::state,
 };
 

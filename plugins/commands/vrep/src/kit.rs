@@ -3,7 +3,10 @@
 pub(crate) use tatu_plugin_api::abi::*;
 pub(crate) use tatu_plugin_api::safe::*;
 
-use crate::Vrep;
+/// The plugin: its interned property keys.
+pub struct Vrep {
+    pub(crate) p: Props,
+}
 
 /// A running command of this plugin.
 pub(crate) type Ctx<'a> = Call<'a, Vrep>;

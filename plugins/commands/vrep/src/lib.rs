@@ -25,6 +25,7 @@ mod forces;
 mod graphs;
 mod handle_sets;
 mod joints;
+mod kept;
 mod keys;
 mod kinds;
 mod kit;
@@ -49,7 +50,6 @@ mod profile;
 mod profiles;
 mod properties;
 mod proximity;
-mod registered;
 mod remote_api;
 mod script_more;
 mod scripts;
@@ -68,12 +68,8 @@ mod views;
 mod vision;
 mod wireless;
 
+pub use kit::Vrep;
 use tatu_plugin_api::safe::{Fail, Host, Offer, Plugin, Result, World};
-
-/// The plugin: its interned property keys.
-pub struct Vrep {
-    p: kit::Props,
-}
 
 impl Plugin for Vrep {
     type World = state::State;

@@ -244,6 +244,17 @@ fn distance(a: &[u8], b: &[u8]) -> usize {
     row[b.len()]
 }
 
+/// The handle under a name, by the rule for names of old scripts.
+pub(crate) fn by_name<'a>(
+    c: &Ctx<'_>,
+    name: &str,
+    all: impl Iterator<Item = (&'a str, i64)> + Clone,
+) -> Result<Option<i64>> {
+    let name = name.split('@').next().unwrap_or(name);
+    let wanted = adjusted(name, suffix(c)?);
+    Ok(all.clone().find(|(n, _)| *n == wanted).map(|(_, h)| h))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,42 +1,15 @@
 //! Windows of buttons, sliders and labels that scenes of before 3.3 show. What they hold is kept and told; nobody presses
 //! their buttons unless a view shows them.
 
-use serde::{Deserialize, Serialize};
-
-use crate::{Vrep, kit::*, registered::by_name, state::state};
+use crate::{
+    Vrep,
+    kept::windows::{Button, Window},
+    kit::*,
+    names::by_name,
+    state::state,
+};
 
 const NOTES: &str = "What it holds is kept and told; without a view nobody sees or presses it.";
-
-/// A button, label, slider or field.
-#[derive(Serialize, Deserialize, Clone, Default)]
-pub(crate) struct Button {
-    handle: i64,
-    attributes: i64,
-    /// Columns and rows that it takes, and the first of them.
-    cells: [i64; 4],
-    /// As it is, and pressed.
-    labels: [String; 2],
-    /// 0 to 1000.
-    slider: f64,
-}
-
-/// A window.
-#[derive(Serialize, Deserialize, Clone, Default)]
-pub(crate) struct Window {
-    name: String,
-    handle: i64,
-    /// Number of the object in the file; -1: none.
-    object: i64,
-    attributes: i64,
-    /// Columns and rows.
-    cells: [i64; 2],
-    buttons: Vec<Button>,
-    #[serde(default)]
-    position: [i64; 2],
-}
-
-/// All windows of a world.
-pub(crate) type Windows = Vec<Window>;
 
 /// Handles of windows that scripts make.
 const FIRST: i64 = 2_069_000;

@@ -6,8 +6,9 @@ use crate::{
     Vrep,
     collections::{self, Entity},
     distances::{closest, is_stand_in},
+    kept::registered::{Found, Pair, Registered},
     kit::*,
-    registered::{Found, Pair, Registered, by_name},
+    names::by_name,
     state::state,
 };
 

@@ -1,18 +1,7 @@
 //! Motion profiles under a handle: `sim.ruckigPos`, `sim.ruckigVel`, `sim.ruckigStep`, `sim.ruckigRemove`, and the older
 //! `simRMLPos` and its kin.
 
-use std::collections::BTreeMap;
-
-use serde::{Deserialize, Serialize};
-
 use crate::{Vrep, kit::*, profile::Profile, state::state};
-
-/// All profiles of a world, by handle.
-#[derive(Serialize, Deserialize, Default)]
-pub(crate) struct Profiles {
-    all: BTreeMap<i64, Profile>,
-    made: i64,
-}
 
 /// What all profiles here are, against what is documented.
 pub(crate) const NOTES: &str = "All coordinates go side by side on a straight way and arrive together; a velocity at the \

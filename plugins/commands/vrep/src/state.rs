@@ -8,17 +8,19 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    collections::Collections,
-    console::Consoles,
-    dialogs::Dialogs,
+    kept::{
+        collections::Collections,
+        consoles::Consoles,
+        dialogs::Dialogs,
+        messages::Messages,
+        motions::Motion,
+        profiles::Profiles,
+        registered::{self, Registered},
+        seen::{AllSeen, AllWork},
+        tubes::Tubes,
+        wireless::InTransit,
+    },
     kit::*,
-    messages::Messages,
-    motion::Motion,
-    profiles::Profiles,
-    registered::{self, Registered},
-    tubes::Tubes,
-    vision::{AllSeen, AllWork},
-    wireless::InTransit,
 };
 
 /// The instance of a world. Commands may enter each other: borrow it briefly, never across a call to the host.

@@ -2,29 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use serde::{Deserialize, Serialize};
-
-use crate::{Vrep, kit::*, state::state};
-
-/// Data that was sent and has not faded.
-#[derive(Serialize, Deserialize, Clone)]
-struct WirelessMessage {
-    from: tatu_object,
-    antenna: tatu_object,
-    target: i64,
-    header: i64,
-    name: Vec<u8>,
-    data: Vec<u8>,
-    radius: f64,
-    until: f64,
-    read: BTreeSet<tatu_object>,
-}
-
-/// All messages in transit.
-#[derive(Serialize, Deserialize, Default)]
-pub(crate) struct InTransit {
-    messages: Vec<WirelessMessage>,
-}
+use crate::{Vrep, kept::wireless::WirelessMessage, kit::*, state::state};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(

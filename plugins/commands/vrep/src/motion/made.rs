@@ -1,8 +1,8 @@
 //! What each command's arguments mean: the motion that it makes.
 
-use super::{Answer, Listener, Motion, Mover};
 use crate::{
     algebra::{self as al, Pose},
+    kept::motions::{Answer, Listener, Motion, Mover},
     kit::*,
     profile::Profile,
 };

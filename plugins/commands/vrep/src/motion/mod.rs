@@ -4,63 +4,17 @@
 
 mod made;
 
-use serde::{Deserialize, Serialize};
-
 use made::{config, pose, rml_joints, rml_position, to_joints, to_object, to_position};
 
 use crate::{
     Vrep,
-    algebra::{self as al, Pose},
+    algebra::{self as al},
+    kept::motions::{Answer, Listener, Motion, Mover},
     kit::*,
-    profile::{Profile, State},
+    profile::State,
     profiles::NOTES,
     state::state,
 };
-
-/// What a motion moves.
-#[derive(Serialize, Deserialize, Clone)]
-enum Mover {
-    Joints(Vec<tatu_object>),
-    /// An object, from pose to pose in a frame (0: the world); 0: only the callback is told.
-    Pose {
-        object: tatu_object,
-        frame: tatu_object,
-        from: Pose,
-        to: Pose,
-    },
-    Nothing,
-}
-
-/// Who is told of each step.
-#[derive(Serialize, Deserialize, Clone)]
-enum Listener {
-    Nobody,
-    Function(tatu_func),
-    Named(String),
-}
-
-/// What a command gives in the end.
-#[derive(Serialize, Deserialize, Clone, Copy, PartialEq)]
-enum Answer {
-    /// A table with keys.
-    Map,
-    /// The values one by one, as before 4.7.
-    List,
-    /// A result, the values, and the time left over, as in 3.x.
-    Old,
-    /// The time left over.
-    Left,
-}
-
-#[derive(Serialize, Deserialize, Clone)]
-pub(crate) struct Motion {
-    profile: Profile,
-    mover: Mover,
-    listener: Listener,
-    answer: Answer,
-    /// What the callback gets as its last argument, packed.
-    data: Vec<u8>,
-}
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let waits = "Waits in the calling thread; in scripts without one it fails.";

@@ -2,8 +2,8 @@
 
 use super::{
     handle::{ask, settled, tell},
-    is_one,
     view::View,
+    which::is_one,
 };
 use crate::{Vrep, kit::*};
 

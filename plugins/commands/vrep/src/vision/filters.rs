@@ -5,11 +5,10 @@
 //! `2;35::0:256,1;38`. Without one the chain is `1;4`: the image as it was taken.
 
 use super::{
-    handle::Seen,
     view::View,
     work::{Lens, Work, blobs, coordinates},
 };
-use crate::{Vrep, kit::*, tags};
+use crate::{Vrep, kept::seen::Seen, kit::*, tags};
 
 /// The tag under which a chain stands.
 const TAG: &[u8] = b"vision.filters";

@@ -1,33 +1,15 @@
 //! Taking an image, and what was found in it.
 
-use std::{borrow::Cow, collections::BTreeMap};
-
-use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 use super::{
-    all, filters, is_one,
+    filters,
     packets::{EMPTY, packet},
     parameters,
     view::View,
+    which::{all, is_one},
 };
-use crate::{Vrep, kit::*, state::state};
-
-/// What was made of the image of a sensor.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Seen {
-    /// Which image: how often the sensor had measured, and when.
-    stamp: (u64, u64),
-    /// What stands in place of the colours and depths that were taken.
-    pub rgb: Option<Vec<u8>>,
-    pub depth: Option<Vec<f32>>,
-    /// Something was detected.
-    pub trigger: bool,
-    /// What was found, beside the packet that every sensor has.
-    pub packets: Vec<Vec<f64>>,
-}
-
-/// What was made of the images of each sensor.
-pub(crate) type AllSeen = BTreeMap<tatu_object, Seen>;
+use crate::{Vrep, kept::seen::Seen, kit::*, state::state};
 
 impl Seen {
     /// Before anything is made of an image.
@@ -60,6 +42,20 @@ fn stamp(view: &View) -> (u64, u64) {
     (view.sequence, view.time.to_bits())
 }
 
+/// What scripts of a sensor are told of it (`sysCall_vision`: tests/facts/script-api.md, 4).
+fn described(c: &Ctx<'_>, view: &View) -> Result<Value> {
+    let get = |key| parameters::number(c, view.id, key).unwrap_or(0.0);
+    let entries = [
+        ("handle", Value::Int(handle(view.id))),
+        ("resolution", Value::Ints(vec![view.columns as i64, view.rows as i64])),
+        ("clippingPlanes", Value::Floats(view.planes.to_vec())),
+        ("viewAngle", Value::Float(get("perspective_angle"))),
+        ("orthoSize", Value::Float(get("ortho_size"))),
+        ("perspectiveOperation", Value::Bool(get("ortho_size") == 0.0)),
+    ];
+    Ok(Value::Map(entries.map(|(k, v)| (Value::text(k), v)).into()))
+}
+
 /// What was made of a sensor's image, now at the latest.
 pub(super) fn settled(c: &Ctx<'_>, view: &View) -> Result<Seen> {
     let kept = state(c)?.seen.get(&view.id).filter(|s| s.stamp == stamp(view)).cloned();
@@ -89,7 +85,7 @@ pub(super) fn look_at(c: &Ctx<'_>, view: &View, seen: Seen) -> Result<Seen> {
 
 /// Tells the scripts of a sensor of its image, and hears what they found.
 pub(super) fn tell(c: &Ctx<'_>, view: &View) -> Result<Seen> {
-    let data = parameters::described(c, view)?;
+    let data = described(c, view)?;
     for answer in ask(c, view.id, "sysCall_vision", &data)? {
         let mut seen = settled(c, view)?;
         seen.trigger = truth(&answer, "trigger").unwrap_or(seen.trigger);
@@ -102,7 +98,7 @@ pub(super) fn tell(c: &Ctx<'_>, view: &View) -> Result<Seen> {
     }
     let packed = |p: &Vec<f64>| {
         let floats: Vec<f32> = p.iter().map(|x| *x as f32).collect();
-        Value::Text(super::images::packed(&floats))
+        Value::Text(super::packets::packed(&floats))
     };
     let packets = seen.packets.iter().map(packed).collect();
     let data = Value::Map(vec![

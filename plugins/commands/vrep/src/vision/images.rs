@@ -1,6 +1,6 @@
 //! Images and depths as scripts get them.
 
-use super::{handle::settled, view::View};
+use super::{handle::settled, packets::packed, view::View};
 use crate::{Vrep, kit::*};
 
 /// Added to a handle: one value per pixel; of depths: packed.
@@ -61,10 +61,6 @@ fn depths(c: &Ctx<'_>, mut view: View, at: [i64; 2], size: [i64; 2], metres: boo
         }
     }
     Ok((out, [part.columns as i64, part.rows as i64]))
-}
-
-pub(super) fn packed(floats: &[f32]) -> Vec<u8> {
-    floats.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
 
 /// Images as scripts of before 4.4 get them.

@@ -6,7 +6,7 @@
 //! - `handle`: taking an image, and what was found in it; `callbacks`: what scripts of the sensor make of it; `set`: images from elsewhere;
 //! - `filters`: the chains that sensors had before 4.0, on a working image (`work`);
 //! - `module`: the same filters one by one, as `simVision` has them;
-//! - `parameters`: resolution, planes and angles by number.
+//! - `parameters`: resolution, planes and angles by number; `which`: which objects are vision sensors.
 //!
 //! Rows run from the bottom to the top, depths from 0 at the near plane to 1 at the far one. A dummy or camera that stands
 //! for a sensor in a run without its scene is blind: its image is black, and nothing is near.
@@ -21,12 +21,12 @@ pub(crate) mod parameters;
 mod saving;
 mod set;
 mod view;
-mod work;
+mod which;
+pub(crate) mod work;
 
 use crate::{Vrep, kit::*};
 
-pub(crate) use handle::AllSeen;
-pub(crate) use module::AllWork;
+pub(crate) use which::is_one;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     callbacks::offer(offer);
@@ -35,18 +35,4 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     images::offer(offer);
     saving::offer(offer);
     set::offer(offer);
-}
-
-/// Whether an object is a vision sensor.
-pub(crate) fn is_one(c: &Shared<'_>, object: tatu_object) -> bool {
-    let p = &c.plugin().p;
-    c.world().reading(object, p.depth).is_ok() || c.world().reading(object, p.rgb).is_ok()
-}
-
-/// All vision sensors, each once.
-fn all(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
-    let mut all = c.world().sensors("depth_image/1")?;
-    let more = c.world().sensors("color_image/1")?;
-    all.extend(more.into_iter().filter(|s| !all.contains(s)).collect::<Vec<_>>());
-    Ok(all)
 }

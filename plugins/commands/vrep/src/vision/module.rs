@@ -2,19 +2,14 @@
 //!
 //! Each sensor has a working image and two buffers, which last until the run ends.
 
-use std::collections::BTreeMap;
-
 use super::{
     filters::{Filter, Found, Given, step},
     handle::{keep, settled},
-    images::packed,
+    packets::packed,
     view::View,
     work::Work,
 };
 use crate::{Vrep, kit::*, state::state};
-
-/// The working images of sensors.
-pub(crate) type AllWork = BTreeMap<tatu_object, Work>;
 
 /// An argument: what it is, and where the filter keeps it.
 #[derive(Debug, Clone, Copy)]

@@ -72,3 +72,8 @@ mod tests {
         assert_eq!(packet(&[0; 6], &[1.0; 2]), EMPTY);
     }
 }
+
+/// Numbers as bytes.
+pub(super) fn packed(floats: &[f32]) -> Vec<u8> {
+    floats.iter().flat_map(|x| x.to_le_bytes()).collect()
+}

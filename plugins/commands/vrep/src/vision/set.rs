@@ -1,10 +1,10 @@
 //! Images from elsewhere, and sensors that scripts make.
 
 use super::{
-    handle::{Seen, look_at, settled},
+    handle::{look_at, settled},
     view::View,
 };
-use crate::{Vrep, kit::*, tags};
+use crate::{Vrep, kept::seen::Seen, kit::*, tags};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for name in ["sim.setVisionSensorImage", "sim.setVisionSensorCharImage"] {

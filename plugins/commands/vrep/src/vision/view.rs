@@ -1,6 +1,6 @@
 //! What a sensor has seen, in its planes and units.
 
-use super::{is_one, parameters, work::Lens};
+use super::{parameters, which::is_one, work::Lens};
 use crate::{kit::*, tags};
 
 /// Pixels of a blind sensor's image, in each direction, where nothing else is asked for.

@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{kit::*, names, old_windows::Windows, tags};
+use super::windows::Windows;
+use crate::{kit::*, tags};
 
 /// Tag of the scene's data.
 const TAG: &str = "registered";
@@ -127,15 +128,4 @@ pub(crate) fn read(c: &Ctx<'_>) -> Result<(Registered, Vec<FromFile>)> {
     };
     let collections = collections.iter().map(from_file).collect();
     Ok((registered, collections))
-}
-
-/// The handle under a name, by the rule for names of old scripts.
-pub(crate) fn by_name<'a>(
-    c: &Ctx<'_>,
-    name: &str,
-    all: impl Iterator<Item = (&'a str, i64)> + Clone,
-) -> Result<Option<i64>> {
-    let name = name.split('@').next().unwrap_or(name);
-    let wanted = names::adjusted(name, names::suffix(c)?);
-    Ok(all.clone().find(|(n, _)| *n == wanted).map(|(_, h)| h))
 }
