@@ -1,7 +1,7 @@
 //! Lua 5.4 as a script language, with a layer for scripts written for Lua 5.1.
 //!
 //! Each script has a Lua state of its own, used through Lua's C interface: a command call allocates nothing. Begin with
-//! `state` (data of a script) and `callbacks` (calls from the host); `README.md` describes what scripts get.
+//! `state` (data of a script) and `run` (calls from the host); `README.md` describes what scripts get.
 //!
 //! Rule for the whole crate: Lua errors and yields are long jumps that skip destructors. A function called by Lua keeps
 //! nothing with a destructor, and no `RefCell` guard, alive across a Lua function that may raise.
@@ -11,41 +11,27 @@
 )]
 
 mod alloc;
-mod bind;
-mod budget;
-mod callbacks;
 mod chunk_cache;
-mod compat;
 mod convert;
+mod dialect;
 mod errors;
-mod field_names;
-mod files;
-mod functions;
-mod gc;
-mod hidden;
-mod hints;
-mod io;
 mod lexer;
 mod load;
 mod lua_internals;
 mod lua_math;
-mod modules;
-mod pattern;
-mod permissions;
-mod rerun;
+mod run;
+mod script;
 mod snapshot;
-mod sort;
+mod stack;
 mod state;
 mod stdlib;
-mod strings;
 mod system;
-mod threads;
-mod time;
-mod time_slices;
-mod tostring;
-mod traits;
+mod values;
 
 use tatu_plugin_api::{abi::TATU_LOG_ERROR, safe::*};
+
+use run::{callbacks, entry, functions, threads, traits};
+use script::Script;
 
 /// The plugin has no data; every script is an instance of the language.
 struct Lua;
@@ -62,18 +48,18 @@ impl Plugin for Lua {
         Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
-        offer.language_side_by_side::<state::Script>();
+        offer.language_side_by_side::<Script>();
     }
 }
 
-impl Language for state::Script {
+impl Language for Script {
     type Plugin = Lua;
     const ID: &'static str = "lua";
     const TEXT: &'static str = "Lua 5.4, and Lua 5.1 for scripts of old dialects.";
     const SUFFIXES: &'static [&'static str] = &[".lua"];
 
     fn create(world: &World<'_>, instance: Instance) -> Result<Self> {
-        state::Script::new(world, instance)
+        Script::new(world, instance)
     }
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
         load::load(self, text, chunk, dialect)
@@ -117,10 +103,10 @@ impl Language for state::Script {
         functions::drop(self, local);
     }
     fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow> {
-        functions::call(self, local, frame, budget, used)
+        entry::call_function(self, local, frame, budget, used)
     }
     fn knows_dialect(dialect: &str) -> Result {
-        load::check_dialect(dialect)
+        dialect::check_dialect(dialect)
     }
 }
 

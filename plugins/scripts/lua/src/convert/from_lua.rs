@@ -6,10 +6,7 @@ use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use super::MAX_DEPTH;
-use crate::{
-    errors, functions,
-    state::{State, bytes},
-};
+use crate::{errors, run::functions, stack::bytes, state::State};
 
 /// Where converted tables are allocated.
 #[derive(Clone, Copy)]

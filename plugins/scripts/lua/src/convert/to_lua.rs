@@ -6,7 +6,7 @@ use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use super::MAX_DEPTH;
-use crate::{errors, functions, state::push};
+use crate::{errors, run::functions, stack::push};
 
 /// Pushes a value.
 ///

@@ -9,7 +9,8 @@ use std::{
 use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
-use crate::state::{Script, reg};
+use super::roots::roots;
+use crate::{errors::protect, stack::reg, state::State};
 
 /// Visited addresses. The set is never iterated, so the cheapest hash will do.
 type Seen = HashSet<usize, BuildHasherDefault<Address>>;
@@ -30,13 +31,13 @@ impl Hasher for Address {
 }
 
 /// Creates the list, after the text was loaded and before it runs.
-pub(crate) fn record(s: &Script) -> Result {
+pub(crate) fn record(s: &State) -> Result {
     let mut seen = Seen::with_capacity_and_hasher(512, BuildHasherDefault::default());
     // SAFETY: runs in a protected call; everything with a destructor belongs to this function.
-    s.protect(&mut |l| unsafe {
+    protect(s, &mut |l| unsafe {
         luaL_checkstack(l, 32, std::ptr::null());
         lua_createtable(l, 256, 0); // 1
-        let n = super::roots(l);
+        let n = roots(l);
         for i in 2..2 + n {
             add(l, i, &mut seen);
         }

@@ -8,7 +8,10 @@
 use mlua_sys::*;
 
 use super::image::{Node, Table, Val};
-use crate::lua_internals::{self, Key, RawTable};
+use crate::{
+    lua_internals::{self, Key, RawTable},
+    stack,
+};
 
 /// Main position of a key in a table of `n` nodes; `None` for objects, of which there is only one.
 fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
@@ -117,7 +120,7 @@ unsafe fn clear(l: *mut lua_State, at: i32, t: RawTable, i: usize) -> bool {
         Key::Bool(b) => lua_pushboolean(l, i32::from(b)),
         Key::Int(x) => lua_pushinteger(l, x),
         Key::Float(x) => lua_pushnumber(l, f64::from_bits(x)),
-        Key::Text(x) => crate::state::push(l, x),
+        Key::Text(x) => stack::push(l, x),
         Key::Object | Key::Nil | Key::Dead => return false,
     }
     lua_pushnil(l);
@@ -145,7 +148,7 @@ unsafe fn is_restored(
         Key::Bool(b) => key == Val::Bool(b),
         Key::Int(x) => key == Val::Int(x),
         Key::Float(x) => key == Val::Float(x),
-        Key::Text(x) => lua_type(l, -1) == LUA_TSTRING && crate::state::bytes(l, -1) == x,
+        Key::Text(x) => lua_type(l, -1) == LUA_TSTRING && stack::bytes(l, -1) == x,
         // The only object key of its table: `save` refuses others.
         Key::Object => matches!(key, Val::Object(_)) && table.nodes.len() == 1,
         Key::Nil | Key::Dead => false,

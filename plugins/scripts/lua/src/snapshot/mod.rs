@@ -18,6 +18,7 @@ pub(crate) mod baseline;
 mod image;
 mod key_order;
 mod restore;
+mod roots;
 mod save;
 mod transfer;
 
@@ -25,9 +26,11 @@ use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
-    callbacks::Style,
-    lua_internals::{self, Key, RawTable},
-    state::{Script, reg, registry},
+    errors::protect,
+    lua_internals,
+    run::gc,
+    stack::{reg, registry},
+    state::{State, text::Style},
 };
 use image::{Image, PluginData};
 
@@ -35,7 +38,7 @@ use image::{Image, PluginData};
 pub(crate) const VERSION: u32 = 3;
 
 /// Saves the state; the error names the variable that cannot be saved. The script is not affected.
-pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
+pub(crate) fn save(s: &State) -> Result<Vec<u8>> {
     if s.depth.get() != 0 {
         return Err(Fail::with_code(TATU_ERR_BUSY, "the script is running"));
     }
@@ -47,7 +50,7 @@ pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
     let mut saver = save::Saver::new();
     let mut code = 0;
     // SAFETY: runs in a protected call; everything with a destructor belongs to `saver`.
-    let done = s.protect(&mut |l| unsafe {
+    let done = protect(s, &mut |l| unsafe {
         lua_gc(l, LUA_GCSTOP);
         code = hash_of_text(l);
         saver.run(l, s);
@@ -68,7 +71,7 @@ pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
 
 /// Restores what `save` wrote. If the text has been loaded and has not run, all of it, provided that the text is
 /// equivalent; if it has run, plain data only.
-pub(crate) fn restore(s: &Script, bytes: &[u8], version: u32) -> Result<()> {
+pub(crate) fn restore(s: &State, bytes: &[u8], version: u32) -> Result<()> {
     if version != VERSION {
         return Err(Fail::unsupported(format!("its state has version {version}, this plugin reads version {VERSION}")));
     }
@@ -79,20 +82,20 @@ pub(crate) fn restore(s: &Script, bytes: &[u8], version: u32) -> Result<()> {
     }
     let mut code = 0;
     // SAFETY: runs in a protected call.
-    s.protect(&mut |l| unsafe { code = hash_of_text(l) })?;
+    protect(s, &mut |l| unsafe { code = hash_of_text(l) })?;
     if code != image.code {
         return Err(Fail::unsupported("its text is another one now"));
     }
     let mut restorer = restore::Restorer::new(image);
     // SAFETY: runs in a protected call; everything with a destructor belongs to `restorer`.
-    let done = s.protect(&mut |l| unsafe {
+    let done = protect(s, &mut |l| unsafe {
         // Nothing is collected meanwhile, and all new objects have one color.
         lua_gc(l, LUA_GCCOLLECT);
         lua_gc(l, LUA_GCSTOP);
         restorer.run(l, s);
         // The next collection is the one that the original run would have made.
         lua_gc(l, LUA_GCCOLLECT);
-        crate::gc::restart(l);
+        gc::restart(l);
         restorer.verify(l);
     });
     // After a failure the host ends the instance: no cleanup is needed.
@@ -103,10 +106,10 @@ pub(crate) fn restore(s: &Script, bytes: &[u8], version: u32) -> Result<()> {
     Ok(())
 }
 
-fn transfer(s: &Script, image: Image) -> Result<()> {
+fn transfer(s: &State, image: Image) -> Result<()> {
     let mut transfer = transfer::Transfer::new(image);
     // SAFETY: runs in a protected call; everything with a destructor belongs to `transfer`.
-    s.protect(&mut |l| unsafe { transfer.run(l) })?;
+    protect(s, &mut |l| unsafe { transfer.run(l) })?;
     transfer.refused.map_or(Ok(()), |why| Err(Fail::unsupported(why)))
 }
 
@@ -121,30 +124,8 @@ unsafe fn hash_of_text(l: *mut lua_State) -> u64 {
     code
 }
 
-/// Warns once if a restored script traverses a table whose order depends on addresses: the table was created since, and
-/// the addresses differ from those in the run that wrote the snapshot.
-///
-/// # Safety
-/// The state was restored.
-pub(crate) unsafe fn watch_order(l: *mut lua_State, idx: i32) {
-    if lua_type(l, idx) != LUA_TTABLE {
-        return;
-    }
-    let t = RawTable::of(l, idx);
-    let objects = (0..t.nodes()).filter(|i| t.node(*i) == (Key::Object, true)).count();
-    if objects > 1 {
-        let s = crate::state::of(l);
-        s.restored.set(false);
-        s.log(
-            TATU_LOG_WARNING,
-            b"a script goes through keys that are tables or functions: after a snapshot their order may be another than \
-              in the run that wrote it",
-        );
-    }
-}
-
 /// The plugin's own data about the script.
-fn plugin_data(s: &Script) -> PluginData {
+fn plugin_data(s: &State) -> PluginData {
     let text = s.text.borrow();
     PluginData {
         token: s.token.get(),
@@ -166,7 +147,7 @@ fn plugin_data(s: &Script) -> PluginData {
     }
 }
 
-fn set_plugin_data(s: &Script, known: PluginData) {
+fn set_plugin_data(s: &State, known: PluginData) {
     s.token.set(known.token);
     s.borrowed.set(known.borrowed);
     s.returned.set(known.returned);
@@ -186,31 +167,3 @@ fn set_plugin_data(s: &Script, known: PluginData) {
     };
     text.names = known.names.into_iter().map(|(how, name)| (how, name.into())).collect();
 }
-
-/// Pushes the objects from which everything is reached, all of which existed before the text ran; returns their number.
-///
-/// # Safety
-/// Enough stack for all of them.
-unsafe fn roots(l: *mut lua_State) -> i32 {
-    lua_pushglobaltable(l);
-    lua_pushlstring(l, c"".as_ptr(), 0);
-    lua_getmetatable(l, -1);
-    lua_replace(l, -2);
-    for place in ROOT_PLACES {
-        registry(l, place);
-    }
-    2 + ROOT_PLACES.len() as i32
-}
-
-/// Registry values that belong to the script.
-const ROOT_PLACES: [i64; 5] = [reg::KEPT, reg::SCOPES, reg::LOADED, reg::FILE, reg::CHUNK];
-/// Names of the roots in messages.
-const ROOT_NAMES: [&str; 7] = [
-    "",
-    "the methods of text",
-    "the functions that commands keep",
-    "the tables of commands",
-    "what `require` has loaded",
-    "the methods of files",
-    "the text",
-];

@@ -12,7 +12,9 @@ use super::{
 };
 use crate::{
     lua_internals::{self, RawTable},
-    state::{State, reg, registry},
+    run::budget,
+    stack::{self, reg, registry},
+    state::State,
 };
 
 /// Stack layout, as in `save`; above it, the table that is being filled.
@@ -163,7 +165,7 @@ impl Restorer {
                 lua_pushcclosure(l, f, upvalues.len() as i32);
             }
             Kind::DeadCoroutine => {
-                crate::budget::charge_coroutine(s);
+                budget::charge_coroutine(s);
                 lua_newthread(l);
             }
             _ => return false,
@@ -259,7 +261,7 @@ unsafe fn push(l: *mut lua_State, image: &Image, v: Val) {
         Val::Bool(b) => lua_pushboolean(l, i32::from(b)),
         Val::Int(i) => lua_pushinteger(l, i),
         Val::Float(bits) => lua_pushnumber(l, f64::from_bits(bits)),
-        Val::Text(n) => crate::state::push(l, &image.strings[n as usize]),
+        Val::Text(n) => stack::push(l, &image.strings[n as usize]),
         Val::Object(n) => {
             lua_rawgeti(l, OBJECTS, i64::from(n) + 1);
         }

@@ -6,13 +6,15 @@ use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use super::{
-    ROOT_NAMES,
     image::{FunctionRef, Image, Kind, Node, Object, Table, Val},
-    roots,
+    roots::{ROOT_NAMES, roots},
 };
 use crate::{
     lua_internals::{self, Key, RawTable},
-    state::{State, bytes, reg, registry},
+    run::commands::{command, foreign, index},
+    stack::{bytes, reg, registry},
+    state::State,
+    stdlib::strings::gmatch_next,
 };
 
 /// How an object was reached from another one.
@@ -405,7 +407,7 @@ impl Saver {
 
 /// Functions that the plugin creates while a script runs.
 pub(super) fn natives() -> [lua_CFunction; 4] {
-    [crate::bind::command, crate::bind::index, crate::functions::foreign, crate::strings::gmatch_next]
+    [command, index, foreign, gmatch_next]
 }
 
 /// Pushes a compiled text or an error.

@@ -11,7 +11,7 @@ use super::{
     restore::put_bytes,
     save::fingerprint,
 };
-use crate::state::{reg, registry};
+use crate::stack::{self, reg, registry};
 
 /// Stack layout: created tables by object index; objects that existed before the text ran; the globals.
 const OBJECTS: i32 = 1;
@@ -115,7 +115,7 @@ impl Transfer {
             Val::Bool(b) => lua_pushboolean(l, i32::from(b)),
             Val::Int(i) => lua_pushinteger(l, i),
             Val::Float(bits) => lua_pushnumber(l, f64::from_bits(bits)),
-            Val::Text(n) => crate::state::push(l, &self.image.strings[n as usize]),
+            Val::Text(n) => stack::push(l, &self.image.strings[n as usize]),
             Val::Object(n) => {
                 lua_rawgeti(l, OBJECTS, i64::from(n) + 1);
             }

@@ -1,0 +1,59 @@
+//! Where a script is, without allocating in Lua.
+
+use mlua_sys::*;
+use tatu_plugin_api::safe::*;
+
+use crate::{lua_internals, state::State};
+
+/// Records the script's position while it runs out of memory: there is no memory for a message handler then.
+///
+/// # Safety
+/// `s` is a state of this plugin.
+pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void, grown: *const u8) {
+    let s = &*s.cast::<State>();
+    if let Ok(mut places) = s.memory_positions.try_borrow_mut() {
+        lua_internals::with_frames(s.running.get(), grown, || *places = running_at(s));
+    }
+}
+
+/// Files and lines of the running calls, innermost first, without allocating in Lua. For a coroutine of the script: the
+/// line that resumed it.
+unsafe fn running_at(s: &State) -> Vec<(String, u64)> {
+    let l = s.running.get();
+    let mut places = Vec::new();
+    if l.is_null() {
+        return places;
+    }
+    let mut ar = std::mem::zeroed::<lua_Debug>();
+    let mut level = 0;
+    while places.len() < 16 && lua_getstack(l, level, &mut ar) != 0 {
+        lua_getinfo(l, c"Sl".as_ptr(), &mut ar);
+        if ar.currentline > 0 {
+            let source = std::slice::from_raw_parts(ar.source.cast::<u8>(), ar.srclen);
+            places.push((String::from_utf8_lossy(file_of(source)).into_owned(), ar.currentline as u64));
+        }
+        level += 1;
+    }
+    places
+}
+
+/// Position of the script while a command that it called runs.
+pub(crate) fn place(s: &State) -> Option<Fail> {
+    // SAFETY: the running thread of this state is inside a command call.
+    let places = unsafe { running_at(s) };
+    (!places.is_empty()).then(|| at_places(Fail::new("here"), &places))
+}
+
+pub(super) fn at_places(fail: Fail, places: &[(String, u64)]) -> Fail {
+    let Some((file, line)) = places.first().cloned() else { return fail };
+    let lines: Vec<_> = places.iter().map(|(file, line)| format!("  {file}:{line}")).collect();
+    fail.at(file, line).traceback(lines.join("\n"))
+}
+
+/// File or name of a Lua source.
+pub(super) fn file_of(source: &[u8]) -> &[u8] {
+    match source {
+        [b'@' | b'=', rest @ ..] => rest,
+        _ => b"[string]",
+    }
+}

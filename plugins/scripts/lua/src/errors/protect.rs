@@ -1,0 +1,41 @@
+//! Protected mode: every use of a state from outside of Lua.
+
+use mlua_sys::*;
+use tatu_plugin_api::{abi::*, safe::*};
+
+use super::report::{from_lua, handler};
+use crate::{
+    lua_internals::{NumberFormat, Running},
+    state::State,
+};
+
+/// Runs `f` in protected mode on the running thread; a Lua error becomes a `Fail`. `f` must not keep anything with
+/// a destructor across Lua functions that raise.
+pub(crate) fn protect(s: &State, f: &mut dyn FnMut(*mut lua_State)) -> Result {
+    let l = s.running.get();
+    let mut f = f;
+    let _format = NumberFormat::begin(s.old.get());
+    // SAFETY: this is the running thread, and its stack is restored to `top`.
+    unsafe {
+        let _running = Running::begin(l);
+        let top = lua_gettop(l);
+        if lua_checkstack(l, 8) == 0 {
+            return Err(Fail::with_code(TATU_ERR_SCRIPT, "stack overflow"));
+        }
+        lua_pushcclosure(l, handler, 0);
+        lua_pushcclosure(l, run, 0);
+        lua_pushlightuserdata(l, (&raw mut f).cast());
+        let status = lua_pcall(l, 1, 0, top + 1);
+        let result = if status == LUA_OK { Ok(()) } else { Err(from_lua(s, l, status)) };
+        lua_settop(l, top);
+        result
+    }
+}
+
+/// Body of `protect`.
+unsafe extern "C-unwind" fn run(l: *mut lua_State) -> i32 {
+    let f = &mut *lua_touserdata(l, 1).cast::<&mut dyn FnMut(*mut lua_State)>();
+    lua_settop(l, 0);
+    f(l);
+    0
+}

@@ -1,0 +1,48 @@
+//! Errors from the plugin into Lua.
+
+use mlua_sys::*;
+use tatu_plugin_api::safe::*;
+
+use crate::{
+    stack::{bytes, push},
+    state::{self, State},
+};
+
+/// Raises a failure as a Lua error: position of the calling line, text, help. The failure is recorded with its code.
+///
+/// # Safety
+/// The calling C function of Lua keeps nothing with a destructor.
+pub(crate) unsafe fn raise(l: *mut lua_State, fail: Fail) -> i32 {
+    luaL_checkstack(l, 4, std::ptr::null());
+    luaL_where(l, 1);
+    let text = remember(state::of(l), bytes(l, -1), fail);
+    push(l, text);
+    lua_error(l)
+}
+
+/// Records a failure and returns its text as the script sees it, valid until the next one.
+fn remember<'a>(s: &'a State, place: &[u8], fail: Fail) -> &'a [u8] {
+    let mut text = place.to_vec();
+    text.extend_from_slice(fail.text().as_bytes());
+    if let Some(help) = fail.help_text() {
+        text.extend_from_slice(b" (");
+        text.extend_from_slice(help.as_bytes());
+        text.push(b')');
+    }
+    let (ptr, len) = (text.as_ptr(), text.len());
+    s.errors.borrow_mut().raised = Some((fail, text));
+    // SAFETY: the bytes lie on the heap and are replaced only by the next failure.
+    unsafe { std::slice::from_raw_parts(ptr, len) }
+}
+
+/// Raises a plain message with the position of the calling line.
+///
+/// # Safety
+/// The calling C function of Lua keeps nothing with a destructor.
+pub(crate) unsafe fn raise_text(l: *mut lua_State, text: &str) -> i32 {
+    luaL_checkstack(l, 4, std::ptr::null());
+    luaL_where(l, 1);
+    push(l, text.as_bytes());
+    lua_concat(l, 2);
+    lua_error(l)
+}

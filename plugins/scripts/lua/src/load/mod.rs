@@ -1,0 +1,141 @@
+//! Loading of a script's text: preludes, dialect, compilation.
+
+mod preludes;
+
+use std::{ffi::CString, sync::Arc};
+
+use mlua_sys::*;
+use tatu_plugin_api::{abi::*, safe::*};
+
+use crate::{
+    dialect::version,
+    errors::{hints, protect, split_position},
+    lexer,
+    run::gc,
+    snapshot,
+    stack::{bytes, push, reg, registry},
+    state::{
+        State,
+        text::{Rules, Style, Text},
+    },
+    stdlib::compat,
+};
+use preludes::run_preludes;
+
+/// Loads a script's text and returns its dialect.
+pub(crate) fn load(s: &State, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
+    *s.words.borrow_mut() = lexer::words(text);
+    let mut rules = Rules::default();
+    let dialect = if dialect.is_empty() {
+        // The dialect is found by the preludes: a first pass, whose errors show up in the second.
+        let mut first = Rules::default();
+        let before = s.slot.backup();
+        let _ = run_preludes(s, None, &mut first);
+        if let Some(before) = before {
+            // SAFETY: the main thread is idle, and `first` refers to nothing in the state.
+            unsafe { s.slot.roll_back(&before) };
+        }
+        first.dialect.unwrap_or_default()
+    } else {
+        dialect.to_owned()
+    };
+    let old = version(&dialect).is_some_and(|v| v < (4, 2));
+    s.old.set(old);
+    compat::open(s, old)?;
+    // Garbage of this phase and of the preludes would scatter the script's own objects.
+    // SAFETY: the main thread is idle.
+    unsafe { gc::full(s.main, s) };
+    run_preludes(s, Some(&dialect), &mut rules)?;
+    let words = s.words.take();
+    s.single.set(rules.single);
+    if !rules.switch.is_empty() {
+        s.slices.switch.set(s.commands.number(s.world_ref(), &rules.switch));
+    }
+    if rules.functions.is_empty() {
+        rules.functions.push((Vec::new(), Vec::new()));
+    }
+    if let Some(rerun) = &mut rules.rerun {
+        rerun.require_words(&words);
+        rerun.drop_empty_branches(text, |word| number(s, word));
+    }
+    let may_rerun = rules.rerun.as_ref().is_some_and(|r| old || words.binary_search(&r.variable).is_ok());
+    *s.text.borrow_mut() = Text {
+        chunk: chunk.to_owned(),
+        rules: Arc::new(rules),
+        style: Style::NotRun,
+        may_rerun,
+        over: false,
+        names: Vec::new(),
+    };
+    // SAFETY: the main thread is idle.
+    unsafe { gc::full(s.main, s) };
+    compile(s, text, chunk)?;
+    snapshot::baseline::record(s)?;
+    // SAFETY: the main thread is idle.
+    unsafe { gc::restart(s.main) };
+    Ok(dialect)
+}
+
+fn compile(s: &State, text: &[u8], chunk: &str) -> Result {
+    let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text);
+    // A first line such as "#!/usr/bin/lua" is skipped; its line break stays, for the line numbers.
+    let skip = match text.first() {
+        Some(b'#') => text.iter().position(|b| *b == b'\n').unwrap_or(text.len()),
+        _ => 0,
+    };
+    let text = &text[skip..];
+    let modern = if s.old.get() { lexer::to_lua54(text) } else { text.into() };
+    let text: &[u8] = &modern;
+    let name = CString::new(format!("@{chunk}").replace('\0', "")).unwrap_or_default();
+    let mut message = None;
+    // SAFETY: runs in a protected call; text and name outlive it.
+    protect(s, &mut |l| unsafe {
+        let status = luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name.as_ptr(), c"t".as_ptr());
+        if status == LUA_OK {
+            lua_rawseti(l, LUA_REGISTRYINDEX, reg::CHUNK);
+        } else {
+            message = Some(bytes(l, -1).to_vec());
+        }
+    })?;
+    match message {
+        None => Ok(()),
+        Some(m) => Err(syntax(&m, chunk)),
+    }
+}
+
+/// Converts an error of the compiler: "file:12: '=' expected near 'x'".
+fn syntax(message: &[u8], chunk: &str) -> Fail {
+    // Lua shortens long names from the left.
+    let tail = message.windows(2).position(|w| w[0] == b':' && w[1].is_ascii_digit()).unwrap_or(0);
+    let (line, text) = split_position(message, &message[..tail]).unwrap_or((0, message));
+    let text = String::from_utf8_lossy(text);
+    let mut fail = Fail::with_code(TATU_ERR_SCRIPT, text.clone());
+    if let Some(help) = hints::syntax(&text) {
+        fail = fail.help(help);
+    }
+    if line > 0 { fail.at(chunk, line) } else { fail }
+}
+
+/// The integer that a numeral or the name of a constant stands for.
+fn number(s: &State, word: &[u8]) -> Option<i64> {
+    if let Some(n) = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok()) {
+        return Some(n);
+    }
+    let mut found = None;
+    // SAFETY: runs in a protected call; the world is alive, the name is valid during the call.
+    protect(s, &mut |l| unsafe {
+        if registry(l, reg::CONSTANTS) == LUA_TTABLE {
+            push(l, word);
+            if lua_rawget(l, -2) == LUA_TNUMBER {
+                found = Some(lua_tointeger(l, -1));
+                return;
+            }
+        }
+        let mut value = ValueRef::NIL;
+        if (s.commands.constant)(s.world_ref(), word.into(), Some(&mut value)) == TATU_OK && value.tag() == TATU_I64 {
+            found = value.as_i64();
+        }
+    })
+    .ok()?;
+    found
+}

@@ -1,0 +1,123 @@
+//! Instruction budget: a count hook that neither protected calls nor coroutines can escape, and a meter in the state on
+//! which C code counts its loops (`lua_charges.h`).
+
+use mlua_sys::*;
+
+use super::time_slices;
+use crate::{
+    lua_internals::INSTRUCTION,
+    stack::push,
+    state::{self, State, account::HOOK_INTERVAL},
+};
+
+/// Instructions charged for a new coroutine, since its hook starts a count of its own.
+const COROUTINE_COST: u64 = 500;
+
+/// Instructions charged for a call of the operating system, for opening a file, and for a line of the log.
+pub(crate) const SYSTEM_CALL: u64 = 500;
+pub(crate) const OPENING: u64 = 5000;
+pub(crate) const LINE: u64 = 100;
+/// Instructions charged for a name that is asked for at the host.
+pub(crate) const LOOKUP: u64 = 50;
+
+/// Charges a new coroutine for instructions before its own hook runs.
+pub(crate) fn charge_coroutine(s: &State) {
+    let used = &s.budget.meter().used;
+    used.set(used.get() + COROUTINE_COST * INSTRUCTION);
+}
+
+/// Arms the hook of a thread; coroutines it creates inherit the hook.
+///
+/// # Safety
+/// A thread of a state created by this plugin.
+pub(crate) unsafe fn arm(l: *mut lua_State) {
+    lua_sethook(l, Some(hook), LUA_MASKCOUNT, HOOK_INTERVAL as i32);
+}
+
+/// Remaining instructions.
+pub(crate) fn remaining(s: &State) -> u64 {
+    let meter = s.budget.meter();
+    meter.limit.get().saturating_sub(meter.used.get()) / INSTRUCTION
+}
+
+/// Charges the work of a library function that can take long.
+///
+/// # Safety
+/// Raises a Lua error when the budget is exhausted.
+pub(crate) unsafe fn charge(l: *mut lua_State, instructions: u64) {
+    charge_units(l, instructions.saturating_mul(INSTRUCTION));
+}
+
+/// The same in units.
+///
+/// # Safety
+/// Raises a Lua error when the budget is exhausted.
+pub(crate) unsafe fn charge_units(l: *mut lua_State, units: u64) {
+    let meter = state::of(l).budget.meter();
+    let (used, limit) = (meter.used.get(), meter.limit.get());
+    // Nested calls may have used more than the limit.
+    meter.used.set(used.saturating_add(units).min(limit.max(used)));
+    if meter.used.get() >= limit {
+        stop_script(l);
+    }
+}
+
+/// C code has used up what was left.
+///
+/// # Safety
+/// As `charge`. The limit of a state is set by this plugin alone, so the state is one of its own.
+#[unsafe(no_mangle)]
+unsafe extern "C-unwind" fn tatu_lua_spent(l: *mut lua_State) {
+    stop_script(l);
+}
+
+unsafe extern "C-unwind" fn hook(l: *mut lua_State, _: *mut lua_Debug) {
+    let s = state::of(l);
+    let b = &s.budget;
+    if !b.exhausted.get() {
+        let meter = b.meter();
+        let used = meter.used.get() + HOOK_INTERVAL * INSTRUCTION;
+        meter.used.set(used);
+        if used < meter.limit.get() {
+            return time_slices::count(l, s, HOOK_INTERVAL);
+        }
+    }
+    stop_script(l);
+}
+
+/// Ends the call, and disables the script.
+unsafe fn stop_script(l: *mut lua_State) {
+    let s = state::of(l);
+    let meter = s.budget.meter();
+    if !s.budget.exhausted.replace(true) {
+        s.budget.spent.set(meter.limit.get() / INSTRUCTION);
+        // Prefer a position in a file over one in text that the file generated.
+        let mut ar = std::mem::zeroed::<lua_Debug>();
+        let mut level = 0;
+        while lua_getstack(l, level, &mut ar) != 0 {
+            lua_getinfo(l, c"Sl".as_ptr(), &mut ar);
+            let file = ar.currentline > 0 && *ar.source == b'@' as _;
+            if file || level == 0 {
+                note(s, &ar);
+            }
+            if file {
+                break;
+            }
+            level += 1;
+        }
+    }
+    // From now on the hook fails at every instruction, so that no protected call and no coroutine continues.
+    lua_sethook(l, Some(hook), LUA_MASKCOUNT, 1);
+    lua_sethook(s.main, Some(hook), LUA_MASKCOUNT, 1);
+    luaL_checkstack(l, 2, std::ptr::null());
+    push(l, b"the script used up its instructions");
+    lua_error(l);
+}
+
+fn note(s: &State, ar: &lua_Debug) {
+    // SAFETY: `ar` was filled by Lua just before.
+    let source = unsafe { std::slice::from_raw_parts(ar.source.cast::<u8>(), ar.srclen) };
+    let text = String::from_utf8_lossy(source);
+    let file = text.strip_prefix(['@', '=']).unwrap_or(&text).to_owned();
+    *s.budget.place.borrow_mut() = Some((file, ar.currentline.max(0) as u64));
+}

@@ -1,0 +1,304 @@
+//! Binding of commands, constants and name spaces to Lua names, resolved when a script first uses them.
+//!
+//! The globals and each name space table (such as that of "gripper.") fall back to a cache table, which asks the host
+//! for names it lacks. Tables of the script are never changed.
+
+use std::{mem::MaybeUninit, ptr::null_mut};
+
+use mlua_sys::*;
+use tatu_plugin_api::{abi::*, safe::*};
+
+use super::{
+    budget,
+    frame::{RESULTS, frame},
+    functions, waits,
+};
+use crate::{
+    convert::{self, Allocator, Reader},
+    errors,
+    lua_internals::{BYTE, INSTRUCTION},
+    stack::{bytes, push, reg, registry},
+    state::{self, State},
+};
+
+/// Number of arguments that fit on the native stack.
+const ARGS: usize = 16;
+
+/// Flag in a command's upvalue: floats pass unrounded, see `single`.
+const EXACT: i64 = 1 << 40;
+
+/// The callee.
+#[derive(Clone, Copy)]
+pub(crate) enum Target {
+    /// A command: id << 8 | alias.
+    Command(u32),
+    /// The same, with numbers rounded to 32-bit floats.
+    Single(u32),
+    /// A function of another script.
+    Function(u64),
+}
+
+/// Lua function of a command; upvalue 1: id << 8 | alias.
+pub(crate) unsafe extern "C-unwind" fn command(l: *mut lua_State) -> i32 {
+    let packed = lua_tointegerx(l, lua_upvalueindex(1), null_mut());
+    if packed < EXACT && state::of(l).single.get() {
+        return run(l, Target::Single(packed as u32));
+    }
+    run(l, Target::Command(packed as u32))
+}
+
+/// Calls a command with the arguments on the stack.
+///
+/// # Safety
+/// The caller is a C function of Lua that does nothing else.
+#[inline(always)]
+pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
+    let s = state::of(l);
+    let n = lua_gettop(l);
+    let mut args = MaybeUninit::<[tatu_value; ARGS]>::uninit();
+    let mut results = MaybeUninit::<[tatu_value; RESULTS]>::uninit();
+    let borrowed_before = s.borrowed.get();
+    let mut reader = Reader { l, s, allocator: Allocator::World, what: "argument", allocated: false };
+    let mut first = args.as_mut_ptr().cast::<tatu_value>();
+    if n as usize > ARGS {
+        first = many(&mut reader, n as usize);
+    }
+    for i in 0..n {
+        reader.read(i + 1, i as u32 + 1, first.add(i as usize));
+    }
+    let mut frame = frame(&mut results);
+    frame.n_args = n as u32;
+    frame.args = first;
+    // In modern scripts, commands of old dialects raise errors as all others do.
+    frame.flags = if s.old.get() { 0 } else { TATU_CALL_RAISE };
+    if l != s.main && lua_isyieldable(l) != 0 {
+        frame.wait_token = s.token.get() + 1;
+        s.token.set(frame.wait_token);
+    }
+    let single = matches!(target, Target::Single(_));
+    if single {
+        convert::to_single(first, n as usize);
+    }
+    let outer = s.running.replace(l);
+    let status = match target {
+        Target::Command(packed) | Target::Single(packed) => {
+            frame.command = packed >> 8;
+            frame.alias = packed & 0xFF;
+            (s.commands.call)(s.world_ref(), &mut frame)
+        }
+        Target::Function(func) => (s.commands.call_func)(s.world_ref(), func, &mut frame),
+    };
+    s.running.set(outer);
+    if status != TATU_OK {
+        return other(l, s, status, &frame, borrowed_before);
+    }
+    let results = std::slice::from_raw_parts(frame.results, frame.n_results.min(RESULTS as u32) as usize);
+    if results.len() > 8 {
+        luaL_checkstack(l, results.len() as i32 + 4, std::ptr::null());
+    }
+    let mut allocated = reader.allocated;
+    for value in results {
+        allocated |= value.tag >= TATU_TEXT && value.tag < TATU_FUNC;
+        if single {
+            convert::put_single(l, value);
+        } else {
+            convert::put(l, value);
+        }
+    }
+    if allocated {
+        (s.commands.release)(s.world_ref(), s.mark.get());
+    }
+    if s.borrowed.get() != borrowed_before {
+        functions::release_borrowed_since(l, s, borrowed_before);
+    }
+    results.len() as i32
+}
+
+/// Calls a function of another script.
+pub(crate) unsafe extern "C-unwind" fn foreign(l: *mut lua_State) -> i32 {
+    let func = lua_tointeger(l, lua_upvalueindex(1)) as u64;
+    run(l, Target::Function(func))
+}
+
+/// Memory for more arguments than fit on the native stack.
+#[cold]
+unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
+    reader.allocated = true;
+    let memory = (reader.s.commands.alloc)(reader.s.world_ref(), (n * size_of::<tatu_value>()) as u64);
+    if memory.is_null() {
+        errors::raise(reader.l, Fail::with_code(TATU_ERR_SPACE, format!("{n} arguments are too many")));
+    }
+    luaL_checkstack(reader.l, 8, std::ptr::null());
+    memory.cast()
+}
+
+/// A call that waits or failed.
+#[cold]
+unsafe fn other(l: *mut lua_State, s: &State, status: tatu_status, frame: &tatu_call, borrowed_before: u32) -> i32 {
+    if s.borrowed.get() != borrowed_before {
+        luaL_checkstack(l, 4, std::ptr::null());
+        functions::release_borrowed_since(l, s, borrowed_before);
+    }
+    if status == TATU_WAIT && frame.wait_token != 0 {
+        return waits::suspend(l, s, frame.wait_token);
+    }
+    errors::raise(l, failure(s, status, frame))
+}
+
+fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {
+    if status >= 0 {
+        return Fail::unsupported("this command waits, which is not possible here")
+            .help("call it from a thread callback or a coroutine, not inside a sort or a metamethod");
+    }
+    // SAFETY: the host's error lives until its next error.
+    let fail = unsafe { Fail::read(status, frame.error) };
+    // SAFETY: the error was copied above; the arena is released back to where this call began.
+    unsafe { (s.commands.release)(s.world_ref(), s.mark.get()) };
+    fail
+}
+
+/// `__index` of the caches: looks a name up at the host. Upvalue 1: the prefix.
+pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
+    if lua_type(l, 2) != LUA_TSTRING {
+        return 0;
+    }
+    let s = state::of(l);
+    lua_settop(l, 2);
+    budget::charge_units(l, budget::LOOKUP * INSTRUCTION + lua_rawlen(l, 2) as u64 * BYTE);
+    lua_pushvalue(l, lua_upvalueindex(1));
+    lua_pushvalue(l, 2);
+    lua_concat(l, 2); // 3: the full name
+    // Constants of preludes take precedence: their values differ between dialects.
+    let is_prelude_constant = if registry(l, reg::CONSTANTS) == LUA_TTABLE {
+        lua_pushvalue(l, 3);
+        lua_rawget(l, 4) == LUA_TNUMBER
+    } else {
+        false
+    };
+    if is_prelude_constant {
+        lua_copy(l, 5, 4);
+    }
+    lua_settop(l, if is_prelude_constant { 4 } else { 3 });
+    let found = if is_prelude_constant { 0 } else { s.commands.number(s.world_ref(), bytes(l, 3)) };
+    let mut value = ValueRef::NIL;
+    if is_prelude_constant {
+    } else if found != 0 {
+        let exact = s.single.get() && s.text.borrow().rules.exact.iter().any(|e| e == bytes(l, 3));
+        lua_pushinteger(l, i64::from(found) | if exact { EXACT } else { 0 });
+        lua_pushcclosure(l, command, 1);
+    } else if (s.commands.constant)(s.world_ref(), bytes(l, 3).into(), Some(&mut value)) == TATU_OK {
+        convert::put(l, &value.raw());
+    } else {
+        if (s.commands.is_name_space)(s.world_ref(), bytes(l, 3).into()) == 0 {
+            unresolved(s, bytes(l, 3));
+            return 0;
+        }
+        lua_pushvalue(l, 3);
+        push(l, b".");
+        lua_concat(l, 2); // 4: the name as a prefix
+        scope(l, 4);
+    }
+    lua_pushvalue(l, 2);
+    lua_pushvalue(l, -2);
+    lua_rawset(l, 1);
+    1
+}
+
+/// How many unresolved names are remembered for error messages.
+const MAX_UNRESOLVED: usize = 32;
+
+fn unresolved(s: &State, name: &[u8]) {
+    let unresolved = &mut s.errors.borrow_mut().unresolved;
+    // Between the lookup of a function and its call, its arguments are looked up.
+    if unresolved.len() == MAX_UNRESOLVED {
+        unresolved.pop_front();
+    }
+    unresolved.push_back(name.to_vec());
+}
+
+/// Pushes the name space table of the prefix at `prefix`; always the same table.
+unsafe fn scope(l: *mut lua_State, prefix: i32) {
+    registry(l, reg::SCOPES);
+    lua_pushvalue(l, prefix);
+    if lua_rawget(l, -2) == LUA_TTABLE {
+        return;
+    }
+    lua_pop(l, 1);
+    lua_newtable(l);
+    lua_pushvalue(l, prefix);
+    lua_pushvalue(l, -2);
+    lua_rawset(l, -4);
+    attach(l, prefix);
+}
+
+/// Gives the table on top a metatable whose `__index` is a cache of names with the prefix at `prefix`.
+///
+/// # Safety
+/// Six free stack slots; may raise.
+unsafe fn attach(l: *mut lua_State, prefix: i32) {
+    lua_newtable(l); // metatable
+    lua_newtable(l); // cache
+    lua_newtable(l); // metatable of the cache
+    lua_pushvalue(l, prefix);
+    lua_pushcclosure(l, index, 1);
+    lua_setfield(l, -2, c"__index".as_ptr());
+    lua_setmetatable(l, -2);
+    lua_setfield(l, -2, c"__index".as_ptr());
+    lua_setmetatable(l, -2);
+}
+
+/// Connects the globals to the host's names.
+///
+/// # Safety
+/// Called once, while the state is made; may raise.
+pub(crate) unsafe fn open(l: *mut lua_State) {
+    luaL_checkstack(l, 12, std::ptr::null());
+    push(l, b"");
+    let prefix = lua_gettop(l);
+    registry(l, reg::SCOPES);
+    lua_pushvalue(l, prefix);
+    lua_pushglobaltable(l);
+    attach(l, prefix);
+    lua_rawset(l, -3);
+    lua_settop(l, prefix - 1);
+}
+
+/// Clears the name caches after commands were added or removed; name space tables keep their identity.
+///
+/// # Safety
+/// May raise.
+pub(crate) unsafe fn refresh(l: *mut lua_State, s: &State) {
+    let now = (s.commands.generation)(s.world_ref());
+    if now == s.generation.get() {
+        return;
+    }
+    s.generation.set(now);
+    luaL_checkstack(l, 12, std::ptr::null());
+    registry(l, reg::SCOPES);
+    let scopes = lua_gettop(l);
+    lua_pushnil(l);
+    while lua_next(l, scopes) != 0 {
+        if lua_getmetatable(l, -1) != 0 {
+            lua_getfield(l, -1, c"__index".as_ptr());
+            forget(l, lua_gettop(l));
+        }
+        lua_settop(l, scopes + 1);
+    }
+    lua_settop(l, scopes - 1);
+}
+
+unsafe fn forget(l: *mut lua_State, cache: i32) {
+    if lua_type(l, cache) != LUA_TTABLE {
+        return;
+    }
+    lua_pushnil(l);
+    while lua_next(l, cache) != 0 {
+        let table = lua_type(l, -1) == LUA_TTABLE;
+        lua_pop(l, 1);
+        if !table {
+            lua_pushvalue(l, -1);
+            lua_pushnil(l);
+            lua_rawset(l, cache);
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Calls from the host into a script.
+
+use mlua_sys::*;
+use tatu_plugin_api::{abi::*, safe::*};
+
+use super::{commands, functions, gc};
+use crate::{
+    convert::{put_args, take_results},
+    errors::protect,
+    state::{State, account::Outer},
+};
+
+/// Scope of one call from the host, however it ends.
+struct Entry<'a> {
+    s: &'a State,
+    outer: Outer,
+    mark: u64,
+    done: bool,
+}
+
+impl<'a> Entry<'a> {
+    fn begin(s: &'a State, budget: Budget) -> Self {
+        s.depth.set(s.depth.get() + 1);
+        s.slot.set_limit(budget.memory);
+        let now = (s.commands.mark)(s.world_ref());
+        Entry { s, outer: s.budget.begin(budget.instructions), mark: s.mark.replace(now), done: false }
+    }
+    fn end(mut self) -> u64 {
+        self.done = true;
+        self.s.budget.end(self.outer)
+    }
+}
+
+impl Drop for Entry<'_> {
+    fn drop(&mut self) {
+        self.s.mark.set(self.mark);
+        self.s.depth.set(self.s.depth.get() - 1);
+        if !self.done {
+            // A panic unwound through Lua's frames: the state is no longer consistent.
+            self.s.broken.set(true);
+        }
+    }
+}
+
+/// Runs `body` as one call from the host: sets up budget, arena, names and error handling.
+pub(crate) fn enter(
+    s: &State,
+    frame: &mut Frame<'_>,
+    budget: Budget,
+    used: &mut u64,
+    body: &mut dyn FnMut(*mut lua_State, *mut tatu_call) -> Flow,
+) -> Result<Flow> {
+    if let Some(refusal) = s.budget.refusal() {
+        return Err(refusal);
+    }
+    if s.broken.get() {
+        return Err(Fail::with_code(TATU_ERR_PANIC, "the script's state was damaged by an earlier panic"));
+    }
+    let frame: *mut tatu_call = frame.raw();
+    // SAFETY: the host's frame, valid during the call.
+    unsafe {
+        (*frame).n_results = 0;
+        s.parallel.set((*frame).flags & TATU_CALL_SIDE_BY_SIDE != 0);
+    }
+    let entry = Entry::begin(s, budget);
+    let mut flow = Flow::Done;
+    // SAFETY: runs in a protected call.
+    let result = protect(s, &mut |l| unsafe {
+        commands::refresh(l, s);
+        if s.depth.get() == 1 {
+            functions::release_borrowed(l, s);
+            gc::count_call(l, s);
+        }
+        flow = body(l, frame);
+    });
+    *used = entry.end();
+    if result.is_err() {
+        // What was written before the error stands before it.
+        s.end_line();
+    }
+    result.map(|()| flow)
+}
+
+/// Calls the function on top of the stack with the frame's arguments.
+///
+/// # Safety
+/// Runs in protected mode; the frame is valid.
+pub(crate) unsafe fn run(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
+    let base = lua_gettop(l) - 1;
+    let n = put_args(l, frame);
+    lua_call(l, n, LUA_MULTRET);
+    take_results(l, s, frame, lua_gettop(l) - base);
+    Flow::Done
+}
+
+/// Calls a function by its id.
+pub(crate) fn call_function(
+    s: &State,
+    local: u32,
+    frame: &mut Frame<'_>,
+    budget: Budget,
+    used: &mut u64,
+) -> Result<Flow> {
+    let mut gone = false;
+    // SAFETY: runs in a protected call; nothing with a destructor is alive in the closure.
+    enter(s, frame, budget, used, &mut |l, frame| unsafe {
+        functions::look(l, local);
+        if lua_type(l, -1) != LUA_TFUNCTION {
+            gone = true;
+            return Flow::Done;
+        }
+        run(l, s, frame)
+    })?;
+    if gone {
+        return Err(Fail::with_code(TATU_ERR_GONE, "the function was lent for one call only, and that call is over"));
+    }
+    Ok(Flow::Done)
+}

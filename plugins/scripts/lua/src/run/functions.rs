@@ -1,0 +1,113 @@
+//! Functions of the script that are passed out: borrowed for a call, kept, and called back.
+
+use mlua_sys::*;
+
+use crate::{
+    errors::protect,
+    stack::{reg, registry},
+    state::{self, State},
+};
+
+/// Ids from here on are of kept functions.
+const KEPT: u32 = 1 << 31;
+
+/// Registers the function at `idx` as borrowed; the id is valid until `release_borrowed_since` of an earlier one.
+///
+/// # Safety
+/// Two free stack slots; may raise.
+pub(crate) unsafe fn borrow(l: *mut lua_State, s: &State, idx: i32) -> u32 {
+    let id = s.borrowed.get() % (KEPT - 1) + 1;
+    s.borrowed.set(id);
+    registry(l, reg::BORROWED);
+    lua_pushvalue(l, idx);
+    lua_rawseti(l, -2, i64::from(id));
+    lua_pop(l, 1);
+    id
+}
+
+/// Removes the functions borrowed since `before`.
+///
+/// # Safety
+/// Two free stack slots; raises nothing, since the entries exist.
+pub(crate) unsafe fn release_borrowed_since(l: *mut lua_State, s: &State, before: u32) {
+    let now = s.borrowed.get();
+    if now == before {
+        return;
+    }
+    registry(l, reg::BORROWED);
+    let mut id = before;
+    while id != now {
+        id = id % (KEPT - 1) + 1;
+        lua_pushnil(l);
+        lua_rawseti(l, -2, i64::from(id));
+    }
+    lua_pop(l, 1);
+}
+
+/// Removes borrowed functions that outlived their call: results, and arguments of calls that failed.
+///
+/// # Safety
+/// May raise.
+pub(crate) unsafe fn release_borrowed(l: *mut lua_State, s: &State) {
+    if s.borrowed.get() != s.returned.get() {
+        s.returned.set(s.borrowed.get());
+        lua_newtable(l);
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::BORROWED);
+    }
+}
+
+/// Pushes a function value: the function itself if it is this script's, else a closure that calls the other script.
+///
+/// # Safety
+/// Two free stack slots; may raise.
+pub(crate) unsafe fn put(l: *mut lua_State, func: u64) {
+    let s = state::of(l);
+    if func >> 32 == s.instance.id {
+        look(l, func as u32);
+    } else {
+        lua_pushinteger(l, func as i64);
+        lua_pushcclosure(l, s.foreign, 1);
+    }
+}
+
+/// Pushes the function of an id, or nil.
+pub(super) unsafe fn look(l: *mut lua_State, local: u32) {
+    registry(l, if local >= KEPT { reg::KEPT } else { reg::BORROWED });
+    lua_rawgeti(l, -1, i64::from(local & !KEPT));
+    lua_replace(l, -2);
+}
+
+/// Turns a borrowed function into a kept one.
+pub(crate) fn keep(s: &State, local: u32) -> u32 {
+    let mut id = 0;
+    // SAFETY: runs in a protected call, which restores the stack.
+    let done = protect(s, &mut |l| unsafe {
+        look(l, local);
+        if lua_type(l, -1) != LUA_TFUNCTION {
+            return;
+        }
+        let next = s.kept.get() + 1;
+        if next >= KEPT {
+            return;
+        }
+        registry(l, reg::KEPT);
+        lua_insert(l, -2);
+        lua_rawseti(l, -2, i64::from(next));
+        s.kept.set(next);
+        id = KEPT | next;
+    });
+    if done.is_err() { 0 } else { id }
+}
+
+/// Releases a kept function.
+pub(crate) fn drop(s: &State, local: u32) {
+    if local < KEPT {
+        return;
+    }
+    // SAFETY: runs in a protected call, which restores the stack.
+    let _ = protect(s, &mut |l| unsafe {
+        registry(l, reg::KEPT);
+        lua_pushnil(l);
+        lua_rawseti(l, -2, i64::from(local & !KEPT));
+    });
+}

@@ -1,0 +1,134 @@
+//! Threads of the plugin, for the callback "thread", and the ends of all waits.
+//!
+//! The host reports the end of a wait by a token. The plugin's own coroutines are then resumed at once.
+
+use mlua_sys::*;
+use tatu_plugin_api::{abi::*, safe::*};
+
+use super::{entry::enter, time_slices};
+use crate::{
+    convert::{put_args, take_results},
+    errors,
+    lua_internals::lua_closethread,
+    stack::{reg, registry},
+    state::State,
+};
+
+/// Starts a coroutine of the plugin with the function on top.
+///
+/// # Safety
+/// Runs in protected mode; the frame is valid.
+pub(crate) unsafe fn start(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
+    let function = lua_gettop(l);
+    let thread = lua_newthread(l);
+    registry(l, reg::THREADS);
+    lua_pushvalue(l, -2);
+    lua_pushboolean(l, 1);
+    lua_rawset(l, -3);
+    lua_pop(l, 1);
+    lua_pushvalue(l, function);
+    let n = put_args(l, frame);
+    if lua_checkstack(thread, n + 4) == 0 {
+        errors::raise_text(l, "too many arguments");
+    }
+    lua_xmove(l, thread, n + 1);
+    run_coroutine(l, s, function + 1, n, frame)
+}
+
+/// Ends a wait.
+pub(crate) fn resume(
+    s: &State,
+    token: u64,
+    failed: Option<Fail>,
+    frame: &mut Frame<'_>,
+    budget: Budget,
+    used: &mut u64,
+) -> Result<Flow> {
+    let (mut gone, mut failed) = (false, failed);
+    // SAFETY: runs in a protected call; the failure belongs to this function or to the state.
+    let flow = enter(s, frame, budget, used, &mut |l, frame| unsafe {
+        luaL_checkstack(l, 12, std::ptr::null());
+        registry(l, reg::WAITS);
+        let waits = lua_gettop(l);
+        if lua_rawgeti(l, waits, token as i64) != LUA_TTHREAD {
+            gone = true;
+            return Flow::Done;
+        }
+        lua_pushnil(l);
+        lua_rawseti(l, waits, token as i64);
+        if !time_slices::was_preempted(lua_tothread(l, waits + 1)) {
+            registry(l, reg::DONE);
+            match failed.take() {
+                Some(fail) => {
+                    s.failed.borrow_mut().insert(token, fail);
+                    lua_pushboolean(l, 0);
+                }
+                None => pack(l, frame),
+            }
+            lua_rawseti(l, -2, token as i64);
+        }
+        registry(l, reg::THREADS);
+        lua_pushvalue(l, waits + 1);
+        let own = lua_rawget(l, -2) != LUA_TNIL;
+        let thread = lua_tothread(l, waits + 1);
+        if !own || lua_status(thread) != LUA_YIELD {
+            return Flow::Done;
+        }
+        run_coroutine(l, s, waits + 1, 0, frame)
+    })?;
+    if gone {
+        return Err(Fail::with_code(TATU_ERR_GONE, "nothing in the script waits under this number"));
+    }
+    Ok(flow)
+}
+
+/// Pushes the frame's arguments as one table.
+unsafe fn pack(l: *mut lua_State, frame: *mut tatu_call) {
+    let n = (*frame).n_args as i32;
+    lua_createtable(l, n, 1);
+    let table = lua_gettop(l);
+    put_args(l, frame);
+    for i in (1..=n).rev() {
+        lua_rawseti(l, table, i64::from(i));
+    }
+    lua_pushinteger(l, i64::from(n));
+    lua_setfield(l, table, c"n".as_ptr());
+}
+
+/// Runs the plugin's coroutine at `at` until it ends or waits.
+unsafe fn run_coroutine(l: *mut lua_State, s: &State, at: i32, n: i32, frame: *mut tatu_call) -> Flow {
+    let thread = lua_tothread(l, at);
+    s.waiting.set((0, std::ptr::null_mut()));
+    let mut results = 0;
+    let outer = s.slices.enter(thread);
+    let status = lua_resume(thread, l, n, &mut results);
+    s.slices.leave(outer);
+    if status == LUA_YIELD && s.waiting.get().1 == thread {
+        lua_pop(thread, results);
+        return Flow::Waiting;
+    }
+    registry(l, reg::THREADS);
+    lua_pushvalue(l, at);
+    lua_pushnil(l);
+    lua_rawset(l, -3);
+    lua_pop(l, 1);
+    if status == LUA_OK {
+        luaL_checkstack(l, results + 4, std::ptr::null());
+        lua_xmove(thread, l, results);
+        take_results(l, s, frame, results);
+        return Flow::Done;
+    }
+    if status == LUA_YIELD {
+        lua_closethread(thread, l);
+        errors::raise(
+            l,
+            Fail::with_code(TATU_ERR_SCRIPT, "the thread called coroutine.yield, after which nothing would resume it")
+                .help("use a command that waits, such as one that waits for the next step"),
+        );
+    }
+    luaL_checkstack(l, 8, std::ptr::null());
+    lua_xmove(thread, l, 1);
+    errors::record(l, thread, s);
+    lua_closethread(thread, l);
+    lua_error(l)
+}

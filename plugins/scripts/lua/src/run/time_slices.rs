@@ -1,0 +1,96 @@
+//! Time slices: a thread that does not yield by itself is preempted after a number of instructions, and continues in
+//! the next step.
+//!
+//! Threads of the original ran for some milliseconds at a time; here slices are counted in instructions, so that every
+//! run is the same. Only the plugin's own coroutines (callback "thread") are preempted, never those of scripts.
+
+use std::mem::MaybeUninit;
+
+use mlua_sys::*;
+use tatu_plugin_api::abi::*;
+
+use super::frame::{RESULTS, frame};
+use crate::{
+    stack::{reg, registry},
+    state::{self, State, slices::PER_MS},
+};
+
+/// Called by the count hook; preempts the running thread when its slice is over.
+///
+/// # Safety
+/// Last action of the hook.
+#[inline]
+pub(crate) unsafe fn count(l: *mut lua_State, s: &State, instructions: u64) {
+    let slices = &s.slices;
+    let own = slices.own.get();
+    if own.is_null() {
+        return;
+    }
+    let used = slices.used.get() + instructions;
+    slices.used.set(used);
+    let length = slices.length.get();
+    // Nested coroutines of the script and comparisons of a sort finish first.
+    if length != 0 && used >= length && l == own && lua_isyieldable(l) != 0 {
+        preempt(l, s);
+    }
+}
+
+/// Makes thread `l` wait for the next step, yielding from the hook.
+#[cold]
+unsafe fn preempt(l: *mut lua_State, s: &State) {
+    let token = wait(l, s, s.slices.switch.get());
+    if token == 0 {
+        return;
+    }
+    luaL_checkstack(l, 4, std::ptr::null());
+    registry(l, reg::WAITS);
+    lua_pushthread(l);
+    lua_rawseti(l, -2, token as i64);
+    lua_pop(l, 1);
+    s.waiting.set((token, l));
+    lua_yield(l, 0);
+}
+
+/// Whether a suspended thread was preempted, rather than suspended by a command that expects results.
+///
+/// # Safety
+/// A suspended thread of a state of this plugin.
+pub(crate) unsafe fn was_preempted(thread: *mut lua_State) -> bool {
+    let mut ar = std::mem::zeroed::<lua_Debug>();
+    if lua_getstack(thread, 0, &mut ar) == 0 {
+        return false;
+    }
+    lua_getinfo(thread, c"S".as_ptr(), &mut ar);
+    *ar.what != b'C' as _
+}
+
+/// For preludes, `slice(ms)`: sets the slice length (0: no preemption) if given, and returns whether it is called in a
+/// thread.
+pub(crate) unsafe extern "C-unwind" fn slice(l: *mut lua_State) -> i32 {
+    let s = state::of(l);
+    if lua_type(l, 1) == LUA_TNUMBER {
+        let ms = lua_tonumber(l, 1);
+        s.slices.length.set(if ms > 0.0 { (ms.min(1e6) * PER_MS) as u64 } else { 0 }.max(u64::from(ms > 0.0)));
+    }
+    lua_pushboolean(l, i32::from(s.slices.in_thread()));
+    1
+}
+
+/// Calls a waiting command without arguments on behalf of thread `l`. Returns the wait's token, 0 if it did not wait.
+///
+/// # Safety
+/// `l` is running and can yield.
+unsafe fn wait(l: *mut lua_State, s: &State, packed: u32) -> u64 {
+    if packed == 0 {
+        return 0;
+    }
+    let mut results = MaybeUninit::<[tatu_value; RESULTS]>::uninit();
+    let mut frame = frame(&mut results);
+    frame.wait_token = s.token.get() + 1;
+    s.token.set(frame.wait_token);
+    (frame.command, frame.alias) = (packed >> 8, packed & 0xFF);
+    let outer = s.running.replace(l);
+    let status = (s.commands.call)(s.world_ref(), &mut frame);
+    s.running.set(outer);
+    if status == TATU_WAIT { frame.wait_token } else { 0 }
+}

@@ -1,0 +1,30 @@
+//! Properties of a script that the host asks for: behaviour after errors, and the script order of its dialect.
+
+use tatu_plugin_api::abi::*;
+
+use crate::{
+    dialect::version,
+    state::{State, text::Style},
+};
+
+/// `TATU_SCRIPT_*`
+pub(crate) fn traits(s: &State) -> u32 {
+    let modern = if s.old.get() { 0 } else { TATU_SCRIPT_SILENT | TATU_SCRIPT_MODERN };
+    let text = s.text.borrow();
+    if text.rules.style == Some(Style::Thread) { modern | TATU_SCRIPT_THREADED } else { modern }
+}
+
+/// `TATU_ORDER_*` of a dialect: that of the latest listed version that is not newer.
+pub(crate) fn order(s: &State, dialect: &str, modern: bool) -> u32 {
+    let rules = s.text.borrow().rules.clone();
+    let counts_as = if modern { &rules.new_dialect } else { &rules.old_dialect };
+    let dialect = if dialect.is_empty() { counts_as.as_deref().unwrap_or_default() } else { dialect };
+    let Some(wanted) = version(dialect) else { return 0 };
+    let last = rules.orders.iter().rev().find(|(from, _)| version(from).is_some_and(|v| v <= wanted));
+    match last.map(|(_, order)| order.as_str()) {
+        Some("parents_first") => TATU_ORDER_PARENTS_FIRST,
+        Some("by_kind") => TATU_ORDER_BY_KIND,
+        Some("deepest_first") => TATU_ORDER_DEEPEST_FIRST,
+        _ => 0,
+    }
+}

@@ -1,0 +1,33 @@
+//! The objects from which a state is walked.
+
+use mlua_sys::*;
+
+use crate::stack::{reg, registry};
+
+/// Pushes the objects from which everything is reached, all of which existed before the text ran; returns their number.
+///
+/// # Safety
+/// Enough stack for all of them.
+pub(super) unsafe fn roots(l: *mut lua_State) -> i32 {
+    lua_pushglobaltable(l);
+    lua_pushlstring(l, c"".as_ptr(), 0);
+    lua_getmetatable(l, -1);
+    lua_replace(l, -2);
+    for place in ROOT_PLACES {
+        registry(l, place);
+    }
+    2 + ROOT_PLACES.len() as i32
+}
+
+/// Registry values that belong to the script.
+const ROOT_PLACES: [i64; 5] = [reg::KEPT, reg::SCOPES, reg::LOADED, reg::FILE, reg::CHUNK];
+/// Names of the roots in messages.
+pub(super) const ROOT_NAMES: [&str; 7] = [
+    "",
+    "the methods of text",
+    "the functions that commands keep",
+    "the tables of commands",
+    "what `require` has loaded",
+    "the methods of files",
+    "the text",
+];

@@ -1,0 +1,86 @@
+//! Helpers over the stack and the registry of a Lua state.
+
+use mlua_sys::*;
+
+/// Keys in Lua's registry; 1 and 2 are reserved by Lua.
+pub(crate) mod reg {
+    /// The compiled text.
+    pub const CHUNK: i64 = 10;
+    /// Functions passed out during a call: id -> function.
+    pub const BORROWED: i64 = 11;
+    /// Functions kept by the host: id -> function.
+    pub const KEPT: i64 = 12;
+    /// Waiting coroutines: token -> coroutine.
+    pub const WAITS: i64 = 13;
+    /// Results of finished waits: token -> packed results.
+    pub const DONE: i64 = 14;
+    /// Numbers that stand for addresses in text: object -> number.
+    pub const NUMBERS: i64 = 15;
+    /// Name space tables: prefix -> table ("" for the globals).
+    pub const SCOPES: i64 = 16;
+    /// Metatable of files.
+    pub const FILE: i64 = 17;
+    /// Coroutines created by the plugin: coroutine -> true.
+    pub const THREADS: i64 = 18;
+    /// Modules loaded by `require`.
+    pub const LOADED: i64 = 19;
+    /// Objects that existed before the text ran: number -> object.
+    pub const BASELINE: i64 = 20;
+    /// Objects of a snapshot, while it is restored.
+    pub const BUILT: i64 = 21;
+    /// Constants of preludes: name -> value.
+    pub const CONSTANTS: i64 = 22;
+    /// Names of the globals that a rerun text reads: the callback, and the script's handle.
+    pub const RERUN_GLOBALS: i64 = 23;
+}
+
+/// The bytes of the string or number at `idx`; converts a number in place. Empty for other types.
+///
+/// # Safety
+/// The slice is used only while the value stays on the stack.
+pub(crate) unsafe fn bytes<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
+    let mut len = 0;
+    let ptr = lua_tolstring(l, idx, &mut len);
+    if ptr.is_null() {
+        return &[];
+    }
+    std::slice::from_raw_parts(ptr.cast(), len)
+}
+
+/// Pushes a string.
+///
+/// # Safety
+/// One free stack slot; may raise.
+pub(crate) unsafe fn push(l: *mut lua_State, text: &[u8]) {
+    lua_pushlstring(l, text.as_ptr().cast(), text.len());
+}
+
+/// Pushes a registry value and returns its type.
+///
+/// # Safety
+/// One free stack slot.
+pub(crate) unsafe fn registry(l: *mut lua_State, place: i64) -> i32 {
+    lua_rawgeti(l, LUA_REGISTRYINDEX, place)
+}
+
+/// Sets a function in the table on top.
+///
+/// # Safety
+/// Two free stack slots; may raise.
+pub(crate) unsafe fn set(l: *mut lua_State, name: &std::ffi::CStr, f: lua_CFunction) {
+    lua_pushinteger(l, 0);
+    lua_pushcclosure(l, f, 1);
+    lua_setfield(l, -2, name.as_ptr());
+}
+
+/// Reads the list of strings on top.
+///
+/// # Safety
+/// Runs in protected mode, with a table on top and a free stack slot.
+pub(crate) unsafe fn read_strings(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
+    for i in 1..=lua_rawlen(l, -1) {
+        lua_rawgeti(l, -1, i as i64);
+        out.push(bytes(l, -1).to_vec());
+        lua_pop(l, 1);
+    }
+}

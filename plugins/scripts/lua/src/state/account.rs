@@ -1,0 +1,129 @@
+//! What the running call of a script has used of its instructions.
+
+use std::cell::{Cell, RefCell};
+
+use mlua_sys::lua_State;
+use tatu_plugin_api::{abi::TATU_ERR_BUDGET, safe::*};
+
+use crate::lua_internals::{self, INSTRUCTION, Meter};
+
+/// Instructions between two runs of the hook. The cost lies in having a hook, not in how often it runs.
+pub(crate) const HOOK_INTERVAL: u64 = 1000;
+
+/// Budget of the running call. All numbers in units.
+pub(crate) struct Account {
+    /// What the state counts; in Lua's own memory.
+    meter: Cell<*const Meter>,
+    /// Used instead where the meter is not accessible.
+    own: Meter,
+    /// The part of what is used that nested calls have reported already.
+    reported: Cell<u64>,
+    pub exhausted: Cell<bool>,
+    /// The instructions of the call that exhausted it.
+    pub spent: Cell<u64>,
+    /// Lua's countdown to the next hook run on the main thread; null: not accessible.
+    countdown: Cell<*mut i32>,
+    /// File and line at which the budget ran out.
+    pub place: RefCell<Option<(String, u64)>>,
+}
+
+/// Budget of the surrounding call.
+#[derive(Clone, Copy)]
+pub(crate) struct Outer {
+    used: u64,
+    reported: u64,
+    limit: u64,
+}
+
+/// No limit.
+const ENDLESS: u64 = u64::MAX;
+
+impl Default for Account {
+    fn default() -> Self {
+        Account {
+            meter: Cell::new(std::ptr::null()),
+            own: Meter { used: Cell::new(0), limit: Cell::new(ENDLESS) },
+            reported: Cell::new(0),
+            exhausted: Cell::new(false),
+            spent: Cell::new(0),
+            countdown: Cell::new(std::ptr::null_mut()),
+            place: RefCell::new(None),
+        }
+    }
+}
+
+impl Account {
+    pub(crate) fn meter(&self) -> &Meter {
+        // SAFETY: null, or a part of the Lua state, which lives as long as this one.
+        unsafe { self.meter.get().as_ref() }.unwrap_or(&self.own)
+    }
+    /// Charges what the main thread executed since the last hook run and restarts the countdown, so that the usage of a
+    /// call does not depend on earlier calls, and a restored state counts like the saved one.
+    fn charge_main_thread(&self) {
+        let countdown = self.countdown.get();
+        if countdown.is_null() || self.exhausted.get() {
+            return;
+        }
+        // SAFETY: a field of the main thread, which lives as long as this state.
+        unsafe {
+            let instructions = HOOK_INTERVAL.saturating_sub((*countdown).max(0) as u64);
+            let used = &self.meter().used;
+            used.set(used.get() + instructions * INSTRUCTION);
+            *countdown = HOOK_INTERVAL as i32;
+        }
+    }
+    /// Begins a call; returns what `end` needs. 0 instructions: no limit.
+    pub(crate) fn begin(&self, instructions: u64) -> Outer {
+        self.charge_main_thread();
+        let limit = match instructions {
+            0 => ENDLESS,
+            n => n.saturating_mul(INSTRUCTION),
+        };
+        let meter = self.meter();
+        Outer { used: meter.used.replace(0), reported: self.reported.replace(0), limit: meter.limit.replace(limit) }
+    }
+    /// Ends a call and returns its own instructions. A nested call also counts against the budget of the outer one.
+    pub(crate) fn end(&self, outer: Outer) -> u64 {
+        self.charge_main_thread();
+        let meter = self.meter();
+        let used = meter.used.replace(0);
+        let own = used - self.reported.replace(outer.reported + used);
+        meter.used.set(outer.used + used);
+        meter.limit.set(outer.limit);
+        own / INSTRUCTION
+    }
+    /// The error of a script that has exhausted its budget.
+    pub(crate) fn refusal(&self) -> Option<Fail> {
+        self.exhausted.get().then(|| {
+            let fail = Fail::with_code(TATU_ERR_BUDGET, self.message())
+                .help("look for a loop without an end, or give scripts more instructions");
+            match self.place.borrow().clone() {
+                Some((file, line)) => fail.at(file, line),
+                None => fail,
+            }
+        })
+    }
+    /// Locates the meter and the main thread's countdown.
+    ///
+    /// # Safety
+    /// The main thread runs nothing, and its hook is armed.
+    pub(crate) unsafe fn locate(&self, main: *mut lua_State) {
+        self.meter.set(lua_internals::meter(main));
+        self.countdown.set(lua_internals::hook_count(main));
+    }
+    /// Lets what reports an exhausted budget run without one; returns what `confine` needs.
+    pub(crate) fn release(&self) -> u64 {
+        self.meter().limit.replace(ENDLESS)
+    }
+    /// Sets the limit again.
+    pub(crate) fn confine(&self, limit: u64) {
+        self.meter().limit.set(limit);
+    }
+    /// Whether the budget is exhausted.
+    pub(crate) fn is_exhausted(&self) -> bool {
+        self.exhausted.get()
+    }
+    fn message(&self) -> String {
+        format!("the script used up its {} instructions of one call", self.spent.get())
+    }
+}

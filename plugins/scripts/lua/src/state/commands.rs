@@ -1,0 +1,44 @@
+//! What scripts use of the host's commands.
+
+use tatu_plugin_api::{abi::*, safe::*};
+
+/// Functions of the commands service.
+#[derive(Clone, Copy)]
+pub(crate) struct Commands {
+    find: extern "C" fn(WorldRef<'_>, Lent<'_>, Option<&mut u32>) -> u32,
+    pub is_name_space: extern "C" fn(WorldRef<'_>, Lent<'_>) -> u32,
+    pub call: unsafe extern "C" fn(WorldRef<'_>, *mut tatu_call) -> tatu_status,
+    pub generation: extern "C" fn(WorldRef<'_>) -> u64,
+    pub constant: for<'a> extern "C" fn(WorldRef<'a>, Lent<'_>, Option<&mut ValueRef<'a>>) -> tatu_status,
+    pub mark: extern "C" fn(WorldRef<'_>) -> u64,
+    pub alloc: extern "C" fn(WorldRef<'_>, u64) -> *mut std::ffi::c_void,
+    pub release: unsafe extern "C" fn(WorldRef<'_>, u64),
+    pub call_func: unsafe extern "C" fn(WorldRef<'_>, tatu_func, *mut tatu_call) -> tatu_status,
+}
+
+impl Commands {
+    /// Those of the host; none if it lacks one.
+    pub fn of(host: &Host) -> Option<Commands> {
+        let t = host.commands_table()?;
+        Some(Commands {
+            find: t.find?,
+            is_name_space: t.is_name_space?,
+            call: t.call?,
+            generation: t.generation?,
+            constant: t.constant?,
+            mark: t.mark?,
+            alloc: t.alloc?,
+            release: t.release?,
+            call_func: t.call_func?,
+        })
+    }
+    /// Id and alias of a name, in the one number that a bound function keeps: id << 8 | alias; 0: no such command. A command
+    /// has at most 255 names.
+    pub fn number(&self, world: WorldRef<'_>, name: &[u8]) -> u32 {
+        let mut alias = 0;
+        match (self.find)(world, name.into(), Some(&mut alias)) {
+            0 => 0,
+            id => id << 8 | alias,
+        }
+    }
+}

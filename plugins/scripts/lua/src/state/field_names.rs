@@ -1,0 +1,74 @@
+//! Field names of one API in the maps that callbacks get and return.
+//!
+//! The host names fields neutrally; a prelude says what its API calls them: `arguments.dyn.step = "passCnt"` and
+//! `results.contact.ignoreContact = "ignore"`.
+
+use mlua_sys::*;
+
+use crate::stack::{bytes, push};
+
+/// Renamed fields: callback, name before, name after.
+#[derive(Default)]
+pub(crate) struct FieldNames(Vec<(Vec<u8>, Vec<u8>, Vec<u8>)>);
+
+impl FieldNames {
+    /// Reads `{callback = {before = "after"}}` from the table on top.
+    ///
+    /// # Safety
+    /// Runs in protected mode, with a table on top.
+    pub(crate) unsafe fn read(&mut self, l: *mut lua_State) {
+        luaL_checkstack(l, 6, std::ptr::null());
+        lua_pushnil(l);
+        while lua_next(l, -2) != 0 {
+            if lua_type(l, -2) == LUA_TSTRING && lua_type(l, -1) == LUA_TTABLE {
+                let callback = bytes(l, -2).to_vec();
+                lua_pushnil(l);
+                while lua_next(l, -2) != 0 {
+                    if lua_type(l, -2) == LUA_TSTRING && lua_type(l, -1) == LUA_TSTRING {
+                        self.0.push((callback.clone(), bytes(l, -2).to_vec(), bytes(l, -1).to_vec()));
+                    }
+                    lua_pop(l, 1);
+                }
+            }
+            lua_pop(l, 1);
+        }
+        self.0.sort();
+    }
+
+    /// Whether a callback has renamed fields.
+    pub(crate) fn has(&self, callback: &[u8]) -> bool {
+        self.0.iter().any(|(of, _, _)| of == callback)
+    }
+
+    /// Replaces a table by a copy whose fields have their new names; any other value stays. The table itself may belong to
+    /// the script.
+    ///
+    /// # Safety
+    /// Runs in protected mode; `at` is a positive index of the stack.
+    pub(crate) unsafe fn rename(&self, l: *mut lua_State, callback: &[u8], at: i32) {
+        if !self.has(callback) || lua_type(l, at) != LUA_TTABLE {
+            return;
+        }
+        luaL_checkstack(l, 6, std::ptr::null());
+        lua_createtable(l, 0, 0);
+        let copy = lua_gettop(l);
+        lua_pushnil(l);
+        while lua_next(l, at) != 0 {
+            let after = match lua_type(l, -2) {
+                LUA_TSTRING => {
+                    let name = bytes(l, -2);
+                    self.0.iter().find(|(of, before, _)| of == callback && before == name).map(|(_, _, after)| after)
+                }
+                _ => None,
+            };
+            match after {
+                Some(after) => push(l, after),
+                None => lua_pushvalue(l, -2),
+            }
+            lua_pushvalue(l, -2);
+            lua_rawset(l, copy);
+            lua_pop(l, 1);
+        }
+        lua_replace(l, at);
+    }
+}

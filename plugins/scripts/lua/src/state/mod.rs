@@ -1,0 +1,160 @@
+//! The state of one script: its Lua state, and what the plugin keeps about it.
+
+pub(crate) mod account;
+pub(crate) mod commands;
+pub(crate) mod errors;
+pub(crate) mod field_names;
+pub(crate) mod files;
+pub(crate) mod originals;
+pub(crate) mod rerun;
+pub(crate) mod slices;
+pub(crate) mod text;
+
+use std::{
+    cell::{Cell, RefCell},
+    collections::BTreeMap,
+};
+
+use mlua_sys::*;
+use tatu_plugin_api::{abi::*, safe::*};
+
+use crate::alloc::Slot;
+use account::Account;
+use commands::Commands;
+use errors::Errors;
+use files::Files;
+use originals::Originals;
+use slices::Slices;
+use text::Text;
+
+/// State of a script. Its address is stable: every Lua thread stores it in its extra space.
+pub(crate) struct State {
+    /// The main thread.
+    pub main: *mut lua_State,
+    /// The running thread, on which nested calls run.
+    pub running: Cell<*mut lua_State>,
+    pub world: *mut tatu_world,
+    pub host: Host,
+    pub instance: Instance,
+    pub commands: Commands,
+    pub time: Prop,
+    /// The start date of the run.
+    pub epoch: Prop,
+    /// Whether the state was restored and no warning about key order has been logged since.
+    pub restored: Cell<bool>,
+    /// Number of calls from the host.
+    pub entries: Cell<u64>,
+    /// Nesting depth of calls into the state.
+    pub depth: Cell<u32>,
+    /// Position in the world's arena at which the running call began.
+    pub mark: Cell<u64>,
+    /// Generation of the commands for which the name caches are valid.
+    pub generation: Cell<u64>,
+    pub budget: Account,
+    /// The last token issued, and the thread of the last wait.
+    pub token: Cell<u64>,
+    pub waiting: Cell<(u64, *mut lua_State)>,
+    /// The last ids of borrowed and kept functions.
+    pub borrowed: Cell<u32>,
+    pub returned: Cell<u32>,
+    pub kept: Cell<u32>,
+    /// The last number issued in place of an address.
+    pub numbers: Cell<i64>,
+    /// Whether the dialect is based on Lua 5.1.
+    pub old: Cell<bool>,
+    /// Whether numbers are rounded to 32-bit floats at commands.
+    pub single: Cell<bool>,
+    /// Whether the running call is one of several parallel ones.
+    pub parallel: Cell<bool>,
+    /// Names and operators in the text, while it is loaded.
+    pub words: RefCell<Vec<Vec<u8>>>,
+    pub slices: Slices,
+    pub errors: RefCell<Errors>,
+    pub text: RefCell<Text>,
+    /// Texts that the script loaded (chunk name, text), so that a snapshot can refer to their functions.
+    pub texts: RefCell<Vec<(Vec<u8>, Vec<u8>)>>,
+    pub files: RefCell<Files>,
+    /// Line begun with `io.write`.
+    pub line: RefCell<Vec<u8>>,
+    /// Buffer for text on its way into Lua.
+    pub scratch: RefCell<Vec<u8>>,
+    /// Library functions that this plugin wraps.
+    pub originals: Originals,
+    /// Errors of waits that their coroutines have not received yet.
+    pub failed: RefCell<BTreeMap<u64, Fail>>,
+    /// Files and lines at which memory last ran out, innermost first.
+    pub memory_positions: RefCell<Vec<(String, u64)>>,
+    /// Whether a panic unwound through the state.
+    pub broken: Cell<bool>,
+    /// The Lua function that calls one of another script; upvalue 1: its number.
+    pub foreign: lua_CFunction,
+    pub slot: Box<Slot>,
+}
+
+impl State {
+    /// The world, as the safe API shows it.
+    pub(crate) fn world(&self) -> World<'_> {
+        // SAFETY: the world outlives its scripts, and every call here comes from a call of the host.
+        unsafe { World::new(self.world, &self.host) }
+    }
+    /// The same as functions of the host get it.
+    #[inline]
+    pub(crate) fn world_ref(&self) -> WorldRef<'_> {
+        self.world().raw()
+    }
+    /// Writes a log line.
+    pub(crate) fn log(&self, level: u32, text: &[u8]) {
+        self.world().log(level, text);
+    }
+    /// Logs what `print` says; it goes on with a line that `io.write` began.
+    pub(crate) fn log_line(&self, text: &[u8]) {
+        let mut line = self.line.take();
+        if line.is_empty() {
+            return self.log(TATU_LOG_INFO, text);
+        }
+        line.extend_from_slice(text);
+        self.log(TATU_LOG_INFO, &line);
+    }
+    /// Logs a line that `io.write` began, if there is one.
+    pub(crate) fn end_line(&self) {
+        let line = self.line.take();
+        if !line.is_empty() {
+            self.log(TATU_LOG_INFO, &line);
+        }
+    }
+    /// Simulation time, s.
+    pub(crate) fn now(&self) -> f64 {
+        self.world().f64(0, self.time).unwrap_or(0.0)
+    }
+}
+
+/// The state that a thread belongs to.
+///
+/// # Safety
+/// `l` is a thread of a state created by this plugin; the reference is not used beyond the running call.
+#[inline(always)]
+pub(crate) unsafe fn of<'a>(l: *mut lua_State) -> &'a State {
+    &**lua_getextraspace(l).cast::<*const State>()
+}
+
+/// Pushes the content of the scratch buffer.
+///
+/// # Safety
+/// One free stack slot; may raise.
+pub(crate) unsafe fn push_scratch(l: *mut lua_State, s: &State) {
+    let (ptr, len) = {
+        let scratch = s.scratch.borrow();
+        (scratch.as_ptr(), scratch.len())
+    };
+    lua_pushlstring(l, ptr.cast(), len);
+}
+
+/// Module names and texts of all preludes.
+pub(crate) fn preludes(s: &State) -> impl Iterator<Item = (&[u8], &[u8])> {
+    let next = s.host.commands_table().and_then(|t| t.prelude);
+    (0..).map_while(move |index| {
+        let (mut module, mut text) = (Lent::EMPTY, Lent::EMPTY);
+        let status = next?(s.world_ref(), c"lua".into(), index, Some(&mut module), Some(&mut text));
+        (status == TATU_OK).then(|| (module.bytes(), text.bytes()))
+    })
+}

@@ -1,0 +1,125 @@
+//! Texts that are run again for each callback: their rules, and the callbacks for which a text has to run.
+
+use mlua_sys::*;
+
+use crate::{
+    lexer,
+    stack::{bytes, push, read_strings, reg, registry},
+};
+
+/// Rules of texts that are run again for each callback.
+#[derive(Default)]
+pub(crate) struct Rerun {
+    /// The global that names the callback.
+    pub variable: Vec<u8>,
+    /// Its value per callback.
+    pub values: Vec<(Vec<u8>, i64)>,
+    /// Callbacks that run only in texts with one of these names.
+    needs: Vec<(Vec<u8>, Vec<Vec<u8>>)>,
+    /// Globals that hold the script's own handle.
+    pub script: Vec<Vec<u8>>,
+}
+
+impl Rerun {
+    /// Reads the rules from the table on top.
+    ///
+    /// # Safety
+    /// Runs in protected mode; a few free stack slots.
+    pub(crate) unsafe fn read_rules(&mut self, l: *mut lua_State) {
+        lua_getfield(l, -1, c"variable".as_ptr());
+        self.variable.extend_from_slice(bytes(l, -1));
+        lua_pop(l, 1);
+        if lua_getfield(l, -1, c"values".as_ptr()) == LUA_TTABLE {
+            lua_pushnil(l);
+            while lua_next(l, -2) != 0 {
+                if lua_type(l, -2) == LUA_TSTRING {
+                    let value = lua_tointeger(l, -1);
+                    self.values.push((bytes(l, -2).to_vec(), value));
+                }
+                lua_pop(l, 1);
+            }
+        }
+        lua_pop(l, 1);
+        if lua_getfield(l, -1, c"needs".as_ptr()) == LUA_TTABLE {
+            lua_pushnil(l);
+            while lua_next(l, -2) != 0 {
+                if lua_type(l, -2) == LUA_TSTRING && lua_type(l, -1) == LUA_TTABLE {
+                    self.needs.push((bytes(l, -2).to_vec(), Vec::new()));
+                    if let Some((_, words)) = self.needs.last_mut() {
+                        read_strings(l, words);
+                    }
+                }
+                lua_pop(l, 1);
+            }
+        }
+        lua_pop(l, 1);
+        if lua_getfield(l, -1, c"extra".as_ptr()) == LUA_TTABLE {
+            lua_pushnil(l);
+            while lua_next(l, -2) != 0 {
+                if lua_type(l, -2) == LUA_TSTRING && bytes(l, -1) == b"script" {
+                    self.script.push(bytes(l, -2).to_vec());
+                }
+                lua_pop(l, 1);
+            }
+        }
+        lua_pop(l, 1);
+    }
+    /// Whether the text runs for a callback.
+    pub(crate) fn has(&self, callback: &[u8]) -> bool {
+        self.value(callback).is_some()
+    }
+    /// Removes the callbacks whose required names are missing from the text.
+    pub(crate) fn require_words(&mut self, words: &[Vec<u8>]) {
+        let needs = std::mem::take(&mut self.needs);
+        let has = |w: &Vec<u8>| words.binary_search(w).is_ok();
+        self.values
+            .retain(|(callback, _)| needs.iter().filter(|(name, _)| name == callback).all(|(_, w)| w.iter().any(has)));
+    }
+    /// Removes the callbacks for which a text that consists of branches does nothing; `number` is the value of a word.
+    pub(crate) fn drop_empty_branches(&mut self, text: &[u8], number: impl Fn(&[u8]) -> Option<i64>) {
+        let Some(branches) = lexer::branches(text, &self.variable) else { return };
+        let values: Option<Vec<i64>> = branches.iter().map(|name| number(name)).collect();
+        if let Some(values) = values {
+            self.values.retain(|(callback, value)| callback == b"init" || values.contains(value));
+        }
+    }
+    /// Sets the globals for a run of the text of the script of `owner`.
+    ///
+    /// # Safety
+    /// Runs in protected mode; a few free stack slots.
+    pub(crate) unsafe fn set_globals(&self, l: *mut lua_State, owner: u64, value: Option<i64>) {
+        if registry(l, reg::RERUN_GLOBALS) != LUA_TTABLE {
+            lua_pop(l, 1);
+            self.cache_names(l);
+        }
+        lua_pushglobaltable(l);
+        lua_rawgeti(l, -2, 1);
+        match value {
+            Some(value) => lua_pushinteger(l, value),
+            None => lua_pushnil(l),
+        }
+        lua_rawset(l, -3);
+        for i in 2..self.script.len() as i64 + 2 {
+            lua_rawgeti(l, -2, i);
+            lua_pushinteger(l, (owner & 0xF_FFFF) as i64);
+            lua_rawset(l, -3);
+        }
+        lua_pop(l, 2);
+    }
+    /// Pushes the list of these globals' names, and caches it: creating the strings anew takes longer than a lookup.
+    unsafe fn cache_names(&self, l: *mut lua_State) {
+        lua_createtable(l, 1 + self.script.len() as i32, 0);
+        push(l, &self.variable);
+        lua_rawseti(l, -2, 1);
+        for (name, i) in self.script.iter().zip(2..) {
+            push(l, name);
+            lua_rawseti(l, -2, i);
+        }
+        lua_pushvalue(l, -1);
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::RERUN_GLOBALS);
+    }
+    /// The value of a callback.
+    pub(crate) fn value(&self, callback: &[u8]) -> Option<i64> {
+        self.values.iter().find(|(name, _)| name == callback).map(|v| v.1)
+    }
+}

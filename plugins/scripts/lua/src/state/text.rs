@@ -1,0 +1,92 @@
+//! The text of a script, and the rules that preludes declare for it.
+
+use std::{collections::VecDeque, sync::Arc};
+
+use super::{field_names::FieldNames, rerun::Rerun};
+
+/// How callbacks are run.
+#[derive(Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Style {
+    /// The text has not run yet.
+    #[default]
+    NotRun,
+    /// One function per callback; also texts without any.
+    Functions,
+    /// The text is run again for each callback.
+    Rerun,
+    /// The text runs once per step; nothing else is called.
+    Step,
+    /// The text runs once, as a coroutine.
+    Thread,
+}
+
+/// Rules that preludes declare for scripts.
+#[derive(Default)]
+pub(crate) struct Rules {
+    /// Prefix and suffix of callback functions.
+    pub functions: Vec<(Vec<u8>, Vec<u8>)>,
+    /// Further names of callback functions: (callback, function).
+    pub aliases: Vec<(Vec<u8>, Vec<u8>)>,
+    pub rerun: Option<Rerun>,
+    /// The number that a callback returns to end its script.
+    pub ends: Option<f64>,
+    /// The style, if the preludes decide it.
+    pub style: Option<Style>,
+    /// Commands whose floats are not rounded.
+    pub exact: Vec<Vec<u8>>,
+    /// Known modules that no plugin offers.
+    pub missing_modules: Vec<Vec<u8>>,
+    pub api: Vec<Vec<u8>>,
+    /// The dialect found from the text.
+    pub dialect: Option<String>,
+    /// Dialects of worlds that name none, with old and with modern scripts.
+    pub old_dialect: Option<String>,
+    pub new_dialect: Option<String>,
+    /// The command that waits for the next step.
+    pub switch: Vec<u8>,
+    pub single: bool,
+    /// Names that an API gives to fields of callbacks' arguments, and those of results that it names for the host.
+    pub argument_names: FieldNames,
+    pub result_names: FieldNames,
+    /// Script orders by dialect: (first version, order), oldest first.
+    pub orders: Vec<(String, String)>,
+}
+
+/// Properties of the loaded text.
+#[derive(Default)]
+pub(crate) struct Text {
+    pub chunk: String,
+    pub rules: Arc<Rules>,
+    pub style: Style,
+    /// Whether the text may have the style `Rerun`.
+    pub may_rerun: bool,
+    /// The clean-up has run; nothing is called any more.
+    pub over: bool,
+    /// Callables that were looked up: (`TATU_FIND_*`, name).
+    pub names: Vec<(u32, Arc<[u8]>)>,
+}
+
+impl Text {
+    /// The text's name in messages.
+    pub(crate) fn name(&self) -> String {
+        self.chunk.clone()
+    }
+    /// The unknown command that a message complains about, if the script called it or indexed an unknown name space.
+    pub(crate) fn unknown(&self, message: &str, unresolved: &VecDeque<Vec<u8>>) -> Option<String> {
+        let call = message.strip_prefix("attempt to call a nil value (");
+        let rest = call.or_else(|| message.strip_prefix("attempt to index a nil value ("))?;
+        let (what, rest) = rest.split_once(" '")?;
+        let name = rest.split('\'').next()?;
+        let name = match what {
+            "global" | "local" | "upvalue" => name.to_owned(),
+            "field" | "method" => {
+                let full = unresolved.iter().rev().map(|m| String::from_utf8_lossy(m));
+                full.filter(|m| m.rsplit_once('.').is_some_and(|(_, last)| last == name))
+                    .map(|m| m.into_owned())
+                    .next()?
+            }
+            _ => return None,
+        };
+        self.rules.api.iter().any(|p| name.as_bytes().starts_with(p)).then_some(name)
+    }
+}

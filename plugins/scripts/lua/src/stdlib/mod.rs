@@ -1,0 +1,77 @@
+//! The standard library of scripts: permitted functions, and replacements for the others.
+//!
+//! Every C function is registered with an upvalue. Without one it would be a bare code address, which differs between
+//! runs and would decide the order of such functions as table keys.
+
+mod base;
+pub(crate) mod compat;
+mod io;
+mod modules;
+mod pattern;
+pub(crate) mod permissions;
+mod sort;
+pub(crate) mod strings;
+mod text;
+mod time;
+
+use mlua_sys::*;
+
+use crate::{
+    run::commands,
+    stack::{push, reg, registry},
+};
+use base::add_upvalues;
+
+/// Opens the library in a new state.
+///
+/// # Safety
+/// Runs in protected mode.
+pub(crate) unsafe fn open(l: *mut lua_State) {
+    luaL_checkstack(l, 20, std::ptr::null());
+    for place in [reg::BORROWED, reg::KEPT, reg::WAITS, reg::DONE, reg::NUMBERS, reg::SCOPES, reg::THREADS, reg::LOADED]
+    {
+        lua_newtable(l);
+        lua_rawseti(l, LUA_REGISTRYINDEX, place);
+    }
+    // Weak keys: being numbered does not keep an object alive.
+    registry(l, reg::NUMBERS);
+    lua_newtable(l);
+    push(l, b"k");
+    lua_setfield(l, -2, c"__mode".as_ptr());
+    lua_setmetatable(l, -2);
+    lua_pop(l, 1);
+
+    let libraries: [(&std::ffi::CStr, lua_CFunction); 6] = [
+        (c"_G", luaopen_base),
+        (c"table", luaopen_table),
+        (c"string", luaopen_string),
+        (c"math", luaopen_math),
+        (c"coroutine", luaopen_coroutine),
+        (c"utf8", luaopen_utf8),
+    ];
+    for (name, open) in libraries {
+        luaL_requiref(l, name.as_ptr(), open, 1);
+        lua_pop(l, 1);
+    }
+    base::debug(l);
+    base::base(l);
+    base::others(l);
+    for (name, _) in libraries {
+        lua_getglobal(l, name.as_ptr());
+        add_upvalues(l);
+        registry(l, reg::LOADED);
+        lua_pushvalue(l, -2);
+        lua_setfield(l, -2, name.as_ptr());
+        lua_pop(l, 2);
+    }
+    push(l, b"");
+    if lua_getmetatable(l, -1) != 0 {
+        add_upvalues(l);
+        lua_pop(l, 1);
+    }
+    lua_pop(l, 1);
+    io::open(l);
+    time::open(l);
+    modules::open(l);
+    commands::open(l);
+}

@@ -1,0 +1,236 @@
+//! `require`, `dofile`, `loadfile`: modules of command plugins, name spaces, files in allowed folders.
+
+use mlua_sys::*;
+use tatu_plugin_api::{abi::*, safe::*};
+
+use crate::{
+    errors,
+    lua_internals::BYTE,
+    run::budget,
+    stack::{bytes, push, reg, registry, set},
+    state::{self, State, preludes, push_scratch},
+};
+
+/// # Safety
+/// Runs in protected mode, while the state is made.
+pub(crate) unsafe fn open(l: *mut lua_State) {
+    lua_pushglobaltable(l);
+    set(l, c"require", require);
+    set(l, c"dofile", dofile);
+    set(l, c"loadfile", loadfile);
+    lua_createtable(l, 0, 4);
+    registry(l, reg::LOADED);
+    lua_setfield(l, -2, c"loaded".as_ptr());
+    lua_newtable(l);
+    lua_setfield(l, -2, c"preload".as_ptr());
+    for name in [c"path", c"cpath"] {
+        push(l, b"");
+        lua_setfield(l, -2, name.as_ptr());
+    }
+    lua_setfield(l, -2, c"package".as_ptr());
+    lua_pop(l, 1);
+}
+
+/// Bytes of the longest text that is read.
+const MOST_BYTES: u64 = 16 << 20;
+
+/// Reads a file into the scratch buffer; on failure false, with the reason there.
+fn read(s: &State, name: &[u8]) -> bool {
+    let (done, content) = match s.world().read_file(name, MOST_BYTES) {
+        Ok(content) => (true, content),
+        Err(reason) => {
+            let name = String::from_utf8_lossy(name);
+            (false, format!("cannot open {name}: {reason}").into_bytes())
+        }
+    };
+    *s.scratch.borrow_mut() = content;
+    done
+}
+
+/// Limits of the texts kept for snapshots: a script may load a new text in each step.
+const TEXTS: usize = 64;
+const TEXT_BYTES: usize = 1 << 20;
+
+/// Keeps a text that is about to be loaded, so that a snapshot can refer to its functions.
+pub(crate) fn remember(s: &State, name: &[u8], text: &[u8]) {
+    let mut texts = s.texts.borrow_mut();
+    if texts.iter().any(|(n, t)| n == name && t == text) {
+        return;
+    }
+    let bytes: usize = texts.iter().map(|(n, t)| n.len() + t.len()).sum();
+    if texts.len() < TEXTS && bytes + name.len() + text.len() <= TEXT_BYTES {
+        texts.push((name.to_vec(), text.to_vec()));
+    }
+}
+
+/// Compiles the file named at `idx`: pushes a function, or nil and the reason.
+unsafe fn compile(l: *mut lua_State, idx: i32) -> bool {
+    let s = state::of(l);
+    budget::charge(l, budget::OPENING);
+    if !read(s, bytes(l, idx)) {
+        lua_pushnil(l);
+        push_scratch(l, s);
+        return false;
+    }
+    push(l, b"@");
+    lua_pushvalue(l, idx);
+    lua_concat(l, 2);
+    let (mut ptr, mut len) = {
+        let text = s.scratch.borrow();
+        (text.as_ptr(), text.len())
+    };
+    if len > 0 && *ptr == b'#' {
+        while len > 0 && *ptr != b'\n' {
+            (ptr, len) = (ptr.add(1), len - 1);
+        }
+    }
+    let name = lua_tolstring(l, -1, std::ptr::null_mut());
+    remember(s, bytes(l, -1), std::slice::from_raw_parts(ptr, len));
+    if luaL_loadbufferx(l, ptr.cast(), len, name, c"t".as_ptr()) != LUA_OK {
+        lua_pushnil(l);
+        lua_insert(l, -2);
+        return false;
+    }
+    true
+}
+
+unsafe extern "C-unwind" fn loadfile(l: *mut lua_State) -> i32 {
+    luaL_checklstring(l, 1, std::ptr::null_mut());
+    if compile(l, 1) {
+        if lua_type(l, 3) == LUA_TTABLE {
+            lua_pushvalue(l, 3);
+            lua_setupvalue(l, -2, 1);
+        }
+        return 1;
+    }
+    2
+}
+
+unsafe extern "C-unwind" fn dofile(l: *mut lua_State) -> i32 {
+    luaL_checklstring(l, 1, std::ptr::null_mut());
+    lua_settop(l, 1);
+    if !compile(l, 1) {
+        lua_error(l);
+    }
+    lua_replace(l, 1);
+    lua_settop(l, 1);
+    lua_callk(l, 0, LUA_MULTRET, 0, Some(dofile_done));
+    dofile_done(l, 0, 0)
+}
+
+unsafe extern "C-unwind" fn dofile_done(l: *mut lua_State, _: i32, _: lua_KContext) -> i32 {
+    lua_gettop(l)
+}
+
+unsafe extern "C-unwind" fn require(l: *mut lua_State) -> i32 {
+    luaL_checklstring(l, 1, std::ptr::null_mut());
+    lua_settop(l, 1);
+    registry(l, reg::LOADED); // 2
+    lua_pushvalue(l, 1);
+    if lua_rawget(l, 2) != LUA_TNIL {
+        return 1;
+    }
+    lua_settop(l, 2);
+    if !find(l) {
+        return missing(l);
+    }
+    // Slot 3: what was found; a function is the module's chunk.
+    if lua_type(l, 3) == LUA_TFUNCTION {
+        lua_pushvalue(l, 1);
+        lua_call(l, 1, 1);
+        if lua_type(l, 3) == LUA_TNIL {
+            lua_pushvalue(l, 1);
+            if lua_rawget(l, 2) == LUA_TNIL {
+                lua_pushboolean(l, 1);
+            }
+            lua_replace(l, 3);
+            lua_settop(l, 3);
+        }
+    }
+    lua_pushvalue(l, 1);
+    lua_pushvalue(l, 3);
+    lua_rawset(l, 2);
+    1
+}
+
+/// Pushes at slot 3 what a module name stands for: chunk of a plugin, name space, file.
+unsafe fn find(l: *mut lua_State) -> bool {
+    let s = state::of(l);
+    budget::charge_units(l, lua_rawlen(l, 1) as u64 * BYTE);
+    // `package.preload` takes precedence.
+    lua_getglobal(l, c"package".as_ptr());
+    if lua_type(l, 3) == LUA_TTABLE {
+        lua_getfield(l, 3, c"preload".as_ptr());
+        if lua_type(l, 4) == LUA_TTABLE {
+            lua_pushvalue(l, 1);
+            if lua_gettable(l, 4) == LUA_TFUNCTION {
+                lua_replace(l, 3);
+                lua_settop(l, 3);
+                return true;
+            }
+        }
+    }
+    lua_settop(l, 2);
+    if (s.commands.is_name_space)(s.world_ref(), bytes(l, 1).into()) != 0 {
+        lua_pushglobaltable(l);
+        lua_pushvalue(l, 1);
+        lua_gettable(l, 3);
+        lua_replace(l, 3);
+        if lua_type(l, 3) == LUA_TTABLE {
+            return true;
+        }
+    }
+    lua_settop(l, 2);
+    let path = luaL_gsub(l, lua_tolstring(l, 1, std::ptr::null_mut()), c".".as_ptr(), c"/".as_ptr());
+    debug_assert!(!path.is_null());
+    push(l, b".lua");
+    lua_concat(l, 2);
+    lua_insert(l, 3);
+    if compile(l, 3) {
+        lua_replace(l, 3);
+        lua_settop(l, 3);
+        return true;
+    }
+    if !s.scratch.borrow().starts_with(b"cannot open ") {
+        lua_error(l); // a file that is there, with an error of its own
+    }
+    // After files: a module of the user may have the name of a plugin's module.
+    lua_settop(l, 2);
+    let module = bytes(l, 1);
+    if let Some((_, text)) = preludes(s).find(|(name, _)| !name.is_empty() && *name == module) {
+        push(l, b"=");
+        lua_pushvalue(l, 1);
+        lua_concat(l, 2);
+        let name = lua_tolstring(l, 3, std::ptr::null_mut());
+        remember(s, bytes(l, 3), text);
+        if luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name, c"t".as_ptr()) != LUA_OK {
+            lua_error(l);
+        }
+        lua_replace(l, 3);
+        return true;
+    }
+    false
+}
+
+unsafe fn missing(l: *mut lua_State) -> i32 {
+    errors::raise(l, not_found(state::of(l), bytes(l, 1)))
+}
+
+fn not_found(s: &State, name: &[u8]) -> Fail {
+    // "arm-2" and "arm.tools" belong to the module "arm".
+    let root = name.split(|b| b"-.".contains(b)).next().unwrap_or_default();
+    let lacking = s.text.borrow().rules.missing_modules.iter().any(|m| m == root);
+    let name = String::from_utf8_lossy(name);
+    if lacking {
+        return Fail::unsupported(format!("the module `{name}` of the original is not here"))
+            .help("`tatu list commands` shows what plugins offer");
+    }
+    Fail::with_code(
+        TATU_ERR_SCRIPT,
+        format!(
+            "there is no module `{name}`: no plugin brings it, no command begins with `{name}.`, and no allowed folder \
+         has a file {}.lua",
+            name.replace('.', "/")
+        ),
+    )
+}
