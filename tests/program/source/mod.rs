@@ -2,4 +2,6 @@
 
 mod imports;
 mod layers;
+#[cfg(target_os = "linux")]
+mod licences;
 mod tree;

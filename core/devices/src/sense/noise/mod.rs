@@ -1,10 +1,9 @@
-//! Noise: what a scene declares for the fields of a sensor, done by the host after each measure.
+//! Noise, applied by the host to the fields of a sensor after each measure.
 //!
-//! - [`NoiseSpec`]: what is declared, as TOML and back;
-//! - `fields`: which field a name means, and which of its values mean nothing;
-//! - `numbers`: the elements of a field, whatever their type;
-//! - `apply`: the stages, in their order;
-//! - here: what is kept from measure to measure, walks and readings that are under way.
+//! - `numbers`: the elements of a field, whatever their type; `apply`: the stages, in their order;
+//! - here: what is kept from measure to measure: walks, and readings that are delayed.
+//!
+//! What a scene declares is in [`NoiseSpec`], of the crate `tatu-scene`.
 
 mod apply;
 mod numbers;
