@@ -90,7 +90,10 @@ impl BeamPlan {
     }
 
     /// Asks an instance.
-    pub fn ask(data: *mut c_void, kind: &SensorKind) -> Result<Self, String> {
+    ///
+    /// # Safety
+    /// `data` is an instance of this kind that lives, and no borrow of its world is held.
+    pub unsafe fn ask(data: *mut c_void, kind: &SensorKind) -> Result<Self, String> {
         let Some(ask) = kind.raw.beams else { return Ok(Self::NONE) };
         let raw = tatu_beams {
             size: size_of::<tatu_beams>() as u32,
@@ -114,7 +117,7 @@ impl BeamPlan {
         struct Room([u64; 8], tatu_beams, [u64; 8]);
         let mut room = Room([GUARD; 8], raw, [GUARD; 8]);
         let mut error = ErrorSlot::new();
-        // SAFETY: by the contract; `[setup]`.
+        // SAFETY: by the contract, and the caller promises the instance; `[setup]`.
         if unsafe { answer(ask(data, &mut room.1, error.raw()), false, error.raw()) } < 0 {
             return Err(error.text());
         }

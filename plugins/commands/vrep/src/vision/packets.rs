@@ -36,6 +36,11 @@ pub(crate) fn packet(rgb: &[u8], depth: &[f32]) -> Packet {
     out
 }
 
+/// Numbers as bytes.
+pub(super) fn packed(floats: &[f32]) -> Vec<u8> {
+    floats.iter().flat_map(|x| x.to_le_bytes()).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -71,9 +76,4 @@ mod tests {
         assert_eq!(packet(&[], &[]), EMPTY);
         assert_eq!(packet(&[0; 6], &[1.0; 2]), EMPTY);
     }
-}
-
-/// Numbers as bytes.
-pub(super) fn packed(floats: &[f32]) -> Vec<u8> {
-    floats.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
