@@ -1,57 +1,56 @@
-/* tatu.h: the border between Tatu and its plugins. This file is the manual of the ABI.
+/* tatu.h: the C ABI between Tatu and its plugins, and its manual.
  *
  * A plugin is a dynamic library that exports one symbol, `tatu_plugin`, a constant descriptor. The host reads it,
- * calls `init`, and asks for *extensions* (what the plugin offers: commands, sensors, models, script languages, ...).
- * The plugin asks the host for *services* (what the host offers: scene, readings, bodies, commands, ...). Plugins
- * never see each other: they meet in commands, readings, properties and schemas.
+ * calls `init`, and asks for *extensions*: what the plugin offers (commands, sensors, models, script languages, ...).
+ * The plugin asks the host for *services*: what the host offers (scene, readings, bodies, commands, ...). Plugins
+ * never see each other; they share commands, readings, properties and schemas.
  *
- * The smallest useful plugin stands in `plugin-api/template/c_command/`.
+ * `plugin-api/template/c_command/` is a plugin to start from.
  *
- * HOW TO READ IT
- *   [setup]     one thread at a time per plugin: loading, ending, making and ending instances.
+ * CONVENTIONS
+ *   [setup]     one thread at a time per plugin: start, shutdown, creating and destroying instances.
  *   [step]      one thread at a time per world; different worlds may call on different threads at once.
  *   [parallel]  several threads at once, each on its own instances.
  *   [any]       any thread, any time.
- *   Pointers:   whatever a call is given is valid during that call only, unless its sentence says otherwise.
- *   Text:       pointer and length, UTF-8 by intention, not by guarantee; `const char *` is NUL-terminated.
- *               People see control characters of it written out, but for tab and newline.
+ *   Pointers:   arguments are valid during the call only, unless the function's comment says otherwise.
+ *   Text:       pointer and length, normally UTF-8, but that is not guaranteed; `const char *` is NUL-terminated.
+ *               Control characters other than tab and newline are escaped when text is displayed.
  *   Names:      UTF-8 without spaces, control characters and backslashes; `a` and `a.b` exclude each other.
  *   Units:      metres, seconds, kilograms, radians, newtons; world frame with z up, unless a name says otherwise.
  *   Pose:       7 doubles: x y z, then the unit quaternion x y z w. Twist: 6 doubles: m/s, then rad/s.
  *
- * GROWTH
- *   Frozen types (section 1) never change within an ABI major; only these stand in arrays or cross by value.
- *   Tables (everything that begins with `size`) grow at the end. Set `size` to sizeof, leave what you do not use zero. Lists of
- *   tables are null-terminated arrays of pointers. A field exists only if it lies within `size` and is not null:
- *   ask with TATU_HAS before you call through a table that somebody else filled. Tables have no tail padding.
+ * COMPATIBILITY
+ *   Frozen types (section 1) never change within an ABI major; only these are array elements or are passed by value.
+ *   Tables (every struct that begins with `size`) grow at the end. Set `size` to sizeof and leave unused fields zero.
+ *   Lists of tables are null-terminated arrays of pointers. A field exists only if it lies within `size` and is not
+ *   null: check with TATU_HAS before calling through a table that another party filled. Tables have no tail padding.
  *   Until release 1.0 every extension and service is a draft, and a draft matches only its own number.
  *
  * MEMORY OF VALUES
- *   Each world has one arena, a stack. What tatu_call_api.alloc and commands.alloc give, and everything that results
- *   of calls point to, lies in it and lives until somebody releases to an earlier mark. Only callers release; the host
- *   does so when the outermost call from it returns. So a command may hand on what a nested call gave it, unless it
- *   released in between. Memory is aligned to 16 bytes; arrays to their elements; 256 MB
- *   a world are in flight at most, whatever was there before; `ptr` may be null when `len` is 0.
- *   Error texts lie elsewhere.
+ *   Each world has one arena, a stack. Memory from tatu_call_api.alloc and commands.alloc, and everything that results
+ *   of calls point to, lives there until it is released to an earlier mark. Only callers release; the host does so when
+ *   its outermost call returns. So a command may return values that a nested call gave it, unless it released in
+ *   between. Memory is aligned to 16 bytes, arrays to their elements. An arena holds at most 256 MB at a time; `ptr`
+ *   may be null when `len` is 0. Error texts are stored elsewhere.
  *
  * ERRORS
- *   A function that returns a negative status has said why through its error object. If it has said nothing, the host
- *   takes what the last refusal of a service said, if that had the same status: `return status;` passes it on.
+ *   A function that returns a negative status describes the failure in its error object. If that is empty, the host
+ *   uses the error of the last failed service call, provided it has the same status: `return status;` passes it on.
  *
- * WHAT A CALL MAY ASK
- *   The host knows which call is running on which thread, and refuses what is not allowed there with TATU_ERR_BUSY and a
- *   sentence; the plugin is named as one that broke the contract.
+ * WHAT A CALL MAY USE
+ *   The host tracks which call runs on which thread. It rejects what is not allowed there with TATU_ERR_BUSY and a
+ *   message, and reports a breach of contract by the plugin.
  *   measure, aim, finish, apply:                       log.write, and `random` of the batch
  *   create, destroy, configure, save, load, beams, and find, traits, order, place, keep_func, drop_func of a language:
- *                                                      what changes nothing: reading, finding, listing, memory
- *   all other calls that get a world:                  everything
- *   threads of a plugin:                               log.write without a world, session.wake
- *   A world belongs to the thread that made it, and its pointer is dead when the world has ended.
+ *                                                      functions without side effects: read, find, list, allocate
+ *   all other calls that receive a world:              everything
+ *   a plugin's own threads:                            log.write without a world, session.wake
+ *   A world belongs to the thread that made it; its pointer is invalid once the world has ended.
  *
  * RULES
- *   No exception, panic or longjmp may leave a plugin function. No function may change floating-point mode, locale
- *   or signal handlers, or end the process (exit, abort). A plugin keeps no globals: it may be started several times in
- *   a process.
+ *   No exception, panic or longjmp may leave a plugin function. No function may change the floating-point mode, locale
+ *   or signal handlers, or end the process (exit, abort). A plugin has no mutable globals: it may be started several
+ *   times in one process.
  */
 #ifndef TATU_H
 #define TATU_H
@@ -71,35 +70,35 @@
 extern "C" {
 #endif
 
-#define TATU_ABI_MAJOR 0 /* refuses; 0 until release 1.0 */
-#define TATU_ABI_MINOR 5 /* grows with every growth of a table; refuses only where a need asks for more than there is */
+#define TATU_ABI_MAJOR 0 /* must match; 0 until release 1.0 */
+#define TATU_ABI_MINOR 5 /* increased whenever a table grows; checked only against tatu_need.minor */
 
-/* Where a field ends within its table, bytes. */
+/* End of a field within its table, bytes. */
 #define TATU_END(t, f) ((size_t)((const char *)(&(t)->f + 1) - (const char *)(t)))
-/* Whether the table's maker knew this scalar or pointer field and filled it. */
+/* Whether whoever filled the table has this scalar or pointer field and set it. */
 #define TATU_HAS(t, f) ((t) && TATU_END(t, f) <= (t)->size && (t)->f)
-/* Whether the table's maker knew this field at all: for struct fields, and for scalars where 0 has a meaning. */
+/* Whether whoever filled the table has this field at all: for struct fields, and for scalars where 0 has a meaning. */
 #define TATU_KNOWS(t, f) ((t) && TATU_END(t, f) <= (t)->size)
 
 /* ================================================================ 1. Frozen types ==================== */
 
-typedef int32_t tatu_status; /* 0 done, 1 waiting, negative: an error of the list below */
+typedef int32_t tatu_status; /* 0: done; 1: waiting; negative: one of the errors below */
 enum {
   TATU_OK = 0,
-  TATU_WAIT = 1,              /* the command goes on later; see tatu_call_api.wait */
-  TATU_ERR = -1,              /* failed; the text says why */
-  TATU_ERR_ARGUMENT = -2,     /* an argument of wrong type, count, size or range */
-  TATU_ERR_MISSING = -3,      /* there is no object, field, property or file of that name */
-  TATU_ERR_GONE = -4,         /* it was there, and has been removed or has ended */
-  TATU_ERR_UNSUPPORTED = -5,  /* known, but not done here */
+  TATU_WAIT = 1,              /* the command will finish later; see tatu_call_api.wait */
+  TATU_ERR = -1,              /* failed; see the message */
+  TATU_ERR_ARGUMENT = -2,     /* an argument has the wrong type, count, size or range */
+  TATU_ERR_MISSING = -3,      /* no object, field, property or file of that name */
+  TATU_ERR_GONE = -4,         /* it existed, but has been removed or has ended */
+  TATU_ERR_UNSUPPORTED = -5,  /* recognized, but not supported here */
   TATU_ERR_UNKNOWN = -6,      /* no command of that name */
   TATU_ERR_SCRIPT = -7,       /* an error raised by a script */
-  TATU_ERR_BUDGET = -8,       /* a script used up its instructions: it is not called again */
-  TATU_ERR_PANIC = -9,        /* a plugin panicked; the panic stayed inside */
+  TATU_ERR_BUDGET = -8,       /* a script exceeded its instruction limit: it is not called again */
+  TATU_ERR_PANIC = -9,        /* a plugin panicked; the panic was caught */
   TATU_ERR_BUSY = -10,        /* not possible from within this call */
-  TATU_ERR_SPACE = -11,       /* a buffer is too small; the needed count is told */
+  TATU_ERR_SPACE = -11,       /* a buffer is too small; the needed count is returned */
   TATU_ERR_PHYSICS = -12,     /* the physics engine lost a body */
-  TATU_ERR_MEMORY = -13       /* a script used up its memory: it may go on with less */
+  TATU_ERR_MEMORY = -13       /* a script exceeded its memory limit: it may go on with less */
 };
 
 /* Text or bytes: not NUL-terminated. */
@@ -108,17 +107,17 @@ typedef struct tatu_str {
   uint64_t len;
 } tatu_str;
 
-/* An object of a world: generation << 20 | slot. 0: none, or the world itself. Scripts see the slot alone as the
- * handle. A generation of 0 means "whatever is in that slot now" and is meant for numbers that a script gave. */
+/* An object of a world: generation << 20 | slot. 0: none, or the world itself. Scripts see only the slot, as the
+ * handle. Generation 0 means "whatever is in that slot now" and is meant for numbers passed by a script. */
 typedef uint64_t tatu_object;
 #define TATU_SLOT(o) ((uint32_t)((o) & 0xFFFFFu))
 
-/* A script's function: instance id << 32 | local id. As an argument it lives during the call, as a result until the
- * script is entered again; see commands.retain. */
+/* A script's function: instance id << 32 | local id. An argument is valid during the call, a result until the script
+ * is entered again; see commands.retain. */
 typedef uint64_t tatu_func;
-typedef uint32_t tatu_prop; /* an interned key of a property ("joint.position") or field ("proximity.distance") */
+typedef uint32_t tatu_prop; /* interned key of a property ("joint.position") or field ("proximity.distance") */
 
-/* What a value holds. */
+/* Tags of a value. */
 enum {
   TATU_NIL = 0,
   TATU_BOOL = 1,   /* u.i: 0 or 1 */
@@ -126,30 +125,30 @@ enum {
   TATU_F64 = 3,    /* u.f */
   TATU_TEXT = 4,   /* u.s: text */
   TATU_BYTES = 5,  /* u.s: any bytes */
-  TATU_F64S = 6,   /* u.s: array of double; len counts elements, as in all below */
+  TATU_F64S = 6,   /* u.s: array of double; len counts elements, here and below */
   TATU_F32S = 7,   /* u.s: array of float */
   TATU_I64S = 8,   /* u.s: array of int64_t */
   TATU_I32S = 9,   /* u.s: array of int32_t */
-  TATU_U8S = 10,   /* u.s: array of uint8_t, meant as numbers */
+  TATU_U8S = 10,   /* u.s: array of uint8_t, as numbers */
   TATU_LIST = 11,  /* u.s: array of tatu_value */
-  TATU_MAP = 12,   /* u.s: array of tatu_pair; keys are text, numbers or truth values */
+  TATU_MAP = 12,   /* u.s: array of tatu_pair; keys are text, numbers or booleans */
   TATU_FUNC = 13,  /* u.u: tatu_func */
   TATU_OBJECT = 14 /* u.u: tatu_object */
 };
 
 /* A value. Lists and maps nest at most 32 deep.
  *
- * What a Lua script gives, where nothing is declared (TATU_COMMAND_RAW, TATU_PARAM_ANY, values within lists and maps):
- *   nil, true, a whole number, another number    NIL, BOOL, I64, F64
- *   text                                         TEXT, whatever bytes it holds
- *   {1, 2}, {1.5, 2}                             I64S, F64S: a table whose keys are 1 to n and whose values are numbers
+ * Lua values where no type is declared (TATU_COMMAND_RAW, TATU_PARAM_ANY, values within lists and maps) become:
+ *   nil, true, an integer, another number        NIL, BOOL, I64, F64
+ *   string                                       TEXT, whatever bytes it holds
+ *   {1, 2}, {1.5, 2}                             I64S, F64S: a table with keys 1 to n whose values are numbers
  *   {'a', 2}, {{1}, {2}}                         LIST: the same with other values
  *   {a = 1}, {[2] = 1}                           MAP: a table with any other key
  *   {}                                           LIST of 0
  *   a function                                   FUNC
- * What is declared comes as declared, or the call fails before the command is called: as TATU_F64 a whole number is F64, as
- * TATU_F64S {1, 2} is F64S, as TATU_LIST all tables of keys 1 to n are LIST, as TATU_MAP every table is MAP ({'a'} has the
- * key 1), and {} is empty whatever it is to be. */
+ * An argument of declared type is converted to that type, or the call fails before the command runs: for TATU_F64 an
+ * integer becomes F64, for TATU_F64S {1, 2} becomes F64S, for TATU_LIST every table with keys 1 to n becomes LIST, for
+ * TATU_MAP every table becomes MAP ({'a'} has the key 1), and {} becomes an empty value of the declared type. */
 typedef struct tatu_value {
   uint32_t tag;      /* one of the tags above */
   uint32_t reserved; /* 0 */
@@ -170,7 +169,7 @@ typedef struct tatu_pair {
   tatu_value value;
 } tatu_pair;
 
-/* Elements of a reading's field. */
+/* Element types of a reading's field. */
 enum {
   TATU_ELEM_F64 = 1,
   TATU_ELEM_F32 = 2,
@@ -180,14 +179,14 @@ enum {
   TATU_ELEM_OBJECT = 6 /* tatu_object */
 };
 
-/* A look at one field of a sensor's last reading: host-owned, valid until that sensor is next handled or removed. */
+/* One field of a sensor's last reading: host-owned, valid until that sensor is next measured or removed. */
 typedef struct tatu_field_view {
   const void *ptr;   /* first element */
   uint64_t len;      /* elements */
   uint32_t elem;     /* TATU_ELEM_* */
   uint32_t dims[3];  /* shape, outermost first; unused ones are 1 */
   double time;       /* simulation time of the reading, s */
-  uint64_t sequence; /* how often the sensor has been handled; 0: never, or reset since */
+  uint64_t sequence; /* how often the sensor has been measured; 0: never, or reset since */
 } tatu_field_view;
 
 /* Two shapes that touch. */
@@ -205,21 +204,21 @@ typedef struct tatu_session tatu_session; /* a session: opaque */
 
 typedef struct tatu_error tatu_error;
 
-/* An error, owned by the host. A plugin writes it through `say` and `add` only, which copy what they are given; the
- * host adds plugin, instance and call. The other fields are for reading. */
+/* An error, owned by the host. A plugin writes it only through `say` and `add`, which copy their arguments; the host
+ * adds plugin, instance and call. The other fields are read-only. */
 struct tatu_error {
   uint32_t size;
-  int32_t code; /* TATU_OK while nothing has been said */
+  int32_t code; /* TATU_OK while the error is empty */
   void *ctx;    /* the host's */
-  /* [any] Fills the error: code (negative) and one sentence: what, where, what was expected. What is longer than 16 KiB is
-   * cut, here and in `add`. */
+  /* [any] Sets the error: a negative code and one sentence: what, where, what was expected. Text beyond 16 KiB is cut
+   * off, here and in `add`. */
   void(TATU_CALL *say)(tatu_error *, tatu_status code, tatu_str text);
-  /* [any] Adds a part: TATU_PART_*; `line` counts from 1 and belongs to TATU_PART_FILE. */
+  /* [any] Adds a part: TATU_PART_*; `line` counts from 1 and is used with TATU_PART_FILE. */
   void(TATU_CALL *add)(tatu_error *, uint32_t part, tatu_str text, uint64_t line);
   tatu_str text;      /* what went wrong */
   tatu_str help;      /* what to do */
-  tatu_str file;      /* where, if in a text */
-  tatu_str traceback; /* calls of the script, innermost first */
+  tatu_str file;      /* where, if in a file or script */
+  tatu_str traceback; /* the script's call stack, innermost first */
   uint64_t line;      /* in `file`; 0: none */
 };
 enum { TATU_PART_HELP = 1, TATU_PART_FILE = 2, TATU_PART_TRACEBACK = 3 };
@@ -228,39 +227,39 @@ enum { TATU_PART_HELP = 1, TATU_PART_FILE = 2, TATU_PART_TRACEBACK = 3 };
 
 typedef struct tatu_host tatu_host;
 
-/* The host, as a plugin sees it; valid from `init` to the end of `shutdown`. */
+/* The host as plugins see it; valid from `init` to the end of `shutdown`. */
 struct tatu_host {
   uint32_t size;
   uint32_t abi_minor; /* of the host */
   void *ctx;          /* the host's */
-  /* [any] The table of a service ("tatu.host.scene/draft.4"), or null. Valid as long as the host. */
+  /* [any] The table of a service ("tatu.host.scene/draft.4"), or null. Valid for the lifetime of the host. */
   const void *(TATU_CALL *service)(const tatu_host *, const char *id);
 };
 
-/* A service that a plugin cannot do without, or would like. With `bytes` and `minor` a plugin says once how much of the host
- * it uses; it then need not ask by TATU_HAS before each call of a function that was there at that size. */
+/* A service that a plugin requires, or uses if present. `bytes` and `minor` state once how much of the host it uses;
+ * functions within that size need no TATU_HAS before each call. */
 typedef struct tatu_need {
   uint32_t size;
-  uint32_t optional; /* 0: refuse to load without it */
+  uint32_t optional; /* 0: the plugin is not loaded without it */
   const char *id;    /* "tatu.host.scene/draft.4"; null: the host itself, by `minor` */
-  uint32_t bytes;    /* least size of its table: sizeof what you compiled with, or TATU_END of the last field that you use; 0: any */
-  uint32_t minor;    /* least abi_minor of the host; 0: any */
+  uint32_t bytes;    /* minimum size of its table: its sizeof, or TATU_END of the last field used; 0: any */
+  uint32_t minor;    /* minimum abi_minor of the host; 0: any */
 } tatu_need;
 
-/* What the library exports. All strings live as long as the library. */
+/* What the library exports. All strings live as long as the library does. */
 typedef struct tatu_plugin_t {
   uint32_t size;
   uint16_t abi_major; /* TATU_ABI_MAJOR */
   uint16_t abi_minor; /* TATU_ABI_MINOR */
-  const char *id;      /* "org.example.gripper": unique, the name that scenes and messages use */
-  const char *name;    /* for people */
+  const char *id;      /* "org.example.gripper": unique; scenes and messages use it */
+  const char *name;    /* for display */
   const char *version; /* "1.2.0" */
   const char *licence; /* SPDX, "MIT" */
   const tatu_need *const *needs; /* null, or a null-terminated list */
-  /* [setup] Starts the plugin; `*self` (may be null) is handed back in every later call. May ask for services, and
-   * call their [any] functions only. Null: nothing to start. */
+  /* [setup] Starts the plugin; `*self` (may be null) is passed to every later call. May get services, and call only
+   * their [any] functions. Null: nothing to start. */
   tatu_status(TATU_CALL *init)(const tatu_host *, void **self, tatu_error *);
-  /* [setup] Ends it; all instances are gone by then. Null: nothing to do. */
+  /* [setup] Ends it, after all its instances have been destroyed. Null: nothing to do. */
   void(TATU_CALL *shutdown)(void *self);
   /* [setup] The table of an extension ("tatu.command/draft.4"), or null. Owned by the plugin until shutdown. */
   const void *(TATU_CALL *extension)(void *self, const char *id);
@@ -272,47 +271,47 @@ extern TATU_EXPORT const tatu_plugin_t tatu_plugin;
 
 enum {
   /* of a sensor or actuator: */
-  TATU_PARAM_REBUILDS = 1, /* a change destroys the instance and creates it anew */
+  TATU_PARAM_REBUILDS = 1, /* a change destroys the instance and creates a new one */
   TATU_PARAM_READ_ONLY = 2,
-  TATU_PARAM_OPTIONAL = 4, /* of a command: may be left out or nil; then the default, or nil without one */
-  TATU_PARAM_REST = 8,     /* of a command, last one: stands for any number of arguments */
+  TATU_PARAM_OPTIONAL = 4, /* of a command: may be omitted or nil; it is then the default, or nil without one */
+  TATU_PARAM_REST = 8,     /* of a command, last parameter only: takes all remaining arguments */
   TATU_PARAM_ANY = 16      /* any type; `type` is ignored */
 };
 
-/* One fact that can be set: a property row, a parameter of a command, a result of a command. Scene files write the
- * key with its unit: unit "m" makes `range` the key `range_m`; "rad" is written in degrees, `_deg`. Values at the
- * border are always SI and radians. A parameter of type TATU_OBJECT takes the number that a script knows, too, and gives
- * it as an object of generation 0: whether anything is there, the service that gets it will tell. */
+/* Declaration of a parameter of an instance, or of a parameter or result of a command. Scene files append the unit to
+ * the key: with unit "m", `range` is written `range_m`; with "rad" it is written in degrees, `_deg`. Values crossing
+ * the ABI are always SI and radians. A parameter of type TATU_OBJECT also accepts a script's handle, and passes it as
+ * an object of generation 0; the service that receives it checks whether the object exists. */
 typedef struct tatu_param {
   uint32_t size;
   uint32_t type;       /* TATU_BOOL, I64, F64, TEXT, BYTES, F64S, LIST, MAP, FUNC or OBJECT */
-  uint32_t count;      /* elements of an array; 0: any number */
+  uint32_t count;      /* number of array elements; 0: any */
   uint32_t flags;      /* TATU_PARAM_* */
   const char *key;     /* "range" */
   const char *unit;    /* "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz", "1"; null: none */
-  double lowest;       /* least value; -HUGE_VAL: no bound. Both bounds 0: no bounds */
-  double highest;      /* greatest value; HUGE_VAL: no bound */
-  tatu_value fallback; /* the default; nil: must be given (or may be missing, if optional) */
+  double lowest;       /* minimum; -HUGE_VAL: none. Both bounds 0: no bounds */
+  double highest;      /* maximum; HUGE_VAL: none */
+  tatu_value fallback; /* the default; nil: required (unless optional) */
   const char *const *choices; /* allowed texts, null-terminated; null: any */
   const char *text;    /* one sentence */
-  const struct tatu_param *const *keys; /* of a TATU_MAP: its keys, which are texts; null or beyond `size`: any. Each entry is
-                        * checked and converted as its line says, missing ones get their default, an unknown key is refused */
+  const struct tatu_param *const *keys; /* of a TATU_MAP: its text keys; null or beyond `size`: any. Entries are checked
+                        * and converted like parameters, missing ones get their default, unknown keys are rejected */
 } tatu_param;
 
-/* What an instance is told when it is made. */
+/* Arguments of `create`. */
 typedef struct tatu_instance {
   uint32_t size;
   uint32_t n_params;
-  tatu_world *world;        /* null for a service; its properties may be read while the instance is made */
+  tatu_world *world;        /* null for a service; its properties may be read in `create` */
   tatu_object owner;        /* sensor, actuator or script object; 0 for a world instance */
   uint64_t id;              /* of this instance, unique in its world */
-  uint64_t seed;            /* from the scene's seed and the owner: the same in every run */
+  uint64_t seed;            /* derived from the scene's seed and the owner: the same in every run */
   const tatu_value *params; /* in the order of declaration, defaults filled in */
-  void *state;              /* the state block: host-owned, zeroed, its address stays until destroy; null if it has no bytes */
-  tatu_session *session;    /* of a service: where it is started; null for all others */
+  void *state;              /* the state block: host-owned, zeroed, at a fixed address until destroy; null if it has no bytes */
+  tatu_session *session;    /* of a service: the session that starts it; null for all others */
 } tatu_instance;
 
-/* Takes bytes: given by the host to `save`. */
+/* Receives what `save` writes; provided by the host. */
 typedef struct tatu_writer {
   uint32_t size;
   uint32_t reserved;
@@ -320,28 +319,28 @@ typedef struct tatu_writer {
   void(TATU_CALL *write)(const struct tatu_writer *, const void *bytes, uint64_t n);
 } tatu_writer;
 
-/* The life of instances. Every function but `create` and `destroy` may be null, and these two together where `state_bytes` is
- * all that is kept (not of languages). When a world is stopped and reset, its instances are destroyed and made anew. */
+/* The life cycle of instances. All functions but `create` and `destroy` may be null; so may these two, together, if the
+ * instance is only its state block (not for languages). Stopping and resetting a world recreates its instances. */
 typedef struct tatu_life {
   uint32_t size;
-  uint32_t state_bytes; /* bytes of the state block: no pointers in it; copied by snapshots, zeroed at reset */
-  /* [setup] Makes an instance; `*data` is handed back in every later call. */
+  uint32_t state_bytes; /* size of the state block: without pointers; copied by snapshots, zeroed at reset */
+  /* [setup] Makes an instance; `*data` is passed to every later call. */
   tatu_status(TATU_CALL *create)(void *self, const tatu_instance *, void **data, tatu_error *);
   /* [setup] Ends it. */
   void(TATU_CALL *destroy)(void *data);
-  /* [step] Live parameters of a sensor or actuator changed: `params` are all, `changed` has a bit for each of the first
-   * 64, in the order of declaration. A sensor is then asked for its beams. After an error the values are the old ones,
-   * and whoever set them is told. Never called for one with TATU_PARAM_REBUILDS. Null, or TATU_ERR_UNSUPPORTED without a
-   * sentence: the instance is made anew. */
+  /* [step] Parameters of a live sensor or actuator changed: `params` holds all, `changed` has a bit for each of the
+   * first 64, in the order of declaration. A sensor's `beams` is called next. An error restores the old values and is
+   * reported to whoever set them. Not called for parameters with TATU_PARAM_REBUILDS. Null, or TATU_ERR_UNSUPPORTED
+   * without a message: the instance is recreated. */
   tatu_status(TATU_CALL *configure)(void *data, const tatu_value *params, uint32_t n, uint64_t changed, tatu_error *);
-  /* [step] Writes what the state block does not hold. TATU_ERR_UNSUPPORTED: cannot now; the text says why. Null: an
-   * instance whose `data` is null has nothing more; any other is named as what a snapshot lacks. */
+  /* [step] Writes what the state block does not hold. TATU_ERR_UNSUPPORTED: not possible now; the message says why.
+   * Null: an instance whose `data` is null has nothing more; any other is reported as missing from the snapshot. */
   tatu_status(TATU_CALL *save)(void *data, const tatu_writer *, tatu_error *);
-  /* [step] Takes back what `save` wrote, into an instance made with the same parameters; the state block is already
-   * restored, if its writer had the same `version` (else it is zero). `version` is the writer's. After a failure the
-   * instance is made anew. When a file is reloaded, `save` is the old version's and `load` the new one's. */
+  /* [step] Restores what `save` wrote into an instance made with the same parameters. `version` is the writer's; the
+   * state block has already been restored if it equals the instance's own (else it is zero). After a failure the
+   * instance is recreated. When a file is reloaded, `save` is the old version's and `load` the new one's. */
   tatu_status(TATU_CALL *load)(void *data, tatu_str bytes, uint32_t version, tatu_error *);
-  uint32_t version; /* of the state block and of what `save` writes; yours to count */
+  uint32_t version; /* of the state block and of what `save` writes; numbered by the plugin */
   uint32_t reserved;
 } tatu_life;
 
@@ -353,60 +352,60 @@ typedef struct tatu_call tatu_call;
 
 enum { TATU_UNTIL_STEPS = 1, TATU_UNTIL_TIME = 2, TATU_UNTIL_SIGNAL = 3, TATU_UNTIL_POLL = 4 };
 
-/* What a running command may ask of the host about its own call. */
+/* What a running command may ask of the host for its own call. */
 typedef struct tatu_call_api {
   uint32_t size;
   uint32_t reserved;
-  /* [step] Memory that lives until the caller has read the results. Null when the world's arena is full. */
+  /* [step] Memory that lives until the caller has read the results. Null if the world's arena is full. */
   void *(TATU_CALL *alloc)(tatu_call *, uint64_t bytes);
-  /* [step] Then return TATU_WAIT: the command is called again with `resume` and without arguments once `until` holds:
-   * STEPS: `value` steps later; TIME: at simulation time `value`, s; SIGNAL: when the signal `name` exists; POLL:
-   * in each step. `resume` (not 0) is yours: find there again what you must keep. Gives TATU_WAIT, so that
-   * `return call->api->wait(...)` does both. Where the caller cannot wait it fills the error and gives TATU_ERR_BUSY. */
+  /* [step] Suspends the command, which then returns TATU_WAIT. It is called again, with `resume` and without arguments,
+   * once `until` holds: STEPS: `value` steps later; TIME: at simulation time `value`, s; SIGNAL: when the signal `name`
+   * exists; POLL: in each step. `resume` (not 0) is the command's own key to what it keeps meanwhile. Returns TATU_WAIT,
+   * so `return call->api->wait(...)` works. If the caller cannot wait, sets the error and returns TATU_ERR_BUSY. */
   tatu_status(TATU_CALL *wait)(tatu_call *, uint32_t until, double value, tatu_str name, uint64_t resume);
 } tatu_call_api;
 
 enum { TATU_CALLER_HOST = 0, TATU_CALLER_SCRIPT = 1, TATU_CALLER_NATIVE = 2, TATU_CALLER_REMOTE = 3 };
 
-/* One call: of a command, of a script's callback, of a script's function. The caller owns it and its arrays. */
+/* One call of a command, a script's callback or a script's function. The caller owns it and its arrays. */
 struct tatu_call {
   uint32_t size;
-  uint32_t command;       /* id of the command; 0 where none is called */
+  uint32_t command;       /* id of the command; 0: not a command */
   uint32_t alias;         /* which of the command's names was used */
-  uint32_t n_args;        /* trailing nils count */
-  const tatu_value *args; /* checked, converted to the declared types, filled up with defaults; or raw, if so declared */
-  tatu_value *results;    /* room of the caller for at least 16 */
+  uint32_t n_args;        /* including trailing nils */
+  const tatu_value *args; /* checked, converted to the declared types, with defaults; as passed for TATU_COMMAND_RAW */
+  tatu_value *results;    /* the caller's buffer for at least 16 */
   uint32_t results_cap;
-  uint32_t n_results;     /* how many there are; never padded */
+  uint32_t n_results;     /* number of results; never padded */
   tatu_world *world;
   void *self;             /* of the called plugin */
-  void *instance;         /* its instance in this world; null if it has none, and in calls side by side with others */
+  void *instance;         /* its instance in this world; null if it has none, and in parallel calls */
   void *state;            /* the instance's state block */
   const void *user;       /* tatu_command.user */
   const tatu_call_api *api;
-  tatu_error *error;      /* say here what went wrong, then return a negative status; read here after a failed call */
-  uint64_t wait_token;    /* 0: this caller cannot wait; only script languages and services give another */
-  uint64_t resume;        /* not 0: a wait is over */
-  uint64_t caller;        /* instance id of the calling script, or 0; filled by the host, like all below */
+  tatu_error *error;      /* set by a call that fails; read by its caller */
+  uint64_t wait_token;    /* 0: this caller cannot wait; only script languages and services set another */
+  uint64_t resume;        /* not 0: a wait has ended */
+  uint64_t caller;        /* instance id of the calling script, or 0; set by the host, like all below */
   tatu_object caller_object; /* the object that the calling script belongs to */
   tatu_object caller_script; /* the script object itself */
   tatu_str caller_dialect;   /* of the calling script; empty: none */
   uint32_t caller_kind;      /* TATU_CALLER_* */
-  uint32_t flags;            /* TATU_CALL_* bits, set by who calls */
+  uint32_t flags;            /* TATU_CALL_* bits, set by the caller */
 };
 
 enum {
-  TATU_CALL_RAISE = 1, /* an error is an error also where a name of old manners would return values instead */
-  TATU_CALL_SIDE_BY_SIDE = 2 /* of a script: set by the host while others run on other threads */
+  TATU_CALL_RAISE = 1, /* raise errors even where TATU_NAME_OLD_ERRORS would return values instead */
+  TATU_CALL_SIDE_BY_SIDE = 2 /* of a script: set by the host while scripts run in parallel */
 };
 
 enum {
-  TATU_COMMAND_RAW = 1,     /* arguments come as they are; parameters, if declared, are for people only */
-  TATU_COMMAND_SIDE_BY_SIDE = 2, /* scripts that run side by side may call it: it may run on several threads at once, and
-                                  * uses its arguments, what never changes in its plugin, and these services: scene.get,
-                                  * get_f64, get_f64_many, pose, look, set and set_f64 of a joint's drive, bodies.twist,
-                                  * readings.field, readings.describe, log, commands.find, call (of such commands), constant, alloc */
-  TATU_NAME_OLD_ERRORS = 1  /* an error goes to the log once per place, and `on_error` is returned instead */
+  TATU_COMMAND_RAW = 1,     /* arguments are not converted; declared parameters are documentation only */
+  TATU_COMMAND_SIDE_BY_SIDE = 2, /* may be called by scripts that run in parallel, on several threads at once. It uses only
+                                  * its arguments, immutable data of its plugin, and these services: scene.get, get_f64,
+                                  * get_f64_many, pose, look, set and set_f64 of a joint's drive, bodies.twist, readings.field,
+                                  * readings.describe, log, commands.find, call (of such commands), constant, alloc */
+  TATU_NAME_OLD_ERRORS = 1  /* an error is logged once per place, and `on_error` is returned instead */
 };
 
 /* One name of a command. */
@@ -414,37 +413,37 @@ typedef struct tatu_name {
   uint32_t size;
   uint32_t flags;            /* TATU_NAME_* */
   const char *name;          /* "simGetObjectHandle", "sim.getObjectHandle", "gripper.close" */
-  uint32_t n_on_error;       /* how many values an old-style failure returns */
+  uint32_t n_on_error;       /* number of values in `on_error` */
   uint32_t reserved;
-  const tatu_value *on_error;/* these */
-  const char *on_error_until;/* the first dialect, a version such as "4.2", for whose scripts the error is an error again;
+  const tatu_value *on_error;/* returned instead of an error with TATU_NAME_OLD_ERRORS */
+  const char *on_error_until;/* first dialect, a version such as "4.2", for whose scripts the error is raised again;
                               * null or beyond `size`: none. Callers without a dialect get `on_error` */
 } tatu_name;
 
-/* How much of what is documented a command does. */
+/* How much of its documented behaviour a command implements. */
 enum {
   TATU_COMMAND_FULL = 0,    /* all */
-  TATU_COMMAND_PARTIAL = 1, /* less than all; `notes` tell what is missing */
-  TATU_COMMAND_STUB = 2     /* it takes its arguments and gives a neutral value; the host tells of it once per run */
+  TATU_COMMAND_PARTIAL = 1, /* part of it; `notes` say what is missing */
+  TATU_COMMAND_STUB = 2     /* none: it accepts its arguments and returns a neutral value; the host warns once per run */
 };
 
-/* A command. Whatever can call commands (scripts, remote clients, other plugins) can call it by any of its names. */
+/* A command. Scripts, remote clients and other plugins can call it by any of its names. */
 typedef struct tatu_command {
   uint32_t size;
   uint32_t flags;                    /* TATU_COMMAND_* */
   const tatu_name *const *names;     /* at least one, at most 255 */
   const tatu_param *const *params;   /* null: none */
-  const tatu_param *const *returns;  /* for people and docs; may be null */
+  const tatu_param *const *returns;  /* documentation only; may be null */
   const char *text;                  /* what it does, one sentence */
-  const char *example;               /* a script in Lua that raises where the effect is not there */
-  const char *no_wait;               /* the whole sentence where waiting is not possible; null: a general one */
-  const void *user;                  /* handed back as tatu_call.user */
-  /* [step] Runs it. May call any service; may be entered again before it returns. */
+  const char *example;               /* a Lua script that raises an error if the command has not had its effect */
+  const char *no_wait;               /* complete message for a caller that cannot wait; null: a general one */
+  const void *user;                  /* passed as tatu_call.user */
+  /* [step] Runs it. May call any service; may be re-entered before it returns. */
   tatu_status(TATU_CALL *call)(tatu_call *);
   uint32_t status;                   /* TATU_COMMAND_FULL, ..._PARTIAL, ..._STUB; beyond `size`: full */
   uint32_t reserved;
-  const char *notes;                 /* what is missing or differs, for people; null: nothing */
-  const char *subject;               /* what it is about, one word: "joints"; pages list commands by it. Null: none */
+  const char *notes;                 /* what is missing or differs, for the documentation; null: nothing */
+  const char *subject;               /* its subject in one word, "joints", by which the documentation groups commands; null: none */
 } tatu_command;
 
 /* A named value for scripts. */
@@ -455,8 +454,8 @@ typedef struct tatu_constant {
   tatu_value value;
 } tatu_constant;
 
-/* Text for one script language. Module "" is run once in every new script state and returns a table that tells how
- * scripts of this API are called (see the language's page); others are what `require` finds. */
+/* Source text in one script language. Module "" is run once in every new script state and returns a table that defines
+ * how scripts of this API are called (see the language's page); other modules are found by `require`. */
 typedef struct tatu_prelude {
   uint32_t size;
   uint32_t reserved;
@@ -465,11 +464,11 @@ typedef struct tatu_prelude {
   tatu_str text;
 } tatu_prelude;
 
-/* The last line of the text that is not empty begins with the word; else a name anywhere in it does. */
+/* The last non-empty line of the text must begin with the word; otherwise any name in the text may. */
 enum { TATU_MARK_LAST_LINE = 1 };
 
-/* A word by which a text tells of what kind its script is, where nothing else does: a script that is run without its
- * scene. Kinds are "main", "child", "threaded", "customization", "add-on", "module". The first that fits is right. */
+/* A word that identifies the kind of a script that is run without its scene. Kinds are "main", "child", "threaded",
+ * "customization", "add-on", "module". The first mark that matches decides. */
 typedef struct tatu_kind_mark {
   uint32_t size;
   uint32_t flags; /* TATU_MARK_* */
@@ -484,7 +483,7 @@ typedef struct tatu_ext_command {
   const tatu_command *const *commands;
   const tatu_constant *const *constants; /* may be null */
   const tatu_prelude *const *preludes;   /* may be null */
-  const tatu_life *per_world;            /* null: the plugin keeps nothing per world */
+  const tatu_life *per_world;            /* null: the plugin has no state per world */
   const tatu_kind_mark *const *kind_marks; /* may be null */
 } tatu_ext_command;
 
