@@ -1,57 +1,56 @@
-/* tatu.h: the border between Tatu and its plugins. This file is the manual of the ABI.
+/* tatu.h: the C ABI between Tatu and its plugins, and its manual.
  *
  * A plugin is a dynamic library that exports one symbol, `tatu_plugin`, a constant descriptor. The host reads it,
- * calls `init`, and asks for *extensions* (what the plugin offers: commands, sensors, models, script languages, ...).
- * The plugin asks the host for *services* (what the host offers: scene, readings, bodies, commands, ...). Plugins
- * never see each other: they meet in commands, readings, properties and schemas.
+ * calls `init`, and asks for *extensions*: what the plugin offers (commands, sensors, models, script languages, ...).
+ * The plugin asks the host for *services*: what the host offers (scene, readings, bodies, commands, ...). Plugins
+ * never see each other; they share commands, readings, properties and schemas.
  *
- * The smallest useful plugin stands in `plugin-api/template/c_command/`.
+ * `plugin-api/template/c_command/` is a plugin to start from.
  *
- * HOW TO READ IT
- *   [setup]     one thread at a time per plugin: loading, ending, making and ending instances.
+ * CONVENTIONS
+ *   [setup]     one thread at a time per plugin: start, shutdown, creating and destroying instances.
  *   [step]      one thread at a time per world; different worlds may call on different threads at once.
  *   [parallel]  several threads at once, each on its own instances.
  *   [any]       any thread, any time.
- *   Pointers:   whatever a call is given is valid during that call only, unless its sentence says otherwise.
- *   Text:       pointer and length, UTF-8 by intention, not by guarantee; `const char *` is NUL-terminated.
- *               People see control characters of it written out, but for tab and newline.
+ *   Pointers:   arguments are valid during the call only, unless the function's comment says otherwise.
+ *   Text:       pointer and length, normally UTF-8, but that is not guaranteed; `const char *` is NUL-terminated.
+ *               Control characters other than tab and newline are escaped when text is displayed.
  *   Names:      UTF-8 without spaces, control characters and backslashes; `a` and `a.b` exclude each other.
  *   Units:      metres, seconds, kilograms, radians, newtons; world frame with z up, unless a name says otherwise.
  *   Pose:       7 doubles: x y z, then the unit quaternion x y z w. Twist: 6 doubles: m/s, then rad/s.
  *
- * GROWTH
- *   Frozen types (section 1) never change within an ABI major; only these stand in arrays or cross by value.
- *   Tables (everything that begins with `size`) grow at the end. Set `size` to sizeof, leave what you do not use zero. Lists of
- *   tables are null-terminated arrays of pointers. A field exists only if it lies within `size` and is not null:
- *   ask with TATU_HAS before you call through a table that somebody else filled. Tables have no tail padding.
+ * COMPATIBILITY
+ *   Frozen types (section 1) never change within an ABI major; only these are array elements or are passed by value.
+ *   Tables (every struct that begins with `size`) grow at the end. Set `size` to sizeof and leave unused fields zero.
+ *   Lists of tables are null-terminated arrays of pointers. A field exists only if it lies within `size` and is not
+ *   null: check with TATU_HAS before calling through a table that another party filled. Tables have no tail padding.
  *   Until release 1.0 every extension and service is a draft, and a draft matches only its own number.
  *
  * MEMORY OF VALUES
- *   Each world has one arena, a stack. What tatu_call_api.alloc and commands.alloc give, and everything that results
- *   of calls point to, lies in it and lives until somebody releases to an earlier mark. Only callers release; the host
- *   does so when the outermost call from it returns. So a command may hand on what a nested call gave it, unless it
- *   released in between. Memory is aligned to 16 bytes; arrays to their elements; 256 MB
- *   a world are in flight at most, whatever was there before; `ptr` may be null when `len` is 0.
- *   Error texts lie elsewhere.
+ *   Each world has one arena, a stack. Memory from tatu_call_api.alloc and commands.alloc, and everything that results
+ *   of calls point to, lives there until it is released to an earlier mark. Only callers release; the host does so when
+ *   its outermost call returns. So a command may return values that a nested call gave it, unless it released in
+ *   between. Memory is aligned to 16 bytes, arrays to their elements. An arena holds at most 256 MB at a time; `ptr`
+ *   may be null when `len` is 0. Error texts are stored elsewhere.
  *
  * ERRORS
- *   A function that returns a negative status has said why through its error object. If it has said nothing, the host
- *   takes what the last refusal of a service said, if that had the same status: `return status;` passes it on.
+ *   A function that returns a negative status describes the failure in its error object. If that is empty, the host
+ *   uses the error of the last failed service call, provided it has the same status: `return status;` passes it on.
  *
- * WHAT A CALL MAY ASK
- *   The host knows which call is running on which thread, and refuses what is not allowed there with TATU_ERR_BUSY and a
- *   sentence; the plugin is named as one that broke the contract.
+ * WHAT A CALL MAY USE
+ *   The host tracks which call runs on which thread. It rejects what is not allowed there with TATU_ERR_BUSY and a
+ *   message, and reports a breach of contract by the plugin.
  *   measure, aim, finish, apply:                       log.write, and `random` of the batch
  *   create, destroy, configure, save, load, beams, and find, traits, order, place, keep_func, drop_func of a language:
- *                                                      what changes nothing: reading, finding, listing, memory
- *   all other calls that get a world:                  everything
- *   threads of a plugin:                               log.write without a world, session.wake
- *   A world belongs to the thread that made it, and its pointer is dead when the world has ended.
+ *                                                      functions without side effects: read, find, list, allocate
+ *   all other calls that receive a world:              everything
+ *   a plugin's own threads:                            log.write without a world, session.wake
+ *   A world belongs to the thread that made it; its pointer is invalid once the world has ended.
  *
  * RULES
- *   No exception, panic or longjmp may leave a plugin function. No function may change floating-point mode, locale
- *   or signal handlers, or end the process (exit, abort). A plugin keeps no globals: it may be started several times in
- *   a process.
+ *   No exception, panic or longjmp may leave a plugin function. No function may change the floating-point mode, locale
+ *   or signal handlers, or end the process (exit, abort). A plugin has no mutable globals: it may be started several
+ *   times in one process.
  */
 #ifndef TATU_H
 #define TATU_H
@@ -71,35 +70,35 @@
 extern "C" {
 #endif
 
-#define TATU_ABI_MAJOR 0 /* refuses; 0 until release 1.0 */
-#define TATU_ABI_MINOR 5 /* grows with every growth of a table; refuses only where a need asks for more than there is */
+#define TATU_ABI_MAJOR 0 /* must match; 0 until release 1.0 */
+#define TATU_ABI_MINOR 5 /* increased whenever a table grows; checked only against tatu_need.minor */
 
-/* Where a field ends within its table, bytes. */
+/* End of a field within its table, bytes. */
 #define TATU_END(t, f) ((size_t)((const char *)(&(t)->f + 1) - (const char *)(t)))
-/* Whether the table's maker knew this scalar or pointer field and filled it. */
+/* Whether whoever filled the table has this scalar or pointer field and set it. */
 #define TATU_HAS(t, f) ((t) && TATU_END(t, f) <= (t)->size && (t)->f)
-/* Whether the table's maker knew this field at all: for struct fields, and for scalars where 0 has a meaning. */
+/* Whether whoever filled the table has this field at all: for struct fields, and for scalars where 0 has a meaning. */
 #define TATU_KNOWS(t, f) ((t) && TATU_END(t, f) <= (t)->size)
 
 /* ================================================================ 1. Frozen types ==================== */
 
-typedef int32_t tatu_status; /* 0 done, 1 waiting, negative: an error of the list below */
+typedef int32_t tatu_status; /* 0: done; 1: waiting; negative: one of the errors below */
 enum {
   TATU_OK = 0,
-  TATU_WAIT = 1,              /* the command goes on later; see tatu_call_api.wait */
-  TATU_ERR = -1,              /* failed; the text says why */
-  TATU_ERR_ARGUMENT = -2,     /* an argument of wrong type, count, size or range */
-  TATU_ERR_MISSING = -3,      /* there is no object, field, property or file of that name */
-  TATU_ERR_GONE = -4,         /* it was there, and has been removed or has ended */
-  TATU_ERR_UNSUPPORTED = -5,  /* known, but not done here */
+  TATU_WAIT = 1,              /* the command will finish later; see tatu_call_api.wait */
+  TATU_ERR = -1,              /* failed; see the message */
+  TATU_ERR_ARGUMENT = -2,     /* an argument has the wrong type, count, size or range */
+  TATU_ERR_MISSING = -3,      /* no object, field, property or file of that name */
+  TATU_ERR_GONE = -4,         /* it existed, but has been removed or has ended */
+  TATU_ERR_UNSUPPORTED = -5,  /* recognized, but not supported here */
   TATU_ERR_UNKNOWN = -6,      /* no command of that name */
   TATU_ERR_SCRIPT = -7,       /* an error raised by a script */
-  TATU_ERR_BUDGET = -8,       /* a script used up its instructions: it is not called again */
-  TATU_ERR_PANIC = -9,        /* a plugin panicked; the panic stayed inside */
+  TATU_ERR_BUDGET = -8,       /* a script exceeded its instruction limit: it is not called again */
+  TATU_ERR_PANIC = -9,        /* a plugin panicked; the panic was caught */
   TATU_ERR_BUSY = -10,        /* not possible from within this call */
-  TATU_ERR_SPACE = -11,       /* a buffer is too small; the needed count is told */
+  TATU_ERR_SPACE = -11,       /* a buffer is too small; the needed count is returned */
   TATU_ERR_PHYSICS = -12,     /* the physics engine lost a body */
-  TATU_ERR_MEMORY = -13       /* a script used up its memory: it may go on with less */
+  TATU_ERR_MEMORY = -13       /* a script exceeded its memory limit: it may go on with less */
 };
 
 /* Text or bytes: not NUL-terminated. */
@@ -108,17 +107,17 @@ typedef struct tatu_str {
   uint64_t len;
 } tatu_str;
 
-/* An object of a world: generation << 20 | slot. 0: none, or the world itself. Scripts see the slot alone as the
- * handle. A generation of 0 means "whatever is in that slot now" and is meant for numbers that a script gave. */
+/* An object of a world: generation << 20 | slot. 0: none, or the world itself. Scripts see only the slot, as the
+ * handle. Generation 0 means "whatever is in that slot now" and is meant for numbers passed by a script. */
 typedef uint64_t tatu_object;
 #define TATU_SLOT(o) ((uint32_t)((o) & 0xFFFFFu))
 
-/* A script's function: instance id << 32 | local id. As an argument it lives during the call, as a result until the
- * script is entered again; see commands.retain. */
+/* A script's function: instance id << 32 | local id. An argument is valid during the call, a result until the script
+ * is entered again; see commands.retain. */
 typedef uint64_t tatu_func;
-typedef uint32_t tatu_prop; /* an interned key of a property ("joint.position") or field ("proximity.distance") */
+typedef uint32_t tatu_prop; /* interned key of a property ("joint.position") or field ("proximity.distance") */
 
-/* What a value holds. */
+/* Tags of a value. */
 enum {
   TATU_NIL = 0,
   TATU_BOOL = 1,   /* u.i: 0 or 1 */
@@ -126,30 +125,30 @@ enum {
   TATU_F64 = 3,    /* u.f */
   TATU_TEXT = 4,   /* u.s: text */
   TATU_BYTES = 5,  /* u.s: any bytes */
-  TATU_F64S = 6,   /* u.s: array of double; len counts elements, as in all below */
+  TATU_F64S = 6,   /* u.s: array of double; len counts elements, here and below */
   TATU_F32S = 7,   /* u.s: array of float */
   TATU_I64S = 8,   /* u.s: array of int64_t */
   TATU_I32S = 9,   /* u.s: array of int32_t */
-  TATU_U8S = 10,   /* u.s: array of uint8_t, meant as numbers */
+  TATU_U8S = 10,   /* u.s: array of uint8_t, as numbers */
   TATU_LIST = 11,  /* u.s: array of tatu_value */
-  TATU_MAP = 12,   /* u.s: array of tatu_pair; keys are text, numbers or truth values */
+  TATU_MAP = 12,   /* u.s: array of tatu_pair; keys are text, numbers or booleans */
   TATU_FUNC = 13,  /* u.u: tatu_func */
   TATU_OBJECT = 14 /* u.u: tatu_object */
 };
 
 /* A value. Lists and maps nest at most 32 deep.
  *
- * What a Lua script gives, where nothing is declared (TATU_COMMAND_RAW, TATU_PARAM_ANY, values within lists and maps):
- *   nil, true, a whole number, another number    NIL, BOOL, I64, F64
- *   text                                         TEXT, whatever bytes it holds
- *   {1, 2}, {1.5, 2}                             I64S, F64S: a table whose keys are 1 to n and whose values are numbers
+ * Lua values where no type is declared (TATU_COMMAND_RAW, TATU_PARAM_ANY, values within lists and maps) become:
+ *   nil, true, an integer, another number        NIL, BOOL, I64, F64
+ *   string                                       TEXT, whatever bytes it holds
+ *   {1, 2}, {1.5, 2}                             I64S, F64S: a table with keys 1 to n whose values are numbers
  *   {'a', 2}, {{1}, {2}}                         LIST: the same with other values
  *   {a = 1}, {[2] = 1}                           MAP: a table with any other key
  *   {}                                           LIST of 0
  *   a function                                   FUNC
- * What is declared comes as declared, or the call fails before the command is called: as TATU_F64 a whole number is F64, as
- * TATU_F64S {1, 2} is F64S, as TATU_LIST all tables of keys 1 to n are LIST, as TATU_MAP every table is MAP ({'a'} has the
- * key 1), and {} is empty whatever it is to be. */
+ * An argument of declared type is converted to that type, or the call fails before the command runs: for TATU_F64 an
+ * integer becomes F64, for TATU_F64S {1, 2} becomes F64S, for TATU_LIST every table with keys 1 to n becomes LIST, for
+ * TATU_MAP every table becomes MAP ({'a'} has the key 1), and {} becomes an empty value of the declared type. */
 typedef struct tatu_value {
   uint32_t tag;      /* one of the tags above */
   uint32_t reserved; /* 0 */
@@ -170,7 +169,7 @@ typedef struct tatu_pair {
   tatu_value value;
 } tatu_pair;
 
-/* Elements of a reading's field. */
+/* Element types of a reading's field. */
 enum {
   TATU_ELEM_F64 = 1,
   TATU_ELEM_F32 = 2,
@@ -180,14 +179,14 @@ enum {
   TATU_ELEM_OBJECT = 6 /* tatu_object */
 };
 
-/* A look at one field of a sensor's last reading: host-owned, valid until that sensor is next handled or removed. */
+/* One field of a sensor's last reading: host-owned, valid until that sensor is next measured or removed. */
 typedef struct tatu_field_view {
   const void *ptr;   /* first element */
   uint64_t len;      /* elements */
   uint32_t elem;     /* TATU_ELEM_* */
   uint32_t dims[3];  /* shape, outermost first; unused ones are 1 */
   double time;       /* simulation time of the reading, s */
-  uint64_t sequence; /* how often the sensor has been handled; 0: never, or reset since */
+  uint64_t sequence; /* how often the sensor has been measured; 0: never, or reset since */
 } tatu_field_view;
 
 /* Two shapes that touch. */
@@ -205,21 +204,21 @@ typedef struct tatu_session tatu_session; /* a session: opaque */
 
 typedef struct tatu_error tatu_error;
 
-/* An error, owned by the host. A plugin writes it through `say` and `add` only, which copy what they are given; the
- * host adds plugin, instance and call. The other fields are for reading. */
+/* An error, owned by the host. A plugin writes it only through `say` and `add`, which copy their arguments; the host
+ * adds plugin, instance and call. The other fields are read-only. */
 struct tatu_error {
   uint32_t size;
-  int32_t code; /* TATU_OK while nothing has been said */
+  int32_t code; /* TATU_OK while the error is empty */
   void *ctx;    /* the host's */
-  /* [any] Fills the error: code (negative) and one sentence: what, where, what was expected. What is longer than 16 KiB is
-   * cut, here and in `add`. */
+  /* [any] Sets the error: a negative code and one sentence: what, where, what was expected. Text beyond 16 KiB is cut
+   * off, here and in `add`. */
   void(TATU_CALL *say)(tatu_error *, tatu_status code, tatu_str text);
-  /* [any] Adds a part: TATU_PART_*; `line` counts from 1 and belongs to TATU_PART_FILE. */
+  /* [any] Adds a part: TATU_PART_*; `line` counts from 1 and is used with TATU_PART_FILE. */
   void(TATU_CALL *add)(tatu_error *, uint32_t part, tatu_str text, uint64_t line);
   tatu_str text;      /* what went wrong */
   tatu_str help;      /* what to do */
-  tatu_str file;      /* where, if in a text */
-  tatu_str traceback; /* calls of the script, innermost first */
+  tatu_str file;      /* where, if in a file or script */
+  tatu_str traceback; /* the script's call stack, innermost first */
   uint64_t line;      /* in `file`; 0: none */
 };
 enum { TATU_PART_HELP = 1, TATU_PART_FILE = 2, TATU_PART_TRACEBACK = 3 };
@@ -228,39 +227,39 @@ enum { TATU_PART_HELP = 1, TATU_PART_FILE = 2, TATU_PART_TRACEBACK = 3 };
 
 typedef struct tatu_host tatu_host;
 
-/* The host, as a plugin sees it; valid from `init` to the end of `shutdown`. */
+/* The host as plugins see it; valid from `init` to the end of `shutdown`. */
 struct tatu_host {
   uint32_t size;
   uint32_t abi_minor; /* of the host */
   void *ctx;          /* the host's */
-  /* [any] The table of a service ("tatu.host.scene/draft.4"), or null. Valid as long as the host. */
+  /* [any] The table of a service ("tatu.host.scene/draft.4"), or null. Valid for the lifetime of the host. */
   const void *(TATU_CALL *service)(const tatu_host *, const char *id);
 };
 
-/* A service that a plugin cannot do without, or would like. With `bytes` and `minor` a plugin says once how much of the host
- * it uses; it then need not ask by TATU_HAS before each call of a function that was there at that size. */
+/* A service that a plugin requires, or uses if present. `bytes` and `minor` state once how much of the host it uses;
+ * functions within that size need no TATU_HAS before each call. */
 typedef struct tatu_need {
   uint32_t size;
-  uint32_t optional; /* 0: refuse to load without it */
+  uint32_t optional; /* 0: the plugin is not loaded without it */
   const char *id;    /* "tatu.host.scene/draft.4"; null: the host itself, by `minor` */
-  uint32_t bytes;    /* least size of its table: sizeof what you compiled with, or TATU_END of the last field that you use; 0: any */
-  uint32_t minor;    /* least abi_minor of the host; 0: any */
+  uint32_t bytes;    /* minimum size of its table: its sizeof, or TATU_END of the last field used; 0: any */
+  uint32_t minor;    /* minimum abi_minor of the host; 0: any */
 } tatu_need;
 
-/* What the library exports. All strings live as long as the library. */
+/* What the library exports. All strings live as long as the library does. */
 typedef struct tatu_plugin_t {
   uint32_t size;
   uint16_t abi_major; /* TATU_ABI_MAJOR */
   uint16_t abi_minor; /* TATU_ABI_MINOR */
-  const char *id;      /* "org.example.gripper": unique, the name that scenes and messages use */
-  const char *name;    /* for people */
+  const char *id;      /* "org.example.gripper": unique; scenes and messages use it */
+  const char *name;    /* for display */
   const char *version; /* "1.2.0" */
   const char *licence; /* SPDX, "MIT" */
   const tatu_need *const *needs; /* null, or a null-terminated list */
-  /* [setup] Starts the plugin; `*self` (may be null) is handed back in every later call. May ask for services, and
-   * call their [any] functions only. Null: nothing to start. */
+  /* [setup] Starts the plugin; `*self` (may be null) is passed to every later call. May get services, and call only
+   * their [any] functions. Null: nothing to start. */
   tatu_status(TATU_CALL *init)(const tatu_host *, void **self, tatu_error *);
-  /* [setup] Ends it; all instances are gone by then. Null: nothing to do. */
+  /* [setup] Ends it, after all its instances have been destroyed. Null: nothing to do. */
   void(TATU_CALL *shutdown)(void *self);
   /* [setup] The table of an extension ("tatu.command/draft.4"), or null. Owned by the plugin until shutdown. */
   const void *(TATU_CALL *extension)(void *self, const char *id);
@@ -272,47 +271,47 @@ extern TATU_EXPORT const tatu_plugin_t tatu_plugin;
 
 enum {
   /* of a sensor or actuator: */
-  TATU_PARAM_REBUILDS = 1, /* a change destroys the instance and creates it anew */
+  TATU_PARAM_REBUILDS = 1, /* a change destroys the instance and creates a new one */
   TATU_PARAM_READ_ONLY = 2,
-  TATU_PARAM_OPTIONAL = 4, /* of a command: may be left out or nil; then the default, or nil without one */
-  TATU_PARAM_REST = 8,     /* of a command, last one: stands for any number of arguments */
+  TATU_PARAM_OPTIONAL = 4, /* of a command: may be omitted or nil; it is then the default, or nil without one */
+  TATU_PARAM_REST = 8,     /* of a command, last parameter only: takes all remaining arguments */
   TATU_PARAM_ANY = 16      /* any type; `type` is ignored */
 };
 
-/* One fact that can be set: a property row, a parameter of a command, a result of a command. Scene files write the
- * key with its unit: unit "m" makes `range` the key `range_m`; "rad" is written in degrees, `_deg`. Values at the
- * border are always SI and radians. A parameter of type TATU_OBJECT takes the number that a script knows, too, and gives
- * it as an object of generation 0: whether anything is there, the service that gets it will tell. */
+/* Declaration of a parameter of an instance, or of a parameter or result of a command. Scene files append the unit to
+ * the key: with unit "m", `range` is written `range_m`; with "rad" it is written in degrees, `_deg`. Values crossing
+ * the ABI are always SI and radians. A parameter of type TATU_OBJECT also accepts a script's handle, and passes it as
+ * an object of generation 0; the service that receives it checks whether the object exists. */
 typedef struct tatu_param {
   uint32_t size;
   uint32_t type;       /* TATU_BOOL, I64, F64, TEXT, BYTES, F64S, LIST, MAP, FUNC or OBJECT */
-  uint32_t count;      /* elements of an array; 0: any number */
+  uint32_t count;      /* number of array elements; 0: any */
   uint32_t flags;      /* TATU_PARAM_* */
   const char *key;     /* "range" */
   const char *unit;    /* "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz", "1"; null: none */
-  double lowest;       /* least value; -HUGE_VAL: no bound. Both bounds 0: no bounds */
-  double highest;      /* greatest value; HUGE_VAL: no bound */
-  tatu_value fallback; /* the default; nil: must be given (or may be missing, if optional) */
+  double lowest;       /* minimum; -HUGE_VAL: none. Both bounds 0: no bounds */
+  double highest;      /* maximum; HUGE_VAL: none */
+  tatu_value fallback; /* the default; nil: required (unless optional) */
   const char *const *choices; /* allowed texts, null-terminated; null: any */
   const char *text;    /* one sentence */
-  const struct tatu_param *const *keys; /* of a TATU_MAP: its keys, which are texts; null or beyond `size`: any. Each entry is
-                        * checked and converted as its line says, missing ones get their default, an unknown key is refused */
+  const struct tatu_param *const *keys; /* of a TATU_MAP: its text keys; null or beyond `size`: any. Entries are checked
+                        * and converted like parameters, missing ones get their default, unknown keys are rejected */
 } tatu_param;
 
-/* What an instance is told when it is made. */
+/* Arguments of `create`. */
 typedef struct tatu_instance {
   uint32_t size;
   uint32_t n_params;
-  tatu_world *world;        /* null for a service; its properties may be read while the instance is made */
+  tatu_world *world;        /* null for a service; its properties may be read in `create` */
   tatu_object owner;        /* sensor, actuator or script object; 0 for a world instance */
   uint64_t id;              /* of this instance, unique in its world */
-  uint64_t seed;            /* from the scene's seed and the owner: the same in every run */
+  uint64_t seed;            /* derived from the scene's seed and the owner: the same in every run */
   const tatu_value *params; /* in the order of declaration, defaults filled in */
-  void *state;              /* the state block: host-owned, zeroed, its address stays until destroy; null if it has no bytes */
-  tatu_session *session;    /* of a service: where it is started; null for all others */
+  void *state;              /* the state block: host-owned, zeroed, at a fixed address until destroy; null if it has no bytes */
+  tatu_session *session;    /* of a service: the session that starts it; null for all others */
 } tatu_instance;
 
-/* Takes bytes: given by the host to `save`. */
+/* Receives what `save` writes; provided by the host. */
 typedef struct tatu_writer {
   uint32_t size;
   uint32_t reserved;
@@ -320,28 +319,28 @@ typedef struct tatu_writer {
   void(TATU_CALL *write)(const struct tatu_writer *, const void *bytes, uint64_t n);
 } tatu_writer;
 
-/* The life of instances. Every function but `create` and `destroy` may be null, and these two together where `state_bytes` is
- * all that is kept (not of languages). When a world is stopped and reset, its instances are destroyed and made anew. */
+/* The life cycle of instances. All functions but `create` and `destroy` may be null; so may these two, together, if the
+ * instance is only its state block (not for languages). Stopping and resetting a world recreates its instances. */
 typedef struct tatu_life {
   uint32_t size;
-  uint32_t state_bytes; /* bytes of the state block: no pointers in it; copied by snapshots, zeroed at reset */
-  /* [setup] Makes an instance; `*data` is handed back in every later call. */
+  uint32_t state_bytes; /* size of the state block: without pointers; copied by snapshots, zeroed at reset */
+  /* [setup] Makes an instance; `*data` is passed to every later call. */
   tatu_status(TATU_CALL *create)(void *self, const tatu_instance *, void **data, tatu_error *);
   /* [setup] Ends it. */
   void(TATU_CALL *destroy)(void *data);
-  /* [step] Live parameters of a sensor or actuator changed: `params` are all, `changed` has a bit for each of the first
-   * 64, in the order of declaration. A sensor is then asked for its beams. After an error the values are the old ones,
-   * and whoever set them is told. Never called for one with TATU_PARAM_REBUILDS. Null, or TATU_ERR_UNSUPPORTED without a
-   * sentence: the instance is made anew. */
+  /* [step] Parameters of a live sensor or actuator changed: `params` holds all, `changed` has a bit for each of the
+   * first 64, in the order of declaration. A sensor's `beams` is called next. An error restores the old values and is
+   * reported to whoever set them. Not called for parameters with TATU_PARAM_REBUILDS. Null, or TATU_ERR_UNSUPPORTED
+   * without a message: the instance is recreated. */
   tatu_status(TATU_CALL *configure)(void *data, const tatu_value *params, uint32_t n, uint64_t changed, tatu_error *);
-  /* [step] Writes what the state block does not hold. TATU_ERR_UNSUPPORTED: cannot now; the text says why. Null: an
-   * instance whose `data` is null has nothing more; any other is named as what a snapshot lacks. */
+  /* [step] Writes what the state block does not hold. TATU_ERR_UNSUPPORTED: not possible now; the message says why.
+   * Null: an instance whose `data` is null has nothing more; any other is reported as missing from the snapshot. */
   tatu_status(TATU_CALL *save)(void *data, const tatu_writer *, tatu_error *);
-  /* [step] Takes back what `save` wrote, into an instance made with the same parameters; the state block is already
-   * restored, if its writer had the same `version` (else it is zero). `version` is the writer's. After a failure the
-   * instance is made anew. When a file is reloaded, `save` is the old version's and `load` the new one's. */
+  /* [step] Restores what `save` wrote into an instance made with the same parameters. `version` is the writer's; the
+   * state block has already been restored if it equals the instance's own (else it is zero). After a failure the
+   * instance is recreated. When a file is reloaded, `save` is the old version's and `load` the new one's. */
   tatu_status(TATU_CALL *load)(void *data, tatu_str bytes, uint32_t version, tatu_error *);
-  uint32_t version; /* of the state block and of what `save` writes; yours to count */
+  uint32_t version; /* of the state block and of what `save` writes; numbered by the plugin */
   uint32_t reserved;
 } tatu_life;
 
@@ -353,60 +352,60 @@ typedef struct tatu_call tatu_call;
 
 enum { TATU_UNTIL_STEPS = 1, TATU_UNTIL_TIME = 2, TATU_UNTIL_SIGNAL = 3, TATU_UNTIL_POLL = 4 };
 
-/* What a running command may ask of the host about its own call. */
+/* What a running command may ask of the host for its own call. */
 typedef struct tatu_call_api {
   uint32_t size;
   uint32_t reserved;
-  /* [step] Memory that lives until the caller has read the results. Null when the world's arena is full. */
+  /* [step] Memory that lives until the caller has read the results. Null if the world's arena is full. */
   void *(TATU_CALL *alloc)(tatu_call *, uint64_t bytes);
-  /* [step] Then return TATU_WAIT: the command is called again with `resume` and without arguments once `until` holds:
-   * STEPS: `value` steps later; TIME: at simulation time `value`, s; SIGNAL: when the signal `name` exists; POLL:
-   * in each step. `resume` (not 0) is yours: find there again what you must keep. Gives TATU_WAIT, so that
-   * `return call->api->wait(...)` does both. Where the caller cannot wait it fills the error and gives TATU_ERR_BUSY. */
+  /* [step] Suspends the command, which then returns TATU_WAIT. It is called again, with `resume` and without arguments,
+   * once `until` holds: STEPS: `value` steps later; TIME: at simulation time `value`, s; SIGNAL: when the signal `name`
+   * exists; POLL: in each step. `resume` (not 0) is the command's own key to what it keeps meanwhile. Returns TATU_WAIT,
+   * so `return call->api->wait(...)` works. If the caller cannot wait, sets the error and returns TATU_ERR_BUSY. */
   tatu_status(TATU_CALL *wait)(tatu_call *, uint32_t until, double value, tatu_str name, uint64_t resume);
 } tatu_call_api;
 
 enum { TATU_CALLER_HOST = 0, TATU_CALLER_SCRIPT = 1, TATU_CALLER_NATIVE = 2, TATU_CALLER_REMOTE = 3 };
 
-/* One call: of a command, of a script's callback, of a script's function. The caller owns it and its arrays. */
+/* One call of a command, a script's callback or a script's function. The caller owns it and its arrays. */
 struct tatu_call {
   uint32_t size;
-  uint32_t command;       /* id of the command; 0 where none is called */
+  uint32_t command;       /* id of the command; 0: not a command */
   uint32_t alias;         /* which of the command's names was used */
-  uint32_t n_args;        /* trailing nils count */
-  const tatu_value *args; /* checked, converted to the declared types, filled up with defaults; or raw, if so declared */
-  tatu_value *results;    /* room of the caller for at least 16 */
+  uint32_t n_args;        /* including trailing nils */
+  const tatu_value *args; /* checked, converted to the declared types, with defaults; as passed for TATU_COMMAND_RAW */
+  tatu_value *results;    /* the caller's buffer for at least 16 */
   uint32_t results_cap;
-  uint32_t n_results;     /* how many there are; never padded */
+  uint32_t n_results;     /* number of results; never padded */
   tatu_world *world;
   void *self;             /* of the called plugin */
-  void *instance;         /* its instance in this world; null if it has none, and in calls side by side with others */
+  void *instance;         /* its instance in this world; null if it has none, and in parallel calls */
   void *state;            /* the instance's state block */
   const void *user;       /* tatu_command.user */
   const tatu_call_api *api;
-  tatu_error *error;      /* say here what went wrong, then return a negative status; read here after a failed call */
-  uint64_t wait_token;    /* 0: this caller cannot wait; only script languages and services give another */
-  uint64_t resume;        /* not 0: a wait is over */
-  uint64_t caller;        /* instance id of the calling script, or 0; filled by the host, like all below */
+  tatu_error *error;      /* set by a call that fails; read by its caller */
+  uint64_t wait_token;    /* 0: this caller cannot wait; only script languages and services set another */
+  uint64_t resume;        /* not 0: a wait has ended */
+  uint64_t caller;        /* instance id of the calling script, or 0; set by the host, like all below */
   tatu_object caller_object; /* the object that the calling script belongs to */
   tatu_object caller_script; /* the script object itself */
   tatu_str caller_dialect;   /* of the calling script; empty: none */
   uint32_t caller_kind;      /* TATU_CALLER_* */
-  uint32_t flags;            /* TATU_CALL_* bits, set by who calls */
+  uint32_t flags;            /* TATU_CALL_* bits, set by the caller */
 };
 
 enum {
-  TATU_CALL_RAISE = 1, /* an error is an error also where a name of old manners would return values instead */
-  TATU_CALL_SIDE_BY_SIDE = 2 /* of a script: set by the host while others run on other threads */
+  TATU_CALL_RAISE = 1, /* raise errors even where TATU_NAME_OLD_ERRORS would return values instead */
+  TATU_CALL_SIDE_BY_SIDE = 2 /* of a script: set by the host while scripts run in parallel */
 };
 
 enum {
-  TATU_COMMAND_RAW = 1,     /* arguments come as they are; parameters, if declared, are for people only */
-  TATU_COMMAND_SIDE_BY_SIDE = 2, /* scripts that run side by side may call it: it may run on several threads at once, and
-                                  * uses its arguments, what never changes in its plugin, and these services: scene.get,
-                                  * get_f64, get_f64_many, pose, look, set and set_f64 of a joint's drive, bodies.twist,
-                                  * readings.field, readings.describe, log, commands.find, call (of such commands), constant, alloc */
-  TATU_NAME_OLD_ERRORS = 1  /* an error goes to the log once per place, and `on_error` is returned instead */
+  TATU_COMMAND_RAW = 1,     /* arguments are not converted; declared parameters are documentation only */
+  TATU_COMMAND_SIDE_BY_SIDE = 2, /* may be called by scripts that run in parallel, on several threads at once. It uses only
+                                  * its arguments, immutable data of its plugin, and these services: scene.get, get_f64,
+                                  * get_f64_many, pose, look, set and set_f64 of a joint's drive, bodies.twist, readings.field,
+                                  * readings.describe, log, commands.find, call (of such commands), constant, alloc */
+  TATU_NAME_OLD_ERRORS = 1  /* an error is logged once per place, and `on_error` is returned instead */
 };
 
 /* One name of a command. */
@@ -414,37 +413,37 @@ typedef struct tatu_name {
   uint32_t size;
   uint32_t flags;            /* TATU_NAME_* */
   const char *name;          /* "simGetObjectHandle", "sim.getObjectHandle", "gripper.close" */
-  uint32_t n_on_error;       /* how many values an old-style failure returns */
+  uint32_t n_on_error;       /* number of values in `on_error` */
   uint32_t reserved;
-  const tatu_value *on_error;/* these */
-  const char *on_error_until;/* the first dialect, a version such as "4.2", for whose scripts the error is an error again;
+  const tatu_value *on_error;/* returned instead of an error with TATU_NAME_OLD_ERRORS */
+  const char *on_error_until;/* first dialect, a version such as "4.2", for whose scripts the error is raised again;
                               * null or beyond `size`: none. Callers without a dialect get `on_error` */
 } tatu_name;
 
-/* How much of what is documented a command does. */
+/* How much of its documented behaviour a command implements. */
 enum {
   TATU_COMMAND_FULL = 0,    /* all */
-  TATU_COMMAND_PARTIAL = 1, /* less than all; `notes` tell what is missing */
-  TATU_COMMAND_STUB = 2     /* it takes its arguments and gives a neutral value; the host tells of it once per run */
+  TATU_COMMAND_PARTIAL = 1, /* part of it; `notes` say what is missing */
+  TATU_COMMAND_STUB = 2     /* none: it accepts its arguments and returns a neutral value; the host warns once per run */
 };
 
-/* A command. Whatever can call commands (scripts, remote clients, other plugins) can call it by any of its names. */
+/* A command. Scripts, remote clients and other plugins can call it by any of its names. */
 typedef struct tatu_command {
   uint32_t size;
   uint32_t flags;                    /* TATU_COMMAND_* */
   const tatu_name *const *names;     /* at least one, at most 255 */
   const tatu_param *const *params;   /* null: none */
-  const tatu_param *const *returns;  /* for people and docs; may be null */
+  const tatu_param *const *returns;  /* documentation only; may be null */
   const char *text;                  /* what it does, one sentence */
-  const char *example;               /* a script in Lua that raises where the effect is not there */
-  const char *no_wait;               /* the whole sentence where waiting is not possible; null: a general one */
-  const void *user;                  /* handed back as tatu_call.user */
-  /* [step] Runs it. May call any service; may be entered again before it returns. */
+  const char *example;               /* a Lua script that raises an error if the command has not had its effect */
+  const char *no_wait;               /* complete message for a caller that cannot wait; null: a general one */
+  const void *user;                  /* passed as tatu_call.user */
+  /* [step] Runs it. May call any service; may be re-entered before it returns. */
   tatu_status(TATU_CALL *call)(tatu_call *);
   uint32_t status;                   /* TATU_COMMAND_FULL, ..._PARTIAL, ..._STUB; beyond `size`: full */
   uint32_t reserved;
-  const char *notes;                 /* what is missing or differs, for people; null: nothing */
-  const char *subject;               /* what it is about, one word: "joints"; pages list commands by it. Null: none */
+  const char *notes;                 /* what is missing or differs, for the documentation; null: nothing */
+  const char *subject;               /* its subject in one word, "joints", by which the documentation groups commands; null: none */
 } tatu_command;
 
 /* A named value for scripts. */
@@ -455,8 +454,8 @@ typedef struct tatu_constant {
   tatu_value value;
 } tatu_constant;
 
-/* Text for one script language. Module "" is run once in every new script state and returns a table that tells how
- * scripts of this API are called (see the language's page); others are what `require` finds. */
+/* Source text in one script language. Module "" is run once in every new script state and returns a table that defines
+ * how scripts of this API are called (see the language's page); other modules are found by `require`. */
 typedef struct tatu_prelude {
   uint32_t size;
   uint32_t reserved;
@@ -465,11 +464,11 @@ typedef struct tatu_prelude {
   tatu_str text;
 } tatu_prelude;
 
-/* The last line of the text that is not empty begins with the word; else a name anywhere in it does. */
+/* The last non-empty line of the text must begin with the word; otherwise some name in the text must. */
 enum { TATU_MARK_LAST_LINE = 1 };
 
-/* A word by which a text tells of what kind its script is, where nothing else does: a script that is run without its
- * scene. Kinds are "main", "child", "threaded", "customization", "add-on", "module". The first that fits is right. */
+/* A word that identifies the kind of a script that is run without its scene. Kinds are "main", "child", "threaded",
+ * "customization", "add-on", "module". The first mark that matches decides. */
 typedef struct tatu_kind_mark {
   uint32_t size;
   uint32_t flags; /* TATU_MARK_* */
@@ -484,7 +483,7 @@ typedef struct tatu_ext_command {
   const tatu_command *const *commands;
   const tatu_constant *const *constants; /* may be null */
   const tatu_prelude *const *preludes;   /* may be null */
-  const tatu_life *per_world;            /* null: the plugin keeps nothing per world */
+  const tatu_life *per_world;            /* null: the plugin has no state per world */
   const tatu_kind_mark *const *kind_marks; /* may be null */
 } tatu_ext_command;
 
@@ -492,7 +491,7 @@ typedef struct tatu_ext_command {
 
 #define TATU_SENSOR "tatu.sensor/draft.4"
 
-/* Form of the beams; they leave the sensor's origin and look along its +z. */
+/* Form of the beams, which start at the sensor's origin and point along its +z. */
 enum {
   TATU_BEAMS_NONE = 0,
   TATU_BEAMS_RAYS = 1,     /* `count[0]` rays along `directions` */
@@ -500,23 +499,23 @@ enum {
   TATU_BEAMS_CONE = 3,     /* volume with a round far end: dims = {half angle}; 0 to pi */
   TATU_BEAMS_PYRAMID = 4,  /* volume with flat ends at heights near_m and far_m (finite) along +z:
                               dims = {x near, y near, x far, y far}, their full sizes in m */
-  TATU_BEAMS_CYLINDER = 5, /* volume with such ends, round: dims = {radius near, radius far} in m */
+  TATU_BEAMS_CYLINDER = 5, /* the same with round ends: dims = {radius near, radius far} in m */
   TATU_BEAMS_DISC = 6,     /* volume, a flat sector around +z in the plane of x and z, with round ends: dims = {full
-                              angle, up to 2 pi; height in m, half to each side along y; full angle of a gap around
-                              +z that is left out, 0: none} */
+                              angle, up to 2 pi; height in m, centred on y = 0; full angle of a gap around +z,
+                              0: none} */
   TATU_BEAMS_PARALLEL = 7  /* image of parallel rays: count = {columns, rows}; dims = {width m}; square pixels */
 };
 enum {
-  TATU_BEAMS_NO_FRONT = 1,  /* faces turned to the sensor are not seen */
-  TATU_BEAMS_NO_BACK = 2,   /* faces turned away are not seen */
-  TATU_BEAMS_SKIP_MODEL = 4, /* objects of the sensor's own model are not seen */
-  TATU_BEAMS_VISIBLE = 8,   /* visible objects are seen, as by a camera; else detectable ones */
-  TATU_BEAMS_OCCLUDE = 16,  /* the point that a volume finds counts only if no surface, of whatever side and slant, lies
-                             * between it and the sensor; else nothing is seen */
-  TATU_BEAMS_AIMED = 32     /* rays that `tatu_sensor.aim` moves and turns before each cast */
+  TATU_BEAMS_NO_FRONT = 1,  /* front faces are not detected */
+  TATU_BEAMS_NO_BACK = 2,   /* back faces are not detected */
+  TATU_BEAMS_SKIP_MODEL = 4, /* objects of the sensor's own model are not detected */
+  TATU_BEAMS_VISIBLE = 8,   /* detects visible objects, as a camera does; otherwise detectable ones */
+  TATU_BEAMS_OCCLUDE = 16,  /* the nearest point in a volume counts only if no surface, front or back, at any incidence,
+                             * lies between it and the sensor; otherwise nothing is detected */
+  TATU_BEAMS_AIMED = 32     /* rays whose origins and directions `tatu_sensor.aim` sets before each cast */
 };
 
-/* What beams are made of. A beam sees a detectable shape if it has a bit in common with "shape.detectable_mask". */
+/* Physical kind of the beams. A beam detects a shape if it shares a bit with "shape.detectable_mask". */
 enum {
   TATU_WAVES_ULTRASONIC = 16,
   TATU_WAVES_INFRARED = 32,
@@ -526,73 +525,73 @@ enum {
   TATU_WAVES_ALL = 65535
 };
 
-/* What a sensor sends out. Filled by the plugin; `size` is set by the host. An image (GRID, PARALLEL) looks along +z with +y
- * up and +x to the left; near_m and far_m are planes across that axis. Its pixels are described, never listed: they run
- * row by row, the lowest row first, each from left to right. */
+/* What a sensor sends out. Filled by the plugin; `size` is set by the host. The optical axis of an image (GRID,
+ * PARALLEL) is +z, with +y up and +x to the left; near_m and far_m are planes normal to it. Its pixels are ordered by
+ * rows, from the bottom up, and from left to right within a row. */
 typedef struct tatu_beams {
   uint32_t size;
   uint32_t form;            /* TATU_BEAMS_* */
   uint32_t count[2];
-  double near_m;            /* nothing is seen nearer; of a pyramid and a cylinder: the height of the near end */
-  double far_m;             /* nothing is seen farther; likewise */
+  double near_m;            /* minimum range; of a pyramid and a cylinder: the height of the near end */
+  double far_m;             /* maximum range; likewise */
   double dims[6];
   double max_incidence;     /* rad between line of sight and surface normal; pi/2: no limit */
-  const double *directions; /* 3 per ray, unit vectors, sensor frame; the instance's, until it is asked again */
+  const double *directions; /* 3 per ray, unit vectors, sensor frame; owned by the instance, valid until the next `beams` */
   uint32_t flags;
   uint32_t reserved;
-  uint32_t waves;           /* TATU_WAVES_*, a sum; TATU_WAVES_ALL before the plugin is asked; of no matter to images */
+  uint32_t waves;           /* sum of TATU_WAVES_*; preset to TATU_WAVES_ALL; ignored for images */
   uint32_t reserved2;
-  uint32_t own[4];          /* numbers of the instance's own: what TATU_DIM_OWN stands for in the shape of a field */
-  uint32_t without;         /* TATU_IN_*: inputs of the kind that this instance does not need; of its pixels they are 0 */
+  uint32_t own[4];          /* dimensions of the instance's own, to which TATU_DIM_OWN refers in the shape of a field */
+  uint32_t without;         /* TATU_IN_*: inputs of the kind that this instance does not need; they are 0 in its pixels */
   uint32_t reserved3;
 } tatu_beams;
 
-/* Inputs of a measure. */
+/* Inputs of `measure`. */
 enum {
-  TATU_IN_DISTANCE = 1, /* per beam: m, from the origin; infinity: nothing */
+  TATU_IN_DISTANCE = 1, /* per beam: m, from the origin; infinity: no hit */
   TATU_IN_POINT = 2,    /* per beam: 3 doubles, sensor frame */
   TATU_IN_NORMAL = 4,   /* per beam: 3 doubles, unit, sensor frame, towards the sensor */
-  TATU_IN_OBJECT = 8,   /* per beam: object seen, 0 none */
+  TATU_IN_OBJECT = 8,   /* per beam: the object hit, 0: none */
   TATU_IN_POSE = 16,    /* per sensor: pose in the world */
-  TATU_IN_TWIST = 32,   /* per sensor: twist of its mount, world */
-  TATU_IN_COLOR = 64,   /* 3 bytes red green blue. Per pixel: as the core shades it; per beam: of the surface itself */
+  TATU_IN_TWIST = 32,   /* per sensor: twist of its mount, world frame */
+  TATU_IN_COLOR = 64,   /* 3 bytes red green blue. Per pixel: shaded; per beam: of the surface, unshaded */
   TATU_IN_COSINE = 128, /* per pixel: cosine of the angle between line of sight and normal */
-  TATU_IN_PRIMITIVE = 256 /* per beam: which triangle or face of the object */
+  TATU_IN_PRIMITIVE = 256 /* per beam: index of the triangle or face of the object */
 };
 
-/* In `dims` of a field: rows and columns of the instance's image. */
+/* In `dims` of a field: number of rows and of columns of the instance's image. */
 #define TATU_DIM_ROWS 4294967295u
 #define TATU_DIM_COLUMNS 4294967294u
-/* Plus 0 to 3: that number of tatu_beams.own; 0: the instance has no such field, and its reading holds no element of it. */
+/* Plus 0 to 3: index into tatu_beams.own; if the value there is 0, the field is empty for this instance. */
 #define TATU_DIM_OWN 4294967280u
 
 /* One field that a sensor kind fills, named "<schema>.<field>". */
 typedef struct tatu_field {
   uint32_t size;
   uint32_t elem;       /* TATU_ELEM_* */
-  uint32_t dims[3];    /* 0: as many as the instance has beams or pixels; TATU_DIM_*; unused ones 1 */
+  uint32_t dims[3];    /* 0: the instance's number of beams or pixels; TATU_DIM_*; unused ones are 1 */
   uint32_t flags;      /* 0 */
   const char *name;    /* "proximity.distance" */
   const char *unit;
   const char *text;
-  const char *valid;   /* the field of the kind that is 0 where this one has nothing; null: as the field's schema says */
-  const char *nothing; /* the numbers that mean nothing ("0", "0 0 0", "inf"); null: likewise. Noise leaves them alone */
+  const char *valid;   /* the field of this kind that is 0 where this one holds no measurement; null: as in the schema */
+  const char *nothing; /* numbers that stand for no measurement ("0", "0 0 0", "inf"), to which no noise is added; null: as in the schema */
 } tatu_field;
 
-/* Random numbers for a measure, for what declared noise cannot say. The numbers from `first` on depend on the scene's seed,
- * the sensor, how often it has measured, and their index, and on nothing else: neither on other sensors nor on the order
- * of questions. May be called on any thread during the measure. */
+/* Random numbers for `measure`, for effects that declared noise cannot express. A number depends only on the scene's
+ * seed, the sensor, how often it has been measured, and the number's index (`first` and up), not on other sensors or the
+ * order of calls. Callable from any thread during the call that received it. */
 typedef struct tatu_random {
   uint32_t size;
   uint32_t reserved;
   void *ctx;
-  /* `n` numbers from 0 to below 1 for instance `i` of the batch. */
+  /* `n` uniform numbers in [0, 1) for instance `i` of the batch. */
   void(TATU_CALL *uniform)(const struct tatu_random *, uint32_t i, uint64_t first, uint64_t n, double *out);
-  /* `n` numbers of the normal distribution: mean 0, standard deviation 1. */
+  /* `n` normally distributed numbers: mean 0, standard deviation 1. */
   void(TATU_CALL *normal)(const struct tatu_random *, uint32_t i, uint64_t first, uint64_t n, double *out);
 } tatu_random;
 
-/* Sensors of one kind that are due, `n` of them. Arrays exist only for inputs asked for. */
+/* The `n` sensors of one kind that are due. Arrays are null unless the kind declares the input. */
 typedef struct tatu_sensor_batch {
   uint32_t size;
   uint32_t n;
@@ -603,29 +602,29 @@ typedef struct tatu_sensor_batch {
   void *const *data;              /* [n] instances */
   void *const *state;             /* [n] state blocks */
   const tatu_object *sensor;      /* [n] */
-  const uint64_t *first_beam;     /* [n + 1] where each sensor's beams begin in the arrays below */
+  const uint64_t *first_beam;     /* [n + 1] index of each sensor's first beam in the arrays below */
   const double *distance;         /* per beam */
   const double *point;            /* per beam, 3 */
   const double *normal;           /* per beam, 3 */
   const tatu_object *object;      /* per beam */
   const double *pose;             /* [n], 7 each */
   const double *twist;            /* [n], 6 each: mean motion over the last step, from the difference of its poses */
-  void *const *fields;            /* [n * n_fields] where to write; host-owned, zeroed */
-  tatu_status *status;            /* [n] TATU_OK; set where one instance fails: it is switched off and named */
-  const uint8_t *color;           /* per beam, 3: red green blue of the surface, unshaded; 0 0 0: nothing */
+  void *const *fields;            /* [n * n_fields] output buffers; host-owned, zeroed */
+  tatu_status *status;            /* [n] TATU_OK; negative: that instance failed; it is switched off, the fault reported */
+  const uint8_t *color;           /* per beam, 3: red green blue of the surface, unshaded; 0 0 0: no hit */
   const uint32_t *primitive;      /* per beam */
-  const uint64_t *first_pixel;    /* [n + 1] where each sensor's pixels begin in the arrays below; null: no images */
-  const float *depth;             /* per pixel: m along the sensor's +z; infinity: nothing. TATU_IN_DISTANCE */
-  const uint8_t *pixel_color;     /* per pixel, 3; the sky's where nothing is seen. TATU_IN_COLOR */
-  const float *pixel_cosine;      /* per pixel, 0 to 1; 0: nothing. TATU_IN_COSINE */
-  const tatu_object *pixel_object; /* per pixel; 0: nothing. TATU_IN_OBJECT */
+  const uint64_t *first_pixel;    /* [n + 1] index of each sensor's first pixel in the arrays below; null: no images */
+  const float *depth;             /* per pixel: m along the sensor's +z; infinity: no hit. TATU_IN_DISTANCE */
+  const uint8_t *pixel_color;     /* per pixel, 3; the sky's without a hit. TATU_IN_COLOR */
+  const float *pixel_cosine;      /* per pixel, 0 to 1; 0: no hit. TATU_IN_COSINE */
+  const tatu_object *pixel_object; /* per pixel; 0: no hit. TATU_IN_OBJECT */
   const tatu_random *random;
-  double *const *rays;            /* [n] with TATU_BEAMS_AIMED: 6 per ray, where it begins (m) and points; else null */
+  double *const *rays;            /* [n] with TATU_BEAMS_AIMED: 6 per ray, origin (m) and unit direction; else null */
   const uint64_t *const *lengths; /* [n] the number of elements of each field, n_fields each */
 } tatu_sensor_batch;
 
-/* Settings under a name: what a scene would write in the object of a sensor, as lines of TOML ("range_m = 5.6"), its noise
- * included. A scene asks for them with `preset = "<id>"`, before its own keys. */
+/* Named settings: the keys that a scene would write for a sensor, as lines of TOML ("range_m = 5.6"), noise included.
+ * A scene selects them with `preset = "<id>"`; its own keys override them. */
 typedef struct tatu_preset {
   uint32_t size;
   uint32_t reserved;
@@ -640,25 +639,25 @@ typedef struct tatu_sensor {
   uint32_t inputs;                   /* TATU_IN_* */
   const char *id;                    /* "proximity": what scenes write */
   const char *text;
-  const char *const *schemas;        /* "proximity/1": what readers look for */
+  const char *const *schemas;        /* "proximity/1": what readers search for */
   const tatu_param *const *params;
   const tatu_field *const *fields;
   const tatu_life *life;
-  /* [setup] The beams of an instance: at creation, and after a change of its parameters. Null: none. */
+  /* [setup] Gets the beams of an instance, at creation and after its parameters change. Null: none. */
   tatu_status(TATU_CALL *beams)(void *data, tatu_beams *, tatu_error *);
-  /* [parallel] Turns inputs into readings. May touch only data, state and fields of its instances; may call only the
-   * log and the batch's `random`. A negative status switches all instances of the batch off. What a scene declares as
-   * noise the host adds after the call; it leaves alone what means nothing (see `nothing` and `valid` in the schemas). */
+  /* [parallel] Turns inputs into readings. May access only data, state and fields of its instances, and call only the
+   * log and the batch's `random`. A negative status switches off all instances of the batch. The host then adds the
+   * noise that the scene declares, except to values that stand for no measurement (see `nothing`, `valid`). */
   tatu_status(TATU_CALL *measure)(void *self, const tatu_sensor_batch *, tatu_error *);
   const tatu_preset *const *presets; /* may be null */
-  /* [parallel] After the noise that the scene declares, with the same batch: brings fields that follow from others in
-   * line with them, as latitude and longitude follow from a position. What is in such a field is overwritten, so noise
-   * belongs to the field that it follows from. Not called where no sensor of the batch has noise: `measure` fills these
-   * fields too. Touches and calls what `measure` may; status as there. Null: no field follows from another. */
+  /* [parallel] Recomputes derived fields, with the same batch, after declared noise was added: latitude and longitude
+   * from a position, for instance. It overwrites them, so noise is declared for the field that they derive from. Not
+   * called if no sensor of the batch has noise, so `measure` must fill derived fields too. Access and status as for
+   * `measure`. Null: no derived fields. */
   tatu_status(TATU_CALL *finish)(void *self, const tatu_sensor_batch *, tatu_error *);
-  /* [parallel] Before the cast, where an instance's rays are TATU_BEAMS_AIMED: may change `rays`, origins and unit directions
-   * in the sensor's frame, which are the sensor's origin and what `beams` told; for devices that move while they scan, and
-   * rays that wander. What was met is not there yet, nor are the fields; all else as in `measure`. */
+  /* [parallel] Before the cast, if an instance's rays are TATU_BEAMS_AIMED: may change `rays`, origins and unit
+   * directions in the sensor's frame, preset to the sensor's origin and the directions from `beams`; for devices that
+   * move while they scan, and rays that jitter. Hits and fields are not available yet; otherwise as `measure`. */
   tatu_status(TATU_CALL *aim)(void *self, const tatu_sensor_batch *, tatu_error *);
   uint32_t flags; /* 0 */
   uint32_t reserved;
@@ -674,18 +673,18 @@ typedef struct tatu_ext_sensor {
 
 #define TATU_ACTUATOR "tatu.actuator/draft.4"
 
-/* Actuators act as time passes: a kind is asked once when physics advances (by one step of the world, or by what a
- * driver says), or, with the flag, before each engine step. Wrenches push the nearest dynamic shape at or above the actuator;
- * efforts act on the nearest joint above it, before that shape. Commands are properties "<kind>.<key>" of the
- * actuator's object: scenes set them like parameters, everybody else at any time. */
-enum { TATU_ACTUATOR_EVERY_SUBSTEP = 1 /* asked before each engine step */ };
+/* A kind's `apply` is called once each time physics advances (by one step of the world, or by what a driver asks for)
+ * or, with the flag, before each engine step. A wrench acts on the nearest dynamic shape at or above the actuator, an
+ * effort on the nearest joint between the actuator and that shape. Commands are properties "<kind>.<key>" of the
+ * actuator's object: scenes set them like parameters, and they can be set at any time. */
+enum { TATU_ACTUATOR_EVERY_SUBSTEP = 1 /* `apply` is called before each engine step */ };
 
-/* Actuators of one kind. The mirror of sensors: state of the mount and a command in, wrench or torque out. */
+/* The actuators of one kind: state of the mount and commands in, wrench or effort out. */
 typedef struct tatu_actuator_batch {
   uint32_t size;
   uint32_t n;
   double time;               /* s */
-  double dt;                 /* until the next call, s */
+  double dt;                 /* time until the next call, s */
   void *const *data;         /* [n] instances */
   void *const *state;        /* [n] state blocks */
   const tatu_object *actuator; /* [n] */
@@ -695,7 +694,7 @@ typedef struct tatu_actuator_batch {
   const double *const *command; /* [n] the command buffer: `n_commands` of the kind */
   double *wrench;            /* [n], 6 each: force N at the mount's origin and torque N m, world; zeroed. Acts for dt */
   double *effort;            /* [n] torque N m or force N added to the joint's; zeroed. Acts for dt */
-  tatu_status *status;       /* [n] as with sensors; a number that is not finite has the same effect as a failure */
+  tatu_status *status;       /* [n] as for sensors; a number that is not finite counts as a failure */
 } tatu_actuator_batch;
 
 typedef struct tatu_actuator {
@@ -722,43 +721,42 @@ typedef struct tatu_ext_actuator {
 
 enum { TATU_REPORT_NOTE = 0, TATU_REPORT_WARNING = 1, TATU_REPORT_ERROR = 2 };
 
-/* Writes a document: what a scene file, a model or an importer describes. Nothing live is touched. */
+/* Writes a document, the description of a scene by a scene file, a model or an importer. Nothing in it is live yet. */
 typedef struct tatu_builder {
   uint32_t size;
   uint32_t reserved;
   void *ctx;
   /* [setup] Adds an object of a kind ("shape", "joint", "dummy", "sensor", ...) below `parent` (0: the top of what is
-   * being built). Its number, from 1; 0: refused, see the error of the build. */
+   * being built). Returns its number, from 1; 0: rejected, see the error of the build. */
   uint32_t(TATU_CALL *object)(const struct tatu_builder *, const char *kind, uint32_t parent, tatu_str alias);
-  /* [setup] Sets a property by key without the kind's prefix ("mass", "position", "color") or with it. SI units.
-   * Object 0 with a key that begins with "scene." sets a number of the world ("scene.dt", "scene.gravity") or its free
-   * data ("scene.data"); it has an effect where an importer's file stands in place of a scene. So has "object.name",
-   * the unique name ("arm#0"), with the object's alias before the `#`. */
+  /* [setup] Sets a property by key, with or without the kind's prefix ("mass", "position", "color"). SI units.
+   * Object 0 with a key that begins with "scene." sets a parameter of the world ("scene.dt", "scene.gravity") or its
+   * free data ("scene.data"); this takes effect only if an importer's file is opened as the scene. The same holds for
+   * "object.name", the unique name ("arm#0"), with the object's alias before the `#`. */
   tatu_status(TATU_CALL *set)(const struct tatu_builder *, uint32_t object, const char *key, const tatu_value *);
-  /* [setup] Adds a triangle mesh, `n_points` * 3 doubles and `n_triangles` * 3 indices; its number, for the property
-   * "mesh" of shapes. Equal meshes are stored once. 0: refused. */
+  /* [setup] Adds a triangle mesh, `n_points` * 3 doubles and `n_triangles` * 3 indices; returns its number, for the
+   * property "mesh" of shapes; 0: rejected. Equal meshes are stored once. */
   uint64_t(TATU_CALL *mesh)(const struct tatu_builder *, const double *points, uint64_t n_points,
                             const uint32_t *triangles, uint64_t n_triangles);
-  /* [setup] Adds an image, 4 bytes a pixel, first row on top; its number. 0: refused. */
+  /* [setup] Adds an image, 4 bytes per pixel, top row first; returns its number; 0: rejected. */
   uint64_t(TATU_CALL *image)(const struct tatu_builder *, const uint8_t *rgba, uint32_t width, uint32_t height);
-  /* [setup] Adds a script to an object. `language` and `dialect` may be null: by suffix and from the text. `kind`:
-   * "child", "threaded", "customization" or "main" (a scene's driver; in a model, and in an import that is not the
-   * scene itself, it is left out). Its number; 0: refused. */
+  /* [setup] Adds a script to an object. `language` may be null: by suffix; `dialect` may be null: from the text. `kind`:
+   * "child", "threaded", "customization" or "main" (a scene's driver; ignored in models and in imports that are not
+   * the scene itself). Returns its number; 0: rejected. */
   uint32_t(TATU_CALL *script)(const struct tatu_builder *, uint32_t owner, const char *language, const char *dialect,
                               const char *kind, tatu_str name, tatu_str text);
-  /* [setup] Makes an object of kind "sensor" or "actuator" one of a kind ("proximity") or of whoever fills a schema
-   * ("proximity/1"). Its parameters are then set like properties. */
+  /* [setup] Gives an object of kind "sensor" or "actuator" its device: a kind ("proximity"), or a schema that the kind
+   * must fill ("proximity/1"). Its parameters are then set like properties. */
   tatu_status(TATU_CALL *device)(const struct tatu_builder *, uint32_t object, const char *kind_or_schema);
-  /* [setup] Tells something about the source: TATU_REPORT_*; shown with the file. */
+  /* [setup] Reports something about the source: TATU_REPORT_*; shown with the file name. */
   void(TATU_CALL *report)(const struct tatu_builder *, uint32_t severity, uint32_t object, tatu_str text);
-  /* [setup] Reads a file, named from the folder of the source; the bytes live as long as the build. An importer's
-   * source is its file, a model's the scene. TATU_ERR_MISSING: there is none, which fails nothing by itself. Names
-   * may lead up, within the folders of the source, of the scene and (importers) of the run; leaving these fails the
-   * build. */
+  /* [setup] Reads a file, named relative to the folder of the source; the bytes live as long as the build. An
+   * importer's source is its file, a model's is the scene. TATU_ERR_MISSING: no such file; the build can go on. Names
+   * may contain `..` within the folders of the source, of the scene and (importers) of the run; leaving these fails
+   * the build. */
   tatu_status(TATU_CALL *file)(const struct tatu_builder *, tatu_str relative, tatu_str *bytes);
-  /* [setup] Tells what the source holds, for people and programs that ask (`tatu check FILE --json`): a map with texts
-   * as keys, in the importer's own words, which its documentation explains. Null, or absent: nobody asks, and nothing
-   * needs to be gathered. */
+  /* [setup] Describes the source for `tatu check FILE --json`: a map with text keys, which the importer's documentation
+   * explains. Null or absent: nobody asks, so the importer need not gather it. */
   tatu_status(TATU_CALL *describe)(const struct tatu_builder *, const tatu_value *map);
 } tatu_builder;
 
@@ -771,11 +769,11 @@ typedef struct tatu_model {
   const char *id;                  /* "pioneer_p3dx": what scenes write */
   const char *text;
   const tatu_param *const *params;
-  const char *const *slots;        /* aliases of the objects where others may be hung; null: none */
-  /* [setup] Builds it; the base stands where the model wants to stand (wheels on the floor z = 0). A model on wheels says how
-   * they drive it: the property "object.drive" of its base. */
+  const char *const *slots;        /* aliases of objects to which others may be attached; null: none */
+  /* [setup] Builds it, with the base placed so that the model stands on the floor z = 0. A model on wheels describes its
+   * drive in the property "object.drive" of its base. */
   tatu_status(TATU_CALL *build)(void *self, const tatu_builder *, const tatu_value *params, tatu_error *);
-  const char *category;            /* where lists show it: "mobile robots", "arms", "furniture"; null: none */
+  const char *category;            /* heading in lists: "mobile robots", "arms", "furniture"; null: none */
 } tatu_model;
 
 typedef struct tatu_ext_model {
@@ -786,7 +784,7 @@ typedef struct tatu_ext_model {
 
 #define TATU_IMPORTER "tatu.importer/draft.4"
 
-/* Reads a file format into a document: for `[[import]]` in scenes, and for files that stand in place of a scene. */
+/* Reads a file format into a document: for `[[import]]` in scenes, and for files opened as the scene. */
 typedef struct tatu_importer {
   uint32_t size;
   uint32_t reserved;
@@ -794,10 +792,10 @@ typedef struct tatu_importer {
   const char *text;
   const char *const *suffixes;     /* ".urdf" */
   const tatu_param *const *params;
-  /* [setup] 0 to 100: how sure the importer is that it reads a file that begins with `head`. Null: by suffix. */
+  /* [setup] Confidence, 0 to 100, that the importer can read a file that begins with `head`. Null: by suffix. */
   uint32_t(TATU_CALL *sniff)(void *self, tatu_str head);
-  /* [setup] Reads it; object 1 of the build is the base. Hostile bytes give an error, never a crash. An error tells its
-   * line with TATU_PART_FILE, where an empty file name means the source itself. */
+  /* [setup] Reads it; object 1 of the build is the base. Malformed input causes an error, never a crash. An error gives
+   * its line with TATU_PART_FILE; an empty file name there means the source itself. */
   tatu_status(TATU_CALL *load)(void *self, tatu_str bytes, const tatu_builder *, const tatu_value *params,
                                tatu_error *);
 } tatu_importer;
@@ -812,7 +810,7 @@ typedef struct tatu_ext_importer {
 
 #define TATU_SCRIPT "tatu.script/draft.4"
 
-/* What a script may use up in one call. 0: no limit. */
+/* Limits of one call of a script. 0: no limit. */
 typedef struct tatu_budget {
   uint32_t size;
   uint32_t reserved;
@@ -821,23 +819,23 @@ typedef struct tatu_budget {
 } tatu_budget;
 
 enum {
-  /* One of the life cycle: "init", "thread", "actuation", "sensing", "cleanup", "nonSimulation", "beforeSimulation",
-   * "afterSimulation", "suspend", "suspended", "resume", "beforeStep", "dyn", "joint", "contact", or "measured": of
-   * the scripts of a sensor, after it has measured in the sensing stage, with a map whose `sensor` is that object. It may
-   * answer a map: with `cmd` "cleanup" the script ends, with "restart" it ends and begins anew; `skip` true of
-   * "beforeStep" leaves the stages of the pass out, and time stands. */
+  /* A callback of the life cycle: "init", "thread", "actuation", "sensing", "cleanup", "nonSimulation",
+   * "beforeSimulation", "afterSimulation", "suspend", "suspended", "resume", "beforeStep", "dyn", "joint", "contact", or
+   * "measured": for a sensor's scripts, after it was measured in the sensing stage, with a map whose `sensor` is that
+   * object. It may return a map: `cmd` "cleanup" ends the script, "restart" ends it and starts it again; `skip` true
+   * from "beforeStep" skips the stages of the pass, and time does not advance. */
   TATU_FIND_CALLBACK = 0,
   TATU_FIND_FUNCTION = 1  /* a function of the script, by its own name */
 };
 
 enum {
-  TATU_SCRIPT_SILENT = 1,  /* after an error its clean-up is called at once, and nothing more until the next start */
+  TATU_SCRIPT_SILENT = 1,  /* after an error its clean-up is called at once, then nothing until the next start */
   TATU_SCRIPT_MODERN = 2,  /* a scene that names no dialect counts as modern if it has such a script */
-  TATU_SCRIPT_THREADED = 4 /* it runs as a thread by itself, without being called in each step */
+  TATU_SCRIPT_THREADED = 4 /* it runs as a thread of its own and is not called in each step */
 };
 
 enum {
-  TATU_LANGUAGE_SIDE_BY_SIDE = 1 /* scripts may be called on any thread, and several at once, each on one thread at a time */
+  TATU_LANGUAGE_SIDE_BY_SIDE = 1 /* different scripts may be called on different threads at once */
 };
 
 enum {
@@ -846,46 +844,46 @@ enum {
   TATU_ORDER_DEEPEST_FIRST = 3  /* child scripts, customization scripts; each by depth over the whole scene */
 };
 
-/* A script language. Each script is one instance with a state of its own. Nothing may leave but a status. */
+/* A script language. Each script is one instance with a state of its own. Its errors become a status. */
 typedef struct tatu_language {
   uint32_t size;
   uint32_t flags;              /* TATU_LANGUAGE_* */
   const char *id;              /* "lua" */
   const char *text;
   const char *const *suffixes; /* ".lua" */
-  const tatu_life *life;       /* the instance's owner is the script object. Its `load` comes after the text's: all of
-                                * the state if the text means the same as the writer's, else it fails. When a file
-                                * was changed, it comes again after `init`, and takes what fits of the old state */
-  /* [step] Takes the text. `chunk` is the name for messages, a file if there is one. `dialect` may be empty: found
-   * from the text; the one chosen is told in `*chosen`, which the plugin keeps. */
+  const tatu_life *life;       /* the instance's owner is the script object. Its `load` is called after the one below: it
+                                * restores all of the state if the text is equivalent to the writer's, else it fails.
+                                * After a file change it is called again after `init`, and restores what still fits */
+  /* [step] Loads the text. `chunk` is the name for messages, a file if there is one. An empty `dialect` is determined
+   * from the text; the dialect in use is returned in `*chosen`, which the plugin owns. */
   tatu_status(TATU_CALL *load)(void *data, tatu_str text, tatu_str chunk, tatu_str dialect, tatu_str *chosen,
                                tatu_error *);
-  /* [step] A number for something callable, or 0: the script has none. What stands there may change with each call. */
+  /* [step] A number for something callable; 0: the script has none. The function behind it may change with each call. */
   uint32_t(TATU_CALL *find)(void *data, uint32_t how, tatu_str name);
   /* [step] Calls it with the frame's arguments; results go into the frame. TATU_WAIT: suspended in a command that
-   * waits; the host calls `resume` with that wait's token. `*used` counts instructions. May be entered again. */
+   * waits; the host calls `resume` with that wait's token. `*used` counts instructions. May be re-entered. */
   tatu_status(TATU_CALL *call)(void *data, uint32_t callable, tatu_call *frame, const tatu_budget *, uint64_t *used,
                                tatu_error *);
-  /* [step] A wait is over: `frame->args` are the results of the command that waited. If `failed` is not TATU_OK, the
-   * command failed, and `frame->error` tells how. Returns as `call` does. */
+  /* [step] A wait has ended: `frame->args` are the results of the command that waited. If `failed` is not TATU_OK, the
+   * command failed, and `frame->error` says why. Returns as `call` does. */
   tatu_status(TATU_CALL *resume)(void *data, uint64_t token, tatu_status failed, tatu_call *frame,
                                  const tatu_budget *, uint64_t *used, tatu_error *);
-  /* [step] Makes a borrowed function reference last: returns its lasting local id, 0 if it is gone. */
+  /* [step] Retains a borrowed function reference: returns its permanent local id, 0 if it is gone. */
   uint32_t(TATU_CALL *keep_func)(void *data, uint32_t local);
-  /* [step] Gives a kept one up. */
+  /* [step] Releases a retained reference. */
   void(TATU_CALL *drop_func)(void *data, uint32_t local);
-  /* [step] Calls a function reference, borrowed or kept. */
+  /* [step] Calls a function reference, borrowed or retained. */
   tatu_status(TATU_CALL *call_func)(void *data, uint32_t local, tatu_call *frame, const tatu_budget *, uint64_t *used,
                                     tatu_error *);
-  /* [any] Whether it knows a dialect that a scene names; the error tells what it knows. Null: any is taken. */
+  /* [any] Whether it supports a dialect named by a scene; the error lists those it supports. Null: any is accepted. */
   tatu_status(TATU_CALL *knows_dialect)(void *self, tatu_str dialect, tatu_error *);
-  /* [step] What the host must know of a script whose text has been loaded: TATU_SCRIPT_* bits. Null: none of them. */
+  /* [step] TATU_SCRIPT_* bits of a script whose text has been loaded. Null: none. */
   uint32_t(TATU_CALL *traits)(void *data);
-  /* [step] In which order scripts of a world are called, TATU_ORDER_*, if its scene names this dialect, or, where that is
-   * empty, if it has modern scripts (1) or none (0). Asked of one script that has been loaded. Null or 0: deepest first. */
+  /* [step] The order in which a world's scripts are called, TATU_ORDER_*, if its scene names this dialect or, if that is
+   * empty, if it has modern scripts (1) or none (0). Called on one loaded script. Null or 0: deepest first. */
   uint32_t(TATU_CALL *order)(void *data, tatu_str dialect, uint32_t modern);
-  /* [step] Where the script is while a command that it called runs, for errors that are told and not raised: the error
-   * object gets file, line and traceback as of a failure, or nothing. Null: it cannot tell. */
+  /* [step] The script's position while a command that it called runs, for errors that are logged and not raised: sets
+   * file, line and traceback in the error object, as for a failure, or nothing. Null: not supported. */
   void(TATU_CALL *place)(void *data, tatu_error *);
 } tatu_language;
 
@@ -901,43 +899,44 @@ typedef struct tatu_ext_script {
 
 enum { TATU_GO = 0, TATU_HOLD = 1 };
 
-/* A part that lives beside worlds: a remote API, a bridge, a view, a recorder. It is made once in a session, and
- * worlds come and go. It blocks only in threads of its own, and these call session.wake and log.write, nothing else.
- * What it does to a world with commands.call and session.request is written into the input log, from which a run is
- * repeated; what it does with other tables is not. Arrays of numbers in arguments are kept as f64 or i64.
- * After a negative status of `barrier`, `event` or `resume` the service is switched off and named once. */
+/* A component that runs beside worlds: a remote API, a bridge, a viewer, a recorder. It is created once per session,
+ * while worlds come and go. It may block only in its own threads, and these may call only session.wake and log.write.
+ * What it does to a world with commands.call and session.request is recorded in the input log, from which a run can be
+ * replayed; what it does with other tables is not. Numeric arrays in arguments are recorded as f64 or i64. A negative
+ * status from `barrier`, `event` or `resume` switches the service off and is reported once. */
 typedef struct tatu_service {
   uint32_t size;
   uint32_t flags; /* 0 */
   const char *id;
   const char *text;
   const tatu_param *const *params;
-  /* Its instance: `create` starts it in tatu_instance.session; `destroy` ends it, its threads are joined before that returns.
-   * `save` and `load` [step]: what of it belongs to a world, for snapshots of that world; a world that goes on from one where the
-   * service does not run goes on without. `configure` is not called. */
+  /* Its instance: `create` starts it in tatu_instance.session; `destroy` ends it and joins its threads before it returns.
+   * `save` and `load` [step]: its state concerning one world, for snapshots of that world; a restored world ignores it if
+   * the service is not running. `configure` is not called. */
   const tatu_life *life;
-  /* [step] Before each step, and while stopped or paused, but not in the passes that follow a stop: executes what is queued, never blocks, answers TATU_GO or
-   * TATU_HOLD. While any service holds, the session sleeps until session.wake, at most 0.1 s, and asks all again. */
+  /* [step] Before each step, and while stopped or paused, but not in the passes that follow a stop: executes what is
+   * queued, never blocks, returns TATU_GO or TATU_HOLD. While any service holds, the session sleeps until session.wake,
+   * at most 0.1 s, and calls all again. */
   tatu_status(TATU_CALL *barrier)(void *data, tatu_world *, uint64_t step, tatu_error *);
-  /* [step] Something happened: a name and a payload, both valid during the call. Told at the barrier: "started",
-   * "paused", "resumed", "fault" (a map: code, message, and where known plugin, object, file, line); at the end
-   * "stopped". Null: it is told nothing. */
+  /* [step] An event: name and payload, valid during the call. Delivered at the barrier: "started", "paused", "resumed",
+   * "fault" (a map: code, message, and where known plugin, object, file, line); at the end "stopped". Null: it receives
+   * no events. */
   tatu_status(TATU_CALL *event)(void *data, tatu_world *, tatu_str name, const tatu_value *payload, tatu_error *);
-  /* [step] A command that this service called with a wait token, and that gave TATU_WAIT, has finished: its results are
-   * in the frame, or `status` is negative and frame->error tells why. Null: its commands cannot wait. */
+  /* [step] A command that this service called with a wait token, and that returned TATU_WAIT, has finished: its results
+   * are in the frame, or `status` is negative and frame->error says why. Null: its commands cannot wait. */
   tatu_status(TATU_CALL *resume)(void *data, tatu_world *, uint64_t token, tatu_status status, const tatu_call *frame,
                                  tatu_error *);
-  /* Names of the events that it is told; "*": all but those that cost something ("collision", "separation", "contact"),
-   * which must be named. Null-terminated. Null: the five above. */
+  /* Names of the events it receives, null-terminated; "*": all but the expensive ones ("collision", "separation",
+   * "contact"), which must be named. Null: the five above. */
   const char *const *events;
-  /* [step] Calls a function of a client that this service gave as an argument: `local` is the number that session.function
-   * was told. Arguments are in the frame; results go into it, their memory comes from commands.alloc. This call alone may
-   * wait for a client: time stands for everybody, so ask session.interrupted meanwhile. Commands that the client calls
-   * before it answers are called from within, and cannot wait. What comes back stands in the input log. TATU_ERR_GONE: the
-   * client has gone. Null: the service gives no functions. */
+  /* [step] Calls a client's function that this service passed as an argument; `local` is the number given to
+   * session.function. Arguments are in the frame; results go into it, in memory from commands.alloc. Only this call may
+   * block for a client: simulation time stands still, so poll session.interrupted. Commands that the client calls before
+   * it answers run nested in this call, and cannot wait. The results are recorded in the input log. TATU_ERR_GONE: the
+   * client has disconnected. Null: the service passes no functions. */
   tatu_status(TATU_CALL *call_func)(void *data, tatu_world *, uint32_t local, tatu_call *frame);
-  /* [step] The last barrier: this world ends, and its pointer with it. It can be looked at, and not changed. Who waits for an
-   * answer can still get one. Null: nothing to do. */
+  /* [step] The last barrier: this world ends, and its pointer with it. The world is read-only; pending requests can still
+   * be answered. Null: nothing to do. */
   tatu_status(TATU_CALL *last)(void *data, tatu_world *, tatu_error *);
 } tatu_service;
 
@@ -951,14 +950,14 @@ typedef struct tatu_ext_service {
 
 #define TATU_EVENT "tatu.event/draft.4"
 
-/* An event that can happen: declared by whoever publishes it (host.events), so that others find it in `tatu list events`.
- * Names without a dot belong to the host ("collision"); yours begin with a name space ("gripper.closed"). */
+/* Declaration of an event, by the plugin that publishes it (host.events); `tatu list events` shows it. Names without a
+ * dot belong to the host ("collision"); a plugin's begin with a name space ("gripper.closed"). */
 typedef struct tatu_event {
   uint32_t size;
   uint32_t reserved;
   const char *name;
   const char *text;                /* when it is published, one sentence */
-  const tatu_param *const *fields; /* of the payload, which is a map; null: it is empty */
+  const tatu_param *const *fields; /* of the payload, a map; null: empty */
 } tatu_event;
 
 typedef struct tatu_ext_event {
@@ -968,8 +967,8 @@ typedef struct tatu_ext_event {
 } tatu_ext_event;
 
 /* ================================================================ 11. What the host offers =========== */
-/* Every function that takes a world is [step] and may be called from within any [step] call of that world. It gives
- * a negative status when it refuses; the sentence is in log.last_error(world) until the next refusal. */
+/* Every function that takes a world is [step] and may be called from within any [step] call of that world. On failure
+ * it returns a negative status; log.last_error(world) has the message until the next failure. */
 
 /* Kinds of objects. */
 enum {
