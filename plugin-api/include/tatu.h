@@ -464,7 +464,7 @@ typedef struct tatu_prelude {
   tatu_str text;
 } tatu_prelude;
 
-/* The last non-empty line of the text must begin with the word; otherwise any name in the text may. */
+/* The last non-empty line of the text must begin with the word; otherwise some name in the text must. */
 enum { TATU_MARK_LAST_LINE = 1 };
 
 /* A word that identifies the kind of a script that is run without its scene. Kinds are "main", "child", "threaded",
@@ -491,7 +491,7 @@ typedef struct tatu_ext_command {
 
 #define TATU_SENSOR "tatu.sensor/draft.4"
 
-/* Form of the beams; they leave the sensor's origin and look along its +z. */
+/* Form of the beams, which start at the sensor's origin and point along its +z. */
 enum {
   TATU_BEAMS_NONE = 0,
   TATU_BEAMS_RAYS = 1,     /* `count[0]` rays along `directions` */
@@ -499,23 +499,23 @@ enum {
   TATU_BEAMS_CONE = 3,     /* volume with a round far end: dims = {half angle}; 0 to pi */
   TATU_BEAMS_PYRAMID = 4,  /* volume with flat ends at heights near_m and far_m (finite) along +z:
                               dims = {x near, y near, x far, y far}, their full sizes in m */
-  TATU_BEAMS_CYLINDER = 5, /* volume with such ends, round: dims = {radius near, radius far} in m */
+  TATU_BEAMS_CYLINDER = 5, /* the same with round ends: dims = {radius near, radius far} in m */
   TATU_BEAMS_DISC = 6,     /* volume, a flat sector around +z in the plane of x and z, with round ends: dims = {full
-                              angle, up to 2 pi; height in m, half to each side along y; full angle of a gap around
-                              +z that is left out, 0: none} */
+                              angle, up to 2 pi; height in m, centred on y = 0; full angle of a gap around +z,
+                              0: none} */
   TATU_BEAMS_PARALLEL = 7  /* image of parallel rays: count = {columns, rows}; dims = {width m}; square pixels */
 };
 enum {
-  TATU_BEAMS_NO_FRONT = 1,  /* faces turned to the sensor are not seen */
-  TATU_BEAMS_NO_BACK = 2,   /* faces turned away are not seen */
-  TATU_BEAMS_SKIP_MODEL = 4, /* objects of the sensor's own model are not seen */
-  TATU_BEAMS_VISIBLE = 8,   /* visible objects are seen, as by a camera; else detectable ones */
-  TATU_BEAMS_OCCLUDE = 16,  /* the point that a volume finds counts only if no surface, of whatever side and slant, lies
-                             * between it and the sensor; else nothing is seen */
-  TATU_BEAMS_AIMED = 32     /* rays that `tatu_sensor.aim` moves and turns before each cast */
+  TATU_BEAMS_NO_FRONT = 1,  /* front faces are not detected */
+  TATU_BEAMS_NO_BACK = 2,   /* back faces are not detected */
+  TATU_BEAMS_SKIP_MODEL = 4, /* objects of the sensor's own model are not detected */
+  TATU_BEAMS_VISIBLE = 8,   /* detects visible objects, as a camera does; otherwise detectable ones */
+  TATU_BEAMS_OCCLUDE = 16,  /* the nearest point in a volume counts only if no surface, front or back, at any incidence,
+                             * lies between it and the sensor; otherwise nothing is detected */
+  TATU_BEAMS_AIMED = 32     /* rays whose origins and directions `tatu_sensor.aim` sets before each cast */
 };
 
-/* What beams are made of. A beam sees a detectable shape if it has a bit in common with "shape.detectable_mask". */
+/* Physical kind of the beams. A beam detects a shape if it shares a bit with "shape.detectable_mask". */
 enum {
   TATU_WAVES_ULTRASONIC = 16,
   TATU_WAVES_INFRARED = 32,
@@ -525,73 +525,73 @@ enum {
   TATU_WAVES_ALL = 65535
 };
 
-/* What a sensor sends out. Filled by the plugin; `size` is set by the host. An image (GRID, PARALLEL) looks along +z with +y
- * up and +x to the left; near_m and far_m are planes across that axis. Its pixels are described, never listed: they run
- * row by row, the lowest row first, each from left to right. */
+/* What a sensor sends out. Filled by the plugin; `size` is set by the host. The optical axis of an image (GRID,
+ * PARALLEL) is +z, with +y up and +x to the left; near_m and far_m are planes normal to it. Its pixels are ordered by
+ * rows, from the bottom up, and from left to right within a row. */
 typedef struct tatu_beams {
   uint32_t size;
   uint32_t form;            /* TATU_BEAMS_* */
   uint32_t count[2];
-  double near_m;            /* nothing is seen nearer; of a pyramid and a cylinder: the height of the near end */
-  double far_m;             /* nothing is seen farther; likewise */
+  double near_m;            /* minimum range; of a pyramid and a cylinder: the height of the near end */
+  double far_m;             /* maximum range; likewise */
   double dims[6];
   double max_incidence;     /* rad between line of sight and surface normal; pi/2: no limit */
-  const double *directions; /* 3 per ray, unit vectors, sensor frame; the instance's, until it is asked again */
+  const double *directions; /* 3 per ray, unit vectors, sensor frame; owned by the instance, valid until the next `beams` */
   uint32_t flags;
   uint32_t reserved;
-  uint32_t waves;           /* TATU_WAVES_*, a sum; TATU_WAVES_ALL before the plugin is asked; of no matter to images */
+  uint32_t waves;           /* sum of TATU_WAVES_*; preset to TATU_WAVES_ALL; ignored for images */
   uint32_t reserved2;
-  uint32_t own[4];          /* numbers of the instance's own: what TATU_DIM_OWN stands for in the shape of a field */
-  uint32_t without;         /* TATU_IN_*: inputs of the kind that this instance does not need; of its pixels they are 0 */
+  uint32_t own[4];          /* dimensions of the instance's own, to which TATU_DIM_OWN refers in the shape of a field */
+  uint32_t without;         /* TATU_IN_*: inputs of the kind that this instance does not need; they are 0 in its pixels */
   uint32_t reserved3;
 } tatu_beams;
 
-/* Inputs of a measure. */
+/* Inputs of `measure`. */
 enum {
-  TATU_IN_DISTANCE = 1, /* per beam: m, from the origin; infinity: nothing */
+  TATU_IN_DISTANCE = 1, /* per beam: m, from the origin; infinity: no hit */
   TATU_IN_POINT = 2,    /* per beam: 3 doubles, sensor frame */
   TATU_IN_NORMAL = 4,   /* per beam: 3 doubles, unit, sensor frame, towards the sensor */
-  TATU_IN_OBJECT = 8,   /* per beam: object seen, 0 none */
+  TATU_IN_OBJECT = 8,   /* per beam: the object hit, 0: none */
   TATU_IN_POSE = 16,    /* per sensor: pose in the world */
-  TATU_IN_TWIST = 32,   /* per sensor: twist of its mount, world */
-  TATU_IN_COLOR = 64,   /* 3 bytes red green blue. Per pixel: as the core shades it; per beam: of the surface itself */
+  TATU_IN_TWIST = 32,   /* per sensor: twist of its mount, world frame */
+  TATU_IN_COLOR = 64,   /* 3 bytes red green blue. Per pixel: shaded; per beam: of the surface, unshaded */
   TATU_IN_COSINE = 128, /* per pixel: cosine of the angle between line of sight and normal */
-  TATU_IN_PRIMITIVE = 256 /* per beam: which triangle or face of the object */
+  TATU_IN_PRIMITIVE = 256 /* per beam: index of the triangle or face of the object */
 };
 
-/* In `dims` of a field: rows and columns of the instance's image. */
+/* In `dims` of a field: number of rows and of columns of the instance's image. */
 #define TATU_DIM_ROWS 4294967295u
 #define TATU_DIM_COLUMNS 4294967294u
-/* Plus 0 to 3: that number of tatu_beams.own; 0: the instance has no such field, and its reading holds no element of it. */
+/* Plus 0 to 3: index into tatu_beams.own; if the value there is 0, the field is empty for this instance. */
 #define TATU_DIM_OWN 4294967280u
 
 /* One field that a sensor kind fills, named "<schema>.<field>". */
 typedef struct tatu_field {
   uint32_t size;
   uint32_t elem;       /* TATU_ELEM_* */
-  uint32_t dims[3];    /* 0: as many as the instance has beams or pixels; TATU_DIM_*; unused ones 1 */
+  uint32_t dims[3];    /* 0: the instance's number of beams or pixels; TATU_DIM_*; unused ones are 1 */
   uint32_t flags;      /* 0 */
   const char *name;    /* "proximity.distance" */
   const char *unit;
   const char *text;
-  const char *valid;   /* the field of the kind that is 0 where this one has nothing; null: as the field's schema says */
-  const char *nothing; /* the numbers that mean nothing ("0", "0 0 0", "inf"); null: likewise. Noise leaves them alone */
+  const char *valid;   /* the field of this kind that is 0 where this one holds no measurement; null: as in the schema */
+  const char *nothing; /* numbers that stand for no measurement ("0", "0 0 0", "inf"), to which no noise is added; null: as in the schema */
 } tatu_field;
 
-/* Random numbers for a measure, for what declared noise cannot say. The numbers from `first` on depend on the scene's seed,
- * the sensor, how often it has measured, and their index, and on nothing else: neither on other sensors nor on the order
- * of questions. May be called on any thread during the measure. */
+/* Random numbers for `measure`, for effects that declared noise cannot express. A number depends only on the scene's
+ * seed, the sensor, how often it has been measured, and the number's index (`first` and up), not on other sensors or the
+ * order of calls. Callable from any thread during the call that received it. */
 typedef struct tatu_random {
   uint32_t size;
   uint32_t reserved;
   void *ctx;
-  /* `n` numbers from 0 to below 1 for instance `i` of the batch. */
+  /* `n` uniform numbers in [0, 1) for instance `i` of the batch. */
   void(TATU_CALL *uniform)(const struct tatu_random *, uint32_t i, uint64_t first, uint64_t n, double *out);
-  /* `n` numbers of the normal distribution: mean 0, standard deviation 1. */
+  /* `n` normally distributed numbers: mean 0, standard deviation 1. */
   void(TATU_CALL *normal)(const struct tatu_random *, uint32_t i, uint64_t first, uint64_t n, double *out);
 } tatu_random;
 
-/* Sensors of one kind that are due, `n` of them. Arrays exist only for inputs asked for. */
+/* The `n` sensors of one kind that are due. Arrays are null unless the kind declares the input. */
 typedef struct tatu_sensor_batch {
   uint32_t size;
   uint32_t n;
@@ -602,29 +602,29 @@ typedef struct tatu_sensor_batch {
   void *const *data;              /* [n] instances */
   void *const *state;             /* [n] state blocks */
   const tatu_object *sensor;      /* [n] */
-  const uint64_t *first_beam;     /* [n + 1] where each sensor's beams begin in the arrays below */
+  const uint64_t *first_beam;     /* [n + 1] index of each sensor's first beam in the arrays below */
   const double *distance;         /* per beam */
   const double *point;            /* per beam, 3 */
   const double *normal;           /* per beam, 3 */
   const tatu_object *object;      /* per beam */
   const double *pose;             /* [n], 7 each */
   const double *twist;            /* [n], 6 each: mean motion over the last step, from the difference of its poses */
-  void *const *fields;            /* [n * n_fields] where to write; host-owned, zeroed */
-  tatu_status *status;            /* [n] TATU_OK; set where one instance fails: it is switched off and named */
-  const uint8_t *color;           /* per beam, 3: red green blue of the surface, unshaded; 0 0 0: nothing */
+  void *const *fields;            /* [n * n_fields] output buffers; host-owned, zeroed */
+  tatu_status *status;            /* [n] TATU_OK; negative: that instance failed; it is switched off, the fault reported */
+  const uint8_t *color;           /* per beam, 3: red green blue of the surface, unshaded; 0 0 0: no hit */
   const uint32_t *primitive;      /* per beam */
-  const uint64_t *first_pixel;    /* [n + 1] where each sensor's pixels begin in the arrays below; null: no images */
-  const float *depth;             /* per pixel: m along the sensor's +z; infinity: nothing. TATU_IN_DISTANCE */
-  const uint8_t *pixel_color;     /* per pixel, 3; the sky's where nothing is seen. TATU_IN_COLOR */
-  const float *pixel_cosine;      /* per pixel, 0 to 1; 0: nothing. TATU_IN_COSINE */
-  const tatu_object *pixel_object; /* per pixel; 0: nothing. TATU_IN_OBJECT */
+  const uint64_t *first_pixel;    /* [n + 1] index of each sensor's first pixel in the arrays below; null: no images */
+  const float *depth;             /* per pixel: m along the sensor's +z; infinity: no hit. TATU_IN_DISTANCE */
+  const uint8_t *pixel_color;     /* per pixel, 3; the sky's without a hit. TATU_IN_COLOR */
+  const float *pixel_cosine;      /* per pixel, 0 to 1; 0: no hit. TATU_IN_COSINE */
+  const tatu_object *pixel_object; /* per pixel; 0: no hit. TATU_IN_OBJECT */
   const tatu_random *random;
-  double *const *rays;            /* [n] with TATU_BEAMS_AIMED: 6 per ray, where it begins (m) and points; else null */
+  double *const *rays;            /* [n] with TATU_BEAMS_AIMED: 6 per ray, origin (m) and unit direction; else null */
   const uint64_t *const *lengths; /* [n] the number of elements of each field, n_fields each */
 } tatu_sensor_batch;
 
-/* Settings under a name: what a scene would write in the object of a sensor, as lines of TOML ("range_m = 5.6"), its noise
- * included. A scene asks for them with `preset = "<id>"`, before its own keys. */
+/* Named settings: the keys that a scene would write for a sensor, as lines of TOML ("range_m = 5.6"), noise included.
+ * A scene selects them with `preset = "<id>"`; its own keys override them. */
 typedef struct tatu_preset {
   uint32_t size;
   uint32_t reserved;
@@ -639,25 +639,25 @@ typedef struct tatu_sensor {
   uint32_t inputs;                   /* TATU_IN_* */
   const char *id;                    /* "proximity": what scenes write */
   const char *text;
-  const char *const *schemas;        /* "proximity/1": what readers look for */
+  const char *const *schemas;        /* "proximity/1": what readers search for */
   const tatu_param *const *params;
   const tatu_field *const *fields;
   const tatu_life *life;
-  /* [setup] The beams of an instance: at creation, and after a change of its parameters. Null: none. */
+  /* [setup] Gets the beams of an instance, at creation and after its parameters change. Null: none. */
   tatu_status(TATU_CALL *beams)(void *data, tatu_beams *, tatu_error *);
-  /* [parallel] Turns inputs into readings. May touch only data, state and fields of its instances; may call only the
-   * log and the batch's `random`. A negative status switches all instances of the batch off. What a scene declares as
-   * noise the host adds after the call; it leaves alone what means nothing (see `nothing` and `valid` in the schemas). */
+  /* [parallel] Turns inputs into readings. May access only data, state and fields of its instances, and call only the
+   * log and the batch's `random`. A negative status switches off all instances of the batch. The host then adds the
+   * noise that the scene declares, except to values that stand for no measurement (see `nothing`, `valid`). */
   tatu_status(TATU_CALL *measure)(void *self, const tatu_sensor_batch *, tatu_error *);
   const tatu_preset *const *presets; /* may be null */
-  /* [parallel] After the noise that the scene declares, with the same batch: brings fields that follow from others in
-   * line with them, as latitude and longitude follow from a position. What is in such a field is overwritten, so noise
-   * belongs to the field that it follows from. Not called where no sensor of the batch has noise: `measure` fills these
-   * fields too. Touches and calls what `measure` may; status as there. Null: no field follows from another. */
+  /* [parallel] Recomputes derived fields, with the same batch, after declared noise was added: latitude and longitude
+   * from a position, for instance. It overwrites them, so noise is declared for the field that they derive from. Not
+   * called if no sensor of the batch has noise, so `measure` must fill derived fields too. Access and status as for
+   * `measure`. Null: no derived fields. */
   tatu_status(TATU_CALL *finish)(void *self, const tatu_sensor_batch *, tatu_error *);
-  /* [parallel] Before the cast, where an instance's rays are TATU_BEAMS_AIMED: may change `rays`, origins and unit directions
-   * in the sensor's frame, which are the sensor's origin and what `beams` told; for devices that move while they scan, and
-   * rays that wander. What was met is not there yet, nor are the fields; all else as in `measure`. */
+  /* [parallel] Before the cast, if an instance's rays are TATU_BEAMS_AIMED: may change `rays`, origins and unit
+   * directions in the sensor's frame, preset to the sensor's origin and the directions from `beams`; for devices that
+   * move while they scan, and rays that jitter. Hits and fields are not available yet; otherwise as `measure`. */
   tatu_status(TATU_CALL *aim)(void *self, const tatu_sensor_batch *, tatu_error *);
   uint32_t flags; /* 0 */
   uint32_t reserved;
@@ -673,18 +673,18 @@ typedef struct tatu_ext_sensor {
 
 #define TATU_ACTUATOR "tatu.actuator/draft.4"
 
-/* Actuators act as time passes: a kind is asked once when physics advances (by one step of the world, or by what a
- * driver says), or, with the flag, before each engine step. Wrenches push the nearest dynamic shape at or above the actuator;
- * efforts act on the nearest joint above it, before that shape. Commands are properties "<kind>.<key>" of the
- * actuator's object: scenes set them like parameters, everybody else at any time. */
-enum { TATU_ACTUATOR_EVERY_SUBSTEP = 1 /* asked before each engine step */ };
+/* A kind's `apply` is called once each time physics advances (by one step of the world, or by what a driver asks for)
+ * or, with the flag, before each engine step. A wrench acts on the nearest dynamic shape at or above the actuator, an
+ * effort on the nearest joint between the actuator and that shape. Commands are properties "<kind>.<key>" of the
+ * actuator's object: scenes set them like parameters, and they can be set at any time. */
+enum { TATU_ACTUATOR_EVERY_SUBSTEP = 1 /* `apply` is called before each engine step */ };
 
-/* Actuators of one kind. The mirror of sensors: state of the mount and a command in, wrench or torque out. */
+/* The actuators of one kind: state of the mount and commands in, wrench or effort out. */
 typedef struct tatu_actuator_batch {
   uint32_t size;
   uint32_t n;
   double time;               /* s */
-  double dt;                 /* until the next call, s */
+  double dt;                 /* time until the next call, s */
   void *const *data;         /* [n] instances */
   void *const *state;        /* [n] state blocks */
   const tatu_object *actuator; /* [n] */
@@ -694,7 +694,7 @@ typedef struct tatu_actuator_batch {
   const double *const *command; /* [n] the command buffer: `n_commands` of the kind */
   double *wrench;            /* [n], 6 each: force N at the mount's origin and torque N m, world; zeroed. Acts for dt */
   double *effort;            /* [n] torque N m or force N added to the joint's; zeroed. Acts for dt */
-  tatu_status *status;       /* [n] as with sensors; a number that is not finite has the same effect as a failure */
+  tatu_status *status;       /* [n] as for sensors; a number that is not finite counts as a failure */
 } tatu_actuator_batch;
 
 typedef struct tatu_actuator {
@@ -721,43 +721,42 @@ typedef struct tatu_ext_actuator {
 
 enum { TATU_REPORT_NOTE = 0, TATU_REPORT_WARNING = 1, TATU_REPORT_ERROR = 2 };
 
-/* Writes a document: what a scene file, a model or an importer describes. Nothing live is touched. */
+/* Writes a document, the description of a scene by a scene file, a model or an importer. Nothing in it is live yet. */
 typedef struct tatu_builder {
   uint32_t size;
   uint32_t reserved;
   void *ctx;
   /* [setup] Adds an object of a kind ("shape", "joint", "dummy", "sensor", ...) below `parent` (0: the top of what is
-   * being built). Its number, from 1; 0: refused, see the error of the build. */
+   * being built). Returns its number, from 1; 0: rejected, see the error of the build. */
   uint32_t(TATU_CALL *object)(const struct tatu_builder *, const char *kind, uint32_t parent, tatu_str alias);
-  /* [setup] Sets a property by key without the kind's prefix ("mass", "position", "color") or with it. SI units.
-   * Object 0 with a key that begins with "scene." sets a number of the world ("scene.dt", "scene.gravity") or its free
-   * data ("scene.data"); it has an effect where an importer's file stands in place of a scene. So has "object.name",
-   * the unique name ("arm#0"), with the object's alias before the `#`. */
+  /* [setup] Sets a property by key, with or without the kind's prefix ("mass", "position", "color"). SI units.
+   * Object 0 with a key that begins with "scene." sets a parameter of the world ("scene.dt", "scene.gravity") or its
+   * free data ("scene.data"); this takes effect only if an importer's file is opened as the scene. The same holds for
+   * "object.name", the unique name ("arm#0"), with the object's alias before the `#`. */
   tatu_status(TATU_CALL *set)(const struct tatu_builder *, uint32_t object, const char *key, const tatu_value *);
-  /* [setup] Adds a triangle mesh, `n_points` * 3 doubles and `n_triangles` * 3 indices; its number, for the property
-   * "mesh" of shapes. Equal meshes are stored once. 0: refused. */
+  /* [setup] Adds a triangle mesh, `n_points` * 3 doubles and `n_triangles` * 3 indices; returns its number, for the
+   * property "mesh" of shapes; 0: rejected. Equal meshes are stored once. */
   uint64_t(TATU_CALL *mesh)(const struct tatu_builder *, const double *points, uint64_t n_points,
                             const uint32_t *triangles, uint64_t n_triangles);
-  /* [setup] Adds an image, 4 bytes a pixel, first row on top; its number. 0: refused. */
+  /* [setup] Adds an image, 4 bytes per pixel, top row first; returns its number; 0: rejected. */
   uint64_t(TATU_CALL *image)(const struct tatu_builder *, const uint8_t *rgba, uint32_t width, uint32_t height);
-  /* [setup] Adds a script to an object. `language` and `dialect` may be null: by suffix and from the text. `kind`:
-   * "child", "threaded", "customization" or "main" (a scene's driver; in a model, and in an import that is not the
-   * scene itself, it is left out). Its number; 0: refused. */
+  /* [setup] Adds a script to an object. `language` may be null: by suffix; `dialect` may be null: from the text. `kind`:
+   * "child", "threaded", "customization" or "main" (a scene's driver; ignored in models and in imports that are not
+   * the scene itself). Returns its number; 0: rejected. */
   uint32_t(TATU_CALL *script)(const struct tatu_builder *, uint32_t owner, const char *language, const char *dialect,
                               const char *kind, tatu_str name, tatu_str text);
-  /* [setup] Makes an object of kind "sensor" or "actuator" one of a kind ("proximity") or of whoever fills a schema
-   * ("proximity/1"). Its parameters are then set like properties. */
+  /* [setup] Gives an object of kind "sensor" or "actuator" its device: a kind ("proximity"), or a schema that the kind
+   * must fill ("proximity/1"). Its parameters are then set like properties. */
   tatu_status(TATU_CALL *device)(const struct tatu_builder *, uint32_t object, const char *kind_or_schema);
-  /* [setup] Tells something about the source: TATU_REPORT_*; shown with the file. */
+  /* [setup] Reports something about the source: TATU_REPORT_*; shown with the file name. */
   void(TATU_CALL *report)(const struct tatu_builder *, uint32_t severity, uint32_t object, tatu_str text);
-  /* [setup] Reads a file, named from the folder of the source; the bytes live as long as the build. An importer's
-   * source is its file, a model's the scene. TATU_ERR_MISSING: there is none, which fails nothing by itself. Names
-   * may lead up, within the folders of the source, of the scene and (importers) of the run; leaving these fails the
-   * build. */
+  /* [setup] Reads a file, named relative to the folder of the source; the bytes live as long as the build. An
+   * importer's source is its file, a model's is the scene. TATU_ERR_MISSING: no such file; the build can go on. Names
+   * may contain `..` within the folders of the source, of the scene and (importers) of the run; leaving these fails
+   * the build. */
   tatu_status(TATU_CALL *file)(const struct tatu_builder *, tatu_str relative, tatu_str *bytes);
-  /* [setup] Tells what the source holds, for people and programs that ask (`tatu check FILE --json`): a map with texts
-   * as keys, in the importer's own words, which its documentation explains. Null, or absent: nobody asks, and nothing
-   * needs to be gathered. */
+  /* [setup] Describes the source for `tatu check FILE --json`: a map with text keys, which the importer's documentation
+   * explains. Null or absent: nobody asks, so the importer need not gather it. */
   tatu_status(TATU_CALL *describe)(const struct tatu_builder *, const tatu_value *map);
 } tatu_builder;
 
@@ -770,11 +769,11 @@ typedef struct tatu_model {
   const char *id;                  /* "pioneer_p3dx": what scenes write */
   const char *text;
   const tatu_param *const *params;
-  const char *const *slots;        /* aliases of the objects where others may be hung; null: none */
-  /* [setup] Builds it; the base stands where the model wants to stand (wheels on the floor z = 0). A model on wheels says how
-   * they drive it: the property "object.drive" of its base. */
+  const char *const *slots;        /* aliases of objects to which others may be attached; null: none */
+  /* [setup] Builds it, with the base placed so that the model stands on the floor z = 0. A model on wheels describes its
+   * drive in the property "object.drive" of its base. */
   tatu_status(TATU_CALL *build)(void *self, const tatu_builder *, const tatu_value *params, tatu_error *);
-  const char *category;            /* where lists show it: "mobile robots", "arms", "furniture"; null: none */
+  const char *category;            /* heading in lists: "mobile robots", "arms", "furniture"; null: none */
 } tatu_model;
 
 typedef struct tatu_ext_model {
@@ -785,7 +784,7 @@ typedef struct tatu_ext_model {
 
 #define TATU_IMPORTER "tatu.importer/draft.4"
 
-/* Reads a file format into a document: for `[[import]]` in scenes, and for files that stand in place of a scene. */
+/* Reads a file format into a document: for `[[import]]` in scenes, and for files opened as the scene. */
 typedef struct tatu_importer {
   uint32_t size;
   uint32_t reserved;
@@ -793,10 +792,10 @@ typedef struct tatu_importer {
   const char *text;
   const char *const *suffixes;     /* ".urdf" */
   const tatu_param *const *params;
-  /* [setup] 0 to 100: how sure the importer is that it reads a file that begins with `head`. Null: by suffix. */
+  /* [setup] Confidence, 0 to 100, that the importer can read a file that begins with `head`. Null: by suffix. */
   uint32_t(TATU_CALL *sniff)(void *self, tatu_str head);
-  /* [setup] Reads it; object 1 of the build is the base. Hostile bytes give an error, never a crash. An error tells its
-   * line with TATU_PART_FILE, where an empty file name means the source itself. */
+  /* [setup] Reads it; object 1 of the build is the base. Malformed input causes an error, never a crash. An error gives
+   * its line with TATU_PART_FILE; an empty file name there means the source itself. */
   tatu_status(TATU_CALL *load)(void *self, tatu_str bytes, const tatu_builder *, const tatu_value *params,
                                tatu_error *);
 } tatu_importer;
@@ -811,7 +810,7 @@ typedef struct tatu_ext_importer {
 
 #define TATU_SCRIPT "tatu.script/draft.4"
 
-/* What a script may use up in one call. 0: no limit. */
+/* Limits of one call of a script. 0: no limit. */
 typedef struct tatu_budget {
   uint32_t size;
   uint32_t reserved;
@@ -820,23 +819,23 @@ typedef struct tatu_budget {
 } tatu_budget;
 
 enum {
-  /* One of the life cycle: "init", "thread", "actuation", "sensing", "cleanup", "nonSimulation", "beforeSimulation",
-   * "afterSimulation", "suspend", "suspended", "resume", "beforeStep", "dyn", "joint", "contact", or "measured": of
-   * the scripts of a sensor, after it has measured in the sensing stage, with a map whose `sensor` is that object. It may
-   * answer a map: with `cmd` "cleanup" the script ends, with "restart" it ends and begins anew; `skip` true of
-   * "beforeStep" leaves the stages of the pass out, and time stands. */
+  /* A callback of the life cycle: "init", "thread", "actuation", "sensing", "cleanup", "nonSimulation",
+   * "beforeSimulation", "afterSimulation", "suspend", "suspended", "resume", "beforeStep", "dyn", "joint", "contact", or
+   * "measured": for a sensor's scripts, after it was measured in the sensing stage, with a map whose `sensor` is that
+   * object. It may return a map: `cmd` "cleanup" ends the script, "restart" ends it and starts it again; `skip` true
+   * from "beforeStep" skips the stages of the pass, and time does not advance. */
   TATU_FIND_CALLBACK = 0,
   TATU_FIND_FUNCTION = 1  /* a function of the script, by its own name */
 };
 
 enum {
-  TATU_SCRIPT_SILENT = 1,  /* after an error its clean-up is called at once, and nothing more until the next start */
+  TATU_SCRIPT_SILENT = 1,  /* after an error its clean-up is called at once, then nothing until the next start */
   TATU_SCRIPT_MODERN = 2,  /* a scene that names no dialect counts as modern if it has such a script */
-  TATU_SCRIPT_THREADED = 4 /* it runs as a thread by itself, without being called in each step */
+  TATU_SCRIPT_THREADED = 4 /* it runs as a thread of its own and is not called in each step */
 };
 
 enum {
-  TATU_LANGUAGE_SIDE_BY_SIDE = 1 /* scripts may be called on any thread, and several at once, each on one thread at a time */
+  TATU_LANGUAGE_SIDE_BY_SIDE = 1 /* different scripts may be called on different threads at once */
 };
 
 enum {
@@ -845,46 +844,46 @@ enum {
   TATU_ORDER_DEEPEST_FIRST = 3  /* child scripts, customization scripts; each by depth over the whole scene */
 };
 
-/* A script language. Each script is one instance with a state of its own. Nothing may leave but a status. */
+/* A script language. Each script is one instance with a state of its own. Its errors become a status. */
 typedef struct tatu_language {
   uint32_t size;
   uint32_t flags;              /* TATU_LANGUAGE_* */
   const char *id;              /* "lua" */
   const char *text;
   const char *const *suffixes; /* ".lua" */
-  const tatu_life *life;       /* the instance's owner is the script object. Its `load` comes after the text's: all of
-                                * the state if the text means the same as the writer's, else it fails. When a file
-                                * was changed, it comes again after `init`, and takes what fits of the old state */
-  /* [step] Takes the text. `chunk` is the name for messages, a file if there is one. `dialect` may be empty: found
-   * from the text; the one chosen is told in `*chosen`, which the plugin keeps. */
+  const tatu_life *life;       /* the instance's owner is the script object. Its `load` is called after the one below: it
+                                * restores all of the state if the text is equivalent to the writer's, else it fails.
+                                * After a file change it is called again after `init`, and restores what still fits */
+  /* [step] Loads the text. `chunk` is the name for messages, a file if there is one. An empty `dialect` is determined
+   * from the text; the dialect in use is returned in `*chosen`, which the plugin owns. */
   tatu_status(TATU_CALL *load)(void *data, tatu_str text, tatu_str chunk, tatu_str dialect, tatu_str *chosen,
                                tatu_error *);
-  /* [step] A number for something callable, or 0: the script has none. What stands there may change with each call. */
+  /* [step] A number for something callable; 0: the script has none. The function behind it may change with each call. */
   uint32_t(TATU_CALL *find)(void *data, uint32_t how, tatu_str name);
   /* [step] Calls it with the frame's arguments; results go into the frame. TATU_WAIT: suspended in a command that
-   * waits; the host calls `resume` with that wait's token. `*used` counts instructions. May be entered again. */
+   * waits; the host calls `resume` with that wait's token. `*used` counts instructions. May be re-entered. */
   tatu_status(TATU_CALL *call)(void *data, uint32_t callable, tatu_call *frame, const tatu_budget *, uint64_t *used,
                                tatu_error *);
-  /* [step] A wait is over: `frame->args` are the results of the command that waited. If `failed` is not TATU_OK, the
-   * command failed, and `frame->error` tells how. Returns as `call` does. */
+  /* [step] A wait has ended: `frame->args` are the results of the command that waited. If `failed` is not TATU_OK, the
+   * command failed, and `frame->error` says why. Returns as `call` does. */
   tatu_status(TATU_CALL *resume)(void *data, uint64_t token, tatu_status failed, tatu_call *frame,
                                  const tatu_budget *, uint64_t *used, tatu_error *);
-  /* [step] Makes a borrowed function reference last: returns its lasting local id, 0 if it is gone. */
+  /* [step] Retains a borrowed function reference: returns its permanent local id, 0 if it is gone. */
   uint32_t(TATU_CALL *keep_func)(void *data, uint32_t local);
-  /* [step] Gives a kept one up. */
+  /* [step] Releases a retained reference. */
   void(TATU_CALL *drop_func)(void *data, uint32_t local);
-  /* [step] Calls a function reference, borrowed or kept. */
+  /* [step] Calls a function reference, borrowed or retained. */
   tatu_status(TATU_CALL *call_func)(void *data, uint32_t local, tatu_call *frame, const tatu_budget *, uint64_t *used,
                                     tatu_error *);
-  /* [any] Whether it knows a dialect that a scene names; the error tells what it knows. Null: any is taken. */
+  /* [any] Whether it supports a dialect named by a scene; the error lists those it supports. Null: any is accepted. */
   tatu_status(TATU_CALL *knows_dialect)(void *self, tatu_str dialect, tatu_error *);
-  /* [step] What the host must know of a script whose text has been loaded: TATU_SCRIPT_* bits. Null: none of them. */
+  /* [step] TATU_SCRIPT_* bits of a script whose text has been loaded. Null: none. */
   uint32_t(TATU_CALL *traits)(void *data);
-  /* [step] In which order scripts of a world are called, TATU_ORDER_*, if its scene names this dialect, or, where that is
-   * empty, if it has modern scripts (1) or none (0). Asked of one script that has been loaded. Null or 0: deepest first. */
+  /* [step] The order in which a world's scripts are called, TATU_ORDER_*, if its scene names this dialect or, if that is
+   * empty, if it has modern scripts (1) or none (0). Called on one loaded script. Null or 0: deepest first. */
   uint32_t(TATU_CALL *order)(void *data, tatu_str dialect, uint32_t modern);
-  /* [step] Where the script is while a command that it called runs, for errors that are told and not raised: the error
-   * object gets file, line and traceback as of a failure, or nothing. Null: it cannot tell. */
+  /* [step] The script's position while a command that it called runs, for errors that are logged and not raised: sets
+   * file, line and traceback in the error object, as for a failure, or nothing. Null: not supported. */
   void(TATU_CALL *place)(void *data, tatu_error *);
 } tatu_language;
 
@@ -900,43 +899,44 @@ typedef struct tatu_ext_script {
 
 enum { TATU_GO = 0, TATU_HOLD = 1 };
 
-/* A part that lives beside worlds: a remote API, a bridge, a view, a recorder. It is made once in a session, and
- * worlds come and go. It blocks only in threads of its own, and these call session.wake and log.write, nothing else.
- * What it does to a world with commands.call and session.request is written into the input log, from which a run is
- * repeated; what it does with other tables is not. Arrays of numbers in arguments are kept as f64 or i64.
- * After a negative status of `barrier`, `event` or `resume` the service is switched off and named once. */
+/* A component that runs beside worlds: a remote API, a bridge, a viewer, a recorder. It is created once per session,
+ * while worlds come and go. It may block only in its own threads, and these may call only session.wake and log.write.
+ * What it does to a world with commands.call and session.request is recorded in the input log, from which a run can be
+ * replayed; what it does with other tables is not. Numeric arrays in arguments are recorded as f64 or i64. A negative
+ * status from `barrier`, `event` or `resume` switches the service off and is reported once. */
 typedef struct tatu_service {
   uint32_t size;
   uint32_t flags; /* 0 */
   const char *id;
   const char *text;
   const tatu_param *const *params;
-  /* Its instance: `create` starts it in tatu_instance.session; `destroy` ends it, its threads are joined before that returns.
-   * `save` and `load` [step]: what of it belongs to a world, for snapshots of that world; a world that goes on from one where the
-   * service does not run goes on without. `configure` is not called. */
+  /* Its instance: `create` starts it in tatu_instance.session; `destroy` ends it and joins its threads before it returns.
+   * `save` and `load` [step]: its state concerning one world, for snapshots of that world; a restored world ignores it if
+   * the service is not running. `configure` is not called. */
   const tatu_life *life;
-  /* [step] Before each step, and while stopped or paused, but not in the passes that follow a stop: executes what is queued, never blocks, answers TATU_GO or
-   * TATU_HOLD. While any service holds, the session sleeps until session.wake, at most 0.1 s, and asks all again. */
+  /* [step] Before each step, and while stopped or paused, but not in the passes that follow a stop: executes what is
+   * queued, never blocks, returns TATU_GO or TATU_HOLD. While any service holds, the session sleeps until session.wake,
+   * at most 0.1 s, and calls all again. */
   tatu_status(TATU_CALL *barrier)(void *data, tatu_world *, uint64_t step, tatu_error *);
-  /* [step] Something happened: a name and a payload, both valid during the call. Told at the barrier: "started",
-   * "paused", "resumed", "fault" (a map: code, message, and where known plugin, object, file, line); at the end
-   * "stopped". Null: it is told nothing. */
+  /* [step] An event: name and payload, valid during the call. Delivered at the barrier: "started", "paused", "resumed",
+   * "fault" (a map: code, message, and where known plugin, object, file, line); at the end "stopped". Null: it receives
+   * no events. */
   tatu_status(TATU_CALL *event)(void *data, tatu_world *, tatu_str name, const tatu_value *payload, tatu_error *);
-  /* [step] A command that this service called with a wait token, and that gave TATU_WAIT, has finished: its results are
-   * in the frame, or `status` is negative and frame->error tells why. Null: its commands cannot wait. */
+  /* [step] A command that this service called with a wait token, and that returned TATU_WAIT, has finished: its results
+   * are in the frame, or `status` is negative and frame->error says why. Null: its commands cannot wait. */
   tatu_status(TATU_CALL *resume)(void *data, tatu_world *, uint64_t token, tatu_status status, const tatu_call *frame,
                                  tatu_error *);
-  /* Names of the events that it is told; "*": all but those that cost something ("collision", "separation", "contact"),
-   * which must be named. Null-terminated. Null: the five above. */
+  /* Names of the events it receives, null-terminated; "*": all but the expensive ones ("collision", "separation",
+   * "contact"), which must be named. Null: the five above. */
   const char *const *events;
-  /* [step] Calls a function of a client that this service gave as an argument: `local` is the number that session.function
-   * was told. Arguments are in the frame; results go into it, their memory comes from commands.alloc. This call alone may
-   * wait for a client: time stands for everybody, so ask session.interrupted meanwhile. Commands that the client calls
-   * before it answers are called from within, and cannot wait. What comes back stands in the input log. TATU_ERR_GONE: the
-   * client has gone. Null: the service gives no functions. */
+  /* [step] Calls a client's function that this service passed as an argument; `local` is the number given to
+   * session.function. Arguments are in the frame; results go into it, in memory from commands.alloc. Only this call may
+   * block for a client: simulation time stands still, so poll session.interrupted. Commands that the client calls before
+   * it answers run nested in this call, and cannot wait. The results are recorded in the input log. TATU_ERR_GONE: the
+   * client has disconnected. Null: the service passes no functions. */
   tatu_status(TATU_CALL *call_func)(void *data, tatu_world *, uint32_t local, tatu_call *frame);
-  /* [step] The last barrier: this world ends, and its pointer with it. It can be looked at, and not changed. Who waits for an
-   * answer can still get one. Null: nothing to do. */
+  /* [step] The last barrier: this world ends, and its pointer with it. The world is read-only; pending requests can still
+   * be answered. Null: nothing to do. */
   tatu_status(TATU_CALL *last)(void *data, tatu_world *, tatu_error *);
 } tatu_service;
 
@@ -950,14 +950,14 @@ typedef struct tatu_ext_service {
 
 #define TATU_EVENT "tatu.event/draft.4"
 
-/* An event that can happen: declared by whoever publishes it (host.events), so that others find it in `tatu list events`.
- * Names without a dot belong to the host ("collision"); yours begin with a name space ("gripper.closed"). */
+/* Declaration of an event, by the plugin that publishes it (host.events); `tatu list events` shows it. Names without a
+ * dot belong to the host ("collision"); a plugin's begin with a name space ("gripper.closed"). */
 typedef struct tatu_event {
   uint32_t size;
   uint32_t reserved;
   const char *name;
   const char *text;                /* when it is published, one sentence */
-  const tatu_param *const *fields; /* of the payload, which is a map; null: it is empty */
+  const tatu_param *const *fields; /* of the payload, a map; null: empty */
 } tatu_event;
 
 typedef struct tatu_ext_event {
@@ -967,8 +967,8 @@ typedef struct tatu_ext_event {
 } tatu_ext_event;
 
 /* ================================================================ 11. What the host offers =========== */
-/* Every function that takes a world is [step] and may be called from within any [step] call of that world. It gives
- * a negative status when it refuses; the sentence is in log.last_error(world) until the next refusal. */
+/* Every function that takes a world is [step] and may be called from within any [step] call of that world. On failure
+ * it returns a negative status; log.last_error(world) has the message until the next failure. */
 
 /* Kinds of objects. */
 enum {
