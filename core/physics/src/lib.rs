@@ -95,7 +95,7 @@ pub struct Surface {
     /// Axis, body frame, along which friction has a coefficient of its own, as rollers and skates have.
     pub axis: Option<Vector3<f64>>,
     /// Angle by which that axis is turned about the normal of the contact, which points out of the body, rad. With the axle of
-    /// a wheel as the axis it tells how rollers stand at its rim, wherever the wheel touches.
+    /// a wheel as the axis it gives the angle of the rollers at its rim, wherever the wheel touches.
     pub axis_angle: f64,
     /// Coefficient of friction along that axis, of the pair.
     pub axis_friction: f64,
@@ -389,11 +389,11 @@ pub trait Engine: Send + Sync {
     /// Joints that move as one from now on, instead of those before. Pairs that are not of one mechanism in reduced form,
     /// made with `geared`, move on by themselves.
     fn set_gears(&mut self, gears: &[Gear]);
-    /// Measures what a joint carries from now on, as [`Engine::wrench`] tells.
+    /// Measures what a joint carries from now on, for [`Engine::wrench`].
     fn measure(&mut self, joint: JointId);
     /// What hangs on a measured joint exerts on the body that carries it: force, and torque about the joint's origin;
     /// world frame, averaged over the last step. From the change of momentum of all that hangs below, and the forces on it;
-    /// what a closed loop carries past the joint is not told apart. `None` before the first step.
+    /// what a closed loop carries past the joint is included. `None` before the first step.
     fn wrench(&self, joint: JointId) -> Option<Wrench>;
     /// What the surface of a body does to what touches it, from the next step on.
     fn set_surface(&mut self, body: BodyId, surface: Surface);
@@ -402,7 +402,7 @@ pub trait Engine: Send + Sync {
     /// Where the spring of a joint is relaxed from now on, rad or m.
     fn set_rest(&mut self, joint: JointId, rest: f64);
     /// Places a body. Dynamic bodies keep their velocities. Kinematic ones move there evenly during the next
-    /// [`Engine::advance`] and push what is in their way; [`Engine::pose`] tells the new place at once.
+    /// [`Engine::advance`] and push what is in their way; [`Engine::pose`] returns the new place at once.
     fn set_pose(&mut self, body: BodyId, pose: &Isometry3<f64>);
     /// Sets the velocities of a dynamic body.
     fn set_twist(&mut self, body: BodyId, twist: &Twist);

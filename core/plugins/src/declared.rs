@@ -45,7 +45,7 @@ pub struct Declared {
 
 impl Declared {
     /// # Safety
-    /// The list and its tables are as the header tells.
+    /// The list and its tables are as the header says.
     pub(super) unsafe fn read_list(list: *const *const tatu_param) -> Vec<Declared> {
         // SAFETY: the caller promises it.
         unsafe { tables::list(list).into_iter().map(|(_, p)| Self::read(&p, 0, &mut 0)).collect() }
@@ -169,7 +169,7 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
         (TATU_LIST, Value::Floats(f)) => Some(Value::List(f.into_iter().map(Value::Float).collect())),
         (TATU_LIST, Value::Ints(f)) => Some(Value::List(f.into_iter().map(Value::Int).collect())),
         (TATU_LIST, v @ Value::List(_)) => Some(v),
-        // A script cannot tell a list from a table whose keys are 1, 2, 3, nor an empty one from either.
+        // A script cannot distinguish a list from a table whose keys are 1, 2, 3, nor an empty one from either.
         (TATU_MAP, Value::Map(m)) => Some(Value::Map(with_keys(declared, m)?)),
         (TATU_MAP, Value::List(l)) => Some(Value::Map(with_keys(declared, numbered(l))?)),
         (TATU_MAP, Value::Floats(f)) => {

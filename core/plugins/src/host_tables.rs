@@ -33,7 +33,7 @@ pub struct Holder {
     pub of_program: bool,
 }
 
-/// The host as one plugin sees it: its pointer tells whose it is, on whatever thread it comes back. It is never given back, for
+/// The host as one plugin sees it: its address identifies the plugin, on whatever thread it comes back. It is never given back, for
 /// a thread of the plugin may have the pointer for as long as the process lives.
 struct OwnHost {
     raw: tatu_host,

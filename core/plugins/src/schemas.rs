@@ -139,7 +139,7 @@ mod tests {
         assert!(known().iter().all(|s| s.id.contains('/') && !s.fields.is_empty()));
         assert!(known().iter().flat_map(|s| &s.fields).any(|f| f.shape == [3]));
         assert!(known().iter().flat_map(|s| &s.fields).any(|f| f.shape == [0]));
-        // A field that tells of others is one of the same schema.
+        // A field that marks others belongs to the same schema.
         for s in known() {
             let told = s.fields.iter().filter_map(|f| f.valid.as_ref());
             assert!(told.into_iter().all(|v| s.fields.iter().any(|f| f.name == *v)), "{}", s.id);

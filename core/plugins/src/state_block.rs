@@ -38,7 +38,7 @@ impl StateBlock {
         self.0[GUARD_WORDS - 1] == GUARD && self.0[self.0.len() - GUARD_WORDS] == GUARD
     }
 
-    /// It is whole again: what was written beside it has been told.
+    /// Restores the guards: what was written beside the block has been reported.
     pub fn mend(&mut self) {
         let end = self.0.len() - GUARD_WORDS;
         self.0[..GUARD_WORDS].fill(GUARD);

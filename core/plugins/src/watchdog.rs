@@ -1,4 +1,4 @@
-//! Which plugin call is running, noted so that another thread can tell when one never returns.
+//! Which plugin call is running, noted so that another thread notices when one never returns.
 //!
 //! The running thread notes each call by two stores of one word, a relaxed one on the way in and one on the way out. A
 //! [watchdog](Watches::guard) looks at the words now and then; one that stays the same for longer than the limit
@@ -101,12 +101,12 @@ thread_local! {
 }
 
 /// The watch whose plugin call runs on this thread; null: none does. Signal handlers may ask; what it is, and whether it
-/// is there still, tells [`Watches::running`].
+/// still exists is known by [`Watches::running`].
 pub fn here() -> *const Watch {
     HERE.get()
 }
 
-/// How a script tells where it is.
+/// How the position of a script is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScriptPlace(usize, usize);
 
@@ -149,7 +149,7 @@ pub struct Watch {
     batch: AtomicU32,
     /// The command that runs, by its number from 1; 0: none.
     command: AtomicU32,
-    /// How the innermost script tells where it is: `tatu_language.place` and its data; 0: there is none.
+    /// How the position of the innermost script is found: `tatu_language.place` and its data; 0: there is none.
     script: [AtomicUsize; 2],
     /// Names of objects, by slot.
     names: Arc<Mutex<BTreeMap<u32, String>>>,
@@ -211,7 +211,7 @@ impl Watch {
         self.command.store(number, Relaxed);
         before
     }
-    /// Notes which script is entered, by what tells its place; what was noted before.
+    /// Notes which script is entered, by what finds its position; returns what was noted before.
     #[inline]
     pub fn script(&self, place: ScriptPlace) -> ScriptPlace {
         let before = ScriptPlace(self.script[0].load(Relaxed), self.script[1].load(Relaxed));
@@ -235,7 +235,7 @@ impl Watch {
             names.insert(slot, name);
         }
     }
-    /// The name of an object, if it was told; 0: of what runs for none.
+    /// The name of an object, if it is known; 0: of what runs for none.
     pub fn name_of(&self, slot: u32) -> Option<String> {
         if slot == 0 {
             return self.subject.lock().ok().map(|s| s.clone()).filter(|s| !s.is_empty());

@@ -57,7 +57,7 @@ pub fn is_endless(shape: &Shape) -> bool {
     }
 }
 
-/// Density of shapes whose mass nobody tells, kg/m^3: water's.
+/// Density of shapes without a given mass, kg/m^3: water's.
 const DENSITY: f64 = 1000.0;
 
 /// Mass of a shape's forms at the default density, kg.
@@ -116,13 +116,13 @@ fn part_inertia(form: &Form, m: f64) -> Matrix3<f64> {
             diagonal(side, side, m * r2 / 2.0)
         }
         Form::Capsule { radius, half_length } => {
-            // As a cylinder of the whole length: within a few percent, and only used when nobody tells the inertia.
+            // As a cylinder of the whole length: within a few percent, and only used when no inertia is given.
             let (r2, l) = (radius * radius, 2.0 * (half_length + radius));
             let side = m * (3.0 * r2 + l * l) / 12.0;
             diagonal(side, side, m * r2 / 2.0)
         }
         Form::Mesh { mesh, .. } => {
-            // As its bounding box: only used when nobody tells the inertia.
+            // As its bounding box: only used when no inertia is given.
             let (mut low, mut high) =
                 (Point3::from(Vector3::repeat(f64::MAX)), Point3::from(Vector3::repeat(f64::MIN)));
             for v in &mesh.vertices {

@@ -186,7 +186,7 @@ fn split_index(part: &str) -> Option<(String, Option<usize>, usize)> {
 /// Wildcards: `*` any text, `?` any character.
 fn matches(pattern: &str, text: &str) -> bool {
     let (p, t): (Vec<char>, Vec<char>) = (pattern.chars().collect(), text.chars().collect());
-    // One row of the usual table: `row[j]` tells whether the pattern so far fits the first j characters.
+    // One row of the usual table: `row[j]`: whether the pattern so far fits the first j characters.
     let mut row = vec![false; t.len() + 1];
     row[0] = true;
     for c in p {

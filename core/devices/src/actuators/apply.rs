@@ -21,7 +21,7 @@ pub struct ApplyFailure {
     pub kind: usize,
     /// What the plugin said, or what is wrong with what it gave.
     pub text: String,
-    /// Negative: it is switched off. `TATU_OK`: it goes on, and is told of once.
+    /// Negative: it is switched off. `TATU_OK`: it goes on, and is reported once.
     pub status: tatu_status,
 }
 
@@ -166,7 +166,7 @@ fn apply(
     let mut error = ErrorSlot::new();
     let me = registry.plugins[info.plugin].me;
     let before = watch.enter_batch(Call::Apply, info.plugin, devices[seats[0].device].slot, seats.len());
-    // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
+    // SAFETY: arrays are as large as the batch states; the instances belong to this call.
     let run = || info.raw.apply.map_or(TATU_OK, |f| unsafe { answer(f(me, &table, error.raw()), false, error.raw()) });
     let (status, moved) = guard::watched(run);
     watch.leave(before);

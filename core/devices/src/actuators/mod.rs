@@ -34,7 +34,7 @@ pub struct Actuator {
     pub params: Vec<Value>,
     /// Switched off after a fault.
     pub off: bool,
-    /// Has been told that it pushes nothing.
+    /// It has been reported that it pushes nothing.
     pub idle_told: bool,
 }
 

@@ -65,7 +65,7 @@ impl Mount {
         };
         if let Some((at, j)) = joint.and_then(|s| Some((s, scene.get(s)?.joint()?))) {
             mount.still = [j.position, j.velocity];
-            // A spherical joint has no axis to be told by.
+            // A spherical joint has no single axis.
             let tied = j.id.filter(|_| j.kind != JointType::Spherical);
             if let Some((joint, (bodies, frame_in_a))) = tied.and_then(|id| Some((id, dynamics.tie(id)?))) {
                 mount.hinge = Some(Hinge { joint, slides: j.kind == JointType::Prismatic, bodies, frame_in_a });

@@ -22,7 +22,7 @@ impl Aims {
         self.turned.clear();
     }
 
-    /// Lays out the rays of those that aim, as their plans tell; whether there are any.
+    /// Lays out the rays of aimed sensors, as planned; whether there are any.
     pub fn lay<'a>(&mut self, plans: impl Iterator<Item = &'a BeamPlan> + Clone) -> bool {
         if !plans.clone().any(|p| p.aimed) {
             return false;

@@ -265,7 +265,7 @@ pub struct Layout {
     /// Of each field, its shape.
     dims: Vec<[u32; 3]>,
     words: usize,
-    /// Of each field, how many elements it has, as the border tells it.
+    /// Of each field, how many elements it has, as it crosses the border.
     pub lengths: Vec<u64>,
     /// The word before all fields, and of each the one behind it: guards.
     ends: Vec<u32>,
@@ -288,7 +288,7 @@ impl Layout {
     /// Where the fields of a reading lie, for what an instance sends out.
     pub fn new(plan: BeamPlan, kind: &SensorKind) -> Result<Self, String> {
         let dims: Vec<_> = kind.fields.iter().map(|f| plan.shape(f.dims)).collect();
-        // One word more before them and behind each, to tell who writes too far.
+        // One guard word before them and behind each, to detect writes out of bounds.
         let (mut spans, mut words) = (Vec::new(), 1);
         for (f, dims) in kind.fields.iter().zip(&dims) {
             let elements = length(f, dims)?;

@@ -57,7 +57,7 @@ pub struct Job<'a> {
     pub moment: Moment,
 }
 
-/// How sensors view, where it is not as their parameters say.
+/// How sensors measure, where it differs from their parameters.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct MeasureOptions {
     /// See only this object.
@@ -66,7 +66,7 @@ pub struct MeasureOptions {
     pub limits: Option<Limits>,
 }
 
-/// What sensors view at.
+/// What sensors measure.
 pub struct Around<'a> {
     /// The scene.
     pub scene: &'a Scene,
@@ -200,7 +200,7 @@ fn beside_status(call: Call, s: &mut MeasureScratch, all: &[Device], job: &Job<'
     job.devices.iter().map(failure).collect()
 }
 
-/// Adds the rays that were aimed to those that are cast. Sensors whose rays are none fail, and view along none.
+/// Adds the aimed rays to those that are cast. A sensor with an invalid ray fails and casts none.
 fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<MeasureFailure> {
     let mut failed = Vec::new();
     let whole = s.aims.are_whole();
@@ -229,7 +229,7 @@ fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<Measur
     failed
 }
 
-/// Hands a batch to one of the functions of a kind; those that failed, whose status in the batch tells so then.
+/// Passes a batch to one of the functions of a kind; returns those that failed by their status in the batch.
 fn hand_over(
     call: Call,
     batch: &tatu_sensor_batch,
@@ -254,7 +254,7 @@ fn hand_over(
     let first = job.devices.first().map_or(0, |i| all[*i].slot);
     let before = around.watch.enter_batch(call, kind_info.plugin, first, job.devices.len());
     // Here and not around all of this: the mode belongs to the thread that measures.
-    // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
+    // SAFETY: arrays are as large as the batch states; the instances belong to this call.
     let (told, moved) = guard::watched(|| unsafe { function(me, batch, error.raw()) });
     around.watch.leave(before);
     let mut told = error.answer(told, false);

@@ -1,4 +1,4 @@
-//! What a device sends out: rays, a volume or an image, as its plugin told.
+//! What a device sends out: rays, a volume or an image, as its plugin declared.
 
 use std::{
     f64::consts::{FRAC_PI_2, PI, TAU},

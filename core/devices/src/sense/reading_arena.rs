@@ -9,12 +9,12 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-/// ReadingBuffer of a shelf: as many as some hundred sonars fill.
+/// Words per chunk of the arena: enough for a few hundred distance sensors.
 const SHELF: usize = 1 << 12;
-/// Readings of more words than this lie by themselves.
+/// Longer readings, in words, get memory of their own.
 const LARGE: usize = 1 << 6;
 
-/// A reading's words, zero at first. They stay where they are; a copy lies by itself.
+/// The words of a reading, zero at first, at a fixed address; a copy has memory of its own.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(from = "Vec<u64>", into = "Vec<u64>")]
 pub struct ReadingBuffer {
@@ -83,7 +83,7 @@ pub struct ReadingArena {
 }
 
 impl ReadingArena {
-    /// ReadingBuffer next to those given out before.
+    /// A buffer next to the previous ones.
     pub fn take(&mut self, len: usize) -> ReadingBuffer {
         if len > LARGE {
             return ReadingBuffer::new(len);

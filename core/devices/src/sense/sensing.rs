@@ -23,7 +23,7 @@ pub struct Sensing {
     by_slot: Vec<u32>,
     /// Of each kind.
     pub(super) rolls: Vec<Rc<Roll>>,
-    /// Room for the turn of a sensor that is told to measure.
+    /// The turn of a sensor that is measured on request.
     pub(super) alone: Turn,
     /// The scene as beams and images find it.
     pub targets: Targets,

@@ -85,7 +85,7 @@ impl Rapier {
             };
             let collider = ColliderBuilder::new(shape)
                 .position(record.local_pose(&part.pose) * in_part)
-                // The mass is the body's, told outright.
+                // The mass is set on the body directly.
                 .density(0.0)
                 .friction(part.friction.unwrap_or(desc.friction))
                 .friction_combine_rule(match self.tables.friction_rule {
@@ -235,7 +235,7 @@ impl Rapier {
         }
     }
 
-    /// Takes a body out of the simulation where it is, and remembers to tell.
+    /// Takes a body out of the simulation where it is; it is reported later.
     pub(super) fn freeze(&mut self, body: BodyId) {
         let Some(&BodyRecord { handle, .. }) = self.record(body) else {
             return;

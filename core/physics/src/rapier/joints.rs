@@ -16,7 +16,7 @@ use crate::{Drive, JointDesc, JointForm, JointKind, Tracking};
 /// 1e-6 rad/s at 1000 N m. It is a hard constraint in all but name, and stays well inside f64's range.
 pub(super) const MOTOR_DAMPING: f64 = 1e9;
 
-/// A speed that no joint reaches, so that a motor told to reach it exerts its whole limit, always.
+/// A speed that no joint reaches, so that a motor with this target exerts its whole limit, always.
 const NEVER_REACHED: f64 = 1e6;
 
 /// Seconds in which a position drive covers most (1 - 1/e) of what is left of its way, once it is so near that it

@@ -77,7 +77,7 @@ pub(super) struct JointRecord {
     pub at_limit: bool,
     /// Dry friction that is taken off the drive's limit instead of having a row of its own, N m or N.
     pub folded: f64,
-    /// Whether the engine has yet to be told of `drive`.
+    /// Whether `drive` has not been passed to the engine yet.
     pub changed: bool,
 }
 

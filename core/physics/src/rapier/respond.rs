@@ -1,4 +1,4 @@
-//! V-REP's respond masks as rapier's collision groups and, where those cannot tell, as a filter.
+//! V-REP's respond masks as rapier's collision groups and, where those do not suffice, as a filter.
 //!
 //! A group cannot say "only within this tree". So the groups carry the high bytes, which is the whole rule between
 //! trees, and the filter runs only for bodies of those trees in which the low bytes decide otherwise for some pair.

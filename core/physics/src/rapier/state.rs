@@ -39,7 +39,7 @@ pub(super) struct Tables {
     pub(super) pushed: Vec<BodyId>,
     /// Kinematic bodies on their way: from where to where.
     pub(super) moving: BTreeMap<BodyId, (Pose, Pose)>,
-    /// Joints whose drive the engine has yet to be told.
+    /// Joints whose drive has not been passed to the engine yet.
     pub(super) changed: Vec<JointId>,
     /// Joints with a position drive.
     pub(super) positioned: Vec<JointId>,
@@ -91,7 +91,7 @@ impl Rapier {
     }
 }
 
-/// Puts a joint on the list of those to be told, once.
+/// Marks a joint whose drive is to be passed to the engine, once.
 pub(super) fn mark(changed: &mut Vec<JointId>, id: JointId, record: &mut JointRecord) {
     if !std::mem::replace(&mut record.changed, true) {
         changed.push(id);

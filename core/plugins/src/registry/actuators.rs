@@ -33,7 +33,7 @@ impl Registry {
     }
 
     /// # Safety
-    /// The plugin is started, and its tables are as the header tells.
+    /// The plugin is started, and its tables are as the header says.
     pub(super) unsafe fn add_actuators(&mut self, plugin: usize) {
         // SAFETY: the caller promises it.
         unsafe {

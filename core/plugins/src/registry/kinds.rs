@@ -1,4 +1,4 @@
-//! What kind of script a text is, where nothing but the text tells.
+//! What kind of script a text is, where only the text shows it.
 
 use super::Registry;
 

@@ -29,7 +29,7 @@ impl Registry {
         providers: &BTreeMap<String, String>,
     ) -> Result<Option<usize>> {
         let plugin = |claim: &(usize, usize)| self.plugins[claim.1].id.as_str();
-        // A provider may be told by the id of the thing itself: then it does not say whose.
+        // A provider may be the id of the thing itself, which does not say whose it is.
         if let Some(wanted) = providers.get(id).filter(|w| *w != id) {
             return Ok(claims.iter().find(|c| plugin(c) == wanted).map(|c| c.0));
         }

@@ -197,7 +197,7 @@ impl Registry {
     /// Reads what all plugins offer, in their order.
     fn read(&mut self) {
         for i in 0..self.plugins.len() {
-            // SAFETY: tables of a started plugin, as the header tells.
+            // SAFETY: tables of a started plugin, as the header says.
             unsafe {
                 self.add_sensors(i);
                 self.add_actuators(i);

@@ -22,7 +22,7 @@ use crate::{
 pub const MOST_ELEMENTS: u64 = 1 << 28;
 
 impl Registry {
-    /// The id of something that a plugin offers, if all that is required is there; else the plugin is told.
+    /// The id of something that a plugin offers, if all that is required is there; otherwise the plugin is reported.
     pub(super) unsafe fn named(
         &mut self,
         plugin: usize,

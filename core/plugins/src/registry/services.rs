@@ -10,7 +10,7 @@ use crate::{Declared, events::FOR_SERVICES, tables};
 
 impl Registry {
     pub(super) unsafe fn add_services(&mut self, plugin: usize) {
-        // SAFETY: tables of a started plugin, as the header tells.
+        // SAFETY: tables of a started plugin, as the header says.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_service>(TATU_SERVICE)) else {
                 return;

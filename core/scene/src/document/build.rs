@@ -71,14 +71,14 @@ impl<'a> Builder<'a> {
     /// The declarations that an object's keys may mean: the core's rows, then its device's parameters.
     pub fn declared(&self, object: usize) -> Vec<(Declared, Target)> {
         let spec = &self.document.objects[object];
-        // Where an object hangs is told by `parent`, and its unique name follows from its alias.
+        // The parent is set by `parent`, and the unique name follows from the alias.
         let rows = rows_of(Some(spec.kind)).map(|r| (r.param(), Target::Row(row(r.key))));
         let rows = rows.filter(|(_, t)| !matches!(t, Target::Row(Row::Parent | Row::Name))).map(|(p, t)| match t {
             // In a file `position_m` is where the joint itself stands.
             Target::Row(Row::JointPosition) => (Declared { key: "joint_position".into(), ..p }, t),
             _ => (p, t),
         });
-        // A joint turns or slides: that tells which of its units are meant.
+        // Whether a joint turns or slides decides its units.
         let slides =
             spec.rows.iter().rev().find(|(r, _)| *r == Row::JointType).is_some_and(|(_, v)| *v == "prismatic".into());
         let rows = rows.map(move |(p, t)| {
@@ -214,7 +214,7 @@ impl<'a> Builder<'a> {
         self.registry.sensors.get(spec.device.as_ref()?.kind)
     }
 
-    /// Sets all that a preset tells, now: what is set later wins. An empty name sets nothing.
+    /// Applies a preset now; what is set later wins. An empty name sets nothing.
     fn preset(&mut self, object: usize, value: Value) -> Result {
         let id = if let Value::Text(t) = &value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
         if !id.is_empty() {

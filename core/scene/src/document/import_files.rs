@@ -40,7 +40,7 @@ impl Source {
                 .help("move it there, or describe the scene in a file above both")
         };
         let Ok(path) = real(&wanted) else {
-            // What is not there must not tell what else is: a name that climbs out is refused either way.
+            // Whether a file exists must not leak: a name that climbs out is refused either way.
             return if escapes(name, folder, &self.roots) { Err(outside()) } else { Ok(None) };
         };
         if !self.roots.iter().filter_map(|r| real(r).ok()).any(|r| path.starts_with(r)) {

@@ -74,7 +74,7 @@ impl Meshes {
 fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, meshes: &mut Meshes) -> Vec<(Row, Value)> {
     let Some(o) = scene.get(slot) else { return Vec::new() };
     let (blank, blank_slot) = blank(o.kind(), device);
-    // A preset sets what it knows when a file is read: then everything must be told.
+    // A preset is applied when a file is read, so every value must be written.
     let preset = matches!(&o.data, Data::Sensor(s) if !s.preset.is_empty());
     let pose = Value::Floats(pose_to_array(&scene.local(slot)).to_vec());
     let mut out = vec![(Row::Name, Value::text(o.name())), (Row::Pose, pose)];

@@ -156,7 +156,7 @@ pub struct Document {
     pub models: Vec<ModelInstance>,
     /// Services to start beside the world.
     pub services: Vec<ServiceSpec>,
-    /// What builders told.
+    /// Messages of builders.
     pub reports: Vec<String>,
     /// What the scene asks for beyond the run, as `--allow` takes it; only who runs it can grant it.
     pub asks: Vec<String>,
@@ -266,7 +266,7 @@ impl Document {
         }
     }
 
-    /// What no single property can tell: shapes that lack what their form needs.
+    /// Errors that no single property shows: shapes that lack what their form needs.
     fn check(&self) -> Result {
         self.settings.check()?;
         for spec in self.objects.iter().filter(|o| o.kind == tatu_plugin_api::abi::TATU_KIND_SHAPE) {

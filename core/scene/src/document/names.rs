@@ -10,7 +10,7 @@ use crate::{Data, Scene};
 #[derive(Debug, Clone, Default)]
 pub struct Names {
     scene: Scene,
-    /// Objects whose unique name the file tells, by alias and number: nobody else gets it.
+    /// Objects whose unique name the file gives, by alias and number: no other object gets it.
     told: BTreeMap<(String, i32), usize>,
 }
 
@@ -26,12 +26,12 @@ impl Names {
         self.scene.set_name(object as u32 + 1, alias, -1);
     }
 
-    /// The file tells an object's unique name; the first of equal ones keeps it.
+    /// The file gives an object's unique name; the first of equal ones keeps it.
     pub fn tell(&mut self, object: usize, alias: &str, suffix: i32) {
         self.told.entry((alias.to_owned(), suffix)).or_insert(object);
     }
 
-    /// The object of a unique name that the file tells.
+    /// The object of a unique name that the file gives.
     pub fn told(&self, name: &str) -> Option<usize> {
         let (alias, suffix) = match name.split_once('#') {
             Some((alias, "")) => (alias, -1),

@@ -175,7 +175,7 @@ fn clean(text: LentCStr<'_>) -> String {
     texts::clean(&text.text()).into_owned()
 }
 
-/// The index of an object that a plugin names by its number in the build. Whether it is there yet, the builder tells.
+/// The index of an object that a plugin names by its number in the build. The builder checks whether it exists yet.
 fn index(build: &Build, object: u32) -> Result<usize> {
     match object {
         0 => Err(Error::new("E110", "object 0 of a build is the place where it will stand, and cannot be changed")),

@@ -89,7 +89,7 @@ pub struct Settings {
     pub origin: [f64; 3],
     /// Of all that is random.
     pub seed: u64,
-    /// For scripts that do not tell theirs; empty: from their text.
+    /// For scripts without one of their own; empty: found from their text.
     pub dialect: String,
     /// Who is meant by a schema or language.
     pub providers: BTreeMap<String, String>,
@@ -130,7 +130,7 @@ pub const LONGEST: f64 = 100.0;
 const MOST_PHYSICS_STEPS: f64 = 100_000.0;
 
 impl Settings {
-    /// What no single number can tell.
+    /// Errors that no single number shows.
     pub(super) fn check(&self) -> Result {
         let steps = (self.dt / self.physics_dt).ceil();
         if steps <= MOST_PHYSICS_STEPS {

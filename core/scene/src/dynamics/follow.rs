@@ -20,7 +20,7 @@ pub(super) fn followers(scene: &Scene) -> Vec<(u32, u32)> {
 }
 
 impl Scene {
-    /// Joints that are to follow what is not there, or is no joint: their path, and what they were told.
+    /// Joints whose leader does not exist or is not a joint: their path, and the name of the leader.
     pub fn lost_followers(&self) -> Vec<(String, String)> {
         let found = followers(self);
         let lost = self.slots().filter_map(|(slot, o)| {
@@ -48,7 +48,7 @@ pub(crate) fn geared(scene: &Scene) -> Vec<(u32, u32)> {
 pub(super) fn update(scene: &mut Scene, followers: &[(u32, u32)], drives: &mut Vec<u32>) {
     for (slot, master) in followers {
         let Some(m) = scene.get(*master).and_then(|o| o.joint()) else { continue };
-        // One that moves no body has no speed of its own: then what it is told counts.
+        // One that moves no body has no speed of its own; its target velocity counts instead.
         let (position, velocity) = (m.position, if m.id.is_some() { m.velocity } else { m.target_velocity });
         let Some(Data::Joint(j)) = scene.get_mut(*slot).map(|o| &mut o.data) else { continue };
         // The engine moves both as one.

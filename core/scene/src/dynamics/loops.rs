@@ -36,7 +36,7 @@ fn carrier(scene: &Scene, slot: u32) -> Option<(BodyId, Isometry3<f64>)> {
 }
 
 impl Scene {
-    /// Dummies that are linked to what is not there, or is no dummy: their path, and what they were told.
+    /// Dummies whose link does not exist or is not a dummy: their path, and the name of the link.
     pub fn lost_links(&self) -> Vec<(String, String)> {
         let lost = self.slots().filter_map(|(slot, o)| {
             let Data::Dummy(Some(link)) = &o.data else { return None };

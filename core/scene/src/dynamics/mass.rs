@@ -1,4 +1,4 @@
-//! What the engine is told of a shape's mass and surface.
+//! Mass and surface of shapes, as the engine gets them.
 
 use std::collections::BTreeSet;
 

@@ -33,7 +33,7 @@ const FAST: f64 = 100.0;
 const FAR: f64 = 1000.0;
 
 impl Dynamics {
-    /// A joint's drive changed: told to the engine before the next step.
+    /// A joint's drive changed: passed to the engine before the next step.
     pub fn drive_changed(&mut self, slot: u32) {
         self.drives.push(slot);
     }
@@ -177,7 +177,7 @@ impl Dynamics {
         }
     }
 
-    /// Bodies that have become faster than 100 m/s or have come farther than 1 km from where they were made, each told
+    /// Bodies that have become faster than 100 m/s or have come farther than 1 km from where they were made, each reported
     /// once: slot, m/s, m.
     pub fn strays(&mut self, scene: &Scene) -> Vec<(u32, f64, f64)> {
         let mut found = Vec::new();

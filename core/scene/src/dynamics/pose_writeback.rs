@@ -87,7 +87,7 @@ impl Dynamics {
 }
 
 impl Joint {
-    /// Takes over what the engine tells of it.
+    /// Takes over its state in the engine.
     fn take(&mut self, state: &JointState) {
         (self.position, self.velocity, self.effort) = (state.position, state.velocity, state.effort);
         self.rotation = state.rotation;

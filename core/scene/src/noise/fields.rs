@@ -90,7 +90,7 @@ impl Meant<'_> {
         Err(wrong(format!("`{}` has another shape than `{}`", other.info.name, self.info.name)))
     }
 
-    /// Whether another field can tell which elements of this one are there: one for each element, each row, or for all.
+    /// Whether another field can mark which elements of this one are valid: one for each element, each row, or for all.
     pub fn is_valid_by(&self, other: &Meant<'_>) -> Result<(), Wrong> {
         if other.info.name == self.info.name {
             return Err(wrong("`valid` names the field itself"));

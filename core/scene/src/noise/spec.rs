@@ -15,11 +15,11 @@ use super::{
 /// The noise of a sensor.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct NoiseSpec {
-    /// How old the reading is that readers see, s; `None`: not told.
+    /// How old the reading is that readers see, s; `None`: not declared.
     pub latency: Option<f64>,
     /// By the full names of fields; an empty one takes away what stood there before.
     pub fields: BTreeMap<String, FieldNoise>,
-    /// It tells that there is no noise.
+    /// It declares that there is no noise.
     pub none: bool,
 }
 
@@ -48,7 +48,7 @@ pub struct FieldNoise {
     pub valid: Option<String>,
     /// Rare, large errors.
     pub outliers: Option<Outliers>,
-    /// Least and greatest value that can be told.
+    /// Least and greatest value that can be reported.
     pub limits: Option<[f64; 2]>,
 }
 
@@ -123,7 +123,7 @@ impl NoiseSpec {
         }
     }
 
-    /// From a table. An empty one tells that there is no noise.
+    /// From a table. An empty one declares that there is no noise.
     pub fn read(table: &dyn TableLike, kind: Option<&SensorKind>) -> Read<Self> {
         let mut spec = NoiseSpec { none: table.is_empty(), ..Default::default() };
         for (key, item) in table.iter() {

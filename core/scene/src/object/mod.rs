@@ -288,7 +288,7 @@ impl JointType {
     }
 }
 
-/// How the joints of a mechanism are kept together, told of its first shape.
+/// How the joints of a mechanism are kept together; a property of its first shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum JointSolver {
@@ -431,6 +431,6 @@ impl SensorData {
 pub struct ActuatorData {
     /// Index of its kind in the registry.
     pub kind: usize,
-    /// What it is told to do, one number for each command of its kind; live, and undone at stop as all else.
+    /// Its commands, one number for each that its kind declares; live, and reset at stop like everything else.
     pub commands: Vec<f64>,
 }

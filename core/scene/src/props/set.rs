@@ -355,7 +355,7 @@ fn set_sensor(s: &mut SensorData, row: Row, value: &Value, text: String) -> Resu
         (Row::Explicit, Value::Bool(b)) => s.explicit = *b,
         (Row::Rate, Value::Float(x)) if *x >= 0.0 && x.is_finite() => s.rate = *x,
         (Row::Rate, _) => return refuse(TATU_ERR_ARGUMENT, "a rate is at least 0 Hz; 0: in each step"),
-        // What it tells is set by whoever knows its kind.
+        // Its settings are applied by the caller, who knows the kind.
         (Row::Preset, _) => s.preset = text.into(),
         (Row::Noise, _) => {
             let more = NoiseSpec::parse(&text, None).map_err(|w| Refusal(TATU_ERR_ARGUMENT, w.in_text(&text).text))?;

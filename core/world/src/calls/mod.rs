@@ -264,7 +264,7 @@ type Room = [tatu_value; FEW];
 fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bool {
     let Some(a) = a.copied() else { return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil };
     let raw = a.raw();
-    // SAFETY: the tag tells which member is set.
+    // SAFETY: the tag says which member is set.
     let int = unsafe { raw.u.i };
     *out = match (p.kind, a.tag()) {
         _ if is_exact(p, a) => raw,

@@ -66,7 +66,7 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
         return Some(format!("nests deeper than {MAX_DEPTH}: it may hold itself"));
     }
     let n = if v.tag == TATU_MAP { 2 * len } else { len } as usize;
-    // SAFETY: by the contract as many values as told; a pair is two of them.
+    // SAFETY: by the contract, as many values as stated; a pair is two of them.
     let values = unsafe { std::slice::from_raw_parts(ptr.cast::<tatu_value>(), n) };
     for (i, inner) in values.iter().enumerate() {
         let is_key = v.tag == TATU_MAP && i % 2 == 0;

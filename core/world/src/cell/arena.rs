@@ -1,6 +1,6 @@
 //! Memory of values in flight: a stack of chunks whose addresses stay.
 //!
-//! Behind each block stands a guard, which tells who wrote past the end of what it was given.
+//! Each block is followed by a guard, which shows that a plugin wrote past the end.
 //!
 //! How much fits is counted by what is in flight now, not by the chunks that there are: it depends neither on earlier calls nor
 //! on whether the world was restored from a snapshot.

@@ -30,7 +30,7 @@ pub(crate) struct Calls {
     pub waits: RefCell<Waits>,
     /// What the last failed command said, and whose it is: a script may let it through as its own error.
     pub blame: RefCell<Option<(String, String)>>,
-    /// Ids of the stubs that have been told.
+    /// Ids of the stubs that have been reported.
     pub stubs: RefCell<BTreeSet<u32>>,
 }
 

@@ -68,7 +68,7 @@ impl Devices {
         let Ok(all) = self.instances.try_borrow() else { return true };
         all.get(plugin).and_then(Option::as_ref).is_none_or(|i| i.state.is_whole())
     }
-    /// That one has not, has been told.
+    /// Restores the guard of one that has not; it has been reported.
     #[cold]
     pub fn mend_state(&self, plugin: usize) {
         if let Ok(mut all) = self.instances.try_borrow_mut()

@@ -46,7 +46,7 @@ impl Bus {
     }
     /// Whether a script listens to an event.
     pub fn wants(&self, name: &str) -> bool {
-        // A handler that prints would be told of its own line, and print again.
+        // A handler that prints would receive its own line, and print again.
         let own = name == "message" && self.now.try_borrow().is_ok_and(|n| n.as_deref() == Some(name));
         !own && self.subscriptions.try_borrow().is_ok_and(|s| s.iter().any(|s| covers(&s.name, name)))
     }

@@ -63,7 +63,7 @@ impl Refused {
 
 /// A file within a folder.
 struct Found<'a> {
-    /// As its folder and its name tell it, for messages and for whoever opens it by name.
+    /// Its folder and name, for messages and for plugins that open it by name.
     path: PathBuf,
     dir: &'a Dir,
     /// In `dir`, without links.

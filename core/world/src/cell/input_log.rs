@@ -1,6 +1,6 @@
 //! The input log: everything that came from outside while a world ran.
 //!
-//! A world is a function of its document and of this log. Each [`Record`] tells at which barrier (step) and at which
+//! A world is a function of its document and of this log. Each [`Record`] says at which barrier (step) and at which
 //! place within it something was done; [`World::feed`](crate::World::feed) does it again in another world of the same
 //! document.
 //!
@@ -93,7 +93,7 @@ impl InputLog {
     pub fn keep(&mut self, on: bool) {
         self.off = !on;
     }
-    /// Hands each record on before what it tells is done, so that not even a crash loses it.
+    /// Passes each record on before it takes effect, so that not even a crash loses it.
     pub fn hand_to(&mut self, sink: impl FnMut(&Record) + 'static) {
         self.sink = Some(Box::new(sink));
     }

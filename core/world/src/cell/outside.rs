@@ -158,7 +158,7 @@ impl Outside {
     fn services_want(&self, name: &str) -> bool {
         self.session().is_some_and(|s| s.wants(name))
     }
-    /// Takes the events that have not been told yet.
+    /// Takes the events that have not been delivered yet.
     pub fn take_events(&self) -> Vec<(Rc<str>, Value)> {
         std::mem::take(&mut *self.events.borrow_mut())
     }

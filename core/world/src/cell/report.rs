@@ -1,4 +1,4 @@
-//! What a world tells: lines, faults, who called.
+//! What a world reports: lines and faults, and who called.
 
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -37,7 +37,7 @@ impl WorldCell {
             f(&script);
         }
     }
-    /// Records a fault: told once, then counted.
+    /// Records a fault: reported once, then counted.
     pub fn report(&self, fault: Fault) {
         if let Some(worker) = &self.worker {
             return worker.note(DeferredEffect::Fault(Box::new(fault)));

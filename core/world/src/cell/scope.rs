@@ -113,7 +113,7 @@ impl WorldCell {
         }
     }
 
-    /// The same for a function of the host: the call that runs must allow it. `Err`: the status, whose sentence has been told.
+    /// The same for a function of the host: the call that runs must allow it. `Err`: the status, whose message has been recorded.
     #[inline]
     pub fn admit<'a>(world: WorldRef<'a>, function: Function) -> Result<&'a WorldCell, tatu_status> {
         let Some(cell) = Self::at(world.ptr()) else { return Err(refuse_stranger(world.ptr(), function.name)) };
@@ -145,7 +145,7 @@ fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
     world.run.calls.refuse(TATU_ERR_BUSY, &text)
 }
 
-/// Refusals that belong to no world, with the library that called: they are told once, and the first world to look takes them
+/// Refusals that belong to no world, with the library that called: each is reported once, and the first world to look takes them
 /// for faults of its run.
 static STRANGERS: Mutex<Strangers> = Mutex::new(Strangers { known: BTreeSet::new(), pending: Vec::new() });
 static ANY_STRANGER: AtomicBool = AtomicBool::new(false);
@@ -153,13 +153,13 @@ static ANY_STRANGER: AtomicBool = AtomicBool::new(false);
 const MOST_STRANGERS: usize = 16;
 
 struct Strangers {
-    /// Told since the last world was made.
+    /// Reported since the last world was made.
     known: BTreeSet<String>,
-    /// Not told yet.
+    /// Not reported yet.
     pending: Vec<String>,
 }
 
-/// A plugin broke the contract outside of any call that a world knows of: a fault of the run that looks next, told once.
+/// A plugin broke the contract outside of any call that a world knows of: a fault of the run that looks next, reported once.
 pub fn breach(text: String) {
     if let Ok(mut all) = STRANGERS.lock()
         && all.known.len() < MOST_STRANGERS
@@ -197,7 +197,7 @@ impl WorldCell {
     }
 }
 
-/// Who calls a function of the host, where no note tells.
+/// Who calls a function of the host, where no call is noted.
 mod caller {
     /// The library of a plugin in the chain of calls, nearest first.
     #[cfg(all(target_os = "linux", target_env = "gnu"))]

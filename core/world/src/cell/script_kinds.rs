@@ -23,7 +23,7 @@ impl Kind {
     pub fn parse(name: &str) -> Option<Self> {
         use Kind::*;
         let at = tatu_scene::document::SCRIPT_KINDS.iter().chain(OUTSIDE_KINDS).position(|k| *k == name)?;
-        // What runs as a thread is a child script in all else; its language is told the word.
+        // What runs as a thread is a child script in all else; its language gets the word.
         Some([Child, Customization, Main, Child, Addon, Sandbox][at])
     }
     /// Whether its state lives from start to stop only.

@@ -6,7 +6,7 @@
 //! | by kind and tree | threaded child scripts, child scripts, customization scripts; in each kind up each tree, siblings by priority |
 //! | deepest first | child scripts, then customization scripts; in each kind by depth over the whole scene, the deepest first, equal depth in the order of the hierarchy, priority only among those of one object |
 //!
-//! Add-ons and the sandbox come last. Which order a world has is told by the languages of its scripts.
+//! Add-ons and the sandbox come last. The languages of its scripts decide which order a world has.
 
 use std::{collections::BTreeMap, rc::Rc};
 

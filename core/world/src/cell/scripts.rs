@@ -31,7 +31,7 @@ pub(crate) struct Script {
     pub data: Cell<*mut c_void>,
     /// The dialect chosen; owned by the instance.
     pub dialect: Cell<tatu_str>,
-    /// `TATU_SCRIPT_*`, told by its language.
+    /// `TATU_SCRIPT_*`, from its language.
     pub traits: Cell<u32>,
     /// Runs as a thread by itself.
     pub threaded: Cell<bool>,

@@ -32,7 +32,7 @@ pub(crate) struct Running {
     pub subject: String,
     /// It failed: it has no more turns, and holds nothing.
     pub off: Cell<bool>,
-    /// That it holds the session for long has been told.
+    /// Whether it has been reported that it holds the session for long.
     pub hold_told: Cell<bool>,
 }
 

@@ -14,7 +14,7 @@ use nalgebra::Isometry3;
 use tatu_plugin_api::abi::*;
 use tatu_scene::{Data, Scene};
 
-/// What an object is until its use tells more.
+/// What an object is until its use shows more.
 const UNKNOWN: &str = "dummy";
 /// No script asks for more objects than this.
 const MOST: usize = 2000;

@@ -1,4 +1,4 @@
-//! How much scripts and plugins may leave in a world: signals, drawings, free data, events that wait, lines that are told.
+//! How much scripts and plugins may leave in a world: signals, drawings, free data, queued events, logged lines.
 //!
 //! A script's own memory has a budget; what it hands over is not in it. Each of these stores has the same room.
 

@@ -17,7 +17,7 @@ use super::lines::MAX_LINES;
 pub(crate) enum DeferredEffect {
     /// It has been done.
     Done,
-    /// It told a line of a level.
+    /// It logged a line of a level.
     Line(u32, String),
     /// A command that it called failed, and gave a value all the same.
     Fault(Box<Fault>),
@@ -37,7 +37,7 @@ pub(crate) struct WorkerView {
     effects: RefCell<Vec<DeferredEffect>>,
     /// What the running script has set: each number once.
     own: RefCell<Vec<(tatu_object, Row, f64)>>,
-    /// Lines that the scripts of the chunk have told.
+    /// Lines that the scripts of the chunk have logged.
     lines: Cell<usize>,
     /// Where the effects of the running script begin.
     begun: Cell<usize>,

@@ -13,7 +13,7 @@ fn busy() -> Refusal {
     Refusal(TATU_ERR_BUSY, "not possible from within this call".into())
 }
 
-/// At the end of a step: all graphs that are not told when to record take a sample of the world as it is now.
+/// At the end of a step: all graphs that record by themselves take a sample of the world as it is now.
 pub(crate) fn record_due(world: &WorldCell, time: f64) -> Result<usize, Refusal> {
     let due: Vec<tatu_object> = {
         let scene = world.state.scene.try_borrow().map_err(|_| busy())?;

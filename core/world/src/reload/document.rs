@@ -316,7 +316,7 @@ impl World {
         told
     }
 
-    /// Puts another text in the place of a script's, and tells it as a reload does.
+    /// Replaces the text of a script, and reports it as a reload does.
     fn exchange(&self, script: &Rc<Script>, spec: &ScriptSpec, what: &str, told: &mut ReloadReport) {
         let cell: &WorldCell = self.cell();
         match script.renewed(cell, Some(spec)) {

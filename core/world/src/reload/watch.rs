@@ -53,7 +53,7 @@ impl Watcher {
         }
     }
 
-    /// Files whose content differs from what was last seen; each change is told once. Looks at the disk ten times a second
+    /// Files whose content differs from what was last seen; each change is reported once. Checks the disk ten times a second
     /// at most. A file that is not there is waited for.
     pub fn changed(&mut self) -> Vec<PathBuf> {
         if self.looked.is_some_and(|l| l.elapsed() < PAUSE) {

@@ -130,7 +130,7 @@ impl World {
     }
 
     /// The program goes on with another scene when a service asks for one: see [`next_scene`](Self::next_scene). `read` reads
-    /// it, for an empty path the present one again; what it refuses is told to whoever asked, and this world goes on.
+    /// it, for an empty path the present one again; its error goes to whoever asked, and this world goes on.
     pub fn take_scenes(&self, read: impl Fn(&Path) -> Result<Arc<Document>> + 'static) {
         *self.cell.run.outside.scene_reader.borrow_mut() = Some(Rc::new(read));
     }

@@ -153,7 +153,7 @@ impl World {
     pub fn input_log(&self) -> std::cell::Ref<'_, InputLog> {
         self.cell.run.outside.log.borrow()
     }
-    /// The same, to tell whether records are kept and where else they go.
+    /// The same, to set whether records are kept and where else they go.
     pub fn input_log_mut(&self) -> std::cell::RefMut<'_, InputLog> {
         self.cell.run.outside.log.borrow_mut()
     }
@@ -200,7 +200,7 @@ impl World {
     pub fn faults(&self) -> Vec<Fault> {
         self.cell.run.faults.borrow().clone()
     }
-    /// Lines told since the last call.
+    /// Lines logged since the last call.
     pub fn take_lines(&self) -> Vec<LogLine> {
         self.cell.run.lines.take()
     }
@@ -272,7 +272,7 @@ pub struct Observed {
 }
 
 impl World {
-    /// Ends all that plugins keep for this world; what goes wrong is still told in [`faults`](Self::faults). Afterwards
+    /// Ends all that plugins keep for this world; what goes wrong is still reported in [`faults`](Self::faults). Afterwards
     /// the world can only be looked at. Dropping it does the same.
     pub fn end(&self) {
         let cell = &self.cell;

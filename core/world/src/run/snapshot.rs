@@ -23,7 +23,7 @@ impl World {
         state::restore::go_on(cell, snapshot)
     }
 
-    /// Runs a world that has just been made to the snapshot's step, telling nothing of what it told the first time,
+    /// Runs a world that has just been made to the snapshot's step, without repeating what it reported the first time,
     /// and compares the state hash.
     pub fn replay(&self, snapshot: &Snapshot) -> Result {
         let cell = self.cell();

@@ -151,7 +151,7 @@ impl Scripts {
         n
     }
 
-    /// Time begins to stand, stands, or goes on: the driver is told, then all others.
+    /// Time is paused, stays paused, or resumes: the driver is called, then all other scripts.
     pub fn pause(world: &WorldCell, callback: Callback) {
         if let Some(driver) = Self::driver(world) {
             driver.run_if_begun(world, callback, &[]);

@@ -101,7 +101,7 @@ impl Scripts {
         all.into()
     }
 
-    /// Which order the world has: told by the first of its languages that knows one.
+    /// The order of the world: the first of its languages that knows one decides.
     fn choose_order(world: &WorldCell) {
         let all = world.run.scripts.borrow().list.clone();
         let modern = all.iter().any(|s| s.traits.get() & TATU_SCRIPT_MODERN != 0);

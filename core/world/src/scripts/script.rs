@@ -39,7 +39,7 @@ impl Script {
         }
     }
 
-    /// The same under this number; `Err`: it is dead, and nothing has been told.
+    /// The same under this number; `Err`: it is dead, and nothing has been reported.
     pub(super) fn try_begin(&self, world: &WorldCell, number: u64) -> Result<(), (tatu_status, ErrorSlot)> {
         let language = &world.model.registry.languages[self.language];
         let plugin = &world.model.registry.plugins[language.plugin];
@@ -116,7 +116,7 @@ impl Script {
         Ok(())
     }
 
-    /// The order of a world of such a dialect, if its language tells one.
+    /// The order of a world of such a dialect, if its language has one.
     pub(super) fn order_of(&self, world: &WorldCell, dialect: &str, modern: bool) -> Option<Order> {
         let order = self.raw(&world.model.registry).order?;
         // SAFETY: by the contract; the text lives through the call.
@@ -143,7 +143,7 @@ impl Script {
         fault.line = Some(said.line).filter(|line| *line > 0);
     }
 
-    /// Its language told something that has no meaning; `what` begins with a verb.
+    /// Its language returned something invalid; `what` begins with a verb.
     fn breach(&self, world: &WorldCell, call: Call, what: &str) {
         let id = &world.model.registry.plugins[self.plugin(world)].id;
         let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{id}` {what} [{}]", call.text()));
@@ -335,7 +335,7 @@ impl Script {
         }
     }
 
-    /// An error that left the script: told once per place. Scripts of some dialects are silent from then on, and those that
+    /// An error that left the script: reported once per place. Scripts of some dialects are silent from then on, and those that
     /// come from outside.
     pub(super) fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
         let fault = self.fault(world, status, error);

@@ -111,7 +111,7 @@ impl Scripts {
 }
 
 impl Script {
-    /// What its language writes. A script that has not begun, or never will again, has nothing to tell.
+    /// What its language writes. A script that has not begun, or never will again, has nothing to save.
     pub(super) fn save(&self, world: &WorldCell) -> Result<InstanceImage, String> {
         if !self.initialised.get() || self.dead.get() || self.data.get().is_null() {
             return Ok(InstanceImage::default());

@@ -173,7 +173,7 @@ pub(super) fn slot<'a>(
     })
 }
 
-/// Copies a list into a caller's array as far as it fits, and tells the full count.
+/// Copies a list into a caller's array as far as it fits, and returns the full count.
 ///
 /// # Safety
 /// `out` has room for `cap`, or is null.

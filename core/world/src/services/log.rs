@@ -1,6 +1,6 @@
 //! `tatu.host.log`: lines, and why a service refused.
 //!
-//! A line tells whose it is. The program's own plugins do so themselves; before that of any other stands its id, which the host
+//! Lines name their plugin. The program's own plugins do so themselves; lines of others are prefixed with the id, which the host
 //! pointer leads to, on whatever thread. What scripts print, and what goes to status bars and consoles, stays as it is.
 
 use std::borrow::Cow;
@@ -60,7 +60,7 @@ fn signed<'a>(holder: Option<&Holder>, world: Option<&WorldCell>, line: &'a str)
 
 /// A line that belongs to no world.
 fn outside(holder: Option<&Holder>, level: u32, line: &str) {
-    // The host tells an error once, with the plugin and the function that it was in.
+    // The host reports an error once, with the plugin and the function.
     if level == TATU_LOG_ERROR && guard::say(line) {
         return;
     }

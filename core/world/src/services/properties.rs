@@ -166,7 +166,7 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
     after_change(world, slot, changed)
 }
 
-/// What the rows of a sensor mean that its kind must tell: a preset is carried out, noise is checked, and names its fields
+/// Rows of a sensor that depend on its kind: a preset is applied, noise is checked, and its fields are named
 /// in full.
 fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Result<Value, tatu_status> {
     let kind = {
@@ -176,7 +176,7 @@ fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Re
             _ => None,
         }
     };
-    // Other objects have no such row, which they tell themselves.
+    // Other objects have no such row; setting it reports that.
     let (Some(kind), Value::Text(text)) = (kind, &value) else { return Ok(value) };
     let text = String::from_utf8_lossy(text);
     let refuse = |e: tatu_errors::Error| {

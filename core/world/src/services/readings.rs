@@ -136,7 +136,7 @@ unsafe extern "C" fn describe(w: WorldRef<'_>, sensor: tatu_object, index: u32, 
             return Err(world.run.calls.refuse(TATU_ERR_MISSING, &text));
         };
         told.dims = d.layout.plan.shape(told.dims);
-        // SAFETY: by the contract: as large as it tells, which may be less than ours.
+        // SAFETY: by the contract: as large as its `size`, which may be less than ours.
         unsafe {
             let size = (*out).size.min(size_of::<tatu_field>() as u32);
             std::ptr::copy_nonoverlapping((&raw const told).cast::<u8>(), out.cast::<u8>(), size as usize);

@@ -33,7 +33,7 @@ pub(super) unsafe extern "C" fn closest(
     points: Option<&mut [f64; 6]>,
     pair: Option<&mut [tatu_object; 2]>,
 ) -> tatu_status {
-    // SAFETY: by the contract: the lists have as many as told, `points` room for 6, `pair` for 2.
+    // SAFETY: by the contract: the lists have as many elements as stated, `points` room for 6, `pair` for 2.
     unsafe {
         with(w, Function::looks("bodies.closest"), |Context { scene, answer, .. }| {
             let scene = scene.try_borrow().map_err(|_| busy(answer))?;

@@ -1,6 +1,6 @@
 //! The barrier before a step. Time stands; in this order:
 //!
-//! 1. commands that waited for a service and need not wait any more are called again, their services are told;
+//! 1. commands that waited for a service and need not wait any more are called again, their services are notified;
 //! 2. calls of a replay are made again;
 //! 3. services have their turns, in order of their ids, again and again until all say go and no pause is on; while time
 //!    stands, scripts have a pass after each round.
@@ -24,7 +24,7 @@ use crate::{
 /// How long a held session sleeps before it looks at its interrupt flag.
 const SLICE: Duration = Duration::from_millis(100);
 
-/// How long one service holds a session before that is told.
+/// How long one service may hold a session before that is reported.
 const LONG: Duration = Duration::from_secs(5);
 
 const START: u32 = 1 << TATU_REQUEST_START;
@@ -178,7 +178,7 @@ struct Ended {
 }
 
 /// Commands that waited on behalf of services and need not wait any more. First all are called again, then their
-/// services are told: what these call then comes after, as it will in a replay.
+/// services are notified: what these call then comes after, as it will in a replay.
 fn resume_waits(world: &WorldCell) {
     let due = world.run.calls.waits.borrow_mut().take_remote(|due| world.state.is_over(due));
     if due.is_empty() {

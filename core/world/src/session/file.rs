@@ -1,10 +1,10 @@
 //! An input log as a file: JSON lines that are enough for a replay, without the scene.
 //!
 //! The first line is the [`Header`]: versions, what the command line changed, and the text of every file that the
-//! document was made of. Then one line per [`Record`]; at the end one that tells how many steps were done. Each line is
-//! handed to the system before what it tells is done, so that the log of a run that was killed can be used.
+//! document was made of. Then one line per [`Record`]; at the end one with the number of steps. Each line is
+//! written before its record takes effect, so that the log of a killed run can be used.
 //!
-//! Each line ends with a check of itself and of all lines before it, and the last one tells the hash of the world: lines
+//! Each line ends with a checksum of itself and of all lines before it, and the last one holds the hash of the world: lines
 //! that are lost, exchanged or edited are found. What is cut off at the end is not damage: the rest is replayed.
 
 use std::{
@@ -276,7 +276,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// Steps of the run, as far as the log tells.
+    /// Steps of the run, as far as the log says.
     pub fn steps(&self) -> u64 {
         self.end.unwrap_or_else(|| self.records.last().map_or(0, |r| r.step))
     }

@@ -80,7 +80,7 @@ fn now(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call) -> tat
         // SAFETY: the host's own error object of this call.
         json!({ "status": status, "error": said(f.error).text.unwrap_or_default() })
     } else {
-        // SAFETY: as many results as the frame tells, within its room.
+        // SAFETY: as many results as the frame states, within its capacity.
         let results = unsafe { ValueRef::slice(f.results, f.n_results as usize) };
         results.iter().map(|v| json::write(&v.to_value().unwrap_or_default())).collect::<Json>()
     };

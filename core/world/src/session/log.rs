@@ -104,7 +104,7 @@ fn feed_one(world: &WorldCell, record: Record) {
                 let mut room = Room::new();
                 let mut frame = room.frame(&args);
                 (frame.command, frame.alias, frame.wait_token) = (command, alias, u64::from(waits));
-                // SAFETY: the frame and its arrays live through the call. A refusal was told to the client then.
+                // SAFETY: the frame and its arrays live through the call. A refusal was reported to the client then.
                 unsafe { call_command(world, &mut frame, 0) };
                 world.run.calls.arena.borrow_mut().release(mark);
             }

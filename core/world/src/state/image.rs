@@ -113,7 +113,7 @@ pub struct ActuatorImage {
     pub idle_told: bool,
 }
 
-/// A fault told so far.
+/// A fault reported so far.
 #[derive(Serialize, Deserialize)]
 pub struct FaultImage {
     kind: FaultKind,

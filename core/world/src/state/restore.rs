@@ -181,7 +181,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
         .collect();
     cell.run.calls.waits.borrow_mut().restore(image.waits);
     *cell.run.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
-    // What starting told has been told by the run that wrote the snapshot.
+    // What a start reports was reported by the run that wrote the snapshot.
     cell.run.lines.hold().clear();
     // What beams see is made anew of the scene.
     cell.devices.sensing.borrow_mut().forget_scene();

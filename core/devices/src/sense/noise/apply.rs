@@ -230,7 +230,7 @@ impl FieldPlan {
         }
     }
 
-    /// Elements that are nothing: told by the field that says so, or by their value. They stay as they are.
+    /// Invalid elements: marked by another field, or by their value. They stay as they are.
     fn find_nothing(&self, value: &[f64], there: &mut [bool], first: usize, m: &Measure<'_>) {
         match (&m.valid, &self.nothing) {
             (Some((valid, group)), _) => {
@@ -259,7 +259,7 @@ impl FieldPlan {
                 let each = nothing.iter().cycle();
                 value.iter_mut().zip(&*gone).zip(each).for_each(|((v, g), x)| *v = if *g { *x } else { *v });
             }
-            // No value means it: what was measured stays, and another field tells.
+            // No value means it: what was measured stays, and another field marks it.
             None => there.iter_mut().zip(&*gone).for_each(|(t, g)| *t &= !*g),
         }
         // Too large a sum is no measure, and infinity would mean nothing.
@@ -279,7 +279,7 @@ fn of_component(size: &[f64], c: usize) -> f64 {
     }
 }
 
-/// FieldNumbers from -1 to below 1.
+/// Numbers in [-1, 1).
 fn symmetric(key: Key, first: u64, out: &mut [f64]) {
     (first..).zip(out).for_each(|(i, x)| *x = 2.0 * key.uniform(i) - 1.0);
 }

@@ -33,7 +33,7 @@ pub fn kolmogorov_smirnov(x: &[f64], below: impl Fn(f64) -> f64) -> Result<(), S
     if d < 1.95 { Ok(()) } else { Err(format!("Kolmogorov-Smirnov {d}")) }
 }
 
-/// No number tells anything of the next ones: the correlation of n independent pairs has the standard deviation
+/// Numbers are independent: the correlation of n independent pairs has the standard deviation
 /// 1 / sqrt(n); 4 of them are passed by one in 16,000.
 pub fn independent(x: &[f64]) -> Result<(), String> {
     let about = mean(x);

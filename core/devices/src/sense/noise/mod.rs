@@ -127,7 +127,7 @@ impl Noise {
             });
             let bias = plan.bias(m.seed, m.drawn, walking);
             let mut lost = vec![false; if valid.is_some() { n } else { 0 }];
-            // SAFETY: the field lies in `fields`, of which nobody else views at this part.
+            // SAFETY: the field lies in `fields`, of which nobody else uses this part.
             let data = unsafe { FieldNumbersMut::at(base.wrapping_add(first), m.kind.fields[plan.field].elem, n) };
             let measure = Measure { seed: m.seed, drawn: m.drawn, of, valid, bias };
             if let Some(data) = data {
@@ -140,7 +140,7 @@ impl Noise {
         for (field, group, lost) in cleared {
             let (first, n) = m.spans[field];
             if let Some(mut valid) =
-                // SAFETY: the field lies in `fields`, of which nobody else views this part.
+                // SAFETY: the field lies in `fields`, of which nobody else uses this part.
                 unsafe { FieldNumbersMut::at(base.wrapping_add(first), m.kind.fields[field].elem, n) }
             {
                 lost.iter().enumerate().filter(|(_, l)| **l).for_each(|(i, _)| valid.clear(i / group));

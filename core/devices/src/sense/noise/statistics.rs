@@ -1,4 +1,4 @@
-//! Noise judged by statistics: each judge passes the right model and fails wrong ones. FieldNumbers are those of fixed seeds.
+//! Noise judged by statistics: each judge passes the right model and fails wrong ones. Random numbers come from fixed seeds.
 
 use super::{judge::*, tests::*};
 

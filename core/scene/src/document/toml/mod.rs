@@ -1,7 +1,7 @@
 //! Scene files.
 //!
 //! `[scene]` holds the numbers of the world, `[[model]]` places models, `[[import]]` files of other formats, `[[object]]` single objects, `[set]` changes
-//! properties by path, `[providers]` tells who is meant by a schema or language.
+//! properties by path, `[providers]` says which plugin is meant by a schema or language.
 //!
 //! - [`load`] and the reader of a file's tables, in their order;
 //! - `scene`: `[scene]` and `[providers]`; `parts`: `[[model]]`, `[[import]]` and scenes as models; `object`: `[[object]]`,
@@ -48,7 +48,7 @@ pub struct Options {
     pub services: Vec<ServiceOverride>,
     /// `--allow`: what scripts may reach outside of the run: "exec" other programs, "native" libraries, "net=HOST:PORT" sockets.
     pub allow: Vec<String>,
-    /// Whether importers are asked to tell what their files hold: [`Document::description`].
+    /// Whether importers are asked to describe their files: [`Document::description`].
     pub describe: bool,
     /// Where files are read from; the disk by default.
     pub sources: Sources,

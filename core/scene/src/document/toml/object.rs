@@ -49,12 +49,12 @@ impl Reader<'_> {
             let kind = self.string(table, key, item)?;
             b.device(object, &kind).map_err(|e| e.at(Some(self.text.value(table, key))))?;
         }
-        // First what a joint leaves free: it tells the units of its other keys.
+        // First the type of a joint: it decides the units of its other keys.
         if let Some(Item::Value(v)) = table.get("type").filter(|_| b.document.objects[object].kind == TATU_KIND_JOINT) {
             let value = Value::text(v.as_str().unwrap_or_default());
             b.set(object, "joint.type", value).map_err(|e| e.at(Some(self.text.value(table, "type"))))?;
         }
-        // A preset before all that the object tells itself, wherever it stands.
+        // A preset comes before all keys of the object itself, wherever it stands.
         if let Some(item) = table.get("preset").filter(|_| b.document.objects[object].kind == TATU_KIND_SENSOR) {
             let preset = Value::text(self.string(table, "preset", item)?);
             b.set(object, "sensor.preset", preset).map_err(|e| e.at(Some(self.text.value(table, "preset"))))?;

@@ -294,7 +294,7 @@ impl Writer<'_> {
         let stem: String = alias.chars().map(|c| if keep(c) { c } else { '_' }).take(60).collect();
         let mut name = format!("{}/{stem}{suffix}", self.folder);
         for n in 2.. {
-            // Some systems do not tell capital letters from small ones.
+            // Some file systems are case-insensitive.
             if self.names.insert(name.to_lowercase()) {
                 break;
             }
