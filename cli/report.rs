@@ -138,7 +138,7 @@ fn line_of(text: &str, line: usize) -> std::ops::Range<usize> {
     start..start + length
 }
 
-/// Takes what the host and its plugins tell outside of any world: services that say where they listen, for instance.
+/// Takes what the host and its plugins log outside of any world: services that say where they listen, for instance.
 pub fn listen() {
     // Nobody else has set one in this program; if so, its lines go there.
     let _ = tracing::subscriber::set_global_default(Lines);

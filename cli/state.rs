@@ -38,7 +38,7 @@ impl Wanted {
         Ok(Wanted { pending })
     }
 
-    /// Writes those whose time has come, between two steps. What could not be captured is told, and what could not be
+    /// Writes those whose time has come, between two steps. What could not be captured is reported, and what could not be
     /// written.
     pub fn write(&mut self, world: &World) -> Vec<Error> {
         let mut failed = Vec::new();

@@ -1,4 +1,4 @@
-//! The end of a run in which a plugin call does not return: told, files closed, exit code. A crash ends it likewise.
+//! The end of a run in which a plugin call does not return: reported, files closed, exit code. A crash ends it likewise.
 //!
 //! The thread that is stuck cannot be taken back, so all is done by another one, with what was left here for it.
 
@@ -34,7 +34,7 @@ struct Known {
     time: f64,
     faults: Vec<Fault>,
     files: Vec<SharedFile>,
-    /// What the step that is running has told so far.
+    /// What the running step has logged so far.
     lines: Option<Lines>,
     /// Lines of the status bar go to standard output.
     prints: bool,
@@ -75,7 +75,7 @@ impl Watchdog {
     fn known(&self) -> MutexGuard<'_, Known> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    /// Whose lines are to be told; `prints`: those of the status bar on standard output.
+    /// Whose lines are to be printed; `prints`: those of the status bar on standard output.
     pub fn world(&self, world: &World, prints: bool) {
         let mut known = self.known();
         (known.lines, known.prints) = (Some(world.lines()), prints);
@@ -99,7 +99,7 @@ impl Watchdog {
         self.known().told = true;
     }
 
-    /// Tells what there is to tell and ends the process.
+    /// Reports what there is and ends the process.
     fn end(&self, stuck: &Stuck, limit: f64) {
         let Stuck { plugin, object, call, command, .. } = stuck;
         let what = command.as_ref().map_or(String::new(), |name| format!(" (`{name}`)"));
@@ -138,7 +138,7 @@ impl Watchdog {
     }
 }
 
-/// A line as runs tell it.
+/// A line as runs print it.
 fn tell(line: &LogLine, prints: bool) {
     match line.level {
         TATU_LOG_ERROR => report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text),

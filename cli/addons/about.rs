@@ -1,4 +1,4 @@
-//! What the text of an add-on tells without being run.
+//! What the text of an add-on declares, without running it.
 
 use super::Style;
 

@@ -127,7 +127,7 @@ pub fn read(place: &Path, registry: &Registry, sources: &Sources) -> Result<AddO
     Ok(addon)
 }
 
-/// What a manifest tells.
+/// What a manifest declares.
 fn take(addon: &mut AddOn, file: &Path, manifest: &DocumentMut) -> Result {
     let wrong = |key: &str, wanted: &str| {
         Error::new("E601", format!("{}: a wrong value of `{key}`", file.display())).expected(wanted.to_owned())

@@ -2,7 +2,7 @@
 //!
 //! - [`Flags`]: what the command line says of them;
 //! - `find`: which folders are searched, and what is an add-on;
-//! - `name`: what a file's name tells; `about`: what its text tells;
+//! - `name`: what a file's name means; `about`: what its text declares;
 //! - `wanted`: `--addon NAME:KEY=VALUE,...`;
 //! - `start`: asking whether they start by themselves, and attaching them to a world.
 
@@ -36,7 +36,7 @@ pub struct Flags {
 pub enum Style {
     /// By functions, one for each callback.
     Callbacks,
-    /// As a whole, with a variable that tells why.
+    /// As a whole, with a variable that says why.
     CallType,
     /// Once, when it is started.
     Function,

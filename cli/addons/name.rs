@@ -1,4 +1,4 @@
-//! What the name of a file tells, by the rules of all versions:
+//! What the name of a file means, by the rules of all versions:
 //!
 //! | file | kind | starts |
 //! |---|---|---|

@@ -91,7 +91,7 @@ fn unreadable(file: &Path, e: &std::io::Error) -> Error {
     Error::new("E105", format!("cannot read the add-on {}: {e}", file.display()))
 }
 
-/// Whether an add-on starts by itself: if neither its name nor a manifest tells, its function `info` is asked in a world
+/// Whether an add-on starts by itself: if neither its name nor a manifest says so, its function `info` is asked in a world
 /// of its own. One that fails there starts, and fails where it is seen.
 pub fn starts_by_itself(addon: &AddOn, registry: &Arc<Registry>) -> bool {
     match addon.start {
@@ -134,7 +134,7 @@ impl Started {
         Ok(())
     }
 
-    /// As the input log tells them.
+    /// As the input log holds them.
     pub fn entries(&self) -> Vec<AddonEntry> {
         let entry = |(a, options): &(AddOn, Vec<(String, String)>)| AddonEntry {
             name: a.name.clone(),

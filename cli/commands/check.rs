@@ -28,7 +28,7 @@ pub fn check(args: &Check) -> ExitCode {
         });
     match world {
         Ok(world) => {
-            // A text that is no program does not keep a scene from starting; better told now than then.
+            // A text that is no program does not keep a scene from starting; better reported now than then.
             watchdog.world(&world, false);
             world.start();
             world.mechanics().iter().for_each(|text| crate::report::err!("warning: {text}"));

@@ -49,7 +49,7 @@ pub fn check_name(file: &Path) -> Result<(), Error> {
     Err(error.expected("a name that ends with `.toml`, by which scene files are known"))
 }
 
-/// Writes a scene file with what stands beside it, and tells what it cannot say.
+/// Writes a scene file with what stands beside it, and reports what it cannot hold.
 fn save(scene: &Path, written: &Written) -> Result<(), Error> {
     document::save(scene, written, &write_whole)?;
     for what in &written.left_out {

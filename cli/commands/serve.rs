@@ -210,7 +210,7 @@ fn run(args: &Serve, world: &World, interrupted: &AtomicBool) {
     }
 }
 
-/// What was told goes on: lines of the status bar to standard output, all else to standard error.
+/// Log lines go on: those of the status bar to standard output, all else to standard error.
 fn tell(world: &World) {
     for line in world.take_lines() {
         match line.level {

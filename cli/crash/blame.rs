@@ -135,7 +135,7 @@ fn symbol_at(address: usize) -> Option<(String, String)> {
     }
 }
 
-/// The id of the plugin, where it has told one.
+/// The id of the plugin, where it is known.
 pub fn id(call: &Stuck) -> Option<String> {
     let known = call.call != Call::Load.text();
     known.then(|| call.plugin.split(" (").next().unwrap_or_default().to_owned())
@@ -147,7 +147,7 @@ fn place(call: &Stuck) -> String {
     if *call == Call::Load.text() {
         return format!("while the library {plugin} was loaded, in one of its constructors");
     }
-    // A plugin that has just been opened is told with its file.
+    // A plugin that has just been opened is reported by its file.
     let (id, file) = plugin
         .split_once(" (")
         .map_or((plugin.as_str(), String::new()), |(id, f)| (id, format!(", {}", f.trim_end_matches(')'))));
@@ -160,7 +160,7 @@ fn place(call: &Stuck) -> String {
     format!("in `{call}`{what} of plugin `{id}`{file}{whom}{more}")
 }
 
-/// Where a thread was that no call runs on, as far as the instruction tells.
+/// Where a thread was that no call runs on, as far as the instruction shows.
 fn outside(file: &str, thread: i32) -> String {
     let name = Path::new(file).file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
     let own = std::env::current_exe().is_ok_and(|exe| exe == Path::new(file));

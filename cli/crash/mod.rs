@@ -55,7 +55,7 @@ const SIGNALS: [c_int; 15] = [
     libc::SIGIO,
     libc::SIGSTKFLT,
 ];
-/// Of these the system tells an address.
+/// The system reports an address with these.
 const FAULTS: [c_int; 4] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL];
 /// Callers of the instruction that crashed, at most.
 const FRAMES: usize = 24;
@@ -73,7 +73,7 @@ static PROCESS: AtomicI32 = AtomicI32::new(0);
 static WAKE: AtomicI32 = AtomicI32::new(-1);
 /// A thread has crashed, or a plugin has called `exit`: the rest is for it alone.
 static TAKEN: AtomicBool = AtomicBool::new(false);
-/// All is told.
+/// Everything has been reported.
 static TOLD: AtomicBool = AtomicBool::new(false);
 
 // What the handler notes.
@@ -205,7 +205,7 @@ unsafe fn note(signal: c_int, info: &libc::siginfo_t, context: *mut c_void) {
     }
 }
 
-/// Looks for the callers, once the rest is on its way: whatever happens here, that is told.
+/// Searches for the callers once the rest has been handed over: whatever happens here, that is reported.
 ///
 /// # Safety
 /// In the handler, after `note`.
@@ -241,7 +241,7 @@ fn registers(_: &libc::mcontext_t) -> (usize, usize) {
     (0, 0)
 }
 
-/// Waits for a crash and tells of it.
+/// Waits for a crash and reports it.
 fn wait(read: c_int, ready: &mpsc::Sender<()>) {
     // A signal from outside goes to a thread that can wait for this one, and a crash here ends the process at once.
     // SAFETY: a set of numbers, filled before it is used; one byte has room in `byte`.
@@ -373,7 +373,7 @@ extern "C" fn exited() {
     let in_order = call.is_none() && thread == process;
     let taken = if in_order { TAKEN.load(Acquire) } else { TAKEN.swap(true, Acquire) };
     if taken {
-        // Another thread has crashed, and ends the process as soon as that is told.
+        // Another thread has crashed, and ends the process as soon as that is reported.
         std::thread::sleep(LONGEST);
     }
     if in_order || taken {

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fmt::Write, fs, io, path::Path};
 
 use tatu_core::plugins::{CommandEntry, Declared, Registry, Status};
 
-/// A page by its subject, for commands that tell none by their plugin.
+/// A page by its subject, for commands whose plugin sets none.
 fn pages(r: &Registry) -> BTreeMap<String, Vec<&CommandEntry>> {
     let mut pages: BTreeMap<String, Vec<&CommandEntry>> = BTreeMap::new();
     for c in &r.commands {

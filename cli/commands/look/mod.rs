@@ -120,7 +120,7 @@ fn run(world: &World, args: &Look, watchdog: &Watchdog) {
     }
 }
 
-/// What scripts and the host told; no standard output, which is for runs.
+/// What scripts and the host logged; no standard output, which is for runs.
 fn tell(world: &World) {
     for line in world.take_lines() {
         match line.level {

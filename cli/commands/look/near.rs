@@ -14,7 +14,7 @@ const FOV: f64 = 0.7;
 const EDGE: [f64; 3] = [0.95, 0.75, 0.1];
 const SIGHT: [f64; 3] = [0.9, 0.2, 0.15];
 
-/// The pictures of a reading that tells the nearest point; `None`: it is another.
+/// The pictures of a reading of the nearest point; `None`: it is another.
 pub fn draw(world: &World, reading: &Reading) -> Result<Option<Canvas>, String> {
     let (Some([detected, ..]), Some([distance, ..]), Some([x, y, z])) =
         (ints(reading, "proximity.detected"), reading.floats("proximity.distance"), reading.floats("proximity.point"))

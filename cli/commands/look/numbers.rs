@@ -42,7 +42,7 @@ fn line(field: &Field) -> (String, String) {
     (field.name.clone(), format!("{text}{more} {unit}").trim_end().to_owned())
 }
 
-/// Places on Earth need more digits than metres; angles are told in degrees, too.
+/// Places on Earth need more digits than metres; angles are shown in degrees, too.
 fn number(x: f64, unit: &str) -> String {
     match unit {
         "rad" => format!("{x:.9} rad ({:.7}\u{b0})", x.to_degrees()),

@@ -112,7 +112,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     Ok(Some(canvas))
 }
 
-/// No more beams than can be told apart.
+/// No more beams than can be distinguished.
 fn thinned(hits: &[(f64, f64)]) -> impl Iterator<Item = &(f64, f64)> {
     hits.iter().step_by(hits.len().div_ceil(MOST_BEAMS).max(1))
 }

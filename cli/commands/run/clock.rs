@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use hdrhistogram::Histogram;
 use serde_json::{Value, json};
 
-/// Nanoseconds of the longest step that is told exactly: an hour.
+/// Nanoseconds of the longest step that is reported exactly: an hour.
 const LONGEST: u64 = 3_600_000_000_000;
 /// Decimal digits of the median and its like.
 const DIGITS: u8 = 3;

@@ -47,7 +47,7 @@ use crate::{
     watchdog::Watchdog,
 };
 
-/// Simulated seconds of a run that is not told how long.
+/// Simulated seconds of a run without a given length.
 const DEFAULT_SECONDS: f64 = 10.0;
 
 /// Exit code 0; 1 if something went wrong during the run; 2 if nothing could be started.
@@ -77,7 +77,7 @@ struct Ready {
     log: Option<LogFile>,
     /// Steps to run; `None`: until it is stopped.
     steps: Option<u64>,
-    /// Steps and hash at the end of the run that is replayed, if its log tells.
+    /// Steps and hash at the end of the run that is replayed, if its log holds them.
     logged: Option<(u64, u64)>,
     /// The barrier after these belongs to the run: it is a replay of one that was ended there.
     one_more_barrier: bool,
@@ -212,7 +212,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
     // The first Ctrl-C ends the run in order, the second at once: a step, a script or a pipe may never end. Without a handler
-    // the first one ends the program, only not in order: nothing to tell.
+    // the first one ends the program, only not in order: nothing to report.
     let _ = ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::Relaxed) {
             crate::watchdog::leave(INTERRUPTED);
@@ -334,7 +334,7 @@ fn strict() -> Result<(), Error> {
     }
 }
 
-/// After a pass: what was told is told on, and the trace gets its line. `idle`: time stood, and no step was done.
+/// After a pass: log lines are printed, and the trace gets its line. `idle`: time stood, and no step was done.
 fn pass(
     args: &Run,
     world: &World,
@@ -353,7 +353,7 @@ fn pass(
     lines.iter().for_each(|l| bar.suspend(|| tell(args, l)));
 }
 
-/// Writes what comes from outside. If that fails it is told once, and the run goes on.
+/// Writes what comes from outside. If that fails it is reported once, and the run goes on.
 fn write_log(world: &World, log: file::Writer) -> LogFile {
     let log = Rc::new(RefCell::new(Some(log)));
     let file = log.clone();

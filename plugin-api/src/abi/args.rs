@@ -2,7 +2,7 @@
 //!
 //! Layouts are those of the header: a reference is a pointer, `Option` of one is a pointer that may be null, and each type
 //! here is transparent over the type that the header names. So most functions of the host's tables are safe to call: what a
-//! caller must promise is in the types, and the host looks at the rest. Lists, which C passes as a pointer and a number, and
+//! caller must promise is in the types, and the host checks the rest. Lists, which C passes as a pointer and a number, and
 //! structures that grow, of which an older caller has less, stay pointers and `unsafe`.
 
 use core::{
@@ -13,7 +13,7 @@ use core::{
 use super::frozen::*;
 
 /// A world that is lent for `'a`, which ends with the plugin's call at the latest: so long live the texts and values that
-/// the host gives. The host looks at the pointer before it reads anything through it.
+/// the host gives. The host checks the pointer before it reads anything through it.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct WorldRef<'a>(*mut tatu_world, PhantomData<&'a ()>);
@@ -40,7 +40,7 @@ impl<'a> Lent<'a> {
     pub const EMPTY: Lent<'static> = Lent(tatu_str { ptr: core::ptr::null(), len: 0 }, PhantomData);
 
     /// # Safety
-    /// `raw` is empty, or leads to as many bytes as it tells, which live for `'a`.
+    /// `raw` is empty, or points to as many bytes as it states, which live for `'a`.
     pub unsafe fn new(raw: tatu_str) -> Self {
         Lent(raw, PhantomData)
     }

@@ -48,7 +48,7 @@ typedef struct state {
 
 // ---------------------------------------------------------------- Tools: keep them as they are ----------------------
 
-// Tells the caller what another call or a service has told us. `why` may be null.
+// Passes the error of another call or a service on to the caller. `why` may be null.
 static tatu_status pass_on(tatu_call *call, tatu_status status, const tatu_error *why) {
   if (why == call->error) return status;
   if (!TATU_HAS(why, code)) return tatu_call_fail(call, status, "refused by the host without a reason");
@@ -133,7 +133,7 @@ static tatu_status TATU_CALL next_step(tatu_call *call) {
   const instance *here = call->instance;
   if (!call->resume) {
     tatu_status status = call->api->wait(call, TATU_UNTIL_STEPS, 1, tatu_text(""), 1);
-    return status < 0 ? status : TATU_WAIT; // refused where the caller cannot wait; the host tells it so
+    return status < 0 ? status : TATU_WAIT; // refused where the caller cannot wait; the host reports that
   }
   double time;
   tatu_status status = self->scene->get_f64(call->world, 0, here->time_key, &time, 1);
@@ -197,7 +197,7 @@ static tatu_status TATU_CALL push_when_near(tatu_call *call) {
   self->commands->release(call->world, mark);
   if (status < 0) return pass_on(call, status, frame.error);
 
-  // Act, and tell what was done. Nothing seen: no distance.
+  // Act, and report what was done. Nothing seen: no distance.
   int is_near = seen && distance < tatu_arg_float(call, 2);
   if (is_near && (status = push_body(call, tatu_arg_int(call, 1), force)) < 0) return status;
   if ((status = tatu_return(call, tatu_int(is_near))) < 0) return status;
@@ -242,7 +242,7 @@ static tatu_status TATU_CALL fire(tatu_call *call) {
   return tatu_return(call, frame.results[0]);
 }
 
-// ---------------------------------------------------------------- (4) What the host is told -------------------------
+// ---------------------------------------------------------------- (4) What is declared     -------------------------
 
 // One line of a list of parameters or results. Both bounds 0: none at all.
 #define PARAM_FULL(Type, Count, Key, Unit, Lowest, Highest, Text)                                                      \
@@ -316,7 +316,7 @@ static const tatu_command *const commands[] = {
 
 // ---------------------------------------------------------------- (5) What you need ---------------------------------
 
-// Without the first three the plugin is not loaded; with the log, refusals are told in the host's own words.
+// Without the first three the plugin is not loaded; with the log, the host's own messages are passed on.
 static const tatu_need *const needs[] = {
     &(const tatu_need){.size = sizeof(tatu_need), .id = TATU_HOST_COMMANDS},
     &(const tatu_need){.size = sizeof(tatu_need), .id = TATU_HOST_BODIES},
@@ -352,7 +352,7 @@ static void TATU_CALL end(void *self) { free(self); }
 static tatu_status TATU_CALL begin_world(void *self, const tatu_instance *given, void **data, tatu_error *error) {
   const plugin *of = self;
   instance *made = calloc(1, sizeof *made);
-  (void)given; // tells the world and the state block
+  (void)given; // holds the world and the state block
   if (!made) return tatu_fail(error, TATU_ERR, "out of memory");
   made->time_key = of->scene->prop(of->host, "scene.time");
   made->generation = UINT64_MAX; // of no commands: they are looked up at the first use

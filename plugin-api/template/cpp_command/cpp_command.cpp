@@ -184,7 +184,7 @@ void refuse(tatu_call &call) {
   throw failure(TATU_ERR_ARGUMENT, string_of(tatu_arg_text(&call, 0)), "call examplecpp.map instead");
 }
 
-// ---------------------------------------------------------------- (4) What the host is told -------------------------
+// ---------------------------------------------------------------- (4) What is declared     -------------------------
 
 // A parameter or result, without bounds.
 constexpr tatu_param param(uint32_t type, const char *key, const char *unit, const char *text) {

@@ -1,4 +1,4 @@
-//! What commands and constants there are: for services that tell their clients.
+//! What commands and constants there are: for services that list them for their clients.
 
 use std::ffi::{CStr, c_char};
 

@@ -34,7 +34,7 @@ impl<'a> World<'a> {
         self.check(unsafe { put(self.raw(), graph, id, numbers.as_ptr(), n, Some(&mut taken)) })?;
         Ok(taken)
     }
-    /// A graph takes a sample under a time in s; 0: all that are not told when to.
+    /// A graph takes a sample under a time in s; 0: all that record by themselves.
     pub fn record_graph(&self, graph: tatu_object, time: f64) -> Result {
         self.check(service!(self.figures.record)(self.raw(), graph, time))
     }

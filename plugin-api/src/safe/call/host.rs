@@ -28,7 +28,7 @@ pub struct Host {
     pub(crate) figures: Option<&'static tatu_host_figures>,
 }
 
-// SAFETY: the tables are constant; which thread may call which function is told by the header's tags.
+// SAFETY: the tables are constant; the header's tags say which thread may call which function.
 unsafe impl Send for Host {}
 // SAFETY: tables are constant after loading, and functions are called on the threads that the header names.
 unsafe impl Sync for Host {}
@@ -43,7 +43,7 @@ impl Host {
             // SAFETY: the host's entry function, called with the host it belongs to.
             unsafe { service(raw, id.as_ptr()) }
         };
-        // SAFETY: a table lives as long as the host, and is as large as it tells in its first word.
+        // SAFETY: a table lives as long as the host, and its first word is its size.
         let host = unsafe {
             Host {
                 raw,
@@ -86,7 +86,7 @@ impl Host {
     }
     pub(crate) fn write(&self, world: *mut tatu_world, level: u32, text: &[u8]) {
         if let Some(write) = self.log.and_then(|l| l.write) {
-            // SAFETY: the host's own pointer; it looks at that of the world, which may be null.
+            // SAFETY: the host's own pointer; it checks that of the world, which may be null.
             unsafe { write(self.raw, WorldRef::new(world), level, text.into()) };
         }
     }

@@ -22,7 +22,7 @@ impl Called {
     }
 }
 
-/// Calls a function of the host that takes a frame, with the fields of `frame` that tell what to call; up to 64 results.
+/// Calls a function of the host that takes a frame, with the fields of `frame` that say what to call; up to 64 results.
 pub(crate) fn call(
     world: &World<'_>,
     frame: tatu_call,

@@ -1,4 +1,4 @@
-//! A world that several threads look at: what commands side by side, and what is being made, may use of it.
+//! A world that several threads read: what parallel commands, and instances that are being created, may use of it.
 
 use std::ffi::CStr;
 
@@ -21,7 +21,7 @@ impl Object {
     }
 }
 
-/// A world that others look at too, on other threads: it can be looked at, and drives of joints can be set, which take effect
+/// A world that other threads read, too: it can be read, and drives of joints can be set, which take effect
 /// once all have looked. See [`World`](crate::safe::World) for the rest.
 #[derive(Clone, Copy)]
 pub struct SharedWorld<'a> {
@@ -29,7 +29,7 @@ pub struct SharedWorld<'a> {
     host: &'a Host,
 }
 
-/// A function of a table of the host, or an error that tells that this host lacks it.
+/// A function of a table of the host, or an error that says that this host lacks it.
 macro_rules! service {
     ($world:ident . $table:ident . $function:ident) => {
         $world.host().$table.and_then(|t| t.$function).ok_or_else(|| {
@@ -133,14 +133,14 @@ impl<'a> SharedWorld<'a> {
     pub fn reading(&self, sensor: tatu_object, field: Prop) -> Result<Reading> {
         let mut view = tatu_field_view { ptr: std::ptr::null(), len: 0, elem: 0, dims: [0; 3], time: 0.0, sequence: 0 };
         self.check(service!(self.readings.field)(self.raw, sensor, field.0, Some(&mut view)))?;
-        // SAFETY: the host has just told of it, and nothing has measured since.
+        // SAFETY: it has just come from the host, and nothing has been measured since.
         Ok(unsafe { Reading::of(&view) })
     }
     /// The declaration of a sensor's `index`-th field, with its shape for this sensor: name and shape. `None`: no more.
     pub fn field_of(&self, sensor: tatu_object, index: u32) -> Option<(&'a str, [u32; 3])> {
         let describe = self.host.readings.and_then(|t| t.describe)?;
         let mut field = tatu_field { size: size_of::<tatu_field>() as u32, ..tatu_field::empty() };
-        // SAFETY: as large as it tells.
+        // SAFETY: as large as its `size`.
         if unsafe { describe(self.raw, sensor, index, &mut field) } < 0 || field.name.is_null() {
             return None;
         }

@@ -8,7 +8,7 @@ use crate::safe::SharedWorld;
 
 impl SharedWorld<'_> {
     /// Asks for an object by path or unique name that was not found: a run that makes stand-ins makes one, of `kind`
-    /// if one is told (empty: any). `None` in all other runs.
+    /// if one is given (empty: any). `None` in all other runs.
     pub fn stand_in(&self, from: tatu_object, name: &str, kind: &str) -> Option<tatu_object> {
         let kind = CString::new(kind).ok()?;
         let kind = if kind.is_empty() { LentCStr::NULL } else { kind.as_c_str().into() };

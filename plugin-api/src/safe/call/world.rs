@@ -95,7 +95,7 @@ impl<'a> World<'a> {
     pub fn save(&self, file: &[u8], base: tatu_object) -> Result {
         self.check(service!(self.scene.save)(self.raw(), file.into(), base))
     }
-    /// A list that the host writes into an array, whose length it tells.
+    /// A list that the host writes into an array, whose length it returns.
     pub(crate) fn fill<T: Copy + Default>(
         &self,
         call: impl Fn(*mut T, u32, Option<&mut u32>) -> tatu_status,
@@ -118,7 +118,7 @@ impl<'a> World<'a> {
     pub fn look_through(&self, sensor: tatu_object, look: tatu_look) -> Result {
         let look = tatu_look { size: size_of::<tatu_look>() as u32, ..look };
         let look_through = service!(self.readings.look);
-        // SAFETY: as large as it tells.
+        // SAFETY: as large as its `size`.
         self.check(unsafe { look_through(self.raw(), sensor, &look) })
     }
     /// Forgets a sensor's reading.

@@ -13,7 +13,7 @@ use crate::safe::{
     value::{keep::Keep, once::once},
 };
 
-/// How the mount of one actuator of a batch moves, and what it is told to do.
+/// How the mount of one actuator of a batch moves, and its commands.
 pub struct Drive<'a> {
     batch: &'a tatu_actuator_batch,
     commands: &'a [f64],
@@ -60,7 +60,7 @@ impl<'a> Drive<'a> {
     pub fn joint(&self) -> [f64; 2] {
         self.own(self.batch.joint.cast())
     }
-    /// What it is told to do, in the order of [`Actuator::commands`].
+    /// Its commands, in the order of [`Actuator::commands`].
     pub fn commands(&self) -> &'a [f64] {
         self.commands
     }
@@ -96,7 +96,7 @@ pub trait Actuator: Sized + Send + Sync + 'static {
 
     /// Its parameters.
     fn params() -> Vec<Param>;
-    /// What it may be told to do: floats, which scenes set like parameters and scripts at any time.
+    /// Its commands: floats, which scenes set like parameters and scripts at any time.
     fn commands() -> Vec<Param>;
     /// Makes one. `world` can be looked at.
     fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
@@ -142,7 +142,7 @@ struct Data<A> {
     /// In a cell: while it is configured nothing else may use it, not even what it calls itself. Each instance is used
     /// by one thread at a time.
     actuator: RefCell<A>,
-    /// As many as the host was told.
+    /// As many as were declared to the host.
     n_commands: usize,
 }
 
@@ -193,7 +193,7 @@ unsafe extern "C" fn apply<A: Actuator>(
         let mut state = vec![0.0; A::STATE];
         for i in 0..batch.n as usize {
             // SAFETY: one entry per instance in each array, as many commands as declared, and a state block as large as
-            // told, whose alignment is that of the host's numbers of 8 bytes.
+            // declared, whose alignment is that of the host's numbers of 8 bytes.
             unsafe {
                 let data = life::of::<Data<A>>(*batch.data.add(i));
                 // Null where it has no bytes.

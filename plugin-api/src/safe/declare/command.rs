@@ -12,7 +12,7 @@ use crate::safe::{
 
 impl<P: Plugin> Command<P> {
     /// A command with its first name and its function, which worlds on several threads call at once. Where the function uses
-    /// [`Call::instance`] or [`SharedCall::plugin`], the compiler must be told whose it is: `Command::<Self>::new(...)`.
+    /// [`Call::instance`] or [`SharedCall::plugin`], the compiler needs the type of the plugin: `Command::<Self>::new(...)`.
     ///
     /// One that may wait gives [`Outcome::Waiting`](crate::safe::Outcome), as `wait_steps` and its like do, or `Done`:
     ///
@@ -87,7 +87,7 @@ impl<P: Plugin> Command<P> {
         self.notes = notes.into();
         self
     }
-    /// What it is about, one word, unless that was told before.
+    /// What it is about, one word, unless that was set before.
     pub fn subject(mut self, subject: &str) -> Self {
         if self.subject.is_empty() {
             self.subject = subject.into();

@@ -24,7 +24,7 @@ pub trait Importer: Sized + 'static {
     fn params() -> Vec<Param>;
     /// 0 to 100: how sure it is that it reads a file that begins with `head`. 0: by suffix only.
     fn sniff(head: &[u8]) -> u32;
-    /// Reads a file: the first object is the base. An error tells its line with `Fail::at("", line)`; hostile bytes
+    /// Reads a file: the first object is the base. An error gives its line by `Fail::at("", line)`; hostile bytes
     /// give one, never a crash.
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result;
 }

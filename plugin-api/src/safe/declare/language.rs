@@ -129,7 +129,7 @@ pub trait Language: Sized + 'static {
     fn drop_func(&self, local: u32);
     /// Calls a function, borrowed or kept.
     fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
-    /// Whether it knows a dialect that a scene names; the error tells what it knows. By default any is taken.
+    /// Whether it knows a dialect that a scene names; the error lists what it knows. By default any is accepted.
     fn knows_dialect(_dialect: &str) -> Result {
         Ok(())
     }
@@ -137,7 +137,7 @@ pub trait Language: Sized + 'static {
 
 struct Data<L> {
     language: L,
-    /// The dialect told to the host, which may look at it as long as the instance lives.
+    /// The dialect as the host got it, which may read it as long as the instance lives.
     dialect: Mutex<CString>,
 }
 

@@ -73,7 +73,7 @@ impl<P: Plugin> Offer<P> {
         let raw = self.keep.table(raw);
         self.preludes.push(raw);
     }
-    /// A word by which a text of a language tells of what kind its script is, where nothing else does: "main", "child",
+    /// A word that shows which kind of script a text of a language is, where nothing else does: "main", "child",
     /// "threaded", "customization", "add-on", "module". A name in the text begins with it; with `TATU_MARK_LAST_LINE` in
     /// `flags` its last line does. The first that fits is right.
     pub fn kind_mark(&mut self, language: &str, kind: &str, word: &str, flags: u32) {

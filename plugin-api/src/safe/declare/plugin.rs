@@ -35,7 +35,7 @@ pub trait Plugin: Sized + Send + Sync + 'static {
     fn offer(offer: &mut Offer<Self>);
 }
 
-/// What an instance is told about itself when it is made.
+/// What an instance knows about itself when it is created.
 #[derive(Debug, Clone, Copy)]
 pub struct Instance {
     /// The sensor, actuator or script object.
@@ -81,7 +81,7 @@ pub struct Offer<P: Plugin> {
     pub(crate) commands: Vec<Command<P>>,
     /// Of the commands: a plugin may ask for each of hundreds.
     pub(crate) names: HashSet<String>,
-    /// Commands that have been told what they are about.
+    /// Commands whose subject is set.
     pub(crate) told: usize,
     pub(crate) constants: Vec<*const tatu_constant>,
     pub(crate) preludes: Vec<*const tatu_prelude>,
@@ -122,9 +122,9 @@ pub enum Status {
     /// All.
     #[default]
     Full = TATU_COMMAND_FULL,
-    /// Less than all; its notes tell what is missing.
+    /// Less than all; its notes say what is missing.
     Partial = TATU_COMMAND_PARTIAL,
-    /// It takes its arguments and gives a neutral value; the host tells of it once per run.
+    /// It accepts its arguments and returns a neutral value; the host reports it once per run.
     Stub = TATU_COMMAND_STUB,
 }
 

@@ -25,7 +25,7 @@ pub enum Form {
         /// Half of the opening angle, rad.
         half_angle: f64,
     },
-    /// Another volume, `TATU_BEAMS_PYRAMID`, `_CYLINDER` or `_DISC`, with its numbers as `tatu.h` tells.
+    /// Another volume, `TATU_BEAMS_PYRAMID`, `_CYLINDER` or `_DISC`, with its numbers as in `tatu.h`.
     Volume {
         /// Which.
         form: u32,

@@ -36,7 +36,7 @@ pub trait Service: Sized + 'static {
     /// One sentence.
     const TEXT: &'static str;
 
-    /// Names of the events that [`event`](Self::event) is told; `*`: all but "collision", "separation" and "contact",
+    /// Names of the events that [`event`](Self::event) receives; `*`: all but "collision", "separation" and "contact",
     /// which cost something. Empty: "started", "paused", "resumed", "stopped", "fault".
     const EVENTS: &'static [&'static str] = &[];
 
@@ -160,7 +160,7 @@ impl Turn<'_> {
         let all = self.session.with(|session| {
             let (mut all, mut n) = (vec![std::ptr::null_mut(); 64], 0_u32);
             loop {
-                // SAFETY: as much room as is told; the session has not ended.
+                // SAFETY: as much room as stated; the session has not ended.
                 unsafe { worlds(session, all.as_mut_ptr(), all.len() as u32, Some(&mut n)) };
                 if n as usize <= all.len() {
                     all.truncate(n as usize);
@@ -334,7 +334,7 @@ unsafe extern "C" fn call_func<S: Service>(
     local: u32,
     frame: *mut tatu_call,
 ) -> tatu_status {
-    // SAFETY: by the contract: the frame is whole, with an error object and room for as many results as it tells.
+    // SAFETY: by the contract: the frame is whole, with an error object and room for as many results as it states.
     unsafe {
         enter(data, world, (*frame).error, |service: &S, turn| {
             let args = ValueRef::slice((*frame).args, (*frame).n_args as usize);

@@ -71,7 +71,7 @@ unsafe extern "C" fn create<L: Life>(
     error: *mut tatu_error,
 ) -> tatu_status {
     run(error, || {
-        // SAFETY: `me` was made by `init`; the host gives a valid description, as many values as it tells, and a place for the
+        // SAFETY: `me` was made by `init`; the host gives a valid description, as many values as it states, and a place for the
         // pointer.
         let (started, info, data) = unsafe {
             let (started, raw) = (&*me.cast::<Started<L::Plugin>>(), &*info);
@@ -103,7 +103,7 @@ unsafe extern "C" fn configure<L: Life>(
     error: *mut tatu_error,
 ) -> tatu_status {
     run(error, || {
-        // SAFETY: made by `create`; the host gives as many values as it tells.
+        // SAFETY: made by `create`; the host gives as many values as it states.
         let (data, params) = unsafe { (of::<L>(data), ValueRef::slice(params, n as usize)) };
         Ok(match data.configure(params, changed)? {
             Change::Taken => TATU_OK,

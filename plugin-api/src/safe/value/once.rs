@@ -1,4 +1,4 @@
-//! Lists that a type declares, asked for once: what the host was told is what holds, whatever the type would say later.
+//! Lists that a type declares, read once: what the host got is what counts, whatever the type returns later.
 
 use std::{
     any::{Any, TypeId},

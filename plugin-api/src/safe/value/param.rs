@@ -67,7 +67,7 @@ impl Param {
     pub fn func(key: &str) -> Self {
         Self::of(TATU_FUNC, key)
     }
-    /// A table with keys: any, unless [`Param::keys`] tells which.
+    /// A table with keys: any, unless [`Param::keys`] declares them.
     pub fn map(key: &str) -> Self {
         Self::of(TATU_MAP, key)
     }

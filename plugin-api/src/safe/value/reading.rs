@@ -22,7 +22,7 @@ enum Words {
 
 impl Reading {
     /// # Safety
-    /// `view` is what the host told, and nothing has been measured since.
+    /// `view` came from the host, and nothing has been measured since.
     pub(crate) unsafe fn of(view: &tatu_field_view) -> Self {
         let each = match view.elem {
             TATU_ELEM_F64 | TATU_ELEM_OBJECT => 8,

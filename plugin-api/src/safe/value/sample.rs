@@ -28,12 +28,12 @@ impl<'a> Sample<'a> {
         // SAFETY: the host's arrays are null or have one for each instance.
         (!array.is_null()).then(|| unsafe { *array.add(self.i) })
     }
-    /// The part of this instance in an array of parts, whose ends another array tells.
+    /// The part of this instance in an array of parts, whose ends are in another array.
     fn part<T>(&self, ends: *const u64, array: *const T) -> &'a [T] {
         if ends.is_null() || array.is_null() {
             return &[];
         }
-        // SAFETY: the host tells n + 1 ends, and its arrays hold all parts of the batch.
+        // SAFETY: the host gives n + 1 ends, and its arrays hold all parts of the batch.
         unsafe {
             let (from, to) = (*ends.add(self.i) as usize, *ends.add(self.i + 1) as usize);
             std::slice::from_raw_parts(array.add(from), to - from)
@@ -188,7 +188,7 @@ impl Readout<'_> {
         // SAFETY: the host gives each field room for as many elements of the declared type, to this instance alone.
         unsafe { std::slice::from_raw_parts_mut(place.cast(), *n as usize) }
     }
-    /// The numbers that this sensor remembers: as many as [`Sensor::STATE`](crate::safe::Sensor::STATE) tells.
+    /// The numbers that this sensor remembers: as many as [`Sensor::STATE`](crate::safe::Sensor::STATE) says.
     pub fn state(&mut self) -> &mut [f64] {
         self.state
     }

@@ -1,6 +1,6 @@
-//! A sensor to copy: one straight beam that tells how far the next thing is, in whole steps.
+//! A sensor to copy: one straight beam that measures the distance to the nearest object, in whole steps.
 //!
-//! Change the places marked (1) to (6); README.md tells how to build it and where to put the library.
+//! Change the places marked (1) to (6); README.md says how to build it and where to put the library.
 
 use tatu_plugin_api::{abi::*, safe::*, tatu_plugin};
 
@@ -45,7 +45,7 @@ impl Sensor for ExampleRange {
         ]
     }
 
-    // (4) What it fills: all fields of its schema, which tells what they mean, or fields of your own.
+    // (4) What it fills: all fields of its schema, which defines what they mean, or fields of your own.
     fn fields() -> Vec<Field> {
         vec![
             Field::i32("proximity.detected"),
