@@ -12,7 +12,7 @@ pub fn find(world: &World, path: &str) -> Result<Reading, Error> {
     }
     let all = world.sensors();
     let text = match world.observe(path) {
-        Some(seen) => format!("--sensor: `{}` is no sensor", seen.path),
+        Some(seen) => format!("--sensor: `{}` is not a sensor", seen.path),
         None => format!("--sensor: there is no object `{path}`"),
     };
     let error = Error::new("E110", text);

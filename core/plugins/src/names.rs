@@ -73,7 +73,7 @@ impl Registry {
         }
         let mut above = name.match_indices('.').map(|(at, _)| &name[..at]);
         let other = above.find(|n| self.names.contains_key(*n) || self.constants.contains_key(*n))?;
-        Some(format!("could not be reached: {} is no name space", of(other)))
+        Some(format!("could not be reached: {} is not a name space", of(other)))
     }
 
     /// Tells, once for each name space, that a plugin which does not come with the program has put names into that of

@@ -64,7 +64,7 @@ fn a_command_that_writes_or_gives_what_it_must_not_is_blamed_itself() {
         ("huge span", "result 1 tells of 1152921504606846976 elements"),
         ("large span", "result 1 tells of 2147483648 elements"),
         ("list in itself", "nests deeper than 32"),
-        ("key that is no number", "a key that is no number"),
+        ("key that is no number", "a key that is not a number"),
         ("null list", "a list of 3 elements at null"),
         ("unaligned", "not aligned"),
     ] {

@@ -167,7 +167,7 @@ fn a_name_is_no_name_space() {
     told_once(&done, &["[E303]", "`org.test.b`", "`one` is also the name space of `one.b` of `org.test.a`"]);
     told_once(
         &done,
-        &["[E303]", "`org.test.b`", "`two.b` could not be reached: `two` of `org.test.a` is no name space"],
+        &["[E303]", "`org.test.b`", "`two.b` could not be reached: `two` of `org.test.a` is not a name space"],
     );
 }
 

@@ -52,7 +52,7 @@ impl Figures {
             Some((o, Data::Graph(spec))) => {
                 Ok(self.graphs.entry(scene.id(slot)).or_insert_with(|| Graph::new(spec, o.name())))
             }
-            _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("object {slot} `{}` is no graph", scene.path(slot)))),
+            _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("object {slot} `{}` is not a graph", scene.path(slot)))),
         }
     }
     /// What all items take, roughly.

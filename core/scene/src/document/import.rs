@@ -42,7 +42,7 @@ pub(super) fn source(file: &Path, name: &str, sources: &Sources) -> Result<Vec<u
     if !sources.are_kept() {
         let about = std::fs::metadata(file).map_err(|e| fail(e.to_string()))?;
         if !about.is_file() || about.len() > MOST_BYTES {
-            return Err(fail(format!("it is no file, or has more than {MOST_BYTES} bytes")));
+            return Err(fail(format!("it is not a file, or has more than {MOST_BYTES} bytes")));
         }
     }
     sources.read(file).map_err(|e| fail(e.to_string()))

@@ -74,7 +74,7 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
             tag if tag > TATU_OBJECT => Some(format!("holds a value of type {tag}, which there is not")),
             // SAFETY: the tag says which member is set.
             TATU_F64 if is_key && unsafe { inner.u.f.is_nan() } => {
-                Some("holds a map with a key that is no number".into())
+                Some("holds a map with a key that is not a number".into())
             }
             tag if is_key
                 && !matches!(

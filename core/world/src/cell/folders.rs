@@ -205,7 +205,7 @@ fn missing(name: &Path, folders: &[&Path]) -> Refused {
 }
 
 fn not_plain(path: &Path) -> Refused {
-    Refused::Forbidden(format!("`{}` is no plain file, and scripts open no others", path.display()))
+    Refused::Forbidden(format!("`{}` is not a plain file; scripts open plain files only", path.display()))
 }
 
 fn system(path: &Path, e: &io::Error) -> Refused {

@@ -107,11 +107,11 @@ impl World {
     }
 
     /// The folder in which scripts open files, and whose files they may write, instead of the working folder. E105: it
-    /// is no folder.
+    /// is not a folder.
     pub fn open_files_in(&self, folder: &Path) -> Result {
         let folder = match folder.canonicalize() {
             Ok(folder) if folder.is_dir() => folder,
-            Ok(_) => return Err(Error::new("E105", format!("{} is no folder", folder.display()))),
+            Ok(_) => return Err(Error::new("E105", format!("{} is not a folder", folder.display()))),
             Err(e) => return Err(Error::new("E105", format!("cannot use the folder {}: {e}", folder.display()))),
         };
         self.cell.run.folders.choose(folder);

@@ -166,7 +166,7 @@ pub(super) fn slot<'a>(
                 answer.into().calls.refuse(TATU_ERR_GONE, &format!("object {n} (it was `{name}`) has been removed"))
             }
             None if object == 0 => {
-                answer.into().calls.refuse(TATU_ERR_MISSING, "the world itself is no object of the scene")
+                answer.into().calls.refuse(TATU_ERR_MISSING, "the world itself is not an object of the scene")
             }
             None => answer.into().calls.refuse(TATU_ERR_MISSING, &format!("there is no object {n}")),
         }

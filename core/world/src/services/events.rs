@@ -24,7 +24,7 @@ extern "C" fn publish(w: WorldRef<'_>, name: Lent<'_>, payload: Option<&ValueRef
     on(w, Function::acts("events.publish"), |world| {
         let name = name.text();
         if !name.contains('.') {
-            let said = format!("`{name}` is no event to publish: names without a dot belong to the host");
+            let said = format!("`{name}` cannot be published: names without a dot belong to the host");
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &said));
         }
         let payload = payload.copied().unwrap_or(ValueRef::NIL);

@@ -130,7 +130,7 @@ fn script_at(world: &WorldCell, script: tatu_object) -> Result<std::rc::Rc<crate
         slot(world, &scene, script)?
     };
     let found = world.run.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
-    found.ok_or_else(|| world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("object {slot} is no script")))
+    found.ok_or_else(|| world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("object {slot} is not a script")))
 }
 
 pub(super) extern "C" fn change(w: WorldRef<'_>, script: tatu_object, text: Lent<'_>) -> tatu_status {

@@ -13,7 +13,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let path = target(path)?;
     let before = match fs::metadata(&path) {
         Ok(m) if m.is_file() => Some(m.permissions()),
-        Ok(_) => return Err(Error::new(ErrorKind::InvalidInput, "there is something that is no plain file")),
+        Ok(_) => return Err(Error::new(ErrorKind::InvalidInput, "something is there that is not a plain file")),
         Err(e) if e.kind() == ErrorKind::NotFound => None,
         Err(e) => return Err(e),
     };

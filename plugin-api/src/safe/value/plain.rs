@@ -47,7 +47,7 @@ fn check(about: &fs::Metadata, most: u64) -> io::Result<u64> {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
     }
     if !about.is_file() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no plain file"));
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a plain file"));
     }
     if about.len() > most {
         let text = format!("it has {} MB, and at most {} MB are read", about.len() >> 20, most >> 20);

@@ -113,7 +113,7 @@ impl Sensor for Gps {
 
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let (Some(pose), Some(twist)) = (sample.pose(), sample.twist()) else {
-            return Err(Fail::unsupported("the host gives no pose or no twist"));
+            return Err(Fail::unsupported("this host does not provide the pose and velocity of sensors"));
         };
         let (position, velocity) = self.fix(pose, twist);
         out.i32(VALID).fill(1);

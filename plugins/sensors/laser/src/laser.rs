@@ -130,7 +130,7 @@ impl Sensor for Laser {
     /// Beams that were sent earlier begin where the mount was then.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
         let (Some(pose), Some(twist)) = (sample.pose(), sample.twist()) else {
-            return Err(Fail::unsupported("the host gives no pose or no twist"));
+            return Err(Fail::unsupported("this host does not provide the pose and velocity of sensors"));
         };
         let motion = motion::Motion::of(pose, twist);
         for (ray, age) in rays.iter_mut().zip(self.settings.ages()) {

@@ -71,7 +71,7 @@ impl Client {
         }
         if at == 0 {
             if self.parts.len() >= MOST_PARTS {
-                return Err(Fail::argument("too many commands in parts"));
+                return Err(Fail::argument("too many commands are being sent in parts at once"));
             }
             self.parts.insert(key.clone(), Vec::new());
         }

@@ -74,7 +74,7 @@ impl Service for Rosbridge {
                 .default(0.5)
                 .text("simulation time after which a robot stops that gets no further velocity; 0: it never does"),
             Param::bool("token").default(false).text(
-                "whether clients must bring the token that is told at the start, in the address: ws://127.0.0.1:9090/?token=...",
+                "whether clients must bring the token that is printed at the start, in the address: ws://127.0.0.1:9090/?token=...",
             ),
             Param::string("origins").default("").text(
                 "pages of other servers that may connect, with blanks between: http://localhost:8080. Programs always may",

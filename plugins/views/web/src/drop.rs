@@ -30,11 +30,11 @@ impl Dropped {
         let plain = |c: char| c.is_alphanumeric() || " ._-()+".contains(c);
         if name.len() > LONGEST || name.starts_with('.') || !name.chars().all(plain) {
             return Err(Fail::argument(format!(
-                "`{name}` is no name for a file: letters, digits, blanks and . _ - ( ) + make one of at most {LONGEST}"
+                "`{name}` is not a valid file name: it may have letters, digits, spaces and . _ - ( ) +, and at most {LONGEST} bytes"
             )));
         }
         if !ENDINGS.contains(&ending.as_str()) {
-            return Err(Fail::argument(format!("`{name}` is no scene, model or robot: {} are", ENDINGS.join(", "))));
+            return Err(Fail::argument(format!("`{name}` is not a scene, model or robot file; those end with {}", ENDINGS.join(", "))));
         }
         Ok(Dropped { name: name.to_owned(), bytes: Vec::new() })
     }

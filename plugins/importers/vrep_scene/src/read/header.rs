@@ -74,7 +74,7 @@ impl Header {
         // A byte costs at least a bit: what claims more than that is not there.
         let most = if h.packed { (rest - h.payload).saturating_mul(8) } else { rest - h.payload };
         if h.unpacked > most || h.unpacked > MOST_UNPACKED {
-            let text = format!("{} bytes are told, at most {} can be there", h.unpacked, most.min(MOST_UNPACKED));
+            let text = format!("{} bytes are declared, at most {} are possible", h.unpacked, most.min(MOST_UNPACKED));
             return Err(Broken::new(13, text));
         }
         Ok(h)

@@ -78,7 +78,7 @@ fn unpack(data: &[u8], span: Span) -> Read<Vec<u32>> {
     let told = i32::from_le_bytes([head[0], head[1], head[2], head[3]]);
     let n = usize::try_from(told).map_err(|_| broken(0, &format!("{told} is no length")))?;
     if n > bytes.len() - 4 {
-        return Err(broken(0, &format!("{n} packed indices are told, {} bytes are left", bytes.len() - 4)));
+        return Err(broken(0, &format!("{n} packed indices are declared, {} bytes are left", bytes.len() - 4)));
     }
     let (mut out, mut at, mut value) = (Vec::with_capacity(n), 4, 0_i64);
     for _ in 0..n {

@@ -86,14 +86,14 @@ impl File {
         if let Arrays::Range { triangles: [first, n], .. } = leaf.arrays {
             let range = usize::try_from(first).ok().zip(usize::try_from(n).ok());
             let own = range.and_then(|(first, n)| triangles.get(first..first.checked_add(n)?));
-            let text = || format!("{n} triangles from {first} on are told, there are {}", triangles.len());
+            let text = || format!("{n} triangles from {first} on are declared, there are {}", triangles.len());
             triangles = own.ok_or_else(|| broken(text()))?.to_vec();
         }
         if let Some(i) = triangles.iter().flatten().find(|i| **i as usize >= points.len()) {
             return Err(broken(format!("a triangle names point {i} of {}", points.len())));
         }
         if points.iter().flatten().any(|x| !x.is_finite()) {
-            return Err(broken("a coordinate is no number".into()));
+            return Err(broken("a coordinate is not a number".into()));
         }
         Ok(compact(&points, triangles))
     }
