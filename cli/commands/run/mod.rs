@@ -330,7 +330,7 @@ fn strict() -> Result<(), Error> {
     match report::warnings().len() {
         0 => Ok(()),
         n => Err(Error::new("E123", format!("{n} warning(s), and `--strict` takes none"))
-            .help("mend what the warnings above tell, or run without `--strict`")),
+            .help("resolve the warnings above, or run without `--strict`")),
     }
 }
 
