@@ -16,7 +16,6 @@ impl<P: Plugin> Offer<P> {
             keep: Keep::default(),
             commands: Vec::new(),
             names: HashSet::new(),
-            told: 0,
             constants: Vec::new(),
             preludes: Vec::new(),
             kind_marks: Vec::new(),
@@ -38,11 +37,12 @@ impl<P: Plugin> Offer<P> {
     pub fn has_command(&self, name: &str) -> bool {
         self.names.contains(name)
     }
-    /// What the commands are about that were offered since the last such word.
-    pub fn subject(&mut self, subject: &str) {
-        let new = self.commands.split_off(self.told);
+    /// Sets what the commands are about that `offers` offers, but for those that name their own.
+    pub fn subject(&mut self, subject: &str, offers: impl FnOnce(&mut Self)) {
+        let before = self.commands.len();
+        offers(self);
+        let new = self.commands.split_off(before);
         self.commands.extend(new.into_iter().map(|c| c.subject(subject)));
-        self.told = self.commands.len();
     }
     /// Changes every command offered so far: what all have in common, or what is kept apart, as examples.
     pub fn each_command(&mut self, mut change: impl FnMut(Command<P>) -> Command<P>) {

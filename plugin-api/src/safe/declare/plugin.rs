@@ -81,8 +81,6 @@ pub struct Offer<P: Plugin> {
     pub(crate) commands: Vec<Command<P>>,
     /// Of the commands: a plugin may ask for each of hundreds.
     pub(crate) names: HashSet<String>,
-    /// Commands whose subject is set.
-    pub(crate) told: usize,
     pub(crate) constants: Vec<*const tatu_constant>,
     pub(crate) preludes: Vec<*const tatu_prelude>,
     pub(crate) kind_marks: Vec<*const tatu_kind_mark>,

@@ -8,9 +8,9 @@ use std::{
 use tatu_plugin_api::safe::{Command, Offer, Param, Value};
 
 use crate::{
-    LuaSocket,
     look::{allowed, command, failure, text, wrong},
     permission,
+    plugin::LuaSocket,
     sockets::{Patience, addresses},
 };
 

@@ -5,9 +5,9 @@ use std::net::SocketAddr;
 use tatu_plugin_api::safe::{Offer, Param, Value};
 
 use crate::{
-    LuaSocket,
     look::{address, allowed, command, failure, or_wrong, place, port, socket, timeout},
     permission,
+    plugin::LuaSocket,
     sockets::{self, Patience},
 };
 

@@ -1,6 +1,6 @@
 //! Sockets for scripts: `require 'socket'` gives what LuaSocket's users know.
 //!
-//! - `plugin`: the plugin, and what a world has open; `sockets`: sockets by number, on the standard library; `permission`: whom a run may reach;
+//! - `sockets`: sockets by number, on the standard library; `permission`: whom a run may reach;
 //! - `look`: what a script finds outside is an input of the run;
 //! - `streams`, `datagrams`, `clock`: commands that look; `socket.lua`: LuaSocket's objects upon the commands.
 
@@ -12,7 +12,7 @@ mod plugin;
 mod sockets;
 mod streams;
 
-pub use plugin::{LuaSocket, Open};
+use plugin::{LuaSocket, Open};
 use sockets::Sockets;
 use tatu_plugin_api::{
     abi::TATU_ERR_BUSY,
@@ -52,10 +52,11 @@ impl Plugin for LuaSocket {
     }
 
     fn offer(offer: &mut Offer<Self>) {
-        streams::offer(offer);
-        datagrams::offer(offer);
-        clock::offer(offer);
-        offer.subject("luasocket");
+        offer.subject("luasocket", |offer| {
+            streams::offer(offer);
+            datagrams::offer(offer);
+            clock::offer(offer);
+        });
         offer.prelude("lua", "", "return { api = { 'luasocket.' }, lacking = { 'socket', 'ltn12', 'mime' } }");
         offer.prelude("lua", "socket", include_str!("socket.lua"));
         offer.prelude("lua", "socket.core", "return require 'socket'");

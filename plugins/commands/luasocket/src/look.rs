@@ -10,7 +10,8 @@ use tatu_plugin_api::{
 use tatu_services_common::json;
 
 use crate::{
-    LuaSocket, permission,
+    permission,
+    plugin::LuaSocket,
     sockets::{Sockets, addresses, words},
 };
 

@@ -1,4 +1,4 @@
-//! The plugin, and what a world has open.
+//! The plugin, and what it keeps for a world.
 
 use std::cell::{Cell, RefCell};
 

@@ -5,8 +5,8 @@ use std::{io, net::Shutdown, time::Duration};
 use tatu_plugin_api::safe::{Command, Fail, Offer, Outcome, Param, Result, Value};
 
 use crate::{
-    LuaSocket,
     look::{Ctx, address, command, failure, give, observe, open, or_wrong, place, socket, text, timeout, wrong},
+    plugin::LuaSocket,
     sockets::{self, Patience, Want, words},
 };
 

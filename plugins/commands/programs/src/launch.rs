@@ -10,7 +10,7 @@ use tatu_plugin_api::{
     safe::{Call, Command, Fail, Offer, Param, Value},
 };
 
-use crate::{Programs, bubblerob};
+use crate::{bubblerob, plugin::Programs};
 
 type Ctx<'a> = Call<'a, Programs>;
 
@@ -46,7 +46,6 @@ pub(crate) fn offer(offer: &mut Offer<Programs>) {
         .partial("only where the person who runs allows it")
         .example("assert(sim.launchExecutable('nowhere', 20000) == -1)"),
     );
-    offer.subject("programs");
 }
 
 fn launch(c: &Ctx<'_>, file: &str, args: &str) -> bool {

@@ -1,12 +1,12 @@
 //! Programs that scripts start, where the person who runs allows it; and a stand-in for one that a tutorial brings.
 //!
-//! - `plugin`: the plugin, and what runs for a world; `launch`: `sim.launchExecutable`; `bubblerob`: the server program of V-REP's BubbleRob.
+//! - `launch`: `sim.launchExecutable`; `bubblerob`: the server program of V-REP's BubbleRob.
 
 mod bubblerob;
 mod launch;
 mod plugin;
 
-pub use plugin::{Programs, Running};
+use plugin::{Programs, Running};
 use tatu_plugin_api::{
     safe::{Host, Offer, Plugin, Result, World},
     tatu_plugin,
@@ -32,7 +32,7 @@ impl Plugin for Programs {
     }
 
     fn offer(offer: &mut Offer<Self>) {
-        launch::offer(offer);
+        offer.subject("programs", launch::offer);
     }
 }
 

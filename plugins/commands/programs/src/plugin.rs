@@ -1,4 +1,4 @@
-//! The plugin, and what runs for a world.
+//! The plugin, and what it keeps for a world.
 
 use std::sync::{
     Arc,

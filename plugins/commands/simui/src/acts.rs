@@ -4,7 +4,7 @@ use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Offer, Param, Result, Value};
 
 use crate::{
-    Cmd, Ctx, SimUi,
+    plugin::{Cmd, Ctx, SimUi},
     window::{all, get, set, value},
 };
 

@@ -4,7 +4,8 @@ use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Offer, Param, Result};
 
 use crate::{
-    Ctx, MINUS, NIL, SimUi, acts, both,
+    acts,
+    plugin::{Ctx, MINUS, NIL, SimUi, both},
     window::{all, get, set, widget},
 };
 

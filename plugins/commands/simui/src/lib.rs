@@ -1,22 +1,22 @@
 //! Windows that scripts describe in XML: `simUI.create` and its family. What a window holds is kept here; a view hears of it
 //! by the event `ui.window`, shows it, and tells by `tatu.actOnWindow` what somebody did to it.
 //!
-//! - `xml`: the description; `window`: what is kept, and the event; `acts`: what people do, and callbacks into scripts;
+//! - `xml`: the description; `window`: what is kept (`node`: its parts), and the event; `acts`: what people do, and callbacks into scripts;
 //! - `program`: whole windows; `fields`: a value of a widget; `lists`: boxes, tables and trees; `plots`: curves and images;
-//! - `neutral`: what is taken and does nothing; `plugin`: what all of them share.
+//! - `neutral`: what is taken and does nothing.
 
 mod acts;
 mod fields;
 mod lists;
 mod neutral;
+mod node;
 mod plots;
 mod plugin;
 mod program;
 mod window;
 mod xml;
 
-pub use plugin::SimUi;
-pub(crate) use plugin::{Cmd, Ctx, MINUS, NIL, both};
+use plugin::SimUi;
 use tatu_plugin_api::{
     abi::TATU_ERR_BUSY,
     safe::{Event, Fail, Host, Offer, Param, Plugin, Result, World},
@@ -54,17 +54,12 @@ impl Plugin for SimUi {
     }
 
     fn offer(offer: &mut Offer<Self>) {
-        program::offer(offer);
-        acts::offer(offer);
-        offer.subject("simui");
-        fields::offer(offer);
-        offer.subject("widgets");
-        plots::offer(offer);
-        offer.subject("plots");
-        lists::offer(offer);
-        offer.subject("lists");
-        neutral::offer(offer);
-        offer.subject("stubs");
+        offer.subject("simui", program::offer);
+        offer.subject("simui", acts::offer);
+        offer.subject("widgets", fields::offer);
+        offer.subject("plots", plots::offer);
+        offer.subject("lists", lists::offer);
+        offer.subject("stubs", neutral::offer);
         offer.each_command(|c| c.old_names_until(OLD_NAMES_RAISE));
         offer.event(
             Event::new(window::EVENT)

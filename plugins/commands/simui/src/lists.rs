@@ -4,7 +4,7 @@ use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Offer, Param, Result, ValueRef};
 
 use crate::{
-    Ctx, MINUS, NIL, SimUi, both,
+    plugin::{Ctx, MINUS, NIL, SimUi, both},
     window::{get, set, value, widget},
 };
 

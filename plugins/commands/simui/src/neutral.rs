@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::safe::{Constant, Offer, Param, Value};
 
-use crate::{MINUS, NIL, SimUi, both};
+use crate::plugin::{MINUS, NIL, SimUi, both};
 
 #[derive(Clone, Copy)]
 enum Gives {

@@ -4,7 +4,7 @@ use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Offer, Param, Result, Value};
 
 use crate::{
-    Ctx, MINUS, SimUi, both,
+    plugin::{Ctx, MINUS, SimUi, both},
     window::{EVENT, all, get, set, tell, widget},
 };
 

@@ -1,4 +1,4 @@
-//! The plugin, and what its commands share.
+//! The plugin as its commands see it.
 
 use tatu_plugin_api::safe::{Call, Command, IntoResult, Result, Value};
 
@@ -14,7 +14,6 @@ pub(crate) type Cmd = Command<SimUi>;
 pub(crate) const NIL: [Value; 1] = [Value::Nil];
 /// and -1 for numbers and setters.
 pub(crate) const MINUS: [Value; 1] = [Value::Int(-1)];
-
 /// A command under its name and the one that it had before version 3.5.
 pub(crate) fn both<T: IntoResult + 'static>(
     name: &str,

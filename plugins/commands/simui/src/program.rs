@@ -4,7 +4,7 @@ use serde_json::json;
 use tatu_plugin_api::safe::{Offer, Param, Result};
 
 use crate::{
-    Ctx, MINUS, NIL, SimUi, both,
+    plugin::{Ctx, MINUS, NIL, SimUi, both},
     window::{Window, all, get, opened, set, tell, window},
     xml,
 };

@@ -12,26 +12,15 @@ use tatu_plugin_api::{
     safe::{Fail, Result, Value},
 };
 
-use crate::Ctx;
-
-/// Values of a widget by name.
-pub(crate) type Values = serde_json::Map<String, serde_json::Value>;
+use crate::{
+    node::{Node, Values},
+    plugin::Ctx,
+};
 
 /// Told when a window was opened, changed or closed.
 pub(crate) const EVENT: &str = "ui.window";
 /// Windows that are open at once.
 const MOST_WINDOWS: usize = 200;
-
-/// A part of a window; the first one is the window.
-#[derive(Serialize, Deserialize, Clone, Default, Debug)]
-pub(crate) struct Node {
-    pub(crate) element: String,
-    /// As the script calls it: a number in most scripts; empty: none.
-    pub(crate) id: String,
-    pub(crate) values: Values,
-    pub(crate) above: Option<usize>,
-    pub(crate) below: Vec<usize>,
-}
 
 /// A window.
 #[derive(Serialize, Deserialize)]

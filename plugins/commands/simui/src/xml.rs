@@ -4,7 +4,7 @@ use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result};
 use xml::{ParserConfig, common::Position, reader::XmlEvent};
 
-use crate::window::Node;
+use crate::node::Node;
 
 /// Longer descriptions are refused.
 const MOST_BYTES: usize = 1 << 20;

@@ -3,7 +3,7 @@
 use tatu_plugin_api::safe::{Fail, Offer, Param};
 use tatu_robots_drivetrain::{Drivetrain, Props};
 
-use crate::{Cmd, Tatu};
+use crate::plugin::{Cmd, Tatu};
 
 pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(

@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::safe::{Fail, Offer, Param, ValueRef};
 
-use crate::{Cmd, Tatu};
+use crate::plugin::{Cmd, Tatu};
 
 pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(

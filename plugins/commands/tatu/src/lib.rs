@@ -2,7 +2,7 @@
 //! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.properties`, `tatu.read`, `tatu.save`, `tatu.getScript`, `tatu.setScript`,
 //! `tatu.press`, `tatu.open`, `tatu.drive`, `tatu.models` and `tatu.addModel`.
 //!
-//! One file per subject, and `plugin`, which all share; `tests/program/scripts/events.rs` of the program drives them through scripts.
+//! One file per subject; `tests/program/events.rs` of the program drives them through scripts.
 
 mod drive;
 mod events;
@@ -13,8 +13,7 @@ mod read;
 mod save;
 mod scenes;
 
-pub use plugin::Tatu;
-pub(crate) use plugin::{Cmd, Ctx, Shared};
+use plugin::Tatu;
 use tatu_plugin_api::safe::{Host, Offer, Plugin, Result, World};
 
 impl Plugin for Tatu {

@@ -5,7 +5,7 @@ use tatu_plugin_api::{
     safe::{Fail, Offer, Param, Result, Value, ValueRef},
 };
 
-use crate::{Cmd, Ctx, Tatu};
+use crate::plugin::{Cmd, Ctx, Tatu};
 
 pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(

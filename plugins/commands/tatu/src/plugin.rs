@@ -1,4 +1,4 @@
-//! The plugin, and the types of its commands.
+//! The plugin as its commands see it.
 
 use tatu_plugin_api::safe::{Call, Command, SharedCall};
 

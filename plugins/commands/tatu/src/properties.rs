@@ -5,7 +5,7 @@ use tatu_plugin_api::{
     safe::{Fail, Offer, Param, Value},
 };
 
-use crate::{Cmd, Tatu};
+use crate::plugin::{Cmd, Tatu};
 
 const KINDS: &[(&str, u32)] = &[
     ("shape", TATU_KIND_SHAPE as u32),

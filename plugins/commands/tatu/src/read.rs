@@ -5,7 +5,7 @@ use tatu_plugin_api::{
     safe::{Fail, Offer, Param, Reading, Result, Value},
 };
 
-use crate::{Cmd, Shared, Tatu};
+use crate::plugin::{Cmd, Shared, Tatu};
 
 pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(

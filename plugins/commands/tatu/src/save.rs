@@ -9,7 +9,10 @@ use tatu_plugin_api::{
     safe::{Fail, Offer, Param, Reading, Result},
 };
 
-use crate::{Cmd, Ctx, Tatu, read::bytes};
+use crate::{
+    plugin::{Cmd, Ctx, Tatu},
+    read::bytes,
+};
 
 pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(

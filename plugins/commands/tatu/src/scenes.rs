@@ -6,7 +6,7 @@ use tatu_plugin_api::{
     safe::{Fail, Offer, Param, Value},
 };
 
-use crate::{Cmd, Ctx, Tatu};
+use crate::plugin::{Cmd, Ctx, Tatu};
 
 /// The bits of a number that are the handle.
 const HANDLE: u64 = 0xF_FFFF;

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::{Vrep, kit::*};
+use crate::kit::*;
 
 /// From this version on flat names raise errors as all others do.
 const FLAT_NAMES_RAISE: &str = "4.2";

@@ -1,7 +1,7 @@
 //! Bits of objects that scripts read and write: object, model and special properties, explicit handling; and handles that
 //! objects refer to.
 
-use crate::{Vrep, distances, kit::*, tags};
+use crate::{kit::*, lookup::registered::is_stand_in};
 
 /// Selectable, as every object that is made.
 const OBJECT_PROPERTY: i64 = 32;
@@ -121,7 +121,7 @@ fn explicit(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         both("sim.setExplicitHandling", MINUS, |c| {
-            if distances::is_stand_in(c, id(c, 0)? as i64) {
+            if is_stand_in(c, id(c, 0)? as i64) {
                 return done(c);
             }
             let (o, on) = (living(c, 0)?, c.i64(1)? & 1 != 0);

@@ -1,81 +1,56 @@
 //! The V-REP script API as commands: `sim.getObjectHandle`, `simGetObjectHandle` and their kin, with the constants.
 //!
-//! One file per subject; each ends up in [`Plugin::offer`] below. Begin with `joints.rs`, which is short, then `kit.rs`,
-//! which holds what all share: arguments, dialects, messages. Nothing here knows a script language but `prelude.lua`.
+//! A folder or file per subject, which is a page of `docs/reference/commands`; all are brought together in `offer` below.
+//! Begin with `joints/`, which is short, then `kit/`, which holds what all share. Nothing here knows a script language
+//! but `language/`.
+//!
+//! From the bottom: `kit` (arguments, dialects, messages), `state` (what is kept for a world), `lookup` (which objects are
+//! meant), the subjects, this file.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 
-mod algebra;
-mod aliases;
-mod appearance;
-mod by_name;
-mod collections;
-mod console;
-mod constants;
-mod copying;
-mod custom_data;
-mod dialogs;
-mod distances;
-mod drawing;
-mod engine;
+mod copies;
+mod data;
 mod examples;
 mod flags;
-mod force_sensors;
-mod forces;
 mod graphs;
-mod handle_sets;
 mod joints;
-mod kept;
-mod keys;
-mod kinds;
 mod kit;
-mod lights;
-mod main_script;
+mod language;
+mod lookup;
 mod math;
 mod meshes;
 mod messages;
-mod modules;
 mod motion;
 mod names;
 mod objects;
-mod old_windows;
 mod packing;
-mod pairs;
 mod parameters;
-mod path_objects;
 mod paths;
+mod physics;
 mod poses;
-mod prelude;
-mod profile;
-mod profiles;
-mod properties;
 mod proximity;
-mod remote_api;
-mod script_more;
+mod remote;
 mod scripts;
-mod selection;
+mod sets;
 mod shapes;
 mod signals;
 mod simulation;
 mod state;
+mod steps;
 mod stubs;
-mod tables;
-mod tags;
-mod threads;
-mod tree;
-mod tubes;
-mod views;
 mod vision;
-mod wireless;
+mod windows;
 
-pub use kit::Vrep;
 use tatu_plugin_api::safe::{Fail, Host, Offer, Plugin, Result, World};
+
+use kit::{Props, Vrep};
 
 impl Plugin for Vrep {
     type World = state::State;
 
     fn start(host: &Host) -> Result<Self> {
-        Ok(Vrep { p: kit::Props::new(host) })
+        Ok(Vrep { p: Props::new(host) })
     }
 
     fn world(&self, world: &World<'_>) -> Result<state::State> {
@@ -97,85 +72,36 @@ impl Plugin for Vrep {
     }
 
     fn offer(offer: &mut Offer<Self>) {
-        objects::offer(offer);
-        tree::offer(offer);
-        offer.subject("objects");
-        aliases::offer(offer);
-        offer.subject("names");
-        flags::offer(offer);
-        offer.subject("flags");
-        selection::offer(offer);
-        collections::offer(offer);
-        offer.subject("sets");
-        copying::offer(offer);
-        offer.subject("copies");
-        poses::offer(offer);
-        offer.subject("poses");
-        math::offer(offer);
-        offer.subject("math");
-        joints::offer(offer);
-        force_sensors::offer(offer);
-        offer.subject("joints");
-        shapes::offer(offer);
-        appearance::offer(offer);
-        lights::offer(offer);
-        offer.subject("shapes");
-        meshes::offer(offer);
-        offer.subject("meshes");
-        forces::offer(offer);
-        engine::offer(offer);
-        distances::offer(offer);
-        pairs::offer(offer);
-        offer.subject("physics");
-        properties::offer(offer);
-        by_name::offer(offer);
-        offer.subject("parameters");
-        proximity::offer(offer);
-        vision::offer(offer);
-        offer.subject("sensors");
-        vision::module::offer(offer);
-        signals::offer(offer);
-        tubes::offer(offer);
-        wireless::offer(offer);
-        offer.subject("signals");
-        packing::offer(offer);
-        tables::offer(offer);
-        offer.subject("packing");
-        custom_data::offer(offer);
-        offer.subject("data");
-        paths::offer(offer);
-        path_objects::offer(offer);
-        offer.subject("paths");
-        profiles::offer(offer);
-        motion::offer(offer);
-        offer.subject("motion");
-        console::offer(offer);
-        messages::offer(offer);
-        dialogs::offer(offer);
-        offer.subject("messages");
-        old_windows::offer(offer);
-        offer.subject("windows");
-        graphs::offer(offer);
-        drawing::offer(offer);
-        views::offer(offer);
-        offer.subject("graphs");
-        simulation::offer(offer);
-        parameters::offer(offer);
-        offer.subject("simulation");
-        scripts::offer(offer);
-        script_more::offer(offer);
-        offer.subject("scripts");
-        main_script::offer(offer);
-        threads::offer(offer);
-        offer.subject("steps");
-        remote_api::offer(offer);
-        offer.subject("remote");
-        constants::offer(offer);
-        prelude::offer(offer);
-        modules::offer(offer);
-        kinds::offer(offer);
-        stubs::offer(offer);
-        offer.subject("stubs");
+        // Each subject with its page.
+        offer.subject("objects", objects::offer);
+        offer.subject("names", names::offer);
+        offer.subject("flags", flags::offer);
+        offer.subject("sets", sets::offer);
+        offer.subject("copies", copies::offer);
+        offer.subject("poses", poses::offer);
+        offer.subject("math", math::offer);
+        offer.subject("joints", joints::offer);
+        offer.subject("shapes", shapes::offer);
+        offer.subject("meshes", meshes::offer);
+        offer.subject("physics", physics::offer);
+        offer.subject("parameters", parameters::offer);
+        offer.subject("sensors", proximity::offer);
+        offer.subject("sensors", vision::offer);
+        offer.subject("signals", signals::offer);
+        offer.subject("packing", packing::offer);
+        offer.subject("data", data::offer);
+        offer.subject("paths", paths::offer);
+        offer.subject("motion", motion::offer);
+        offer.subject("messages", messages::offer);
+        offer.subject("windows", windows::offer);
+        offer.subject("graphs", graphs::offer);
+        offer.subject("simulation", simulation::offer);
+        offer.subject("scripts", scripts::offer);
+        offer.subject("steps", steps::offer);
+        offer.subject("remote", remote::offer);
+        language::offer(offer);
+        // After all others: a command that there is by then needs none.
+        offer.subject("stubs", stubs::offer);
         examples::complete(offer);
     }
 }

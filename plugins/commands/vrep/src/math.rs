@@ -1,10 +1,8 @@
 //! Arithmetic: matrices, poses, angles, bits. Nothing here touches the scene.
 
-use crate::{
-    Vrep,
+use crate::kit::{
     algebra::{self as al, Matrix, Pose},
-    kit::*,
-    poses::unit,
+    *,
 };
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {

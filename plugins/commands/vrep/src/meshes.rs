@@ -1,6 +1,9 @@
 //! Shapes of triangles: making them, reading the triangles of any shape, joining shapes, mass and inertia.
 
-use crate::{Vrep, algebra as al, handle_sets, kit::*};
+use crate::{
+    kit::{algebra as al, *},
+    lookup::sets,
+};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for (name, flat) in [("sim.createMeshShape", true), ("sim.createShape", false)] {
@@ -104,7 +107,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         both("sim.groupShapes", MINUS, |c| {
-            let shapes = handle_sets::list(c, 0)?;
+            let shapes = sets::list(c, 0)?;
             let group = group(c, &shapes)?;
             c.ret(handle(group));
             Ok(())

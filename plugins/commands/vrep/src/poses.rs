@@ -1,9 +1,8 @@
 //! Poses of objects and velocities: position, orientation, quaternion, matrix.
 
-use crate::{
-    Vrep,
+use crate::kit::{
     algebra::{self as al, Pose},
-    kit::*,
+    *,
 };
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -209,9 +208,4 @@ fn pose(c: &Shared<'_>, id: tatu_object, frame: &Frame) -> Result<Pose> {
             Ok(al::compose(&al::inverse(&base), &own))
         }
     }
-}
-
-/// A quaternion of length 1.
-pub(crate) fn unit(q: al::Quaternion, i: usize) -> Result<al::Quaternion> {
-    al::normalized(q).ok_or_else(|| Fail::argument(format!("argument {}: the quaternion is zero", i + 1)))
 }

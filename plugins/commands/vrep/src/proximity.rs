@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::{Vrep, kit::*};
+use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| both(name, MINUS, run);
@@ -186,7 +186,7 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
     };
     let mut nearest = Sight::Nothing;
     // In a main script these are the sensors of the stage, which measures them together.
-    let stage = c.i64(0)? == HANDLE_ALL_EXCEPT_EXPLICIT && crate::main_script::is_main(c)?;
+    let stage = c.i64(0)? == HANDLE_ALL_EXCEPT_EXPLICIT && is_main(c)?;
     if stage {
         c.world().run_stage(TATU_STAGE_SENSE, 0.0)?;
     }

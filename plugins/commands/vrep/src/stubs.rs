@@ -3,7 +3,7 @@
 //!
 //! A stub yields to a command of its name that another file declares.
 
-use crate::{Vrep, kit::*};
+use crate::kit::*;
 
 /// What a stub gives.
 #[derive(Clone, Copy)]

@@ -32,7 +32,9 @@ pub struct Tree {
 /// Numbers that must be finite.
 pub fn finite(numbers: &[f64], what: &str, line: u64) -> Result {
     match numbers.iter().find(|x| !x.is_finite() || x.abs() > 1e12) {
-        Some(x) => Err(Fail::argument(format!("{what}: {x} is out of range; expected a number of at most 1e12")).at("", line)),
+        Some(x) => {
+            Err(Fail::argument(format!("{what}: {x} is out of range; expected a number of at most 1e12")).at("", line))
+        }
         None => Ok(()),
     }
 }

@@ -1,5 +1,5 @@
 /* Included before every file of Lua: what C code counts on the budget of a call, so that no loop in C escapes it. `build/charges.rs`
- * puts these calls into Lua's files; `budget.rs` sets the limit. */
+ * puts these calls into Lua's files; `run/budget.rs` sets the limit. */
 #ifndef TATU_LUA_CHARGES_H
 #define TATU_LUA_CHARGES_H
 

@@ -61,13 +61,13 @@ impl Plugin for Ros {
 
     fn offer(offer: &mut Offer<Self>) {
         offer.service::<Rosbridge>();
-        scripts::offer(offer);
-        images::images(offer);
-        params::params(offer);
-        times::times(offer);
-        offer.subject("ros2");
-        scripts::between(offer);
-        offer.subject("rosbridge");
+        offer.subject("ros2", |offer| {
+            scripts::offer(offer);
+            images::images(offer);
+            params::params(offer);
+            times::times(offer);
+        });
+        offer.subject("rosbridge", scripts::between);
     }
 }
 

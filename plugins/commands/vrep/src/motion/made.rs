@@ -1,10 +1,12 @@
 //! What each command's arguments mean: the motion that it makes.
 
+use super::profile::Profile;
 use crate::{
-    algebra::{self as al, Pose},
-    kept::motions::{Answer, Listener, Motion, Mover},
-    kit::*,
-    profile::Profile,
+    kit::{
+        algebra::{self as al, Pose},
+        *,
+    },
+    state::motions::{Answer, Listener, Motion, Mover},
 };
 
 /// Numbers of a value: a table, or one number for all.
@@ -24,7 +26,7 @@ fn listener(c: &Ctx<'_>, v: ValueRef<'_>) -> Result<Listener> {
 }
 
 fn packed(v: ValueRef<'_>) -> Vec<u8> {
-    if v.is_nil() { Vec::new() } else { v.to_value().and_then(|v| crate::tables::pack(&v)).unwrap_or_default() }
+    if v.is_nil() { Vec::new() } else { v.to_value().and_then(|v| tables::pack(&v)).unwrap_or_default() }
 }
 
 fn joints_of(c: &Ctx<'_>, v: ValueRef<'_>) -> Result<Vec<tatu_object>> {
@@ -158,7 +160,7 @@ pub(super) fn rml_position(c: &Ctx<'_>) -> Result<Motion> {
             at[..3].copy_from_slice(&numbers::<3>(c, 8)?);
         }
         if c.has(9) {
-            at[3..].copy_from_slice(&crate::poses::unit(numbers(c, 9)?, 9)?);
+            at[3..].copy_from_slice(&unit(numbers(c, 9)?, 9)?);
         }
         Ok(at)
     };

@@ -2,10 +2,10 @@
 
 use super::{
     handle::{ask, settled, tell},
+    sensors::is_one,
     view::View,
-    which::is_one,
 };
-use crate::{Vrep, kit::*};
+use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(

@@ -5,10 +5,11 @@
 //! `2;35::0:256,1;38`. Without one the chain is `1;4`: the image as it was taken.
 
 use super::{
+    seen::Seen,
     view::View,
     work::{Lens, Work, blobs, coordinates},
 };
-use crate::{Vrep, kept::seen::Seen, kit::*, tags};
+use crate::kit::*;
 
 /// The tag under which a chain stands.
 const TAG: &[u8] = b"vision.filters";

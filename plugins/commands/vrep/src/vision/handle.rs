@@ -1,60 +1,14 @@
 //! Taking an image, and what was found in it.
 
-use std::borrow::Cow;
-
 use super::{
     filters,
     packets::{EMPTY, packet},
     parameters,
-    view::View,
-    which::{all, is_one},
+    seen::{Seen, stamp},
+    sensors::{all, is_one},
+    view::{View, packed},
 };
-use crate::{Vrep, kept::seen::Seen, kit::*, state::state};
-
-impl Seen {
-    /// Before anything is made of an image.
-    fn of(view: &View) -> Self {
-        Seen { stamp: stamp(view), ..Seen::default() }
-    }
-    /// An image from elsewhere.
-    pub fn given(rgb: Vec<u8>, depth: Option<Vec<f32>>) -> Self {
-        Seen { rgb: Some(rgb), depth, ..Seen::default() }
-    }
-    pub fn rgb<'a>(&'a self, c: &Ctx<'a>, view: &View) -> Cow<'a, [u8]> {
-        match &self.rgb {
-            Some(rgb) if rgb.len() == 3 * view.pixels() => Cow::Borrowed(rgb),
-            _ => Cow::Owned(view.rgb(c)),
-        }
-    }
-    pub fn depth<'a>(&'a self, c: &Ctx<'a>, view: &View) -> Cow<'a, [f32]> {
-        match &self.depth {
-            Some(depth) if depth.len() == view.pixels() => Cow::Borrowed(depth),
-            _ => Cow::Owned(view.depth(c)),
-        }
-    }
-    /// Whether the depths are those that were taken.
-    pub fn depth_as_taken(&self) -> bool {
-        self.depth.is_none()
-    }
-}
-
-fn stamp(view: &View) -> (u64, u64) {
-    (view.sequence, view.time.to_bits())
-}
-
-/// What scripts of a sensor are told of it (`sysCall_vision`: tests/facts/script-api.md, 4).
-fn described(c: &Ctx<'_>, view: &View) -> Result<Value> {
-    let get = |key| parameters::number(c, view.id, key).unwrap_or(0.0);
-    let entries = [
-        ("handle", Value::Int(handle(view.id))),
-        ("resolution", Value::Ints(vec![view.columns as i64, view.rows as i64])),
-        ("clippingPlanes", Value::Floats(view.planes.to_vec())),
-        ("viewAngle", Value::Float(get("perspective_angle"))),
-        ("orthoSize", Value::Float(get("ortho_size"))),
-        ("perspectiveOperation", Value::Bool(get("ortho_size") == 0.0)),
-    ];
-    Ok(Value::Map(entries.map(|(k, v)| (Value::text(k), v)).into()))
-}
+use crate::{kit::*, state::state};
 
 /// What was made of a sensor's image, now at the latest.
 pub(super) fn settled(c: &Ctx<'_>, view: &View) -> Result<Seen> {
@@ -85,7 +39,7 @@ pub(super) fn look_at(c: &Ctx<'_>, view: &View, seen: Seen) -> Result<Seen> {
 
 /// Tells the scripts of a sensor of its image, and hears what they found.
 pub(super) fn tell(c: &Ctx<'_>, view: &View) -> Result<Seen> {
-    let data = described(c, view)?;
+    let data = parameters::described(c, view)?;
     for answer in ask(c, view.id, "sysCall_vision", &data)? {
         let mut seen = settled(c, view)?;
         seen.trigger = truth(&answer, "trigger").unwrap_or(seen.trigger);
@@ -98,7 +52,7 @@ pub(super) fn tell(c: &Ctx<'_>, view: &View) -> Result<Seen> {
     }
     let packed = |p: &Vec<f64>| {
         let floats: Vec<f32> = p.iter().map(|x| *x as f32).collect();
-        Value::Text(super::packets::packed(&floats))
+        Value::Text(packed(&floats))
     };
     let packets = seen.packets.iter().map(packed).collect();
     let data = Value::Map(vec![
@@ -191,7 +145,7 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
         return Ok(());
     }
     let mut count = 0;
-    if which == HANDLE_ALL_EXCEPT_EXPLICIT && crate::main_script::is_main(c)? {
+    if which == HANDLE_ALL_EXCEPT_EXPLICIT && is_main(c)? {
         // These are measured in the sensing stage, which the main script runs with its proximity sensors, or here.
         let now = c.world().f64(0, c.plugin().p.time)?;
         let late = |s: &tatu_object| View::of_object(c, c.world().look(*s)?).map(|v| v.sequence == 0 || v.time < now);

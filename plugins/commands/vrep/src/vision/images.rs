@@ -1,7 +1,10 @@
 //! Images and depths as scripts get them.
 
-use super::{handle::settled, packets::packed, view::View};
-use crate::{Vrep, kit::*};
+use super::{
+    handle::settled,
+    view::{View, packed, pair},
+};
+use crate::kit::*;
 
 /// Added to a handle: one value per pixel; of depths: packed.
 const FLAG: i64 = 0x40_0000;
@@ -9,11 +12,6 @@ const FLAG: i64 = 0x40_0000;
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     old(offer);
     modern_ones(offer);
-}
-
-/// What a table of two numbers asks for; without one, 0 0.
-pub(super) fn pair(c: &Ctx<'_>, i: usize) -> [i64; 2] {
-    [0, 1].map(|k| c.arg(i).number(k).map_or(0, |x| x as i64))
 }
 
 /// One value a pixel: the mean of red, green and blue.

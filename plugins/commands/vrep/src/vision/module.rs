@@ -5,11 +5,10 @@
 use super::{
     filters::{Filter, Found, Given, step},
     handle::{keep, settled},
-    packets::packed,
-    view::View,
+    view::{View, packed},
     work::Work,
 };
-use crate::{Vrep, kit::*, state::state};
+use crate::{kit::*, state::state};
 
 /// An argument: what it is, and where the filter keeps it.
 #[derive(Debug, Clone, Copy)]
@@ -218,14 +217,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let moves = |f: &&Function| {
         f.name.contains("Buffer") || f.name.contains("ensor") || f.name == "simVision.uniformImgToWorkImg"
     };
-    for function in FUNCTIONS.iter().filter(moves) {
-        offer_one(offer, function);
-    }
-    offer.subject("images");
-    for function in FUNCTIONS.iter().filter(|f| !moves(f)) {
-        offer_one(offer, function);
-    }
-    offer.subject("filters");
+    offer.subject("images", |offer| FUNCTIONS.iter().filter(moves).for_each(|f| offer_one(offer, f)));
+    offer.subject("filters", |offer| FUNCTIONS.iter().filter(|f| !moves(f)).for_each(|f| offer_one(offer, f)));
 }
 
 fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {

@@ -36,11 +36,6 @@ pub(crate) fn packet(rgb: &[u8], depth: &[f32]) -> Packet {
     out
 }
 
-/// Numbers as bytes.
-pub(super) fn packed(floats: &[f32]) -> Vec<u8> {
-    floats.iter().flat_map(|x| x.to_le_bytes()).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,32 +1,24 @@
 //! Parameters of vision sensors by number: planes, resolution, angle. They are properties of the sensor's kind, by the keys
 //! that cameras have: near, far, columns, rows, perspective_angle, ortho_size.
 
-use super::which::is_one;
+use super::{
+    sensors::{is_one, number, prop},
+    view::View,
+};
 use crate::kit::*;
 
-/// The planes of a sensor that tells none, m: those of the original's Kinect.
-pub(crate) const PLANES: [f64; 2] = [0.01, 3.5];
-
-/// The property of a key of a sensor's kind.
-fn prop(c: &Ctx<'_>, sensor: tatu_object, key: &str) -> Result<Prop> {
-    let kind = text_of(c, sensor, c.plugin().p.sensor_kind)?;
-    Ok(c.world().host().prop(&format!("{kind}.{key}")))
-}
-
-/// A number of a sensor's kind, if it has it.
-pub(super) fn number(c: &Ctx<'_>, sensor: tatu_object, key: &str) -> Option<f64> {
-    c.world().get(sensor, prop(c, sensor, key).ok()?).ok()?.as_f64()
-}
-
-/// Near and far plane, m.
-pub(super) fn planes(c: &Ctx<'_>, sensor: tatu_object) -> [f64; 2] {
-    let one = |key, i: usize| number(c, sensor, key).unwrap_or(PLANES[i]);
-    [one("near", 0), one("far", 1)]
-}
-
-/// The angle between the edges of its longer side, rad.
-pub(super) fn angle(c: &Ctx<'_>, sensor: tatu_object) -> f64 {
-    number(c, sensor, "perspective_angle").unwrap_or(1.0)
+/// What scripts of a sensor are told of it (`sysCall_vision`: tests/facts/script-api.md, 4).
+pub(super) fn described(c: &Ctx<'_>, view: &View) -> Result<Value> {
+    let get = |key| number(c, view.id, key).unwrap_or(0.0);
+    let entries = [
+        ("handle", Value::Int(handle(view.id))),
+        ("resolution", Value::Ints(vec![view.columns as i64, view.rows as i64])),
+        ("clippingPlanes", Value::Floats(view.planes.to_vec())),
+        ("viewAngle", Value::Float(get("perspective_angle"))),
+        ("orthoSize", Value::Float(get("ortho_size"))),
+        ("perspectiveOperation", Value::Bool(get("ortho_size") == 0.0)),
+    ];
+    Ok(Value::Map(entries.map(|(k, v)| (Value::text(k), v)).into()))
 }
 
 const FLOATS: &[(i64, &str)] = &[(1000, "near"), (1001, "far"), (1004, "perspective_angle"), (1005, "ortho_size")];

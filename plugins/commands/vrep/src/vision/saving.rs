@@ -2,8 +2,8 @@
 //!
 //! An image of this API has its lowest row first, in files the highest comes first: both are upright.
 
-use super::images::pair;
-use crate::{Vrep, kit::*};
+use super::view::pair;
+use crate::kit::*;
 
 /// Options of an image: four bytes a pixel.
 const ALPHA: i64 = 1;

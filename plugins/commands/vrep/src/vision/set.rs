@@ -2,9 +2,10 @@
 
 use super::{
     handle::{look_at, settled},
-    view::View,
+    seen::Seen,
+    view::{View, pair},
 };
-use crate::{Vrep, kept::seen::Seen, kit::*, tags};
+use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for name in ["sim.setVisionSensorImage", "sim.setVisionSensorCharImage"] {
@@ -24,7 +25,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         set_image(Cmd::new("sim.setVisionSensorImg", |c| {
             let mut view = View::of(c, 0)?;
             let options = int_or(c, 2, 0)?;
-            let part = view.part(super::images::pair(c, 3), super::images::pair(c, 4))?;
+            let part = view.part(pair(c, 3), pair(c, 4))?;
             let given = bytes_to_rgb(c.bytes(1)?, part.columns * part.rows, options & 1 != 0)?;
             let seen = settled(c, &view)?;
             let mut rgb = seen.rgb(c, &view).into_owned();

@@ -1,7 +1,10 @@
 //! What a sensor has seen, in its planes and units.
 
-use super::{parameters, which::is_one, work::Lens};
-use crate::{kit::*, tags};
+use super::{
+    sensors::{PLANES, angle, is_one, planes},
+    work::Lens,
+};
+use crate::kit::*;
 
 /// Pixels of a blind sensor's image, in each direction, where nothing else is asked for.
 const SIDE: usize = 32;
@@ -52,7 +55,7 @@ impl View {
                 rows: rows as usize,
                 sequence: reading.sequence(),
                 time: reading.time(),
-                planes: parameters::planes(c, id),
+                planes: planes(c, id),
                 blind: false,
             });
         }
@@ -70,8 +73,8 @@ impl View {
             sequence: 0,
             time: 0.0,
             planes: [
-                tags::number(c, id, "vision.near")?.unwrap_or(parameters::PLANES[0]),
-                tags::number(c, id, "vision.far")?.unwrap_or(parameters::PLANES[1]),
+                tags::number(c, id, "vision.near")?.unwrap_or(PLANES[0]),
+                tags::number(c, id, "vision.far")?.unwrap_or(PLANES[1]),
             ],
             blind: true,
         })
@@ -85,7 +88,7 @@ impl View {
         let intrinsics = told.filter(|k| k[0] > 0.0 && k[1] > 0.0).unwrap_or_else(|| {
             // Before its first image it tells nothing.
             let (columns, rows) = (self.columns as f64, self.rows as f64);
-            let f = columns.max(rows) / 2.0 / libm::tan(parameters::angle(c, self.id) / 2.0);
+            let f = columns.max(rows) / 2.0 / libm::tan(angle(c, self.id) / 2.0);
             [f, f, (columns - 1.0) / 2.0, (rows - 1.0) / 2.0]
         });
         Lens { intrinsics, parallel: parallel == Some(1), planes: self.planes }
@@ -163,6 +166,16 @@ impl Part {
         }
         out
     }
+}
+
+/// What a table of two numbers asks for; without one, 0 0.
+pub(super) fn pair(c: &Ctx<'_>, i: usize) -> [i64; 2] {
+    [0, 1].map(|k| c.arg(i).number(k).map_or(0, |x| x as i64))
+}
+
+/// Numbers as bytes.
+pub(super) fn packed(floats: &[f32]) -> Vec<u8> {
+    floats.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
 
 #[cfg(test)]

@@ -1,0 +1,247 @@
+//! Copies, sizes and scale of objects; models from files.
+
+use crate::{kit::*, lookup::sets};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let devices = "Sensors, actuators and scripts come along and begin anew; what scripts keep is not copied.";
+    offer.command(
+        both("sim.copyPasteObjects", NIL, |c| {
+            let ids = sets::list(c, 0)?;
+            let options = int_or(c, 1, 0)?;
+            let out = copy(c, &ids, options & 1 != 0)?;
+            c.ret(&out[..]);
+            Ok(())
+        })
+        .param(Param::list("objects").text("handles"))
+        .param(Param::int("options").default(0).optional().text("1: they are bases of models, which are copied whole"))
+        .returns(Param::list("copies").text("in the same order"))
+        .text("Copies objects, in place.")
+        .partial(devices),
+    );
+    offer.command(
+        both("sim.copyPasteSelectedObjects", MINUS, |c| {
+            let ids = crate::state::state(c)?.selection.clone();
+            let out = copy(c, &ids, false)?;
+            let ids = out.iter().filter_map(|h| c.world().look(*h as u64).ok()).map(|o| o.id).collect();
+            crate::state::state(c)?.selection = ids;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .returns(Param::int("done"))
+        .text("Copies the selected objects; the copies are selected then.")
+        .partial(devices),
+    );
+    offer.command(
+        both("sim.getObjectSizeFactor", NIL, |c| {
+            let id = living(c, 0)?.id;
+            let f = tags::number(c, id, "scale")?.unwrap_or(1.0);
+            c.ret(f);
+            Ok(())
+        })
+        .param(object("object"))
+        .returns(Param::float("factor"))
+        .text("Gives by how much an object has been scaled since it was made."),
+    );
+    offer.command(
+        both("sim.getObjectSizeValues", NIL, |c| {
+            let o = living(c, 0)?;
+            let size = tags::number(c, o.id, "scale")?.unwrap_or(1.0);
+            c.ret(&[size; 3][..]);
+            Ok(())
+        })
+        .param(object("object"))
+        .returns(Param::floats("values", 3))
+        .text("Gives by how much an object has been scaled along each axis.")
+        .partial("The three are equal: scale along single axes changes the size of a shape only."),
+    );
+    offer.command(
+        both("sim.setObjectSizeValues", MINUS, |c| {
+            let (o, v) = (living(c, 0)?, numbers::<3>(c, 1)?);
+            let old = tags::number(c, o.id, "scale")?.unwrap_or(1.0);
+            scale(c, o, v.map(|x| x / old))?;
+            tags::set_number(c, o.id, "scale", v[0])?;
+            done(c)
+        })
+        .param(object("object"))
+        .param(table("values", "{x, y, z}"))
+        .text("Scales an object to given factors.")
+        .partial("The three are remembered as one."),
+    );
+    offer.command(
+        both("sim.scaleObject", MINUS, |c| {
+            let (o, f) = (living(c, 0)?, [c.f64(1)?, c.f64(2)?, c.f64(3)?]);
+            scale(c, o, f)?;
+            let old = tags::number(c, o.id, "scale")?.unwrap_or(1.0);
+            if f[0] == f[1] && f[1] == f[2] {
+                tags::set_number(c, o.id, "scale", old * f[0])?;
+            }
+            done(c)
+        })
+        .param(object("object"))
+        .param(Param::float("x"))
+        .param(Param::float("y"))
+        .param(Param::float("z"))
+        .param(Param::int("options").default(0).optional().text("ignored"))
+        .text("Scales an object; a shape becomes larger or smaller.")
+        .partial("Sizes of shapes change, and their mass stays; sensors and joints stay as they are."),
+    );
+    offer.command(
+        both("sim.scaleObjects", MINUS, |c| {
+            let (ids, f, places) = (sets::list(c, 0)?, c.f64(1)?, c.arg(2).truthy());
+            if f <= 0.0 {
+                return Err(Fail::argument("argument 2: a scale is greater than 0"));
+            }
+            let (w, p) = (c.world(), &c.plugin().p);
+            for id in &ids {
+                let o = w.look(*id)?;
+                scale(c, o, [f; 3])?;
+                if o.kind == TATU_KIND_SHAPE {
+                    let m = w.f64(*id, p.mass)?;
+                    w.set_f64s(*id, p.mass, &[(m * f * f * f).max(1e-7)])?;
+                }
+                let old = tags::number(c, *id, "scale")?.unwrap_or(1.0);
+                tags::set_number(c, *id, "scale", old * f)?;
+                if places && ids.contains(&parent(c, *id)?) {
+                    let mut pose = w.f64s::<7>(*id, p.local_pose)?;
+                    pose[..3].iter_mut().for_each(|x| *x *= f);
+                    w.set_f64s(*id, p.local_pose, &pose)?;
+                }
+            }
+            done(c)
+        })
+        .param(Param::list("objects").text("handles"))
+        .param(Param::float("factor"))
+        .param(Param::any("positions").text("true: distances between them too"))
+        .text("Scales objects with their masses, and the distances of parts of a tree.")
+        .partial("Sizes and masses of shapes and places change; sensors and forces of joints stay as they are."),
+    );
+    files(offer);
+}
+
+/// Models and scenes as files.
+fn files(offer: &mut Offer<Vrep>) {
+    offer.command(
+        both("sim.loadModel", MINUS, |c| {
+            let file = c.bytes(0)?;
+            let w = c.world();
+            // What `sim.saveModel` wrote under a name of another ending.
+            let found =
+                [file.to_vec(), scene_file(file)].into_iter().find_map(|name| w.file(&name, TATU_FILE_READ).ok());
+            let Some(path) = found else {
+                // Models of an installation are objects that a script asks for by name.
+                let file = String::from_utf8_lossy(file).into_owned();
+                let stem = file.rsplit(['/', '\\']).next().unwrap_or_default();
+                let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
+                if let Some(made) = w.stand_in(0, &format!("/{stem}"), "") {
+                    c.ret(handle(made));
+                    return Ok(());
+                }
+                w.file(file.as_bytes(), TATU_FILE_READ)?;
+                return Err(Fail::missing(format!("there is no file `{file}`")));
+            };
+            c.ret(handle(w.load(&path, 0)?));
+            Ok(())
+        })
+        .param(Param::string("file"))
+        .param(Param::any("options").optional())
+        .returns(Param::int("model").text("handle of its base"))
+        .text("Loads a model: a scene file, or one that an importer reads, such as `.ttm` and `.urdf`.")
+        .partial("A model from a buffer is not loaded; options have no effect."),
+    );
+    offer.command(
+        both("sim.loadScene", MINUS, |c| {
+            let file = c.world().file(c.bytes(0)?, TATU_FILE_READ)?;
+            c.world().open_scene(&String::from_utf8_lossy(&file))?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .param(Param::string("file"))
+        .returns(Param::int("result"))
+        .text("Goes on with another scene, once this one has stopped.")
+        .partial("Only `tatu serve` and `tatu open` go from one scene to the next; `tatu run` says so."),
+    );
+    for (name, model) in [("sim.saveModel", true), ("sim.saveScene", false)] {
+        let command = both(name, MINUS, move |c| {
+            let (base, at) = if model { (living(c, 0)?.id, 1) } else { (0, 0) };
+            let w = c.world();
+            let path = w.file(&scene_file(c.bytes(at)?), TATU_FILE_WRITE)?;
+            w.save(&path, base)?;
+            c.ret(1_i64);
+            Ok(())
+        });
+        let command = if model { command.param(object("base")) } else { command };
+        offer.command(
+            command
+                .param(Param::string("file"))
+                .returns(Param::int("result").text("1"))
+                .text("Writes a scene or a model as a scene file, as it is now.")
+                .partial(
+                    "It is a scene file of this program: a name that does not end with `.toml` gets that at its end.",
+                ),
+        );
+    }
+    offer.command(
+        both("sim.closeScene", MINUS, |c| {
+            c.ret(-1_i64);
+            Ok(())
+        })
+        .param(Param::any("arguments").rest())
+        .returns(Param::int("result").text("-1"))
+        .text("Closes a scene: not while it runs.")
+        .stub("a run has one scene"),
+    );
+}
+
+/// The name of a scene file for what a script calls its file.
+fn scene_file(name: &[u8]) -> Vec<u8> {
+    let mut out = name.to_vec();
+    if !out.ends_with(b".toml") {
+        out.extend(b".toml");
+    }
+    out
+}
+
+fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {
+    let w = c.world();
+    let mut all: Vec<tatu_object> = Vec::new();
+    for id in ids {
+        if models {
+            all.extend(w.list(*id, 0, 0)?.into_iter().filter(|o| !all.contains(o)).collect::<Vec<_>>());
+        } else if !all.contains(id) {
+            all.push(*id);
+        }
+    }
+    // Scripts come with the object that they belong to; one that was asked for by itself is refused by the host.
+    all.retain(|o| ids.contains(o) || w.look(*o).is_ok_and(|o| o.kind != TATU_KIND_SCRIPT));
+    let copies = w.copy(&all)?;
+    Ok(ids
+        .iter()
+        .filter_map(|id| all.iter().position(|o| o == id).and_then(|i| copies.get(i)))
+        .map(|o| handle(*o))
+        .collect())
+}
+
+/// Makes a shape larger.
+fn scale(c: &Ctx<'_>, o: Object, f: [f64; 3]) -> Result {
+    if f.iter().any(|x| *x <= 0.0) {
+        return Err(Fail::argument("a scale is greater than 0"));
+    }
+    if o.kind != TATU_KIND_SHAPE {
+        return Ok(());
+    }
+    let (w, p) = (c.world(), &c.plugin().p);
+    let mass = w.f64(o.id, p.mass)?;
+    if text_of(c, o.id, p.primitive)? == "mesh" {
+        let v = w.get(o.id, p.surface)?.to_value()?;
+        if let Value::List(lists) = v
+            && let [Value::Floats(points), places] = lists.as_slice()
+        {
+            let points = points.iter().enumerate().map(|(i, x)| x * f[i % 3]).collect();
+            w.set(o.id, p.surface, &Value::List(vec![Value::Floats(points), places.clone()]))?;
+        }
+    } else {
+        let size = w.f64s::<3>(o.id, p.size)?;
+        w.set_f64s(o.id, p.size, &[size[0] * f[0], size[1] * f[1], size[2] * f[2]])?;
+    }
+    w.set_f64s(o.id, p.mass, &[mass])
+}

@@ -1,0 +1,191 @@
+//! Drawing objects and particles: items in space that pictures and services show.
+
+use super::curves::color;
+use crate::kit::*;
+
+// What is added to the type of a drawing.
+const ITEM_COLORS: i64 = 32;
+const VERTEX_COLORS: i64 = 64;
+const ITEM_SIZES: i64 = 128;
+const CYCLIC: i64 = 4096;
+const ITEM_TRANSPARENCY: i64 = 0x80000;
+const PERSISTENT: i64 = 0x100000;
+
+/// Forms by their numbers, and how many points an item of each has.
+const FORMS: [(&str, i64); 13] = [
+    ("points", 1),
+    ("lines", 2),
+    ("triangles", 3),
+    ("triangle_points", 1),
+    ("quad_points", 1),
+    ("disc_points", 1),
+    ("cube_points", 1),
+    ("sphere_points", 1),
+    ("line_strip", 1),
+    // The marks have second numbers since 4.2.
+    ("triangle_points", 1),
+    ("quad_points", 1),
+    ("disc_points", 1),
+    ("cube_points", 1),
+];
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| both(name, MINUS, run);
+    offer.command(
+        command("sim.addDrawingObject", add)
+            .param(Param::int("type").text("sim.drawing_..., attributes are added"))
+            .param(Param::float("size").text("of points and lines pixels, of others m"))
+            .param(Param::float("duplicateTolerance").unit("m").text("an item nearer than this to another is left out"))
+            .param(Param::int("parent").text("the object that it moves with; -1: the world"))
+            .param(Param::int("maxItemCount").text("0: as many as there is room for"))
+            .param(table("color", "red, green, blue, 0 to 1").optional())
+            .param(Param::any("reserved").optional())
+            .param(Param::any("specular").optional().text("ignored"))
+            .param(Param::any("emission").optional().text("ignored"))
+            .returns(Param::int("drawing"))
+            .text("Adds a drawing: a container of items in space. It goes when the simulation stops, unless it is persistent.")
+            .example("lines = sim.addDrawingObject(sim.drawing_lines, 2, 0, -1, 1000, {1, 0, 0})"),
+    );
+    offer.command(
+        command("sim.addDrawingObjectItem", |c| {
+            let drawing = c.i64(0)? & HANDLE_BITS;
+            let mut items = if c.has(1) { c.arg(1).numbers().unwrap_or_default() } else { Vec::new() };
+            if c.has(1) && items.is_empty() {
+                return Err(Fail::argument("argument 2: expected a table of numbers, or nil"));
+            }
+            // The original takes one item and lets the rest be: a segment of `sim.checkDistance` has its length behind it.
+            if let Some(stride) = c.world().figure(0, drawing, false).ok().and_then(stride)
+                && items.len() > stride
+                && !items.len().is_multiple_of(stride)
+            {
+                items.truncate(stride);
+            }
+            let taken = c.world().put_figure(0, drawing, &items)?;
+            c.ret(i64::from(items.is_empty() || taken > 0));
+            Ok(())
+        })
+        .param(Param::int("drawing"))
+        .param(Param::any("item").optional().text("numbers of an item, in the world; nil: empties the drawing"))
+        .returns(Param::int("result").text("1: added; 0: full, or too near to another"))
+        .text("Adds an item to a drawing. It is kept relative to the drawing's parent.")
+        .example("sim.addDrawingObjectItem(lines, {0, 0, 0, 1, 0, 0})"),
+    );
+    offer.command(
+        command("sim.removeDrawingObject", remove)
+            .param(Param::int("drawing").text("or sim.handle_all"))
+            .returns(Param::int("result").text("1"))
+            .text("Removes a drawing.")
+            .example("sim.removeDrawingObject(lines)"),
+    );
+    particles(offer);
+}
+
+/// Numbers of an item of a drawing.
+fn stride(drawing: ValueRef<'_>) -> Option<usize> {
+    drawing.get("stride")?.as_f64().map(|x| x as usize).filter(|n| *n > 0)
+}
+
+fn keys_of(form: &str, more: Vec<(&str, Value)>) -> Value {
+    let first = ("form", Value::text(form));
+    Value::Map(std::iter::once(first).chain(more).map(|(k, v)| (Value::text(k), v)).collect())
+}
+
+fn add(c: &mut Ctx<'_>) -> Result {
+    let kind = c.i64(0)?;
+    let (form, points) = *usize::try_from(kind & 31)
+        .ok()
+        .and_then(|i| FORMS.get(i))
+        .ok_or_else(|| Fail::argument(format!("argument 1: there is no form {} of drawings", kind & 31)))?;
+    let has = |flag: i64| kind & flag != 0;
+    let colors = if has(VERTEX_COLORS) { 3 * points } else { 3 * i64::from(has(ITEM_COLORS)) };
+    let extra = colors + i64::from(has(ITEM_SIZES)) + i64::from(has(ITEM_TRANSPARENCY));
+    let mut all = vec![
+        ("size", Value::Float(c.f64(1)?)),
+        ("tolerance", Value::Float(c.f64(2)?.max(0.0))),
+        ("capacity", Value::Int(c.i64(4)?.clamp(0, 1_000_000))),
+        ("cyclic", Value::Bool(has(CYCLIC))),
+        ("persistent", Value::Bool(has(PERSISTENT))),
+        ("extra", Value::Int(extra)),
+    ];
+    if c.i64(3)? >= 0 {
+        all.push(("parent", Value::Object(living(c, 3)?.id)));
+    }
+    if c.has(5) {
+        all.push(("color", color(c, 5)?));
+    }
+    let id = c.world().add_figure(0, TATU_FIGURE_DRAWING, &keys_of(form, all))?;
+    c.ret(id);
+    Ok(())
+}
+
+fn remove(c: &mut Ctx<'_>) -> Result {
+    match c.i64(0)? {
+        HANDLE_ALL => {
+            for id in c.world().figures(0, TATU_FIGURE_DRAWING)? {
+                c.world().remove_figure(0, id)?;
+            }
+        }
+        one => c.world().remove_figure(0, one & HANDLE_BITS)?,
+    }
+    c.ret(1_i64);
+    Ok(())
+}
+
+/// Particles are drawn where they begin: they neither fly nor push.
+fn particles(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.addParticleObject", |c| {
+            let capacity = c.i64(5)?;
+            let mut all = vec![
+                ("size", Value::Float(c.f64(1)?)),
+                ("capacity", Value::Int(if capacity <= 0 { 10_000 } else { capacity.min(1_000_000) })),
+                ("cyclic", Value::Bool(true)),
+            ];
+            if c.has(6) {
+                all.push(("color", color(c, 6)?));
+            }
+            let id = c.world().add_figure(0, TATU_FIGURE_DRAWING, &keys_of("sphere_points", all))?;
+            c.ret(id);
+            Ok(())
+        })
+        .old_name("simAddParticleObject", MINUS)
+        .param(Param::int("type"))
+        .param(Param::float("size").unit("m"))
+        .param(Param::any("density").optional().text("ignored: particles have no mass here"))
+        .param(Param::any("parameters").optional().text("ignored"))
+        .param(Param::any("lifeTime").optional().text("ignored: the newest ones stay"))
+        .param(Param::int("maxItemCount").default(0).optional())
+        .param(table("color", "red, green, blue, 0 to 1").optional())
+        .param(Param::any("more").rest().text("ignored"))
+        .returns(Param::int("particles"))
+        .text("Adds a container of particles. They are kept where they begin; they neither fly nor push.")
+        .partial("particles are kept where they begin; they neither fly nor push")
+        .example("dust = sim.addParticleObject(0, 0.01, 1000, nil, 1, 100, {1, 1, 0})"),
+    );
+    offer.command(
+        Cmd::new("sim.addParticleObjectItem", |c| {
+            let (particles, item) = (c.i64(0)?, c.arg(1).numbers().unwrap_or_default());
+            if c.has(1) && item.len() < 3 {
+                return Err(Fail::argument("argument 2: expected a table of at least 3 numbers, or nil"));
+            }
+            c.world().put_figure(0, particles, item.get(..3).unwrap_or(&[]))?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .old_name("simAddParticleObjectItem", MINUS)
+        .param(Param::int("particles"))
+        .param(Param::any("item").optional().text("place, and velocity, which is ignored; nil: empties"))
+        .returns(Param::int("result").text("1"))
+        .text("Adds a particle.")
+        .partial("particles are kept where they begin; they neither fly nor push")
+        .example("sim.addParticleObjectItem(dust, {0, 0, 1, 0, 0, 0})"),
+    );
+    offer.command(
+        Cmd::new("sim.removeParticleObject", remove)
+            .old_name("simRemoveParticleObject", MINUS)
+            .param(Param::int("particles"))
+            .returns(Param::int("result").text("1"))
+            .text("Removes a container of particles.")
+            .example("sim.removeParticleObject(dust)"),
+    );
+}

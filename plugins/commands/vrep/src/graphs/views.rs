@@ -1,0 +1,99 @@
+//! Floating views and banners. There is no window: views are counted, so that scripts can ask for them and remove them.
+
+use crate::kit::*;
+
+/// Views stand among the world's named values, under a kind that no script sees.
+const VIEWS: u32 = 64;
+/// Options of `adjustView`: ask only, and whom it shows.
+const ASK: i64 = 256;
+const SHOWN: i64 = 512;
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| both(name, MINUS, run);
+    offer.command(
+        command("sim.floatingViewAdd", |c| {
+            let world = c.world();
+            let used = |n: i64| world.signal(VIEWS, name(n).as_bytes()).is_ok_and(|v| !v.is_nil());
+            let view = (1..).find(|n| !used(*n)).unwrap_or(1);
+            put(c, view, -1)?;
+            c.ret(view);
+            Ok(())
+        })
+        .param(Param::any("posX").optional().text("ignored, as are all that follow"))
+        .param(Param::any("more").rest())
+        .returns(Param::int("view"))
+        .text("Adds a floating view. Without a window nothing is shown.")
+        .partial("without a window nothing is shown")
+        .example("view = sim.floatingViewAdd(0.5, 0.5, 0.3, 0.3, 0)"),
+    );
+    offer.command(
+        command("sim.floatingViewRemove", |c| {
+            let there = c.world().clear_signal(VIEWS, name(c.i64(0)?).as_bytes())? > 0;
+            c.ret(i64::from(there));
+            Ok(())
+        })
+        .param(Param::int("view"))
+        .returns(Param::int("result").text("1; 0: there is no such view"))
+        .text("Removes a floating view.")
+        .example("sim.floatingViewRemove(view)"),
+    );
+    offer.command(
+        command("sim.adjustView", |c| {
+            let (view, options) = (c.i64(0)?, int_or(c, 2, 0)?);
+            let shown = c.world().signal(VIEWS, name(view).as_bytes())?.as_i64();
+            if options & SHOWN != 0 {
+                c.ret(shown.unwrap_or(-1));
+            } else if options & ASK != 0 {
+                c.ret(if shown.is_some() { 2_i64 } else { 1 });
+            } else {
+                if shown.is_some() {
+                    put(c, view, int_or(c, 1, -1)?)?;
+                }
+                c.ret(1_i64);
+            }
+            Ok(())
+        })
+        .param(Param::int("view").text("a floating view, or the index of a view of the page"))
+        .param(Param::int("object").default(-1).optional().text("the object that it shows; -1: none"))
+        .param(Param::int("options").default(0).optional().text("256: only asks; 512: gives whom it shows"))
+        .param(Param::string("label").optional().text("ignored"))
+        .returns(Param::int("result").text("1; with 256: 2 if it is there; with 512: whom it shows, or -1"))
+        .text("Says what a view shows. Without a window nothing is shown.")
+        .partial("without a window nothing is shown")
+        .example("sim.adjustView(view, -1, 0)"),
+    );
+    offer.command(
+        command("sim.addBanner", |c| {
+            c.ret(1_i64);
+            Ok(())
+        })
+        .param(Param::any("label").optional())
+        .param(Param::any("more").rest())
+        .returns(Param::int("banner").text("1"))
+        .text("Would show a text in the scene. Without a window nothing is shown.")
+        .stub("without a window nothing is shown")
+        .example("sim.addBanner('hello', 0.1, 0)"),
+    );
+    offer.command(
+        command("sim.removeBanner", |c| {
+            c.ret(1_i64);
+            Ok(())
+        })
+        .param(Param::any("banner").optional())
+        .returns(Param::int("result").text("1"))
+        .text("Removes a banner.")
+        .stub("without a window nothing is shown")
+        .example("sim.removeBanner(sim.handle_all)"),
+    );
+}
+
+fn name(view: i64) -> String {
+    format!("{view}")
+}
+
+fn put(c: &Ctx<'_>, view: i64, shown: i64) -> Result {
+    let raw = tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: shown } };
+    // SAFETY: an integer points to nothing.
+    let value = unsafe { ValueRef::new(raw) };
+    c.world().set_signal(VIEWS, name(view).as_bytes(), value)
+}

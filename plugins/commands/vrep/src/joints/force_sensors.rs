@@ -1,0 +1,205 @@
+//! Creates joints and force sensors; readings of force sensors; joints that follow others.
+
+use crate::kit::{algebra as al, *};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        both("sim.createJoint", MINUS, |c| {
+            let (kind, mode) = (c.i64(0)?, c.i64(1)?);
+            let (kind, alias) = match kind {
+                10 => ("revolute", "Revolute_joint"),
+                11 => ("prismatic", "Prismatic_joint"),
+                12 => ("spherical", "Spherical_joint"),
+                n => {
+                    return Err(Fail::unsupported(format!("there are no joints of type {n}")).help(
+                        "sim.joint_revolute_subtype, sim.joint_prismatic_subtype, sim.joint_spherical_subtype are known",
+                    ));
+                }
+            };
+            let (w, p) = (c.world(), &c.plugin().p);
+            let joint = w.create("joint", 0, alias)?;
+            w.set(joint, p.joint_type, &kind.into())?;
+            w.set(joint, p.joint_mode, &(if mode == 5 { "dynamic" } else { "kinematic" }).into())?;
+            if kind == "prismatic" {
+                w.set_f64s(joint, p.joint_limits, &[-0.5, 0.5])?;
+            }
+            c.ret(handle(joint));
+            Ok(())
+        })
+        .param(Param::int("type").text("sim.joint_revolute_subtype and its kin"))
+        .param(Param::int("mode").text("sim.jointmode_..."))
+        .param(Param::int("options").default(0).optional().text("ignored"))
+        .param(Param::any("sizes").optional().text("ignored: they are for looks"))
+        .param(Param::any("colors").rest().text("ignored"))
+        .returns(Param::int("joint"))
+        .text("Makes a joint that turns without end, slides by half a metre to both sides, or turns all ways."),
+    );
+    offer.command(
+        both("sim.createForceSensor", MINUS, |c| {
+            let options = c.i64(0)?;
+            let (ints, floats) = (given(c, 1), given(c, 2));
+            let (w, p) = (c.world(), &c.plugin().p);
+            let sensor = w.create("force_sensor", 0, "Force_sensor")?;
+            let int = |i: usize| ints.get(i).copied().unwrap_or(0.0) as i64;
+            w.set(sensor, p.force_filter, &(if int(0) == 1 { "median" } else { "mean" }).into())?;
+            w.set(sensor, p.force_samples, &Value::Int(int(1).clamp(1, 1000)))?;
+            w.set(sensor, p.break_count, &Value::Int(int(2).max(1)))?;
+            let limit = |bit: i64, i: usize| match options & bit {
+                0 => 0.0,
+                _ => floats.get(i).copied().unwrap_or(0.0).max(0.0),
+            };
+            w.set(sensor, p.break_force, &Value::Float(limit(1, 1)))?;
+            w.set(sensor, p.break_torque, &Value::Float(limit(2, 2)))?;
+            c.ret(handle(sensor));
+            Ok(())
+        })
+        .param(Param::int("options").text("1: it breaks by force, 2: by torque"))
+        .param(
+            Param::any("intParams")
+                .optional()
+                .text("filter (0 mean, 1 median), of how many values, how many in a row break it"),
+        )
+        .param(Param::any("floatParams").optional().text("size (ignored), force N, torque N m that break it"))
+        .param(Param::any("colors").rest().text("ignored"))
+        .returns(Param::int("sensor"))
+        .text(
+            "Makes a force sensor, which ties what is below it rigidly to what is above, and measures what that takes.",
+        ),
+    );
+    offer.command(
+        both("sim.readForceSensor", MINUS, |c| {
+            let sensor = of_kind(c, 0, TATU_KIND_FORCE_SENSOR)?;
+            let (w, p) = (c.world(), &c.plugin().p);
+            if w.look(sensor)?.kind != TATU_KIND_FORCE_SENSOR || !bool_of(c, sensor, p.sensed)? {
+                // The original, asked before physics has anything to tell, answers so too.
+                c.ret(if version(c) >= (4, 2) { 2_i64 } else { 0 });
+                c.ret(&[0.0; 3][..]);
+                c.ret(&[0.0; 3][..]);
+                return Ok(());
+            }
+            let (force, torque) = (w.f64s::<3>(sensor, p.sensed_force)?, w.f64s::<3>(sensor, p.sensed_torque)?);
+            c.ret(if bool_of(c, sensor, p.broken)? { 3_i64 } else { 1 });
+            c.ret(&force[..]);
+            c.ret(&torque[..]);
+            Ok(())
+        })
+        .param(object("sensor"))
+        .returns(Param::int("result").text("1: measured, 2 more: broken"))
+        .returns(Param::floats("force", 3).unit("N"))
+        .returns(Param::floats("torque", 3).unit("N m"))
+        .text("Gives the force and the torque that what hangs on a force sensor exerts on it, in its frame, filtered."),
+    );
+    offer.command(
+        both("sim.breakForceSensor", MINUS, |c| {
+            let sensor = of_kind(c, 0, TATU_KIND_FORCE_SENSOR)?;
+            let p = &c.plugin().p;
+            c.world().set(sensor, p.broken, &Value::Bool(true))?;
+            done(c)
+        })
+        .param(object("sensor"))
+        .text("Breaks a force sensor: what hangs below it falls off, and stays below it in the tree."),
+    );
+    dependencies(offer);
+    child_poses(offer);
+}
+
+/// The numbers of a table that may be missing.
+fn given(c: &Ctx<'_>, i: usize) -> Vec<f64> {
+    let table = c.arg(i);
+    (0..table.len()).map_while(|k| table.number(k)).collect()
+}
+
+fn dependencies(offer: &mut Offer<Vrep>) {
+    offer.command(
+        both("sim.getJointDependency", NIL, |c| {
+            let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
+            let (w, p) = (c.world(), &c.plugin().p);
+            let path = text_of(c, joint, p.joint_follows)?;
+            let master = if path.is_empty() { -1 } else { handle(w.find(joint, &path).unwrap_or(0)) };
+            let (offset, factor) = (w.f64(joint, p.joint_follow_offset)?, w.f64(joint, p.joint_follow_factor)?);
+            c.ret(master);
+            c.ret(offset);
+            c.ret(factor);
+            Ok(())
+        })
+        .param(object("joint"))
+        .returns(Param::int("master").text("-1: none"))
+        .returns(Param::float("offset"))
+        .returns(Param::float("factor"))
+        .text("Gives which joint a joint follows."),
+    );
+    offer.command(
+        both("sim.setJointDependency", MINUS, |c| {
+            let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
+            let (w, p) = (c.world(), &c.plugin().p);
+            let path = match c.i64(1)? {
+                ..0 => String::new(),
+                _ => text_of(c, of_kind(c, 1, TATU_KIND_JOINT)?, p.path)?,
+            };
+            w.set(joint, p.joint_follows, &path.as_str().into())?;
+            w.set_f64s(joint, p.joint_follow_offset, &[c.f64(2)?])?;
+            w.set_f64s(joint, p.joint_follow_factor, &[c.f64(3)?])?;
+            done(c)
+        })
+        .param(object("joint"))
+        .param(Param::int("master").text("-1: none"))
+        .param(Param::float("offset"))
+        .param(Param::float("factor"))
+        .text("Chooses which joint a joint follows: a kinematic one, and the position control of a dynamic one, follow its position."),
+    );
+    offer.command(
+        both("sim.setSphericalJointMatrix", MINUS, |c| {
+            let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
+            let rotation = al::rotation(&al::of_matrix(&numbers(c, 1)?));
+            let p = &c.plugin().p;
+            c.world().set_f64s(joint, p.joint_rotation, &rotation)?;
+            done(c)
+        })
+        .param(object("joint"))
+        .param(table("matrix", "12 numbers"))
+        .text("Turns what hangs on a spherical joint that physics does not move."),
+    );
+}
+
+/// The moved part of a joint; of other objects their own frame.
+fn child_poses(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.getObjectChildPose", |c| {
+            let o = living(c, 0)?;
+            let pose = match o.kind {
+                TATU_KIND_JOINT => {
+                    let (w, p) = (c.world(), &c.plugin().p);
+                    let x = w.f64(o.id, p.joint_position)?;
+                    match text_of(c, o.id, p.joint_type)?.as_str() {
+                        "prismatic" => al::pose([0.0, 0.0, x], [0.0, 0.0, 0.0, 1.0]),
+                        "spherical" => al::pose([0.0; 3], w.f64s::<4>(o.id, p.joint_rotation)?),
+                        _ => al::pose([0.0; 3], al::from_euler([0.0, 0.0, x])),
+                    }
+                }
+                _ => al::IDENTITY,
+            };
+            c.ret(&pose[..]);
+            Ok(())
+        })
+        .param(object("object"))
+        .returns(Param::floats("pose", 7))
+        .text("Gives where the moved part of a joint stands in the joint's frame."),
+    );
+    offer.command(
+        Cmd::new("sim.setObjectChildPose", |c| {
+            let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
+            let pose: al::Pose = numbers(c, 1)?;
+            let p = &c.plugin().p;
+            let x = match text_of(c, joint, p.joint_type)?.as_str() {
+                "spherical" => return c.world().set_f64s(joint, p.joint_rotation, &al::rotation(&pose)),
+                "prismatic" => pose[2],
+                _ => al::to_euler(al::rotation(&pose))[2],
+            };
+            c.world().set_f64s(joint, p.joint_position, &[x])
+        })
+        .param(object("joint"))
+        .param(table("pose", "{x, y, z, qx, qy, qz, qw}"))
+        .text("Moves the moved part of a joint.")
+        .partial("What the joint leaves free counts."),
+    );
+}

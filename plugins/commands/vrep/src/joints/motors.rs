@@ -1,0 +1,276 @@
+//! Joints: position, targets, forces, limits, modes.
+
+use std::f64::consts::PI;
+
+use crate::kit::{algebra as al, *};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let get = |name: &str, prop: fn(&Props) -> Prop, what: &str, text: &str| {
+        both_beside(name, NIL, move |c| {
+            let x = read(c, prop(&c.plugin().p))?;
+            c.ret(x);
+            Ok(())
+        })
+        .param(flagged("joint"))
+        .returns(Param::float(what).text("of a turning joint in rad, of a sliding one in m"))
+        .text(text)
+        .example(format!("x = {name}(joint)"))
+    };
+    offer.command(get(
+        "sim.getJointPosition",
+        |p| p.joint_position,
+        "position",
+        "Gives how far a joint is turned or moved.",
+    ));
+    offer.command(get(
+        "sim.getJointTargetVelocity",
+        |p| p.joint_target_velocity,
+        "velocity",
+        "Gives the velocity that a joint's motor tries to hold.",
+    ));
+    offer.command(get(
+        "sim.getJointTargetPosition",
+        |p| p.joint_target_position,
+        "position",
+        "Gives the position that a joint's motor tries to reach.",
+    ));
+    offer.command(get(
+        "sim.getJointVelocity",
+        |p| p.joint_velocity,
+        "velocity",
+        "Gives how fast a joint turns or moves.",
+    ));
+    offer.command(
+        get(
+            "sim.getJointForce",
+            |p| p.joint_effort,
+            "force",
+            "Gives the force (N) or torque (N m) that a joint's motor puts out.",
+        )
+        .old_name("simJointGetForce", NIL),
+    );
+    offer.command(
+        both_beside("sim.getJointTargetForce", NIL, |c| {
+            let x = read(c, c.plugin().p.joint_max_force)?;
+            let pushes = is_pushed(c)?;
+            c.ret(if pushes { x } else { x.abs() });
+            Ok(())
+        })
+        .param(flagged("joint"))
+        .returns(Param::float("force").text("of a turning joint in N m, of a sliding one in N"))
+        .text(
+            "Gives the greatest force or torque of a joint's motor; in force mode what it pushes with, with its sign.",
+        )
+        .example("x = sim.getJointTargetForce(joint)")
+        .alias("sim.getJointMaxForce"),
+    );
+
+    let set = |name: &str, prop: fn(&Props) -> Prop, what: &str, text: &str| {
+        both_beside(name, MINUS, move |c| {
+            write(c, prop(&c.plugin().p), c.f64(1)?)?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .param(object("joint"))
+        .param(Param::float(what))
+        .returns(Param::int("done"))
+        .text(text)
+        .example(format!("{name}(joint, 1.5)"))
+    };
+    offer.command(
+        set(
+            "sim.setJointTargetVelocity",
+            |p| p.joint_target_velocity,
+            "velocity",
+            "Sets the velocity that a joint's motor tries to hold: rad/s or m/s; it \
+                acts where the motor controls velocity.",
+        )
+        .param(motion()),
+    );
+    offer.command(
+        set(
+            "sim.setJointTargetPosition",
+            |p| p.joint_target_position,
+            "position",
+            "Sets the position that a joint's motor tries to reach: rad or m; it acts \
+                where the motor controls position.",
+        )
+        .param(motion()),
+    );
+    offer.command(
+        set(
+            "sim.setJointForce",
+            |p| p.joint_max_force,
+            "force",
+            "Sets the greatest force (N) or torque (N m) of a joint's motor.",
+        )
+        .alias("sim.setJointMaxForce"),
+    );
+    offer.command(
+        Cmd::new("sim.setJointTargetForce", |c| {
+            let (joint, force, p, w) = (id(c, 0)?, c.f64(1)?, &c.plugin().p, c.world());
+            // Its sign counts in force mode, also in one that begins later.
+            let signed = !c.has(2) || c.arg(2).truthy();
+            write(c, p.joint_max_force, if signed { force } else { force.abs() })?;
+            if signed {
+                let v = w.f64(joint, p.joint_target_velocity)?;
+                if v * force < 0.0 {
+                    w.set_f64s(joint, p.joint_target_velocity, &[-v])?;
+                }
+            }
+            done(c)
+        })
+        .param(object("joint"))
+        .param(Param::float("force").text("N or N m"))
+        .param(Param::any("signed").default(true).optional().text("true: the sign counts in force mode, and turns the target velocity"))
+        .text(
+            "Sets the greatest force or torque of a joint's motor, and by its sign the direction. In force mode it is what \
+             the motor pushes with: a negative one pushes the other way.",
+        )
+        .example("sim.setJointTargetForce(joint, -2.5)"),
+    );
+    offer.command(
+        Cmd::new("sim.setJointPosition", |c| {
+            let (p, mut x) = (&c.plugin().p, c.f64(1)?);
+            if x.is_infinite() {
+                let (joint, w) = (id(c, 0)?, c.world());
+                let [low, high] = w.f64s(joint, p.joint_limits).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))?;
+                x = x.clamp(low, high);
+            }
+            // The host keeps it within the limits.
+            write(c, p.joint_position, x)?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .old_name("simSetJointPosition", MINUS)
+        .param(object("joint"))
+        .param(Param::float("position").text("rad or m; kept within the joint's limits"))
+        .returns(Param::int("done"))
+        .text(
+            "Turns or moves a joint at once, with all that hangs below it; meant for \
+            joints without physics.",
+        )
+        .example("sim.setJointPosition(joint, math.pi / 4)"),
+    );
+    offer.command(
+        Cmd::new("sim.getJointInterval", |c| {
+            let (joint, p, w) = (of_kind(c, 0, TATU_KIND_JOINT)?, &c.plugin().p, c.world());
+            let cyclic = bool_of(c, joint, p.joint_cyclic)?;
+            let [low, high] = if cyclic { [-PI, PI] } else { w.f64s(joint, p.joint_limits)? };
+            c.ret(cyclic);
+            c.ret(&[low, high - low][..]);
+            Ok(())
+        })
+        .old_name("simGetJointInterval", NIL)
+        .param(object("joint"))
+        .returns(Param::bool("cyclic"))
+        .returns(Param::floats("interval", 2).text("least position, and the range above it"))
+        .text("Gives where a joint may go: whether it turns without end, and {lowest, range}.")
+        .example("cyclic, interval = sim.getJointInterval(joint)"),
+    );
+    offer.command(
+        Cmd::new("sim.setJointInterval", |c| {
+            let (joint, p, w) = (of_kind(c, 0, TATU_KIND_JOINT)?, &c.plugin().p, c.world());
+            let [low, range] = numbers::<2>(c, 2)?;
+            w.set(joint, p.joint_cyclic, &Value::Bool(c.arg(1).truthy()))?;
+            w.set_f64s(joint, p.joint_limits, &[low, low + range.max(0.0)])?;
+            done(c)
+        })
+        .old_name("simSetJointInterval", MINUS)
+        .param(object("joint"))
+        .param(Param::any("cyclic").text("true: it turns without end"))
+        .param(table("interval", "{lowest, range}"))
+        .text("Sets where a joint may go.")
+        .example("sim.setJointInterval(joint, false, {-1, 2})"),
+    );
+    offer.command(
+        Cmd::new("sim.getJointType", |c| {
+            let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
+            let prismatic = text_of(c, joint, c.plugin().p.joint_type)? == "prismatic";
+            c.ret(if prismatic { 11_i64 } else { 10 });
+            Ok(())
+        })
+        .old_name("simGetJointType", MINUS)
+        .param(object("joint"))
+        .returns(Param::int("type").text("10: sim.joint_revolute_subtype, 11: sim.joint_prismatic_subtype"))
+        .text("Gives whether a joint turns or slides.")
+        .example("turns = sim.getJointType(joint) == sim.joint_revolute_subtype"),
+    );
+    offer.command(
+        Cmd::new("sim.getJointMode", |c| {
+            let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
+            let dynamic = text_of(c, joint, c.plugin().p.joint_mode)? == "dynamic";
+            c.ret(if dynamic { 5_i64 } else { 0 });
+            c.ret(0_i64);
+            Ok(())
+        })
+        .old_name("simGetJointMode", MINUS)
+        .param(object("joint"))
+        .returns(Param::int("mode").text("0: passive or kinematic, 5: force or dynamic"))
+        .returns(Param::int("options").text("0"))
+        .text("Gives whether physics moves a joint.")
+        .example("dynamic = sim.getJointMode(joint) == sim.jointmode_dynamic"),
+    );
+    offer.command(
+        Cmd::new("sim.setJointMode", |c| {
+            let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
+            let mode = match c.i64(1)? {
+                0 | 1 => "kinematic",
+                5 => "dynamic",
+                n => {
+                    return Err(Fail::unsupported(format!("joints have no mode {n}"))
+                        .help("0 (passive, kinematic) and 5 (force, dynamic) are known"));
+                }
+            };
+            c.world().set(joint, c.plugin().p.joint_mode, &mode.into())?;
+            done(c)
+        })
+        .old_name("simSetJointMode", MINUS)
+        .param(object("joint"))
+        .param(Param::int("mode").text("0: passive or kinematic, 5: force or dynamic"))
+        .param(Param::int("options").default(0).optional().text("ignored"))
+        .text("Chooses whether physics moves a joint.")
+        .example("sim.setJointMode(joint, sim.jointmode_dynamic, 0)"),
+    );
+    offer.command(
+        Cmd::new("sim.getJointMatrix", |c| {
+            let (joint, p) = (of_kind(c, 0, TATU_KIND_JOINT)?, &c.plugin().p);
+            let x = c.world().f64(joint, p.joint_position)?;
+            let pose = match text_of(c, joint, p.joint_type)?.as_str() {
+                "prismatic" => al::pose([0.0, 0.0, x], [0.0, 0.0, 0.0, 1.0]),
+                "spherical" => al::pose([0.0; 3], c.world().f64s::<4>(joint, p.joint_rotation)?),
+                _ => al::pose([0.0; 3], al::from_euler([0.0, 0.0, x])),
+            };
+            let m = al::matrix(&pose);
+            c.ret(&m[..]);
+            Ok(())
+        })
+        .old_name("simGetJointMatrix", NIL)
+        .param(object("joint"))
+        .returns(Param::floats("matrix", 12))
+        .text("Gives the moved frame of a joint within its own frame.")
+        .example("m = sim.getJointMatrix(joint)"),
+    );
+}
+
+/// Where newer scripts give a motion profile.
+fn motion() -> Param {
+    Param::any("motionParams").optional().text("ignored: motors move as their force allows")
+}
+
+#[inline]
+fn read(c: &Shared<'_>, prop: Prop) -> Result<f64> {
+    let joint = id(c, 0)?;
+    c.world().f64(joint, prop).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))
+}
+
+/// Whether a joint is in force mode, in which the sign of its force counts.
+fn is_pushed(c: &Shared<'_>) -> Result<bool> {
+    Ok(text_of(c, id(c, 0)?, c.plugin().p.joint_control)? == "force")
+}
+
+#[inline]
+fn write(c: &Shared<'_>, prop: Prop, x: f64) -> Result {
+    let joint = id(c, 0)?;
+    c.world().set_f64s(joint, prop, &[x]).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))
+}

@@ -1,0 +1,201 @@
+//! Arguments, the objects that they name, and what is said of wrong ones.
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Fail, Object, Prop, Result, ValueRef},
+};
+
+use super::{
+    algebra as al,
+    plugin::{Ctx, Shared},
+};
+
+pub(crate) const HANDLE_ALL: i64 = -2;
+pub(crate) const HANDLE_ALL_EXCEPT_EXPLICIT: i64 = -3;
+pub(crate) const HANDLE_SELF: i64 = -4;
+pub(crate) const HANDLE_MAIN_SCRIPT: i64 = -5;
+pub(crate) const HANDLE_TREE: i64 = -6;
+pub(crate) const HANDLE_CHAIN: i64 = -7;
+pub(crate) const HANDLE_PARENT: i64 = -11;
+pub(crate) const HANDLE_SCENE: i64 = -12;
+/// The bits of a number that are the handle; those above are flags.
+pub(crate) const HANDLE_BITS: i64 = 0xF_FFFF;
+
+/// The number that scripts see; -1 for no object.
+pub(crate) fn handle(id: tatu_object) -> i64 {
+    match id & HANDLE_BITS as u64 {
+        0 => -1,
+        slot => slot as i64,
+    }
+}
+
+/// The object that argument `i` names.
+#[inline]
+pub(crate) fn id(c: &Shared<'_>, i: usize) -> Result<tatu_object> {
+    id_of(c.arg(i), i)
+}
+/// The object that a value names: an object, or a number whose flags are dropped.
+#[inline]
+pub(crate) fn id_of(v: ValueRef<'_>, i: usize) -> Result<tatu_object> {
+    let id = match v.as_i64() {
+        Some(n) if n > 0 => (n & HANDLE_BITS) as u64,
+        Some(n) => return Err(Fail::missing(format!("there is no object {n}"))),
+        None => v.as_object().ok_or_else(|| Fail::argument(format!("argument {}: expected a handle", i + 1)))?,
+    };
+    if id == 0 {
+        return Err(Fail::missing("there is no object 0"));
+    }
+    Ok(id)
+}
+/// The object that argument `i` names, which must exist.
+pub(crate) fn living(c: &Shared<'_>, i: usize) -> Result<Object> {
+    let id = id(c, i)?;
+    c.world().look(id).map_err(|e| no_object(id, &e))
+}
+/// The object that argument `i` names, which must be of a kind.
+pub(crate) fn of_kind(c: &Shared<'_>, i: usize, kind: i32) -> Result<tatu_object> {
+    let o = living(c, i)?;
+    if o.kind == kind || c.world().used_as(o.id, kind_key(kind)) { Ok(o.id) } else { Err(wrong_kind(c, o, kind)) }
+}
+fn no_object(id: tatu_object, why: &Fail) -> Fail {
+    Fail::with_code(why.code(), format!("there is no object {}", handle(id)))
+}
+fn wrong_kind(c: &Shared<'_>, o: Object, wanted: i32) -> Fail {
+    Fail::argument(format!(
+        "object {} `{}` is {}, not {}",
+        o.handle(),
+        path(c, o.id),
+        kind_name(o.kind),
+        kind_name(wanted)
+    ))
+}
+/// Why an access failed: no such object, not of that kind, or what the host says.
+#[cold]
+pub(crate) fn explain(c: &Shared<'_>, id: tatu_object, wanted: i32, fail: Fail) -> Fail {
+    match c.world().look(id) {
+        Err(e) => no_object(id, &e),
+        Ok(o) if o.kind != wanted => {
+            c.world().used_as(o.id, kind_key(wanted));
+            wrong_kind(c, o, wanted)
+        }
+        Ok(_) => fail,
+    }
+}
+/// Likewise where any kind will do.
+#[cold]
+pub(crate) fn explain_any(c: &Shared<'_>, id: tatu_object, fail: Fail) -> Fail {
+    match c.world().look(id) {
+        Err(e) => no_object(id, &e),
+        Ok(_) => fail,
+    }
+}
+/// A kind as properties tell it (`object.kind`).
+fn kind_key(kind: i32) -> &'static str {
+    match kind {
+        TATU_KIND_SHAPE => "shape",
+        TATU_KIND_JOINT => "joint",
+        TATU_KIND_DUMMY => "dummy",
+        TATU_KIND_SENSOR => "sensor",
+        TATU_KIND_ACTUATOR => "actuator",
+        TATU_KIND_FORCE_SENSOR => "force_sensor",
+        TATU_KIND_CAMERA => "camera",
+        TATU_KIND_LIGHT => "light",
+        TATU_KIND_GRAPH => "graph",
+        TATU_KIND_PATH => "path",
+        _ => "",
+    }
+}
+/// A kind for people.
+fn kind_name(kind: i32) -> &'static str {
+    match kind {
+        TATU_KIND_SHAPE => "a shape",
+        TATU_KIND_JOINT => "a joint",
+        TATU_KIND_DUMMY => "a dummy",
+        TATU_KIND_SENSOR => "a sensor",
+        TATU_KIND_ACTUATOR => "an actuator",
+        TATU_KIND_FORCE_SENSOR => "a force sensor",
+        TATU_KIND_SCRIPT => "a script",
+        TATU_KIND_CAMERA => "a camera",
+        TATU_KIND_LIGHT => "a light",
+        TATU_KIND_GRAPH => "a graph",
+        TATU_KIND_PATH => "a path",
+        _ => "an object of another kind",
+    }
+}
+/// The path of an object, for messages.
+pub(crate) fn path(c: &Shared<'_>, id: tatu_object) -> String {
+    text_of(c, id, c.plugin().p.path).unwrap_or_default()
+}
+/// A property that is a text.
+pub(crate) fn text_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<String> {
+    let v = c.world().get(id, prop).map_err(|e| explain_any(c, id, e))?;
+    v.as_str().map(|s| s.into_owned()).ok_or_else(|| Fail::new("the host gave no text"))
+}
+/// A property that is true or false.
+pub(crate) fn bool_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<bool> {
+    Ok(c.world().get(id, prop)?.truthy())
+}
+/// A property that is an integer.
+pub(crate) fn int_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<i64> {
+    c.world().get(id, prop)?.as_i64().ok_or_else(|| Fail::new("the host gave no integer"))
+}
+/// The parent; 0: none.
+pub(crate) fn parent(c: &Shared<'_>, id: tatu_object) -> Result<tatu_object> {
+    let v = c.world().get(id, c.plugin().p.parent).map_err(|e| explain_any(c, id, e))?;
+    Ok(v.as_object().unwrap_or(0))
+}
+
+/// The first `N` numbers of argument `i`, a table that may be longer.
+pub(crate) fn numbers<const N: usize>(c: &Shared<'_>, i: usize) -> Result<[f64; N]> {
+    numbers_of(c.arg(i), i)
+}
+/// Likewise of a value that stands at place `i`.
+pub(crate) fn numbers_of<const N: usize>(v: ValueRef<'_>, i: usize) -> Result<[f64; N]> {
+    let mut out = [0.0; N];
+    if v.len() < N {
+        return Err(Fail::argument(format!(
+            "argument {}: expected a table of {N} numbers, found {}",
+            i + 1,
+            if is_table(v) { format!("{}", v.len()) } else { "no table".into() }
+        )));
+    }
+    for (k, x) in out.iter_mut().enumerate() {
+        *x = v
+            .number(k)
+            .filter(|x| x.is_finite())
+            .ok_or_else(|| Fail::argument(format!("argument {}: element {} is not a finite number", i + 1, k + 1)))?;
+    }
+    Ok(out)
+}
+/// Whether a value is a table of numbers or values.
+pub(crate) fn is_table(v: ValueRef<'_>) -> bool {
+    (TATU_F64S..=TATU_MAP).contains(&v.tag())
+}
+/// Packed data that stands in for what a scene had: it unpacks to zeros, or to an empty table.
+pub(crate) const STAND_IN: &[u8] = &[0; 512];
+
+/// An integer argument, or what stands for it when it is not given.
+pub(crate) fn int_or(c: &Shared<'_>, i: usize, otherwise: i64) -> Result<i64> {
+    if c.has(i) { c.i64(i) } else { Ok(otherwise) }
+}
+/// A quaternion of length 1.
+pub(crate) fn unit(q: al::Quaternion, i: usize) -> Result<al::Quaternion> {
+    al::normalized(q).ok_or_else(|| Fail::argument(format!("argument {}: the quaternion is zero", i + 1)))
+}
+
+/// Whether the caller is a main script.
+pub(crate) fn is_main(c: &Ctx<'_>) -> Result<bool> {
+    let script = c.caller_script();
+    Ok(script != 0 && text_of(c, script, c.plugin().p.script_kind)? == "main")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn handles() {
+        assert_eq!(handle(0), -1);
+        assert_eq!(handle(3 << 20 | 17), 17);
+    }
+}

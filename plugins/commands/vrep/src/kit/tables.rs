@@ -1,0 +1,113 @@
+//! Values as bytes and back.
+//!
+//! A mark, then the value: a letter for its type, and its bytes little-endian; lists and maps have their count first.
+
+use tatu_plugin_api::safe::{Fail, Result, Value};
+
+use super::arguments::{STAND_IN, handle};
+
+const MARK: u8 = 0xF7;
+
+/// A value as bytes.
+pub(crate) fn pack(v: &Value) -> Result<Vec<u8>> {
+    let mut out = vec![MARK];
+    write(v, &mut out)?;
+    Ok(out)
+}
+
+fn write(v: &Value, out: &mut Vec<u8>) -> Result {
+    let head = |out: &mut Vec<u8>, letter: u8, n: usize| {
+        out.push(letter);
+        out.extend((n as u32).to_le_bytes());
+    };
+    match v {
+        Value::Nil => out.push(b'n'),
+        Value::Bool(b) => out.extend([b'b', u8::from(*b)]),
+        Value::Int(i) => {
+            out.push(b'i');
+            out.extend(i.to_le_bytes());
+        }
+        Value::Float(x) => {
+            out.push(b'f');
+            out.extend(x.to_le_bytes());
+        }
+        Value::Text(t) | Value::Bytes(t) => {
+            head(out, b's', t.len());
+            out.extend(t);
+        }
+        Value::Floats(l) => {
+            head(out, b'l', l.len());
+            l.iter().try_for_each(|x| write(&Value::Float(*x), out))?;
+        }
+        Value::Ints(l) => {
+            head(out, b'l', l.len());
+            l.iter().try_for_each(|x| write(&Value::Int(*x), out))?;
+        }
+        Value::List(l) => {
+            head(out, b'l', l.len());
+            l.iter().try_for_each(|x| write(x, out))?;
+        }
+        Value::Map(m) => {
+            head(out, b'm', m.len());
+            m.iter().try_for_each(|(k, v)| write(k, out).and_then(|()| write(v, out)))?;
+        }
+        Value::Func(_) => return Err(Fail::argument("a table with functions cannot be packed")),
+        Value::Object(o) => write(&Value::Int(handle(*o)), out)?,
+    }
+    Ok(())
+}
+
+/// The value of bytes.
+pub(crate) fn unpack(data: &[u8]) -> Result<Value> {
+    let garbage = || Fail::argument("the data is no packed table");
+    if data == STAND_IN {
+        return Ok(Value::List(Vec::new()));
+    }
+    let mut rest = data.strip_prefix(&[MARK]).ok_or_else(garbage)?;
+    let v = read(&mut rest, 0).ok_or_else(garbage)?;
+    if rest.is_empty() { Ok(v) } else { Err(garbage()) }
+}
+
+fn read(rest: &mut &[u8], depth: usize) -> Option<Value> {
+    fn take<'a>(rest: &mut &'a [u8], n: usize) -> Option<&'a [u8]> {
+        let (head, tail) = rest.split_at_checked(n)?;
+        *rest = tail;
+        Some(head)
+    }
+    let count = |rest: &mut &[u8]| Some(u32::from_le_bytes(take(rest, 4)?.try_into().ok()?) as usize);
+    if depth > tatu_plugin_api::safe::MAX_DEPTH {
+        return None;
+    }
+    Some(match take(rest, 1)?[0] {
+        b'n' => Value::Nil,
+        b'b' => Value::Bool(take(rest, 1)?[0] != 0),
+        b'i' => Value::Int(i64::from_le_bytes(take(rest, 8)?.try_into().ok()?)),
+        b'f' => Value::Float(f64::from_le_bytes(take(rest, 8)?.try_into().ok()?)),
+        b's' => {
+            let n = count(rest)?;
+            Value::Text(take(rest, n)?.to_vec())
+        }
+        b'l' => Value::List((0..count(rest)?).map(|_| read(rest, depth + 1)).collect::<Option<_>>()?),
+        b'm' => Value::Map(
+            (0..count(rest)?).map(|_| Some((read(rest, depth + 1)?, read(rest, depth + 1)?))).collect::<Option<_>>()?,
+        ),
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_packed_comes_back() {
+        let v = Value::Map(vec![
+            (Value::text("a"), Value::List(vec![Value::Int(1), Value::Float(0.5), Value::Nil, Value::Bool(true)])),
+            (Value::Int(7), Value::text("\0x")),
+        ]);
+        assert_eq!(unpack(&pack(&v).unwrap()).unwrap(), v);
+        assert!(unpack(b"garbage").is_err());
+        assert!(unpack(&[MARK, b'l', 255, 255, 255, 255]).is_err());
+        assert!(pack(&Value::Func(1)).is_err());
+    }
+}

@@ -1,0 +1,29 @@
+//! By which words a text of this API shows what kind of script it is.
+
+use crate::kit::*;
+
+/// In order: the first that is found decides.
+const MARKS: &[(&str, &[&str])] = &[
+    // Only main scripts run the stages of a step.
+    ("main", &["simHandleSimulationStart", "simHandleDynamics", "simLaunchThreadedChildScripts", "defaultMainScript"]),
+    ("main", &["handleSimulationStart", "handleDynamics", "launchThreadedChildScripts", "handleChildScripts"]),
+    ("add-on", &["sim_addonscriptcall_", "sysCall_info", "sysCall_addOnScript"]),
+    ("customization", &["sim_customizationscriptcall_", "sysCall_nonSimulation"]),
+    ("customization", &["sysCall_beforeSimulation", "sysCall_afterSimulation"]),
+    ("customization", &["sysCall_beforeInstanceSwitch", "sysCall_afterInstanceSwitch"]),
+    // Words of which only threads make use; in scripts of today every script may.
+    ("threaded", &["sysCall_threadmain", "sim_childscriptcall_threaded"]),
+    ("threaded", &["simSetThreadSwitchTiming", "simSetThreadAutomaticSwitch", "simSwitchThread"]),
+    ("threaded", &["simDelegateChildScriptExecution"]),
+    ("child", &["sysCall_", "sim_call_type"]),
+];
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    for (kind, words) in MARKS {
+        for word in *words {
+            offer.kind_mark("lua", kind, word, 0);
+        }
+    }
+    // A text without callbacks that gives something back.
+    offer.kind_mark("lua", "module", "return", TATU_MARK_LAST_LINE);
+}

@@ -1,0 +1,7 @@
+//! What script languages are told about scripts of this API.
+
+use crate::kit::*;
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.prelude("lua", "", include_str!("prelude.lua"));
+}

@@ -1,0 +1,68 @@
+//! What the handle of a collection means, and of anything that shapes are looked for in.
+
+use super::sets;
+use crate::{
+    kit::*,
+    state::{collections::FIRST, state},
+};
+
+/// The refusal for a collection that is not there.
+pub(crate) fn none(which: i64) -> Fail {
+    Fail::missing(format!("there is no collection {which}"))
+}
+
+/// The objects of a collection, each once, in the order in which they were put in.
+pub(crate) fn objects(c: &Ctx<'_>, which: i64) -> Result<Vec<tatu_object>> {
+    let collection = state(c)?.collections.all.get(&which).cloned().ok_or_else(|| none(which))?;
+    let w = c.world();
+    let mut out: Vec<tatu_object> = Vec::new();
+    for part in &collection.parts {
+        if part.object != 0 && w.look(part.object).is_err() {
+            continue;
+        }
+        let mut meant = match part.what {
+            HANDLE_ALL => w.list(0, 0, 0)?,
+            -6 => w.list(part.object, 0, 0)?,
+            -7 => sets::chain(c, part.object)?,
+            _ => vec![part.object],
+        };
+        if part.exclude {
+            meant.retain(|o| *o != part.object);
+        }
+        out.retain(|o| !meant.contains(o));
+        if !part.remove {
+            out.extend(meant);
+        }
+    }
+    Ok(out)
+}
+
+/// Whether a number is the handle of a collection.
+pub(crate) fn is_one(c: &Ctx<'_>, which: i64) -> Result<bool> {
+    Ok(which > FIRST && state(c)?.collections.all.contains_key(&which))
+}
+
+/// What is looked at: all shapes, or some objects.
+pub(crate) enum Entity {
+    All,
+    Objects(Vec<tatu_object>),
+}
+
+impl Entity {
+    /// The objects, one by one.
+    pub(crate) fn list(self, c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
+        match self {
+            Entity::All => c.world().list(0, 0, 0),
+            Entity::Objects(all) => Ok(all),
+        }
+    }
+}
+
+/// What argument `i` means: the handle of an object, of a collection, or `sim.handle_all`.
+pub(crate) fn entity(c: &Ctx<'_>, i: usize) -> Result<Entity> {
+    Ok(match c.i64(i)? {
+        HANDLE_ALL => Entity::All,
+        which if is_one(c, which)? => Entity::Objects(objects(c, which)?),
+        _ => Entity::Objects(vec![living(c, i)?.id]),
+    })
+}

@@ -1,0 +1,291 @@
+//! How scripts name objects: old unique names with their suffix rule, and paths.
+
+use std::borrow::Cow;
+
+use crate::{kit::*, state::state};
+
+/// The name that a look-up from a script with a suffix means: `motor` asks for `motor#2` when the suffix is 2; a name
+/// with a suffix is taken as it is, and `motor#` is exactly `motor`.
+pub(crate) fn adjusted(name: &str, suffix: i64) -> Cow<'_, str> {
+    match name.find('#') {
+        Some(i) if i + 1 == name.len() => name[..i].into(),
+        None if suffix >= 0 => format!("{name}#{suffix}").into(),
+        _ => name.into(),
+    }
+}
+
+/// A name without its suffix, and the suffix: -1 without one.
+pub(crate) fn split(name: &str) -> (&str, i64) {
+    name.rsplit_once('#')
+        .and_then(|(base, n)| n.parse().ok().filter(|n| *n >= 0).map(|n| (base, n)))
+        .unwrap_or((name, -1))
+}
+
+/// The suffix of the calling script: of its object, unless the script chose another.
+pub(crate) fn suffix(c: &Ctx<'_>) -> Result<i64> {
+    if let Some(chosen) = state(c)?.suffixes.get(&c.caller_script()) {
+        return Ok(*chosen);
+    }
+    match c.caller_object() {
+        0 => Ok(-1),
+        object => Ok(split(&text_of(c, object, c.plugin().p.name)?).1),
+    }
+}
+
+/// The object of a name or, when it begins like one, a path.
+pub(crate) fn find(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
+    if is_path(name) {
+        return find_path(c, name, None);
+    }
+    let wanted = adjusted(name, suffix(c)?);
+    c.world()
+        .find(0, &wanted)
+        .map_err(|e| if e.code() == TATU_ERR_MISSING { missing(c, &wanted, c.plugin().p.name) } else { e })
+}
+
+/// The same for an object that must be there: a run that makes stand-ins makes it.
+pub(crate) fn find_or_ask(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
+    if is_path(name) {
+        return find_path_or_ask(c, name, None);
+    }
+    find(c, name).or_else(|e| {
+        let below = |e: Fail| c.world().stand_in(above(c), &adjusted(name, suffix(c)?), "").ok_or(e);
+        if e.code() == TATU_ERR_MISSING { below(e) } else { Err(e) }
+    })
+}
+
+/// Likewise by path.
+pub(crate) fn find_path_or_ask(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> Result<tatu_object> {
+    find_path(c, path, base).or_else(|e| {
+        let ask = || {
+            let (at, rest) = start(c, path, base).ok()?;
+            let rest = if at == 0 { rest.into() } else { format!(".{rest}") };
+            c.world().stand_in(at, &rest, "")
+        };
+        if e.code() == TATU_ERR_MISSING { ask().ok_or(e) } else { Err(e) }
+    })
+}
+
+/// What stand-ins for old names are made below: the model of the caller, if it belongs to one.
+fn above(c: &Ctx<'_>) -> tatu_object {
+    let own = c.caller_object();
+    match model(c, own) {
+        Ok(base) if base != 0 => base,
+        _ => own,
+    }
+}
+
+/// Whether a name is a path.
+pub(crate) fn is_path(name: &str) -> bool {
+    name.starts_with(['/', '.', ':'])
+}
+
+/// The object of a path: "/a/b", ".", "../b", ":/b", "::". Relative ones begin at `base` or at the caller. Scripts
+/// are objects of their own since 4.7, so that "." is the script, and ".." the object that it belongs to.
+pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> Result<tatu_object> {
+    let (at, rest) = start(c, path, base)?;
+    if rest.is_empty() && path.ends_with('/') {
+        return Err(Fail::missing(format!("`{path}` names nothing after its last `/`")));
+    }
+    if rest.is_empty() {
+        return Ok(at);
+    }
+    let (rest, nth) = ordinal(rest);
+    let found = match nth {
+        Some(n) => return nth_of_alias(c, at, rest, n),
+        None if at == 0 => c.world().find(0, rest),
+        None => c.world().find(at, &format!(".{rest}")),
+    };
+    found.map_err(|e| match e.code() {
+        TATU_ERR_MISSING if e.help_text().is_none() => missing(c, path, c.plugin().p.path),
+        _ => e,
+    })
+}
+
+/// The object at which a path begins, 0 being the scene, and what of it is left.
+fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(tatu_object, &'p str)> {
+    let (steps, rest) = leading(path);
+    let mut at = 0;
+    if !steps.is_empty() {
+        at = match base {
+            Some(base) => base,
+            None if version(c) >= (4, 7) && steps[0] != Step::Model => c.caller_script(),
+            None => c.caller_object(),
+        };
+        if at == 0 {
+            let e = Fail::missing(format!("`{path}` begins at the caller, which belongs to no object"));
+            at = c.world().stand_in(0, "/model", "").ok_or(e)?;
+        }
+    }
+    for (i, step) in steps.iter().enumerate() {
+        at = match step {
+            Step::Here => at,
+            Step::Up => parent(c, at)?,
+            Step::Model => model(c, if i == 0 { at } else { parent(c, at)? })?,
+        };
+        // Without a model above, `:/x` looks in the whole scene.
+        let whole = *step == Step::Model && i + 1 == steps.len() && !rest.is_empty();
+        if at == 0 && !whole {
+            let e = Fail::missing(format!("`{path}` leads above the scene"));
+            at = c.world().stand_in(0, "/above", "").ok_or(e)?;
+        }
+    }
+    // Nothing hangs below a script: "./x" can only mean a part of the object that it belongs to.
+    if base.is_none() && at != 0 && at == c.caller_script() && !rest.is_empty() {
+        at = c.caller_object();
+    }
+    Ok((at, rest))
+}
+
+#[derive(Debug, PartialEq, Clone, Copy)]
+enum Step {
+    Here,
+    Up,
+    Model,
+}
+
+/// Where a path begins, and what remains of it: empty, or beginning with "/".
+fn leading(path: &str) -> (Vec<Step>, &str) {
+    let (mut steps, mut rest) = (Vec::new(), path);
+    loop {
+        let head = rest.split('/').next().unwrap_or_default();
+        match head {
+            "." => steps.push(Step::Here),
+            ".." => steps.push(Step::Up),
+            _ if !head.is_empty() && head.bytes().all(|b| b == b':') && steps.is_empty() => {
+                steps.extend(head.bytes().map(|_| Step::Model));
+            }
+            _ => return (steps, rest),
+        }
+        rest = &rest[head.len()..];
+        // Only "../.." goes on; what follows any other beginning is the path proper.
+        match rest.strip_prefix('/') {
+            Some(next) if next.starts_with("..") => rest = next,
+            Some("") => return (steps, ""),
+            _ => return (steps, rest),
+        }
+    }
+}
+
+/// "/a/b{3}" as "/a/b" and 3.
+fn ordinal(path: &str) -> (&str, Option<usize>) {
+    path.strip_suffix('}')
+        .and_then(|p| p.rsplit_once('{'))
+        .and_then(|(p, n)| n.parse().ok().map(|n| (p, Some(n))))
+        .unwrap_or((path, None))
+}
+
+/// The `n`-th object, breadth first, whose alias is the last part of a path.
+pub(crate) fn nth_of_alias(c: &Ctx<'_>, at: tatu_object, path: &str, n: usize) -> Result<tatu_object> {
+    let w = c.world();
+    let (above, alias) = path.rsplit_once('/').unwrap_or(("", path));
+    let base = match (above.is_empty(), at) {
+        (true, _) => at,
+        (false, 0) => w.find(0, above)?,
+        (false, _) => w.find(at, &format!(".{above}"))?,
+    };
+    let mut left = n;
+    for o in w.list(base, 0, if base == 0 { 0 } else { TATU_LIST_SKIP_BASE })? {
+        if text_of(c, o, c.plugin().p.alias)? == alias {
+            if left == 0 {
+                return Ok(o);
+            }
+            left -= 1;
+        }
+    }
+    Err(Fail::missing(format!("there is no object `{path}` with the index {n}")))
+}
+
+/// The model base at or above an object; 0: none.
+fn model(c: &Ctx<'_>, mut at: tatu_object) -> Result<tatu_object> {
+    while at != 0 && !bool_of(c, at, c.plugin().p.model_base).unwrap_or(false) {
+        at = parent(c, at)?;
+    }
+    Ok(at)
+}
+
+/// The refusal for a missing object, with the names that come nearest.
+#[cold]
+fn missing(c: &Ctx<'_>, wanted: &str, by: Prop) -> Fail {
+    let fail = Fail::missing(format!("there is no object `{wanted}`"));
+    let known: Vec<String> =
+        c.world().list(0, 0, 0).unwrap_or_default().iter().filter_map(|o| text_of(c, *o, by).ok()).collect();
+    match nearest(wanted, &known).as_slice() {
+        [] => fail,
+        near => fail.help(format!("did you mean {}?", near.join(" or "))),
+    }
+}
+
+/// Up to three names that resemble `wanted`, the nearest first.
+fn nearest(wanted: &str, known: &[String]) -> Vec<String> {
+    let limit = (wanted.len() / 3).max(2);
+    let mut near: Vec<(usize, &String)> = known
+        .iter()
+        .filter(|k| k.len().abs_diff(wanted.len()) <= limit)
+        .map(|k| (distance(wanted.as_bytes(), k.as_bytes()), k))
+        .filter(|(d, _)| *d <= limit)
+        .collect();
+    near.sort();
+    near.iter().take(3).map(|(_, k)| format!("`{k}`")).collect()
+}
+
+/// How many letters must be changed, added or left out to turn one name into another.
+fn distance(a: &[u8], b: &[u8]) -> usize {
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.iter().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let change = diagonal + usize::from(x != y);
+            diagonal = row[j + 1];
+            row[j + 1] = change.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn suffix_rule() {
+        assert_eq!(adjusted("motor", -1), "motor");
+        assert_eq!(adjusted("motor", 0), "motor#0");
+        assert_eq!(adjusted("motor", 2), "motor#2");
+        assert_eq!(adjusted("motor#5", 2), "motor#5");
+        assert_eq!(adjusted("motor#", 2), "motor");
+        assert_eq!(adjusted("motor#", -1), "motor");
+    }
+
+    #[test]
+    fn suffixes_are_split() {
+        assert_eq!(split("a#42"), ("a", 42));
+        assert_eq!(split("a"), ("a", -1));
+        assert_eq!(split("a#"), ("a#", -1));
+        assert_eq!(split("a#b"), ("a#b", -1));
+    }
+
+    #[test]
+    fn paths_begin() {
+        use Step::*;
+        assert_eq!(leading("/a/b"), (vec![], "/a/b"));
+        assert_eq!(leading("."), (vec![Here], ""));
+        assert_eq!(leading("./b"), (vec![Here], "/b"));
+        assert_eq!(leading(".."), (vec![Up], ""));
+        assert_eq!(leading("../"), (vec![Up], ""));
+        assert_eq!(leading("../../b"), (vec![Up, Up], "/b"));
+        assert_eq!(leading(":/b"), (vec![Model], "/b"));
+        assert_eq!(leading("::"), (vec![Model, Model], ""));
+        assert_eq!(ordinal("/a{3}"), ("/a", Some(3)));
+        assert_eq!(ordinal("/a[3]"), ("/a[3]", None));
+    }
+
+    #[test]
+    fn near_names() {
+        let known = ["leftMotor", "rightMotor", "box"].map(String::from);
+        assert_eq!(nearest("leftMotro", &known), ["`leftMotor`"]);
+        assert!(nearest("completelyElse", &known).is_empty());
+        assert_eq!(distance(b"kitten", b"sitting"), 3);
+    }
+}

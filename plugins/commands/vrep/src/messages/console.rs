@@ -1,0 +1,142 @@
+//! Text for the user: status bar, log, auxiliary consoles.
+//!
+//! There is no window here. What a script prints on a console collects until a line is finished; the line then goes to
+//! the log, with the console's title before it.
+
+use crate::{
+    kit::*,
+    state::{
+        consoles::{Consoles, Tell},
+        state,
+    },
+};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::side_by_side("sim.addStatusbarMessage", |c| {
+            say(c, TATU_LOG_STATUS, 0)?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .old_name("simAddStatusbarMessage", MINUS)
+        .param(Param::string("text").optional().text("nil: empties the status bar"))
+        .returns(Param::int("done"))
+        .text("Writes a line to the status bar.")
+        .example("sim.addStatusbarMessage('ready')"),
+    );
+    offer.command(
+        Cmd::side_by_side("sim.addLog", |c| {
+            let level = c.i64(0)? & 0xFFF;
+            say(c, log_level(level), 1)?;
+            if level == SCRIPT_ERROR && c.has(1) {
+                return Err(Fail::with_code(TATU_ERR_SCRIPT, c.text(1)?));
+            }
+            Ok(())
+        })
+        .param(Param::int("verbosity").text("sim.verbosity_...; sim.verbosity_scripterrors also raises an error"))
+        .param(Param::string("text").optional().text("nil: empties the status bar"))
+        .text("Writes a line to the log.")
+        .example("sim.addLog(sim.verbosity_scriptinfos, 'ready')"),
+    );
+    offer.command(
+        Cmd::new("sim.auxiliaryConsoleOpen", |c| {
+            let title = c.bytes(0)?.to_vec();
+            let console = state(c)?.consoles.open(title);
+            c.ret(console);
+            Ok(())
+        })
+        .old_name("simAuxiliaryConsoleOpen", MINUS)
+        .param(Param::string("title"))
+        .param(Param::int("maxLines").default(100).optional().text("ignored"))
+        .param(
+            Param::int("mode")
+                .default(0)
+                .optional()
+                .text("ignored: consoles of scripts close when the simulation ends"),
+        )
+        .param(Param::any("position").optional().text("ignored"))
+        .param(Param::any("size").optional().text("ignored"))
+        .param(Param::any("textColor").optional().text("ignored"))
+        .param(Param::any("backgroundColor").optional().text("ignored"))
+        .returns(Param::int("console"))
+        .text("Opens a console, whose lines go to the log.")
+        .example("console = sim.auxiliaryConsoleOpen('Sensors', 1000, 0)"),
+    );
+    offer.command(
+        Cmd::new("sim.auxiliaryConsolePrint", |c| {
+            let console = c.i64(0)?;
+            let text = c.has(1).then(|| c.bytes(1)).transpose()?;
+            if let Some(title) = state(c)?.consoles.title(console) {
+                match text {
+                    Some(text) => c.world().log(TATU_LOG_CONSOLE, &[title.as_slice(), b"\0", text].concat()),
+                    None => c.world().log(TATU_LOG_CONSOLE_CLEAR, &title),
+                }
+            }
+            change(c, |consoles, tell| consoles.print(console, text, tell))
+        })
+        .old_name("simAuxiliaryConsolePrint", MINUS)
+        .param(Param::int("console"))
+        .param(Param::string("text").optional().text("nil: empties the console"))
+        .returns(Param::int("done").text("1; 0: there is no such console any more"))
+        .text("Prints text on a console, without a line feed of its own.")
+        .example("sim.auxiliaryConsolePrint(console, 'distance ' .. d .. '\\n')"),
+    );
+    offer.command(
+        Cmd::new("sim.auxiliaryConsoleShow", |c| {
+            let console = c.i64(0)?;
+            let there = state(c)?.consoles.has(console);
+            c.ret(i64::from(there));
+            Ok(())
+        })
+        .old_name("simAuxiliaryConsoleShow", MINUS)
+        .param(Param::int("console"))
+        .param(Param::any("show").default(true).optional().text("without a window there is nothing to show or hide"))
+        .returns(Param::int("done").text("1; 0: there is no such console any more"))
+        .text("Shows or hides a console.")
+        .example("sim.auxiliaryConsoleShow(console, true)"),
+    );
+    offer.command(
+        Cmd::new("sim.auxiliaryConsoleClose", |c| {
+            let console = c.i64(0)?;
+            change(c, |consoles, tell| consoles.close(console, tell))
+        })
+        .old_name("simAuxiliaryConsoleClose", MINUS)
+        .param(Param::int("console"))
+        .returns(Param::int("done").text("1; 0: there is no such console any more"))
+        .text("Closes a console; an unfinished line is written now.")
+        .example("sim.auxiliaryConsoleClose(console)"),
+    );
+}
+
+const SCRIPT_ERROR: i64 = 420;
+
+/// Where lines of a verbosity go.
+fn log_level(verbosity: i64) -> u32 {
+    match verbosity {
+        200 | SCRIPT_ERROR => TATU_LOG_ERROR,
+        300 | 430 => TATU_LOG_WARNING,
+        600.. => TATU_LOG_DEBUG,
+        _ => TATU_LOG_STATUS,
+    }
+}
+
+/// Writes argument `i`, or empties the status bar without it.
+fn say(c: &Shared<'_>, level: u32, i: usize) -> Result {
+    if c.has(i) {
+        c.world().log(level, c.bytes(i)?);
+    } else {
+        c.world().log(TATU_LOG_CLEAR, b"");
+    }
+    Ok(())
+}
+
+/// Prints or closes, tells the lines that this has finished, and answers whether the console was there.
+fn change(c: &mut Ctx<'_>, work: impl FnOnce(&mut Consoles, Tell<'_>) -> bool) -> Result {
+    let mut lines = Vec::new();
+    let there = work(&mut state(c)?.consoles, &mut |line| lines.push(line.to_vec()));
+    for line in lines {
+        c.world().log(TATU_LOG_INFO, &line);
+    }
+    c.ret(i64::from(there));
+    Ok(())
+}

@@ -1,0 +1,63 @@
+//! Simulator messages: key presses and the like. Each script that asks gets its own copy.
+
+use super::keys;
+use crate::{kit::*, state::state};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.getSimulatorMessage", |c| {
+            let script = c.caller_script();
+            pressed(c)?;
+            let message = state(c)?.messages.next(script);
+            match message {
+                Some((kind, aux)) => {
+                    c.ret(kind);
+                    c.ret(&aux[..]);
+                }
+                None => c.ret(-1_i64),
+            }
+            Ok(())
+        })
+        .old_name("simGetSimulatorMessage", MINUS)
+        .returns(Param::int("message").text("sim.message_...; -1 alone: none waits"))
+        .returns(Param::list("auxiliary").text("4 integers; of a key press its code, and 1 for Ctrl plus 2 for Shift"))
+        .text("Takes the oldest message that waits for this script.")
+        .example("message, aux = sim.getSimulatorMessage()"),
+    );
+    offer.command(
+        Cmd::new("vrep.sendMessage", |c| {
+            let kind = c.i64(0)?;
+            let v = c.arg(1);
+            let aux = [0, 1, 2, 3].map(|i| v.number(i).unwrap_or(0.0) as i64);
+            state(c)?.messages.send(kind, aux);
+            Ok(())
+        })
+        .param(Param::int("message").text("sim.message_..."))
+        .param(Param::list("auxiliary").optional().text("up to 4 integers"))
+        .text(
+            "Sends a message to all scripts, as a view does when a key is pressed \
+            over it; not of V-REP.",
+        )
+        .example("vrep.sendMessage(sim.message_keypress, {2007})"),
+    );
+}
+
+/// Keys that came in since the last look become messages.
+fn pressed(c: &Ctx<'_>) -> Result {
+    loop {
+        let seen = state(c)?.messages.inputs;
+        let Some((kind, text)) = c.world().input(seen) else { return Ok(()) };
+        state(c)?.messages.inputs = seen + 1;
+        match (kind.as_str(), keys::code(&text)) {
+            ("key", Some((code, modifiers))) => state(c)?.messages.send(KEY_PRESS, [code, modifiers, 0, 0]),
+            ("key", None) => {
+                let text = format!("there is no key `{text}`: expected a character, a name such as `up`, or a code");
+                c.world().log(TATU_LOG_WARNING, text.as_bytes());
+            }
+            _ => {}
+        }
+    }
+}
+
+/// `sim.message_keypress`.
+const KEY_PRESS: i64 = 6;

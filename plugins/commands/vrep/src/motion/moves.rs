@@ -1,0 +1,321 @@
+//! Motions that threads wait for: `sim.moveToConfig`, `sim.moveToPose` and their older kin.
+//!
+//! Each is a [`Motion`] under a number; in every step the profile goes on, what is moved is set, and a callback is told.
+
+use super::{
+    made::{config, pose, rml_joints, rml_position, to_joints, to_object, to_position},
+    profile::State,
+    profiles::NOTES,
+};
+use crate::{
+    kit::{algebra as al, *},
+    state::{
+        motions::{Answer, Listener, Motion, Mover},
+        state,
+    },
+};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let waits = "Waits in the calling thread; in scripts without one it fails.";
+    offer.command(
+        Cmd::new("sim.moveToConfig", |c| run(c, config))
+            .param(Param::any("params").text("a table: joints, targetPos, maxVel, maxAccel, maxJerk, pos, vel, callback, auxData"))
+            .param(Param::any("more").rest().text("the form of 4.2 to 4.6: flags, pos, vel, accel, maxVel, maxAccel, maxJerk, targetPos, targetVel, callback, auxData"))
+            .returns(Param::any("data").text("where it ended: pos, vel, accel, timeLeft"))
+            .text("Moves joints, or what a callback moves, to a configuration.")
+            .no_wait(waits)
+            .partial(NOTES),
+    );
+    offer.command(
+        Cmd::new("sim.moveToPose", |c| run(c, pose))
+            .param(Param::any("params").text("a table: object, pose, targetPose, maxVel, maxAccel, maxJerk (4 numbers: x, y, z, angle), relObject, callback, auxData"))
+            .param(Param::any("more").rest().text("the form of 4.2 to 4.6: flags, pose, maxVel, maxAccel, maxJerk, targetPose, callback, auxData, metric"))
+            .returns(Param::any("data").text("where it ended: pose, timeLeft"))
+            .text("Moves an object, or what a callback moves, to a pose.")
+            .no_wait(waits)
+            .partial(NOTES),
+    );
+    steps(offer);
+    offer.command(
+        Cmd::new("sim.rmlMoveToJointPositions", |c| run(c, rml_joints))
+            .old_name("simRMLMoveToJointPositions", NIL)
+            .param(Param::list("joints"))
+            .param(Param::any("flags"))
+            .param(Param::any("velocity"))
+            .param(Param::any("acceleration"))
+            .param(table("maxVel", "rad/s or m/s"))
+            .param(table("maxAccel", "of each joint"))
+            .param(table("maxJerk", "of each joint"))
+            .param(table("target", "positions"))
+            .param(Param::any("targetVelocity").optional().text("ignored: it stops there"))
+            .param(Param::any("direction").optional().text("ignored: the shorter way"))
+            .returns(Param::int("result").text("0"))
+            .returns(Param::floats("position", 0))
+            .returns(Param::floats("velocity", 0))
+            .returns(Param::floats("acceleration", 0))
+            .returns(Param::float("left").unit("s"))
+            .text("Moves joints to positions.")
+            .no_wait(waits)
+            .partial(NOTES),
+    );
+    offer.command(
+        Cmd::new("sim.rmlMoveToPosition", |c| run(c, rml_position))
+            .old_name("simRMLMoveToPosition", NIL)
+            .param(flagged("object"))
+            .param(frame_param())
+            .param(Param::any("flags"))
+            .param(Param::any("velocity"))
+            .param(Param::any("acceleration"))
+            .param(table("maxVel", "x, y, z and angle"))
+            .param(table("maxAccel", "x, y, z and angle"))
+            .param(table("maxJerk", "x, y, z and angle"))
+            .param(Param::any("position").optional().text("nil: it stays"))
+            .param(Param::any("quaternion").optional().text("nil: it stays"))
+            .param(Param::any("targetVelocity").optional().text("ignored"))
+            .returns(Param::int("result").text("0"))
+            .returns(Param::floats("position", 3))
+            .returns(Param::floats("quaternion", 4))
+            .returns(Param::floats("velocity", 4))
+            .returns(Param::floats("acceleration", 4))
+            .returns(Param::float("left").unit("s"))
+            .text("Moves an object to a position and orientation.")
+            .no_wait(waits)
+            .partial(NOTES),
+    );
+    offer.command(
+        both("sim.moveToPosition", NIL, |c| run(c, to_position))
+            .param(flagged("object"))
+            .param(frame_param())
+            .param(Param::any("position").optional())
+            .param(Param::any("angles").optional())
+            .param(Param::float("velocity").unit("m/s"))
+            .param(Param::float("acceleration").default(0.0).optional())
+            .param(Param::any("method").optional().text("ignored"))
+            .returns(Param::float("left").unit("s"))
+            .text("Moves an object to a position and Euler angles.")
+            .no_wait(waits)
+            .partial(NOTES),
+    );
+    offer.command(
+        both("sim.moveToObject", NIL, |c| run(c, to_object))
+            .param(flagged("object"))
+            .param(flagged("target"))
+            .param(Param::int("what").default(3).optional().text("1: position, 2: orientation, 3: both"))
+            .param(Param::float("along").default(0.0).optional().text("ignored: where on a path"))
+            .param(Param::float("velocity").default(1.0).optional().text("1/s: of the whole way"))
+            .param(Param::float("acceleration").default(0.0).optional())
+            .returns(Param::float("left").unit("s"))
+            .text("Moves an object to another one.")
+            .no_wait(waits)
+            .partial(NOTES),
+    );
+    offer.command(
+        both("sim.moveToJointPositions", NIL, |c| run(c, to_joints))
+            .param(Param::list("joints"))
+            .param(table("positions", "rad or m"))
+            .param(Param::any("velocity").text("a number, or a table"))
+            .param(Param::any("acceleration").optional())
+            .param(Param::any("more").rest().text("ignored"))
+            .returns(Param::float("left").unit("s"))
+            .text("Moves joints to positions.")
+            .no_wait(waits)
+            .partial(NOTES),
+    );
+}
+
+/// The three parts of a motion, for scripts that wait themselves.
+fn steps(offer: &mut Offer<Vrep>) {
+    for (whole, [begin, step, cleanup], make) in [
+        (
+            "sim.moveToConfig",
+            ["sim.moveToConfig_init", "sim.moveToConfig_step", "sim.moveToConfig_cleanup"],
+            config as Make,
+        ),
+        ("sim.moveToPose", ["sim.moveToPose_init", "sim.moveToPose_step", "sim.moveToPose_cleanup"], pose),
+    ] {
+        let motion = || Param::any("motion").text("what the first part gave");
+        offer.command(
+            Cmd::new(begin, move |c| {
+                let motion = make(c)?;
+                let number = keep(c, motion)?;
+                c.ret(Value::Map(vec![(Value::text("motion"), Value::Int(number))]));
+                Ok(())
+            })
+            .param(Param::any("params").text(format!("as of {whole}")))
+            .returns(motion())
+            .text(format!("Begins what {whole} does, for scripts that go on by themselves."))
+            .partial(NOTES),
+        );
+        offer.command(
+            Cmd::new(step, |c| {
+                let number = number_of(c)?;
+                let (arrived, answer) = advance(c, number)?;
+                c.ret(i64::from(arrived));
+                c.ret(answer);
+                Ok(())
+            })
+            .param(motion())
+            .returns(Param::int("result").text("0: under way, 1: arrived"))
+            .returns(Param::any("data"))
+            .text("Goes on with it by one step.")
+            .partial(NOTES),
+        );
+        offer.command(
+            Cmd::new(cleanup, |c| {
+                let number = number_of(c)?;
+                finish(c, number)
+            })
+            .param(motion())
+            .text("Ends it."),
+        );
+    }
+}
+
+type Make = fn(&Ctx<'_>) -> Result<Motion>;
+
+fn number_of(c: &Ctx<'_>) -> Result<i64> {
+    let number = c.arg(0).get("motion").and_then(|v| v.as_i64());
+    number.ok_or_else(|| Fail::argument("argument 1: expected what the first part of the motion gave"))
+}
+
+fn keep(c: &Ctx<'_>, motion: Motion) -> Result<i64> {
+    let mut state = state(c)?;
+    state.moved += 1;
+    let number = state.moved;
+    state.motions.insert(number, motion);
+    Ok(number)
+}
+
+fn finish(c: &Ctx<'_>, number: i64) -> Result {
+    let motion = state(c)?.motions.remove(&number);
+    if let Some(Motion { listener: Listener::Function(f), .. }) = motion {
+        c.drop_func(f);
+    }
+    Ok(())
+}
+
+/// Makes the motion, and goes on with it in each step.
+fn run(c: &mut Ctx<'_>, make: Make) -> Result<Outcome> {
+    let number = match c.resumed() {
+        0 => {
+            if !c.can_wait() {
+                return Err(Fail::unsupported("this motion takes time, and the calling script has no thread")
+                    .help("call it from a threaded script, or from sysCall_thread or a coroutine"));
+            }
+            keep(c, make(c)?)?
+        }
+        word => word as i64,
+    };
+    let (arrived, answer) = match advance(c, number) {
+        Ok(done) => done,
+        Err(e) => {
+            finish(c, number)?;
+            return Err(e);
+        }
+    };
+    if !arrived {
+        return c.wait_steps(1, number as u64);
+    }
+    finish(c, number)?;
+    match answer {
+        Value::List(values) => values.into_iter().for_each(|v| c.ret(v)),
+        v => c.ret(v),
+    }
+    Ok(Outcome::Done)
+}
+
+/// One step: whether it has arrived (or the callback said enough), and what is answered.
+fn advance(c: &mut Ctx<'_>, number: i64) -> Result<(bool, Value)> {
+    let dt = c.world().f64(0, c.plugin().p.dt)?;
+    let (motion, (mut arrived, now, left)) = {
+        let mut state = state(c)?;
+        let motion = state.motions.get_mut(&number);
+        let motion = motion.ok_or_else(|| Fail::missing(format!("there is no motion {number}")))?;
+        let stepped = motion.profile.step(dt);
+        (motion.clone(), stepped)
+    };
+    let at = apply(c, &motion.mover, &now)?;
+    let told: Vec<Value> = match &motion.mover {
+        Mover::Pose { .. } => vec![at.clone(), Value::Floats(now[1].clone()), Value::Floats(now[2].clone())],
+        _ => now.iter().map(|v| Value::Floats(v.clone())).collect(),
+    };
+    let enough = match &motion.listener {
+        Listener::Nobody => false,
+        listener => {
+            let map = motion.answer == Answer::Map;
+            let mut args = if map { vec![answer(&motion, &now, &at, left)] } else { told };
+            if !map && !motion.data.is_empty() {
+                args.push(tables::unpack(&motion.data)?);
+            }
+            let results = match listener {
+                Listener::Function(f) => c.call_func(*f, &args)?,
+                Listener::Named(name) => c.world().call_function(c.caller_script(), name, &args)?,
+                Listener::Nobody => Vec::new(),
+            };
+            matches!(results.first(), Some(v) if !matches!(v, Value::Nil | Value::Bool(false)))
+        }
+    };
+    arrived |= enough;
+    Ok((arrived, answer(&motion, &now, &at, left)))
+}
+
+fn answer(motion: &Motion, now: &State, at: &Value, left: f64) -> Value {
+    let [pos, vel, accel] = now.each_ref().map(|v| Value::Floats(v.clone()));
+    let pose = matches!(motion.mover, Mover::Pose { .. });
+    match motion.answer {
+        Answer::Left => Value::List(vec![Value::Float(left)]),
+        Answer::Map => {
+            let mut map = vec![(Value::text(if pose { "pose" } else { "pos" }), at.clone())];
+            map.extend([("vel", vel), ("accel", accel)].map(|(k, v)| (Value::text(k), v)));
+            map.push((Value::text("timeLeft"), Value::Float(left)));
+            if let Ok(data @ (Value::List(_) | Value::Map(_) | Value::Text(_) | Value::Int(_) | Value::Float(_))) =
+                tables::unpack(&motion.data)
+            {
+                map.push((Value::text("auxData"), data));
+            }
+            Value::Map(map)
+        }
+        Answer::List if pose => Value::List(vec![at.clone(), Value::Float(left)]),
+        Answer::List => Value::List(vec![pos, vel, accel, Value::Float(left)]),
+        Answer::Old => {
+            let mut out = vec![Value::Int(0)];
+            match at {
+                Value::Floats(p) if pose && p.len() == 7 => {
+                    out.extend([Value::Floats(p[..3].to_vec()), Value::Floats(p[3..].to_vec())]);
+                }
+                _ => out.push(pos),
+            }
+            out.extend([vel, accel, Value::Float(left)]);
+            Value::List(out)
+        }
+    }
+}
+
+/// Sets what is moved; where it is.
+fn apply(c: &Ctx<'_>, mover: &Mover, now: &State) -> Result<Value> {
+    let (w, p) = (c.world(), &c.plugin().p);
+    match mover {
+        Mover::Nothing => {}
+        Mover::Joints(joints) => {
+            for (joint, x) in joints.iter().zip(&now[0]) {
+                let driven = text_of(c, *joint, p.joint_mode)? == "dynamic";
+                let prop = if driven { p.joint_target_position } else { p.joint_position };
+                w.set_f64s(*joint, prop, &[*x])?;
+            }
+        }
+        Mover::Pose { object, frame, from, to } => {
+            let angle = al::axis_angle(al::turn(al::rotation(to), al::conjugate(al::rotation(from)))).1.abs();
+            // The four coordinates are x, y, z and the angle that was turned.
+            let [x, y, z, turned] =
+                <[f64; 4]>::try_from(now[0].as_slice()).map_err(|_| Fail::new("a pose has four coordinates"))?;
+            let t = if angle > 1e-12 { (turned / angle).clamp(0.0, 1.0) } else { 1.0 };
+            let q = al::rotation(&al::interpolate(from, to, t));
+            let at = al::pose([x, y, z], q);
+            if *object != 0 {
+                w.set_pose(*object, *frame, &at)?;
+            }
+            return Ok(Value::Floats(at.to_vec()));
+        }
+    }
+    Ok(Value::Floats(now[0].clone()))
+}

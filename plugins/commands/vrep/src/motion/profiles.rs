@@ -1,0 +1,103 @@
+//! Motion profiles under a handle: `sim.ruckigPos`, `sim.ruckigVel`, `sim.ruckigStep`, `sim.ruckigRemove`, and the older
+//! `simRMLPos` and its kin.
+
+use super::profile::Profile;
+use crate::{kit::*, state::state};
+
+/// What all profiles here are, against what is documented.
+pub(crate) const NOTES: &str = "All coordinates go side by side on a straight way and arrive together; a velocity at the \
+    start is braked first, one at the goal is taken as 0.";
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let flags = || Param::int("flags").text("ignored: all coordinates arrive together");
+    let common = |command: Cmd| {
+        command
+            .param(Param::int("count").text("of coordinates"))
+            .param(Param::float("smallestStep").unit("s").text("ignored"))
+            .param(flags())
+            .param(table("current", "positions, velocities and accelerations now"))
+    };
+    for (name, older, flat, position) in
+        [("sim.ruckigPos", "sim.rmlPos", "simRMLPos", true), ("sim.ruckigVel", "sim.rmlVel", "simRMLVel", false)]
+    {
+        let limits =
+            if position { "greatest velocities, accelerations and jerks" } else { "greatest accelerations and jerks" };
+        let target = if position { "positions and velocities" } else { "velocities" };
+        let command = Cmd::new(name, move |c| {
+            let n = usize::try_from(c.i64(0)?).ok().filter(|n| (1..=1000).contains(n));
+            let n = n.ok_or_else(|| Fail::argument("argument 1: expected a number of coordinates, at least 1"))?;
+            let part = |i: usize, k: usize| -> Result<Vec<f64>> {
+                (k * n..(k + 1) * n)
+                    .map(|j| c.arg(i).number(j).filter(|x| x.is_finite()).ok_or(j))
+                    .collect::<std::result::Result<_, _>>()
+                    .map_err(|j| Fail::argument(format!("argument {}: element {} is no finite number", i + 1, j + 1)))
+            };
+            let (start, velocity) = (part(3, 0)?, part(3, 1)?);
+            let mut target = part(6, 0)?;
+            for (i, x) in target.iter_mut().enumerate() {
+                // What is not selected stays.
+                if c.arg(5).number(i) == Some(0.0) {
+                    *x = start[i];
+                }
+            }
+            let profile = if position {
+                Profile::to(&start, &velocity, &target, [&part(4, 0)?, &part(4, 1)?, &part(4, 2)?])
+            } else {
+                Profile::to_velocity(&start, &velocity, &target, &part(4, 0)?, &part(4, 1)?)
+            };
+            let mut state = state(c)?;
+            state.profiles.made += 1;
+            let made = state.profiles.made;
+            state.profiles.all.insert(made, profile);
+            drop(state);
+            c.ret(made);
+            Ok(())
+        })
+        .alias(older)
+        .old_name(flat, MINUS);
+        offer.command(
+            common(command)
+                .param(table("limits", limits))
+                .param(Param::any("selection").text("a table: which coordinates move"))
+                .param(table("target", target))
+                .returns(Param::int("profile"))
+                .text(format!("Makes a motion profile to {target}, within limits."))
+                .partial(NOTES),
+        );
+    }
+    offer.command(
+        Cmd::new("sim.ruckigStep", |c| {
+            let (which, dt) = (c.i64(0)?, c.f64(1)?.max(0.0));
+            let stepped = state(c)?.profiles.all.get_mut(&which).map(|p| p.step(dt));
+            let (arrived, [at, v, a], over) = stepped.ok_or_else(|| none(which))?;
+            c.ret(i64::from(arrived));
+            c.ret(&[at, v, a].concat()[..]);
+            c.ret(over);
+            Ok(())
+        })
+        .alias("sim.rmlStep")
+        .old_name("simRMLStep", MINUS)
+        .param(Param::int("profile"))
+        .param(Param::float("dt").unit("s"))
+        .returns(Param::int("result").text("0: under way, 1: arrived"))
+        .returns(Param::list("state").text("positions, velocities and accelerations"))
+        .returns(Param::float("left").unit("s").text("what was left over of the step"))
+        .text("Goes on in a motion profile.")
+        .partial(NOTES),
+    );
+    offer.command(
+        Cmd::new("sim.ruckigRemove", |c| {
+            let which = c.i64(0)?;
+            state(c)?.profiles.all.remove(&which).ok_or_else(|| none(which))?;
+            done(c)
+        })
+        .alias("sim.rmlRemove")
+        .old_name("simRMLRemove", MINUS)
+        .param(Param::int("profile"))
+        .text("Removes a motion profile."),
+    );
+}
+
+fn none(which: i64) -> Fail {
+    Fail::missing(format!("there is no motion profile {which}"))
+}

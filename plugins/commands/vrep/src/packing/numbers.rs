@@ -1,0 +1,204 @@
+//! Numbers as bytes and back, little-endian.
+
+use crate::kit::*;
+
+/// How an element is packed.
+struct Element {
+    name: &'static str,
+    /// Of packing and of unpacking: the name, and the oldest one.
+    pack_names: [&'static str; 2],
+    unpack_names: [&'static str; 2],
+    size: usize,
+    pack: fn(f64, &mut Vec<u8>),
+    unpack: fn(&[u8]) -> Value,
+}
+
+macro_rules! element {
+    ($name:literal, $pack:expr, $unpack:expr, $t:ty, $narrow:expr, $widen:expr) => {
+        Element {
+            name: $name,
+            pack_names: $pack,
+            unpack_names: $unpack,
+            size: size_of::<$t>(),
+            pack: |x, out| {
+                let narrow: fn(f64) -> $t = $narrow;
+                out.extend_from_slice(&narrow(x).to_le_bytes());
+            },
+            unpack: |bytes| {
+                let widen: fn($t) -> Value = $widen;
+                widen(<$t>::from_le_bytes(bytes.try_into().unwrap_or_default()))
+            },
+        }
+    };
+}
+
+/// The elements; integers wrap around as their bits do.
+const ELEMENTS: &[Element] = &[
+    element!(
+        "Float",
+        ["sim.packFloatTable", "simPackFloats"],
+        ["sim.unpackFloatTable", "simUnpackFloats"],
+        f32,
+        |x| x as f32,
+        |x| Value::Float(x.into())
+    ),
+    element!(
+        "Double",
+        ["sim.packDoubleTable", "simPackDoubles"],
+        ["sim.unpackDoubleTable", "simUnpackDoubles"],
+        f64,
+        |x| x,
+        Value::Float
+    ),
+    element!(
+        "Int32",
+        ["sim.packInt32Table", "simPackInts"],
+        ["sim.unpackInt32Table", "simUnpackInts"],
+        i32,
+        |x| x as i64 as i32,
+        |x| Value::Int(x.into())
+    ),
+    element!(
+        "UInt32",
+        ["sim.packUInt32Table", "simPackUInts"],
+        ["sim.unpackUInt32Table", "simUnpackUInts"],
+        u32,
+        |x| x as i64 as u32,
+        |x| Value::Int(x.into())
+    ),
+    element!(
+        "UInt16",
+        ["sim.packUInt16Table", "simPackWords"],
+        ["sim.unpackUInt16Table", "simUnpackWords"],
+        u16,
+        |x| x as i64 as u16,
+        |x| Value::Int(x.into())
+    ),
+    element!(
+        "UInt8",
+        ["sim.packUInt8Table", "simPackBytes"],
+        ["sim.unpackUInt8Table", "simUnpackBytes"],
+        u8,
+        |x| x as i64 as u8,
+        |x| Value::Int(x.into())
+    ),
+];
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    for e in ELEMENTS {
+        let ([pack_name, oldest_pack], [unpack_name, oldest_unpack]) = (e.pack_names, e.unpack_names);
+        offer.command(
+            Cmd::new(pack_name, |c| {
+                let v = c.arg(0);
+                if !is_table(v) {
+                    return Err(Fail::argument("argument 1: expected a table of numbers"));
+                }
+                let range = part(v.len(), int_or(c, 1, 0)?, int_or(c, 2, 0)?);
+                let bytes = pack(e, range.map(|i| v.number(i).unwrap_or(0.0)));
+                if !bytes.is_empty() {
+                    c.ret(bytes.as_slice());
+                }
+                Ok(())
+            })
+            .old_name(oldest_pack, NIL)
+            .old_name(flat_name(pack_name), NIL)
+            .param(Param::any("numbers").text("a table; what is no number counts as 0"))
+            .param(Param::int("start").default(0).optional().text("from 0"))
+            .param(Param::int("count").default(0).optional().text("0: all that follow"))
+            .returns(Param::string("data").text("nothing for an empty table"))
+            .text(format!("Packs numbers as {}.", described(e)))
+            .example(format!("data = {pack_name}({{1, 2, 3}})")),
+        );
+        offer.command(
+            Cmd::new(unpack_name, |c| {
+                let (start, count) = (int_or(c, 1, 0)?, int_or(c, 2, 0)?);
+                let skip = usize::try_from(int_or(c, 3, 0)?).unwrap_or(0);
+                let bytes = c.bytes(0)?;
+                // A parameter that stands in for packed data.
+                let stands_in = bytes == b"1" && c.world().makes_stand_ins();
+                let bytes = if stands_in { STAND_IN } else { bytes };
+                let values = unpack(e, bytes.get(skip..).unwrap_or_default(), start, count);
+                c.ret(values);
+                Ok(())
+            })
+            .old_name(oldest_unpack, NIL)
+            .old_name(flat_name(unpack_name), NIL)
+            .param(Param::string("data"))
+            .param(Param::int("start").default(0).optional().text("from 0"))
+            .param(Param::int("count").default(0).optional().text("0: all that follow"))
+            .param(Param::int("byteOffset").default(0).optional().text("bytes to skip first"))
+            .returns(Param::list("numbers").text("bytes left over at the end are ignored"))
+            .text(format!("Unpacks numbers that were packed as {}.", described(e)))
+            .example(format!("numbers = {unpack_name}(data)")),
+        );
+    }
+}
+
+fn described(e: &Element) -> String {
+    let what = match e.name {
+        "Float" | "Double" => "floats",
+        "Int32" => "signed integers",
+        _ => "unsigned integers",
+    };
+    format!("{what} of {} bytes", e.size)
+}
+
+/// Which elements of `n` are meant.
+fn part(n: usize, start: i64, count: i64) -> std::ops::Range<usize> {
+    let start = usize::try_from(start).unwrap_or(0).min(n);
+    let end = match usize::try_from(count) {
+        Ok(count) if count > 0 => (start + count).min(n),
+        _ => n,
+    };
+    start..end
+}
+
+fn pack(e: &Element, numbers: impl Iterator<Item = f64>) -> Vec<u8> {
+    let mut out = Vec::new();
+    numbers.for_each(|x| (e.pack)(x, &mut out));
+    out
+}
+
+fn unpack(e: &Element, bytes: &[u8], start: i64, count: i64) -> Value {
+    let whole = bytes.len() / e.size;
+    let range = part(whole, start, count);
+    Value::List(bytes.chunks_exact(e.size).skip(range.start).take(range.len()).map(e.unpack).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn element(name: &str) -> &'static Element {
+        ELEMENTS.iter().find(|e| e.name == name).unwrap()
+    }
+
+    #[test]
+    fn floats_are_four_bytes() {
+        let e = element("Float");
+        let data = pack(e, [1.5, -2.0].into_iter());
+        assert_eq!(data, [0, 0, 0xC0, 0x3F, 0, 0, 0, 0xC0]);
+        let both = Value::List(vec![Value::Float(1.5), Value::Float(-2.0)]);
+        assert_eq!(unpack(e, &data, 0, 0), both);
+        assert_eq!(unpack(e, &data, 1, 1), Value::List(vec![Value::Float(-2.0)]));
+        assert_eq!(unpack(e, &data[..7], 0, 0), Value::List(vec![Value::Float(1.5)]));
+        assert_eq!(unpack(e, b"", 0, 0), Value::List(vec![]));
+    }
+
+    #[test]
+    fn integers_wrap() {
+        assert_eq!(pack(element("UInt8"), [256.0, -1.0, 7.9].into_iter()), [0, 255, 7]);
+        assert_eq!(pack(element("UInt16"), [258.0].into_iter()), [2, 1]);
+        let all = pack(element("UInt32"), [-1.0].into_iter());
+        assert_eq!(unpack(element("Int32"), &all, 0, 0), Value::List(vec![Value::Int(-1)]));
+        assert_eq!(unpack(element("UInt32"), &all, 0, 0), Value::List(vec![Value::Int(0xFFFF_FFFF)]));
+    }
+
+    #[test]
+    fn parts() {
+        assert_eq!(part(5, 0, 0), 0..5);
+        assert_eq!(part(5, 2, 2), 2..4);
+        assert_eq!(part(5, 9, 2), 5..5);
+        assert_eq!(part(5, -1, 99), 0..5);
+    }
+}

@@ -1,0 +1,34 @@
+//! Tables as bytes and back: `sim.packTable`, `sim.unpackTable`.
+
+use crate::kit::*;
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        both("sim.packTable", NIL, |c| {
+            if !is_table(c.arg(0)) {
+                return Err(Fail::argument("argument 1: expected a table"));
+            }
+            let data = tables::pack(&c.arg(0).to_value()?)?;
+            c.ret(data.as_slice());
+            Ok(())
+        })
+        .param(Param::any("table"))
+        .param(Param::int("scheme").default(0).optional().text("ignored"))
+        .returns(Param::string("data"))
+        .text("Packs a table of truth values, numbers, texts and tables into a text.")
+        .partial("The bytes are of a form of our own, whatever the scheme: what the original packed is not unpacked."),
+    );
+    offer.command(
+        both("sim.unpackTable", NIL, |c| {
+            let value = match c.bytes(0)? {
+                b"" => Value::List(Vec::new()),
+                data => tables::unpack(data)?,
+            };
+            c.ret(value);
+            Ok(())
+        })
+        .param(Param::string("data").text("empty: an empty table"))
+        .returns(Param::any("table"))
+        .text("Unpacks a table that was packed."),
+    );
+}

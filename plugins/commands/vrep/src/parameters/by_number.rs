@@ -1,0 +1,311 @@
+//! Parameters of objects by number: `sim.getObjectInt32Param(box, sim.shapeintparam_static)` and its kin.
+//!
+//! A number that an object has nothing for gives no value; old names give 0 alone, and 1 before a value.
+
+use crate::{
+    kit::{algebra as al, *},
+    vision::parameters,
+};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    family(offer, &INT32, get_int, set_int, Param::int("value"));
+    family(offer, &FLOAT, get_float, set_float, Param::float("value"));
+}
+
+type Get<T> = fn(&Ctx<'_>, Object, i64) -> Result<Option<T>>;
+type Set<T> = fn(&Ctx<'_>, Object, i64, T) -> Result<bool>;
+
+/// The names of the commands of one type: getter and setter, those before them, and their flat names.
+struct Names {
+    get: &'static str,
+    set: &'static str,
+    get_before: (&'static str, &'static [&'static str]),
+    set_before: (&'static str, &'static [&'static str]),
+}
+
+const INT32: Names = Names {
+    get: "sim.getObjectInt32Param",
+    set: "sim.setObjectInt32Param",
+    get_before: ("sim.getObjectInt32Parameter", &["simGetObjectInt32Parameter", "simGetObjectIntParameter"]),
+    set_before: ("sim.setObjectInt32Parameter", &["simSetObjectInt32Parameter", "simSetObjectIntParameter"]),
+};
+const FLOAT: Names = Names {
+    get: "sim.getObjectFloatParam",
+    set: "sim.setObjectFloatParam",
+    get_before: ("sim.getObjectFloatParameter", &["simGetObjectFloatParameter"]),
+    set_before: ("sim.setObjectFloatParameter", &["simSetObjectFloatParameter"]),
+};
+
+/// The commands of one type of value.
+fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>, set: Set<T>, value: Param) {
+    let id = || Param::int("parameter").text("a number from the tables of constants");
+    let read = move |c: &Ctx<'_>| -> Result<Option<T>> {
+        let (o, n) = (living(c, 0)?, c.i64(1)?);
+        get(c, o, n)
+    };
+    let write = move |c: &Ctx<'_>| -> Result<bool> {
+        let (o, n, value) = (living(c, 0)?, c.i64(1)?, T::read(c, 2)?);
+        set(c, o, n, value)
+    };
+    offer.command(
+        Cmd::new(names.get, move |c| {
+            if let Some(x) = read(c)? {
+                x.give(c);
+            }
+            Ok(())
+        })
+        .param(object("object"))
+        .param(id())
+        .returns(value.clone().text("nothing if the object has no such parameter"))
+        .text("Gives a parameter of an object.")
+        .example(format!("v = {}(box, 3005)", names.get)),
+    );
+    offer.command(
+        Cmd::new(names.set, move |c| {
+            if !write(c)? {
+                let (o, n) = (living(c, 0)?, c.i64(1)?);
+                return Err(Fail::argument(format!(
+                    "object {} `{}` has no parameter {n} that could be set",
+                    o.handle(),
+                    path(c, o.id)
+                )));
+            }
+            done(c)
+        })
+        .param(object("object"))
+        .param(id())
+        .param(value.clone())
+        .text("Sets a parameter of an object.")
+        .example(format!("{}(box, 3005, 1)", names.set)),
+    );
+    let getter = Cmd::new(names.get_before.0, move |c| {
+        match read(c)? {
+            Some(x) => {
+                c.ret(1_i64);
+                x.give(c);
+            }
+            None => c.ret(0_i64),
+        }
+        Ok(())
+    });
+    let setter = Cmd::new(names.set_before.0, move |c| {
+        let done = write(c)?;
+        c.ret(i64::from(done));
+        Ok(())
+    });
+    let with_flat = |command: Cmd, flat: &[&str]| flat.iter().fold(command, |c, name| c.old_name(*name, MINUS));
+    let getter = with_flat(getter, names.get_before.1);
+    let setter = with_flat(setter, names.set_before.1);
+    offer.command(
+        getter
+            .param(object("object"))
+            .param(id())
+            .returns(Param::int("result").text("1; 0 alone: the object has no such parameter"))
+            .returns(value.clone())
+            .text("Gives whether an object has a parameter, and its value.")
+            .example(format!("result, v = {}(box, 3005)", names.get_before.0)),
+    );
+    offer.command(
+        setter
+            .param(object("object"))
+            .param(id())
+            .param(value)
+            .returns(Param::int("result").text("1; 0: the object has no such parameter"))
+            .text("Sets a parameter of an object, if it has it.")
+            .example(format!("{}(box, 3005, 1)", names.set_before.0)),
+    );
+}
+
+/// An integer or a float.
+trait Number: Copy + 'static {
+    fn read(c: &Ctx<'_>, i: usize) -> Result<Self>;
+    fn give(self, c: &mut Ctx<'_>);
+}
+impl Number for i64 {
+    fn read(c: &Ctx<'_>, i: usize) -> Result<Self> {
+        c.i64(i)
+    }
+    fn give(self, c: &mut Ctx<'_>) {
+        c.ret(self);
+    }
+}
+impl Number for f64 {
+    fn read(c: &Ctx<'_>, i: usize) -> Result<Self> {
+        c.f64(i)
+    }
+    fn give(self, c: &mut Ctx<'_>) {
+        c.ret(self);
+    }
+}
+
+fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
+    let (id, p) = (o.id, &c.plugin().p);
+    let yes = |prop| bool_of(c, id, prop).map(i64::from);
+    Ok(Some(match (o.kind, n) {
+        (_, 10) => int_of(c, id, p.layer)?,
+        (_, 36) => yes(p.visible)?,
+        (TATU_KIND_JOINT, 2000) => i64::from(control(c, id)? != "free"),
+        (TATU_KIND_JOINT, 2001) => i64::from(control(c, id)? == "position"),
+        (TATU_KIND_JOINT, 2039) => match control(c, id)?.as_str() {
+            "force" => 1,
+            "velocity" => 4,
+            "position" => 8,
+            "spring" => 12,
+            "callback" => 16,
+            _ => 0,
+        },
+        (TATU_KIND_SHAPE, 3003) => 1 - yes(p.dynamic)?,
+        (TATU_KIND_SHAPE, 3004) => yes(p.respondable)?,
+        (TATU_KIND_SHAPE, 3016) => i64::from(text_of(c, id, p.primitive)? == "compound"),
+        (TATU_KIND_SHAPE, 3017) => yes(p.convex)?,
+        (TATU_KIND_SHAPE, 3019) => int_of(c, id, p.respondable_mask)?,
+        (TATU_KIND_SENSOR, _) => return Ok(parameters::get_int(c, id, n)),
+        _ => return Ok(None),
+    }))
+}
+
+fn set_int(c: &Ctx<'_>, o: Object, n: i64, value: i64) -> Result<bool> {
+    let (id, p, w) = (o.id, &c.plugin().p, c.world());
+    let yes = Value::Bool(value != 0);
+    match (o.kind, n) {
+        (_, 10) => w.set(id, p.layer, &Value::Int(value))?,
+        (_, 36) => w.set(id, p.visible, &yes)?,
+        (TATU_KIND_JOINT, 2000 | 2001 | 2039) => {
+            let now = control(c, id)?;
+            let next = controlled(&now, n, value)
+                .ok_or_else(|| Fail::unsupported(format!("joints have no control mode {value}")))?;
+            if next != now {
+                w.set(id, p.joint_control, &next.into())?;
+            }
+        }
+        (TATU_KIND_SHAPE, 3003) => w.set(id, p.dynamic, &Value::Bool(value == 0))?,
+        (TATU_KIND_SHAPE, 3004) => w.set(id, p.respondable, &yes)?,
+        (TATU_KIND_SHAPE, 3019) => w.set(id, p.respondable_mask, &Value::Int(value))?,
+        (TATU_KIND_SENSOR, _) => return parameters::set_int(c, id, n, value),
+        _ => return Ok(false),
+    }
+    Ok(true)
+}
+
+fn control(c: &Ctx<'_>, joint: tatu_object) -> Result<String> {
+    text_of(c, joint, c.plugin().p.joint_control)
+}
+
+/// What a joint's control becomes: 2000 switches the motor, 2001 its position control, 2039 chooses.
+fn controlled(now: &str, n: i64, value: i64) -> Option<&str> {
+    Some(match (n, value) {
+        (2000, 0) => "free",
+        (2000, _) if now == "free" => "velocity",
+        (2001, 0) if now == "position" => "velocity",
+        (2000, _) | (2001, 0) => now,
+        (2001, _) => "position",
+        (2039, 0) => "free",
+        (2039, 1) => "force",
+        (2039, 4) => "velocity",
+        (2039, 8) => "position",
+        (2039, 12) => "spring",
+        (2039, 16) => "callback",
+        _ => return None,
+    })
+}
+
+/// Size of an object without one of its own, m.
+const DUMMY: f64 = 0.01;
+
+fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
+    let (id, p, w) = (o.id, &c.plugin().p, c.world());
+    Ok(Some(match (o.kind, n) {
+        (_, 11..=13) => w.twist(id)?[(n - 11) as usize],
+        (_, 14) => {
+            let t = w.twist(id)?;
+            al::length([t[3], t[4], t[5]])
+        }
+        // The box of a shape lies about its origin.
+        (TATU_KIND_SHAPE, 15..=17) => -w.f64s::<3>(id, p.size)?[(n - 15) as usize] / 2.0,
+        (TATU_KIND_SHAPE, 18..=20) => w.f64s::<3>(id, p.size)?[(n - 18) as usize] / 2.0,
+        (_, 15..=20) => {
+            if w.used_as(id, "shape") {
+                return get_float(c, w.look(id)?, n);
+            }
+            if n < 18 { -DUMMY / 2.0 } else { DUMMY / 2.0 }
+        }
+        (_, 34) => 1.0,
+        (TATU_KIND_JOINT, 2005..=2011) => w.f64s::<7>(id, p.local_pose)?[(n - 2005) as usize],
+        (TATU_KIND_JOINT, 2012) => w.f64(id, p.joint_velocity)?,
+        (TATU_KIND_JOINT, 2002..=2004) => gains(c, id)?[(n - 2002) as usize] * engine_step(c)?,
+        (TATU_KIND_JOINT, 2013..=2016) => w.f64s::<4>(id, p.joint_rotation)?[(n - 2013) as usize],
+        (TATU_KIND_JOINT, 2017 | 2036) => w.f64(id, p.joint_max_velocity)?,
+        (TATU_KIND_JOINT, 2018) => w.f64(id, p.joint_stiffness)?,
+        (TATU_KIND_JOINT, 2019) => w.f64(id, p.joint_damping)?,
+        (TATU_KIND_JOINT, 2034) => w.f64(id, p.joint_lead)? / std::f64::consts::TAU,
+        (TATU_KIND_JOINT, 2042) => w.f64(id, p.joint_lead)?,
+        (TATU_KIND_SHAPE, 3005) => w.f64(id, p.mass)?,
+        (TATU_KIND_SENSOR, _) => return Ok(parameters::get_float(c, id, n)),
+        _ => return Ok(None),
+    }))
+}
+
+/// P, I and D of a joint's position control, 1/s, 1/s^2 and 1.
+fn gains(c: &Ctx<'_>, joint: tatu_object) -> Result<[f64; 3]> {
+    let set = c.world().get(joint, c.plugin().p.joint_gains)?;
+    let set: Vec<f64> = (0..3).filter_map(|i| set.number(i)).collect();
+    // What joints without gains of their own do: 0.1 in each of 5 ms.
+    Ok(set.try_into().unwrap_or([20.0, 0.0, 0.0]))
+}
+
+/// The original's gains are per physics step.
+fn engine_step(c: &Ctx<'_>) -> Result<f64> {
+    c.world().f64(0, c.plugin().p.physics_dt)
+}
+
+fn set_float(c: &Ctx<'_>, o: Object, n: i64, value: f64) -> Result<bool> {
+    let (id, p, w) = (o.id, &c.plugin().p, c.world());
+    match (o.kind, n) {
+        (TATU_KIND_SHAPE, 3005) => w.set_f64s(id, p.mass, &[value.max(1e-7)])?,
+        (TATU_KIND_JOINT, 2002..=2004) => {
+            let mut g = gains(c, id)?;
+            g[(n - 2002) as usize] = value / engine_step(c)?;
+            w.set(id, p.joint_gains, &Value::Floats(g.to_vec()))?;
+        }
+        (TATU_KIND_JOINT, 2017 | 2036) => w.set_f64s(id, p.joint_max_velocity, &[value])?,
+        (TATU_KIND_JOINT, 2018) => w.set_f64s(id, p.joint_stiffness, &[value.max(0.0)])?,
+        (TATU_KIND_JOINT, 2019) => w.set_f64s(id, p.joint_damping, &[value.max(0.0)])?,
+        (TATU_KIND_JOINT, 2034) => w.set_f64s(id, p.joint_lead, &[value * std::f64::consts::TAU])?,
+        (TATU_KIND_JOINT, 2042) => w.set_f64s(id, p.joint_lead, &[value])?,
+        // A static shape with an initial velocity is a conveyor: its surface moves, told in the world's axes.
+        (TATU_KIND_SHAPE, 3000..=3002) if !bool_of(c, id, p.dynamic)? => {
+            let turn = al::rotation(&w.pose(id, 0)?);
+            let mut v = al::rotate(turn, w.f64s::<3>(id, p.surface_velocity)?);
+            v[(n - 3000) as usize] = value;
+            let own = al::rotate(al::conjugate(turn), v);
+            w.set(id, p.surface_velocity, &Value::Floats(own.to_vec()))?;
+        }
+        // Initial velocities; there is no reset to wait for, so they act now.
+        (TATU_KIND_SHAPE, 3000..=3002 | 3020..=3022) => {
+            let mut t = w.twist(id)?;
+            t[if n < 3020 { n - 3000 } else { n - 3017 } as usize] = value;
+            w.set_twist(id, &t)?;
+        }
+        (TATU_KIND_SENSOR, _) => return parameters::set_float(c, id, n, value),
+        _ => return Ok(false),
+    }
+    Ok(true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::controlled;
+
+    #[test]
+    fn motors_are_switched() {
+        assert_eq!(controlled("free", 2000, 1), Some("velocity"));
+        assert_eq!(controlled("position", 2000, 1), Some("position"));
+        assert_eq!(controlled("velocity", 2000, 0), Some("free"));
+        assert_eq!(controlled("velocity", 2001, 1), Some("position"));
+        assert_eq!(controlled("position", 2001, 0), Some("velocity"));
+        assert_eq!(controlled("free", 2001, 0), Some("free"));
+        assert_eq!(controlled("free", 2039, 8), Some("position"));
+        assert_eq!(controlled("free", 2039, 12), Some("spring"));
+        assert_eq!(controlled("free", 2039, 7), None);
+    }
+}

@@ -1,0 +1,11 @@
+//! Paths: as tables of configurations, and as objects of old scenes.
+
+pub(crate) mod objects;
+mod tables;
+
+use crate::kit::{Offer, Vrep};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    tables::offer(offer);
+    objects::offer(offer);
+}

@@ -1,0 +1,348 @@
+//! Path objects of old scenes: control points, along which places are asked for. Since 4.2 they are dummies.
+
+use super::tables as paths;
+use crate::kit::{
+    algebra::{self as al, Pose},
+    *,
+};
+
+const NOTES: &str = "Corners are rounded as the scene tells; a path that a script makes goes straight from one control point to the \
+    next. Velocities and virtual distances are ignored. A dummy without control points is a path of one point.";
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let path = || flagged("path");
+    let along = || Param::float("along").text("0: the beginning, 1: the end");
+    offer.command(
+        both("sim.createPath", MINUS, |c| {
+            // Since 4.2 it is a dummy, and the control points come first: 7 numbers each.
+            let modern = is_table(c.arg(0));
+            let dummy = c.world().create(if modern { "dummy" } else { "path" }, 0, "Path")?;
+            if modern {
+                let all = paths::floats(c, 0)?;
+                let points: Vec<Pose> = all.chunks_exact(7).map(|p| std::array::from_fn(|i| p[i])).collect();
+                let closed = c.arg(1).as_i64().unwrap_or(0) & 2 != 0;
+                write(c, dummy, &Path { points, rounding: Vec::new(), closed })?;
+            } else {
+                let attributes = if c.has(0) { c.i64(0)? } else { 0 };
+                write(
+                    c,
+                    dummy,
+                    &Path { points: Vec::new(), rounding: Vec::new(), closed: attributes > 0 && attributes & 4 != 0 },
+                )?;
+            }
+            c.ret(handle(dummy));
+            Ok(())
+        })
+        .param(Param::any("points").text("7 numbers for each control point; in old scripts the attributes"))
+        .param(Param::any("more").rest().text("options: 2 makes it closed; others are ignored"))
+        .returns(Param::int("path"))
+        .text("Makes a path.")
+        .partial(NOTES),
+    );
+    offer.command(
+        both("sim.insertPathCtrlPoints", MINUS, |c| {
+            let (id, options, start, count) = (living(c, 0)?.id, c.i64(1)?, c.i64(2)?, c.i64(3)?);
+            let size = if options & 2 != 0 { 16 } else { 11 };
+            let data = paths::floats(c, 4)?;
+            let mut path = read(c, id)?;
+            let new: Vec<Pose> = data
+                .chunks_exact(size)
+                .take(usize::try_from(count).unwrap_or(0))
+                .map(|p| al::pose([p[0], p[1], p[2]], al::from_euler([p[3], p[4], p[5]])))
+                .collect();
+            let at = usize::try_from(start).unwrap_or(0).min(path.points.len());
+            path.points.splice(at..at, new);
+            path.closed |= options & 1 != 0;
+            write(c, id, &path)?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .param(path())
+        .param(Param::int("options").text("1: closed, 2: 16 numbers a point instead of 11"))
+        .param(Param::int("start").text("from 0"))
+        .param(Param::int("count"))
+        .param(table("data", "x, y, z, alpha, beta, gamma and more for each point"))
+        .returns(Param::int("done"))
+        .text("Puts control points into a path.")
+        .partial(NOTES),
+    );
+    offer.command(
+        both("sim.cutPathCtrlPoints", MINUS, |c| {
+            let (id, start, count) = (living(c, 0)?.id, c.i64(1)?, c.i64(2)?);
+            let mut path = read(c, id)?;
+            if start < 0 {
+                path.points.clear();
+            } else {
+                let from = (start as usize).min(path.points.len());
+                let to = from.saturating_add(usize::try_from(count).unwrap_or(0)).min(path.points.len());
+                path.points.drain(from..to);
+            }
+            write(c, id, &path)?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .param(path())
+        .param(Param::int("start").text("from 0; -1: all"))
+        .param(Param::int("count"))
+        .returns(Param::int("done"))
+        .text("Takes control points out of a path."),
+    );
+    let at = |c: &Ctx<'_>| -> Result<Pose> {
+        let id = of_path(c)?;
+        let own = read(c, id)?.at(c.f64(1)?);
+        Ok(al::compose(&c.world().pose(id, 0)?, &own))
+    };
+    offer.command(
+        both("sim.getPositionOnPath", NIL, move |c| {
+            let p = at(c)?;
+            c.ret(&p[..3]);
+            Ok(())
+        })
+        .param(path())
+        .param(along())
+        .returns(Param::floats("position", 3).unit("m"))
+        .text("Gives a point of a path, in the world.")
+        .partial(NOTES),
+    );
+    offer.command(
+        both("sim.getOrientationOnPath", NIL, move |c| {
+            let p = at(c)?;
+            c.ret(&al::to_euler(al::rotation(&p))[..]);
+            Ok(())
+        })
+        .param(path())
+        .param(along())
+        .returns(Param::floats("angles", 3).unit("rad"))
+        .text("Gives how a path is turned at a place, in the world.")
+        .partial(NOTES),
+    );
+    offer.command(
+        both("sim.getDataOnPath", NIL, |c| {
+            of_path(c)?;
+            c.ret(0_i64);
+            c.ret(&[0.0; 4][..]);
+            Ok(())
+        })
+        .param(path())
+        .param(along())
+        .returns(Param::int("flags"))
+        .returns(Param::floats("channels", 4))
+        .text("Gives extra data of a path: there is none.")
+        .stub("control points keep no extra data"),
+    );
+    offer.command(
+        both("sim.getPathLength", NIL, |c| {
+            let length = read(c, of_path(c)?)?.length();
+            c.ret(length);
+            Ok(())
+        })
+        .param(path())
+        .returns(Param::float("length").unit("m"))
+        .text("Gives how long a path is.")
+        .partial(NOTES),
+    );
+    offer.command(
+        both("sim.getPathPosition", NIL, |c| {
+            let id = of_path(c)?;
+            let at = tags::number(c, id, "path position")?.unwrap_or(0.0);
+            c.ret(at);
+            Ok(())
+        })
+        .param(path())
+        .returns(Param::float("position").unit("m"))
+        .text("Gives the place on a path that was set."),
+    );
+    offer.command(
+        both("sim.setPathPosition", MINUS, |c| {
+            let (id, x) = (of_path(c)?, c.f64(1)?);
+            tags::set_number(c, id, "path position", x)?;
+            done(c)
+        })
+        .param(path())
+        .param(Param::float("position").unit("m"))
+        .text("Sets a place on a path.")
+        .partial("It is kept; nothing moves along by itself."),
+    );
+    offer.command(
+        both("sim.getClosestPositionOnPath", NIL, |c| {
+            let id = of_path(c)?;
+            let (path, p) = (read(c, id)?, numbers::<3>(c, 1)?);
+            let points: Vec<[f64; 3]> = path.line().iter().map(al::position).collect();
+            let (i, t) = paths::nearest(&points, p);
+            let lengths = path.lengths();
+            let next = lengths.get(i + 1).copied().unwrap_or(lengths[i]);
+            let total = path.length();
+            c.ret(if total > 0.0 { (lengths[i] + (next - lengths[i]) * t) / total } else { 0.0 });
+            Ok(())
+        })
+        .param(path())
+        .param(table("point", "{x, y, z} in the path's frame"))
+        .returns(Param::float("along").text("0 to 1"))
+        .text("Gives the place of a path that is nearest to a point.")
+        .partial(NOTES),
+    );
+    offer.command(
+        both("sim.followPath", NIL, follow)
+            .param(flagged("object"))
+            .param(path())
+            .param(Param::int("what").default(3).optional().text("1: position, 2: orientation, 3: both"))
+            .param(Param::float("start").default(0.0).optional().text("0 to 1: where it begins"))
+            .param(Param::float("velocity").unit("m/s").default(0.1).optional())
+            .param(Param::float("acceleration").default(0.0).optional().text("ignored"))
+            .returns(Param::float("left").unit("s").text("what was left over of the last step"))
+            .text("Moves an object along a path.")
+            .no_wait("Waits in the calling thread; in scripts without one it fails.")
+            .partial("At constant velocity, on straight ways between control points."),
+    );
+}
+
+/// Whether a dummy was made a path.
+pub(crate) fn is_path(c: &Shared<'_>, id: tatu_object) -> bool {
+    tags::private(c, id, "path").is_ok_and(|p| p.is_some())
+}
+
+fn of_path(c: &Ctx<'_>) -> Result<tatu_object> {
+    let o = living(c, 0)?;
+    match o.kind {
+        TATU_KIND_DUMMY | TATU_KIND_PATH => Ok(o.id),
+        _ => Err(Fail::argument(format!("object {} `{}` is not a path", o.handle(), path(c, o.id)))),
+    }
+}
+
+/// Control points in the path's own frame.
+struct Path {
+    points: Vec<Pose>,
+    /// Of each point: shares of the ways before and after it that are rounded, and by how many places; empty: none is.
+    rounding: Vec<[f64; 3]>,
+    closed: bool,
+}
+
+impl Path {
+    /// Places that the way leads through, straight from one to the next.
+    fn line(&self) -> Vec<Pose> {
+        let n = self.points.len();
+        if n == 0 {
+            return vec![al::IDENTITY];
+        }
+        let mut line = Vec::new();
+        for (i, p) in self.points.iter().enumerate() {
+            let inner = self.closed || i > 0 && i + 1 < n;
+            match self.rounding.get(i) {
+                Some([before, after, places]) if inner && n > 2 && *places > 1.0 => {
+                    let from = al::interpolate(p, &self.points[(i + n - 1) % n], *before / 2.0);
+                    let to = al::interpolate(p, &self.points[(i + 1) % n], *after / 2.0);
+                    // A curve of second order, from the one place to the other, that the point pulls.
+                    line.extend((0..=*places as usize).map(|k| {
+                        let t = k as f64 / places.trunc();
+                        al::interpolate(&al::interpolate(&from, p, t), &al::interpolate(p, &to, t), t)
+                    }));
+                }
+                _ => line.push(*p),
+            }
+        }
+        if self.closed {
+            line.push(line[0]);
+        }
+        line
+    }
+    fn lengths(&self) -> Vec<f64> {
+        let (mut out, mut sum) = (vec![0.0], 0.0);
+        for pair in self.line().windows(2) {
+            sum += al::length(al::sub(al::position(&pair[1]), al::position(&pair[0])));
+            out.push(sum);
+        }
+        out
+    }
+    fn length(&self) -> f64 {
+        self.lengths().last().copied().unwrap_or(0.0)
+    }
+    /// The pose at a part of its length.
+    fn at(&self, along: f64) -> Pose {
+        let (line, lengths) = (self.line(), self.lengths());
+        let t = along.clamp(0.0, 1.0) * self.length();
+        let i = lengths.partition_point(|l| *l <= t).clamp(1, lengths.len().max(2) - 1) - 1;
+        let (Some(a), Some(b)) = (line.get(i), line.get(i + 1)) else { return line[0] };
+        let way = lengths[i + 1] - lengths[i];
+        al::interpolate(a, b, if way > 0.0 { ((t - lengths[i]) / way).clamp(0.0, 1.0) } else { 0.0 })
+    }
+}
+
+fn is_kind(c: &Ctx<'_>, id: tatu_object) -> bool {
+    c.world().look(id).is_ok_and(|o| o.kind == TATU_KIND_PATH)
+}
+
+fn read(c: &Ctx<'_>, id: tatu_object) -> Result<Path> {
+    let p = &c.plugin().p;
+    let sevens = |numbers: &[f64]| numbers.chunks_exact(7).map(|p| std::array::from_fn(|i| p[i])).collect();
+    if is_kind(c, id) {
+        let points = c.world().get(id, p.path_points)?.numbers().unwrap_or_default();
+        let rounding = c.world().get(id, p.path_rounding)?.numbers().unwrap_or_default();
+        let rounding = rounding.chunks_exact(3).map(|r| [r[0], r[1], r[2]]).collect();
+        return Ok(Path { points: sevens(&points), rounding, closed: bool_of(c, id, p.path_closed)? });
+    }
+    let text = tags::private(c, id, "path")?.unwrap_or_default();
+    let text = String::from_utf8_lossy(&text).into_owned();
+    let numbers: Vec<f64> = text.split(' ').filter_map(|t| t.parse().ok()).collect();
+    let points = sevens(numbers.get(1..).unwrap_or_default());
+    Ok(Path { points, rounding: Vec::new(), closed: numbers.first() == Some(&1.0) })
+}
+
+fn write(c: &Ctx<'_>, id: tatu_object, path: &Path) -> Result {
+    let p = &c.plugin().p;
+    let numbers: Vec<f64> = path.points.iter().flatten().copied().collect();
+    if is_kind(c, id) {
+        let rounding = if path.rounding.len() == path.points.len() { path.rounding.concat() } else { Vec::new() };
+        c.world().set(id, p.path_rounding, &Value::Floats(rounding))?;
+        c.world().set(id, p.path_closed, &Value::Bool(path.closed))?;
+        return c.world().set(id, p.path_points, &Value::Floats(numbers));
+    }
+    let mut text = String::from(if path.closed { "1" } else { "0" });
+    numbers.iter().for_each(|x| text += &format!(" {x}"));
+    tags::set_private(c, id, "path", Some(text.as_bytes()))
+}
+
+/// Called again in each step; the word leads to what it follows.
+fn follow(c: &mut Ctx<'_>) -> Result<Outcome> {
+    let (w, dt) = (c.world(), c.world().f64(0, c.plugin().p.dt)?);
+    let word = match c.resumed() {
+        0 => {
+            if !c.can_wait() {
+                return Err(Fail::unsupported("this motion takes time, and the calling script has no thread"));
+            }
+            let (object, path) = (living(c, 0)?.id, living(c, 1)?.id);
+            let start = if c.has(3) { c.f64(3)? } else { 0.0 };
+            let v = if c.has(4) { c.f64(4)? } else { 0.1 };
+            let mut state = crate::state::state(c)?;
+            state.moved += 1;
+            let number = state.moved;
+            let what = int_or(c, 2, 3)?;
+            state.follows.insert(number, (object, path, what, start, v));
+            number
+        }
+        word => word as i64,
+    };
+    let found = crate::state::state(c)?.follows.get(&word).copied();
+    let Some((object, path, what, along, v)) = found else { return Err(Fail::new("the motion is gone")) };
+    let length = read(c, path)?.length();
+    let next = if length > 0.0 { along + v * dt / length } else { 1.0 };
+    let at = al::compose(&w.pose(path, 0)?, &read(c, path)?.at(next));
+    let now = w.pose(object, 0)?;
+    let p = if what & 1 != 0 { al::position(&at) } else { al::position(&now) };
+    let q = if what & 2 != 0 { al::rotation(&at) } else { al::rotation(&now) };
+    w.set_pose(object, 0, &al::pose(p, q))?;
+    let arrived = next >= 1.0 || v <= 0.0;
+    {
+        let mut state = crate::state::state(c)?;
+        if arrived {
+            state.follows.remove(&word);
+        } else if let Some(f) = state.follows.get_mut(&word) {
+            f.3 = next;
+        }
+    }
+    if arrived {
+        let over = if v > 0.0 { ((next - 1.0) * length / v).clamp(0.0, dt) } else { 0.0 };
+        c.ret(over);
+        return Ok(Outcome::Done);
+    }
+    c.wait_steps(1, word as u64)
+}

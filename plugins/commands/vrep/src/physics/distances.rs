@@ -1,0 +1,111 @@
+//! Collisions and distances between shapes.
+
+use crate::{
+    kit::*,
+    lookup::{
+        entities::{self, Entity},
+        registered::{answer_handle, by_name},
+    },
+    state::state,
+};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let entity = |key: &str| Param::int(key).text("an object with what hangs below it, or a collection");
+    let second = || Param::int("second").text("an object, a collection, or sim.handle_all: all other shapes");
+    let notes = "Surfaces of meshes that are not convex are hollow: what is wholly inside does not touch them.";
+    offer.command(
+        both("sim.checkCollision", MINUS, |c| {
+            let touching =
+                closest(c, &entities::entity(c, 0)?, &entities::entity(c, 1)?, 1e-9)?.filter(|d| d.length() == 0.0);
+            c.ret(i64::from(touching.is_some()));
+            if version(c) >= (4, 0) {
+                c.ret(&touching.map_or([-1, -1], |d| d.0.pair.map(handle))[..]);
+            }
+            Ok(())
+        })
+        .param(entity("first"))
+        .param(second())
+        .returns(Param::int("result").text("1: they overlap"))
+        .returns(Param::list("objects").text("the two shapes, since 4.0; -1 without"))
+        .text("Tells whether shapes overlap.")
+        .notes(notes),
+    );
+    offer.command(
+        both("sim.checkDistance", NIL, |c| {
+            let threshold = if c.has(2) { c.f64(2)? } else { 0.0 };
+            let found = closest(c, &entities::entity(c, 0)?, &entities::entity(c, 1)?, threshold)?;
+            let modern = version(c) >= (4, 0);
+            c.ret(i64::from(found.is_some()));
+            match found {
+                Some(d) => {
+                    let Closest { from: [a, b, x], to: [e, f, g], pair } = d.0;
+                    c.ret(&[a, b, x, e, f, g, d.length()][..]);
+                    if modern {
+                        c.ret(&pair.map(handle)[..]);
+                    }
+                }
+                None if modern => {
+                    c.ret(&[0.0; 7][..]);
+                    c.ret(&[-1_i64, -1][..]);
+                }
+                None => {}
+            }
+            Ok(())
+        })
+        .param(entity("first"))
+        .param(second())
+        .param(Param::float("threshold").unit("m").default(0.0).optional().text("0: any distance"))
+        .returns(Param::int("result").text("1; 0: they are farther apart"))
+        .returns(Param::floats("data", 7).text("both ends of the shortest way, and its length"))
+        .returns(Param::list("objects").text("the two shapes, since 4.0"))
+        .text("Measures the shortest way between shapes.")
+        .notes(notes),
+    );
+    for (name, irregular, text) in [
+        ("sim.getIkGroupHandle", "simGetIkGrouphandle", "IK group"),
+        ("sim.getMechanismHandle", "simGetMechanismhandle", "mechanism"),
+    ] {
+        offer.command(
+            both(name, MINUS, move |c| -> Result {
+                let name = c.text(0)?;
+                let known: Vec<(String, i64)> = match text {
+                    "IK group" => state(c)?.registered.ik_groups.iter().map(|g| (g.name.clone(), g.handle)).collect(),
+                    _ => Vec::new(),
+                };
+                let found = by_name(c, &name, known.iter().map(|(n, h)| (n.as_str(), *h)))?;
+                answer_handle(c, &name, text, found)
+            })
+            .old_name(irregular, MINUS)
+            .param(Param::string("name"))
+            .returns(Param::int("object"))
+            .text(format!("Finds the {text} of a name in the scene."))
+            .partial(format!("{text}s are not solved.")),
+        );
+    }
+}
+
+/// The shortest way between two things.
+pub(crate) struct Way(pub(crate) Closest);
+
+impl Way {
+    pub(crate) fn length(&self) -> f64 {
+        (0..3).map(|i| (self.0.from[i] - self.0.to[i]).powi(2)).sum::<f64>().sqrt()
+    }
+}
+
+/// The shortest way from one to the other, where both have shapes; `limit` > 0: no longer than this, m.
+pub(crate) fn closest(c: &Ctx<'_>, first: &Entity, second: &Entity, limit: f64) -> Result<Option<Way>> {
+    let (first, second) = match (first, second) {
+        (Entity::Objects(a), Entity::Objects(b)) => (a.as_slice(), b.as_slice()),
+        (Entity::Objects(a), Entity::All) | (Entity::All, Entity::Objects(a)) => (a.as_slice(), &[][..]),
+        (Entity::All, Entity::All) => return Ok(None),
+    };
+    if !second.is_empty() && first.iter().all(|o| second.contains(o)) {
+        return Ok(None);
+    }
+    let shapes = |all: &[tatu_object]| all.iter().any(|o| c.world().look(*o).is_ok_and(|o| o.kind == TATU_KIND_SHAPE));
+    if !shapes(first) || !second.is_empty() && !shapes(second) {
+        return Ok(None);
+    }
+    Ok(c.world().closest(first, second, limit)?.map(Way))
+}

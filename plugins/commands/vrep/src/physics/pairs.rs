@@ -1,0 +1,176 @@
+//! Collision and distance objects of old scenes: two things that the scene keeps an eye on.
+//!
+//! Those that are not explicit are looked at when they are read; explicit ones when they are handled.
+
+use super::distances::closest;
+use crate::{
+    kit::*,
+    lookup::{
+        entities::{self, Entity},
+        registered::{answer_handle, by_name, is_stand_in},
+    },
+    state::{
+        registered::{Found, Pair, Registered},
+        state,
+    },
+};
+
+const NOTES: &str = "Objects that are not explicit are looked at when they are read, not in the sensing part.";
+
+/// The two sorts.
+#[derive(Clone, Copy)]
+enum Sort {
+    Collision,
+    Distance,
+}
+use Sort::{Collision, Distance};
+
+impl Sort {
+    fn word(self) -> &'static str {
+        match self {
+            Collision => "collision object",
+            Distance => "distance object",
+        }
+    }
+    fn all(self, registered: &Registered) -> &[Pair] {
+        match self {
+            Collision => &registered.collisions,
+            Distance => &registered.distances,
+        }
+    }
+}
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    for (sort, get, irregular) in [
+        (Collision, "sim.getCollisionHandle", "simGetCollisionhandle"),
+        (Distance, "sim.getDistanceHandle", "simGetDistancehandle"),
+    ] {
+        let run = move |c: &mut Ctx<'_>| {
+            let name = c.text(0)?;
+            let known: Vec<(String, i64)> =
+                sort.all(&state(c)?.registered).iter().map(|p| (p.name.clone(), p.handle)).collect();
+            let found = by_name(c, &name, known.iter().map(|(n, h)| (n.as_str(), *h)))?;
+            answer_handle(c, &name, sort.word(), found)
+        };
+        offer.command(
+            both(get, MINUS, run)
+                .old_name(irregular, MINUS)
+                .param(Param::string("name"))
+                .returns(Param::int("object"))
+                .text(format!("Finds a {} of the scene.", sort.word())),
+        );
+    }
+    for (sort, name) in [(Collision, "sim.readCollision"), (Distance, "sim.readDistance")] {
+        offer.command(
+            both(name, MINUS, move |c| {
+                let found = read(c, sort)?;
+                answer(c, sort, found)
+            })
+            .param(Param::int("object"))
+            .returns(Param::int("result").text("1: there is one; 0: there is none, or it was never handled"))
+            .returns(Param::any("found").text("the two shapes that touch, or the distance in m"))
+            .text(format!("Reads a {}.", sort.word()))
+            .partial(NOTES),
+        );
+    }
+    for (sort, name) in [(Collision, "sim.handleCollision"), (Distance, "sim.handleDistance")] {
+        offer.command(
+            both(name, MINUS, move |c| handle_pairs(c, sort))
+                .param(Param::int("object").text("sim.handle_all, sim.handle_all_except_explicit, or one"))
+                .returns(Param::int("result").text("how many there are; of one: 1 or 0"))
+                .returns(Param::any("found").text("of one: the two shapes that touch, or the distance in m"))
+                .text(format!("Looks at {}s.", sort.word()))
+                .partial(NOTES),
+        );
+    }
+    for (sort, name) in [(Collision, "sim.resetCollision"), (Distance, "sim.resetDistance")] {
+        offer.command(
+            both(name, MINUS, move |c| {
+                let which = c.i64(0)?;
+                let handles: Vec<i64> = chosen(c, sort, which)?.iter().map(|p| p.handle).collect();
+                state(c)?.registered.found.retain(|h, _| !handles.contains(h));
+                done(c)
+            })
+            .param(Param::int("object"))
+            .returns(Param::int("result"))
+            .text(format!("Forgets what a {} found.", sort.word())),
+        );
+    }
+}
+
+/// The pairs that a number means.
+fn chosen(c: &Ctx<'_>, sort: Sort, which: i64) -> Result<Vec<Pair>> {
+    let all = sort.all(&state(c)?.registered).to_vec();
+    let chosen: Vec<Pair> = match which {
+        HANDLE_ALL => all,
+        HANDLE_ALL_EXCEPT_EXPLICIT => all.into_iter().filter(|p| !p.explicit).collect(),
+        one => all.into_iter().filter(|p| p.handle == one).collect(),
+    };
+    match chosen.is_empty() && which >= 0 && !is_stand_in(c, which) {
+        true => Err(Fail::missing(format!("there is no {} {which}", sort.word()))),
+        false => Ok(chosen),
+    }
+}
+
+/// Looks now.
+fn look(c: &Ctx<'_>, sort: Sort, pair: &Pair) -> Result<Option<Found>> {
+    let entity = |handle: i64| -> Result<Entity> {
+        match handle {
+            -1 => Ok(Entity::All),
+            h if entities::is_one(c, h)? => Ok(Entity::Objects(entities::objects(c, h)?)),
+            h => {
+                let id = state(c)?.registered.object(h);
+                Ok(Entity::Objects(if id == 0 { Vec::new() } else { vec![id] }))
+            }
+        }
+    };
+    let limit = match sort {
+        Collision => 1e-9,
+        Distance => pair.threshold,
+    };
+    let found = closest(c, &entity(pair.of[0])?, &entity(pair.of[1])?, limit)?;
+    let found = found.map(|w| Found { length: w.length(), pair: w.0.pair });
+    Ok(match sort {
+        Collision => found.filter(|f| f.length == 0.0),
+        Distance => found,
+    })
+}
+
+/// What a pair has found: now, or when it was handled.
+fn read(c: &Ctx<'_>, sort: Sort) -> Result<Option<Found>> {
+    let which = c.i64(0)?;
+    match chosen(c, sort, which)?.as_slice() {
+        [one] if !one.explicit => look(c, sort, one),
+        [one] => Ok(state(c)?.registered.found.get(&one.handle).copied().flatten()),
+        _ => Ok(None),
+    }
+}
+
+fn handle_pairs(c: &mut Ctx<'_>, sort: Sort) -> Result {
+    let which = c.i64(0)?;
+    let pairs = chosen(c, sort, which)?;
+    let mut all = Vec::new();
+    for pair in &pairs {
+        let found = look(c, sort, pair)?;
+        state(c)?.registered.found.insert(pair.handle, found);
+        all.push(found);
+    }
+    match (which >= 0, all.as_slice()) {
+        (true, [one]) => answer(c, sort, *one),
+        _ => {
+            let count = all.iter().flatten().count() as i64;
+            c.ret(count);
+            Ok(())
+        }
+    }
+}
+
+fn answer(c: &mut Ctx<'_>, sort: Sort, found: Option<Found>) -> Result {
+    c.ret(i64::from(found.is_some()));
+    match (sort, found) {
+        (Collision, found) => c.ret(&found.map_or([-1, -1], |f| f.pair.map(handle))[..]),
+        (Distance, Some(found)) => c.ret(found.length),
+        (Distance, None) => {}
+    }
+    Ok(())
+}

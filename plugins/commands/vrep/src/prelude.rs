@@ -1,7 +1,0 @@
-//! What script languages are told about scripts of this API.
-
-use crate::{Vrep, kit::*};
-
-pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    offer.prelude("lua", "", include_str!("prelude.lua"));
-}

@@ -1,0 +1,69 @@
+//! Ports that scripts open for remote clients. A service listens; what is here tells it.
+
+use crate::kit::*;
+
+const NOTES: &str =
+    "Told to the service `legacy_remote`: without it nobody listens. A port is closed when the simulation stops.";
+/// The events that tell the service.
+const OPEN: &str = "remote_api.open";
+const CLOSE: &str = "remote_api.close";
+
+/// A port is to be opened or closed.
+fn tell(c: &Ctx<'_>, event: &str) -> Result {
+    let port = c.i64(0)?;
+    if !(1..=65535).contains(&port) {
+        return Err(Fail::unsupported(format!("port {port}: ports are 1 to 65535, shared memory is not there")));
+    }
+    c.world().publish_value(event, &Value::Map(vec![(Value::text("port"), Value::Int(port))]))
+}
+
+fn done(c: &mut Ctx<'_>) -> Result {
+    c.ret(1_i64);
+    Ok(())
+}
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let port = || Param::int("port");
+    let result = || Param::int("result").text("1");
+    offer.command(
+        Cmd::new("simRemoteApi.start", |c| {
+            tell(c, OPEN)?;
+            done(c)
+        })
+        .old_name("simExtRemoteApiStart", MINUS)
+        .param(port())
+        .param(Param::any("options").rest().text("packet size, debug, trigger: ignored, a client may always step"))
+        .returns(result())
+        .text("Opens a port for clients of the legacy remote API.")
+        .example("simRemoteApi.start(19999)")
+        .partial(NOTES),
+    );
+    offer.command(
+        Cmd::new("simRemoteApi.stop", |c| {
+            tell(c, CLOSE)?;
+            done(c)
+        })
+        .old_name("simExtRemoteApiStop", MINUS)
+        .param(port())
+        .returns(result())
+        .text("Closes a port that a script opened.")
+        .example("simRemoteApi.stop(19999)")
+        .partial(NOTES),
+    );
+    offer.command(
+        Cmd::new("simRemoteApi.reset", |c| {
+            tell(c, CLOSE)?;
+            tell(c, OPEN)?;
+            done(c)
+        })
+        .old_name("simExtRemoteApiReset", MINUS)
+        .param(port())
+        .returns(result())
+        .text("Closes a port that a script opened, and opens it again.")
+        .example("simRemoteApi.reset(19999)")
+        .partial(NOTES),
+    );
+    for (name, text) in [(OPEN, "A script asks for a port."), (CLOSE, "A script closes a port.")] {
+        offer.event(Event::new(name).text(text).field(Param::int("port")));
+    }
+}

@@ -1,0 +1,334 @@
+//! Scripts: whose they are, calling their functions, their own parameters.
+
+use crate::{kit::*, lookup::names, state::state};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.getObjectAssociatedWithScript", |c| {
+            let owner = match c.i64(0)? {
+                HANDLE_SELF => c.caller_object(),
+                _ => parent(c, of_kind(c, 0, TATU_KIND_SCRIPT)?)?,
+            };
+            c.ret(handle(owner));
+            Ok(())
+        })
+        .old_name("simGetObjectAssociatedWithScript", MINUS)
+        .param(Param::int("script").text("a handle, or sim.handle_self"))
+        .returns(Param::int("object").text("-1: none"))
+        .text("Gives the object that a script belongs to.")
+        .example("robot = sim.getObjectAssociatedWithScript(sim.handle_self)"),
+    );
+    for (name, kind, text) in [
+        ("sim.getScriptAssociatedWithObject", "child", "Gives the child script of an object."),
+        (
+            "sim.getCustomizationScriptAssociatedWithObject",
+            "customization",
+            "Gives the customization script of an object.",
+        ),
+    ] {
+        offer.command(
+            both(name, MINUS, move |c| {
+                let script = script_of(c, living(c, 0)?.id, kind)?;
+                c.ret(handle(script));
+                Ok(())
+            })
+            .param(object("object"))
+            .returns(Param::int("script").text("-1: none"))
+            .text(text)
+            .example(format!("script = {name}(robot)")),
+        );
+    }
+    offer.command(
+        Cmd::new("sim.getScript", |c| {
+            let kind = c.i64(0)?;
+            let script = match (c.arg(1), kind) {
+                (v, 0) if v.is_nil() => main_script(c)?,
+                (v, HANDLE_SELF) if v.is_nil() => c.caller_script(),
+                (v, _) => {
+                    let owner = match v.as_str() {
+                        Some(name) => names::find(c, &name)?,
+                        None => living(c, 1)?.id,
+                    };
+                    let kind = kind_of(kind)
+                        .ok_or_else(|| Fail::unsupported(format!("there are no scripts of type {kind}")))?;
+                    script_of(c, owner, kind)?
+                }
+            };
+            c.ret(handle(script));
+            Ok(())
+        })
+        .param(Param::int("type").text("sim.scripttype_...; or sim.handle_self alone: the calling script"))
+        .param(Param::any("object").optional().text("a handle, path or name"))
+        .returns(Param::int("script").text("-1: none"))
+        .text("Gives the script of a type that an object has.")
+        .example("script = sim.getScript(sim.scripttype_childscript, robot)"),
+    );
+    offer.command(
+        Cmd::new("sim.getScriptHandle", |c| {
+            let text = if c.has(0) { c.text(0)? } else { String::new() };
+            let script = if !c.has(0) {
+                c.caller_script()
+            } else if text.is_empty() {
+                main_script(c)?
+            } else {
+                let (kind, name) = text.split_once('@').unwrap_or(("child", &text));
+                script_of(c, names::find_or_ask(c, name)?, kind)?
+            };
+            c.ret(handle(script));
+            Ok(())
+        })
+        .old_name("simGetScriptHandle", MINUS)
+        .param(
+            Param::string("name")
+                .optional()
+                .text("of the object; `customization@name` for that kind; empty: the main script; none: the caller"),
+        )
+        .returns(Param::int("script").text("-1: none"))
+        .text("Finds a script by the name of its object.")
+        .example("script = sim.getScriptHandle('robot')"),
+    );
+    offer.command(
+        Cmd::new("sim.getScriptName", |c| {
+            let script = self_or(c, 0)?;
+            let name = text_of(c, parent(c, script)?, c.plugin().p.name)?;
+            c.ret(name.as_str());
+            Ok(())
+        })
+        .old_name("simGetScriptName", NIL)
+        .param(Param::int("script").text("a handle, or sim.handle_self"))
+        .returns(Param::string("name"))
+        .text("Gives the name of the object that a script belongs to.")
+        .example("name = sim.getScriptName(sim.handle_self)"),
+    );
+    offer.command(
+        Cmd::new("sim.callScriptFunction", call)
+            .old_name("simCallScriptFunction", MINUS)
+            .param(Param::string("function").text("its name; old scripts add `@` and the name of the script's object"))
+            .param(Param::int("script").text("a handle, sim.handle_self, or a script type where the object is named"))
+            .param(Param::any("arguments").rest())
+            .returns(Param::any("results").text("what the function returns"))
+            .text("Calls a function of another script.")
+            .example("x = sim.callScriptFunction('grasp', script, 0.5)"),
+    );
+    offer.command(
+        Cmd::new("sim.getScriptExecutionCount", |c| {
+            let calls = match c.caller_script() {
+                0 => 0,
+                // The running call is counted already.
+                script => int_of(c, script, c.plugin().p.script_calls)? - 1,
+            };
+            c.ret(calls.max(0));
+            Ok(())
+        })
+        .old_name("simGetScriptExecutionCount", MINUS)
+        .returns(Param::int("count").text("0 in the first"))
+        .text("Gives how often the calling script has run before.")
+        .example("if sim.getScriptExecutionCount() == 0 then end"),
+    );
+    offer.command(
+        Cmd::new("sim.isScriptExecutionThreaded", |c| {
+            let threaded = c.can_wait();
+            c.ret(i64::from(threaded));
+            Ok(())
+        })
+        .alias("sim.isScriptRunningInThread")
+        .old_name("simIsScriptExecutionThreaded", MINUS)
+        .old_name("simIsScriptRunningInThread", MINUS)
+        .returns(Param::int("threaded").text("1 or 0"))
+        .text("Tells whether the calling script can wait.")
+        .example("threaded = sim.isScriptExecutionThreaded() == 1"),
+    );
+    offer.command(
+        Cmd::new("sim.getScriptSimulationParameter", |c| {
+            let script = if c.i64(0)? == HANDLE_MAIN_SCRIPT { main_script(c)? } else { self_or(c, 0)? };
+            let key = (script, c.bytes(1)?.to_vec());
+            let mut found = state(c)?.parameters.get(&key).cloned();
+            if found.is_none() {
+                found = given(c, &key)?;
+            }
+            // Without its scene a script has none of the parameters that the scene gave it.
+            if found.is_none() && c.world().stands_in(key.0, &String::from_utf8_lossy(&key.1)) {
+                found = Some(b"1".to_vec());
+            }
+            if let Some(text) = found {
+                let value = if c.arg(2).truthy() { Value::Text(text) } else { typed(text) };
+                c.ret(value);
+            }
+            Ok(())
+        })
+        .old_name("simGetScriptSimulationParameter", NIL)
+        .param(Param::int("script").text("a handle, or sim.handle_self"))
+        .param(Param::string("name"))
+        .param(Param::any("asText").optional().text("true: as text, whatever it holds"))
+        .returns(Param::any("value").text("a truth value, number or text; nothing if it is not set"))
+        .text(
+            "Gives a parameter of a script that another script has set, or else the scene: as free data of its object, \
+                under the tag `parameter.` and the name.",
+        )
+        .example("speed = sim.getScriptSimulationParameter(sim.handle_self, 'speed')"),
+    );
+    offer.command(
+        Cmd::new("sim.setScriptSimulationParameter", |c| {
+            let (name, value) = (c.bytes(1)?.to_vec(), c.bytes(2)?.to_vec());
+            let scripts = with_parameters(c)?;
+            for script in &scripts {
+                state(c)?.parameters.insert((*script, name.clone()), value.clone());
+            }
+            if old_era(c) {
+                c.ret(scripts.len() as i64);
+            }
+            Ok(())
+        })
+        .old_name("simSetScriptSimulationParameter", MINUS)
+        .param(Param::int("script").text("a handle, sim.handle_self, _all, or _tree, _chain: of the caller's object"))
+        .param(Param::string("name"))
+        .param(Param::string("value"))
+        .returns(Param::int("count").text("before 4.2: of the scripts that have it now"))
+        .text("Sets a parameter of a script, until the simulation ends.")
+        .example("sim.setScriptSimulationParameter(script, 'speed', 2)"),
+    );
+}
+
+/// The script of a kind that belongs to an object; 0: none.
+fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object> {
+    let all = c.world().scripts(owner)?;
+    let of_kind = |s: &&tatu_object| {
+        text_of(c, **s, c.plugin().p.script_kind).is_ok_and(|k| k == kind || k == "threaded" && kind == "child")
+    };
+    let found = all.iter().find(of_kind).copied();
+    if found.is_none() && owner != 0 && kind == "child" {
+        // Without its scene an object has no script; if it is missed, the next run has one.
+        c.world().missed_script(owner);
+    }
+    Ok(found.unwrap_or(0))
+}
+
+fn main_script(c: &Ctx<'_>) -> Result<tatu_object> {
+    script_of(c, 0, "main")
+}
+
+/// The kind of a script type, if the number is one.
+pub(crate) fn kind_of(kind: i64) -> Option<&'static str> {
+    match kind {
+        0 => Some("main"),
+        // The second one is sim_scripttype_childscript + sim_scripttype_threaded.
+        1 | 241 => Some("child"),
+        6 => Some("customization"),
+        _ => None,
+    }
+}
+
+/// The script of a type that belongs to the object of a name.
+pub(crate) fn named(c: &Ctx<'_>, owner: &str, kind: i64) -> Result<tatu_object> {
+    let script = match kind_of(kind) {
+        Some("main") => main_script(c)?,
+        Some(kind) => script_of(c, names::find(c, owner)?, kind)?,
+        None => 0,
+    };
+    if script == 0 { Err(Fail::missing(format!("`{owner}` has no such script"))) } else { Ok(script) }
+}
+
+/// Argument `i`: a script, the calling one, the main script, or an object's child script.
+pub(crate) fn any_script(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
+    let found = match c.i64(i)? {
+        HANDLE_MAIN_SCRIPT | 0 => main_script(c)?,
+        HANDLE_SELF => return self_or(c, i),
+        _ => {
+            let o = living(c, i)?;
+            if o.kind == TATU_KIND_SCRIPT { o.id } else { script_of(c, o.id, "child")? }
+        }
+    };
+    if found == 0 { Err(Fail::missing("there is no such script")) } else { Ok(found) }
+}
+
+/// Argument `i`: a script, or the calling one.
+pub(crate) fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
+    if c.i64(i)? == HANDLE_SELF {
+        return match c.caller_script() {
+            0 => Err(Fail::missing("the caller is no script")),
+            script => Ok(script),
+        };
+    }
+    of_kind(c, i, TATU_KIND_SCRIPT)
+}
+
+/// A parameter that the scene or the model gives a script: free data of the object that it belongs to, under a tag that
+/// begins with `parameter.`.
+fn given(c: &Ctx<'_>, (script, name): &(tatu_object, Vec<u8>)) -> Result<Option<Vec<u8>>> {
+    // The main script belongs to nobody.
+    let owner = parent(c, *script).unwrap_or(0);
+    if owner == 0 { Ok(None) } else { tags::get(c, owner, &[b"parameter.", name.as_slice()].concat()) }
+}
+
+/// The scripts that argument 0 names: one, all, or those of the objects below or above the caller's.
+fn with_parameters(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
+    let own = c.caller_object();
+    let owners = match c.i64(0)? {
+        HANDLE_ALL => return c.world().scripts(0),
+        HANDLE_MAIN_SCRIPT => return Ok(vec![main_script(c)?]),
+        HANDLE_TREE | HANDLE_CHAIN if own == 0 => return Err(Fail::missing("the caller belongs to no object")),
+        HANDLE_TREE => c.world().list(own, 0, 0)?,
+        HANDLE_CHAIN => {
+            let mut all = vec![own];
+            while let Some(up) = all.last().map(|o| parent(c, *o)).transpose()?.filter(|up| *up != 0) {
+                all.push(up);
+            }
+            all
+        }
+        _ => return Ok(vec![self_or(c, 0)?]),
+    };
+    let mut scripts = Vec::new();
+    for owner in owners {
+        scripts.extend(c.world().scripts(owner)?);
+    }
+    Ok(scripts)
+}
+
+/// A parameter as what it looks like: nil, a truth value, a number or text.
+fn typed(text: Vec<u8>) -> Value {
+    match text.as_slice() {
+        b"nil" => Value::Nil,
+        b"true" => Value::Bool(true),
+        b"false" => Value::Bool(false),
+        t => match std::str::from_utf8(t).ok().and_then(|t| t.trim().parse::<f64>().ok()) {
+            Some(x) if x.is_finite() => Value::Float(x),
+            _ => Value::Text(text),
+        },
+    }
+}
+
+fn call(c: &mut Ctx<'_>) -> Result {
+    let text = c.text(0)?;
+    let (function, owner) = text.split_once('@').unwrap_or((&text, ""));
+    let which = c.i64(1)?;
+    let script = match (owner.is_empty(), kind_of(which)) {
+        (true, Some("main")) => main_script(c)?,
+        (true, _) if which == HANDLE_MAIN_SCRIPT => main_script(c)?,
+        (false, Some(kind)) => script_of(c, names::find(c, owner)?, kind)?,
+        _ => self_or(c, 1)?,
+    };
+    if script == 0 {
+        return Err(Fail::missing(format!("there is no script for `{text}`")));
+    }
+    // The arguments go on as they came, the results are copied into the memory of this call.
+    let args = c.args().get(2..).unwrap_or_default();
+    let args: Vec<Value> = args.iter().map(|v| v.to_value()).collect::<Result<_>>()?;
+    for value in c.world().call_function(script, function, &args)? {
+        c.ret(value);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_look_like_what_they_are() {
+        assert_eq!(typed(b"0.5".to_vec()), Value::Float(0.5));
+        assert_eq!(typed(b"true".to_vec()), Value::Bool(true));
+        assert_eq!(typed(b"nil".to_vec()), Value::Nil);
+        assert_eq!(typed(b"left".to_vec()), Value::text("left"));
+        assert_eq!(typed(b"inf".to_vec()), Value::text("inf"));
+    }
+}

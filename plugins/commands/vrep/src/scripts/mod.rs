@@ -1,0 +1,11 @@
+//! Scripts: calling their functions, running text in them, their variables.
+
+mod calls;
+mod more;
+
+use crate::kit::{Offer, Vrep};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    calls::offer(offer);
+    more::offer(offer);
+}

@@ -1,0 +1,122 @@
+//! Collections: sets of objects under one handle.
+
+use crate::{
+    kit::*,
+    lookup::entities::{none, objects},
+    state::{
+        collections::{Collection, Collections, Part},
+        state,
+    },
+};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let collection = || Param::int("collection").text("a handle of a collection");
+    offer.command(
+        both("sim.createCollection", MINUS, |c| {
+            // Before 4.2 the name came first.
+            let name = c.arg(0).as_str().map_or(String::new(), |s| s.into_owned());
+            let made = state(c)?.collections.add(name);
+            c.ret(made);
+            Ok(())
+        })
+        .param(Param::any("options").optional().text("ignored; in old scripts the name"))
+        .param(Param::any("oldOptions").optional().text("ignored"))
+        .returns(Param::int("collection"))
+        .text("Makes a collection of objects."),
+    );
+    // The older command has the object before `sim.handle_tree` and its like, the newer one after it.
+    for (name, at) in [("sim.addObjectToCollection", [1, 2]), ("sim.addItemToCollection", [2, 1])] {
+        let command = move |c: &mut Ctx<'_>| {
+            let (which, what, options) = (c.i64(0)?, c.i64(at[1])?, int_or(c, 3, 0)?);
+            let object = if what == HANDLE_ALL { 0 } else { living(c, at[0])?.id };
+            let part = Part { what, object, remove: options & 1 != 0, exclude: options & 2 != 0 };
+            change(c, which, |collection| collection.parts.push(part))?;
+            done(c)
+        };
+        let command = if at[0] == 1 { both(name, MINUS, command) } else { Cmd::new(name, command) };
+        let (first, second) = if at[0] == 1 { ("object", "what") } else { ("what", "object") };
+        offer.command(
+            command
+                .param(collection())
+                .param(Param::int(first))
+                .param(Param::int(second).text("what: sim.handle_single, _all, _tree or _chain"))
+                .param(Param::int("options").default(0).optional().text("1: takes away, 2: without the object itself"))
+                .text("Puts objects into a collection, or takes them away."),
+        );
+    }
+    for (name, flat) in
+        [("sim.removeCollection", true), ("sim.destroyCollection", false), ("sim.emptyCollection", true)]
+    {
+        let run = move |c: &mut Ctx<'_>| {
+            let which = c.i64(0)?;
+            if name == "sim.emptyCollection" {
+                change(c, which, |collection| collection.parts.clear())?;
+            } else if state(c)?.collections.all.remove(&which).is_none() {
+                return Err(none(which));
+            }
+            done(c)
+        };
+        let command = if flat { both(name, MINUS, run) } else { Cmd::new(name, run) };
+        let text = if name == "sim.emptyCollection" { "Empties a collection." } else { "Removes a collection." };
+        offer.command(command.param(collection()).text(text));
+    }
+    offer.command(
+        both("sim.getCollectionObjects", NIL, |c| {
+            let objects: Vec<i64> = objects(c, c.i64(0)?)?.into_iter().map(handle).collect();
+            c.ret(&objects[..]);
+            Ok(())
+        })
+        .param(collection())
+        .returns(Param::list("objects"))
+        .text("Lists the objects of a collection."),
+    );
+    offer.command(
+        both("sim.getCollectionHandle", MINUS, |c| {
+            let name = c.text(0)?;
+            let found = state(c)?.collections.all.iter().find(|(_, k)| k.name == name).map(|(h, _)| *h);
+            match found {
+                Some(h) => c.ret(h),
+                // Without its scene a script has none of the scene's collections: an empty one stands in.
+                None if c.world().makes_stand_ins() => {
+                    let made = state(c)?.collections.add(name);
+                    c.ret(made);
+                }
+                None => return Err(Fail::missing(format!("there is no collection `{name}`"))),
+            }
+            Ok(())
+        })
+        .param(Param::string("name"))
+        .returns(Param::int("collection"))
+        .text("Finds a collection by its name."),
+    );
+    offer.command(
+        both("sim.getCollectionName", NIL, |c| {
+            let which = c.i64(0)?;
+            let name = state(c)?.collections.all.get(&which).map(|k| k.name.clone()).ok_or_else(|| none(which))?;
+            c.ret(name.as_str());
+            Ok(())
+        })
+        .param(collection())
+        .returns(Param::string("name"))
+        .text("Gives the name of a collection."),
+    );
+    offer.command(
+        both("sim.setCollectionName", MINUS, |c| {
+            let (which, name) = (c.i64(0)?, c.text(1)?);
+            change(c, which, |collection| collection.name = name)?;
+            done(c)
+        })
+        .param(collection())
+        .param(Param::string("name"))
+        .text("Gives a collection another name."),
+    );
+}
+
+fn change(c: &Ctx<'_>, which: i64, change: impl FnOnce(&mut Collection)) -> Result {
+    change_in(&mut state(c)?.collections, which, change)
+}
+
+fn change_in(all: &mut Collections, which: i64, change: impl FnOnce(&mut Collection)) -> Result {
+    change(all.all.get_mut(&which).ok_or_else(|| none(which))?);
+    Ok(())
+}

@@ -1,0 +1,85 @@
+//! The selection of objects; nothing shows it, and scripts agree on it.
+
+use crate::{kit::*, lookup::sets, state::state};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        both("sim.getObjectSelection", NIL, |c| {
+            let selected = selected(c)?;
+            if !selected.is_empty() {
+                c.ret(&selected[..]);
+            }
+            Ok(())
+        })
+        .returns(Param::list("objects").text("nothing if none is selected"))
+        .text("Lists the selected objects."),
+    );
+    offer.command(
+        Cmd::new("sim.getObjectSel", |c| {
+            let selected = selected(c)?;
+            c.ret(&selected[..]);
+            Ok(())
+        })
+        .returns(Param::list("objects").text("empty if none is selected"))
+        .text("Lists the selected objects."),
+    );
+    offer.command(
+        Cmd::new("sim.setObjectSel", |c| {
+            let ids = sets::list(c, 0)?;
+            state(c)?.selection = ids;
+            Ok(())
+        })
+        .param(Param::list("objects").text("handles"))
+        .text("Selects these objects and no others."),
+    );
+    for (name, add) in [("sim.addObjectToSelection", true), ("sim.removeObjectFromSelection", false)] {
+        let command = both(name, MINUS, move |c| {
+            let ids = meant(c)?;
+            let selection = &mut state(c)?.selection;
+            selection.retain(|s| !ids.contains(s));
+            if add {
+                selection.extend(ids);
+            }
+            c.ret(1_i64);
+            Ok(())
+        });
+        offer.command(
+            command
+                .param(
+                    Param::any("what")
+                        .optional()
+                        .text("sim.handle_single, _all, _tree or _chain; or a table of handles; nil: nothing"),
+                )
+                .param(Param::any("object").optional().text("whose tree or chain"))
+                .returns(Param::int("done"))
+                .text(if add { "Selects more objects." } else { "Selects fewer objects." }),
+        );
+    }
+    offer.command(
+        both("sim.isObjectInSelection", MINUS, |c| {
+            let id = living(c, 0)?.id;
+            let inside = state(c)?.selection.contains(&id);
+            c.ret(i64::from(inside));
+            Ok(())
+        })
+        .param(object("object"))
+        .returns(Param::int("state").text("1 or 0"))
+        .text("Tells whether an object is selected."),
+    );
+}
+
+fn selected(c: &Ctx<'_>) -> Result<Vec<i64>> {
+    let all = state(c)?.selection.clone();
+    Ok(all.into_iter().filter(|id| c.world().look(*id).is_ok()).map(handle).collect())
+}
+
+fn meant(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
+    if is_table(c.arg(0)) {
+        return sets::list(c, 0);
+    }
+    // What getObjectSelection gave when nothing was selected.
+    if c.arg(0).is_nil() {
+        return Ok(Vec::new());
+    }
+    sets::of(c, c.i64(0)?, 1)
+}

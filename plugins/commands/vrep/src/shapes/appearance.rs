@@ -1,0 +1,140 @@
+//! Colours of objects, the box of a shape, and texts of objects by number.
+
+use crate::kit::*;
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let component = || Param::int("component").text("0: sim.colorcomponent_ambient_diffuse");
+    let rgb = || table("rgb", "0 to 1");
+    offer.command(
+        Cmd::new("sim.getObjectColor", |c| {
+            let o = living(c, 0)?;
+            let own = match (o.kind, c.i64(2)?) {
+                (TATU_KIND_SHAPE, 0 | 1) => c.world().f64s::<3>(o.id, c.plugin().p.color)?,
+                _ => [0.0; 3],
+            };
+            c.ret(&own[..]);
+            Ok(())
+        })
+        .param(object("object"))
+        .param(Param::int("index").text("ignored: an object has one colour"))
+        .param(component())
+        .returns(Param::floats("rgb", 3))
+        .text("Gives the colour of an object.")
+        .partial("Shapes have one colour; all others are black."),
+    );
+    offer.command(
+        Cmd::new("sim.setObjectColor", |c| {
+            let (o, rgb) = (living(c, 0)?, numbers::<3>(c, 3)?);
+            let can = o.kind == TATU_KIND_SHAPE;
+            if can && matches!(c.i64(2)?, 0 | 1) {
+                c.world().set_f64s(o.id, c.plugin().p.color, &rgb.map(|x| x.clamp(0.0, 1.0)))?;
+            }
+            c.ret(can);
+            Ok(())
+        })
+        .param(object("object"))
+        .param(Param::int("index").text("ignored: an object has one colour"))
+        .param(component())
+        .param(rgb())
+        .returns(Param::bool("done"))
+        .text("Sets the colour of an object.")
+        .partial("Shapes have one colour; other components are ignored."),
+    );
+    offer.command(
+        Cmd::new("sim.changeEntityColor", |c| {
+            let (w, p) = (c.world(), &c.plugin().p);
+            let rgb = numbers::<3>(c, 1)?.map(|x| x.clamp(0.0, 1.0));
+            let mut before = Vec::new();
+            for o in crate::lookup::entities::entity(c, 0)?.list(c)? {
+                if w.look(o)?.kind != TATU_KIND_SHAPE {
+                    continue;
+                }
+                let old = w.f64s::<3>(o, p.color)?;
+                let entry = [("handle", Value::Int(handle(o))), ("data", Value::Floats(old.to_vec()))];
+                before.push(Value::Map(entry.map(|(k, v)| (Value::text(k), v)).to_vec()));
+                w.set_f64s(o, p.color, &rgb)?;
+            }
+            c.ret(Value::List(before));
+            Ok(())
+        })
+        .param(Param::int("entity").text("an object or a collection"))
+        .param(rgb())
+        .param(Param::int("component").default(0).optional().text("ignored"))
+        .returns(Param::list("before"))
+        .text("Gives shapes another colour, for a while."),
+    );
+    offer.command(
+        Cmd::new("sim.restoreEntityColor", |c| {
+            let p = &c.plugin().p;
+            for v in c.arg(0).list().unwrap_or_default() {
+                let id = v.get("handle").and_then(|h| h.as_object()).unwrap_or(0);
+                if let (Ok(o), Some(rgb)) = (c.world().look(id), v.get("data").and_then(|d| d.array::<3>())) {
+                    c.world().set_f64s(o.id, p.color, &rgb)?;
+                }
+            }
+            Ok(())
+        })
+        .param(Param::list("before").text("what sim.changeEntityColor gave"))
+        .text("Gives shapes back the colour that they had."),
+    );
+    offer.command(
+        Cmd::new("sim.setShapeBB", |c| {
+            let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
+            let (size, p, w) = (numbers::<3>(c, 1)?, &c.plugin().p, c.world());
+            let mass = w.f64(shape, p.mass)?;
+            w.set_f64s(shape, p.size, &size)?;
+            w.set_f64s(shape, p.mass, &[mass])
+        })
+        .param(object("shape"))
+        .param(table("size", "{x, y, z} m"))
+        .text("Gives a shape another size.")
+        .partial("Of primitives; the triangles of a mesh stay."),
+    );
+    offer.command(
+        Cmd::new("sim.getShapeAppearance", |_| Ok(()))
+            .param(Param::any("arguments").rest())
+            .text("Gives how a shape is drawn: nothing.")
+            .stub("nothing is drawn"),
+    );
+    texts(offer);
+}
+
+/// Texts by number, which the original has for a few kinds; all are kept and given back.
+fn texts(offer: &mut Offer<Vrep>) {
+    let key = |c: &Ctx<'_>| Ok::<_, Fail>(format!("text {}", c.i64(1)?));
+    let get = move |c: &mut Ctx<'_>| -> Result {
+        let id = living(c, 0)?.id;
+        if let Some(text) = tags::private(c, id, &key(c)?)? {
+            c.ret(text.as_slice());
+        }
+        Ok(())
+    };
+    let number = || Param::int("parameter").text("a number from the tables of constants");
+    let kept = "Texts are kept and given back; none of them does anything.";
+    offer.command(
+        Cmd::new("sim.getObjectStringParam", get)
+            .alias("sim.getObjectStringParameter")
+            .old_name("simGetObjectStringParameter", NIL)
+            .param(object("object"))
+            .param(number())
+            .returns(Param::string("text").text("nothing if it was not set"))
+            .text("Gives a text of an object.")
+            .partial(kept),
+    );
+    offer.command(
+        Cmd::new("sim.setObjectStringParam", move |c| {
+            let id = living(c, 0)?.id;
+            tags::set_private(c, id, &key(c)?, Some(c.bytes(2)?))?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .alias("sim.setObjectStringParameter")
+        .old_name("simSetObjectStringParameter", MINUS)
+        .param(object("object"))
+        .param(number())
+        .param(Param::string("text"))
+        .returns(Param::int("done"))
+        .text("Sets a text of an object.")
+        .partial(kept),
+    );
+}

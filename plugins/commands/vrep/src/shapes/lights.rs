@@ -1,0 +1,78 @@
+//! Lights: what scripts set is kept and told; pictures have a light of their own.
+
+use crate::kit::*;
+
+/// Tag of a light's own data: whether it is on, diffuse and specular red, green and blue. What the light itself has wins.
+const TAG: &str = "light";
+
+/// On, and white.
+const USUAL: [f64; 7] = [1.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5];
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let only_kept = "What is set is kept and told; pictures have a light of their own.";
+    offer.command(
+        both("sim.getLightParameters", MINUS, |c| {
+            let light = light(c, living(c, 0)?.id)?;
+            c.ret(light[0] as i64);
+            c.ret(&[0.0; 3][..]);
+            c.ret(&light[1..4]);
+            c.ret(&light[4..7]);
+            Ok(())
+        })
+        .param(object("light"))
+        .returns(Param::int("state").text("1: on"))
+        .returns(Param::floats("reserved", 3).text("zeros"))
+        .returns(Param::floats("diffuse", 3).text("red, green, blue, 0 to 1"))
+        .returns(Param::floats("specular", 3).text("likewise"))
+        .text("Gives whether a light is on, and its colours.")
+        .partial(only_kept),
+    );
+    offer.command(
+        both("sim.setLightParameters", MINUS, |c| {
+            let id = living(c, 0)?.id;
+            let mut light = light(c, id)?;
+            if let Some(state) = c.has(1).then(|| c.i64(1)).transpose()?.filter(|s| *s >= 0) {
+                light[0] = state as f64;
+            }
+            for (argument, at) in [(3, 1), (4, 4)] {
+                if c.has(argument) {
+                    light[at..at + 3].copy_from_slice(&numbers::<3>(c, argument)?);
+                }
+            }
+            let p = &c.plugin().p;
+            if c.world().look(id)?.kind == TATU_KIND_LIGHT {
+                c.world().set(id, p.light_on, &Value::Bool(light[0] > 0.0))?;
+                let color = [light[1], light[2], light[3]].map(|x| x.clamp(0.0, 1.0));
+                c.world().set(id, p.light_color, &Value::Floats(color.to_vec()))?;
+            }
+            let text: Vec<String> = light.iter().map(f64::to_string).collect();
+            tags::set_private(c, id, TAG, Some(text.join(" ").as_bytes()))?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .param(object("light"))
+        .param(Param::int("state").optional().text("1: on; 0: off; negative: as it is"))
+        .param(Param::any("reserved").optional())
+        .param(Param::any("diffuse").optional().text("red, green, blue, 0 to 1"))
+        .param(Param::any("specular").optional().text("likewise"))
+        .returns(Param::int("result").text("1"))
+        .text("Switches a light, and sets its colours.")
+        .partial(only_kept),
+    );
+}
+
+fn light(c: &Ctx<'_>, id: tatu_object) -> Result<[f64; 7]> {
+    let kept = tags::private(c, id, TAG)?.and_then(|bytes| String::from_utf8(bytes).ok()).unwrap_or_default();
+    let mut out = USUAL;
+    for (place, number) in out.iter_mut().zip(kept.split(' ')) {
+        *place = number.parse().unwrap_or(*place);
+    }
+    if c.world().look(id)?.kind == TATU_KIND_LIGHT {
+        let p = &c.plugin().p;
+        out[0] = f64::from(u8::from(bool_of(c, id, p.light_on)?));
+        if let [r, g, b] = c.world().get(id, p.light_color)?.numbers().unwrap_or_default()[..] {
+            out[1..4].copy_from_slice(&[r, g, b]);
+        }
+    }
+    Ok(out)
+}

@@ -1,0 +1,195 @@
+//! Shapes and dummies: making them, mass, size, colour.
+
+use crate::kit::{algebra as al, *};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.createPureShape", |c| {
+            let (kind, options) = (c.i64(0)?, c.i64(1)?);
+            let (primitive, alias) = match kind {
+                0 => ("box", "Cuboid"),
+                1 => ("sphere", "Sphere"),
+                2 => ("cylinder", "Cylinder"),
+                n => {
+                    return Err(Fail::unsupported(format!("there is no pure shape {n}"))
+                        .help("0: cuboid, 1: sphere, 2: cylinder"));
+                }
+            };
+            let shape = make(c, primitive, alias, numbers(c, 2)?)?;
+            let (w, p) = (c.world(), &c.plugin().p);
+            w.set_f64s(shape, p.mass, &[positive(c.f64(3)?)])?;
+            w.set(shape, p.respondable, &Value::Bool(options & 8 != 0))?;
+            w.set(shape, p.dynamic, &Value::Bool(options & 16 == 0))?;
+            c.ret(handle(shape));
+            Ok(())
+        })
+        .old_name("simCreatePureShape", MINUS)
+        .param(Param::int("primitive").text("0: cuboid, 1: sphere, 2: cylinder"))
+        .param(Param::int("options").text("8: collides, 16: physics does not move it; others are ignored"))
+        .param(table("sizes", "{x, y, z} full extents, m"))
+        .param(Param::float("mass").unit("kg"))
+        .param(Param::any("precision").optional().text("ignored: round shapes are exact"))
+        .returns(Param::int("shape"))
+        .text("Makes a simple shape, which physics moves unless the options say otherwise.")
+        .example("box = sim.createPureShape(0, 8, {0.1, 0.1, 0.1}, 0.5)"),
+    );
+    offer.command(
+        Cmd::new("sim.createPrimitiveShape", |c| {
+            let (primitive, alias) = match c.i64(0)? {
+                1 => ("plane", "Plane"),
+                3 => ("box", "Cuboid"),
+                4 => ("sphere", "Sphere"),
+                5 => ("cylinder", "Cylinder"),
+                8 => ("capsule", "Capsule"),
+                n => {
+                    return Err(Fail::unsupported(format!("there is no primitive shape {n}"))
+                        .help("plane 1, cuboid 3, spheroid 4, cylinder 5 and capsule 8 are known"));
+                }
+            };
+            let shape = make(c, primitive, alias, numbers(c, 1)?)?;
+            c.ret(handle(shape));
+            Ok(())
+        })
+        .param(Param::int("primitive").text("sim.primitiveshape_..."))
+        .param(table("sizes", "{x, y, z} full extents, m"))
+        .param(Param::int("options").default(0).optional().text("ignored: they are for looks"))
+        .returns(Param::int("shape"))
+        .text("Makes a simple shape that neither moves nor collides until its parameters say so.")
+        .example("ball = sim.createPrimitiveShape(sim.primitiveshape_spheroid, {0.2, 0.2, 0.2})"),
+    );
+    offer.command(
+        Cmd::new("sim.createDummy", |c| {
+            let dummy = c.world().create("dummy", 0, "Dummy")?;
+            c.ret(handle(dummy));
+            Ok(())
+        })
+        .old_name("simCreateDummy", MINUS)
+        .param(Param::float("size").default(0.01).optional().text("ignored"))
+        .param(Param::any("color").optional().text("ignored"))
+        .returns(Param::int("dummy"))
+        .text("Makes a dummy: a frame without a body.")
+        .example("target = sim.createDummy(0.01)"),
+    );
+    facts(offer);
+}
+
+fn facts(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.getShapeMass", |c| {
+            let shape = id(c, 0)?;
+            let mass = c.world().f64(shape, c.plugin().p.mass);
+            c.ret(mass.map_err(|e| explain(c, shape, TATU_KIND_SHAPE, e))?);
+            Ok(())
+        })
+        .old_name("simGetShapeMass", NIL)
+        .param(object("shape"))
+        .returns(Param::float("mass").unit("kg"))
+        .text("Gives the mass of a shape.")
+        .example("m = sim.getShapeMass(box)"),
+    );
+    offer.command(
+        Cmd::new("sim.setShapeMass", |c| {
+            let (shape, mass) = (id(c, 0)?, positive(c.f64(1)?));
+            let set = c.world().set_f64s(shape, c.plugin().p.mass, &[mass]);
+            set.map_err(|e| explain(c, shape, TATU_KIND_SHAPE, e))?;
+            done(c)
+        })
+        .old_name("simSetShapeMass", MINUS)
+        .param(object("shape"))
+        .param(Param::float("mass").unit("kg"))
+        .text("Sets the mass of a shape.")
+        .example("sim.setShapeMass(box, 0.5)"),
+    );
+    offer.command(
+        Cmd::new("sim.getShapeBB", |c| {
+            let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
+            let size = c.world().f64s::<3>(shape, c.plugin().p.size)?;
+            c.ret(&size[..]);
+            c.ret(&al::IDENTITY[..]);
+            Ok(())
+        })
+        .param(object("shape"))
+        .returns(Param::floats("size", 3).unit("m"))
+        .returns(Param::floats("pose", 7).text("of the box within the shape"))
+        .text("Gives the box that a shape fills.")
+        .example("size = sim.getShapeBB(box)"),
+    );
+    offer.command(
+        Cmd::new("sim.getShapeColor", |c| {
+            let shape = colored(c)?.ok_or_else(|| Fail::missing("there is no such shape"))?;
+            diffuse_only(c.i64(2)?)?;
+            let rgb = c.world().f64s::<3>(shape, c.plugin().p.color)?;
+            c.ret(1_i64);
+            c.ret(&rgb[..]);
+            Ok(())
+        })
+        .old_name("simGetShapeColor", MINUS)
+        .param(Param::any("shape").text("a handle; models of before 3.1.4 may put `@backCompatibility1:` before it"))
+        .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
+        .param(Param::int("component").text("0: sim.colorcomponent_ambient_diffuse"))
+        .returns(Param::int("result").text("1"))
+        .returns(Param::floats("rgb", 3).text("0 to 1"))
+        .text("Gives the colour of a shape.")
+        .example("result, rgb = sim.getShapeColor(box, nil, 0)"),
+    );
+    offer.command(
+        Cmd::new("sim.setShapeColor", |c| {
+            let Some(shape) = colored(c)? else { return done(c) };
+            diffuse_only(c.i64(2)?)?;
+            let rgb: [f64; 3] = numbers(c, 3)?;
+            c.world().set_f64s(shape, c.plugin().p.color, &rgb)?;
+            done(c)
+        })
+        .old_name("simSetShapeColor", MINUS)
+        .param(Param::any("shape").text("a handle; models of before 3.1.4 may put `@backCompatibility1:` before it"))
+        .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
+        .param(Param::int("component").text("0: sim.colorcomponent_ambient_diffuse"))
+        .param(table("rgb", "0 to 1"))
+        .text("Sets the colour of a shape.")
+        .example("sim.setShapeColor(box, nil, 0, {1, 0, 0})"),
+    );
+}
+
+/// The shape of argument 0: a handle, or text in front of one, by which models of before 3.1.4 ask for their manners.
+/// `None`: that text, and a handle of nothing.
+fn colored(c: &Ctx<'_>) -> Result<Option<tatu_object>> {
+    let Some(text) = c.arg(0).as_str() else { return of_kind(c, 0, TATU_KIND_SHAPE).map(Some) };
+    let handle = text.rsplit_once(':').map_or(&*text, |(_, n)| n);
+    let id = match handle.trim().parse::<f64>() {
+        Ok(n) if n > 0.0 => n as u64,
+        Ok(_) => return Ok(None),
+        Err(_) => return Err(Fail::argument(format!("argument 1: expected a handle, found the text \"{text}\""))),
+    };
+    let o = c.world().look(id)?;
+    let is_shape = o.kind == TATU_KIND_SHAPE || c.world().used_as(o.id, "shape");
+    if is_shape { Ok(Some(o.id)) } else { Err(Fail::argument(format!("object {id} is no shape"))) }
+}
+
+fn diffuse_only(component: i64) -> Result {
+    match component {
+        0 => Ok(()),
+        n => {
+            Err(Fail::unsupported(format!("shapes have no colour component {n}"))
+                .help("0 (ambient and diffuse) is known"))
+        }
+    }
+}
+
+/// A mass that physics can bear.
+fn positive(mass: f64) -> f64 {
+    mass.max(1e-7)
+}
+
+fn make(c: &Ctx<'_>, primitive: &str, alias: &str, size: [f64; 3]) -> Result<tatu_object> {
+    if size.iter().any(|x| *x <= 0.0) && primitive != "plane" {
+        return Err(Fail::argument("all sizes must be greater than 0"));
+    }
+    let (w, p) = (c.world(), &c.plugin().p);
+    let shape = w.create("shape", 0, alias)?;
+    let made = w.set(shape, p.primitive, &primitive.into()).and_then(|()| w.set_f64s(shape, p.size, &size));
+    if let Err(e) = made {
+        w.remove(&[shape])?;
+        return Err(e);
+    }
+    Ok(shape)
+}

@@ -1,0 +1,13 @@
+//! Shapes, dummies and lights: making them, and how they look.
+
+mod appearance;
+mod lights;
+mod making;
+
+use crate::kit::{Offer, Vrep};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    making::offer(offer);
+    appearance::offer(offer);
+    lights::offer(offer);
+}

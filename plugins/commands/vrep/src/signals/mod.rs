@@ -1,0 +1,13 @@
+//! What scripts send each other: signals, tubes, wireless data.
+
+mod tubes;
+pub(crate) mod values;
+mod wireless;
+
+use crate::kit::{Offer, Vrep};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    values::offer(offer);
+    tubes::offer(offer);
+    wireless::offer(offer);
+}

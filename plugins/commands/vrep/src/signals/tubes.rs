@@ -1,0 +1,98 @@
+//! Communication tubes: packets between two scripts, in order.
+
+use crate::{kit::*, state::state};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.tubeOpen", |c| {
+            let (header, name, room) = (c.i64(0)?, c.bytes(1)?.to_vec(), int_or(c, 2, 1)?);
+            let tube = state(c)?.tubes.open(header, name, room);
+            c.ret(tube.unwrap_or(-1));
+            Ok(())
+        })
+        .old_name("simTubeOpen", MINUS)
+        .param(Param::int("header").text("any number; it and the name find the partner"))
+        .param(Param::string("name"))
+        .param(
+            Param::int("readBufferSize")
+                .default(1)
+                .optional()
+                .text("packets that wait at this end; the oldest is dropped"),
+        )
+        .param(Param::any("unused").optional())
+        .returns(Param::int("tube").text("-1: both ends are taken"))
+        .text("Opens one end of a tube; the second script that asks for it gets the other end.")
+        .example("tube = sim.tubeOpen(0, 'robot_2D_SCANNER_DATA', 1)"),
+    );
+    offer.command(
+        Cmd::new("sim.tubeWrite", |c| {
+            let (tube, data) = (c.i64(0)?, c.bytes(1)?.to_vec());
+            let sent = state(c)?.tubes.write(tube, data);
+            c.ret(i64::from(sent));
+            Ok(())
+        })
+        .old_name("simTubeWrite", MINUS)
+        .param(Param::int("tube"))
+        .param(Param::string("data").text("any bytes"))
+        .returns(Param::int("sent").text("1; 0: the other end is not open"))
+        .text("Sends a packet to the other end of a tube; without a partner it is silently lost.")
+        .example("sim.tubeWrite(tube, sim.packFloatTable(points))"),
+    );
+    offer.command(
+        Cmd::new("sim.tubeRead", read)
+            .old_name("simTubeRead", NIL)
+            .param(Param::int("tube"))
+            .param(Param::any("blocking").optional().text("true: waits for a packet, where waiting is possible"))
+            .returns(Param::string("data").text("nothing if no packet waits"))
+            .text("Takes the oldest packet that waits at this end of a tube.")
+            .example("data = sim.tubeRead(tube)"),
+    );
+    offer.command(
+        Cmd::new("sim.tubeStatus", |c| {
+            let tube = c.i64(0)?;
+            let status = state(c)?.tubes.status(tube);
+            if let Some((connected, here, there)) = status {
+                c.ret(i64::from(connected));
+                c.ret(here as i64);
+                c.ret(there as i64);
+            }
+            Ok(())
+        })
+        .old_name("simTubeStatus", NIL)
+        .param(Param::int("tube"))
+        .returns(Param::int("connected").text("1 or 0; nothing if there is no such tube"))
+        .returns(Param::int("readable").text("packets that wait at this end"))
+        .returns(Param::int("written").text("packets that wait at the other end"))
+        .text("Tells whether a tube has a partner, and how many packets wait.")
+        .example("connected = sim.tubeStatus(tube)"),
+    );
+    offer.command(
+        Cmd::new("sim.tubeClose", |c| {
+            let tube = c.i64(0)?;
+            let was_open = state(c)?.tubes.close(tube);
+            c.ret(i64::from(was_open));
+            Ok(())
+        })
+        .old_name("simTubeClose", MINUS)
+        .param(Param::int("tube"))
+        .returns(Param::int("closed").text("1 or 0"))
+        .text("Closes one end of a tube.")
+        .example("sim.tubeClose(tube)"),
+    );
+}
+
+fn read(c: &mut Ctx<'_>) -> Result<Outcome> {
+    // Called again while it waits: the word is the tube's number, plus one.
+    let tube = match c.resumed() {
+        0 => c.i64(0)?,
+        word => word as i64 - 1,
+    };
+    let blocking = c.resumed() != 0 || c.arg(1).truthy();
+    let packet = state(c)?.tubes.read(tube);
+    match packet {
+        Some(data) => c.ret(data.as_slice()),
+        None if blocking && tube >= 0 && c.can_wait() => return c.wait_poll(tube as u64 + 1),
+        None => {}
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,121 @@
+//! Signals: named values of the world, one name space per kind.
+
+use crate::kit::*;
+
+/// Kinds of signals, with the numbers that `getSignalName` uses.
+pub(crate) const KINDS: [u32; 3] = [0, 1, 2];
+
+const INTEGER: u32 = KINDS[0];
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    kind(offer, 0, "integer", &INT32, Param::int("value"));
+    kind(offer, 1, "float", &FLOAT, Param::float("value"));
+    kind(offer, 2, "string", &STRING, Param::string("value").text("any bytes"));
+    offer.command(
+        Cmd::new("sim.getSignalName", |c| {
+            let (index, kind) = (c.i64(0)?, c.i64(1)?);
+            let (Ok(index), Ok(kind)) = (u32::try_from(index), u32::try_from(kind)) else {
+                return Ok(());
+            };
+            if let Some(name) = c.world().signal_name(kind, index)? {
+                c.ret(name.as_slice());
+            }
+            Ok(())
+        })
+        .old_name("simGetSignalName", NIL)
+        .param(Param::int("index").text("from 0, in order of names"))
+        .param(Param::int("type").text("0: integer, 1: float, 2: string"))
+        .returns(Param::string("name").text("nothing past the end"))
+        .text("Gives the name of one of the signals that are set.")
+        .example("name = sim.getSignalName(0, 1)"),
+    );
+}
+
+/// The names of one command: the present one, the flat one, and another that is still understood.
+type Names = (&'static str, &'static str, Option<&'static str>);
+
+/// Of setting, getting and clearing a signal, by kind.
+const INT32: [Names; 3] = [
+    ("sim.setInt32Signal", "simSetIntegerSignal", Some("sim.setIntegerSignal")),
+    ("sim.getInt32Signal", "simGetIntegerSignal", Some("sim.getIntegerSignal")),
+    ("sim.clearInt32Signal", "simClearIntegerSignal", Some("sim.clearIntegerSignal")),
+];
+const FLOAT: [Names; 3] = [
+    ("sim.setFloatSignal", "simSetFloatSignal", None),
+    ("sim.getFloatSignal", "simGetFloatSignal", None),
+    ("sim.clearFloatSignal", "simClearFloatSignal", None),
+];
+const STRING: [Names; 3] = [
+    ("sim.setStringSignal", "simSetStringSignal", Some("sim.setBufferSignal")),
+    ("sim.getStringSignal", "simGetStringSignal", Some("sim.getBufferSignal")),
+    ("sim.clearStringSignal", "simClearStringSignal", Some("sim.clearBufferSignal")),
+];
+
+/// The three commands of a kind; `word` names it in texts.
+fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 3], value: Param) {
+    let [set, get, clear] = names;
+    let named = |(name, flat, other): &Names, on_error: [Value; 1], run: fn(&mut Ctx<'_>, u32) -> Result| {
+        let command = Cmd::new(*name, move |c| run(c, kind)).old_name(*flat, on_error);
+        match other {
+            Some(other) => command.alias(*other),
+            None => command,
+        }
+    };
+    offer.command(
+        named(set, MINUS, |c, kind| {
+            match INTEGER == kind {
+                // Fractions are cut off.
+                true => c.world().set_signal(kind, c.bytes(0)?, whole(c.f64(1)?))?,
+                false => c.world().set_signal(kind, c.bytes(0)?, c.arg(1))?,
+            }
+            c.ret(1_i64);
+            Ok(())
+        })
+        .param(Param::string("name"))
+        .param(if kind == INTEGER { Param::float("value").text("fractions are cut off") } else { value.clone() })
+        .returns(Param::int("done"))
+        .text(format!("Sets the {word} signal of a name, for all scripts."))
+        .example(format!("{}('state', '3')", set.0)),
+    );
+    offer.command(
+        named(get, NIL, |c, kind| {
+            let v = c.world().signal(kind, c.bytes(0)?)?;
+            if !v.is_nil() {
+                c.ret(v);
+            } else if c.world().stands_in(0, &format!("signal {kind} {}", c.text(0)?)) {
+                // Without its scene nobody sets it.
+                match kind {
+                    0 => c.ret(1_i64),
+                    1 => c.ret(1.0),
+                    _ => c.ret(STAND_IN),
+                }
+            }
+            Ok(())
+        })
+        .param(Param::string("name"))
+        .returns(value.text("nothing if the signal is not set"))
+        .text(format!("Gives the {word} signal of a name."))
+        .example(format!("v = {}('state')", get.0)),
+    );
+    offer.command(
+        named(clear, MINUS, |c, kind| {
+            let w = c.world();
+            let n = match c.has(0).then(|| c.bytes(0)).transpose()? {
+                Some(b"") => 0,
+                Some(name) => w.clear_signal(kind, name)?,
+                None => w.clear_signal(kind, b"")?,
+            };
+            c.ret(i64::from(n));
+            Ok(())
+        })
+        .param(Param::string("name").optional().text("nil: all of them"))
+        .returns(Param::int("count").text("how many were set"))
+        .text(format!("Removes the {word} signal of a name."))
+        .example(format!("{}('state')", clear.0)),
+    );
+}
+
+fn whole<'a>(x: f64) -> ValueRef<'a> {
+    // SAFETY: an integer points to nothing.
+    unsafe { ValueRef::new(tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: x as i64 } }) }
+}

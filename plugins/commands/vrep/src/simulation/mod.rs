@@ -1,0 +1,11 @@
+//! The simulation: time, state, start and stop, and its parameters.
+
+mod parameters;
+mod run;
+
+use crate::kit::{Offer, Vrep};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    run::offer(offer);
+    parameters::offer(offer);
+}

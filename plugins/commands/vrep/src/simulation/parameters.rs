@@ -1,0 +1,301 @@
+//! Parameters of the simulator by number: `sim.getInt32Param(sim.intparam_program_version)` and its kin.
+//!
+//! A parameter that cannot change may be "set" to the value that it has.
+
+use crate::{kit::*, state::state};
+
+/// The parameters of one type: its name, the names of its two commands (the present one, the one before, the flat ones), one
+/// of its parameters for the example, and the functions that read and set.
+struct Family {
+    name: &'static str,
+    getter: Names,
+    setter: Names,
+    sample: &'static str,
+    get: Get,
+    set: Option<Set>,
+}
+
+/// The name of a command, the one before, and the flat ones.
+type Names = (&'static str, &'static str, &'static [&'static str]);
+type Get = fn(&Ctx<'_>, i64) -> Result<Option<Value>>;
+/// Sets it, or says that it is none that can be set.
+type Set = fn(&Ctx<'_>, i64) -> Result<bool>;
+
+const FAMILIES: [Family; 5] = [
+    Family {
+        name: "Bool",
+        getter: ("sim.getBoolParam", "sim.getBoolParameter", &["simGetBoolParameter", "simGetBooleanParameter"]),
+        setter: ("sim.setBoolParam", "sim.setBoolParameter", &["simSetBoolParameter", "simSetBooleanParameter"]),
+        sample: "sim.boolparam_headless",
+        get: get_bool,
+        set: None,
+    },
+    Family {
+        name: "Int32",
+        getter: ("sim.getInt32Param", "sim.getInt32Parameter", &["simGetInt32Parameter", "simGetIntegerParameter"]),
+        setter: ("sim.setInt32Param", "sim.setInt32Parameter", &["simSetInt32Parameter", "simSetIntegerParameter"]),
+        sample: "sim.intparam_program_version",
+        get: get_int,
+        set: Some(set_int),
+    },
+    Family {
+        name: "Float",
+        getter: ("sim.getFloatParam", "sim.getFloatParameter", &["simGetFloatParameter", "simGetFloatingParameter"]),
+        setter: ("sim.setFloatParam", "sim.setFloatParameter", &["simSetFloatParameter", "simSetFloatingParameter"]),
+        sample: "sim.floatparam_simulation_time_step",
+        get: get_float,
+        set: None,
+    },
+    Family {
+        name: "String",
+        getter: ("sim.getStringParam", "sim.getStringParameter", &["simGetStringParameter"]),
+        setter: ("sim.setStringParam", "sim.setStringParameter", &["simSetStringParameter"]),
+        sample: "sim.stringparam_scene_name",
+        get: get_string,
+        set: None,
+    },
+    Family {
+        name: "Array",
+        getter: ("sim.getArrayParam", "sim.getArrayParameter", &["simGetArrayParameter"]),
+        setter: ("sim.setArrayParam", "sim.setArrayParameter", &["simSetArrayParameter"]),
+        sample: "sim.arrayparam_gravity",
+        get: get_array,
+        set: Some(set_array),
+    },
+];
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    for family in &FAMILIES {
+        get_and_set(offer, family);
+    }
+    offer.command(
+        Cmd::new("sim.getRandom", |c| {
+            let x = random(c)?;
+            c.ret(x);
+            Ok(())
+        })
+        .param(Param::any("seed").optional().text("ignored: the scene's seed counts"))
+        .returns(Param::float("x").text("0 <= x < 1"))
+        .text("Gives a random number; the same ones in every run of a scene and seed.")
+        .example("x = sim.getRandom()"),
+    );
+}
+
+fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
+    let Family { name, sample, getter, setter, .. } = *family;
+    let value = match name {
+        "Bool" => Param::any("value").text("true or false"),
+        "Int32" => Param::int("value"),
+        "Float" => Param::float("value"),
+        "String" => Param::string("value"),
+        _ => table("value", "numbers"),
+    };
+    let id = || Param::int("parameter").text("a number from the tables of constants");
+    let named = |(_, before, flat): Names, on_error: [Value; 1], command: Cmd| {
+        let all = flat.iter().fold(command, |command, name| command.old_name(*name, on_error.clone()));
+        all.alias(before)
+    };
+    let get = Cmd::new(getter.0, |c| {
+        let v = read(c, family)?;
+        c.ret(v);
+        Ok(())
+    });
+    offer.command(
+        named(getter, NIL, get)
+            .param(id())
+            .returns(value.clone())
+            .text("Gives a parameter of the simulator.")
+            .example(format!("v = {}({sample})", getter.0)),
+    );
+    let set = Cmd::new(setter.0, |c| {
+        let (n, wanted) = (c.i64(0)?, c.arg(1).to_value()?);
+        let set = match family.set {
+            Some(set) => set(c, n)?,
+            None => false,
+        };
+        if !set {
+            let is = read(c, family)?;
+            if !same(&is, &wanted) {
+                remember(c, family, n, &is, &wanted)?;
+            }
+        }
+        c.ret(1_i64);
+        Ok(())
+    });
+    offer.command(
+        named(setter, MINUS, set)
+            .param(id())
+            .param(value)
+            .returns(Param::int("done"))
+            .text("Sets a parameter of the simulator.")
+            .example(format!("{}({sample}, {}({sample}))", setter.0, getter.0)),
+    );
+}
+
+/// Keeps a parameter that changes nothing here, so that it reads as it was set.
+fn remember(c: &Ctx<'_>, family: &Family, n: i64, is: &Value, wanted: &Value) -> Result {
+    if FIXED.iter().any(|(name, all)| *name == family.name && all.contains(&n)) {
+        return Err(Fail::unsupported(format!("parameter {n} cannot be changed here")));
+    }
+    let wanted = match is {
+        Value::Bool(_) => Value::Bool(!matches!(wanted, Value::Nil | Value::Bool(false))),
+        _ => wanted.clone(),
+    };
+    tags::set_private(c, 0, &format!("{} {n}", family.name), Some(&tables::pack(&wanted)?))
+}
+
+/// Parameters that are facts.
+const FIXED: &[(&str, &[i64])] =
+    &[("Bool", &[34]), ("Int32", &[1, 2, 4, 19, 23, 26, 30, 39]), ("Float", &[0]), ("String", &[0, 13, 14, 15])];
+
+fn read(c: &Ctx<'_>, family: &Family) -> Result<Value> {
+    let n = c.i64(0)?;
+    if let Some(kept) = tags::private(c, 0, &format!("{} {n}", family.name))? {
+        return tables::unpack(&kept);
+    }
+    (family.get)(c, n)?.ok_or_else(|| Fail::unsupported(format!("there is no parameter {n} of this type")))
+}
+
+/// Whether a value is the one that is there; of truth values, as scripts see them.
+fn same(is: &Value, wanted: &Value) -> bool {
+    match is {
+        Value::Bool(b) => *b == !matches!(wanted, Value::Nil | Value::Bool(false)),
+        _ => is == wanted,
+    }
+}
+
+fn get_bool(_: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
+    Ok(match n {
+        // Handling of dynamics, proximity and vision sensors; no window.
+        6 | 9 | 10 | 34 => Some(Value::Bool(true)),
+        // Windows, display, information text, real time, full screen, exit request.
+        0..=61 => Some(Value::Bool(false)),
+        _ => None,
+    })
+}
+
+fn get_int(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
+    let n = match n {
+        0 => state(c)?.error_report_mode,
+        1 => {
+            if version(c).0 < 4 {
+                30_203
+            } else {
+                40_900
+            }
+        }
+        2 => 1,
+        19 => {
+            if cfg!(windows) {
+                0
+            } else if cfg!(target_os = "macos") {
+                1
+            } else {
+                2
+            }
+        }
+        // Revision, compilation, the page of the window, the engine, ports of remote services, and what has no number.
+        4 => 2,
+        8 => 0,
+        9 => 19_997,
+        10 => 1,
+        3 | 5..=7 | 11..=49 => 0,
+        _ => return Ok(None),
+    };
+    Ok(Some(Value::Int(n)))
+}
+
+fn set_int(c: &Ctx<'_>, n: i64) -> Result<bool> {
+    if n == 0 {
+        // Kept for those who put it back; messages are told in any case.
+        let mode = c.i64(1)?;
+        state(c)?.error_report_mode = mode;
+    }
+    Ok(n == 0)
+}
+
+fn get_float(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
+    Ok(match n {
+        0 => Some(Value::Float(random(c)?)),
+        1 => Some(Value::Float(c.world().f64(0, c.plugin().p.dt)?)),
+        2 => Some(Value::Float(0.1)),
+        3 | 5 => Some(Value::Float(c.world().f64(0, c.plugin().p.physics_dt)?)),
+        4 => Some(Value::Float(1.0)),
+        6 | 7 => Some(Value::Float(0.0)),
+        _ => None,
+    })
+}
+
+fn get_string(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
+    let file = || text_of(c, 0, c.plugin().p.file);
+    let parts = |file: &str| match file.rsplit_once(['/', '\\']) {
+        Some((folder, name)) => (folder.to_owned(), name.to_owned()),
+        None => (String::new(), file.to_owned()),
+    };
+    let text = match n {
+        // Arguments of the command line: none are handed through.
+        2..=10 => String::new(),
+        13 => file()?,
+        14 => parts(&file()?).0,
+        15 => {
+            let name = parts(&file()?).1;
+            name.rsplit_once('.').map_or(name.clone(), |(stem, _)| stem.into())
+        }
+        // Where the program, its add-ons and files for a while would be: names of nothing.
+        0 | 1 | 11 | 12 | 16..=40 | 119..=140 => String::new(),
+        _ => return Ok(None),
+    };
+    Ok(Some(Value::text(text)))
+}
+
+fn get_array(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
+    Ok(match n {
+        0 => Some(c.world().f64s::<3>(0, c.plugin().p.gravity)?.into()),
+        1..=8 => Some([0.0; 3].into()),
+        _ => None,
+    })
+}
+
+fn set_array(c: &Ctx<'_>, n: i64) -> Result<bool> {
+    if n == 0 {
+        let g: [f64; 3] = numbers(c, 1)?;
+        c.world().set_f64s(0, c.plugin().p.gravity, &g)?;
+    }
+    Ok(n == 0)
+}
+
+/// The next random number of the world.
+fn random(c: &Ctx<'_>) -> Result<f64> {
+    let seed = int_of(c, 0, c.plugin().p.seed)? as u64;
+    let mut state = state(c)?;
+    state.drawn += 1;
+    Ok(mixed(seed, state.drawn))
+}
+
+/// The `n`-th number of a seed's sequence (SplitMix64), 0 <= x < 1.
+fn mixed(seed: u64, n: u64) -> f64 {
+    let mut z = seed.wrapping_add(n.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn random_numbers_are_even_and_repeat() {
+        let mean = (1..=1000).map(|n| mixed(7, n)).sum::<f64>() / 1000.0;
+        assert!((mean - 0.5).abs() < 0.05);
+        assert_eq!(mixed(7, 3), mixed(7, 3));
+        assert_ne!(mixed(7, 3), mixed(8, 3));
+    }
+
+    #[test]
+    fn unchanging_ones_may_be_set_to_what_they_are() {
+        assert!(same(&Value::Bool(false), &Value::Bool(false)));
+        assert!(same(&Value::Bool(true), &Value::Int(1)));
+        assert!(!same(&Value::Bool(false), &Value::Bool(true)));
+    }
+}

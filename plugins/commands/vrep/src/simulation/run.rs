@@ -1,0 +1,138 @@
+//! The simulation: time, state, start and stop.
+
+use crate::kit::*;
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::side_by_side("sim.getSimulationTime", |c| {
+            let t = c.world().f64(0, c.plugin().p.time)?;
+            c.ret(t);
+            Ok(())
+        })
+        .old_name("simGetSimulationTime", NIL)
+        .returns(Param::float("time").unit("s"))
+        .text("Gives the simulation time: 0 in the first step.")
+        .example("t = sim.getSimulationTime()"),
+    );
+    offer.command(
+        Cmd::side_by_side("sim.getSimulationTimeStep", |c| {
+            let dt = c.world().f64(0, c.plugin().p.dt)?;
+            c.ret(dt);
+            Ok(())
+        })
+        .old_name("simGetSimulationTimeStep", NIL)
+        .returns(Param::float("dt").unit("s"))
+        .text("Gives by how much the time grows with each step.")
+        .example("dt = sim.getSimulationTimeStep()"),
+    );
+    offer.command(
+        Cmd::side_by_side("sim.getSimulationState", |c| {
+            let state = state_now(c)?;
+            c.ret(state);
+            Ok(())
+        })
+        .old_name("simGetSimulationState", MINUS)
+        .returns(Param::int("state").text("sim.simulation_..."))
+        .text(
+            "Gives whether the simulation is stopped (0), in its first step (16), running (17), in the last step before a \
+            pause (19), paused (8), in the first step after one (20), about to stop (21) or in its last step (22).",
+        )
+        .example("if sim.getSimulationState() == sim.simulation_advancing_running then end"),
+    );
+    offer.command(
+        Cmd::side_by_side("sim.getSimulationStopping", |c| {
+            let p = &c.plugin().p;
+            let stopping = bool_of(c, 0, p.stopping)? || !bool_of(c, 0, p.running)?;
+            c.ret(stopping);
+            Ok(())
+        })
+        .returns(Param::bool("stopping"))
+        .text("Whether the simulation is about to stop, or has.")
+        .example("while not sim.getSimulationStopping() do sim.step() end"),
+    );
+    offer.command(
+        Cmd::new("sim.getRealTimeSimulation", |c| {
+            c.ret(0_i64);
+            Ok(())
+        })
+        .old_name("simGetRealTimeSimulation", MINUS)
+        .returns(Param::int("on").text("0"))
+        .text(
+            "Tells whether the simulation keeps pace with a clock: scripts must not \
+            know, so that runs repeat.",
+        )
+        .example("on = sim.getRealTimeSimulation()"),
+    );
+    for (name, what, text) in [
+        ("sim.startSimulation", TATU_REQUEST_START, "Asks for the simulation to start, or to go on after a pause."),
+        ("sim.pauseSimulation", TATU_REQUEST_PAUSE, "Asks for the simulation to pause after the next step."),
+        (
+            "sim.stopSimulation",
+            TATU_REQUEST_STOP,
+            "Asks for the simulation to stop: two more steps follow, in which scripts can see it.",
+        ),
+        ("sim.quitSimulator", TATU_REQUEST_QUIT, "Asks for the program to end."),
+    ] {
+        offer.command(
+            both(name, MINUS, move |c| {
+                c.world().request(what)?;
+                done(c)
+            })
+            .param(Param::any("unused").optional())
+            .text(text)
+            .example(format!("{name}()")),
+        );
+    }
+    offer.command(
+        Cmd::new("sim.getModuleName", |_| Ok(()))
+            .alias("sim.getPluginName")
+            .old_name("simGetModuleName", NIL)
+            .param(Param::int("index").text("from 0"))
+            .returns(Param::string("name").text("nothing past the end"))
+            .text("Gives the name of one of the V-REP plugins that are loaded: there are none.")
+            .partial("There are no plugins of the original's kind: the list is empty."),
+    );
+    offer.command(
+        Cmd::new("sim.getSystemTime", |c| {
+            let t = c.world().f64(0, c.plugin().p.clock)?;
+            c.ret(t);
+            Ok(())
+        })
+        .old_name("simGetSystemTime", NIL)
+        .returns(Param::float("time").unit("s"))
+        .text("Gives the simulation time, in place of a clock's, so that runs repeat; in real time a clock's.")
+        .example("t = sim.getSystemTime()"),
+    );
+    offer.command(
+        Cmd::new("sim.getSystemTimeInMs", |c| {
+            let t = c.world().f64(0, c.plugin().p.clock)?;
+            let ms = (t * 1000.0).round() as i64;
+            let since = int_or(c, 0, -1)?;
+            c.ret(if since >= 0 { ms - since } else { ms });
+            Ok(())
+        })
+        .old_name("simGetSystemTimeInMs", MINUS)
+        .old_name("simGetSystemTimeInMilliseconds", MINUS)
+        .param(Param::int("since").default(-1).optional().text("an earlier time; -1 or -2: none"))
+        .returns(Param::int("time").text("ms"))
+        .text(
+            "Gives the simulation time in milliseconds, in place of a clock's, or how \
+            much has passed since another.",
+        )
+        .example("elapsed = sim.getSystemTimeInMs(before)"),
+    );
+}
+
+/// The phase of the world, in the numbers that the original had for it.
+fn state_now(c: &Shared<'_>) -> Result<i64> {
+    Ok(match int_of(c, 0, c.plugin().p.phase)? as u32 {
+        TATU_PHASE_FIRST => 16,
+        TATU_PHASE_RUNNING => 17,
+        TATU_PHASE_LAST_BEFORE_PAUSE => 19,
+        TATU_PHASE_PAUSED => 8,
+        TATU_PHASE_FIRST_AFTER_PAUSE => 20,
+        TATU_PHASE_STOPPING => 21,
+        TATU_PHASE_LAST => 22,
+        _ => 0,
+    })
+}

@@ -1,0 +1,49 @@
+//! Collections: sets of objects under one handle.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use tatu_plugin_api::abi::tatu_object;
+
+/// Handles of collections lie above those of objects that a scene is likely to have.
+pub(crate) const FIRST: i64 = 0xE_0000;
+
+/// A collection.
+#[derive(Serialize, Deserialize, Clone, Default)]
+pub(crate) struct Collection {
+    pub(crate) name: String,
+    pub(crate) parts: Vec<Part>,
+}
+
+/// A part: what is meant, of which object, whether it is taken away, and whether without the object itself.
+#[derive(Serialize, Deserialize, Clone)]
+pub(crate) struct Part {
+    pub(crate) what: i64,
+    pub(crate) object: tatu_object,
+    pub(crate) remove: bool,
+    pub(crate) exclude: bool,
+}
+
+/// A collection of a file: name, handle, parts.
+pub(crate) type FromFile = (String, i64, Vec<Part>);
+
+/// All collections of a world, by handle.
+#[derive(Serialize, Deserialize, Default)]
+pub(crate) struct Collections {
+    pub(crate) all: BTreeMap<i64, Collection>,
+    pub(crate) made: i64,
+}
+
+impl Collections {
+    /// One of the scene.
+    pub(crate) fn insert(&mut self, (name, handle, parts): FromFile) {
+        self.all.insert(handle, Collection { name, parts });
+    }
+    /// A new one, without objects; its handle.
+    pub(crate) fn add(&mut self, name: String) -> i64 {
+        self.made += 1;
+        let made = FIRST + self.made;
+        self.all.insert(made, Collection { name, parts: Vec::new() });
+        made
+    }
+}

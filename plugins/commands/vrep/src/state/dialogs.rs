@@ -1,0 +1,24 @@
+//! Dialogs that are open.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// A dialog.
+#[derive(Serialize, Deserialize, Clone)]
+pub(crate) struct Dialog {
+    pub(crate) style: i64,
+    pub(crate) text: Vec<u8>,
+    pub(crate) opened: i64,
+    /// Somebody sees it: it waits for an answer.
+    pub(crate) attended: bool,
+    /// 0: none yet.
+    pub(crate) result: i64,
+}
+
+/// All dialogs of a world, by handle.
+#[derive(Serialize, Deserialize, Default)]
+pub(crate) struct Dialogs {
+    pub(crate) open: BTreeMap<i64, Dialog>,
+    pub(crate) made: i64,
+}

@@ -1,0 +1,63 @@
+//! Simulator messages that wait: each script that asks gets its own copy.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use serde::{Deserialize, Serialize};
+use tatu_plugin_api::abi::tatu_object;
+
+/// A queue per script holds this many messages; the oldest are dropped.
+const ROOM: usize = 64;
+
+/// The last messages, and how many each script has taken.
+#[derive(Default, Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub(crate) struct Messages {
+    pub(crate) last: VecDeque<(i64, [i64; 4])>,
+    pub(crate) sent: u64,
+    pub(crate) taken: BTreeMap<tatu_object, u64>,
+    /// How much of what came in from outside has been looked at.
+    pub(crate) inputs: u64,
+}
+
+impl Messages {
+    pub(crate) fn send(&mut self, kind: i64, aux: [i64; 4]) {
+        if self.last.len() == ROOM {
+            self.last.pop_front();
+        }
+        self.last.push_back((kind, aux));
+        self.sent += 1;
+    }
+    pub(crate) fn next(&mut self, script: tatu_object) -> Option<(i64, [i64; 4])> {
+        let oldest = self.sent - self.last.len() as u64;
+        let taken = self.taken.entry(script).or_default();
+        *taken = (*taken).max(oldest);
+        let message = *self.last.get((*taken - oldest) as usize)?;
+        *taken += 1;
+        Some(message)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_script_gets_a_copy() {
+        let mut m = Messages::default();
+        assert_eq!(m.next(1), None);
+        m.send(6, [115, 0, 0, 0]);
+        for script in [1, 2] {
+            assert_eq!(m.next(script), Some((6, [115, 0, 0, 0])));
+            assert_eq!(m.next(script), None);
+        }
+    }
+
+    #[test]
+    fn old_messages_are_dropped() {
+        let mut m = Messages::default();
+        for i in 0..100 {
+            m.send(6, [i, 0, 0, 0]);
+        }
+        assert_eq!(m.next(1), Some((6, [36, 0, 0, 0])));
+        assert_eq!(std::iter::from_fn(|| m.next(1)).count(), 63);
+    }
+}

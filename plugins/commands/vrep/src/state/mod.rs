@@ -1,0 +1,158 @@
+//! What the plugin keeps per world: plain data, a file for each thing that is more than a number. No file here knows a
+//! command.
+
+pub(crate) mod collections;
+pub(crate) mod consoles;
+pub(crate) mod dialogs;
+mod messages;
+pub(crate) mod motions;
+mod profiles;
+pub(crate) mod registered;
+mod tubes;
+pub(crate) mod windows;
+pub(crate) mod wireless;
+
+use std::{
+    cell::{RefCell, RefMut},
+    collections::BTreeMap,
+};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    kit::*,
+    vision::{seen::AllSeen, work::Work},
+};
+
+use self::{
+    collections::Collections, consoles::Consoles, dialogs::Dialogs, messages::Messages, motions::Motion,
+    profiles::Profiles, registered::Registered, tubes::Tubes, wireless::InTransit,
+};
+
+/// The instance of a world. Commands may enter each other: borrow it briefly, never across a call to the host.
+pub struct State(RefCell<Inner>);
+
+/// What is in it.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Inner {
+    #[serde(skip)]
+    host: Option<Host>,
+    step: i64,
+    /// Whether what the scene registers was read.
+    read: bool,
+    pub(crate) registered: Registered,
+    pub(crate) consoles: Consoles,
+    pub(crate) tubes: Tubes,
+    pub(crate) messages: Messages,
+    /// What scripts asked for with `setNameSuffix`.
+    pub(crate) suffixes: BTreeMap<tatu_object, i64>,
+    /// Script simulation parameters: script and name.
+    pub(crate) parameters: BTreeMap<(tatu_object, Vec<u8>), Vec<u8>>,
+    /// Names of signals that are waited for.
+    pub(crate) waits: BTreeMap<u64, Vec<u8>>,
+    /// How many random numbers were drawn.
+    pub(crate) drawn: u64,
+    pub(crate) error_report_mode: i64,
+    pub(crate) selection: Vec<tatu_object>,
+    pub(crate) collections: Collections,
+    pub(crate) wireless: InTransit,
+    pub(crate) dialogs: Dialogs,
+    pub(crate) profiles: Profiles,
+    pub(crate) last_error: Vec<u8>,
+    /// What was made of the images of vision sensors.
+    pub(crate) seen: AllSeen,
+    /// Their working images.
+    pub(crate) work: BTreeMap<tatu_object, Work>,
+    /// Motions that are under way, by number, and how many there were.
+    pub(crate) motions: BTreeMap<i64, Motion>,
+    pub(crate) moved: i64,
+    /// What follows a path: object, path, what of it, how far along, velocity.
+    pub(crate) follows: BTreeMap<i64, (tatu_object, tatu_object, i64, f64, f64)>,
+}
+
+impl State {
+    pub(crate) fn new(host: Host) -> Self {
+        State(RefCell::new(Inner::new(Some(host))))
+    }
+
+    /// Everything, for a snapshot.
+    pub(crate) fn save(&self) -> Result<Vec<u8>> {
+        let inner = self.0.try_borrow().map_err(|_| busy())?;
+        postcard::to_stdvec(&*inner).map_err(|e| Fail::new(format!("what it keeps cannot be written: {e}")))
+    }
+
+    /// Takes it back.
+    pub(crate) fn load(&self, bytes: &[u8]) -> Result<()> {
+        let mut new: Inner =
+            postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("what it kept cannot be read: {e}")))?;
+        let mut inner = self.0.try_borrow_mut().map_err(|_| busy())?;
+        new.host = inner.host;
+        *inner = new;
+        Ok(())
+    }
+}
+
+impl Inner {
+    fn new(host: Option<Host>) -> Self {
+        Inner {
+            host,
+            step: 0,
+            read: false,
+            registered: Registered::default(),
+            consoles: Consoles::default(),
+            tubes: Tubes::default(),
+            messages: Messages::default(),
+            suffixes: BTreeMap::new(),
+            parameters: BTreeMap::new(),
+            waits: BTreeMap::new(),
+            drawn: 0,
+            error_report_mode: 1,
+            selection: Vec::new(),
+            collections: Collections::default(),
+            wireless: InTransit::default(),
+            dialogs: Dialogs::default(),
+            profiles: Profiles::default(),
+            last_error: Vec::new(),
+            seen: AllSeen::new(),
+            work: BTreeMap::new(),
+            motions: BTreeMap::new(),
+            moved: 0,
+            follows: BTreeMap::new(),
+        }
+    }
+}
+
+/// When a simulation ends, consoles and tubes of scripts close; half a line that a console holds is told then.
+impl Drop for Inner {
+    fn drop(&mut self) {
+        let Some(host) = self.host else { return };
+        self.consoles.close_all(&mut |line| {
+            host.log(TATU_LOG_INFO, &String::from_utf8_lossy(line));
+        });
+    }
+}
+
+fn busy() -> Fail {
+    Fail::with_code(TATU_ERR_BUSY, "called from within itself")
+}
+
+/// The instance of the caller's world. The host does not tell when a simulation starts: a step number that is lower
+/// than before means a new one.
+pub(crate) fn state<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Inner>> {
+    let step = int_of(c, 0, c.plugin().p.step)?;
+    let mut inner = c.instance().0.try_borrow_mut().map_err(|_| busy())?;
+    if step < inner.step {
+        *inner = Inner::new(inner.host);
+    }
+    inner.step = step;
+    if inner.read {
+        return Ok(inner);
+    }
+    inner.read = true;
+    drop(inner);
+    let (registered, collections) = registered::read(c)?;
+    let mut inner = c.instance().0.try_borrow_mut().map_err(|_| busy())?;
+    inner.registered = registered;
+    collections.into_iter().for_each(|k| inner.collections.insert(k));
+    Ok(inner)
+}

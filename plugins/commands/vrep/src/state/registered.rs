@@ -1,0 +1,123 @@
+//! What scenes of V-REP register beside their objects, as the importer keeps it with the scene: collections, collision and
+//! distance objects, groups for inverse kinematics, windows of buttons.
+//!
+//! It is one JSON text under the tag `registered` of the scene's data; `handle` on an object is how that text names it.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    collections::{FromFile, Part},
+    windows::Windows,
+};
+use crate::kit::*;
+
+/// Tag of the scene's data.
+const TAG: &str = "registered";
+/// Tag of the objects that are meant.
+const HANDLE: &str = "handle";
+
+#[derive(Deserialize, Default)]
+struct Text {
+    collections: Vec<CollectionText>,
+    collisions: Vec<Pair>,
+    distances: Vec<Pair>,
+    ik_groups: Vec<Named>,
+    windows: Windows,
+}
+
+#[derive(Deserialize)]
+struct CollectionText {
+    name: String,
+    handle: i64,
+    items: Vec<Item>,
+}
+
+#[derive(Deserialize)]
+struct Item {
+    object: i64,
+    kind: u8,
+    remove: bool,
+}
+
+/// Something with a name and a handle.
+#[derive(Serialize, Deserialize, Clone)]
+pub(crate) struct Named {
+    pub(crate) name: String,
+    pub(crate) handle: i64,
+}
+
+/// A collision or distance object.
+#[derive(Serialize, Deserialize, Clone)]
+pub(crate) struct Pair {
+    pub(crate) name: String,
+    pub(crate) handle: i64,
+    /// Numbers of the file: -1 for everything, a collection, or an object.
+    pub(crate) of: [i64; 2],
+    /// Farther apart is not looked at, m; 0: everything is.
+    pub(crate) threshold: f64,
+    pub(crate) explicit: bool,
+}
+
+/// What was found when a pair was handled last.
+#[derive(Serialize, Deserialize, Clone, Copy)]
+pub(crate) struct Found {
+    pub(crate) length: f64,
+    pub(crate) pair: [tatu_object; 2],
+}
+
+/// Everything that is registered.
+#[derive(Serialize, Deserialize, Default)]
+pub(crate) struct Registered {
+    pub(crate) collisions: Vec<Pair>,
+    pub(crate) distances: Vec<Pair>,
+    pub(crate) ik_groups: Vec<Named>,
+    pub(crate) windows: Windows,
+    /// Objects by the numbers of the file.
+    objects: BTreeMap<i64, tatu_object>,
+    /// What explicit pairs found, by their handle.
+    pub(crate) found: BTreeMap<i64, Option<Found>>,
+}
+
+impl Registered {
+    /// The object that a number of the file means; 0: none that is there.
+    pub(crate) fn object(&self, handle: i64) -> tatu_object {
+        self.objects.get(&handle).copied().unwrap_or(0)
+    }
+}
+
+/// Reads what the scene keeps.
+pub(crate) fn read(c: &Ctx<'_>) -> Result<(Registered, Vec<FromFile>)> {
+    let Some(bytes) = tags::private(c, 0, TAG)? else { return Ok(Default::default()) };
+    let text: Text = serde_json::from_slice(&bytes).map_err(|e| {
+        Fail::argument(format!("what the scene registers under `{TAG}` in its data cannot be read: {e}"))
+    })?;
+    let mut objects = BTreeMap::new();
+    for id in c.world().list(0, 0, 0)? {
+        if let Some(handle) = tags::number(c, id, HANDLE)? {
+            objects.entry(handle as i64).or_insert(id);
+        }
+    }
+    let Text { collections, collisions, distances, ik_groups, windows } = text;
+    let registered = Registered { collisions, distances, ik_groups, windows, objects, found: BTreeMap::new() };
+    let part = |item: &Item| {
+        let (what, exclude) = match item.kind {
+            1 => (HANDLE_TREE, false),
+            2 => (HANDLE_TREE, true),
+            3 => (HANDLE_CHAIN, false),
+            4 => (HANDLE_CHAIN, true),
+            5 => (HANDLE_ALL, false),
+            _ => (HANDLE_SELF, false),
+        };
+        Part { what, object: registered.object(item.object), remove: item.remove, exclude }
+    };
+    // What an item meant may be gone; all objects need none.
+    let there = |p: &Part| p.object != 0 || p.what == HANDLE_ALL;
+    let from_file = |k: &CollectionText| {
+        let parts = k.items.iter().map(part).filter(there).collect();
+        (k.name.clone(), k.handle, parts)
+    };
+    let collections = collections.iter().map(from_file).collect();
+    Ok((registered, collections))
+}

@@ -1,0 +1,34 @@
+//! Windows of buttons, sliders and labels, as scenes of before 3.3 have them.
+
+use serde::{Deserialize, Serialize};
+
+/// A button, label, slider or field.
+#[derive(Serialize, Deserialize, Clone, Default)]
+pub(crate) struct Button {
+    pub(crate) handle: i64,
+    pub(crate) attributes: i64,
+    /// Columns and rows that it takes, and the first of them.
+    pub(crate) cells: [i64; 4],
+    /// As it is, and pressed.
+    pub(crate) labels: [String; 2],
+    /// 0 to 1000.
+    pub(crate) slider: f64,
+}
+
+/// A window.
+#[derive(Serialize, Deserialize, Clone, Default)]
+pub(crate) struct Window {
+    pub(crate) name: String,
+    pub(crate) handle: i64,
+    /// Number of the object in the file; -1: none.
+    pub(crate) object: i64,
+    pub(crate) attributes: i64,
+    /// Columns and rows.
+    pub(crate) cells: [i64; 2],
+    pub(crate) buttons: Vec<Button>,
+    #[serde(default)]
+    pub(crate) position: [i64; 2],
+}
+
+/// All windows of a world.
+pub(crate) type Windows = Vec<Window>;

@@ -1,0 +1,175 @@
+//! What main scripts call: the stages of a step, under the names that they had there.
+//!
+//! | command | stage |
+//! |---|---|
+//! | `sim.handleChildScripts(sim.syscb_actuation)` | actuate |
+//! | `sim.handleDynamics(dt)` | physics |
+//! | `sim.handleProximitySensor(sim.handle_all_except_explicit)` | sense (see `proximity`) |
+//! | `sim.handleChildScripts(sim.syscb_sensing)` | react |
+//! | `sim.handleChildScripts(sim.syscb_cleanup)` | clean |
+
+use crate::{kit::*, lookup::registered::is_stand_in};
+
+/// The call type of the clean-up, in all dialects.
+const CLEANUP: i64 = 1;
+
+/// The call types of actuation and sensing, by the caller's dialect; the same numbers as in `prelude.lua`.
+fn call_types(c: &Ctx<'_>) -> [i64; 2] {
+    match version(c) {
+        v if v < (3, 5) => [2, 3],
+        v if v < (4, 2) => [5, 6],
+        _ => [6, 7],
+    }
+}
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.handleChildScripts", |c| {
+            let count = call_scripts(c)?;
+            c.ret(count);
+            Ok(())
+        })
+        .alias("sim.handleSimulationScripts")
+        .alias("sim.handleEmbeddedScripts")
+        .old_name("simHandleChildScripts", MINUS)
+        .old_name("simHandleChildScript", MINUS)
+        .param(Param::any("callType").optional().text("sim.syscb_actuation or sim.syscb_sensing"))
+        .param(Param::any("arguments").rest())
+        .returns(Param::int("count").text("of the scripts that were called"))
+        .text(
+            "In a main script: calls all other scripts, child and customization, for actuation or sensing. In a child \
+            script: calls those below its object that have not been called in this part of the step, with the arguments; \
+            they are not called again by themselves. For other call types nothing is left to do.",
+        )
+        .example("sim.handleChildScripts(sim.syscb_actuation)"),
+    );
+    offer.command(
+        Cmd::new("sim.handleDynamics", |c| {
+            let step = c.world().f64(0, c.plugin().p.dt)?;
+            // Scripts from before 4.5 have the length of a step as a 32-bit float, and mean the step.
+            let dt = c.f64(0)?;
+            let dt = if dt as f32 == step as f32 { step } else { dt };
+            if !is_main(c)? {
+                return Err(Fail::unsupported("only a main script lets physics advance")
+                    .help("make the script one of kind `main`, or leave physics to the host"));
+            }
+            c.world().run_stage(TATU_STAGE_PHYSICS, dt)?;
+            let longest = c.world().f64(0, c.plugin().p.physics_dt)?;
+            c.ret((dt / longest - 1e-9).ceil().max(0.0) as i64);
+            Ok(())
+        })
+        .old_name("simHandleDynamics", MINUS)
+        .param(Param::float("dt").unit("s").range(0.0, f64::INFINITY))
+        .returns(Param::int("count").text("of the physics steps"))
+        .text("In a main script: lets physics advance. Time moves on by as much at the end of the step.")
+        .example("sim.handleDynamics(sim.getSimulationTimeStep())"),
+    );
+    for (name, what, of_objects) in NOTHING {
+        offer.command(
+            both(name, MINUS, move |c| {
+                // All of what is not there is handled; one of them cannot be.
+                match c.arg(0).as_i64() {
+                    Some(n) if *of_objects && n > 0 && !is_stand_in(c, n) => {
+                        Err(Fail::missing(format!("object {n} is none: {what}")))
+                    }
+                    _ => {
+                        c.ret(0_i64);
+                        Ok(())
+                    }
+                }
+            })
+            .param(Param::any("arguments").rest())
+            .returns(Param::int("count").text("0"))
+            .text(format!("For main scripts, which call it in each step: {what}."))
+            .stub(*what),
+        );
+    }
+    for (name, what) in ELSEWHERE {
+        offer.command(
+            both(name, MINUS, |c| {
+                c.ret(0_i64);
+                Ok(())
+            })
+            .param(Param::any("arguments").rest())
+            .returns(Param::int("count").text("0"))
+            .text(format!("For main scripts, which call it in each step: {what}."))
+            .partial("It has nothing left to do, and counts nothing."),
+        );
+    }
+}
+
+/// What main scripts call and what happens here in another part of the step, or by itself.
+const ELSEWHERE: &[(&str, &str)] = &[
+    ("sim.handleSimulationStart", "whatever a run needs is prepared before its first step"),
+    ("sim.handleSensingStart", "distances and colours of sensors are made anew in the sensing part"),
+    ("sim.openModule", "plugins hear of a start by themselves"),
+    ("sim.handleModule", "plugins hear of each step by themselves"),
+    ("sim.closeModule", "plugins hear of a stop by themselves"),
+    ("sim.resumeThreads", "threads go on in the actuation part, with the child scripts"),
+    ("sim.launchThreadedChildScripts", "threads begin in the actuation part, with the child scripts"),
+    ("sim.handleCustomizationScripts", "they are called together with the child scripts"),
+    ("sim.handleAddOnScripts", "add-ons are called by the host in each step"),
+    ("sim.handleVarious", "all that it did, other parts of the step do"),
+];
+
+/// What default main scripts call and for which there is nothing to do here, why, and whether the first argument may name one
+/// object of a kind that no scene has.
+const NOTHING: &[(&str, &str, bool)] = &[
+    ("sim.handleSandboxScript", "there is no sandbox", false),
+    ("sim.handleJoint", "no joint moves by itself without physics", false),
+    ("sim.handleJointMotion", "no joint moves by itself without physics", false),
+    ("sim.handlePath", "there are no paths", true),
+    ("sim.handleMechanism", "there are no mechanisms", true),
+    ("sim.handleIkGroup", "there are no IK groups", true),
+    ("sim.handleMill", "there are no mills", true),
+    ("sim.resetMill", "there are no mills", true),
+    ("sim.resetMilling", "there are no mills", false),
+];
+
+/// Runs the stage that a call type means; how many scripts it calls.
+fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
+    let [actuation, sensing] = call_types(c);
+    if !is_main(c)? {
+        return call_below(c, actuation, sensing);
+    }
+    // The oldest form names scripts first (all of them), and perhaps no type.
+    let kind = match (c.arg(0).as_i64(), c.arg(1).as_i64()) {
+        (None, _) => actuation,
+        (Some(n), None) if n < 0 => actuation,
+        (Some(n), Some(kind)) if n < 0 => kind,
+        (Some(kind), _) => kind,
+    };
+    let stage = match kind {
+        n if n == actuation => TATU_STAGE_ACTUATE,
+        n if n == sensing => TATU_STAGE_REACT,
+        CLEANUP => TATU_STAGE_CLEAN,
+        _ => return Ok(0),
+    };
+    c.world().run_stage(stage, c.world().f64(0, c.plugin().p.dt)?)?;
+    let main = c.caller_script();
+    Ok(c.world().scripts(0)?.iter().filter(|s| **s != main).count() as i64)
+}
+
+/// Has the scripts below the caller's object called; how many.
+fn call_below(c: &Ctx<'_>, actuation: i64, sensing: i64) -> Result<i64> {
+    let stage_of = |n: i64| match n {
+        n if n == actuation => Some(TATU_STAGE_ACTUATE),
+        n if n == sensing => Some(TATU_STAGE_REACT),
+        _ => None,
+    };
+    // The oldest form names scripts first (all of them), and perhaps a type: their texts run once a step, in actuation.
+    let (stage, first) = match (c.arg(0).as_i64(), c.arg(1).as_i64().and_then(stage_of)) {
+        (Some(n), Some(stage)) if n < 0 => (stage, 2),
+        (Some(n), None) if n < 0 => (TATU_STAGE_ACTUATE, 1),
+        (Some(n), _) => match stage_of(n) {
+            Some(stage) => (stage, 1),
+            None => return Ok(0),
+        },
+        (None, _) => (TATU_STAGE_ACTUATE, 1),
+    };
+    if c.caller_object() == 0 {
+        return Ok(0);
+    }
+    let args = c.args().get(first..).unwrap_or_default();
+    c.world().call_below(c.caller_object(), stage, args).map(i64::from)
+}

@@ -1,0 +1,181 @@
+//! Waiting: what threaded scripts and coroutines use to let the simulation go on.
+
+use crate::{kit::*, signals::values::KINDS, state::state};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.wait", |c| {
+            let now = c.world().f64(0, c.plugin().p.time)?;
+            // Called again when the time has come: the word is that time.
+            let until = match c.resumed() {
+                0 => now + c.f64(0)?.max(0.0),
+                word => f64::from_bits(word),
+            };
+            if c.resumed() == 0 && until > now && c.can_wait() {
+                return c.wait_until(until, until.to_bits());
+            }
+            c.ret((now - until).max(0.0));
+            Ok(Outcome::Done)
+        })
+        .old_name("simWait", NIL)
+        .param(Param::float("duration").unit("s"))
+        .param(Param::any("simulationTime").optional().text("ignored: simulation time is the only one"))
+        .returns(Param::float("late").unit("s").text("by how much it waited too long"))
+        .text("Waits for a while, where the calling script can wait.")
+        .example("sim.wait(1.5)"),
+    );
+    offer.command(
+        Cmd::new("sim.switchThread", |c| {
+            if c.resumed() == 0 && c.can_wait() {
+                return c.wait_steps(1, 1);
+            }
+            let waited = c.resumed() != 0;
+            if old_era(c) {
+                c.ret(i64::from(waited));
+            }
+            Ok(Outcome::Done)
+        })
+        .old_name("simSwitchThread", MINUS)
+        .returns(Param::int("waited").text("1; 0: the caller cannot wait"))
+        .text("Goes on in the next step, where the calling script can wait.")
+        .example("sim.switchThread()"),
+    );
+    offer.command(
+        Cmd::new("sim.step", |c| {
+            if c.resumed() == 0 && c.can_wait() {
+                return c.wait_steps(1, 1);
+            }
+            Ok(Outcome::Done)
+        })
+        .alias("sim.yield")
+        .text("Goes on in the next step, where the calling script can wait.")
+        .example("sim.step()"),
+    );
+    slices(offer);
+    offer.command(
+        Cmd::new("sim.waitForSignal", wait_for_signal)
+            .old_name("simWaitForSignal", NIL)
+            .param(Param::string("name"))
+            .returns(Param::any("value").text("nothing if it is not set and the caller cannot wait"))
+            .text("Waits until a signal of any kind is set, and gives its value.")
+            .example("value = sim.waitForSignal('start')"),
+    );
+}
+
+/// Slices of threads belong to the script languages, which preludes tell what to do (`prelude.lua`). These commands serve
+/// callers that have no threads: nothing is set, and 0 tells so.
+fn slices(offer: &mut Offer<Vrep>) {
+    let zero = |c: &mut Ctx<'_>| {
+        c.ret(0_i64);
+        Ok(())
+    };
+    offer.command(
+        Cmd::new("sim.setThreadSwitchTiming", zero)
+            .old_name("simSetThreadSwitchTiming", MINUS)
+            .param(Param::float("milliseconds").text("0 to 200; 1 ms is 20,000 instructions; 2 unless set"))
+            .returns(Param::int("threaded").text("1; 0: the caller is no thread"))
+            .text("Sets how long a thread runs in a step, if it does not let go by itself.")
+            .example("sim.setThreadSwitchTiming(20)"),
+    );
+    offer.command(
+        Cmd::new("sim.setThreadAutomaticSwitch", zero)
+            .old_name("simSetThreadAutomaticSwitch", MINUS)
+            .param(Param::any("on").text("from 4.2 on each `false` takes one `true` to undo"))
+            .returns(Param::int("threaded").text("1; 0: the caller is no thread"))
+            .text("Sets whether a thread that does not let go by itself is switched out.")
+            .example("sim.setThreadAutomaticSwitch(false)"),
+    );
+    offer.command(
+        Cmd::new("sim.setStepping", zero)
+            .param(Param::any("on").text("each `true` takes one `false` to undo; a number sets the level"))
+            .returns(Param::int("before").text("the level before"))
+            .text("In stepping mode a thread lets go by itself only, with sim.step().")
+            .example("sim.setStepping(true)"),
+    );
+    offer.command(
+        Cmd::new("sim.setAutoYieldDelay", |_| Ok(()))
+            .param(Param::float("delay").unit("s").text("1 ms is 20,000 instructions; 0.002 unless set"))
+            .text("Sets how long a thread runs in a step, if it does not let go by itself.")
+            .example("sim.setAutoYieldDelay(0.02)"),
+    );
+    offer.command(
+        Cmd::new("sim.getAutoYieldDelay", |c| {
+            c.ret(0.002);
+            Ok(())
+        })
+        .returns(Param::float("delay").unit("s"))
+        .text("Gives how long a thread runs in a step, if it does not let go by itself.")
+        .example("delay = sim.getAutoYieldDelay()"),
+    );
+    for (name, text) in [
+        ("sim.acquireLock", "Keeps the calling thread from being switched out; each takes one sim.releaseLock()."),
+        ("sim.releaseLock", "Undoes one sim.acquireLock()."),
+    ] {
+        offer.command(Cmd::new(name, |_| Ok(())).text(text).example(format!("{name}()")));
+    }
+    offer.command(
+        Cmd::new("sim.setThreadIsFree", zero)
+            .old_name("simSetThreadIsFree", MINUS)
+            .param(Param::any("free"))
+            .returns(Param::int("result").text("0"))
+            .text("Had a thread run beside the simulation. Here nothing runs beside it: nothing changes.")
+            .example("sim.setThreadIsFree(true)"),
+    );
+    offer.command(
+        Cmd::new("sim.setThreadResumeLocation", |c| {
+            c.ret(1_i64);
+            Ok(())
+        })
+        .old_name("simSetThreadResumeLocation", MINUS)
+        .param(Param::int("location").text("sim.scriptthreadresume_..."))
+        .param(Param::int("order").optional())
+        .returns(Param::int("result").text("1"))
+        .text("Set where in a step a thread goes on. Here it is always right before its script's actuation.")
+        .example("sim.setThreadResumeLocation(sim.scriptthreadresume_default, 1)"),
+    );
+    offer.command(
+        Cmd::new("sim.getThreadId", |c| {
+            let id = if c.can_wait() { 2_i64 } else { 1 };
+            c.ret(id);
+            Ok(())
+        })
+        .old_name("simGetThreadId", MINUS)
+        .returns(Param::int("id").text("1: the simulation's; 2: a thread"))
+        .text("Tells whether a thread calls.")
+        .example("id = sim.getThreadId()"),
+    );
+    offer.command(
+        Cmd::new("sim.delegateChildScriptExecution", zero)
+            .old_name("simDelegateChildScriptExecution", MINUS)
+            .returns(Param::int("result").text("0"))
+            .text(
+                "Had child scripts run in the caller's thread. Each script is called by itself: nothing is left to do.",
+            )
+            .example("sim.delegateChildScriptExecution()"),
+    );
+}
+
+fn wait_for_signal(c: &mut Ctx<'_>) -> Result<Outcome> {
+    // Called again without arguments: the word leads to the name.
+    let name = match c.resumed() {
+        0 => c.bytes(0)?.to_vec(),
+        word => state(c)?.waits.remove(&word).unwrap_or_default(),
+    };
+    for kind in KINDS {
+        let v = c.world().signal(kind, &name)?;
+        if !v.is_nil() {
+            c.ret(v);
+            return Ok(Outcome::Done);
+        }
+    }
+    if !c.can_wait() || c.resumed() != 0 {
+        return Ok(Outcome::Done);
+    }
+    let word = {
+        let mut state = state(c)?;
+        let word = state.waits.last_key_value().map_or(1, |(last, _)| last + 1);
+        state.waits.insert(word, name.clone());
+        word
+    };
+    c.wait_signal(&String::from_utf8_lossy(&name), word)
+}
