@@ -142,7 +142,7 @@ impl Pace {
                     report::note("goes on");
                 } else {
                     world.request_pause();
-                    report::note("paused: F5 goes on, F6 does one step, F7 stops");
+                    report::note("paused: F5 continues, F6 runs one step, F7 stops");
                 }
             }
             Button::Step => {

@@ -46,15 +46,15 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
             say("declares keys more than 4 tables deep, or more than 1000 of them: any are taken there".into());
         }
         if p.unreadable_default {
-            say("has a default that cannot be read: a value of a type that there is not, or nested too deep".into());
+            say("has a default that cannot be read: a value of unknown type, or nested too deep".into());
         }
         if p.lowest > p.highest || p.lowest.is_nan() || p.highest.is_nan() {
-            say(format!("can have no value: it is from {} to {}", p.lowest, p.highest));
+            say(format!("has an empty range: from {} to {}", p.lowest, p.highest));
         } else if !any
             && p.fallback != Value::Nil
             && let Err(e) = check_value(p, p.fallback.clone())
         {
-            say(format!("has a default that it cannot have: {e}"));
+            say(format!("has an invalid default: {e}"));
         }
         if !p.choices.is_empty() && !any && !matches!(p.kind, TATU_TEXT | TATU_BYTES) {
             say("has choices and is no text: they are not looked at".into());
@@ -126,7 +126,7 @@ impl Registry {
         }
         for (plugin, what, id, text) in self.texts() {
             if text.is_empty() {
-                add(plugin, format!("the {what} `{id}`"), vec!["it has no text that says what it does".to_owned()]);
+                add(plugin, format!("the {what} `{id}`"), vec!["it has no description (`text`)".to_owned()]);
             }
         }
         for (e, plugin) in self.events.iter().filter_map(|e| Some((e, e.plugin?))) {

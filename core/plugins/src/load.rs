@@ -126,13 +126,12 @@ impl Loaded {
             let reason = std::error::Error::source(&e).map_or(String::new(), |s| format!(": {s}"));
             match undefined_symbol(&reason) {
                 Some(symbol) => fail(
-                    format!("it uses the symbol `{symbol}`, which neither it nor a library that it names has"),
+                    format!("it uses the symbol `{symbol}`, which neither it nor a library that it links to defines"),
                     "link it with the library that has the symbol, or compile the file that defines it into it",
                 ),
-                None => fail(
-                    format!("{e}{reason}"),
-                    "build it again, for this system, and install the libraries that it needs",
-                ),
+                None => {
+                    fail(format!("{e}{reason}"), "rebuild it for this system, and install the libraries that it needs")
+                }
             }
         })?;
         // SAFETY: the symbol is a constant of this type by the contract.
@@ -192,7 +191,7 @@ impl Loaded {
                 return Err(match host.refused_drafts().as_slice() {
                     [] => fail(
                         format!("its start ({} of `{id}`) failed: {said}", Call::Init.text()),
-                        "do what it says, or ask the author of the plugin; `tatu list plugins` tries it again",
+                        "follow the message, or ask the author of the plugin; `tatu list plugins` tries it again",
                     ),
                     asked => fail(
                         format!(
@@ -247,7 +246,7 @@ impl Loaded {
                 return Err(unmet);
             }
             let Unmet { what, why, .. } = unmet;
-            remarks.notes.push(format!("the plugin {} would like {what}, {why}; it goes without", path.display()));
+            remarks.notes.push(format!("the plugin {} can use {what}, {why}; it runs without", path.display()));
         }
         Ok(())
     }

@@ -103,7 +103,7 @@ impl Registry {
                 n => format!(" and {} more", n - 1),
             };
             let text = format!(
-                "plugin `{}` ({}): its `{}`{more} stands in the name space `{space}` of `{}`",
+                "plugin `{}` ({}): its `{}`{more} is in the name space `{space}` of `{}`",
                 p.id,
                 p.path.display(),
                 names[0],

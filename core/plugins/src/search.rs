@@ -52,7 +52,7 @@ impl Copies {
     /// A new folder.
     pub fn new() -> Result<Self> {
         let folder = TempDir::with_prefix("tatu-").map_err(|e| {
-            let text = format!("no folder for copies of plugins can be made: {e}");
+            let text = format!("cannot create a folder for copies of plugins: {e}");
             Error::new("E105", text).help("set TMPDIR to a folder that can be written")
         })?;
         Ok(Copies { folder, made: AtomicUsize::new(0) })

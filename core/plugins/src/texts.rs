@@ -85,7 +85,7 @@ pub(super) const HELP: &str = "use letters, digits, `_` and dots: `mine.name`";
 pub(super) fn flaw(name: &str) -> Option<&'static str> {
     match name {
         "" => Some("is empty"),
-        _ if name.contains('\\') => Some("holds control characters, backslashes or bytes that are no UTF-8"),
+        _ if name.contains('\\') => Some("holds control characters, backslashes or bytes that are not UTF-8"),
         _ if name.contains(char::is_whitespace) => Some("holds a space"),
         _ => None,
     }

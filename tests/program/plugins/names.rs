@@ -195,8 +195,7 @@ fn the_newcomer_is_blamed_and_not_what_comes_with_the_program() {
     // Once for a name space, and the names work.
     told_once(
         &done,
-        &[&["[E310]", "`sim.another` and 1 more stands in the name space `sim`", "if it is meant so"][..], &mine]
-            .concat(),
+        &[&["[E310]", "`sim.another` and 1 more is in the name space `sim`", "if it is meant so"][..], &mine].concat(),
     );
     assert_eq!(warnings(&done, &["[E3"]), 4, "{}", done.err);
 }

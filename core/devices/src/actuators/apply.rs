@@ -185,7 +185,7 @@ fn apply(
             }
             bad if bad < 0 => (bad, error.text()),
             _ if !finite => {
-                (TATU_ERR, format!("gave the wrench {wrench:?} and the effort {effort}; expected finite numbers"))
+                (TATU_ERR, format!("returned the wrench {wrench:?} and the effort {effort}; expected finite numbers"))
             }
             _ => match seat.mount.pushes(engine, &m.pose, &wrench, effort, pushes) {
                 Err(lack) if !d.idle_told => (TATU_OK, lack.to_owned()),
@@ -213,13 +213,13 @@ impl ApplyScratch {
     fn written_beside(&self, seats: &[Seat]) -> Option<&'static str> {
         let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
         match () {
-            () if !self.wrench.is_whole() => Some("beside `wrench` of its batch"),
-            () if !self.effort.is_whole() => Some("beside `effort` of its batch"),
-            () if !self.status.is_whole() => Some("beside `status` of its batch"),
+            () if !self.wrench.is_whole() => Some("outside `wrench` of its batch"),
+            () if !self.effort.is_whole() => Some("outside `effort` of its batch"),
+            () if !self.status.is_whole() => Some("outside `status` of its batch"),
             () if !self.commands.is_whole()
                 || !self.commands.iter().zip(seats.iter().flat_map(|s| &s.commands)).all(same) =>
             {
-                Some("to `command` of its batch, which is for reading")
+                Some("to `command` of its batch, which is read-only")
             }
             () => None,
         }

@@ -194,7 +194,7 @@ fn beside_status(call: Call, s: &mut MeasureScratch, all: &[Device], job: &Job<'
     let n = s.status.len();
     // What the batch holds now may be anything; pointers to the list stay, for its size does.
     s.status.fill(n, TATU_ERR);
-    let text = format!("broke the contract: it wrote beside the statuses of its batch of {n}");
+    let text = format!("broke the contract: it wrote outside the statuses of its batch of {n}");
     let failure =
         |i: &usize| MeasureFailure { slot: all[*i].slot, kind: job.kind, call, text: text.clone(), status: TATU_ERR };
     job.devices.iter().map(failure).collect()
@@ -217,8 +217,8 @@ fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<Measur
         let Some(frames) = frames else {
             s.status[sensor] = TATU_ERR;
             let text = match whole {
-                true => "broke the contract: a ray begins nowhere, or has no unit direction",
-                false => "broke the contract: it wrote beside the rays of its batch",
+                true => "broke the contract: a ray has no finite origin, or no unit direction",
+                false => "broke the contract: it wrote outside the rays of its batch",
             };
             let text = text.to_owned();
             failed.push(MeasureFailure { slot: d.slot, kind: job.kind, call: Call::Aim, text, status: TATU_ERR });

@@ -123,7 +123,7 @@ impl BeamPlan {
         }
         let Room(before, raw, behind) = room;
         if before != [GUARD; 8] || behind != [GUARD; 8] {
-            return Err("broke the contract: it wrote beside the table `tatu_beams`".into());
+            return Err("broke the contract: it wrote outside the table `tatu_beams`".into());
         }
         let (volume, directions) = match raw.form {
             TATU_BEAMS_CONE if (0.0..=PI).contains(&raw.dims[0]) => {
@@ -178,7 +178,8 @@ fn volume(raw: &tatu_beams) -> Result<Volume, String> {
     };
     volume.ok_or_else(|| {
         format!(
-            "a volume of form {} with the numbers {:?}; expected sizes from 0 on, and angles up to a full turn",
+            "a volume of form {} with the numbers {:?}; expected sizes of at least 0, and angles of at most a full \
+             turn",
             raw.form, raw.dims
         )
     })
@@ -224,7 +225,7 @@ fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
     let bytes = columns as usize * rows as usize * BYTES_PER_PIXEL;
     if bytes > SMALL && Vec::<u8>::new().try_reserve_exact(bytes).is_err() {
         return Err(format!(
-            "an image of {columns} x {rows} pixels needs about {} MB, which the system does not give; choose fewer \
+            "an image of {columns} x {rows} pixels needs about {} MB, which the system cannot provide; choose fewer \
              pixels, or allow the program more memory (`ulimit -v`, or the job's limit)",
             bytes >> 20
         ));

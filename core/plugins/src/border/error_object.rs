@@ -142,8 +142,8 @@ pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error
         let text = match status {
             // What it said stands, whatever its number means.
             ..0 if (*error).code != TATU_OK => return TATU_ERR,
-            ..0 => format!("failed with status {status}, which this host does not know: its plugin may be a newer one"),
-            _ => format!("broke the contract: it answered with the status {status}, which means nothing here"),
+            ..0 => format!("failed with status {status}, which this host does not know: the plugin may be newer"),
+            _ => format!("broke the contract: it returned the status {status}, which is not defined for this call"),
         };
         say(error, TATU_ERR, raw(text.as_bytes()));
     }

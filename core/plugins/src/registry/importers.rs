@@ -97,7 +97,7 @@ impl Registry {
         if sure <= 100 {
             return Ok(sure);
         }
-        let broke = format!("plugin `{}` broke the contract: it answered {sure} in {}", plugin.id, Call::Sniff.text());
+        let broke = format!("plugin `{}` broke the contract: it returned {sure} in {}", plugin.id, Call::Sniff.text());
         Err(Error::new("E111", format!("{subject}: {broke}")).expected("how sure it is, 0 to 100"))
     }
 

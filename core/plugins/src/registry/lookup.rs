@@ -42,7 +42,7 @@ impl Registry {
             plugin(second),
             file(second)
         );
-        let help = format!("say whose is meant: [providers] \"{id}\" = \"{}\"", plugin(first));
+        let help = format!("choose one: [providers] \"{id}\" = \"{}\"", plugin(first));
         Err(Error::new("E322", text).expected("one plugin, named in [providers]").help(help))
     }
     /// A model by id.
@@ -123,7 +123,7 @@ impl Registry {
             let file = file.display().to_string();
             // The reason mostly names the file itself.
             let why = if why.contains(&file) { why.clone() } else { format!("{file}: {why}") };
-            text += &format!("; what came closest was refused: {why}");
+            text += &format!("; the closest match was rejected: {why}");
         }
         let error = Error::new(code, text);
         if known.is_empty() {

@@ -110,9 +110,9 @@ impl Registry {
             refused.push(Error::new("E311", text).help("its folders stand one after the other, as in PATH"));
         }
         for file in search.misnamed() {
-            let text = format!("{} is a library, but no plugin by its name", file.display());
+            let text = format!("{} is a library, but its name is not a plugin's", file.display());
             let name = format!("{}tatu_NAME{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
-            notes.push(format!("{text}: those are called {name}"));
+            notes.push(format!("{text}: plugins are named {name}"));
         }
         for path in search.candidates() {
             let mut remarks = Remarks::default();
@@ -249,7 +249,7 @@ impl Registry {
         if let Some(other) = claimed.first() {
             let other = &self.plugins[*other].id;
             let text = format!("its {what} `{id}` is offered by `{other}` too");
-            let help = format!("a scene that uses it says whose it means: [providers] \"{id}\" = \"{other}\"");
+            let help = format!("a scene that uses it must choose one: [providers] \"{id}\" = \"{other}\"");
             self.refuse(plugin, text, &help);
         }
         true

@@ -117,9 +117,12 @@ impl Registry {
                     Some((f, valid))
                 });
                 if let Some((f, valid)) = lost {
-                    let text =
-                        format!("the field `{}` of its sensor `{id}` is valid by `{valid}`, which it has not", f.name);
-                    self.refuse(plugin, text, "name another field of the kind, whole: `schema.field`");
+                    let text = format!(
+                        "the field `{}` of its sensor `{id}` names `{valid}` as the field that marks valid elements, \
+                         which it does not have",
+                        f.name
+                    );
+                    self.refuse(plugin, text, "name another field of the sensor in full: `schema.field`");
                     continue;
                 }
                 if let Some((f, (flaw, help))) = fields.iter().find_map(|f| Some((f, field_flaw(f)?))) {
@@ -257,7 +260,7 @@ impl Registry {
                 if given.len() > names::MOST_NAMES {
                     let most = names::MOST_NAMES;
                     let text = format!("its command `{first}` has {} names; a command has at most {most}", given.len());
-                    self.refuse(plugin, text, "make two commands of it");
+                    self.refuse(plugin, text, "split it into two commands");
                     continue;
                 }
                 let mut names = Vec::new();
@@ -340,7 +343,7 @@ fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
         return Some((format!("cannot be called so: the name {flaw}"), "call it `schema.field`"));
     }
     if !f.name.contains('.') {
-        return Some(("has no schema before its name, by which readers find it".into(), "call it `schema.field`"));
+        return Some(("has no schema before its name".into(), "call it `schema.field`"));
     }
     // What an instance decides counts as nothing here, and is looked at when there is one.
     let open = |d: u32| d == 0 || (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) || d >= TATU_DIM_COLUMNS;

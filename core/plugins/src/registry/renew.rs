@@ -41,7 +41,7 @@ impl Registry {
         let new = Plugin::open(&old.path, &self.search, &self.host, &self.setup, &mut remarks)?;
         let file = old.path.display();
         if new.id != old.id {
-            let text = format!("the plugin {file} is called `{}` now, and was `{}`", new.id, old.id);
+            let text = format!("the plugin {file} has changed its id to `{}`; it was `{}`", new.id, old.id);
             return Err(Error::new("E305", text).help("give it its id back, or start the run again"));
         }
         let mut plugins = self.plugins.clone();

@@ -87,7 +87,7 @@ impl Meant<'_> {
         if shape(self.info) == shape(other.info) {
             return Ok(());
         }
-        Err(wrong(format!("`{}` has another shape than `{}`", other.info.name, self.info.name)))
+        Err(wrong(format!("`{}` differs in shape from `{}`", other.info.name, self.info.name)))
     }
 
     /// Whether another field can mark which elements of this one are valid: one for each element, each row, or for all.

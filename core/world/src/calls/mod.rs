@@ -67,7 +67,7 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
         return say(call.error, TATU_ERR_BUSY, &text);
     }
     if resume == 0 {
-        return say(call.error, TATU_ERR_ARGUMENT, "the resume word of a wait is not 0");
+        return say(call.error, TATU_ERR_ARGUMENT, "the resume word of a wait must not be 0");
     }
     match parse_wait(until, value, name, world.state.clock.pass.get()) {
         Ok(due) => {
@@ -153,7 +153,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
             world,
             entry,
             f,
-            &format!("broke the contract: it wrote beside its room for {} results", f.results_cap),
+            &format!("broke the contract: it wrote outside its room for {} results", f.results_cap),
         );
     }
     if !calls.arena.try_borrow().is_ok_and(|arena| arena.is_whole_since(mark)) {
@@ -214,7 +214,7 @@ fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller
         }
         _ => {
             drop(waits);
-            say(f.error, TATU_ERR, "broke the contract: it answered that it waits, but for nothing");
+            say(f.error, TATU_ERR, "broke the contract: it returned TATU_WAIT without starting a wait");
             failed(world, entry, f, TATU_ERR)
         }
     }

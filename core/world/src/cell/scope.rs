@@ -131,8 +131,8 @@ fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
         return world.run.calls.refuse(TATU_ERR_BUSY, &text);
     };
     let why = match scope {
-        Scope::Nothing => "may call nothing but the log, and `random` of its batch",
-        _ => "may look at the world, and change nothing but its own instance",
+        Scope::Nothing => "may call only the log, and `random` of its batch",
+        _ => "may read the world, and change only its own instance",
     };
     let text = format!("`{name}` was called in `{}`, and is refused: it {why}", call.text());
     if let Some(plugin) = world.model.registry.plugins.get(world.border.watch.plugin()) {
@@ -176,8 +176,9 @@ fn refuse_stranger(ptr: *mut tatu_world, name: &str) -> tatu_status {
     let text = match ptr.is_null() {
         true => format!("{who} broke the contract: `{name}` was called with null for its world, and is refused"),
         false => format!(
-            "{who} broke the contract: `{name}` was called for a world that is not there, or from a thread that is not the \
-             world's, and is refused: threads of a plugin call log.write and session.wake, and leave all else to a barrier"
+            "{who} broke the contract: `{name}` was called for a world that does not exist, or from a thread that is \
+             not the \
+             world's, and is refused: threads of a plugin may call only log.write and session.wake, and must leave everything else to a barrier"
         ),
     };
     breach(text);

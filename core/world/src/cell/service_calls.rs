@@ -82,7 +82,7 @@ impl Running {
             TATU_HOLD if call == Call::Barrier => return Some(TATU_HOLD),
             ..0 if !error.has_said() => failure(status),
             ..0 => format!(": {}", error.text()),
-            n => format!(": broke the contract: it answered {n}"),
+            n => format!(": broke the contract: it returned {n}"),
         };
         self.switch_off(world, call, &why);
         None

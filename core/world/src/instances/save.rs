@@ -53,7 +53,7 @@ pub(crate) fn save_instance(
     let mut image = InstanceImage { state: state.to_vec(), saved: Vec::new(), version: life.version, missed: false };
     let Some(save) = life.save else {
         // Without data of its own there is nothing but the state block.
-        let why = "its plugin keeps data for it, and offers no way to write them";
+        let why = "its plugin keeps data for it, but cannot save it";
         return if of.data.is_null() { Ok(image) } else { Err(why.to_owned()) };
     };
     let writer = tatu_writer {

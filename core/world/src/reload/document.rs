@@ -124,8 +124,8 @@ impl World {
             let more = restart.len().saturating_sub(5);
             restart.truncate(5);
             let more = if more > 0 { format!(", and {more} more") } else { String::new() };
-            let text = format!("not taken into the run: {}{more}", restart.join(", "));
-            told.warnings.push(Error::new("E307", text).help("start the run again to take it"));
+            let text = format!("not applied to the run: {}{more}", restart.join(", "));
+            told.warnings.push(Error::new("E307", text).help("restart the run to apply it"));
         }
         cell.model.document.set(new);
         told

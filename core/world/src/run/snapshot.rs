@@ -41,7 +41,7 @@ impl World {
             return Ok(());
         }
         let text = format!(
-            "the replay came to another state at step {}: hash {hash:016x}, then {:016x}",
+            "the replay reached another state at step {}: hash {hash:016x}, then {:016x}",
             snapshot.head.step, snapshot.head.hash
         );
         Err(Error::new("E504", text)

@@ -369,8 +369,7 @@ impl Script {
             fault.plugin = Some(language.clone());
         }
         if status == TATU_ERR_BUDGET {
-            fault.help =
-                Some("look for a loop without an end, or give scripts more: [scene.budget] instructions".into());
+            fault.help = Some("look for an endless loop, or raise the limit: [scene.budget] instructions".into());
         }
         fault
     }

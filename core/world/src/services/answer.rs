@@ -65,7 +65,7 @@ pub(super) fn place<'a, T>(answer: impl Into<Answer<'a>>, what: &str, given: Opt
 
 #[cold]
 pub(super) fn refuse_null<'a>(answer: impl Into<Answer<'a>>, what: &str) -> tatu_status {
-    answer.into().calls.refuse(TATU_ERR_ARGUMENT, &format!("{what} is expected, found null"))
+    answer.into().calls.refuse(TATU_ERR_ARGUMENT, &format!("expected {what}, found null"))
 }
 
 /// The same for a list.
@@ -128,12 +128,12 @@ pub(super) fn needs_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_
 #[cold]
 pub(super) fn refuse_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_call) -> tatu_status {
     let text = match frame.is_null() {
-        true => "a frame is expected, found null",
+        true => "expected a frame, found null",
         // SAFETY: a frame begins with its size.
         false if (unsafe { (*frame).size } as usize) < size_of::<tatu_call>() => {
             "the size of the frame is that of no version of `tatu_call`"
         }
-        false => "arguments, and room for results, are expected, found null",
+        false => "expected arguments and room for results, found null",
     };
     answer.into().calls.refuse(TATU_ERR_ARGUMENT, text)
 }

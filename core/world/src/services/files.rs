@@ -50,7 +50,7 @@ extern "C" fn open(w: WorldRef<'_>, name: Lent<'_>, mode: u32, out: Option<&mut 
     with(w, function, |c: Context<'_>| {
         let out = place(c.answer, "a place for the file", out)?;
         if !makes_sense(mode) {
-            let text = format!("files.open: {mode} is no sum of TATU_FILE_* that belong together");
+            let text = format!("files.open: {mode} is not a valid combination of TATU_FILE_*");
             return Err(c.answer.calls.refuse(TATU_ERR_ARGUMENT, &text));
         }
         let name = name.text();

@@ -74,7 +74,8 @@ unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tat
         let faces = Faces { front: look.flags & TATU_BEAMS_NO_FRONT == 0, back: look.flags & TATU_BEAMS_NO_BACK == 0 };
         if !near || !slant || !(faces.front || faces.back) {
             let text = format!(
-                "a look no farther than {} m at up to {} rad, flags {}; expected 0 m or more, 0 to pi, and faces to see",
+                "a measurement up to {} m and {} rad, flags {}; expected at least 0 m, 0 to pi, and faces that can be \
+                 detected",
                 look.far_m, look.max_incidence, look.flags
             );
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));

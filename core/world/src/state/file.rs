@@ -149,7 +149,7 @@ impl Snapshot {
         let new = here.iter().find(|p| !self.head.plugins.contains(p));
         let what = match (lost, new) {
             (Some(l), Some(n)) if l.0 == n.0 => format!("plugin {} was there, now it is {}", show(l), n.1),
-            (Some(l), _) => format!("plugin {} was there, and is not found now", show(l)),
+            (Some(l), _) => format!("plugin {} was there, and is missing now", show(l)),
             (None, Some(n)) => format!("plugin {} was not there", show(n)),
             (None, None) => "plugins were found in another order".to_owned(),
         };

@@ -32,7 +32,9 @@ pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) 
         return Err(error.help("replay the run to its step instead"));
     }
     if cell.running() || cell.state.clock.step.get() != 0 {
-        return Err(Error::new("E503", "a world that has run cannot take a snapshot").help("make a new one"));
+        return Err(
+            Error::new("E503", "a world that has run cannot be restored from a snapshot").help("make a new one")
+        );
     }
     Ok(())
 }
@@ -59,7 +61,7 @@ pub(crate) fn go_on(cell: &WorldCell, snapshot: &Snapshot) -> Result {
 
 /// What came from outside until the snapshot.
 pub(crate) fn records(snapshot: &Snapshot) -> Result<Vec<Record>> {
-    session::file::from_bytes(&snapshot.head.log).ok_or_else(|| damaged("what came from outside cannot be read"))
+    session::file::from_bytes(&snapshot.head.log).ok_or_else(|| damaged("the recorded inputs cannot be read"))
 }
 
 /// Ends the scripts that had ended by then; the others must be those of the snapshot.
@@ -67,7 +69,7 @@ fn scripts(cell: &WorldCell, images: Vec<ScriptImage>, core: &CoreImage) -> Resu
     let there: Vec<u32> = images.iter().map(|i| i.slot).collect();
     let known = |slot: u32| cell.run.scripts.borrow().by_slot(slot).is_some();
     if let Some(slot) = there.iter().find(|s| !known(**s)) {
-        return Err(refused(format!("the script {}", core.scene.path(*slot)), "it was made during the run"));
+        return Err(refused(format!("the script {}", core.scene.path(*slot)), "it was created during the run"));
     }
     Scripts::end_others(cell, &there);
     Ok(())
@@ -87,7 +89,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
             .sensing
             .borrow()
             .index(image.slot)
-            .ok_or_else(|| refused(&what, "it was made during the run"))?;
+            .ok_or_else(|| refused(&what, "it was created during the run"))?;
         let (kind, data) = {
             let sensing = cell.devices.sensing.borrow();
             let d = &sensing.devices[index];
@@ -132,7 +134,7 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
         let (life, of) = {
             let mut actuators = cell.devices.actuators.borrow_mut();
             let found = actuators.devices.iter_mut().find(|d| d.object == image.object);
-            let d = found.ok_or_else(|| refused(&what, "it was made during the run"))?;
+            let d = found.ok_or_else(|| refused(&what, "it was created during the run"))?;
             let params: Vec<Value> = image.params.into_iter().map(Into::into).collect();
             if d.kind != image.kind as usize || d.params != params {
                 return Err(refused(&what, "its parameters were changed during the run"));

@@ -42,7 +42,7 @@ pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
         missed.push(Missed {
             object: "the events".into(),
             plugin: String::new(),
-            reason: "functions that scripts gave for events are not written".into(),
+            reason: "functions that scripts registered for events cannot be saved".into(),
         });
     }
     snapshot.head.missed = missed;

@@ -57,8 +57,8 @@ fn tell_of_stray(world: &WorldCell, slot: u32, speed: f64, way: f64) {
     let (path, time) =
         (world.state.scene.borrow().path(slot), world.state.clock.time.get() + world.state.clock.so_far());
     let text = format!(
-        "{path} moves at {speed:.0} m/s, {way:.0} m from its start, at {time:.2} s: has it fallen through a floor, or been \
-         thrown by forms that overlap or by a force that is too great? Reported once"
+        "{path} moves at {speed:.0} m/s, {way:.0} m from its start, at {time:.2} s: has it fallen through a floor, or \
+         been thrown by overlapping shapes or by an excessive force? Reported once"
     );
     world.log(TATU_LOG_WARNING, &text);
 }

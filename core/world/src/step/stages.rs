@@ -62,7 +62,7 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
                 chain += &format!("{asked} -> {} -> ", Stage::of(*s).map_or("?", Stage::name));
             }
             let name = stage.name();
-            return Err(format!("the stage `{name}` was asked for from within itself: {chain}{who} -> {name}"));
+            return Err(format!("the stage `{name}` was requested from within itself: {chain}{who} -> {name}"));
         }
         // A plugin that asks from within a measure or apply, where it may call nothing but the log.
         if world.state.scene.try_borrow_mut().is_err() || world.devices.sensing.try_borrow_mut().is_err() {

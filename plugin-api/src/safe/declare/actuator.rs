@@ -188,7 +188,7 @@ unsafe extern "C" fn apply<A: Actuator>(
 ) -> tatu_status {
     guard::run(error, || {
         // SAFETY: the host gives a valid batch; its instances belong to this call alone.
-        let batch = unsafe { batch.as_ref() }.ok_or_else(|| Fail::new("the host gave no batch"))?;
+        let batch = unsafe { batch.as_ref() }.ok_or_else(|| Fail::new("the host passed no batch"))?;
         // The state is copied in and out: the block itself is the host's.
         let mut state = vec![0.0; A::STATE];
         for i in 0..batch.n as usize {

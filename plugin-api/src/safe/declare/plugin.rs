@@ -24,7 +24,7 @@ pub trait Plugin: Sized + Send + Sync + 'static {
         if size_of::<Self::World>() == 0 {
             return Ok(Vec::new());
         }
-        Err(Fail::unsupported("it cannot write what it keeps for the world"))
+        Err(Fail::unsupported("it cannot save its state of the world"))
     }
     /// Takes back what `save` of a plugin of `version` wrote, into a new instance.
     fn load(world: &Self::World, bytes: &[u8], version: u32) -> Result<()> {

@@ -55,7 +55,7 @@ pub trait Service: Sized + 'static {
     /// [`World::is_interrupted`] every 50 ms; commands that the client calls meanwhile cannot wait. What it gives.
     fn call_func(&self, turn: &Turn<'_>, local: u32, args: &[ValueRef<'_>]) -> Result<Vec<Value>> {
         let _ = (turn, local, args);
-        Err(Fail::unsupported("this service gives no functions of clients"))
+        Err(Fail::unsupported("this service does not pass functions of clients"))
     }
     /// Version of what [`Service::save`] writes; count it when that changes.
     const STATE_VERSION: u32 = 0;
@@ -147,7 +147,9 @@ impl Turn<'_> {
         let mut func = 0;
         match service!(self.session.function)(self.raw(), local, Some(&mut func)) {
             TATU_OK => Ok(Value::Func(func)),
-            status => Err(Fail::with_code(status, "functions of clients are given in the turn of a service")),
+            status => {
+                Err(Fail::with_code(status, "functions of clients can be passed only during the service's barrier"))
+            }
         }
     }
     /// `TATU_STOPPED`, `TATU_RUNNING` or `TATU_PAUSED`.

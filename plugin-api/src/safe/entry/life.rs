@@ -120,7 +120,7 @@ unsafe extern "C" fn save<L: Life>(
     run(error, || {
         // SAFETY: made by `create`; the host gives a valid writer.
         let (data, write) = unsafe { (of::<L>(data), writer.as_ref().and_then(|w| w.write)) };
-        let write = write.ok_or_else(|| Fail::new("the host gave no writer"))?;
+        let write = write.ok_or_else(|| Fail::new("the host passed no writer"))?;
         let bytes = data.save()?;
         // SAFETY: the host's function with its writer; the bytes are copied.
         unsafe { write(writer, bytes.as_ptr().cast(), bytes.len() as u64) };

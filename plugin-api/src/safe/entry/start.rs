@@ -31,7 +31,7 @@ pub unsafe extern "C" fn init<P: Plugin>(
 ) -> tatu_status {
     guard::run(error, || {
         // SAFETY: the host lives until shutdown.
-        let host = unsafe { Host::new(host) }.ok_or_else(|| Fail::new("the host gave no table"))?;
+        let host = unsafe { Host::new(host) }.ok_or_else(|| Fail::new("the host passed no table"))?;
         let plugin = P::start(&host)?;
         let mut offer = Offer::new();
         P::offer(&mut offer);

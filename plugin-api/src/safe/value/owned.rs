@@ -349,7 +349,7 @@ impl<'a> ValueRef<'a> {
 pub fn type_name(tag: u32) -> &'static str {
     match tag {
         TATU_NIL => "nil",
-        TATU_BOOL => "a truth value",
+        TATU_BOOL => "a boolean",
         TATU_I64 => "an integer",
         TATU_F64 => "a number",
         TATU_TEXT => "a text",

@@ -44,7 +44,7 @@ impl Solid {
         let positive = |numbers: &[f64]| {
             finite(numbers, what, line)?;
             match numbers.iter().find(|x| **x <= 0.0) {
-                Some(x) => Err(Fail::argument(format!("{what}: {x} is no length")).at("", line)),
+                Some(x) => Err(Fail::argument(format!("{what}: {x} is not a length")).at("", line)),
                 None => Ok(()),
             }
         };

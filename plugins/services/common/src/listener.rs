@@ -110,7 +110,7 @@ fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 /// A text that nobody guesses.
 pub fn token() -> io::Result<String> {
     let mut bytes = [0; 16];
-    getrandom::fill(&mut bytes).map_err(|e| io::Error::other(format!("no random numbers: {e}")))?;
+    getrandom::fill(&mut bytes).map_err(|e| io::Error::other(format!("random numbers are not available: {e}")))?;
     Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
 }
 
@@ -236,10 +236,10 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
         _ if !shared.settings.token => Rights::Act,
         Some(t) if same(t, &shared.tokens[0]) => Rights::Act,
         Some(t) if same(t, &shared.tokens[1]) => Rights::Look,
-        _ => return refuse(&mut stream, "401 Unauthorized", "the token is missing, or it is another one's\n"),
+        _ => return refuse(&mut stream, "401 Unauthorized", "the token is missing or wrong\n"),
     };
     let Some(key) = request.header("sec-websocket-key") else {
-        return refuse(&mut stream, "426 Upgrade Required", "a WebSocket is expected here\n");
+        return refuse(&mut stream, "426 Upgrade Required", "expected a WebSocket here\n");
     };
     let accept = derive_accept_key(key.as_bytes());
     let head = format!(

@@ -76,7 +76,7 @@ impl Client {
             self.parts.insert(key.clone(), Vec::new());
         }
         let data = self.parts.get_mut(&key).filter(|d| d.len() == at);
-        let data = data.ok_or_else(|| Fail::argument("a part of a command whose beginning is not there"))?;
+        let data = data.ok_or_else(|| Fail::argument("a part of a command whose first part is missing"))?;
         data.extend_from_slice(&command.data);
         if data.len() > crate::packet::MOST {
             self.parts.remove(&key);

@@ -189,7 +189,7 @@ impl Folder {
 fn room(files: usize, all: u64, more: u64) -> Result {
     let help = "erase files that are not needed; those of earlier runs, and loaded ones, are removed by hand";
     if files >= MOST_FILES {
-        return Err(Fail::new(format!("there are {files} transferred files: {MOST_FILES} are the most")).help(help));
+        return Err(Fail::new(format!("there are {files} transferred files: {MOST_FILES} is the limit")).help(help));
     }
     if all.saturating_add(more) > MOST_IN_ALL {
         let text = format!("the folder `{FOLDER}` holds {all} bytes, {more} more are over its {MOST_IN_ALL}");
@@ -206,8 +206,8 @@ fn checked(name: &[u8]) -> Result<&str> {
         _ => {
             let name = String::from_utf8_lossy(name).escape_debug().take(2 * LONGEST).collect::<String>();
             Err(Fail::argument(format!(
-                "`{name}` is no name for a transferred file: one of 1 to {LONGEST} bytes is expected, without folders \
-                 (no / \\ :), that begins with no dot and holds no control character"
+                "`{name}` is not a valid name for a transferred file: expected 1 to {LONGEST} bytes, without folders \
+                 (no / \\ :), a leading dot or control characters"
             )))
         }
     }

@@ -125,7 +125,7 @@ impl State {
         }
         if let Some(known) = self.topics.get(topic) {
             return Err(Fail::unsupported(format!(
-                "{topic} ({}) is what the scene tells: nobody else publishes it",
+                "{topic} ({}) is published by the scene, and by nobody else",
                 known.kind
             )));
         }

@@ -96,7 +96,7 @@ impl Node {
     pub(crate) fn write(&self) -> Result<Vec<u8>> {
         let all = self.all()?;
         if all.open.values().any(|e| e.function.is_some()) {
-            return Err(Fail::unsupported("callbacks that are functions are not written: names of functions are"));
+            return Err(Fail::unsupported("callbacks given as functions cannot be saved: give names of functions"));
         }
         serde_json::to_vec(&*all).map_err(|e| Fail::new(format!("what scripts have open cannot be written: {e}")))
     }

@@ -197,7 +197,7 @@ fn greet(stream: &mut TcpStream, kind: Kind) -> io::Result<()> {
     let mut theirs = [0_u8; 64];
     stream.read_exact(&mut theirs)?;
     if theirs[0] != 0xFF || theirs[9] & 1 == 0 || theirs[10] < 3 || theirs[12..32] != ours[12..32] {
-        return Err(wrong("no greeting of ZeroMQ 4 without security"));
+        return Err(wrong("not a greeting of ZeroMQ 4 without security"));
     }
     let kind: &[u8] = if kind == Kind::Reply { b"ROUTER" } else { b"PUB" };
     let mut ready = b"\x05READY\x0bSocket-Type\0\0\0".to_vec();
@@ -206,7 +206,7 @@ fn greet(stream: &mut TcpStream, kind: Kind) -> io::Result<()> {
     stream.write_all(&[&[COMMAND, ready.len() as u8][..], &ready].concat())?;
     let (flags, body) = frame(stream, u64::from(u16::MAX))?;
     if flags & COMMAND == 0 || !body.starts_with(b"\x05READY") {
-        return Err(wrong("the first frame is no READY"));
+        return Err(wrong("the first frame is not READY"));
     }
     Ok(())
 }
@@ -217,7 +217,7 @@ fn frame(stream: &mut impl Read, most: u64) -> io::Result<(u8, Vec<u8>)> {
     stream.read_exact(&mut head)?;
     let flags = head[0];
     if flags & !(MORE | LONG | COMMAND) != 0 {
-        return Err(wrong("a frame has flags that nobody knows"));
+        return Err(wrong("a frame has unknown flags"));
     }
     let len = if flags & LONG != 0 {
         let mut len = [0_u8; 8];
@@ -228,7 +228,7 @@ fn frame(stream: &mut impl Read, most: u64) -> io::Result<(u8, Vec<u8>)> {
         u64::from(head[0])
     };
     if len > most {
-        return Err(wrong(&format!("a frame claims {len} bytes, {most} at most are taken")));
+        return Err(wrong(&format!("a frame claims {len} bytes, at most {most} are accepted")));
     }
     let mut body = Vec::new();
     if stream.take(len).read_to_end(&mut body)? as u64 != len {

@@ -34,7 +34,10 @@ impl Dropped {
             )));
         }
         if !ENDINGS.contains(&ending.as_str()) {
-            return Err(Fail::argument(format!("`{name}` is not a scene, model or robot file; those end with {}", ENDINGS.join(", "))));
+            return Err(Fail::argument(format!(
+                "`{name}` is not a scene, model or robot file; those end with {}",
+                ENDINGS.join(", ")
+            )));
         }
         Ok(Dropped { name: name.to_owned(), bytes: Vec::new() })
     }

@@ -422,7 +422,7 @@ fn what_is_wrong_is_named() {
         ("many = { dropout = 0.1, valid = 3 }", "`valid`: expected the name of a field"),
         ("many = { dropout = 0.1, valid = \"position\" }", "`fix.position` cannot mark valid elements of `test.many`"),
         ("many = { dropout = 0.1, valid = \"many\" }", "names the field itself"),
-        ("many = { sigma = 1, of = \"place\" }", "`test.place` has another shape than `test.many`"),
+        ("many = { sigma = 1, of = \"place\" }", "`test.place` differs in shape from `test.many`"),
         ("many.of = \"other\"", "`of` without `sigma`"),
         ("many.outliers = { sigma = 1 }", "`outliers` without `probability`"),
         ("many.outliers = { probability = 0.1 }", "without `sigma` or `uniform`"),

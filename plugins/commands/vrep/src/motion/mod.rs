@@ -200,7 +200,7 @@ fn run(c: &mut Ctx<'_>, make: Make) -> Result<Outcome> {
     let number = match c.resumed() {
         0 => {
             if !c.can_wait() {
-                return Err(Fail::unsupported("this motion takes time, and the calling script has no thread")
+                return Err(Fail::unsupported("this motion takes time, but the calling script is not threaded")
                     .help("call it from a threaded script, or from sysCall_thread or a coroutine"));
             }
             keep(c, make(c)?)?

@@ -35,7 +35,7 @@ fn trivial() -> Vec<Filter> {
 fn parse(text: &str) -> Result<Vec<Filter>> {
     fn numbers<T: std::str::FromStr>(part: Option<&str>, whole: &str) -> Result<Vec<T>> {
         let part = part.unwrap_or_default().trim();
-        let wrong = || Fail::argument(format!("`{whole}` of the data `vision.filters`: `{part}` are no numbers"));
+        let wrong = || Fail::argument(format!("`{whole}` of the data `vision.filters`: `{part}` are not numbers"));
         let parts = part.split(',').filter(|p| !p.trim().is_empty());
         parts.map(|p| p.trim().parse().map_err(|_| wrong())).collect()
     }

@@ -60,7 +60,7 @@ impl View {
         // What stands in for a sensor is a dummy or camera; shapes, joints and other sensors are refused, as the original does.
         let stands_in = matches!(o.kind, TATU_KIND_DUMMY | TATU_KIND_CAMERA) && c.world().makes_stand_ins();
         if made.is_none() && !stands_in {
-            return Err(Fail::argument(format!("object {} `{}` is no vision sensor", o.handle(), path(c, id))));
+            return Err(Fail::argument(format!("object {} `{}` is not a vision sensor", o.handle(), path(c, id))));
         }
         let side = |x: Option<f64>| x.map_or(SIDE, |x| x.clamp(1.0, MOST as f64) as usize);
         Ok(View {
