@@ -106,8 +106,7 @@ fn a_loop_that_cannot_close_is_told() {
     assert!(!told(&four_bar(&within)).contains("cannot meet"), "{}", told(&four_bar(&within)));
     let turned = four_bar(&placed([1.0, 0.0, 1.3], [0.0, 0.0, 1.0], 0.3));
     let wanted = "the linked dummies /g/o/crank/a/coupler/p and /h/c/rocker/q cannot meet: whatever the positions of \
-                  the \
-                  3 joint axes between them, ";
+                  the 3 joint axes between them, ";
     let err = told(&turned);
     assert!(err.contains(wanted) && err.contains("rad about z of the world remain"), "{err}");
     let err = Place::scene(&turned).run(&["--steps", "1"]).good().err;

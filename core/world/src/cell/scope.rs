@@ -177,8 +177,8 @@ fn refuse_stranger(ptr: *mut tatu_world, name: &str) -> tatu_status {
         true => format!("{who} broke the contract: `{name}` was called with null for its world, and is refused"),
         false => format!(
             "{who} broke the contract: `{name}` was called for a world that does not exist, or from a thread that is \
-             not the \
-             world's, and is refused: threads of a plugin may call only log.write and session.wake, and must leave everything else to a barrier"
+             not the world's, and is refused: threads of a plugin may call only log.write and \
+             session.wake, and must leave everything else to a barrier"
         ),
     };
     breach(text);

@@ -229,8 +229,7 @@ fn not_found(s: &State, name: &[u8]) -> Fail {
         TATU_ERR_SCRIPT,
         format!(
             "there is no module `{name}`: no plugin provides it, no command begins with `{name}.`, and no allowed \
-             folder \
-         has a file {}.lua",
+             folder has a file {}.lua",
             name.replace('.', "/")
         ),
     )
