@@ -63,7 +63,7 @@ fn in_folders(folders: &[PathBuf], registry: &Registry, sources: &Sources) -> (V
 fn two(first: &AddOn, second: &AddOn) -> Error {
     let (a, b) = (first.file.display(), second.file.display());
     Error::new("E602", format!("two add-ons are called `{}`: {a} is used, {b} is not", first.name))
-        .help("give one another name, or start it by its file: `--addon FILE`")
+        .help("rename one, or start it by its file: `--addon FILE`")
 }
 
 /// Whether something in such a folder may be an add-on: a script, or a folder with a manifest.

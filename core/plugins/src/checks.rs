@@ -23,7 +23,7 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
         if p.key.is_empty() {
             say("has no key".into());
         } else if let Some(flaw) = texts::flaw(&p.key).filter(|_| !in_files) {
-            say(format!("cannot be called so: the key {flaw}"));
+            say(format!("has an invalid key: it {flaw}"));
         } else if !keys.insert(p.key.as_str()) {
             say("is declared twice; the first one counts".into());
         }
@@ -135,7 +135,8 @@ impl Registry {
         for (plugin, text) in all {
             let p = &self.plugins[plugin];
             let text = format!("plugin `{}` ({}): {text}", p.id, p.path.display());
-            self.refused.push(Error::new("E310", text).help("the rest of the plugin works; report it to its authors"));
+            self.refused
+                .push(Error::new("E310", text).help("the rest of the plugin works; report this to its authors"));
         }
     }
 }

@@ -33,7 +33,7 @@ impl Registry {
     /// Why a command cannot be called so, and what to do.
     pub(super) fn unusable(&self, plugin: usize, name: &str) -> Option<(String, &'static str)> {
         if let Some(flaw) = flaw(name) {
-            return Some((format!("its command `{name}` cannot be called so: the name {flaw}"), HELP));
+            return Some((format!("its command `{name}` has an invalid name: it {flaw}"), HELP));
         }
         if let Some(owner) = self.owner(name) {
             return Some(match self.plugins.get(owner).filter(|_| owner != plugin) {
@@ -50,7 +50,7 @@ impl Registry {
     /// The same of a constant. Several commands and constants of one plugin may well give one name twice.
     pub(super) fn unusable_constant(&self, plugin: usize, name: &str) -> Option<(String, &'static str)> {
         if let Some(flaw) = flaw(name) {
-            return Some((format!("its constant `{name}` cannot be called so: the name {flaw}"), HELP));
+            return Some((format!("its constant `{name}` has an invalid name: it {flaw}"), HELP));
         }
         if let Some(owner) = self.owner(name) {
             let other = &self.plugins.get(owner).filter(|_| owner != plugin)?.id;
@@ -110,7 +110,7 @@ impl Registry {
                 self.plugins[other].id
             );
             Error::new("E310", text)
-                .help("nothing, if it is meant so; else give it a name space of its own: `mine.name`")
+                .help("nothing, if this is intended; else give it a name space of its own: `mine.name`")
         };
         let told: Vec<Error> = found.into_iter().map(tell).collect();
         self.refused.extend(told);

@@ -83,7 +83,7 @@ impl Registry {
         let alike = |(n, _, suffix): &(usize, u32, bool)| (named(*n), *suffix) == (named(first), tied[0].2);
         let ids: Vec<_> = tied.iter().filter(|t| alike(t)).map(|(n, _, _)| self.importers[*n].id.as_str()).collect();
         let tie = (ids.len() > 1).then(|| {
-            format!("the importers {} read it; `{}` is used, `importer = \"...\"` chooses", ids.join(", "), ids[0])
+            format!("the importers {} read it; `{}` is used, choose with `importer = \"...\"`", ids.join(", "), ids[0])
         });
         // Those that fail are not asked to read it; whoever does not need them is not stopped.
         let notes = failed.into_iter().map(|e| e.text).chain(tie).collect();

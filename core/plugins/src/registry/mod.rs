@@ -107,7 +107,7 @@ impl Registry {
         }
         for folder in search.folders.iter().filter(|(f, s)| *s == Source::Environment && !f.is_dir()).map(|(f, _)| f) {
             let text = format!("TATU_PLUGIN_PATH names the folder {}, which is not there", folder.display());
-            refused.push(Error::new("E311", text).help("its folders stand one after the other, as in PATH"));
+            refused.push(Error::new("E311", text).help("it is a list of folders, as PATH is"));
         }
         for file in search.misnamed() {
             let text = format!("{} is a library, but its name is not a plugin's", file.display());

@@ -34,7 +34,7 @@ impl Registry {
         // SAFETY: NUL-terminated or null, by the contract.
         let id = unsafe { tables::label(id) }.filter(|id| !id.is_empty());
         let lack = tables::lacking(size, needed).or_else(|| id.is_none().then(|| "has an empty `id`".to_owned()));
-        let flaw = id.as_deref().and_then(texts::flaw).map(|flaw| format!("cannot be called so: the name {flaw}"));
+        let flaw = id.as_deref().and_then(texts::flaw).map(|flaw| format!("has an invalid name: it {flaw}"));
         let (why, help) = match (lack, flaw) {
             (None, None) => return id,
             (Some(lack), _) => (lack, tables::HELP),
@@ -133,9 +133,8 @@ impl Registry {
                     labels(raw.schemas).into_iter().partition(|s| texts::flaw(s).is_none());
                 for schema in flawed {
                     let flaw = texts::flaw(&schema).unwrap_or_default();
-                    let text = format!(
-                        "its sensor `{id}` claims the schema `{schema}`, which there cannot be: the name {flaw}"
-                    );
+                    let text =
+                        format!("its sensor `{id}` claims the schema `{schema}`, which is not a valid name: it {flaw}");
                     self.refuse(plugin, text, "call it `mine/1`");
                 }
                 let mut presets: Vec<PresetInfo> = Vec::new();
@@ -340,7 +339,7 @@ unsafe fn labels(list: *const *const c_char) -> Vec<String> {
 /// Why a field cannot be one, and what to do.
 fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
     if let Some(flaw) = texts::flaw(&f.name) {
-        return Some((format!("cannot be called so: the name {flaw}"), "call it `schema.field`"));
+        return Some((format!("has an invalid name: it {flaw}"), "call it `schema.field`"));
     }
     if !f.name.contains('.') {
         return Some(("has no schema before its name".into(), "call it `schema.field`"));

@@ -82,7 +82,7 @@ pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, plac
     }
     let refused = |text: String| {
         let plugin = &cell.model.registry.plugins[info.plugin].id;
-        Error::new("E402", format!("the {what} {path} cannot be made: plugin `{plugin}`: {text}")).at(place.cloned())
+        Error::new("E402", format!("the {what} {path} cannot be created: plugin `{plugin}`: {text}")).at(place.cloned())
     };
     if object_kind == TATU_KIND_SENSOR {
         let made = create_sensor(cell, device.kind, slot, instance, params).map_err(refused)?;

@@ -87,7 +87,7 @@ pub(crate) fn load_instance(
     image: &InstanceImage,
 ) -> Result<(), String> {
     let Some(load) = life.load else {
-        return if image.saved.is_empty() { Ok(()) } else { Err("it reads no state any more".to_owned()) };
+        return if image.saved.is_empty() { Ok(()) } else { Err("it no longer restores state".to_owned()) };
     };
     let mut error = ErrorSlot::new();
     // SAFETY: by the contract; the bytes live through the call.

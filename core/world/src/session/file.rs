@@ -321,7 +321,7 @@ pub fn read(path: &Path) -> Result<Log> {
             ),
         };
         wrong(line, text)
-            .help("copy the log again from where it is whole, or write it again with `tatu run SCENE --log FILE`")
+            .help("copy the log again from an intact original, or write it again with `tatu run SCENE --log FILE`")
     };
     let mut check = verified(0, first).ok_or_else(|| changed(1))?;
     let header =
@@ -345,7 +345,7 @@ pub fn read(path: &Path) -> Result<Log> {
         })?;
         if log.records.last().is_some_and(|before| (before.step, before.at) >= (record.step, record.at)) {
             return Err(wrong(i + 1, "this line of the input log comes before the one above it".into())
-                .expected("steps and places that grow"));
+                .expected("increasing steps and places"));
         }
         log.records.push(record);
     }

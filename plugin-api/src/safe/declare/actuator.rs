@@ -113,7 +113,7 @@ pub trait Actuator: Sized + Send + Sync + 'static {
     /// Takes back what `save` of `version` wrote, into an actuator made with the same parameters.
     fn load(&self, bytes: &[u8], version: u32) -> Result {
         let _ = version;
-        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
     /// Turns a command into forces. Must not block; runs on several threads.
     fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result;

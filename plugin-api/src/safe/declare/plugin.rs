@@ -29,7 +29,7 @@ pub trait Plugin: Sized + Send + Sync + 'static {
     /// Takes back what `save` of a plugin of `version` wrote, into a new instance.
     fn load(world: &Self::World, bytes: &[u8], version: u32) -> Result<()> {
         let _ = (world, version);
-        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
     /// Declares what it offers.
     fn offer(offer: &mut Offer<Self>);

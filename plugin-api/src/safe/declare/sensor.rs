@@ -152,7 +152,7 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     /// Takes back what `save` of `version` wrote, into a sensor made with the same parameters.
     fn load(&self, bytes: &[u8], version: u32) -> Result {
         let _ = version;
-        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
     /// Turns what was seen into a reading. Must not block; runs on several threads.
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result;

@@ -66,7 +66,7 @@ pub trait Service: Sized + 'static {
     /// Takes back what `save` of `version` wrote.
     fn load(&self, bytes: &[u8], version: u32) -> Result {
         let _ = version;
-        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
     /// The last barrier: this world ends. It can be looked at, and not changed; who waits for an answer can still get one.
     fn last(&self, turn: &Turn<'_>) -> Result {

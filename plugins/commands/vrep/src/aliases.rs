@@ -78,7 +78,7 @@ fn set_name(c: &mut Ctx<'_>) -> Result {
     let legal = |b: u8| b.is_ascii_alphanumeric() || b"_()".contains(&b);
     if base.is_empty() || base.len() > 127 || !base.bytes().all(legal) {
         return Err(Fail::argument(format!("`{name}` is not a valid name for an object"))
-            .help("names have letters, digits, `_`, `(` and `)`, and may end in `#` and a number"));
+            .help("names consist of letters, digits, `_`, `(` and `)`, and may end in `#` and a number"));
     }
     if suffix >= 0 && name != format!("{base}#{suffix}") {
         return Err(Fail::argument(format!("`{name}`: the number after `#` has no leading zero")));

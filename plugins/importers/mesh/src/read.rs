@@ -25,7 +25,7 @@ pub fn mesh(bytes: &[u8]) -> Result<Mesh, String> {
         _ => obj(bytes)?,
     };
     if mesh.triangles.is_empty() {
-        return Err("the file holds no triangle".into());
+        return Err("the file contains no triangles".into());
     }
     let n = mesh.points.len();
     if mesh.triangles.iter().flatten().any(|i| *i as usize >= n) {

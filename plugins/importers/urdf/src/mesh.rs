@@ -29,7 +29,7 @@ pub fn find(builder: &Builder<'_>, name: &str, package_root: &str) -> Result<Mes
     };
     let mesh = read(bytes)?;
     if mesh.triangles.is_empty() {
-        return Err("it holds no triangle".into());
+        return Err("it contains no triangles".into());
     }
     if mesh.points.iter().flatten().any(|x| !x.is_finite()) {
         return Err("a point of it is not finite".into());

@@ -102,7 +102,7 @@ impl Tree {
                 let other = &robot.joints[other].name;
                 let text =
                     format!("the link `{}` has two parent joints, `{other}` and `{}`", joint.child.link, joint.name);
-                return Err(Fail::argument(text).help("in a tree a link hangs on one joint").at("", line));
+                return Err(Fail::argument(text).help("in a tree a link has one parent joint").at("", line));
             }
             below[parent].push((i, child));
         }

@@ -207,7 +207,7 @@ fn wheel(world: &World<'_>, base: tatu_object, path: ValueRef<'_>) -> Result<Whe
     let (path, sign) = text.strip_prefix('-').map_or((&*text, 1.0), |path| (path, -1.0));
     let joint = world.find(base, path).map_err(|_| {
         Fail::missing(format!("the drive's joint `{path}` is not there"))
-            .help("paths of `object.drive` are seen from its object")
+            .help("paths of `object.drive` are relative to its object")
     })?;
     Ok(Wheel { joint, sign })
 }

@@ -54,7 +54,7 @@ impl Files {
         }
         if LIBRARIES.contains(&parts(name).1.to_lowercase().as_str()) {
             return Err(Fail::unsupported(format!("`{name}` is a native library, and those are not transferred"))
-                .help("who runs the simulator puts plugins in place"));
+                .help("plugins are installed by whoever runs the simulator"));
         }
         let mut folder = Folder::open(turn)?;
         let known = self.names.len() - usize::from(self.names.contains_key(name));
@@ -123,7 +123,7 @@ impl Folder {
         let path = turn.file(FOLDER.as_bytes(), TATU_FILE_WRITE)?;
         let path = PathBuf::from(String::from_utf8_lossy(&path).into_owned());
         let fail = |e: io::Error| {
-            Fail::new(format!("the folder `{FOLDER}` for transferred files cannot be made or read: {e}"))
+            Fail::new(format!("the folder `{FOLDER}` for transferred files cannot be created or read: {e}"))
         };
         fs::create_dir_all(&path).map_err(fail)?;
         Folder::read(path).map_err(fail)

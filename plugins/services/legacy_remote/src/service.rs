@@ -80,7 +80,8 @@ impl Service for Remote {
         let port = params.i64("port")? as u16;
         let (ports, events) = Ports::new(session.clone());
         let listener = ports.open(port).map_err(|e| {
-            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
+            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
+                .help("choose another `port`; 0 means any free port")
         })?;
         session.log(TATU_LOG_INFO, &format!("legacy_remote: listening on {}", listener.address));
         let (clients, of_scripts) = (BTreeMap::new(), BTreeMap::new());

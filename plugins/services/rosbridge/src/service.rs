@@ -98,7 +98,8 @@ impl Service for Rosbridge {
             }),
         };
         let listener = Listener::open(settings).map_err(|e| {
-            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
+            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
+                .help("choose another `port`; 0 means any free port")
         })?;
         session.log(TATU_LOG_INFO, &format!("rosbridge: listening on {}", listener.address));
         if token {

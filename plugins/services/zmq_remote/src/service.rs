@@ -55,7 +55,8 @@ impl Service for Remote {
         let woken = session.clone();
         let wake = move || woken.wake();
         let (listener, events) = Listener::open(Kind::Reply, port, Box::new(wake)).map_err(|e| {
-            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
+            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
+                .help("choose another `port`; 0 means any free port")
         })?;
         let address = listener.address();
         let counter = match Listener::open(Kind::Publish, address.port().wrapping_add(1), Box::new(|| ())) {

@@ -100,7 +100,7 @@ fn format_of(name: &str) -> Result<&'static str> {
     let end = name.rsplit_once('.').map_or("", |(_, end)| end).to_lowercase();
     ["png", "ppm"].into_iter().find(|f| *f == end).ok_or_else(|| {
         Fail::unsupported(format!("images are written as .png or .ppm, not as `{name}`"))
-            .help("give the file such an ending")
+            .help("use one of these extensions")
     })
 }
 
