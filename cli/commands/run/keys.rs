@@ -24,7 +24,7 @@ fn text(path: &Path) -> IoResult<String> {
 pub struct Keys(Vec<(f64, String)>);
 
 impl Keys {
-    /// Reads a file; empty lines and those that begin with `#` are left out. E105: it cannot be read; E102: a line tells
+    /// Reads a file; empty lines and those that begin with `#` are left out. E105: it cannot be read; E102: a line has
     /// no time and key.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text =

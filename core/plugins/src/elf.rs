@@ -58,7 +58,7 @@ pub fn check(path: &Path) -> Result<(), Unfit> {
     }
 }
 
-/// Whether a file of so many bytes has all that its headers tell; `None` where these are cut off themselves. Offsets are
+/// Whether a file of so many bytes has all that its headers declare; `None` where these are cut off. Offsets are
 /// those of 64-bit little-endian ELF.
 fn whole(file: &mut File, header: &[u8], have: u64) -> Option<bool> {
     let (first, size, count) = (number(header, 32, 8)?, number(header, 54, 2)?, number(header, 56, 2)?);

@@ -1,12 +1,14 @@
 //! What every plugin must leave as it found it.
 //!
-//! Of the thread: floating-point mode and direction flag. After a library built with `-ffast-math` has been loaded, everything
-//! else on that thread computes other results; with the direction flag set, copies run backwards. Of the process: the locale
-//! (with a decimal comma no number can be read any more), the working folder, what signals do, standard output and error.
+//! Of the thread: floating-point mode and direction flag. After a library built with `-ffast-math` has been loaded,
+//! everything else on that thread computes other results; with the direction flag set, copies run backwards. Of the
+//! process: the locale (with a decimal comma no number can be read any more), the working folder, what signals do,
+//! standard output and error.
 //!
-//! All is put back and the plugin is named. The mode is a read of one register and is looked at around every outermost call,
-//! the direction flag around every call; locale and old floating-point unit ([`ProcessState`]) after loading, after making
-//! instances, and once per stage; what takes calls of the system (`process`) likewise, but in a stage of 64.
+//! All is put back and the plugin is named. The mode is a read of one register and is looked at around every outermost
+//! call, the direction flag around every call; locale and old floating-point unit ([`ProcessState`]) after loading,
+//! after making instances, and once per stage; what takes calls of the system (`process`) likewise, but in a stage of
+//! 64.
 
 mod process;
 
@@ -24,7 +26,7 @@ pub struct Mode(u64);
 mod register {
     use core::arch::asm;
 
-    /// The six lowest bits tell of past operations.
+    /// The six lowest bits are flags of past operations.
     pub const CONTROL: u64 = 0xFFC0;
 
     #[inline]
@@ -123,7 +125,7 @@ impl Mode {
 }
 
 thread_local! {
-    /// Errors that are logged without a world during [`capture_errors`]: how functions that cannot fail tell that they did.
+    /// Errors that are logged without a world during [`capture_errors`]: for functions that cannot return an error.
     static SAID: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
 }
 

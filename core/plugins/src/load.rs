@@ -76,7 +76,7 @@ pub struct Loaded {
     watch: Arc<Watch>,
 }
 
-// SAFETY: tables are constant after loading; which thread may call what is told by the header's tags.
+// SAFETY: tables are constant after loading; the header's tags say which thread may call what.
 unsafe impl Send for Loaded {}
 // SAFETY: tables are constant after loading, and functions are called on the threads that the header names.
 unsafe impl Sync for Loaded {}

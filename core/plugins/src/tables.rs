@@ -53,7 +53,7 @@ table!(
 /// Copies a foreign table into a full-size one of ours: what its maker did not know is zero.
 ///
 /// # Safety
-/// `from` is null or points to a table of as many bytes as its `size` tells.
+/// `from` is null or points to a table of as many bytes as its `size` says.
 pub unsafe fn read<T: Table>(from: *const T) -> Option<T> {
     if from.is_null() {
         return None;
@@ -65,7 +65,7 @@ pub unsafe fn read<T: Table>(from: *const T) -> Option<T> {
         let mut to: T = std::mem::zeroed();
         let take = size.min(size_of::<T>()) & !7;
         std::ptr::copy_nonoverlapping(from.cast::<u8>(), (&raw mut to).cast::<u8>(), take);
-        // What the table tells of itself stays, for messages.
+        // The size that the table states is kept, for messages.
         *(&raw mut to).cast::<u32>() = size as u32;
         Some(to)
     }
@@ -96,7 +96,7 @@ pub fn is_zero<T: Copy>(field: &T) -> bool {
 /// What to do about a field that is not there.
 pub const HELP: &str = "set `size` to sizeof, and fill what is required";
 
-/// The first required field that is not there, in words; `size` is what the table tells of itself.
+/// The first required field that is missing, in words; `size` is what the table states.
 pub fn lacking(size: u32, required: &[Required]) -> Option<String> {
     let (name, _, end) = required.iter().find(|(_, there, _)| !there)?;
     Some(match (size as usize) < *end {
@@ -145,7 +145,7 @@ pub unsafe fn text(s: *const c_char) -> Option<String> {
     (!s.is_null()).then(|| texts::clean(&unsafe { CStr::from_ptr(s) }.to_string_lossy()).into_owned())
 }
 
-/// A NUL-terminated name, copied as [`texts::label`] shows it: `names` tells whether it can be one.
+/// A NUL-terminated name, copied as [`texts::label`] shows it: `names` checks whether it is valid.
 ///
 /// # Safety
 /// `s` is null or NUL-terminated.

@@ -4,7 +4,7 @@
 //! [watchdog](Watches::guard) looks at the words now and then; one that stays the same for longer than the limit
 //! names the call. A wall clock only ever ends a run; it never decides what happens in one.
 //!
-//! Each thread knows the watch whose call it runs ([`here`]), so that a crash on it can be blamed on that call.
+//! Each thread knows the watch whose call it runs ([`here`]), so that a crash on it can be attributed to that call.
 
 use std::{
     cell::Cell,
@@ -100,8 +100,8 @@ thread_local! {
     static HERE: Cell<*const Watch> = const { Cell::new(ptr::null()) };
 }
 
-/// The watch whose plugin call runs on this thread; null: none does. Signal handlers may ask; what it is, and whether it
-/// still exists is known by [`Watches::running`].
+/// The watch whose plugin call runs on this thread; null: none does. Signal handlers may ask; what it is, and whether
+/// it still exists is known by [`Watches::running`].
 pub fn here() -> *const Watch {
     HERE.get()
 }

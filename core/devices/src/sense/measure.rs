@@ -41,15 +41,15 @@ pub struct Moment {
     pub step: u64,
 }
 
-/// Which sensors are handled, and when.
+/// Which sensors are measured, and when.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
     /// Their kind.
     pub kind: usize,
     /// Indices of [`Sensing::devices`], ascending.
     pub devices: &'a [usize],
-    /// Places in `devices` at which another batch begins, however many threads there are: what fails as a batch does so on
-    /// any number of them.
+    /// Places in `devices` at which another batch begins, however many threads there are: what fails as a batch does so
+    /// on any number of them.
     pub cuts: &'a [usize],
     /// How.
     pub options: &'a MeasureOptions,

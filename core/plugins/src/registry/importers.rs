@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{Declared, tables, watchdog::Call};
 
-/// How much of a file an importer looks at to tell whether it is its own, bytes.
+/// How much of a file an importer sees to decide whether it can read it, bytes.
 const HEAD: usize = 4096;
 
 impl Registry {

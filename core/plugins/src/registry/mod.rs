@@ -3,7 +3,8 @@
 //! - [`Registry`]: loading, ending, calls of plugins where there is no world;
 //! - `types`: what is offered, as the host keeps it; `read`: the tables of a plugin;
 //! - `lookup`: finding by name;
-//! - `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and finding these; `renew`: one plugin again.
+//! - `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and finding these; `renew`: one
+//!   plugin again.
 
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
@@ -55,7 +56,7 @@ pub struct Registry {
     pub constants: BTreeMap<String, Constant>,
     /// Preludes.
     pub preludes: Vec<Prelude>,
-    /// Words by which texts tell their kind, in order.
+    /// Words by which the kind of a text is recognized, in order.
     pub kind_marks: Vec<KindMark>,
     /// World life of command plugins: index of the plugin and life.
     pub world_lives: Vec<(usize, tatu_life)>,
@@ -84,7 +85,7 @@ pub struct Registry {
     pub generation: u64,
 }
 
-// SAFETY: tables are constant after loading; which thread may call what is told by the header's tags.
+// SAFETY: tables are constant after loading; the header's tags say which thread may call what.
 unsafe impl Send for Registry {}
 // SAFETY: by the contract, what a plugin passes is valid during the call.
 unsafe impl Sync for Registry {}
@@ -142,8 +143,8 @@ impl Registry {
                 Err(e) => refused.push(e),
             }
         }
-        // By id, not by folder or time; those of the program come first and those that a scene brings last, so that none
-        // takes a name from the ones before.
+        // By id, not by folder or time; those of the program come first and those that a scene brings last, so that
+        // none takes a name from the ones before.
         let rank = |p: &Arc<Plugin>| (!search.is_of_program(&p.path), search.is_of_scene(&p.path));
         plugins.sort_by(|a, b| (rank(a), &a.id).cmp(&(rank(b), &b.id)));
         let mut registry = Registry { refused, closest, notes, ..Self::of(plugins, search, setup, watches, host) };
@@ -238,8 +239,8 @@ impl Registry {
         self.closest.push((p.path.clone(), text.clone()));
         self.refused.push(Error::new("E303", text).help(help));
     }
-    /// Tells that a name is claimed twice; whether the second claim counts. Of two in one plugin only the first does; of
-    /// two plugins a scene says whose it means.
+    /// Tells that a name is claimed twice; whether the second claim counts. Of two in one plugin only the first does;
+    /// of two plugins a scene says whose it means.
     fn is_own(&mut self, plugin: usize, what: &str, id: &str, claimed: &[usize]) -> bool {
         if claimed.contains(&plugin) {
             let help = "give each an id of its own";
@@ -256,7 +257,7 @@ impl Registry {
     }
 
     /// Calls a plugin where there is no world: noted for the watchdog, with floating-point mode and locale put back;
-    /// whoever changed them is told so. `subject` is what is built.
+    /// the plugin that changed them is reported. `subject` is what is built.
     pub fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
         let home = ProcessState::now();
         self.setup.subject(subject);

@@ -158,7 +158,7 @@ pub struct CommandEntry {
     pub status: Status,
     /// What is missing or differs.
     pub notes: String,
-    /// What it is about, one word; empty: nobody told.
+    /// What it is about, one word; empty: not given.
     pub subject: String,
     /// What to do where waiting is not possible.
     pub no_wait: Option<String>,
@@ -258,12 +258,12 @@ pub struct Importer {
     pub raw: tatu_importer,
 }
 
-/// The importer of a file, and what is to be told about the choice.
+/// The importer of a file, and what is to be reported about the choice.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Choice {
     /// Index of the importer.
     pub importer: usize,
-    /// Others read it as well: which one was taken; and who could not tell whether the file is its own.
+    /// Others read it as well: which one was chosen; and which could not decide whether they can read it.
     pub notes: Vec<String>,
 }
 
@@ -282,7 +282,7 @@ impl Importer {
     }
 }
 
-/// A word by which a text tells its kind.
+/// A word by which the kind of a text is recognized.
 pub struct KindMark {
     /// Language.
     pub language: String,

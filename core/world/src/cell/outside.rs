@@ -136,8 +136,8 @@ impl Outside {
     pub fn tell(&self, name: &str, payload: Value) {
         self.publish(name, || payload);
     }
-    /// Publishes an event: for scripts at the next delivery, for services at the next barrier. What it holds is only made
-    /// if somebody listens.
+    /// Publishes an event: for scripts at the next delivery, for services at the next barrier. What it holds is only
+    /// made if somebody listens.
     pub fn publish(&self, name: &str, payload: impl FnOnce() -> Value) {
         let (scripts, services) = (self.bus.wants(name), self.services_want(name));
         if !scripts && !services {
@@ -151,7 +151,7 @@ impl Outside {
             self.bus.push(name, payload);
         }
     }
-    /// Whether anybody listens to an event.
+    /// Whether an event has subscribers.
     pub fn wants(&self, name: &str) -> bool {
         self.bus.wants(name) || self.services_want(name)
     }

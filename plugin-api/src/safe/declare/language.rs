@@ -63,7 +63,7 @@ impl<'a> Frame<'a> {
         self.raw.n_results += 1;
         Ok(())
     }
-    /// Memory that lives until the caller has read the results; 8-byte aligned; null: no room.
+    /// Memory that is valid until the caller has read the results; 8-byte aligned; null: out of memory.
     pub fn alloc(&mut self, bytes: usize) -> *mut u8 {
         running::alloc(self.raw, bytes)
     }
@@ -89,8 +89,8 @@ pub trait Language: Sized + 'static {
     fn traits(&self) -> u32 {
         0
     }
-    /// The order of scripts, `TATU_ORDER_*`, in a world whose scene names this dialect or, where that is empty, that has
-    /// modern scripts or none; 0: deepest first.
+    /// The order of scripts, `TATU_ORDER_*`, in a world whose scene names this dialect or, where that is empty, that
+    /// has modern scripts or none; 0: deepest first.
     fn order(&self, _dialect: &str, _modern: bool) -> u32 {
         0
     }
@@ -125,7 +125,7 @@ pub trait Language: Sized + 'static {
     }
     /// Makes a borrowed function last: its lasting id, 0 if it is gone.
     fn keep_func(&self, local: u32) -> u32;
-    /// Gives a kept function up.
+    /// Releases a retained function.
     fn drop_func(&self, local: u32);
     /// Calls a function, borrowed or kept.
     fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;

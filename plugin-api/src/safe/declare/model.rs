@@ -49,7 +49,7 @@ impl<'a> Builder<'a> {
     pub(crate) fn new(raw: &'a tatu_builder) -> Self {
         Builder { raw }
     }
-    /// The C table, for what these wrappers lack.
+    /// The C table, for what these wrappers do not cover.
     pub fn raw(&self) -> &'a tatu_builder {
         self.raw
     }

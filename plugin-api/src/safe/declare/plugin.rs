@@ -7,8 +7,8 @@ use crate::safe::{Fail, Host, Param, Result, Value, World, value::keep::Keep};
 
 /// A plugin. One value per host; it has no globals, and its world instances hold what belongs to a world.
 pub trait Plugin: Sized + Send + Sync + 'static {
-    /// What the plugin keeps per world; `()` if nothing. Commands get it as `&` and may be entered again while they call a
-    /// function: cells, borrowed for as short as can be.
+    /// What the plugin keeps per world; `()` if nothing. Commands get it as `&` and may be entered again while they
+    /// call a function: cells, borrowed for as short as can be.
     type World: 'static;
 
     /// Starts it. Services can be found now, and called once a world exists.
@@ -140,7 +140,7 @@ pub enum Outcome {
     /// Its results are there.
     #[default]
     Done,
-    /// It goes on later; see [`Call::wait_steps`] and its like.
+    /// It finishes later; see [`Call::wait_steps`] and its siblings.
     Waiting,
 }
 
@@ -149,8 +149,8 @@ pub(crate) type Run<P> = Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome> + Send 
 /// Of one that others may run beside.
 pub(crate) type RunShared<P> = Box<dyn Fn(&mut SharedCall<'_, P>) -> Result<Outcome> + Send + Sync>;
 
-/// One call of a command that others may run beside, on other threads: what is its own, what never changes in its plugin, and
-/// a world that is only looked at. [`Call`] has more.
+/// One call of a command that others may run beside, on other threads: what is its own, what never changes in its
+/// plugin, and a world that is only looked at. [`Call`] has more.
 pub struct SharedCall<'a, P: Plugin> {
     pub(crate) raw: &'a mut tatu_call,
     pub(crate) started: &'a Started<P>,

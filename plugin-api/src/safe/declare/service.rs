@@ -51,8 +51,9 @@ pub trait Service: Sized + 'static {
     fn event(&self, turn: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
         let _ = (turn, name, payload);
     }
-    /// Calls a function of a client that it gave as an argument, by [`Turn::function`]. It may wait for the client, asking
-    /// [`World::is_interrupted`] every 50 ms; commands that the client calls meanwhile cannot wait. What it gives.
+    /// Calls a function of a client that it gave as an argument, by [`Turn::function`]. It may wait for the client,
+    /// asking [`World::is_interrupted`] every 50 ms; commands that the client calls meanwhile cannot wait. What it
+    /// gives.
     fn call_func(&self, turn: &Turn<'_>, local: u32, args: &[ValueRef<'_>]) -> Result<Vec<Value>> {
         let _ = (turn, local, args);
         Err(Fail::unsupported("this service does not pass functions of clients"))
@@ -68,7 +69,8 @@ pub trait Service: Sized + 'static {
         let _ = version;
         if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
-    /// The last barrier: this world ends. It can be looked at, and not changed; who waits for an answer can still get one.
+    /// The last barrier: this world ends. It can be looked at, and not changed; who waits for an answer can still get
+    /// one.
     fn last(&self, turn: &Turn<'_>) -> Result {
         let _ = turn;
         Ok(())
@@ -115,7 +117,7 @@ impl Session {
         // SAFETY: the session lives as long as the service, and this only while it has not ended.
         self.with(|session| unsafe { wake(session) });
     }
-    /// Writes a line to the host's log: `TATU_LOG_*`.
+    /// Writes a line to the host's log; `level` is one of `TATU_LOG_*`.
     pub fn log(&self, level: u32, text: &str) {
         self.host.log(level, text);
     }
@@ -141,8 +143,8 @@ impl Turn<'_> {
             f(self.raw(), client);
         }
     }
-    /// A function of a client as an argument for commands: [`Value::Func`]. Who calls it comes to [`Service::call_func`] with
-    /// this number.
+    /// A function of a client as an argument for commands: [`Value::Func`]. Who calls it comes to
+    /// [`Service::call_func`] with this number.
     pub fn function(&self, local: u32) -> Result<Value> {
         let mut func = 0;
         match service!(self.session.function)(self.raw(), local, Some(&mut func)) {

@@ -1,4 +1,4 @@
-//! Values: a view of one at the border, and one of our own.
+//! Values: borrowed at the ABI, and owned.
 
 use std::{borrow::Cow, mem::MaybeUninit, ptr::NonNull};
 
@@ -44,7 +44,7 @@ impl Value {
         Value::Text(s.as_ref().to_vec())
     }
 
-    /// The border form; what it points to is put into `room`, and must not be read for longer than that stays. `None` when
+    /// The ABI form; what it points to is put into `room`, and must not be read for longer than that lives. `None` when
     /// there is no more room.
     pub fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
         Some(match self {

@@ -8,7 +8,7 @@ use crate::{
     window::{EVENT, all, get, set, tell, widget},
 };
 
-/// Points of a curve that are kept where a plot does not tell: `max-buffer-size`.
+/// Points of a curve that are kept where a plot does not set `max-buffer-size`.
 const POINTS: usize = 1000;
 const MOST_POINTS: usize = 100_000;
 const MOST_CURVES: usize = 50;

@@ -181,7 +181,7 @@ pub(crate) fn frame_param() -> Param {
         .optional()
         .text("-1: the world, sim.handle_parent: its parent, or an object; a joint's moved frame")
 }
-/// A table of at least as many numbers as its text tells; longer ones are accepted.
+/// A table of at least as many numbers as its text says; longer ones are accepted.
 pub(crate) fn table(key: &str, text: &str) -> Param {
     Param::floats(key, 0).text(text)
 }
@@ -246,7 +246,7 @@ pub(crate) fn explain_any(c: &Shared<'_>, id: tatu_object, fail: Fail) -> Fail {
         Ok(_) => fail,
     }
 }
-/// A kind as properties tell it (`object.kind`).
+/// A kind as in the property `object.kind`.
 fn kind_key(kind: i32) -> &'static str {
     match kind {
         TATU_KIND_SHAPE => "shape",

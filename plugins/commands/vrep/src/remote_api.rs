@@ -1,10 +1,10 @@
-//! Ports that scripts open for remote clients. A service listens; what is here tells it.
+//! Ports that scripts open for remote clients. A service listens; the functions here notify it.
 
 use crate::{Vrep, kit::*};
 
 const NOTES: &str =
     "Told to the service `legacy_remote`: without it nobody listens. A port is closed when the simulation stops.";
-/// The events that tell the service.
+/// The events that notify the service.
 const OPEN: &str = "remote_api.open";
 const CLOSE: &str = "remote_api.close";
 

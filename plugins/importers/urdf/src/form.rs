@@ -96,7 +96,7 @@ impl Solid {
         ])
     }
 
-    /// Makes a shape of it, in the frame that the shape's pose is told in.
+    /// Makes a shape of it, in the frame of the shape's pose.
     pub fn shape<'a>(&self, builder: &Builder<'a>, node: Node<'a>) -> Result<Node<'a>> {
         let node = place(node, &self.pose)?;
         match &self.form {

@@ -1,4 +1,4 @@
-//! Where links and joints stand in the text: urdf-rs does not tell lines, and trusts nesting.
+//! Where links and joints stand in the text: urdf-rs does not report lines, and does not check nesting.
 
 use std::{collections::BTreeMap, ops::Range};
 

@@ -1,8 +1,9 @@
 //! A port of this machine that serves files and WebSockets.
 //!
-//! Who connects must name the address that it reached (`Host`), a page must come from here (`Origin`) or from where it is
-//! expected, and a WebSocket must bring the token if one is asked for. All else costs only whoever sends it: heads, messages, connections and times have bounds. Each
-//! connection has a thread of its own, which never touches a world: what comes in waits in an inbox.
+//! Who connects must name the address that it reached (`Host`), a page must come from here (`Origin`) or from where it
+//! is expected, and a WebSocket must bring the token if one is asked for. All else costs only whoever sends it: heads,
+//! messages, connections and times have bounds. Each connection has a thread of its own, which never touches a world:
+//! what comes in waits in an inbox.
 
 use std::{
     collections::VecDeque,
@@ -249,7 +250,7 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
     talk(stream, role, shared)
 }
 
-/// Equal, in a time that does not tell where they differ.
+/// Equal, in a time that does not depend on where they differ.
 fn same(a: &str, b: &str) -> bool {
     a.len() == b.len() && a.bytes().zip(b.bytes()).fold(0, |sum, (x, y)| sum | (x ^ y)) == 0
 }

@@ -120,7 +120,7 @@ fn ask(json: &Json) -> Result<Ask> {
     })
 }
 
-/// The line that tells an error.
+/// The line that reports an error.
 pub fn error(id: &Json, fail: &Fail) -> Json {
     let mut error = json!({ "code": fail.code(), "text": fail.text() });
     if let Some(help) = fail.help_text() {

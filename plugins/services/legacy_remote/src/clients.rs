@@ -16,7 +16,7 @@ const MOST_ERRORS: usize = 50;
 
 /// A client.
 pub struct Client {
-    /// What it is to be told.
+    /// What is to be sent to it.
     pub out: Arc<Outbox>,
     /// Its newest message.
     pub id: i32,

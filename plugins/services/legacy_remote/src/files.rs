@@ -1,6 +1,6 @@
 //! Files that clients transfer: into a folder of their own, under names without folders.
 //!
-//! An input log tells by which name a file was loaded, or was to be, not what it held. So such a file stays in the folder,
+//! An input log has the name by which a file was to be loaded, not its content. So such a file stays in the folder,
 //! and so does what lies beside it; erased is then its name alone. No file that another run left is replaced.
 
 use std::{collections::BTreeMap, fs, io, path::PathBuf};
@@ -138,7 +138,8 @@ impl Folder {
         Ok(Folder { path, files })
     }
 
-    /// A file that is there and holds the same. Whatever number the library drew, what it has loaded again is kept once.
+    /// A file that is there and holds the same. Whatever number the library drew, what it has loaded again is kept
+    /// once.
     fn same(&self, name: &str, bytes: &[u8], except: Option<&str>) -> Result<Option<String>> {
         let name = with_ending(name, bytes);
         let (stem, ending) = parts(&name);

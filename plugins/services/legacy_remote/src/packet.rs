@@ -4,7 +4,7 @@ use std::io::{self, Read, Write};
 
 /// Bytes of a packet that is sent, its head apart.
 const PAYLOAD: usize = 30_000;
-/// Bytes of a message that is taken: more than of the largest file, so that one that is too large is told.
+/// Bytes of a message that is taken: more than of the largest file, so that one that is too large is reported.
 pub const MOST: usize = 66 << 20;
 
 /// Why a message was not taken.

@@ -1,5 +1,5 @@
-//! What is done at the barrier: commands of clients, in order of connection, each client's in order of arrival; then what
-//! they asked for again and again.
+//! What is done at the barrier: commands of clients, in order of connection, each client's in order of arrival; then
+//! what they asked for again and again.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -149,7 +149,7 @@ impl Remote {
 }
 
 impl State {
-    /// What connections told.
+    /// What connections reported.
     fn hear(&mut self, session: &Session) {
         while let Ok(event) = self.events.try_recv() {
             match event {

@@ -1,4 +1,4 @@
-//! What the scripts of a world publish, listen to, offer and ask: kept here, and told to the service by events.
+//! What the scripts of a world publish, listen to, offer and ask: stored here, and passed to the service by events.
 
 use std::{
     cell::{RefCell, RefMut},

@@ -1,4 +1,4 @@
-//! What clients ask, in rosbridge's protocol, version 2: a JSON object in each message, whose `op` tells what it is.
+//! What clients ask, in rosbridge's protocol, version 2: a JSON object in each message, whose `op` says what it is.
 
 use std::collections::BTreeMap;
 
@@ -37,9 +37,9 @@ pub enum Ask {
     Goal { action: String, whole: Json },
     /// It takes a goal back,
     Cancel { id: String, whole: Json },
-    /// tells of one, or ends it.
+    /// reports one, or ends it.
     Progress { id: String, whole: Json, last: bool },
-    /// How much it is told of what goes wrong.
+    /// Which errors are reported to it.
     Level(String),
 }
 

@@ -1,8 +1,9 @@
 //! Sockets that speak ZMTP 3 without security (<https://rfc.zeromq.org/spec/23>), as much as a server of requests and a
 //! publisher need.
 //!
-//! Each connection has a thread: it reads a request, hands it on, waits for its answer and writes it. Nothing is allocated on
-//! a peer's word: a frame that claims more than its bound closes its connection, and memory grows as bytes come.
+//! Each connection has a thread: it reads a request, hands it on, waits for its answer and writes it. Nothing is
+//! allocated on a peer's word: a frame that claims more than its bound closes its connection, and memory grows as bytes
+//! come.
 
 use std::{
     collections::BTreeMap,
@@ -35,7 +36,7 @@ const MORE: u8 = 1;
 const LONG: u8 = 2;
 const COMMAND: u8 = 4;
 
-/// What connections tell.
+/// What connections report.
 pub enum Event {
     /// A request; its answer goes into `answer`.
     Request {
@@ -84,7 +85,7 @@ fn wrong(why: &str) -> io::Error {
 }
 
 impl Listener {
-    /// Listens on 127.0.0.1; what comes in is told by the receiver, and `wake` is called then.
+    /// Listens on 127.0.0.1; what comes in is passed to the receiver, and `wake` is called then.
     pub fn open(kind: Kind, port: u16, wake: Box<dyn Fn() + Send + Sync>) -> io::Result<(Listener, Receiver<Event>)> {
         let (events, told) = channel();
         let (waiting, audience) = (AtomicUsize::new(0), Mutex::default());

@@ -1,6 +1,6 @@
 //! Motions that threads wait for: `sim.moveToConfig`, `sim.moveToPose` and their older kin.
 //!
-//! Each is a [`Motion`] under a number; in every step the profile goes on, what is moved is set, and a callback is told.
+//! Each is a [`Motion`] under a number; each step advances the profile, sets what is moved, and calls a callback.
 
 mod made;
 

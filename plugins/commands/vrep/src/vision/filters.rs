@@ -1,4 +1,5 @@
-//! Chains of filters, as vision sensors had before 4.0: each changes a working image, writes it out, or tells what it found.
+//! Chains of filters, as vision sensors had before 4.0: each changes a working image, writes it, or reports what it
+//! found.
 //!
 //! A chain is a text in the free data of the sensor under the tag `vision.filters`, filters divided by `;`, each
 //! `type:options:bytes:integers:floats` with numbers divided by commas; what stands last may be left out:
@@ -213,7 +214,7 @@ fn blob_color(label: u32) -> [f32; 3] {
     }
 }
 
-/// The number of the filter that argument 1 tells, from 0.
+/// The index of the filter in argument 1, from 0.
 fn filter_at(c: &Ctx<'_>, chain: &[Filter]) -> Result<usize> {
     let n = c.i64(1)?;
     usize::try_from(n)

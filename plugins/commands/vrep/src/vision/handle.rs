@@ -42,7 +42,7 @@ fn stamp(view: &View) -> (u64, u64) {
     (view.sequence, view.time.to_bits())
 }
 
-/// What scripts of a sensor are told of it (`sysCall_vision`: tests/facts/script-api.md, 4).
+/// What scripts of a sensor are given about it (`sysCall_vision`: tests/facts/script-api.md, 4).
 fn described(c: &Ctx<'_>, view: &View) -> Result<Value> {
     let get = |key| parameters::number(c, view.id, key).unwrap_or(0.0);
     let entries = [

@@ -1,10 +1,10 @@
-//! Parameters of vision sensors by number: planes, resolution, angle. They are properties of the sensor's kind, by the keys
-//! that cameras have: near, far, columns, rows, perspective_angle, ortho_size.
+//! Parameters of vision sensors by number: planes, resolution, angle. They are properties of the sensor's kind, by the
+//! keys that cameras have: near, far, columns, rows, perspective_angle, ortho_size.
 
 use super::which::is_one;
 use crate::kit::*;
 
-/// The planes of a sensor that tells none, m: those of the original's Kinect.
+/// The planes of a sensor that names none, m: those of the original's Kinect.
 pub(crate) const PLANES: [f64; 2] = [0.01, 3.5];
 
 /// The property of a key of a sensor's kind.

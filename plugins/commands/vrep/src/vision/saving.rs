@@ -95,7 +95,7 @@ impl Picture {
     }
 }
 
-/// The format that a file's name tells.
+/// The format by a file's name.
 fn format_of(name: &str) -> Result<&'static str> {
     let end = name.rsplit_once('.').map_or("", |(_, end)| end).to_lowercase();
     ["png", "ppm"].into_iter().find(|f| *f == end).ok_or_else(|| {

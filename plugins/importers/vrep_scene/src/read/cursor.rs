@@ -157,7 +157,7 @@ impl<'a> Cursor<'a> {
         }
         Ok(out)
     }
-    /// As many real numbers as are told, if they are there.
+    /// As many real numbers as are declared, if they are present.
     pub fn list(&mut self, n: usize) -> Read<Vec<f64>> {
         let bytes = n.saturating_mul(if self.wide { 8 } else { 4 });
         if bytes > self.left() {

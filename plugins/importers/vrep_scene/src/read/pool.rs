@@ -69,7 +69,7 @@ pub fn count(data: &[u8], indices: Indices) -> usize {
     }
 }
 
-/// Packed integers: the two top bits of a first byte tell how many follow.
+/// Packed integers: the two top bits of the first byte are the number of bytes that follow.
 fn unpack(data: &[u8], span: Span) -> Read<Vec<u32>> {
     const OFFSET: [i64; 4] = [31, 8191, 2_097_151, 536_870_911];
     let bytes = span.of(data);
