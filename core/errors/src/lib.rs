@@ -32,7 +32,7 @@ pub struct Error {
     pub place: Option<Box<Place>>,
     /// What was expected.
     pub expected: Option<String>,
-    /// What to do.
+    /// The hint.
     pub help: Option<String>,
 }
 
@@ -107,7 +107,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
 pub enum FaultKind {
     /// A call of a command that does not exist.
     UnknownFunction,
-    /// Known, but not done here.
+    /// Recognized, but not supported here.
     Unsupported,
     /// A wrong argument.
     BadArgument,
@@ -181,7 +181,7 @@ pub struct Fault {
     pub line: Option<u64>,
     /// What went wrong.
     pub message: String,
-    /// What to do.
+    /// The hint.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub help: Option<String>,
     /// Calls of the script, innermost first.

@@ -11,7 +11,7 @@ use std::{
 pub struct Unfit {
     /// What is wrong.
     pub text: String,
-    /// What to do.
+    /// The hint.
     pub help: &'static str,
 }
 

@@ -19,7 +19,8 @@ use tatu_plugins::{
 pub struct BeamPlan {
     /// Form of the volume, or of one ray.
     pub volume: Volume,
-    /// Ray directions in the sensor's frame; one entry (its +z) for a volume, none for an image or a sensor without beams.
+    /// Ray directions in the sensor's frame; one entry (its +z) for a volume, none for an image or a sensor without
+    /// beams.
     pub directions: Vec<[f64; 3]>,
     /// For each direction, the turn that makes +z look along it.
     pub turns: Vec<UnitQuaternion<f64>>,
@@ -43,7 +44,7 @@ pub struct BeamPlan {
     pub without: u32,
     /// Looks at visible objects instead of detectable ones.
     pub visible: bool,
-    /// What a volume finds counts only if nothing lies between it and the sensor.
+    /// A point that a volume finds counts only if nothing lies between it and the sensor.
     pub occlude: bool,
     /// Rays that the plugin moves and turns before each cast.
     pub aimed: bool,
@@ -201,8 +202,8 @@ fn rays(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
     }
 }
 
-/// What an image takes for each pixel, bytes: depth, colour, normal, what is seen, and the reading. Images below so many bytes in
-/// all are not asked for in advance.
+/// What an image takes for each pixel, bytes: depth, colour, normal, what is seen, and the reading. Images below so
+/// many bytes in all are not asked for in advance.
 const BYTES_PER_PIXEL: usize = 48;
 const SMALL: usize = 64 << 20;
 

@@ -100,7 +100,7 @@ impl ErrorSlot {
 
 /// What an error object says, copied; empty parts are none.
 pub struct Said {
-    /// The sentence.
+    /// The message.
     pub text: Option<String>,
     /// What to do about it.
     pub help: Option<String>,

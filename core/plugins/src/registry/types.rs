@@ -48,9 +48,9 @@ pub struct SensorKind {
     pub schemas: Vec<String>,
     /// Its parameters.
     pub params: Vec<Declared>,
-    /// What it fills.
+    /// The fields that it fills.
     pub fields: Vec<FieldInfo>,
-    /// Settings under a name.
+    /// Presets.
     pub presets: Vec<PresetInfo>,
     /// The interned keys of its fields.
     pub field_props: Vec<u32>,
@@ -104,7 +104,7 @@ pub struct NameEntry {
     pub until: Option<Vec<u32>>,
 }
 
-/// How much of what is documented a command does.
+/// How completely a command is implemented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
     /// All.
@@ -311,7 +311,7 @@ impl KindMark {
 pub struct ServiceKind {
     /// Index of the plugin.
     pub plugin: usize,
-    /// What scenes and command lines write.
+    /// The name in scene files and on the command line.
     pub id: String,
     /// One sentence.
     pub text: String,

@@ -1,4 +1,4 @@
-//! The library's one symbol: start, end, and the macro that exports a plugin.
+//! The library's one symbol: start, shutdown, and the macro that exports a plugin.
 
 use std::ffi::{CStr, c_char, c_void};
 
