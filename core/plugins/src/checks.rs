@@ -1,4 +1,4 @@
-//! Checks of declarations when a plugin is loaded: what contradicts itself is reported, the rest of the plugin works.
+//! Checks of declarations when a plugin is loaded: inconsistent ones are reported, the rest of the plugin works.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use crate::{texts, units};
 const KINDS: &[u32] =
     &[TATU_BOOL, TATU_I64, TATU_F64, TATU_TEXT, TATU_BYTES, TATU_F64S, TATU_LIST, TATU_MAP, TATU_FUNC, TATU_OBJECT];
 
-/// What is wrong with declarations, one sentence each. `in_files`: they are written as keys of scene files.
+/// Errors in declarations, one sentence each. `in_files`: they are keys of scene files.
 pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
     let mut out = Vec::new();
     let mut keys = BTreeSet::new();
@@ -65,13 +65,13 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
     out
 }
 
-/// Units of commands beside those of scene files.
+/// Units of commands in addition to those of scene files.
 const MORE_UNITS: &[&str] = &[
     "B", "px", "deg", "%", "A", "V", "W", "J", "Pa", "K", "T", "lx", "m^2", "m^3", "kg/m^3", "ms", "min", "h", "C",
     "F", "H",
 ];
 
-/// What is said of a unit that nobody would know.
+/// The message about an unknown unit.
 fn unknown_unit(p: &Declared) -> Option<String> {
     let known = |u: &str| u.is_empty() || units::is_known(u) || MORE_UNITS.contains(&u);
     let unit = p.unit.as_deref().filter(|u| !known(u))?;
@@ -79,7 +79,7 @@ fn unknown_unit(p: &Declared) -> Option<String> {
 }
 
 impl Registry {
-    /// What plugins offer: whose it is, what, its id, and the sentence about it.
+    /// What plugins offer: plugin, kind, id and description.
     fn texts(&self) -> impl Iterator<Item = (usize, &str, &str, &str)> {
         macro_rules! all {
             ($list:ident, $what:literal) => {
@@ -94,7 +94,7 @@ impl Registry {
             .chain(all!(importers, "importer"))
             .chain(commands)
     }
-    /// Tells the declarations of all plugins that make no sense.
+    /// Reports the inconsistent declarations of all plugins.
     pub(super) fn check_declarations(&mut self) {
         let mut all: Vec<(usize, String)> = Vec::new();
         let mut add = |plugin: usize, what: String, wrong: Vec<String>| {

@@ -18,16 +18,16 @@ use super::{
 };
 use crate::{HostTables, border::answer};
 
-/// What there is to say about plugins that are loaded nevertheless.
+/// Remarks on plugins that are loaded nevertheless.
 #[derive(Default)]
 pub struct Remarks {
-    /// What does not work, or should not be.
+    /// Warnings.
     pub warnings: Vec<Error>,
-    /// What is only good to know.
+    /// Notes.
     pub notes: Vec<String>,
 }
 
-/// Opens a library. All its symbols are bound now: one that is missing is a reason to refuse it, and not the end of the
+/// Opens a library. All its symbols are bound now: a missing one is a reason to reject it, and not the end of the
 /// run at its first call.
 fn open_library(file: &Path) -> Result<Library, libloading::Error> {
     #[cfg(unix)]
@@ -53,7 +53,7 @@ fn undefined_symbol(reason: &str) -> Option<&str> {
 const UPDATE: &str = "update this program (`tatu --version`), or use a version of the plugin that was built for it";
 const REBUILD: &str = "rebuild it against this release's plugin-api";
 
-/// A loaded and started plugin. Never unloaded: threads and thread-locals of the library may outlive any wish.
+/// A loaded and started plugin. Never unloaded: threads and thread-locals of the library may still be alive.
 pub struct Loaded {
     /// Its id.
     pub id: String,
@@ -82,7 +82,7 @@ unsafe impl Send for Loaded {}
 unsafe impl Sync for Loaded {}
 
 impl Loaded {
-    /// Opens and starts a plugin. Faults that are no reason to refuse it are added to `remarks`.
+    /// Opens and starts a plugin. Faults that are no reason to reject it are added to `remarks`.
     ///
     /// Where `search` has a folder for copies, the library is a copy of the file; messages name the file.
     pub fn open(
@@ -268,7 +268,7 @@ impl Loaded {
     }
 }
 
-/// What of a need this host does not meet, and why.
+/// The part of a need that this host does not meet, and why.
 struct Unmet {
     what: String,
     why: String,

@@ -1,4 +1,4 @@
-//! Reading tables that somebody else made: as much as they know, the rest zero.
+//! Reading tables that another party filled: the fields that they have, the rest zero.
 
 use std::ffi::{CStr, c_char};
 
@@ -6,7 +6,7 @@ use tatu_plugin_api::abi::*;
 
 use crate::texts;
 
-/// A table of the border: begins with its size, and is valid when all of it is zero.
+/// A table of the ABI: begins with its size, and is valid when all zero.
 ///
 /// # Safety
 /// `repr(C)`, first field `size: u32`, all-zero is a valid value, and `BOUNDS` holds the end of every field.
@@ -50,7 +50,7 @@ table!(
     tatu_beams
 );
 
-/// Copies a foreign table into a full-size one of ours: what its maker did not know is zero.
+/// Copies a foreign table into a full-size one of ours: fields that it does not have are zero.
 ///
 /// # Safety
 /// `from` is null or points to a table of as many bytes as its `size` says.
@@ -93,7 +93,7 @@ pub fn is_zero<T: Copy>(field: &T) -> bool {
     unsafe { std::mem::transmute_copy::<T, usize>(field) == 0 }
 }
 
-/// What to do about a field that is not there.
+/// The hint for a missing field.
 pub const HELP: &str = "set `size` to sizeof, and fill what is required";
 
 /// The first required field that is missing, in words; `size` is what the table states.
@@ -136,7 +136,7 @@ pub unsafe fn pointers<T>(list: *const *const T) -> Vec<*const T> {
     out
 }
 
-/// A NUL-terminated text for people, copied: what a terminal would act on is written out.
+/// A NUL-terminated text for display, copied: control characters are escaped.
 ///
 /// # Safety
 /// `s` is null or NUL-terminated.

@@ -74,7 +74,7 @@ pub struct Around<'a> {
     pub registry: &'a Registry,
     /// Velocity of an object.
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
-    /// Who is noted before a plugin is called.
+    /// The watch that notes calls of plugins.
     pub watch: &'a Watch,
     /// Threads for the beams.
     pub pool: &'a rayon::ThreadPool,
@@ -84,7 +84,7 @@ pub struct Around<'a> {
 /// when their plugin reads it.
 const BATCH: usize = 1 << 14;
 
-/// Handles sensors of one kind; those that failed.
+/// Measures with sensors of one kind; returns those that failed.
 pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
     job.shares().flat_map(|devices| in_batches(sensing, &Job { devices, cuts: &[], ..*job }, around)).collect()
 }
@@ -117,7 +117,7 @@ fn in_batches(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<
     failed
 }
 
-/// Handles a batch.
+/// Measures a batch.
 fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
     let Job { kind, devices, options, moment, .. } = *job;
     let Around { scene, registry, twist, pool, .. } = *around;

@@ -52,8 +52,9 @@ impl Registry {
         })
     }
 
-    /// Whoever reads a file: the surest by its first bytes; of equally sure ones the one that `[providers]` names for
-    /// the suffix, then one with the file's suffix, then the one with the lowest id. If nobody is sure: by suffix.
+    /// The importer of a file: the one most confident by its first bytes; of equal ones the one that `[providers]`
+    /// names for the suffix, then one with the file's suffix, then the one with the lowest id. If none is confident: by
+    /// suffix.
     pub fn importer_of(
         &self,
         file: &Path,
@@ -101,7 +102,7 @@ impl Registry {
         Err(Error::new("E111", format!("{subject}: {broke}")).expected("how sure it is, 0 to 100"))
     }
 
-    /// Nobody reads a file.
+    /// The error that no importer reads a file.
     pub fn no_importer(&self, file: &Path) -> Error {
         let known: Vec<_> = self.importers.iter().map(|i| format!("{} ({})", i.id, i.suffixes.join(" "))).collect();
         let error = Error::new("E121", format!("no importer reads {}", file.display()));

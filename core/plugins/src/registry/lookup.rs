@@ -1,4 +1,4 @@
-//! Finding things by name: whose is meant where several claim it, and what to say where there is none.
+//! Lookup by name: which one is meant where several plugins claim it, and the error where none does.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -116,7 +116,8 @@ impl Registry {
         })
     }
 
-    /// Nothing of that name: the nearest, or, without any plugin that offers such a thing, where was looked.
+    /// The error for an unknown name: the nearest one or, without any plugin that offers such a thing, the searched
+    /// folders.
     pub(super) fn unknown(&self, code: &'static str, what: &str, name: &str, known: &[&str]) -> Error {
         let mut text = format!("there is no {what} `{name}`");
         if let Some((file, why)) = self.closest(name) {

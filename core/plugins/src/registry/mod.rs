@@ -70,9 +70,9 @@ pub struct Registry {
     known: Vec<String>,
     /// Files that could not be loaded, or only in part, and why: where something is missing, one of them may be meant.
     closest: Vec<(PathBuf, String)>,
-    /// What is only good to know.
+    /// Notes.
     pub notes: Vec<String>,
-    /// Where was looked.
+    /// The searched folders.
     pub search: Search,
     /// Where calls are noted while there is no world: loading, building.
     pub setup: Arc<Watch>,
@@ -81,7 +81,7 @@ pub struct Registry {
     /// The plugins, last: they must outlive all that is above.
     pub plugins: Vec<Arc<Plugin>>,
     host: Arc<HostTables>,
-    /// Grows when commands are exchanged.
+    /// Increases when commands are replaced.
     pub generation: u64,
 }
 
@@ -96,7 +96,7 @@ impl Registry {
         Self::load_watched(search, host, Watches::default())
     }
 
-    /// The same under the eyes of a watchdog, which then watches all worlds with these plugins.
+    /// The same with a watchdog, which then watches all worlds with these plugins.
     pub fn load_watched(search: Search, host: HostTables, watches: Watches) -> Self {
         let setup = watches.watch();
         let host = Arc::new(host);
@@ -214,7 +214,8 @@ impl Registry {
         self.known = self.refused.iter().map(|e| e.text.clone()).collect();
     }
 
-    /// Ends all plugins, when no world uses them any more; what went wrong. Without it they are ended silently.
+    /// Shuts all plugins down, when no world uses them any more; returns the errors. Without this call they are shut
+    /// down silently.
     pub fn end(mut self) -> Vec<Error> {
         let mut out = Vec::new();
         for plugin in self.plugins.iter_mut().rev() {
@@ -239,8 +240,8 @@ impl Registry {
         self.closest.push((p.path.clone(), text.clone()));
         self.refused.push(Error::new("E303", text).help(help));
     }
-    /// Tells that a name is claimed twice; whether the second claim counts. Of two in one plugin only the first does;
-    /// of two plugins a scene says whose it means.
+    /// Reports that a name is claimed twice; returns whether the second claim counts. Of two in one plugin only the
+    /// first does; of two plugins a scene chooses one.
     fn is_own(&mut self, plugin: usize, what: &str, id: &str, claimed: &[usize]) -> bool {
         if claimed.contains(&plugin) {
             let help = "give each an id of its own";

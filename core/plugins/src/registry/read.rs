@@ -45,7 +45,7 @@ impl Registry {
         None
     }
 
-    /// Tells of an extension whose table lacks its list.
+    /// Reports an extension whose table lacks its list.
     pub(super) fn offered(&mut self, plugin: usize, extension: &CStr, size: u32, needed: &[Required]) {
         if let Some(lack) = tables::lacking(size, needed) {
             let text =
@@ -66,8 +66,8 @@ impl Registry {
         all
     }
 
-    /// The life of something: whole, none at all, or state that needs no functions. `None`: it is broken, and the plugin has
-    /// been told.
+    /// The life of something: whole, none at all, or state that needs no functions. `None`: it is broken, and the
+    /// plugin has been reported.
     pub(super) unsafe fn life(&mut self, plugin: usize, whose: &str, life: *const tatu_life) -> Option<tatu_life> {
         // SAFETY: a table or null, by the contract.
         let Some(life) = (unsafe { tables::read(life) }) else { return Some(NO_LIFE) };

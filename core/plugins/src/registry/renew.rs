@@ -1,4 +1,4 @@
-//! A registry in which one plugin is another version of itself.
+//! A registry in which one plugin is replaced by another version of itself.
 //!
 //! Worlds, documents and scripts hold numbers of what plugins offer. So everything keeps its number: what is new comes
 //! last, and a new version that lacks something of the old one is refused. Commands may vanish: whoever still has their

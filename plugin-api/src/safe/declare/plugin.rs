@@ -119,7 +119,7 @@ pub(crate) enum Function<P: Plugin> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u32)]
 pub enum Status {
-    /// All.
+    /// Completely.
     #[default]
     Full = TATU_COMMAND_FULL,
     /// Partly; its notes say what is missing.
