@@ -1,4 +1,4 @@
-//! What mechanics forbids or makes hard, for whoever asks before a run: bodies that cannot be, chains of very different
+//! Checks of a scene's mechanics before a run: bodies that cannot be, chains of very different
 //! masses, grippers too weak for what they hold, steps too coarse for contacts.
 
 use std::collections::BTreeMap;

@@ -126,8 +126,8 @@ impl<'a> Builder<'a> {
         self.put(object, declared, target, value)
     }
 
-    /// Gives an object of the scene itself a unique name: its alias, or its alias with `#n`. In what is placed several
-    /// times, such as a model, it has no effect: all its objects then get one number.
+    /// Sets the unique name of an object of the scene itself: its alias, or its alias with `#n`. In what is placed
+    /// several times, such as a model, it has no effect: all its objects then get one number.
     fn name(&mut self, object: usize, value: &Value) -> Result {
         let spec = &mut self.document.objects[object];
         let name = if let Value::Text(t) = value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
@@ -170,7 +170,7 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Gives an object another alias.
+    /// Changes the alias of an object.
     pub fn rename(&mut self, object: usize, alias: &str) {
         alias.clone_into(&mut self.document.objects[object].alias);
         self.document.names.rename(object, alias);

@@ -94,7 +94,7 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
         .map_err(|e| e.at(Some(place)))
 }
 
-/// The language of a text without a name to go by: the only one there is; `None`: there is none.
+/// The language of a text that names none: the only one loaded; `None`: there is none. Several are an error.
 fn only_language(languages: &[Language]) -> Result<Option<&str>> {
     let ids: BTreeSet<&str> = languages.iter().map(|l| l.id.as_str()).collect();
     if ids.len() < 2 {

@@ -34,7 +34,7 @@ impl<'a> Keys<'a> {
     fn find(&self, key: &str) -> Option<&'a Value> {
         self.entries.iter().find(|(k, _)| matches!(k, Value::Text(t) if t == key.as_bytes())).map(|(_, v)| v)
     }
-    /// What is said about a key that has another type.
+    /// The error about a key of another type.
     pub fn wrong<T>(&self, key: &str, expected: &str) -> Result<T, Refusal> {
         Err(Refusal(TATU_ERR_ARGUMENT, format!("{}: `{key}` must be {expected}", self.what)))
     }

@@ -40,7 +40,7 @@ pub struct Object {
     pub children: Vec<u32>,
     /// Unique for the life of the scene, in order of creation.
     pub uid: u64,
-    /// Grows when what the engine made of it must be made anew.
+    /// Increases when its counterpart in the engine must be recreated.
     pub version: u64,
     /// Whether pictures show it.
     pub visible: bool,

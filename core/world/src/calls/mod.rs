@@ -23,7 +23,7 @@ pub(crate) use results::check_results;
 
 use crate::cell::{Caller, CallersRoom, Function, Owner, Wait, WorldCell, parse_wait};
 
-/// Gives values back as results, as far as there is room for them; `Err`: they do not fit into memory.
+/// Returns values as results, as far as there is room for them; `Err`: they do not fit into memory.
 pub(crate) fn give_results(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> Result<(), tatu_status> {
     let mut arena = world.run.calls.arena.borrow_mut();
     f.n_results = 0;
@@ -79,7 +79,7 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
 }
 
 /// Calls a command. The frame's arrays, command, alias and wait token are the caller's; the rest is filled here.
-/// `resume`: the word of a wait that is over, or 0.
+/// `resume`: the word of a wait that has ended, or 0.
 ///
 /// # Safety
 /// The frame and its arrays are valid.
@@ -283,7 +283,7 @@ fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bo
 /// Parameters that need no argument.
 const MAY_LACK: u32 = TATU_PARAM_OPTIONAL | TATU_PARAM_REST;
 
-/// Whether an argument can be handed on without a look at its content.
+/// Whether an argument can be passed on without checking its content.
 fn is_exact(p: &Declared, a: ValueRef<'_>) -> bool {
     if p.flags & TATU_PARAM_ANY != 0 {
         return true;

@@ -1,4 +1,4 @@
-//! Results as they come from plugins: whether the contract is kept before anybody reads them.
+//! Results of plugins: checked against the contract before they are read.
 
 use tatu_plugin_api::{abi::*, safe::MAX_DEPTH};
 
@@ -22,7 +22,8 @@ pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
     Ok(())
 }
 
-/// Results of a command as far as they lie in lists, maps and spans: whoever reads them could not name the plugin any more.
+/// Results of a command as far as they lie in lists, maps and spans: whoever reads them could not name the plugin any
+/// more.
 pub(super) fn check_nested(f: &tatu_call) -> Result<(), String> {
     for i in 0..f.n_results as usize {
         // SAFETY: within the caller's array, whose results have been checked.

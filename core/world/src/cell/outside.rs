@@ -26,7 +26,7 @@ pub(crate) struct Outside {
     pub handle: Rc<WorldHandle>,
     /// Somebody stands by who can lift a pause.
     pub interactive: Cell<bool>,
-    /// For whom the service whose turn it is acts, by the service's number.
+    /// The client on whose behalf the current service acts, by the service's number.
     pub client: Cell<u64>,
     /// What scripts from outside were given, by slot.
     pub options: RefCell<BTreeMap<u32, Value>>,
@@ -40,7 +40,7 @@ pub(crate) struct Outside {
     pub saved_services: RefCell<Vec<(String, InstanceImage)>>,
     /// Functions of clients that run now, one within the other.
     pub functions: Cell<u32>,
-    /// Who made the call that is being replayed.
+    /// The caller of the call that is being replayed.
     pub replayed: RefCell<String>,
     /// What came in since the start, but for what services did: kind and text.
     pub inputs: RefCell<Vec<(String, String)>>,
@@ -65,7 +65,7 @@ pub struct NextScene {
     pub file: PathBuf,
     /// What it is made of.
     pub document: Arc<Document>,
-    /// It is to start at once: somebody asked for a start since.
+    /// It is to start at once: a start was requested since.
     pub starts: bool,
 }
 

@@ -66,7 +66,8 @@ impl Running {
         Some(out)
     }
 
-    /// Runs a call with an error object; `None`: it does not work any more. After a failure it is switched off, and named.
+    /// Runs a call with an error object; `None`: it does not work any more. After a failure it is switched off, and
+    /// named.
     fn ask(
         &self,
         world: &WorldCell,
@@ -106,7 +107,7 @@ impl Running {
         });
     }
 
-    /// Tells it that something happened, if it wants to know.
+    /// Delivers an event to it, if it subscribes to that.
     pub fn event(&self, world: &WorldCell, name: &str, payload: &Value) {
         if !self.wants(&world.model.registry, name) {
             return;

@@ -1,4 +1,4 @@
-//! The instances of sensors and actuators: made of the document, and made anew when the scene is reset.
+//! The instances of sensors and actuators: created from the document, and recreated when the scene is reset.
 
 use super::kinds::{create_actuator, create_sensor, end_actuator, end_sensor};
 use tatu_errors::{Error, Fault, FaultKind, Place, Result};

@@ -79,7 +79,7 @@ pub(crate) fn save_instance(
     Err(error.text())
 }
 
-/// Gives an instance back what it wrote. Must be called without any borrow of the world.
+/// Restores the saved state of an instance. Must be called without any borrow of the world.
 pub(crate) fn load_instance(
     world: &WorldCell,
     of: &Living,

@@ -307,7 +307,7 @@ impl World {
         let (cell, mut told): (&WorldCell, ReloadReport) = (self.cell(), ReloadReport::default());
         for script in Scripts::from_outside(cell) {
             let Some(file) = changed.iter().find(|f| f.display().to_string() == script.name) else { continue };
-            // One that cannot be read just now goes on as it is.
+            // One that cannot be read at present is left as it is.
             let Ok(text) = read_plain(file, MOST_BYTES) else { continue };
             let spec = script.spec(text);
             self.exchange(&script, &spec, &format!("the {} {}", spec.kind, spec.name), &mut told);
@@ -337,7 +337,8 @@ impl World {
     }
 }
 
-/// Puts another text in the place of a script's, between two calls of it. `Err`: it cannot be loaded, or the script runs.
+/// Puts another text in the place of a script's, between two calls of it. `Err`: it cannot be loaded, or the script
+/// runs.
 pub(crate) fn change_script(cell: &WorldCell, script: &Rc<Script>, text: Vec<u8>) -> Result<(), Error> {
     if script.depth.get() > 0 {
         return Err(Error::new("E305", "a script cannot be replaced while it runs"));

@@ -48,7 +48,7 @@ impl Made {
     }
 }
 
-/// Gives a new instance what the old one wrote; the state block goes to `block`. `Err`: why it begins anew.
+/// Passes a new instance the saved state of the old one; the state block goes to `block`. `Err`: why it starts over.
 fn hand_over(
     cell: &WorldCell,
     of: &Living,

@@ -196,14 +196,15 @@ pub(super) fn lend<'a>(answer: impl Into<Answer<'a>>, text: &[u8]) -> Result<Len
     if room.is_null() {
         return Err(TATU_ERR_SPACE);
     }
-    // SAFETY: there is room for as many bytes, which the arena keeps until the plugin's call returns or gives up a mark.
+    // SAFETY: there is room for as many bytes, which the arena keeps until the plugin's call returns or gives up a
+    // mark.
     unsafe {
         std::ptr::copy_nonoverlapping(text.as_ptr(), room, text.len());
         Ok(Lent::new(tatu_str { ptr: room.cast(), len: text.len() as u64 }))
     }
 }
 
-/// Puts a value into the world's arena, where it lives until the plugin's call returns, and writes its border form.
+/// Puts a value into the world's arena, where it lives until the plugin's call returns, and writes its ABI form.
 pub(super) fn give<'a>(answer: impl Into<Answer<'a>>, value: &Value, out: Option<&mut ValueRef<'a>>) -> Done {
     let answer = answer.into();
     let Ok(mut arena) = answer.calls.arena.try_borrow_mut() else { return Err(busy(answer)) };

@@ -74,7 +74,7 @@ fn makes_sense(mode: u32) -> bool {
         && (has(TATU_FILE_WRITE | TATU_FILE_APPEND) || !has(TATU_FILE_FOLDERS))
 }
 
-/// What is read is not part of the input log; the names are kept, so that whoever keeps a log can be warned.
+/// What is read is not part of the input log; the names are stored, so that a user who keeps a log can be warned.
 fn note(outside: &Outside, name: &str, mode: u32) {
     if mode & TATU_FILE_READ != 0 {
         outside.opened.borrow_mut().insert(name.to_owned());

@@ -130,7 +130,7 @@ unsafe extern "C" fn describe(w: WorldRef<'_>, sensor: tatu_object, index: u32, 
         let d = &sensing.devices[i];
         let kind = &world.model.registry.sensors[d.kind];
         // By the size that the plugin knew: it may be older than this host.
-        // SAFETY: a list of the plugin, which was looked at when it was loaded.
+        // SAFETY: a list of the plugin, which was checked when it was loaded.
         let declared = unsafe { tables::list(kind.raw.fields) }.into_iter().nth(index as usize);
         let Some((_, mut told)) = declared else {
             let text = format!("a sensor of kind `{}` has {} fields", kind.id, kind.fields.len());

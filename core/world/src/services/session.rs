@@ -193,7 +193,7 @@ extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>) -> tatu_status {
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         };
         let file = PathBuf::from(file.text().into_owned());
-        // The caller gets the error at once, and this world goes on.
+        // The caller gets the error at once, and this world continues.
         let document = read(&file).map_err(|e| world.run.calls.refuse(TATU_ERR_ARGUMENT, &one_line(&e)))?;
         *world.run.outside.next_scene.borrow_mut() = Some(NextScene { file, document, starts: false });
         if world.running() {

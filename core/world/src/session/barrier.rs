@@ -60,7 +60,7 @@ pub(crate) fn before_step(world: &WorldCell) -> bool {
     world.state.phase.get() != Phase::Paused
 }
 
-/// One pass of a paused world without services; ends the run where nobody could lift the pause.
+/// One pass of a paused world without services; ends the run if nothing could end the pause.
 fn stand(world: &WorldCell) {
     let addons = world.run.scripts.try_borrow().is_ok_and(|s| s.any_addon_waits());
     if addons || world.run.outside.interactive.get() {
@@ -101,7 +101,8 @@ fn pass(world: &WorldCell, session: &SessionCell) {
     }
 }
 
-/// Tells, once in a session for each service, who holds it for long. `holder`: who has held it so far, and since when.
+/// Reports, once in a session for each service, which one holds it for long. `holder`: who has held it so far, and
+/// since when.
 ///
 /// To the person who looks on, and at once, since the lines of the world come after the step. It is no warning:
 /// services hold as long as a client wants it, for instance while its user looks at a variable, and which of them wait
@@ -156,7 +157,7 @@ fn turns(world: &WorldCell, session: &SessionCell) -> Option<usize> {
     held
 }
 
-/// Tells services what has happened.
+/// Delivers events to services.
 fn tell(world: &WorldCell, session: &SessionCell) {
     for (name, payload) in world.run.outside.take_events() {
         let mut i = 0;

@@ -24,7 +24,8 @@ fn refused(what: impl std::fmt::Display, why: impl std::fmt::Display) -> Error {
         .help("replay the run to that step: a new world of the scene, stepped until then")
 }
 
-/// What is to be known before a snapshot may be taken up: it fits, it is complete or may be partial, and the world is new.
+/// What is to be known before a snapshot may be taken up: it fits, it is complete or may be partial, and the world is
+/// new.
 pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) -> Result {
     snapshot.check(&cell.model.document, &cell.model.registry)?;
     if let Some(first) = snapshot.head.missed.first().filter(|_| !allow_partial) {
@@ -185,7 +186,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
     *cell.run.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
     // What a start reports was reported by the run that wrote the snapshot.
     cell.run.lines.hold().clear();
-    // What beams see is made anew of the scene.
+    // The scene of the beams is rebuilt from the scene.
     cell.devices.sensing.borrow_mut().forget_scene();
     Ok(())
 }
@@ -203,7 +204,7 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
     Ok(())
 }
 
-/// Services take up what they kept of the world; of those that do not run nothing is missed. A world that is in no session yet
+/// Restores the state of services; that of services that do not run is ignored. A world that is in no session yet
 /// keeps it until it joins one.
 pub(crate) fn services(cell: &WorldCell) -> Result {
     let Some(session) = cell.run.outside.session() else { return Ok(()) };
