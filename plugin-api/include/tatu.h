@@ -189,7 +189,7 @@ typedef struct tatu_field_view {
   uint64_t sequence; /* how often the sensor has been measured; 0: never, or reset since */
 } tatu_field_view;
 
-/* Two shapes that touch. */
+/* Two shapes in contact. */
 typedef struct tatu_contact {
   tatu_object shape[2];
   double point[3];  /* world, m */
@@ -324,7 +324,7 @@ typedef struct tatu_writer {
 typedef struct tatu_life {
   uint32_t size;
   uint32_t state_bytes; /* size of the state block: without pointers; copied by snapshots, zeroed at reset */
-  /* [setup] Makes an instance; `*data` is passed to every later call. */
+  /* [setup] Creates an instance; `*data` is passed to every later call. */
   tatu_status(TATU_CALL *create)(void *self, const tatu_instance *, void **data, tatu_error *);
   /* [setup] Ends it. */
   void(TATU_CALL *destroy)(void *data);
