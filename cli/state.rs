@@ -29,7 +29,7 @@ impl Wanted {
             let [time, file] = pair else { continue };
             let number = time.parse::<f64>().ok().filter(|t| t.is_finite() && *t >= 0.0);
             let time = number.ok_or_else(|| {
-                Error::new("E102", format!("--snapshot-at: `{time}` is no time"))
+                Error::new("E102", format!("--snapshot-at: `{time}` is not a time"))
                     .expected("seconds of simulated time, at least 0, then a file")
             })?;
             pending.push((time, PathBuf::from(file)));
@@ -77,7 +77,7 @@ pub fn guarded<T>(path: &Path, run: impl FnOnce() -> Result<T>) -> Result<T> {
     done.unwrap_or_else(|payload| {
         let why = payload.downcast_ref::<String>().map(String::as_str).or(payload.downcast_ref::<&str>().copied());
         let text = format!(
-            "{}: the world of the snapshot cannot go on: its parts do not fit together ({})",
+            "{}: the snapshot cannot be resumed: its parts are inconsistent ({})",
             path.display(),
             why.unwrap_or("without a text")
         );

@@ -114,7 +114,7 @@ impl Trace {
     pub fn close(self) -> Result<(), Error> {
         let Some((file, path)) = self.file else { return Ok(()) };
         let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
-        file.flush().map_err(|e| Error::new("E105", format!("the trace {} is not whole: {e}", path.display())))
+        file.flush().map_err(|e| Error::new("E105", format!("the trace {} is incomplete: {e}", path.display())))
     }
 }
 

@@ -106,7 +106,7 @@ impl Watchdog {
         let text = format!("plugin `{plugin}` has not returned from {call}{what} for {limit} s: the run ends here");
         let mut fault = Fault::new(FaultKind::Stuck, text);
         (fault.plugin, fault.object) = (Some(plugin.clone()), object.clone());
-        fault.help = Some("if it only takes long, allow more with `--watchdog S`; 0 waits for ever".into());
+        fault.help = Some("if it is merely slow, raise the limit with `--watchdog S`; 0 means no limit".into());
         let place = object.as_ref().map_or(String::new(), |o| format!(" [{o}]"));
         report::err!("error[{}]: {}{place} ({})", fault.code, fault.message, fault.help.as_deref().unwrap_or_default());
         leave(self.close(&fault));

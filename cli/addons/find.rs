@@ -63,7 +63,7 @@ fn in_folders(folders: &[PathBuf], registry: &Registry, sources: &Sources) -> (V
 fn two(first: &AddOn, second: &AddOn) -> Error {
     let (a, b) = (first.file.display(), second.file.display());
     Error::new("E602", format!("two add-ons are called `{}`: {a} is used, {b} is not", first.name))
-        .help("give one another name, or start it by its file: `--addon FILE`")
+        .help("rename one, or start it by its file: `--addon FILE`")
 }
 
 /// Whether something in such a folder may be an add-on: a script, or a folder with a manifest.
@@ -101,7 +101,7 @@ pub fn read(place: &Path, registry: &Registry, sources: &Sources) -> Result<AddO
     };
     let language = language(&file, registry).ok_or_else(|| {
         let known: Vec<&str> = registry.languages.iter().flat_map(|l| &l.suffixes).map(String::as_str).collect();
-        Error::new("E601", format!("no script language takes {}", file.display())).expected(known.join(", "))
+        Error::new("E601", format!("no script language accepts {}", file.display())).expected(known.join(", "))
     })?;
     let text = text_of(&file, sources)?;
     // A file is named by itself, a folder's script by the folder.
@@ -130,7 +130,7 @@ pub fn read(place: &Path, registry: &Registry, sources: &Sources) -> Result<AddO
 /// What a manifest declares.
 fn take(addon: &mut AddOn, file: &Path, manifest: &DocumentMut) -> Result {
     let wrong = |key: &str, wanted: &str| {
-        Error::new("E601", format!("{}: a wrong value of `{key}`", file.display())).expected(wanted.to_owned())
+        Error::new("E601", format!("{}: invalid value for `{key}`", file.display())).expected(wanted.to_owned())
     };
     for (key, to) in [("name", &mut addon.name), ("text", &mut addon.about), ("dialect", &mut addon.dialect)] {
         if let Some(item) = manifest.get(key) {

@@ -26,14 +26,16 @@ impl Wanted {
                 }
                 (None, None) if piece.is_empty() => {}
                 (None, None) => {
-                    return Err(Error::new("E102", format!("--addon: `{piece}` sets nothing in `{text}`"))
+                    return Err(Error::new("E102", format!("--addon: `{piece}` is not KEY=VALUE, in `{text}`"))
                         .expected("NAME:KEY=VALUE,KEY=VALUE")
                         .help("for instance `pose_logger:file=poses.csv,period=0.1`"));
                 }
             }
         }
         if name.trim().is_empty() {
-            return Err(Error::new("E102", format!("--addon: `{text}` names no add-on")).expected("a name, or a file"));
+            return Err(
+                Error::new("E102", format!("--addon: `{text}` does not name an add-on")).expected("a name, or a file")
+            );
         }
         Ok(Wanted { name: name.trim().to_owned(), options })
     }

@@ -46,14 +46,14 @@ pub fn check_name(file: &Path) -> Result<(), Error> {
         return Ok(());
     }
     let error = Error::new("E105", format!("cannot write {}", file.display()));
-    Err(error.expected("a name that ends with `.toml`, by which scene files are known"))
+    Err(error.expected("a name that ends with `.toml`, as all scene files"))
 }
 
 /// Writes a scene file with what stands beside it, and reports what it cannot hold.
 fn save(scene: &Path, written: &Written) -> Result<(), Error> {
     document::save(scene, written, &write_whole)?;
     for what in &written.left_out {
-        report::note(&format!("{}: `{what}` is left out: a scene file cannot say it", scene.display()));
+        report::note(&format!("{}: `{what}` is left out: a scene file cannot express it", scene.display()));
     }
     Ok(())
 }

@@ -101,7 +101,7 @@ impl Lines {
         };
         match serde_json::from_slice::<Value>(&line) {
             Ok(v) if v["step"].is_u64() && v["hash"].is_string() => Ok(Some(v)),
-            Ok(_) => wrong(format!("line {} of {} is no line of a trace", self.line, self.path.display())),
+            Ok(_) => wrong(format!("line {} of {} is not a line of a trace", self.line, self.path.display())),
             Err(e) => wrong(format!("line {} of {} is not JSON: {e}", self.line, self.path.display())),
         }
     }

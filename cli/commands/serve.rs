@@ -60,7 +60,7 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let registry = super::registry(args.scene.as_deref(), &options.sources, &args.changes.allow, watchdog)?;
     let mut document = read(args, args.scene.as_deref(), &registry)?;
     if document.services.is_empty() {
-        return Err(Error::new("E404", "nobody could start this scene: no service was named")
+        return Err(Error::new("E404", "nothing could start this scene: no service was given")
             .help("name one: `tatu serve SCENE --service jsonl`; `tatu open` serves a page"));
     }
     let session = Session::new(registry.clone(), &document.services)?;

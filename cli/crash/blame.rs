@@ -55,8 +55,8 @@ pub fn of_crash(crash: &Crash) -> String {
     if timers.contains(&crash.signal) {
         let during = crash.call.as_ref().map_or("outside of any call into a plugin".to_owned(), place);
         return format!(
-            "the program was ended by {signal}, which it has no use for: a plugin asked the system for it (setitimer, alarm, \
-             timer_create or O_ASYNC), not always the one that ran then, {during}"
+            "the program was ended by {signal}, which it does not use: a plugin requested it (setitimer, alarm, \
+             timer_create or O_ASYNC), not necessarily the one that was running, {during}"
         );
     }
     let deep = crash.address != 0 && crash.address.abs_diff(crash.stack) < NEAR;
@@ -72,7 +72,7 @@ pub fn of_crash(crash: &Crash) -> String {
 pub fn of_exit(call: Option<&Stuck>, thread: i32) -> String {
     let place = match call {
         Some(call) => place(call),
-        None => format!("in the thread `{}`, which is of a plugin's own", name_of(thread)),
+        None => format!("in the thread `{}`, which a plugin started", name_of(thread)),
     };
     format!("exit() was called {place}: the program ends here")
 }
@@ -80,14 +80,14 @@ pub fn of_exit(call: Option<&Stuck>, thread: i32) -> String {
 /// The sentence about files of the program that somebody closed.
 pub fn of_closed(call: Option<&Stuck>) -> String {
     let place = call.map_or("by a thread of a plugin's own, or by a plugin's call that is over".to_owned(), place);
-    format!("file descriptors of the program were closed {place}: what it writes may not be whole")
+    format!("file descriptors of the program were closed {place}: its output may be incomplete")
 }
 
 /// The sentence about a plugin that made a copy of the process.
 pub fn of_fork(call: &Stuck) -> String {
     format!(
-        "the process was forked {}: a plugin starts other programs by posix_spawn or in a thread, since the copy has no threads \
-         and must not come back",
+        "the process was forked {}: the copy has no threads and must not return; a plugin must start other programs \
+         by posix_spawn, or fork in a thread of its own",
         place(call)
     )
 }
@@ -154,7 +154,7 @@ fn place(call: &Stuck) -> String {
     let whom = object.as_ref().map_or(String::new(), |o| format!(" for {o}"));
     let more = match others {
         0 => String::new(),
-        n => format!(", the first of {} that are handled together", u64::from(*n) + 1),
+        n => format!(", the first of a batch of {}", u64::from(*n) + 1),
     };
     let what = command.as_ref().map_or(String::new(), |name| format!(" (`{name}`)"));
     format!("in `{call}`{what} of plugin `{id}`{file}{whom}{more}")

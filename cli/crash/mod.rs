@@ -349,8 +349,8 @@ pub fn end(code: ExitCode) -> ExitCode {
     let late = move || {
         std::thread::sleep(LONGEST);
         let text = format!(
-            "the program has ended, but a function that a plugin or a library of its own left to be called then (`atexit`, a \
-             destructor) has not returned for {} s",
+            "the program has ended, but an exit handler (`atexit`, a destructor) of a plugin or of one of its \
+             libraries has not returned for {} s",
             LONGEST.as_secs()
         );
         write_line(&format!("error[{}]: {text}\n", Fault::new(FaultKind::Stuck, "").code));
@@ -380,6 +380,6 @@ extern "C" fn exited() {
         return;
     }
     let mut fault = Fault::new(FaultKind::Exit, blame::of_exit(call.as_ref(), thread));
-    fault.help = Some("a plugin returns an error instead".into());
+    fault.help = Some("a plugin must return an error instead".into());
     leave(tell(fault, call.as_ref()));
 }

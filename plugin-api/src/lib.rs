@@ -1,10 +1,10 @@
-//! The border between Tatu and its plugins.
+//! The ABI between Tatu and its plugins.
 //!
-//! - `include/tatu.h`: the manual of the ABI, for plugins in C, C++ and any other language;
+//! - `include/tatu.h`: the ABI and its manual, for plugins in C, C++ and any other language;
 //! - [`abi`]: the same in Rust, type by type;
 //! - [`safe`]: traits over it and [`tatu_plugin!`], with which a Rust plugin needs no `unsafe`.
 //!
-//! A Rust plugin is a crate of type `cdylib` (and `rlib`, so that a program may list it as a dependency):
+//! A Rust plugin is a crate of type `cdylib` (and `rlib`, if a program lists it as a dependency):
 //!
 //! ```
 //! use tatu_plugin_api::safe::*;

@@ -24,7 +24,7 @@ fn sound_scenes_are_not_blamed() {
 fn no_body_has_such_an_inertia() {
     let err = told(&body("b", "", "box", [0.1; 3], 1.0, "inertia_kg_m2 = [0.001, 0.001, 0.01]"));
     assert!(err.contains("`/b`: no body has moments of inertia of 1.000e-3, 1.000e-3 and 1.000e-2 kg m^2"), "{err}");
-    assert!(err.contains("an even body of its size and mass has 1.667e-3"), "{err}");
+    assert!(err.contains("a homogeneous body of its size and mass has 1.667e-3"), "{err}");
     let err = told(&body("b", "", "box", [0.1; 3], 1.0, "inertia_kg_m2 = [0.001, 0.001, 0.0]"));
     assert!(err.contains("not above 0"), "{err}");
 }
@@ -105,10 +105,10 @@ fn a_loop_that_cannot_close_is_told() {
     let within = placed([1.0, 0.0, 1.28], [0.0, 1.0, 0.0], 0.02);
     assert!(!told(&four_bar(&within)).contains("cannot meet"), "{}", told(&four_bar(&within)));
     let turned = four_bar(&placed([1.0, 0.0, 1.3], [0.0, 0.0, 1.0], 0.3));
-    let wanted = "the linked dummies /g/o/crank/a/coupler/p and /h/c/rocker/q cannot meet: wherever the 3 joint axes between \
-                  them go, ";
+    let wanted = "the linked dummies /g/o/crank/a/coupler/p and /h/c/rocker/q cannot meet: whatever the positions of \
+                  the 3 joint axes between them, ";
     let err = told(&turned);
-    assert!(err.contains(wanted) && err.contains("rad about z of the world are left"), "{err}");
+    assert!(err.contains(wanted) && err.contains("rad about z of the world remain"), "{err}");
     let err = Place::scene(&turned).run(&["--steps", "1"]).good().err;
     assert!(err.contains(wanted), "told at the start: {err}");
 }

@@ -52,7 +52,7 @@ pub fn describe(args: &Describe) -> ExitCode {
         }
         let names = facts::names(&registry);
         report::error(
-            &Error::new("E130", format!("nothing is called `{id}`"))
+            &Error::new("E130", format!("nothing is named `{id}`"))
                 .expected("a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or command")
                 .help("`tatu list plugins`, `models`, `sensors`, `actuators`, `importers`, `services` and `commands` show what there is")
                 .nearest(id, names.iter().map(String::as_str)),

@@ -88,7 +88,7 @@ fn own_camera(world: &World, args: &Look) -> Camera {
 fn camera(args: &Look) -> Result<Option<Camera>, Error> {
     let (Some(from), Some(to)) = (args.from, args.to) else { return Ok(None) };
     if from == to {
-        let error = Error::new("E102", "--from and --to are one point: the camera looks nowhere");
+        let error = Error::new("E102", "--from and --to are the same point: the camera has no direction");
         return Err(error.expected("two different points"));
     }
     let [columns, rows] = args.size;
@@ -116,7 +116,7 @@ fn run(world: &World, args: &Look, watchdog: &Watchdog) {
         }
     }
     if to_do(world) {
-        report::note(&format!("the run ended at {} s, and so does the picture", world.time()));
+        report::note(&format!("the run ended at {} s; the picture shows that time", world.time()));
     }
 }
 

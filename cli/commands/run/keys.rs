@@ -24,7 +24,7 @@ fn text(path: &Path) -> IoResult<String> {
 pub struct Keys(Vec<(f64, String)>);
 
 impl Keys {
-    /// Reads a file; empty lines and those that begin with `#` are left out. E105: it cannot be read; E102: a line tells
+    /// Reads a file; empty lines and those that begin with `#` are left out. E105: it cannot be read; E102: a line has
     /// no time and key.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text =
@@ -32,7 +32,7 @@ impl Keys {
         Self::parse(&text).map_err(|(line, wrong)| {
             let start = text.split_inclusive('\n').take(line - 1).map(str::len).sum();
             let place = Place { file: path.to_owned(), line, column: 1, span: start..start + wrong.len() };
-            Error::new("E102", format!("`{wrong}` presses no key"))
+            Error::new("E102", format!("`{wrong}` is not a key press"))
                 .expected("TIME KEY: seconds, then a character, a name such as `up`, or a code")
                 .at(Some(place))
         })

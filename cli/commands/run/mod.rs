@@ -188,12 +188,10 @@ fn told_of(log: &file::Log, registry: &Registry) {
     }
     if !log.opened.is_empty() {
         let files = log.opened.join(", ");
-        report::note(&format!(
-            "the run read files which are not in the log, and which are read from the disk: {files}"
-        ));
+        report::note(&format!("the run read files that are not in the log; they are read from the disk: {files}"));
     }
     if log.cut {
-        report::note("the last line of the input log is cut off, and left out");
+        report::note("the last line of the input log is truncated, and ignored");
     }
     if log.end.is_none() {
         report::note(&format!("the logged run was ended from outside; it is replayed for {} steps", log.steps()));
@@ -329,7 +327,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
 fn strict() -> Result<(), Error> {
     match report::warnings().len() {
         0 => Ok(()),
-        n => Err(Error::new("E123", format!("{n} warning(s), and `--strict` takes none"))
+        n => Err(Error::new("E123", format!("{n} warning(s), and `--strict` allows none"))
             .help("resolve the warnings above, or run without `--strict`")),
     }
 }

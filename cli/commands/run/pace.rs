@@ -136,13 +136,13 @@ impl Pace {
             Button::Play => {
                 self.from = (Instant::now(), world.time());
                 if std::mem::take(&mut self.held) {
-                    report::note("goes on");
+                    report::note("resumed");
                 } else if world.phase() == Phase::Paused {
                     world.request_start();
-                    report::note("goes on");
+                    report::note("resumed");
                 } else {
                     world.request_pause();
-                    report::note("paused: F5 goes on, F6 does one step, F7 stops");
+                    report::note("paused: F5 continues, F6 runs one step, F7 stops");
                 }
             }
             Button::Step => {

@@ -175,7 +175,7 @@ impl Script {
         let [name] = args.changes.scripts.as_slice() else { return Err(wrong("several scripts".into())) };
         let file = PathBuf::from(name);
         if name.starts_with('/') && name.contains('=') && !file.exists() {
-            return Err(wrong(format!("`{name}` names an object, and there is no scene")));
+            return Err(wrong(format!("`{name}` names an object, but there is no scene")));
         }
         let text = read_plain(&file, MOST_BYTES)
             .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", file.display())))?;

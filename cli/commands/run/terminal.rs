@@ -36,7 +36,7 @@ impl Terminal {
                 .help("start it from a terminal, or press keys with `--keys FILE`")
         };
         if !std::io::stdin().is_terminal() {
-            return Err(none("standard input is none".into()));
+            return Err(none("standard input is not one".into()));
         }
         terminal::enable_raw_mode().map_err(|e| none(e.to_string()))?;
         let terminal = Terminal(());

@@ -98,7 +98,7 @@ impl Cut {
 }
 
 /// Splits a leaf where a walk is expected to cost least (surface area heuristic, in bins along each axis); at the
-/// median where bins tell nothing, or where the tree would get too deep.
+/// median where bins do not separate anything, or where the tree would get too deep.
 fn split(nodes: &mut Vec<Node>, order: &mut [u32], at: usize, boxes: &[Aabb], leaf_size: usize) {
     let Node { first, count, depth, .. } = nodes[at];
     if count as usize <= leaf_size {

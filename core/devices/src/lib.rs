@@ -1,7 +1,7 @@
-//! The devices of a world, which do not know the world: plans, casts, measures and noise of sensors; what actuators push;
-//! graphs and drawings.
+//! The devices of a world, independent of the world: plans, beams, measurements and noise of sensors; forces of
+//! actuators; graphs and drawings.
 //!
-//! Whoever steps a world passes in what a batch needs: the scene, the engine, the registry of kinds, the time.
+//! The caller passes in what a batch needs: the scene, the engine, the registry of kinds, the time.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 

@@ -17,7 +17,7 @@ pub struct Place {
     pub line: usize,
     /// Column, from 1.
     pub column: usize,
-    /// Bytes of the text that are meant.
+    /// The range of bytes in question.
     pub span: Range<usize>,
 }
 
@@ -32,7 +32,7 @@ pub struct Error {
     pub place: Option<Box<Place>>,
     /// What was expected.
     pub expected: Option<String>,
-    /// What to do.
+    /// The hint.
     pub help: Option<String>,
 }
 
@@ -40,7 +40,7 @@ pub struct Error {
 pub type Result<T = (), E = Error> = std::result::Result<T, E>;
 
 impl Error {
-    /// An error with its code and sentence.
+    /// An error with its code and message.
     pub fn new(code: &'static str, text: impl Into<String>) -> Self {
         Error { code, text: text.into(), ..Default::default() }
     }
@@ -56,7 +56,7 @@ impl Error {
         self.expected = Some(text.into());
         self
     }
-    /// Adds what to do.
+    /// Adds a hint.
     pub fn help(mut self, text: impl Into<String>) -> Self {
         self.help = Some(text.into());
         self
@@ -91,7 +91,7 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// The known name that a misspelt one is nearest to, if it is near at all.
+/// The known name nearest to a misspelt one, if any is near.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
         .into_iter()
@@ -101,17 +101,17 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, k)| k)
 }
 
-/// What sort of fault it was.
+/// The kind of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
     /// A call of a command that does not exist.
     UnknownFunction,
-    /// Known, but not done here.
+    /// Recognized, but not supported here.
     Unsupported,
     /// A wrong argument.
     BadArgument,
-    /// An object that is not there.
+    /// An object that does not exist.
     MissingObject,
     /// Raised by a script.
     Runtime,
@@ -130,7 +130,7 @@ pub enum FaultKind {
 }
 
 impl FaultKind {
-    /// From a status of the border.
+    /// From a status of the ABI.
     pub fn of(status: i32) -> Self {
         use tatu_plugin_api::abi::*;
         match status {
@@ -162,7 +162,7 @@ impl FaultKind {
     }
 }
 
-/// Something that went wrong during a run; equal ones are counted.
+/// An error during a run; equal ones are counted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fault {
     /// Stable code.
@@ -181,13 +181,13 @@ pub struct Fault {
     pub line: Option<u64>,
     /// What went wrong.
     pub message: String,
-    /// What to do.
+    /// The hint.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub help: Option<String>,
-    /// Calls of the script, innermost first.
+    /// The traceback of the script, innermost call first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub traceback: Option<String>,
-    /// How often.
+    /// Number of occurrences.
     pub count: u64,
 }
 
@@ -218,6 +218,6 @@ impl Fault {
     }
 }
 
-/// Why a property could not be read or set: a status of the border and a sentence.
+/// Why a property could not be read or set: a status of the ABI and a message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refusal(pub tatu_plugin_api::abi::tatu_status, pub String);

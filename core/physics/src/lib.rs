@@ -1,9 +1,9 @@
 //! The physics engine behind one trait.
 //!
-//! Only values cross this border (SI units, f64, world frame unless said otherwise), so that another engine can
-//! take the place of `rapier` without a change in scene, hash or scripts. Which scene objects become bodies and
+//! Only values cross this interface (SI units, f64, world frame unless stated otherwise), so that another engine can
+//! replace `rapier` without a change in scene, hash or scripts. Which scene objects become bodies and
 //! joints is decided by the dynamics rule of the scene, not here. Ids are dense, start at 0 and are given in order
-//! of creation; a removed id is never used again by the same engine.
+//! of creation; the id of a removed one is never reused by the same engine.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 
@@ -18,11 +18,11 @@ pub use closest::closest;
 pub use rapier::Rapier;
 use tatu_geometry::Part;
 
-/// Names a body.
+/// The id of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct BodyId(pub u32);
 
-/// Names a joint.
+/// The id of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct JointId(pub u32);
 
@@ -48,8 +48,8 @@ pub struct MassProps {
     pub inertia: Matrix3<f64>,
 }
 
-/// Who collides with whom, after V-REP: two bodies of the same `tree` collide where their low bytes share a bit,
-/// others where their high bytes do.
+/// Collision masks as in V-REP: two bodies of the same `tree` collide if their low bytes share a bit,
+/// others if their high bytes do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Respond {
     /// Low byte: within the tree. High byte: with everything else. 0: collides with nothing.
@@ -58,7 +58,7 @@ pub struct Respond {
     pub tree: u32,
 }
 
-/// A rigid body to be made.
+/// Description of a rigid body to create.
 #[derive(Debug, Clone)]
 pub struct BodyDesc {
     /// Body to world.
@@ -77,25 +77,25 @@ pub struct BodyDesc {
     pub friction: f64,
     /// 0: no bounce, 1: bounces back to the same height. A pair's restitution is the product of both (Bullet's rule).
     pub restitution: f64,
-    /// Collision partners.
+    /// Its collision mask.
     pub respond: Respond,
-    /// Whether it is also stopped by what moves, however fast it is.
+    /// Continuous collision detection against moving bodies, too.
     pub bullet: bool,
     /// Share of its velocity, and of its angular velocity, that it loses in a second, 1/s.
     pub damping: [f64; 2],
-    /// What else its surface does to what touches it.
+    /// Further properties of its surface.
     pub surface: Surface,
 }
 
-/// What the surface of a body does to what touches it, beside friction and restitution. By default nothing.
+/// Contact properties of a surface besides friction and restitution. None by default.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Surface {
     /// Velocity of the surface over the body, as of a conveyor's belt: body frame, m/s.
     pub velocity: Vector3<f64>,
     /// Axis, body frame, along which friction has a coefficient of its own, as rollers and skates have.
     pub axis: Option<Vector3<f64>>,
-    /// Angle by which that axis is turned about the normal of the contact, which points out of the body, rad. With the axle of
-    /// a wheel as the axis it gives the angle of the rollers at its rim, wherever the wheel touches.
+    /// Angle by which that axis is turned about the normal of the contact, which points out of the body, rad. With the
+    /// axle of a wheel as the axis it gives the angle of the rollers at its rim, wherever the wheel touches.
     pub axis_angle: f64,
     /// Coefficient of friction along that axis, of the pair.
     pub axis_friction: f64,
@@ -107,28 +107,28 @@ pub struct Surface {
     pub material: u32,
 }
 
-/// Friction and restitution of two materials, whatever the numbers of the bodies say.
+/// Friction and restitution of two materials, which override those of the bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MaterialPair {
     /// Their numbers, in any order.
     pub materials: (u32, u32),
     /// Coulomb friction coefficient.
     pub friction: f64,
-    /// Restitution, 0 to 1; `None`: as the numbers of the bodies say.
+    /// Restitution, 0 to 1; `None`: from those of the bodies.
     pub restitution: Option<f64>,
 }
 
-/// How the friction of a pair comes from the numbers of its bodies.
+/// How the friction of a pair follows from that of its bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum FrictionRule {
     /// Product: Bullet's rule, and with it V-REP's.
     #[default]
     Product,
-    /// Mean of both.
+    /// Arithmetic mean.
     Mean,
-    /// The smaller one.
+    /// Minimum.
     Least,
-    /// The greater one: MuJoCo's rule.
+    /// Maximum: MuJoCo's rule.
     Greatest,
 }
 
@@ -144,7 +144,7 @@ impl FrictionRule {
     }
 }
 
-/// What a joint leaves free.
+/// The degrees of freedom of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum JointKind {
     /// Rotation about z of the joint frame.
@@ -155,11 +155,11 @@ pub enum JointKind {
     Screw(f64),
     /// All rotations; it has no position and cannot be driven.
     Spherical,
-    /// Nothing: rigid.
+    /// None: rigid.
     Fixed,
 }
 
-/// A joint to be made, between body `a` (above) and body `b` (below).
+/// Description of a joint to create, between body `a` (parent) and body `b` (child).
 #[derive(Debug, Clone)]
 pub struct JointDesc {
     /// The body that carries the joint.
@@ -174,15 +174,15 @@ pub struct JointDesc {
     pub kind: JointKind,
     /// Lowest and highest position, rad or m; none: unlimited.
     pub limits: Option<(f64, f64)>,
-    /// How the joint is kept together.
+    /// How the joint is enforced.
     pub form: JointForm,
-    /// What acts in the joint besides its drive.
+    /// Its passive forces.
     pub passive: Passive,
     /// Whether it is geared to another joint, or another one to it: [`Engine::set_gears`].
     pub geared: bool,
 }
 
-/// Two joints of one mechanism that move as one: `position = ratio * leader's position + offset`. Each loads the other.
+/// Two coupled joints of one mechanism: `position = ratio * leader's position + offset`. Each loads the other.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Gear {
     /// The joint that follows.
@@ -195,25 +195,25 @@ pub struct Gear {
     pub offset: f64,
 }
 
-/// How a joint is kept together. A mechanism keeps the same form throughout.
+/// How a joint is enforced. All joints of a mechanism have the same form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum JointForm {
-    /// Its bodies cannot come apart: only what it leaves free is computed (reduced coordinates). Exact at any load, at a
-    /// cost that grows with the cube of the number of joints of a mechanism.
+    /// Reduced coordinates: only its degrees of freedom are computed, so that its bodies cannot separate. Exact at any
+    /// load, at a cost that grows with the cube of the number of joints of a mechanism.
     #[default]
     Reduced,
     /// Its bodies are pulled together by impulses: cheap, and soft under load.
     Impulse,
-    /// By impulses, between bodies that other joints hold as well, of whatever form.
+    /// By impulses, closing a loop between bodies that other joints, of either form, connect already.
     Loop,
 }
 
-/// What acts in a joint besides its drive. All 0 by default: nothing.
+/// Passive forces of a joint, besides its drive. All 0 (none) by default.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Passive {
     /// Torque or force against the motion for each rad/s or m/s, N m s/rad or N s/m.
     pub damping: f64,
-    /// Dry friction: torque or force that must be overcome, N m or N. In reduced form only.
+    /// Dry friction, N m or N. In reduced form only.
     pub friction: f64,
     /// Inertia of a rotor behind a gear, as felt at the joint, kg m^2 or kg. In reduced form only.
     pub armature: f64,
@@ -221,8 +221,8 @@ pub struct Passive {
     pub stiffness: f64,
     /// Position at which the spring is relaxed, rad or m.
     pub rest: f64,
-    /// Speed at which the drive has no torque or force left, rad/s or m/s: its limit falls from `max_force` at rest to 0
-    /// there, as that of a direct-current motor does. 0: the limit is the same at any speed.
+    /// Speed at which the drive has no torque or force left, rad/s or m/s: its limit falls from `max_force` at rest to
+    /// 0 there, as that of a direct-current motor does. 0: the limit is the same at any speed.
     pub no_load_speed: f64,
 }
 
@@ -239,29 +239,29 @@ pub struct Tracking {
     pub velocity: f64,
 }
 
-/// What moves a joint. Torques N m or forces N; velocities rad/s or m/s.
+/// The drive of a joint. Torques N m or forces N; velocities rad/s or m/s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Drive {
-    /// Nothing: the joint is passive.
+    /// None: the joint is passive.
     Free,
     /// Reach `target` with at most `max_force`.
     Velocity {
-        /// Wanted velocity.
+        /// Target velocity.
         target: f64,
         /// Limit of torque or force.
         max_force: f64,
-        /// Speed given up for each N m or N of load; 0: none.
+        /// Speed lost per N m or N of load; 0: none.
         slip: f64,
     },
     /// Hold `target` with at most `max_force`, approaching with at most `max_velocity`.
     Position {
-        /// Wanted position, rad or m.
+        /// Target position, rad or m.
         target: f64,
         /// Limit of torque or force.
         max_force: f64,
         /// Limit of the velocity.
         max_velocity: f64,
-        /// Its controller; none: what is left of the way shrinks by 1/e in 0.05 s, without overshoot.
+        /// Its controller; none: the error decays by 1/e in 0.05 s, without overshoot.
         tracking: Option<Tracking>,
     },
     /// Constant torque or force.
@@ -314,7 +314,7 @@ pub struct Wrench {
     pub torque: Vector3<f64>,
 }
 
-/// How two bodies meet, other than their own numbers say.
+/// Contact parameters of a pair of bodies, which override their own.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PairRule {
     /// Whether they collide at all.
@@ -336,22 +336,22 @@ pub struct Push {
     pub torque: Vector3<f64>,
 }
 
-/// What is asked before each engine step for the pushes that act in that step alone: it is given the engine, the number
+/// Called before each physics step for the forces that act in that step alone: it gets the engine, the number
 /// of the step within the advance from 0, and an empty list.
 pub type BeforeStep<'a> = dyn FnMut(&dyn Engine, u32, &mut Vec<Push>) + 'a;
 
-/// Numbers of the engine that hold for the whole world.
+/// Parameters of the engine, for the whole world.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EngineSettings {
     /// m/s^2.
     pub gravity: Vector3<f64>,
-    /// Length of one engine step, s: how often collisions are looked for.
+    /// Length of one physics step, s: the period of collision detection.
     pub step: f64,
-    /// Parts of an engine step in which velocities are solved; at least 1.
+    /// Sub-steps per physics step, in which velocities are solved; at least 1.
     pub substeps: u32,
     /// Whether bodies that rest on something may sleep until they are touched.
     pub sleep: bool,
-    /// How friction of a pair comes about. For bodies that are added from then on.
+    /// How the friction of a pair is combined. For bodies that are added from then on.
     pub friction_rule: FrictionRule,
     /// Natural frequency (Hz) and damping ratio of contacts; `None`: as stiff as the sub-step can carry.
     pub contact_spring: Option<[f64; 2]>,
@@ -383,46 +383,46 @@ pub trait Engine: Send + Sync {
     fn add_joint(&mut self, desc: &JointDesc) -> Option<JointId>;
     /// Removes a joint. An unknown id is ignored.
     fn remove_joint(&mut self, joint: JointId);
-    /// What moves the joint from now on. Cheap when nothing changed. A drive with a number that is not finite, or
-    /// without force, is taken as [`Drive::Free`]; only a limit may be infinite.
+    /// Sets the drive of a joint. Cheap if nothing changed. A drive with a number that is not finite, or
+    /// without force, counts as [`Drive::Free`]; only a limit may be infinite.
     fn drive(&mut self, joint: JointId, drive: Drive);
-    /// Joints that move as one from now on, instead of those before. Pairs that are not of one mechanism in reduced form,
-    /// made with `geared`, move on by themselves.
+    /// Sets the coupled joints, replacing those before. Pairs that are not of one mechanism in reduced form,
+    /// created with `geared`, are not coupled.
     fn set_gears(&mut self, gears: &[Gear]);
     /// Measures what a joint carries from now on, for [`Engine::wrench`].
     fn measure(&mut self, joint: JointId);
-    /// What hangs on a measured joint exerts on the body that carries it: force, and torque about the joint's origin;
-    /// world frame, averaged over the last step. From the change of momentum of all that hangs below, and the forces on it;
-    /// what a closed loop carries past the joint is included. `None` before the first step.
+    /// The load of a measured joint on the body that carries it: force, and torque about the joint's origin;
+    /// world frame, averaged over the last step. From the change of momentum of all that hangs below, and the forces on
+    /// it; what a closed loop carries past the joint is included. `None` before the first step.
     fn wrench(&self, joint: JointId) -> Option<Wrench>;
-    /// What the surface of a body does to what touches it, from the next step on.
+    /// Sets the contact properties of a body's surface, from the next step on.
     fn set_surface(&mut self, body: BodyId, surface: Surface);
-    /// Friction and restitution by pairs of materials, from the next step on.
+    /// Sets friction and restitution by pairs of materials, from the next step on.
     fn set_materials(&mut self, pairs: &[MaterialPair]);
-    /// Where the spring of a joint is relaxed from now on, rad or m.
+    /// Sets the rest position of a joint's spring, rad or m.
     fn set_rest(&mut self, joint: JointId, rest: f64);
     /// Places a body. Dynamic bodies keep their velocities. Kinematic ones move there evenly during the next
-    /// [`Engine::advance`] and push what is in their way; [`Engine::pose`] returns the new place at once.
+    /// [`Engine::advance`] and push what is in their way; [`Engine::pose`] returns the new pose at once.
     fn set_pose(&mut self, body: BodyId, pose: &Isometry3<f64>);
     /// Sets the velocities of a dynamic body.
     fn set_twist(&mut self, body: BodyId, twist: &Twist);
     /// Adds a force (N) and a torque (N m), world frame, at the centre of mass, for the next [`Engine::advance`].
     fn push(&mut self, body: BodyId, force: Vector3<f64>, torque: Vector3<f64>);
-    /// Lets `steps` engine steps of the configured length pass. Forces pushed before act in all of them. Runs on the
-    /// rayon pool of the calling thread (`pool.install`); the number of threads changes no bit.
+    /// Advances by `steps` physics steps of the configured length. Forces added before act in all of them. Runs on the
+    /// rayon pool of the calling thread (`pool.install`); results are bitwise independent of the number of threads.
     fn advance(&mut self, steps: u32) {
         self.advance_with(steps, None);
     }
-    /// The same; `before`, if there is one, is asked before each step.
+    /// The same; `before`, if any, is called before each step.
     fn advance_with(&mut self, steps: u32, mut before: Option<&mut BeforeStep<'_>>) {
         for step in 0..steps {
             self.advance_part(step, steps, before.as_deref_mut());
         }
     }
     /// One step of an advance of `steps`, counted from 0. All of them, in order, are one [`Engine::advance_with`], with
-    /// the same bits; between two of them everything may be looked at, and drives and pairs may be changed.
+    /// bitwise equal; between two of them everything may be read, and drives and pairs may be changed.
     fn advance_part(&mut self, step: u32, steps: u32, before: Option<&mut BeforeStep<'_>>);
-    /// How two bodies meet from the next step on; `None`: as their own numbers say.
+    /// Sets the contact parameters of a pair from the next step on; `None`: those of its bodies.
     fn set_pair(&mut self, a: BodyId, b: BodyId, rule: Option<PairRule>);
     /// Body to world.
     fn pose(&self, body: BodyId) -> Isometry3<f64>;
@@ -438,7 +438,7 @@ pub trait Engine: Send + Sync {
     fn quarantined(&mut self) -> Vec<BodyId>;
     /// The whole state as bytes, forms included, for [`Engine::restore`]. Equal states give equal bytes.
     fn snapshot(&self) -> Vec<u8>;
-    /// Takes a state back, bodies, joints, ids and settings included; the next steps then have the same bits. On
+    /// Restores a state, including bodies, joints, ids and settings; the next steps are then bitwise equal. On
     /// failure (bytes damaged or of another version) nothing changes.
     fn restore(&mut self, bytes: &[u8]) -> Result<(), String>;
 }

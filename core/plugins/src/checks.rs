@@ -1,4 +1,4 @@
-//! Checks of declarations when a plugin is loaded: what contradicts itself is reported, the rest of the plugin works.
+//! Checks of declarations when a plugin is loaded: inconsistent ones are reported, the rest of the plugin works.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use crate::{texts, units};
 const KINDS: &[u32] =
     &[TATU_BOOL, TATU_I64, TATU_F64, TATU_TEXT, TATU_BYTES, TATU_F64S, TATU_LIST, TATU_MAP, TATU_FUNC, TATU_OBJECT];
 
-/// What is wrong with declarations, one sentence each. `in_files`: they are written as keys of scene files.
+/// Errors in declarations, one sentence each. `in_files`: they are keys of scene files.
 pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
     let mut out = Vec::new();
     let mut keys = BTreeSet::new();
@@ -23,7 +23,7 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
         if p.key.is_empty() {
             say("has no key".into());
         } else if let Some(flaw) = texts::flaw(&p.key).filter(|_| !in_files) {
-            say(format!("cannot be called so: the key {flaw}"));
+            say(format!("has an invalid key: it {flaw}"));
         } else if !keys.insert(p.key.as_str()) {
             say("is declared twice; the first one counts".into());
         }
@@ -46,15 +46,15 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
             say("declares keys more than 4 tables deep, or more than 1000 of them: any are taken there".into());
         }
         if p.unreadable_default {
-            say("has a default that cannot be read: a value of a type that there is not, or nested too deep".into());
+            say("has a default that cannot be read: a value of unknown type, or nested too deep".into());
         }
         if p.lowest > p.highest || p.lowest.is_nan() || p.highest.is_nan() {
-            say(format!("can have no value: it is from {} to {}", p.lowest, p.highest));
+            say(format!("has an empty range: from {} to {}", p.lowest, p.highest));
         } else if !any
             && p.fallback != Value::Nil
             && let Err(e) = check_value(p, p.fallback.clone())
         {
-            say(format!("has a default that it cannot have: {e}"));
+            say(format!("has an invalid default: {e}"));
         }
         if !p.choices.is_empty() && !any && !matches!(p.kind, TATU_TEXT | TATU_BYTES) {
             say("has choices and is no text: they are not looked at".into());
@@ -65,13 +65,13 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
     out
 }
 
-/// Units of commands beside those of scene files.
+/// Units of commands in addition to those of scene files.
 const MORE_UNITS: &[&str] = &[
     "B", "px", "deg", "%", "A", "V", "W", "J", "Pa", "K", "T", "lx", "m^2", "m^3", "kg/m^3", "ms", "min", "h", "C",
     "F", "H",
 ];
 
-/// What is said of a unit that nobody would know.
+/// The message about an unknown unit.
 fn unknown_unit(p: &Declared) -> Option<String> {
     let known = |u: &str| u.is_empty() || units::is_known(u) || MORE_UNITS.contains(&u);
     let unit = p.unit.as_deref().filter(|u| !known(u))?;
@@ -79,7 +79,7 @@ fn unknown_unit(p: &Declared) -> Option<String> {
 }
 
 impl Registry {
-    /// What plugins offer: whose it is, what, its id, and the sentence about it.
+    /// What plugins offer: plugin, kind, id and description.
     fn texts(&self) -> impl Iterator<Item = (usize, &str, &str, &str)> {
         macro_rules! all {
             ($list:ident, $what:literal) => {
@@ -94,7 +94,7 @@ impl Registry {
             .chain(all!(importers, "importer"))
             .chain(commands)
     }
-    /// Tells the declarations of all plugins that make no sense.
+    /// Reports the inconsistent declarations of all plugins.
     pub(super) fn check_declarations(&mut self) {
         let mut all: Vec<(usize, String)> = Vec::new();
         let mut add = |plugin: usize, what: String, wrong: Vec<String>| {
@@ -126,7 +126,7 @@ impl Registry {
         }
         for (plugin, what, id, text) in self.texts() {
             if text.is_empty() {
-                add(plugin, format!("the {what} `{id}`"), vec!["it has no text that says what it does".to_owned()]);
+                add(plugin, format!("the {what} `{id}`"), vec!["it has no description (`text`)".to_owned()]);
             }
         }
         for (e, plugin) in self.events.iter().filter_map(|e| Some((e, e.plugin?))) {
@@ -135,7 +135,8 @@ impl Registry {
         for (plugin, text) in all {
             let p = &self.plugins[plugin];
             let text = format!("plugin `{}` ({}): {text}", p.id, p.path.display());
-            self.refused.push(Error::new("E310", text).help("the rest of the plugin works; report it to its authors"));
+            self.refused
+                .push(Error::new("E310", text).help("the rest of the plugin works; report this to its authors"));
         }
     }
 }

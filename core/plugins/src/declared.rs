@@ -1,4 +1,4 @@
-//! Declared parameters, in Rust's words, and the check of values against them.
+//! Declared parameters as Rust types, and the check of values against them.
 
 use tatu_plugin_api::{
     abi::*,
@@ -7,9 +7,9 @@ use tatu_plugin_api::{
 
 use super::tables;
 
-/// How deep tables with declared keys stand within each other.
+/// Greatest depth of nested tables with declared keys.
 const DEEPEST_KEYS: u32 = 4;
-/// How many keys a parameter has, those of tables within it included.
+/// Greatest number of keys of a parameter, including those of nested tables.
 const MOST_KEYS: u32 = 1000;
 
 /// A declared parameter of a sensor, model or command.
@@ -31,7 +31,7 @@ pub struct Declared {
     pub highest: f64,
     /// The default.
     pub fallback: Value,
-    /// The default was a value that cannot be read; `fallback` is none.
+    /// The default could not be read; `fallback` is nil.
     pub unreadable_default: bool,
     /// Allowed texts; empty: any.
     pub choices: Vec<String>,
@@ -97,7 +97,7 @@ impl Declared {
     pub fn optional(&self) -> bool {
         self.flags & TATU_PARAM_OPTIONAL != 0 || self.fallback != Value::Nil
     }
-    /// What it wants, for messages: "a number in m, 0 to 5".
+    /// The expected value, for messages: "a number in m, 0 to 5".
     pub fn expectation(&self) -> String {
         let mut out = match self.kind {
             _ if self.flags & TATU_PARAM_ANY != 0 => "anything".to_owned(),
@@ -131,7 +131,7 @@ impl Declared {
     }
 }
 
-/// A value as the declaration wants it: integers become floats where floats are declared, lists become numbers, a
+/// Converts a value to the declared type: integers become floats where floats are declared, lists become numbers, a
 /// text that is a number becomes one. The error says what was found.
 pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
     if declared.flags & TATU_PARAM_ANY != 0 {
@@ -220,8 +220,8 @@ fn numbered(values: impl IntoIterator<Item = Value>) -> Vec<(Value, Value)> {
     (1..).map(Value::Int).zip(values).collect()
 }
 
-/// The entries of a table as its declared keys want them, defaults filled in, in the order of declaration; unchanged where
-/// none are declared.
+/// The entries of a table as its declared keys want them, defaults filled in, in the order of declaration; unchanged
+/// where none are declared.
 fn with_keys(declared: &Declared, entries: Vec<(Value, Value)>) -> Result<Vec<(Value, Value)>, String> {
     if declared.keys.is_empty() {
         return Ok(entries);

@@ -66,7 +66,9 @@ pub fn misspelt(library: &Path) -> String {
     let texts = bytes.split(|b| *b == 0).filter_map(|t| std::str::from_utf8(t).ok());
     let wrong = |t: &&str| t.len() < 60 && t.contains("tatu") && t.contains("draft") && !known.contains(t);
     let found = texts.filter(wrong).find_map(|t| Some((t, tatu_errors::nearest(t, known.iter().copied())?)));
-    found.map_or(String::new(), |(t, near)| format!(": it knows the id `{t}`, which is none; did you mean `{near}`?"))
+    found.map_or(String::new(), |(t, near)| {
+        format!(": it uses the id `{t}`, which does not exist; did you mean `{near}`?")
+    })
 }
 
 #[cfg(test)]

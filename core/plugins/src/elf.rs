@@ -1,4 +1,4 @@
-//! A look at a library before the loader maps it: a cut ELF file kills the process with SIGBUS instead of failing.
+//! Checks a library before the loader maps it: a truncated ELF file kills the process with SIGBUS instead of failing.
 
 use std::{
     fs::File,
@@ -6,12 +6,12 @@ use std::{
     path::Path,
 };
 
-/// Why a file must not be given to the loader, and what to do.
+/// Why a file must not be passed to the loader, and a hint.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Unfit {
     /// What is wrong.
     pub text: String,
-    /// What to do.
+    /// The hint.
     pub help: &'static str,
 }
 
@@ -21,7 +21,7 @@ const REBUILD: &str = "build it for this processor and system";
 /// Bytes of a file's header; a shorter file has fewer.
 const HEADER: usize = 64;
 
-/// Looks at a file's headers. Formats other than ELF are left to their loaders: these fail in order.
+/// Checks a file's headers. Formats other than ELF are left to their loaders, which fail cleanly.
 pub fn check(path: &Path) -> Result<(), Unfit> {
     let no = |text: String, help| Err(Unfit { text, help });
     let unread = |e: std::io::Error| Unfit { text: format!("it cannot be read: {e}"), help: AGAIN };
@@ -58,7 +58,7 @@ pub fn check(path: &Path) -> Result<(), Unfit> {
     }
 }
 
-/// Whether a file of so many bytes has all that its headers tell; `None` where these are cut off themselves. Offsets are
+/// Whether a file of so many bytes has all that its headers declare; `None` where these are cut off. Offsets are
 /// those of 64-bit little-endian ELF.
 fn whole(file: &mut File, header: &[u8], have: u64) -> Option<bool> {
     let (first, size, count) = (number(header, 32, 8)?, number(header, 54, 2)?, number(header, 56, 2)?);

@@ -4,9 +4,9 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::Declared;
 
-/// Events that must be gathered, which costs something: who wants all others does not get these.
+/// Events that are expensive to gather: `*` does not include these.
 pub const GATHERED: &[&str] = &["collision", "separation", "contact"];
-/// Events that services get which name none.
+/// Events for services that name none.
 pub const FOR_SERVICES: &[&str] = &["started", "paused", "resumed", "stopped", "fault"];
 /// All that need not be gathered.
 pub const ALL: &str = "*";
@@ -16,7 +16,7 @@ pub fn covers(wanted: &str, name: &str) -> bool {
     wanted == name || wanted == ALL && !GATHERED.contains(&name)
 }
 
-/// An event that somebody declares.
+/// A declared event.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventInfo {
     /// Index of the plugin that declares it; `None`: the host.
@@ -25,7 +25,7 @@ pub struct EventInfo {
     pub name: String,
     /// When it is published: one sentence.
     pub text: String,
-    /// What its payload holds.
+    /// The fields of its payload.
     pub fields: Vec<Declared>,
 }
 

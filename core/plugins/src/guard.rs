@@ -1,12 +1,14 @@
-//! What every plugin must leave as it found it.
+//! State of thread and process that a plugin must leave unchanged.
 //!
-//! Of the thread: floating-point mode and direction flag. After a library built with `-ffast-math` has been loaded, everything
-//! else on that thread computes other results; with the direction flag set, copies run backwards. Of the process: the locale
-//! (with a decimal comma no number can be read any more), the working folder, what signals do, standard output and error.
+//! Of the thread: floating-point mode and direction flag. After a library built with `-ffast-math` has been loaded,
+//! everything else on that thread computes different results; with the direction flag set, copies run backwards. Of the
+//! process: the locale (with a decimal comma no number can be read any more), the working folder, what signals do,
+//! standard output and error.
 //!
-//! All is put back and the plugin is named. The mode is a read of one register and is looked at around every outermost call,
-//! the direction flag around every call; locale and old floating-point unit ([`ProcessState`]) after loading, after making
-//! instances, and once per stage; what takes calls of the system (`process`) likewise, but in a stage of 64.
+//! All is restored and the plugin is reported. Reading the mode is cheap, so it is checked around every outermost
+//! call, the direction flag around every call; locale and x87 control word ([`ProcessState`]) after loading,
+//! after creating instances, and once per stage; what takes system calls (`process`) likewise, but in one stage of
+//! 64.
 
 mod process;
 
@@ -24,7 +26,7 @@ pub struct Mode(u64);
 mod register {
     use core::arch::asm;
 
-    /// The six lowest bits tell of past operations.
+    /// The six lowest bits are flags of past operations.
     pub const CONTROL: u64 = 0xFFC0;
 
     #[inline]
@@ -39,7 +41,7 @@ mod register {
         // SAFETY: a value that was read from the register, so no reserved bit is set.
         unsafe { asm!("ldmxcsr [{}]", in(reg) &raw const mode, options(nostack, readonly, preserves_flags)) };
     }
-    /// The control word of the old floating-point unit, which `long double` in C uses.
+    /// The control word of the x87 floating-point unit, which `long double` in C uses.
     pub fn read_old() -> u16 {
         let mut now = 0u16;
         // SAFETY: stores 2 bytes into `now`.
@@ -111,7 +113,7 @@ impl Mode {
     pub fn now() -> Self {
         Mode(register::read() & register::CONTROL)
     }
-    /// Goes back to this mode; whether it had been left.
+    /// Restores this mode; returns whether it had changed.
     #[inline]
     pub fn restore(self) -> bool {
         let changed = Self::now() != self;
@@ -123,18 +125,19 @@ impl Mode {
 }
 
 thread_local! {
-    /// Errors that are logged without a world during [`capture_errors`]: how functions that cannot fail tell that they did.
+    /// Errors that are logged without a world during [`capture_errors`]: for functions that cannot return an error.
     static SAID: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
 }
 
-/// Calls a function that has no error object, and gives the errors that were logged on this thread meanwhile: the host
-/// tells them, with the name of the function.
+/// Calls a function that has no error object, and returns the errors that were logged on this thread meanwhile: the
+/// host reports them, with the name of the function.
 pub fn capture_errors<T>(f: impl FnOnce() -> T) -> (T, Vec<String>) {
     let outer = SAID.replace(Some(Vec::new()));
     let done = f();
     (done, SAID.replace(outer).unwrap_or_default())
 }
-/// Notes an error that a plugin logs; whether somebody hears it. A plugin that logs for ever must not fill the memory.
+/// Collects an error that a plugin logs; returns whether errors are being captured. An endlessly logging plugin must
+/// not fill the memory.
 pub fn say(text: &str) -> bool {
     SAID.with_borrow_mut(|said| {
         let Some(said) = said else { return false };
@@ -145,7 +148,7 @@ pub fn say(text: &str) -> bool {
     })
 }
 
-/// Calls a plugin; what of its thread it left in another state, which has been put back then.
+/// Calls a plugin; returns what it changed of its thread's state, which has then been restored.
 #[inline]
 pub fn watched<T>(f: impl FnOnce() -> T) -> (T, Option<&'static str>) {
     let before = Mode::now();
@@ -163,7 +166,7 @@ pub fn watched<T>(f: impl FnOnce() -> T) -> (T, Option<&'static str>) {
 /// This process is a copy of the program, made by a fork within a plugin's call.
 static IS_CHILD: AtomicBool = AtomicBool::new(false);
 
-/// Told by the program, in a copy of itself: it ends when the plugin's call comes back.
+/// Set by the program in a forked copy of itself: it ends when the plugin's call returns.
 pub fn this_is_a_child() {
     IS_CHILD.store(true, Relaxed);
 }
@@ -186,7 +189,7 @@ fn end_child() {
     };
 }
 
-/// The state of thread and process at a time when all was well.
+/// A known good state of thread and process.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ProcessState {
     mode: Mode,
@@ -205,17 +208,17 @@ impl ProcessState {
             process: process::State::now(),
         }
     }
-    /// What belongs to the process is from now on as it is now: the program itself has changed it.
+    /// Takes the present state of the process as good: the program itself has changed it.
     pub fn take_process_anew(&mut self) {
         self.process = process::State::now();
     }
-    /// Goes back to it; what had been changed, in words.
+    /// Restores it; returns what had been changed, in words.
     pub fn restore(&self) -> Option<String> {
         let mut changed: Vec<String> = self.restore_quickly().map(str::to_owned).into_iter().collect();
         changed.extend(self.process.restore());
         (!changed.is_empty()).then(|| changed.join(" and "))
     }
-    /// The same for what takes no call of the system.
+    /// The same for what takes no system call.
     pub fn restore_quickly(&self) -> Option<&'static str> {
         let mut changed = self.mode.restore();
         if register::read_old() != self.old {
@@ -240,7 +243,7 @@ pub const MODE: &str = "the floating-point mode";
 /// The same.
 pub const DIRECTION: &str = "the direction flag of the processor";
 const BOTH: &str = "the floating-point mode and the locale of the process";
-/// What to do about it, for messages.
+/// The hint, for messages.
 pub const HELP: &str = "it was put back; build the plugin without `-ffast-math`, and without calls of setlocale, fesetround, chdir, \
                         sigaction and the like";
 

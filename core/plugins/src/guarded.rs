@@ -1,5 +1,5 @@
-//! Arrays that a plugin writes to in one call, with guards on both sides: whoever writes outside of them is noticed, and
-//! little of it reaches what lies beside them.
+//! Arrays that a plugin writes to in one call, with guards on both sides: writes out of bounds are detected, and
+//! mostly hit the guards.
 
 use std::{
     marker::PhantomData,
@@ -8,10 +8,10 @@ use std::{
 
 use crate::state_block::GUARD;
 
-/// Words of a guard: who mistakes a force for a wrench, or one element for a few, harms nobody else.
+/// Words of a guard: enough for mistaking a force for a wrench, or one element for a few.
 const GUARD_WORDS: usize = 72;
 
-/// Types that are numbers and nothing else: any bits are a value.
+/// Plain numeric types: every bit pattern is a value.
 pub trait Number: Copy + 'static {}
 impl Number for f64 {}
 impl Number for i32 {}
@@ -46,12 +46,12 @@ impl<T: Number> Guarded<T> {
         }
     }
 
-    /// As plugins get it.
+    /// The pointer for plugins.
     pub fn first_mut(&mut self) -> *mut T {
         self.words.as_mut_ptr().wrapping_add(GUARD_WORDS).cast()
     }
 
-    /// Whether nobody has written beside it.
+    /// Whether its guards are intact.
     pub fn is_whole(&self) -> bool {
         if self.words.is_empty() {
             return true;

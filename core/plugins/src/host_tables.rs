@@ -24,17 +24,17 @@ struct Shared {
     keys: Mutex<Interner>,
 }
 
-/// Whose host pointer it is.
+/// The owner of a host pointer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Holder {
     /// Id of the plugin.
     pub plugin: String,
-    /// Whether it comes with the program, whose plugins say themselves who speaks.
+    /// Whether it comes with the program, whose plugins prefix their own log lines.
     pub of_program: bool,
 }
 
-/// The host as one plugin sees it: its address identifies the plugin, on whatever thread it comes back. It is never given back, for
-/// a thread of the plugin may have the pointer for as long as the process lives.
+/// The host as one plugin sees it: its address identifies the plugin, on whatever thread it comes back. It is never
+/// given back, for a thread of the plugin may have the pointer for as long as the process lives.
 struct OwnHost {
     raw: tatu_host,
     shared: Weak<Shared>,
@@ -53,7 +53,7 @@ unsafe fn own(host: *const tatu_host) -> Option<&'static OwnHost> {
 struct Interner {
     numbers: BTreeMap<String, u32>,
     keys: Vec<String>,
-    /// Tables that were asked for and are not offered, since the last call of `forget_refused`.
+    /// Tables that were requested and are not offered, since the last call of `forget_refused`.
     refused: Vec<String>,
 }
 
@@ -98,13 +98,13 @@ impl HostTables {
     pub(crate) fn find(&self, id: &str) -> *const c_void {
         CString::new(id).map_or(std::ptr::null(), |id| (self.shared.find)(&id))
     }
-    /// Begins to note which tables are asked for in vain.
+    /// Starts to record requests for unknown tables.
     pub(crate) fn forget_refused(&self) {
         if let Ok(mut k) = self.shared.keys.lock() {
             k.refused.clear();
         }
     }
-    /// What was asked for since, of another draft, in words.
+    /// The tables of another draft that were requested since, in words.
     pub(crate) fn refused_drafts(&self) -> Vec<String> {
         let Ok(keys) = self.shared.keys.lock() else { return Vec::new() };
         keys.refused.iter().filter_map(|id| drafts::other_draft(id)).collect()
@@ -125,7 +125,7 @@ impl HostTables {
         // SAFETY: the caller promises it.
         Some(unsafe { own(host) }?.shared.upgrade()?.number(key))
     }
-    /// Whose a host pointer is; `None` for null.
+    /// The owner of a host pointer; `None` for null.
     ///
     /// # Safety
     /// As for [`number_at`](Self::number_at).

@@ -1,18 +1,18 @@
 //! Plugins: finding, loading, and what they offer.
 //!
-//! - `search`: the folders and files that may be plugins;
-//! - `load`: opens one and copies its tables; `elf`, `drafts`: what it cannot be loaded for;
+//! - `search`: folders and files in which plugins are searched;
+//! - `load`: opens one and copies its tables; `elf`, `drafts`: reasons to reject it;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
 //! - [`HostTables`]: the host's functions that plugins ask for by id, and the keys that they interned;
 //! - [`thread_grant`]: instances on several threads;
-//! - [`guard`]: floating-point mode and locale, which plugins must leave alone;
+//! - [`guard`]: floating-point mode, locale and the like, which plugins must not change;
 //! - [`guarded`], [`state_block`]: memory that plugins write to;
 //! - [`watchdog`]: which plugin call is running, and for how long;
 //! - `declared`: declarations (parameters, commands) as Rust types; `checks`: those that contradict themselves;
-//!   `names`: what can be a name, and whose name space it stands in;
-//! - [`texts`]: what plugins say, as people may see it;
+//!   `names`: which names are valid, and whose name space they are in;
+//! - [`texts`]: texts of plugins, made safe to display;
 //! - [`schemas`]: what readings mean; [`events`]: the events of the host itself; [`units`]: units in keys;
-//! - [`border`]: texts and error objects as they cross the border.
+//! - [`border`]: texts and error objects at the ABI.
 //!
 //! A plugin is refused in `load` (its file), `registry::read` (its tables) or `checks` (its declarations).
 

@@ -18,16 +18,16 @@ use super::{
 };
 use crate::{HostTables, border::answer};
 
-/// What there is to say about plugins that are loaded nevertheless.
+/// Remarks on plugins that are loaded nevertheless.
 #[derive(Default)]
 pub struct Remarks {
-    /// What does not work, or should not be.
+    /// Warnings.
     pub warnings: Vec<Error>,
-    /// What is only good to know.
+    /// Notes.
     pub notes: Vec<String>,
 }
 
-/// Opens a library. All its symbols are bound now: one that is missing is a reason to refuse it, and not the end of the
+/// Opens a library. All its symbols are bound now: a missing one is a reason to reject it, and not the end of the
 /// run at its first call.
 fn open_library(file: &Path) -> Result<Library, libloading::Error> {
     #[cfg(unix)]
@@ -53,7 +53,7 @@ fn undefined_symbol(reason: &str) -> Option<&str> {
 const UPDATE: &str = "update this program (`tatu --version`), or use a version of the plugin that was built for it";
 const REBUILD: &str = "rebuild it against this release's plugin-api";
 
-/// A loaded and started plugin. Never unloaded: threads and thread-locals of the library may outlive any wish.
+/// A loaded and started plugin. Never unloaded: threads and thread-locals of the library may still be alive.
 pub struct Loaded {
     /// Its id.
     pub id: String,
@@ -76,13 +76,13 @@ pub struct Loaded {
     watch: Arc<Watch>,
 }
 
-// SAFETY: tables are constant after loading; which thread may call what is told by the header's tags.
+// SAFETY: tables are constant after loading; the header's tags say which thread may call what.
 unsafe impl Send for Loaded {}
 // SAFETY: tables are constant after loading, and functions are called on the threads that the header names.
 unsafe impl Sync for Loaded {}
 
 impl Loaded {
-    /// Opens and starts a plugin. Faults that are no reason to refuse it are added to `remarks`.
+    /// Opens and starts a plugin. Faults that are no reason to reject it are added to `remarks`.
     ///
     /// Where `search` has a folder for copies, the library is a copy of the file; messages name the file.
     pub fn open(
@@ -126,13 +126,12 @@ impl Loaded {
             let reason = std::error::Error::source(&e).map_or(String::new(), |s| format!(": {s}"));
             match undefined_symbol(&reason) {
                 Some(symbol) => fail(
-                    format!("it uses the symbol `{symbol}`, which neither it nor a library that it names has"),
+                    format!("it uses the symbol `{symbol}`, which neither it nor a library that it links to defines"),
                     "link it with the library that has the symbol, or compile the file that defines it into it",
                 ),
-                None => fail(
-                    format!("{e}{reason}"),
-                    "build it again, for this system, and install the libraries that it needs",
-                ),
+                None => {
+                    fail(format!("{e}{reason}"), "rebuild it for this system, and install the libraries that it needs")
+                }
             }
         })?;
         // SAFETY: the symbol is a constant of this type by the contract.
@@ -192,7 +191,7 @@ impl Loaded {
                 return Err(match host.refused_drafts().as_slice() {
                     [] => fail(
                         format!("its start ({} of `{id}`) failed: {said}", Call::Init.text()),
-                        "do what it says, or ask the author of the plugin; `tatu list plugins` tries it again",
+                        "follow the message, or ask the author of the plugin; `tatu list plugins` tries it again",
                     ),
                     asked => fail(
                         format!(
@@ -247,7 +246,7 @@ impl Loaded {
                 return Err(unmet);
             }
             let Unmet { what, why, .. } = unmet;
-            remarks.notes.push(format!("the plugin {} would like {what}, {why}; it goes without", path.display()));
+            remarks.notes.push(format!("the plugin {} can use {what}, {why}; it runs without", path.display()));
         }
         Ok(())
     }
@@ -269,7 +268,7 @@ impl Loaded {
     }
 }
 
-/// What of a need this host does not meet, and why.
+/// The part of a need that this host does not meet, and why.
 struct Unmet {
     what: String,
     why: String,

@@ -1,4 +1,4 @@
-//! Names that plugins declare: what can be one, and whose name space it stands in.
+//! Names that plugins declare: which are valid, and whose name space they are in.
 
 use std::collections::BTreeMap;
 
@@ -30,10 +30,10 @@ impl Registry {
         names.take_while(here).chain(constants.take_while(here))
     }
 
-    /// Why a command cannot be called so, and what to do.
+    /// Why a command cannot have this name, and a hint.
     pub(super) fn unusable(&self, plugin: usize, name: &str) -> Option<(String, &'static str)> {
         if let Some(flaw) = flaw(name) {
-            return Some((format!("its command `{name}` cannot be called so: the name {flaw}"), HELP));
+            return Some((format!("its command `{name}` has an invalid name: it {flaw}"), HELP));
         }
         if let Some(owner) = self.owner(name) {
             return Some(match self.plugins.get(owner).filter(|_| owner != plugin) {
@@ -50,7 +50,7 @@ impl Registry {
     /// The same of a constant. Several commands and constants of one plugin may well give one name twice.
     pub(super) fn unusable_constant(&self, plugin: usize, name: &str) -> Option<(String, &'static str)> {
         if let Some(flaw) = flaw(name) {
-            return Some((format!("its constant `{name}` cannot be called so: the name {flaw}"), HELP));
+            return Some((format!("its constant `{name}` has an invalid name: it {flaw}"), HELP));
         }
         if let Some(owner) = self.owner(name) {
             let other = &self.plugins.get(owner).filter(|_| owner != plugin)?.id;
@@ -59,8 +59,8 @@ impl Registry {
         self.hides(plugin, name).map(|why| (format!("its constant `{name}` {why}"), SPACE))
     }
 
-    /// Why a name cannot stand beside those that are there: `reg` and `reg.b` cannot both be reached, since what is called
-    /// `reg` cannot be a name space, too.
+    /// Why a name conflicts with the existing ones: `reg` and `reg.b` cannot both be reached, since what is called
+    /// `reg` cannot also be a name space.
     fn hides(&self, plugin: usize, name: &str) -> Option<String> {
         let of = |other: &str| match self.owner(other) {
             Some(owner) if owner != plugin && owner < self.plugins.len() => {
@@ -76,8 +76,8 @@ impl Registry {
         Some(format!("could not be reached: {} is not a name space", of(other)))
     }
 
-    /// Tells, once for each name space, that a plugin which does not come with the program has put names into that of
-    /// another. It may be meant so.
+    /// Reports, once for each name space, that a plugin which does not come with the program has put names into that of
+    /// another. This may be intended.
     pub(super) fn tell_foreign_names(&mut self, plugin: usize) {
         if self.is_of_program(plugin) {
             return;
@@ -103,14 +103,14 @@ impl Registry {
                 n => format!(" and {} more", n - 1),
             };
             let text = format!(
-                "plugin `{}` ({}): its `{}`{more} stands in the name space `{space}` of `{}`",
+                "plugin `{}` ({}): its `{}`{more} is in the name space `{space}` of `{}`",
                 p.id,
                 p.path.display(),
                 names[0],
                 self.plugins[other].id
             );
             Error::new("E310", text)
-                .help("nothing, if it is meant so; else give it a name space of its own: `mine.name`")
+                .help("nothing, if this is intended; else give it a name space of its own: `mine.name`")
         };
         let told: Vec<Error> = found.into_iter().map(tell).collect();
         self.refused.extend(told);

@@ -1,6 +1,6 @@
-//! The reading schemas that the project declares: what readers may count on when a sensor fills one.
+//! The reading schemas that the project declares: what readers can rely on when a sensor fills one.
 //!
-//! The files are in `plugin-api/schemas/`. Others may use schemas of their own, of which nothing is known here.
+//! The files are in `plugin-api/schemas/`. Plugins may use schemas of their own, which are not checked here.
 
 use std::sync::LazyLock;
 
@@ -22,9 +22,9 @@ pub struct SchemaField {
     pub unit: Option<String>,
     /// One sentence.
     pub text: String,
-    /// The value when nothing is seen.
+    /// The value when nothing is detected.
     pub nothing: String,
-    /// The field that is 0 where nothing is seen, if there is one.
+    /// The field that is 0 when nothing is detected, if any.
     pub valid: Option<String>,
     /// Whether a sensor may lack it.
     pub optional: bool,

@@ -1,4 +1,4 @@
-//! Where plugins are looked for, and which files may be some.
+//! Where plugins are searched, and which files can be plugins.
 
 use std::{
     path::{Path, PathBuf},
@@ -30,18 +30,18 @@ fn stem(name: &str) -> Option<&str> {
     Some(stem.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(stem)).filter(|s| s.starts_with("tatu_"))
 }
 
-/// The folders that are searched, in order: the first that has an id wins it.
+/// The folders that are searched, in order: the first plugin with an id wins.
 #[derive(Debug, Clone, Default)]
 pub struct Search {
     /// Folders.
     pub folders: Vec<(PathBuf, Source)>,
     /// Names of libraries (without prefix and suffix) that may be opened in `Source::Built` folders.
     pub built: Vec<String>,
-    /// Libraries are opened as copies that lie here, so that their files can be written while they are used.
+    /// Libraries are opened as copies in this folder, so that their files can be overwritten while in use.
     pub copies: Option<Arc<Copies>>,
 }
 
-/// A folder for copies of libraries, which vanishes with this.
+/// A folder for copies of libraries, deleted on drop.
 #[derive(Debug)]
 pub struct Copies {
     folder: TempDir,
@@ -52,7 +52,7 @@ impl Copies {
     /// A new folder.
     pub fn new() -> Result<Self> {
         let folder = TempDir::with_prefix("tatu-").map_err(|e| {
-            let text = format!("no folder for copies of plugins can be made: {e}");
+            let text = format!("cannot create a folder for copies of plugins: {e}");
             Error::new("E105", text).help("set TMPDIR to a folder that can be written")
         })?;
         Ok(Copies { folder, made: AtomicUsize::new(0) })
@@ -90,8 +90,8 @@ impl Search {
         self.folders.push((folder, Source::Scene));
     }
 
-    /// Whether a file comes with the program. Who does not is blamed where two do not go together. Where nobody told what
-    /// the program has, all do but those of a scene.
+    /// Whether a file comes with the program. Who does not is blamed where two do not go together. Where nobody told
+    /// what the program has, all do but those of a scene.
     pub fn is_of_program(&self, file: &Path) -> bool {
         let known = || file.file_name().and_then(|n| n.to_str()).and_then(stem).is_some_and(|s| self.is_built(s));
         !self.is_of_scene(file) && (self.built.is_empty() || known())

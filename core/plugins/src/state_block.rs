@@ -5,12 +5,13 @@ use std::{
     ops::{Deref, DerefMut},
 };
 
-/// What stands beside memory that a plugin may write to. Unlikely as a number, a pointer or a text.
+/// The guard beside memory that a plugin may write to. Unlikely as a number, a pointer or a text.
 pub const GUARD: u64 = 0x5EED_A11A_D0E5_7A7C;
-/// How many of it on each side: what is written a little too far harms nobody else.
+/// Guard words on each side: small overruns hit only these.
 pub const GUARD_WORDS: usize = 8;
 
-/// The state block of an instance, zero at first; its address stays. As a slice: its words, without what stands beside them.
+/// The state block of an instance, zero at first; its address stays. As a slice: its words, without what stands beside
+/// them.
 #[derive(Debug)]
 pub struct StateBlock(Vec<u64>);
 
@@ -32,7 +33,7 @@ impl StateBlock {
         self.0.as_ptr().wrapping_add(GUARD_WORDS).cast_mut().cast()
     }
 
-    /// Whether nobody has written beside it. Looked at after each call: the nearest word on each side.
+    /// Whether its guards are intact. Checked after each call: the nearest word on each side.
     #[inline]
     pub fn is_whole(&self) -> bool {
         self.0[GUARD_WORDS - 1] == GUARD && self.0[self.0.len() - GUARD_WORDS] == GUARD
@@ -61,7 +62,7 @@ impl DerefMut for StateBlock {
     }
 }
 
-/// What is said of an instance whose plugin wrote beside its state block.
+/// The message about a plugin that wrote outside a state block.
 pub const PAST_STATE: &str =
     "broke the contract: it wrote past the end of its state block (`tatu_life.state_bytes`), or before its beginning";
 

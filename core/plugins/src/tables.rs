@@ -1,4 +1,4 @@
-//! Reading tables that somebody else made: as much as they know, the rest zero.
+//! Reading tables that another party filled: the fields that they have, the rest zero.
 
 use std::ffi::{CStr, c_char};
 
@@ -6,7 +6,7 @@ use tatu_plugin_api::abi::*;
 
 use crate::texts;
 
-/// A table of the border: begins with its size, and is valid when all of it is zero.
+/// A table of the ABI: begins with its size, and is valid when all zero.
 ///
 /// # Safety
 /// `repr(C)`, first field `size: u32`, all-zero is a valid value, and `BOUNDS` holds the end of every field.
@@ -50,10 +50,10 @@ table!(
     tatu_beams
 );
 
-/// Copies a foreign table into a full-size one of ours: what its maker did not know is zero.
+/// Copies a foreign table into a full-size one of ours: fields that it does not have are zero.
 ///
 /// # Safety
-/// `from` is null or points to a table of as many bytes as its `size` tells.
+/// `from` is null or points to a table of as many bytes as its `size` says.
 pub unsafe fn read<T: Table>(from: *const T) -> Option<T> {
     if from.is_null() {
         return None;
@@ -65,7 +65,7 @@ pub unsafe fn read<T: Table>(from: *const T) -> Option<T> {
         let mut to: T = std::mem::zeroed();
         let take = size.min(size_of::<T>()) & !7;
         std::ptr::copy_nonoverlapping(from.cast::<u8>(), (&raw mut to).cast::<u8>(), take);
-        // What the table tells of itself stays, for messages.
+        // The size that the table states is kept, for messages.
         *(&raw mut to).cast::<u32>() = size as u32;
         Some(to)
     }
@@ -93,10 +93,10 @@ pub fn is_zero<T: Copy>(field: &T) -> bool {
     unsafe { std::mem::transmute_copy::<T, usize>(field) == 0 }
 }
 
-/// What to do about a field that is not there.
+/// The hint for a missing field.
 pub const HELP: &str = "set `size` to sizeof, and fill what is required";
 
-/// The first required field that is not there, in words; `size` is what the table tells of itself.
+/// The first required field that is missing, in words; `size` is what the table states.
 pub fn lacking(size: u32, required: &[Required]) -> Option<String> {
     let (name, _, end) = required.iter().find(|(_, there, _)| !there)?;
     Some(match (size as usize) < *end {
@@ -136,7 +136,7 @@ pub unsafe fn pointers<T>(list: *const *const T) -> Vec<*const T> {
     out
 }
 
-/// A NUL-terminated text for people, copied: what a terminal would act on is written out.
+/// A NUL-terminated text for display, copied: control characters are escaped.
 ///
 /// # Safety
 /// `s` is null or NUL-terminated.
@@ -145,7 +145,7 @@ pub unsafe fn text(s: *const c_char) -> Option<String> {
     (!s.is_null()).then(|| texts::clean(&unsafe { CStr::from_ptr(s) }.to_string_lossy()).into_owned())
 }
 
-/// A NUL-terminated name, copied as [`texts::label`] shows it: `names` tells whether it can be one.
+/// A NUL-terminated name, copied as [`texts::label`] shows it: `names` checks whether it is valid.
 ///
 /// # Safety
 /// `s` is null or NUL-terminated.

@@ -1,4 +1,4 @@
-//! Texts of plugins on their way to people: what a terminal would act on is shown, what has no end is cut.
+//! Texts of plugins for display: control characters are escaped, long texts are cut.
 
 use std::{borrow::Cow, fmt::Write};
 
@@ -8,12 +8,12 @@ pub const MOST_BYTES: usize = 16 << 10;
 /// Room for what the host adds to a text that was cut already: it is not cut again for that.
 const SLACK: usize = 1 << 10;
 
-/// Whether a terminal may act on a character, or show the ones behind it in another order.
+/// Whether a character controls a terminal, or reorders the text behind it.
 fn acts(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// A text for people: control characters but tab and newline are written out, as `\u{1b}`.
+/// A text for display: control characters other than tab and newline are escaped, as `\u{1b}`.
 pub fn clean(text: &str) -> Cow<'_, str> {
     let wrong = |c: char| acts(c) && c != '\n' && c != '\t';
     if !text.contains(wrong) {
@@ -32,7 +32,7 @@ pub fn clean(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// The same for bytes; those that are no UTF-8 stay as they are.
+/// The same for bytes; those that are not UTF-8 stay as they are.
 fn clean_bytes(bytes: &[u8]) -> Cow<'_, [u8]> {
     // ASCII without control characters, which is nearly every text.
     if bytes.iter().all(|b| matches!(b, b' '..=b'~' | b'\n' | b'\t')) {
@@ -77,15 +77,15 @@ pub fn label(bytes: &[u8]) -> String {
     out
 }
 
-/// What to do about a name that cannot be one, for messages.
+/// The hint for an invalid name.
 pub(super) const HELP: &str = "use letters, digits, `_` and dots: `mine.name`";
 
-/// Why a name cannot be one. It is given as [`label`] shows it, in which a backslash stands for what
+/// Why a name is invalid. It is given as [`label`] shows it, in which a backslash stands for what
 /// cannot be shown.
 pub(super) fn flaw(name: &str) -> Option<&'static str> {
     match name {
         "" => Some("is empty"),
-        _ if name.contains('\\') => Some("holds control characters, backslashes or bytes that are no UTF-8"),
+        _ if name.contains('\\') => Some("holds control characters, backslashes or bytes that are not UTF-8"),
         _ if name.contains(char::is_whitespace) => Some("holds a space"),
         _ => None,
     }

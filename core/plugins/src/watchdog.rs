@@ -4,7 +4,7 @@
 //! [watchdog](Watches::guard) looks at the words now and then; one that stays the same for longer than the limit
 //! names the call. A wall clock only ever ends a run; it never decides what happens in one.
 //!
-//! Each thread knows the watch whose call it runs ([`here`]), so that a crash on it can be blamed on that call.
+//! Each thread knows the watch whose call it runs ([`here`]), so that a crash on it can be attributed to that call.
 
 use std::{
     cell::Cell,
@@ -83,7 +83,7 @@ calls! {
 }
 
 impl Call {
-    /// As the header calls it: "tatu_sensor.measure".
+    /// Its name in the header: "tatu_sensor.measure".
     pub fn text(self) -> &'static str {
         Self::TEXTS[self as usize]
     }
@@ -100,8 +100,8 @@ thread_local! {
     static HERE: Cell<*const Watch> = const { Cell::new(ptr::null()) };
 }
 
-/// The watch whose plugin call runs on this thread; null: none does. Signal handlers may ask; what it is, and whether it
-/// still exists is known by [`Watches::running`].
+/// The watch whose plugin call runs on this thread; null: none does. Signal handlers may ask; what it is, and whether
+/// it still exists is known by [`Watches::running`].
 pub fn here() -> *const Watch {
     HERE.get()
 }
@@ -115,10 +115,10 @@ impl ScriptPlace {
     pub fn new(place: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_error)>, data: *mut c_void) -> Self {
         ScriptPlace(place.map_or(0, |f| f as usize), data as usize)
     }
-    /// Asks it: file and line.
+    /// Queries it: file and line.
     ///
     /// # Safety
-    /// The script is there, and the thread that runs it stands still.
+    /// The script exists, and the thread that runs it is stopped.
     pub unsafe fn ask(self) -> Option<(String, u64)> {
         if self.0 == 0 || self.1 == 0 {
             return None;
@@ -229,7 +229,7 @@ impl Watch {
         let count = (last >> COUNT).wrapping_add(1);
         self.now.store(count << COUNT | what & ((1 << COUNT) - 1), Relaxed);
     }
-    /// How an object is called in messages.
+    /// The name of an object in messages.
     pub fn name(&self, slot: u32, name: String) {
         if let Ok(mut names) = self.names.lock() {
             names.insert(slot, name);
@@ -282,7 +282,7 @@ pub fn peek<T>(of: &Mutex<T>) -> Option<MutexGuard<'_, T>> {
     None
 }
 
-/// Whether a watch is anybody's but the list's.
+/// Whether a watch is used outside the list.
 fn is_used(watch: &Arc<Watch>) -> bool {
     Arc::strong_count(watch) > 1
 }
@@ -315,13 +315,13 @@ impl Watches {
         }
         new
     }
-    /// The ids of plugins, by index.
+    /// Sets the ids of plugins, by index.
     pub fn plugins(&self, ids: Vec<String>) {
         if let Ok(mut plugins) = self.0.plugins.lock() {
             *plugins = ids;
         }
     }
-    /// The names of commands, by number.
+    /// Sets the names of commands, by number.
     pub fn commands(&self, names: Vec<String>) {
         if let Ok(mut commands) = self.0.commands.lock() {
             *commands = names;

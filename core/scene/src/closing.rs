@@ -201,8 +201,9 @@ impl Scene {
             parts.push(format!("{:.4} rad about {}", left.1.norm(), axes(&left.1)));
         }
         Some(format!(
-            "the linked dummies {} and {} cannot meet: wherever the {} joint axes between them go, {} of the world are left; \
-             a link holds place and orientation: turn one of the dummies, or hang one on a joint of its own",
+            "the linked dummies {} and {} cannot meet: whatever the positions of the {} joint axes between them, {} \
+             of the world remain; a link fixes position and orientation: turn one of the dummies, or put one on a \
+             joint of its own",
             self.path(one),
             self.path(other),
             all().count(),

@@ -85,13 +85,13 @@ impl Drive {
         let single = |all: &[String]| all.len() == 1;
         match form {
             Form::Differential if !paired(&drive.joints) => {
-                keys.wrong("joints", "a list of paths: left and right in turns")
+                keys.wrong("joints", "a list of paths: left and right alternating")
             }
             Form::Ackermann if !paired(&drive.joints) && !single(&drive.joints) => {
-                keys.wrong("joints", "a list of paths: left and right in turns, or one for both")
+                keys.wrong("joints", "a list of paths: left and right alternating, or one for both")
             }
             Form::Ackermann if !paired(&drive.steering) && !single(&drive.steering) => {
-                keys.wrong("steering", "a list of paths: left and right in turns, or one for both")
+                keys.wrong("steering", "a list of paths: left and right alternating, or one for both")
             }
             Form::Omni if mecanum && drive.joints.len() != 4 => {
                 keys.wrong("joints", "four paths, front left, front right, rear left, rear right; or give `angles`")

@@ -1,4 +1,4 @@
-//! The solids of a shape: what is drawn and seen by beams, what collides, and what it weighs if nobody says.
+//! The solids of a shape: what is drawn and hit by beams, what collides, and its default mass.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What mechanics forbids or makes hard, for whoever asks before a run: bodies that cannot be, chains of very different
+//! Checks of a scene's mechanics before a run: bodies that cannot be, chains of very different
 //! masses, grippers too weak for what they hold, steps too coarse for contacts.
 
 use std::collections::BTreeMap;
@@ -62,7 +62,7 @@ fn impossible(shape: &Shape) -> Option<String> {
     moments.sort_unstable_by(f64::total_cmp);
     let [a, b, c] = moments.as_slice() else { return None };
     let even = default_inertia(shape, mass(shape)).diagonal();
-    let help = format!("an even body of its size and mass has {:.3e}, {:.3e}, {:.3e}", even.x, even.y, even.z);
+    let help = format!("a homogeneous body of its size and mass has {:.3e}, {:.3e}, {:.3e}", even.x, even.y, even.z);
     if *a <= 0.0 {
         return Some(format!("a moment of inertia is {a:.3e} kg m^2, and not above 0; {help}"));
     }

@@ -1,4 +1,4 @@
-//! Which shapes have moved since somebody looked last, so that followers need not go through all.
+//! Which shapes have moved since a follower last asked, so that it need not visit all.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -10,8 +10,8 @@ pub struct Moves {
     gone: u64,
     /// For each slot, how many had been noted with its last note; 0: it never was.
     noted: Vec<u64>,
-    /// Up to where somebody has looked: what was noted after that need not be noted again. Atomic so that documents, which
-    /// hold names in a scene of their own, can be shared by worlds of many threads.
+    /// Up to where moves have been read: what was noted after that need not be noted again. Atomic so that documents,
+    /// which hold names in a scene of their own, can be shared by worlds of many threads.
     seen: AtomicU64,
 }
 
@@ -41,8 +41,8 @@ impl Moves {
         self.noted[at] = self.gone + self.list.len() as u64;
     }
 
-    /// Those that have moved since a look; `None`: nobody knows. `last` is the place of that look, and becomes that of
-    /// this one; it belongs to one scene.
+    /// Those that have moved since a position in the list; `None`: unknown. `last` is that position, and becomes that
+    /// of this one; it belongs to one scene.
     pub fn since(&self, last: &mut u64) -> Option<&[u32]> {
         let end = self.gone + self.list.len() as u64;
         self.seen.store(end, Relaxed);

@@ -150,7 +150,7 @@ impl Scene {
         self.index = index;
     }
 
-    /// Gives objects that came together the smallest suffix that is free for all of them.
+    /// Assigns objects that were added together the smallest suffix that is free for all of them.
     pub fn make_unique(&mut self, slots: &[u32]) {
         let aliases: Vec<String> = slots.iter().filter_map(|s| self.get(*s).map(|o| o.alias.clone())).collect();
         for (slot, alias) in slots.iter().zip(&aliases) {

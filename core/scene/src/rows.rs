@@ -20,7 +20,7 @@ pub enum Of {
 pub enum Change {
     /// At once.
     Live,
-    /// Bodies are made anew at the next stage.
+    /// Bodies are recreated at the next stage.
     Rebuilds,
     /// Never: it is read-only.
     ReadOnly,
@@ -31,7 +31,7 @@ pub enum Change {
 pub struct RowInfo {
     /// "joint.position"
     pub key: &'static str,
-    /// Who has it.
+    /// The kinds that have it.
     pub of: Of,
     /// `TATU_BOOL` .. `TATU_OBJECT`.
     pub kind: u32,

@@ -12,7 +12,7 @@ use super::{Data, FrictionPair, Object, moves::Moves, name_index::NameIndex, tra
 /// Free slots cost some memory, and no time.
 const FREE_NUMBERS: usize = 1 << 16;
 
-/// An object's id at the border: generation << 20 | slot.
+/// An object's id in the ABI: generation << 20 | slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Handle(pub tatu_object);
 
@@ -46,7 +46,7 @@ pub struct Scene {
     /// Slots that hold an object: a look at all objects does not go through the free ones.
     taken: BTreeSet<u32>,
     roots: Vec<u32>,
-    /// All objects, parents before children, one tree after the other; made anew when the tree changes.
+    /// All objects, parents before children, one tree after the other; rebuilt when the tree changes.
     order: Vec<u32>,
     next_uid: u64,
     /// Grows with every change of the tree or of what the engine and beams are made of.
@@ -199,7 +199,7 @@ impl Scene {
         true
     }
 
-    /// What the engine and the beams made of an object must be made anew.
+    /// Marks that the counterparts of an object in engine and beams must be recreated.
     pub fn touch(&mut self, slot: u32) {
         self.shape_version += 1;
         if let Some(o) = self.get_mut(slot) {

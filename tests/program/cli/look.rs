@@ -271,7 +271,7 @@ fn what_cannot_be_looked_at_is_told() {
         "Pioneer_p3dx_ultrasonicSensor1",
     ]);
     place.tatu(&[&["look", "scene.toml", "-o", "nowhere/out.png"], &from[..]].concat()).refused(&["E105", "nowhere"]);
-    place.look(&["--from", "1,2,3", "--to", "1,2,3"]).refused(&["E102", "--from and --to are one point"]);
+    place.look(&["--from", "1,2,3", "--to", "1,2,3"]).refused(&["E102", "--from and --to are the same point"]);
     place.look(&["--from", "1,2", "--to", "0,0,0"]).refused(&["three numbers"]);
     place.look(&["--from", "1,2,3"]).refused(&["--to"]);
     place.look(&["--to", "1,2,3"]).refused(&["--from"]);

@@ -55,17 +55,17 @@ fn calls(how: &str) -> Place {
 #[test]
 fn a_command_that_writes_or_gives_what_it_must_not_is_blamed_itself() {
     for (how, words) in [
-        ("one result too many", "wrote beside its room for 64 results"),
-        ("results twice", "wrote beside its room for 64 results"),
-        ("before the results", "wrote beside its room for 64 results"),
+        ("one result too many", "wrote outside its room for 64 results"),
+        ("results twice", "wrote outside its room for 64 results"),
+        ("before the results", "wrote outside its room for 64 results"),
         ("past alloc", "wrote past the end of memory that the host gave it"),
         ("before the state", "state block"),
         ("past the state", "state block"),
-        ("huge span", "result 1 tells of 1152921504606846976 elements"),
-        ("large span", "result 1 tells of 2147483648 elements"),
+        ("huge span", "result 1 has 1152921504606846976 elements"),
+        ("large span", "result 1 has 2147483648 elements"),
         ("list in itself", "nests deeper than 32"),
         ("key that is no number", "a key that is not a number"),
-        ("null list", "a list of 3 elements at null"),
+        ("null list", "a list of 3 elements at a null pointer"),
         ("unaligned", "not aligned"),
     ] {
         for threads in ["1", "2"] {
@@ -83,14 +83,14 @@ fn a_command_that_writes_or_gives_what_it_must_not_is_blamed_itself() {
 fn an_actuator_that_writes_what_it_must_not_is_switched_off() {
     let scene = "[[object]]\nkind = \"shape\"\nalias = \"box\"\ndynamic = true\n[[object]]\nkind = \"actuator\"\nactuator = \"breach\"\nalias = \"a\"\nparent = \"box\"\n";
     for (how, words) in [
-        ("one force too many", "beside `wrench`"),
-        ("64 forces too many", "beside `wrench`"),
-        ("before the forces", "beside `wrench`"),
-        ("effort", "beside `effort`"),
-        ("command", "`command` of its batch, which is for reading"),
-        ("past the command", "`command` of its batch, which is for reading"),
-        ("status", "the status 9, which means nothing here"),
-        ("past the status", "beside `status`"),
+        ("one force too many", "outside `wrench`"),
+        ("64 forces too many", "outside `wrench`"),
+        ("before the forces", "outside `wrench`"),
+        ("effort", "outside `effort`"),
+        ("command", "`command` of its batch, which is read-only"),
+        ("past the command", "`command` of its batch, which is read-only"),
+        ("status", "the status 9, which is not defined for this call"),
+        ("past the status", "outside `status`"),
         ("before the state", "state block"),
         ("past the state", "state block"),
     ] {
@@ -108,7 +108,7 @@ fn an_actuator_that_writes_what_it_must_not_is_switched_off() {
 fn a_sensor_that_writes_what_it_must_not_is_switched_off() {
     let scene = "[[object]]\nkind = \"sensor\"\nsensor = \"breach_sensor\"\nalias = \"eye\"\n";
     for (how, words) in [
-        ("past the status", "beside the statuses"),
+        ("past the status", "outside the statuses"),
         ("before the field", "before the beginning of the field `breach.x`"),
         ("past the field", "past the end of the field `breach.x`"),
     ] {
@@ -118,7 +118,7 @@ fn a_sensor_that_writes_what_it_must_not_is_switched_off() {
         assert!(errors.len() == 1 && message.contains(words) && message.contains(ID), "{how}: {errors:?}");
     }
     let done = ran(&Place::scene(scene), &[("BREACH_OF_BEAMS", "1")], &[]);
-    done.refused(&["wrote beside the table `tatu_beams`", "/eye"]);
+    done.refused(&["wrote outside the table `tatu_beams`", "/eye"]);
 }
 
 #[test]
@@ -127,7 +127,7 @@ fn what_a_plugin_changes_of_the_process_is_put_back_and_told() {
         ("folder", "changed the working folder of the process"),
         ("signal", "changed what SIGUSR1 does"),
         ("output", "changed standard output (closed or exchanged)"),
-        ("thread", "`scene.pose` was called for a world that is not there, or from a thread that is not the world's"),
+        ("thread", "`scene.pose` was called for a world that does not exist, or from a thread that is not the world's"),
     ];
     if cfg!(target_arch = "x86_64") {
         all.push(("direction", "changed the direction flag of the processor in tatu_command.call"));

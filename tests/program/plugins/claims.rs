@@ -100,7 +100,12 @@ fn a_text_says_its_language_where_there_are_several() {
     let scene = watcher("w", "function sysCall_init() end");
     let place = place(&scene);
     compile(&place, "second", &all("second", "a").text());
-    place.run(&["--steps", "1"]).refused(&["E109", "does not say its language", "`language = ...`", "`lua`, `tongue`"]);
+    place.run(&["--steps", "1"]).refused(&[
+        "E109",
+        "does not name its language",
+        "`language = ...`",
+        "`lua`, `tongue`",
+    ]);
     place.write("scene.toml", &place.read("scene.toml").replace("{ text", "{ language = \"lua\", text"));
     place.run(&["--steps", "1"]).good();
 }

@@ -262,5 +262,5 @@ fn a_newer_plugin_works_on_this_host_and_goes_without_what_is_not_there() {
     compile(&next.join("plugin.c"), &next, &place.path().join("mine").join(library("tatu_new")));
     works(&place, "oldc");
     let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["note: ", "would like `tatu.host.dreams/draft.4`", "it goes without"]);
+    done.tells(&["note: ", "can use `tatu.host.dreams/draft.4`", "it runs without"]);
 }

@@ -153,7 +153,8 @@ fn a_field_is_valid_by_another_of_its_kind() {
             .current_dir(place.path().join("mine")),
     );
     let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["the field `writer.y` of its sensor `writer` is valid by `writer.z`, which it has not"]);
+    done.tells(&["the field `writer.y` of its sensor `writer` names `writer.z` as the field that marks valid \
+                  elements, which it does not have"]);
 }
 
 #[test]

@@ -63,7 +63,7 @@ fn slots_are_objects_that_a_model_builds() {
     compile(&base, "maker", &model(&one("desk"), ", .slots = slots").text());
     base.run(&["--steps", "1"]).refused(&[
         "E111",
-        "the model `thing`: it builds no object `deck`",
+        "the model `thing`: it declares the slot `deck`",
         "slot",
         "`org.test.maker`",
     ]);

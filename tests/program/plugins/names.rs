@@ -74,7 +74,7 @@ fn what_can_be_no_name_is_shown_and_not_used() {
     compile(&place, "odd", &commands("odd", &[&bad[..], &["odd.good"]].concat()).text());
     let done = place.run(&["--steps", "1"]).good();
     for name in shown {
-        told_once(&done, &["[E303]", "`org.test.odd`", &format!("its command {name} cannot be called so: the name ")]);
+        told_once(&done, &["[E303]", "`org.test.odd`", &format!("its command {name} has an invalid name: it ")]);
     }
     done.tells(&["the name is empty", "the name holds a space", "holds control characters", "mine.name"]);
     assert!(!done.err.contains('\u{1b}'), "{}", done.err);
@@ -105,10 +105,10 @@ static const tatu_ext_command with_constant = {{.size = sizeof(tatu_ext_command)
     compile(&base, "bad", &source.text());
     let done = base.run(&["--steps", "1"]).good();
     for what in ["sensor", "model", "language", "actuator", "importer", "service"] {
-        told_once(&done, &["[E303]", "`org.test.bad`", &format!("its {what} `bad\\u{{1b}}name` cannot be called so")]);
+        told_once(&done, &["[E303]", "`org.test.bad`", &format!("its {what} `bad\\u{{1b}}name` has an invalid name")]);
     }
-    told_once(&done, &["[E303]", "its event `bad.bad\\u{1b}name` cannot be called so"]);
-    told_once(&done, &["[E303]", "its constant `bad.bad\\u{1b}name` cannot be called so"]);
+    told_once(&done, &["[E303]", "its event `bad.bad\\u{1b}name` has an invalid name"]);
+    told_once(&done, &["[E303]", "its constant `bad.bad\\u{1b}name` has an invalid name"]);
     // The id of the plugin itself: it is not loaded.
     source.id = "\"org.test.a b\"".into();
     compile(&base, "bad", &source.text());
@@ -139,10 +139,7 @@ static const tatu_param *const params[] = {{&param, NULL}};
     let base = place("");
     compile(&base, "nose", &nose("smell.a b", "smell/1").text());
     let done = base.run(&["--steps", "1"]).good();
-    told_once(
-        &done,
-        &["[E303]", "the field `smell.a b` of its sensor `nose` cannot be called so: the name holds a space"],
-    );
+    told_once(&done, &["[E303]", "the field `smell.a b` of its sensor `nose` has an invalid name: it holds a space"]);
     compile(&base, "nose", &nose("smell.what", "smell\\t/1").text());
     let done = base.run(&["--steps", "1"]).good();
     told_once(&done, &["[E303]", "its sensor `nose` claims the schema `smell\\t/1`, which there cannot be"]);
@@ -195,7 +192,7 @@ fn the_newcomer_is_blamed_and_not_what_comes_with_the_program() {
     // Once for a name space, and the names work.
     told_once(
         &done,
-        &[&["[E310]", "`sim.another` and 1 more stands in the name space `sim`", "if it is meant so"][..], &mine]
+        &[&["[E310]", "`sim.another` and 1 more is in the name space `sim`", "if this is intended"][..], &mine]
             .concat(),
     );
     assert_eq!(warnings(&done, &["[E3"]), 4, "{}", done.err);

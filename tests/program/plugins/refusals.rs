@@ -34,13 +34,13 @@ fn other_drafts_are_refused_by_their_number() {
     let source = eye("new", "far_eye", "");
     let source = source.with(|s| s.extension = s.extension.replace("TATU_SENSOR", "\"tatu.sensor/draft.9\""));
     said.told("new", &source);
-    // The command of that plugin works, and a scene that needs its sensor names the file that came closest.
+    // The command of that plugin works, and a scene that needs its sensor names the closest file.
     let place = place(&watcher("w", "function sysCall_init() assert(new.one() == 1) end"));
     compile(&place, "new", &source.text());
     place.run(&["--steps", "1"]).good();
     let scene = place.read("scene.toml") + "[[object]]\nkind = \"sensor\"\nsensor = \"far_eye\"\n";
     place.write("scene.toml", &scene);
-    place.run(&[]).refused(&["E108", "`far_eye`", "came closest", &library("tatu_new"), "draft 9"]);
+    place.run(&[]).refused(&["E108", "`far_eye`", "the closest match", &library("tatu_new"), "draft 9"]);
 }
 
 #[test]
@@ -61,7 +61,7 @@ static const tatu_need *const all_needs[] = {{&a_need, NULL}};\n"
     let place = place(&watcher("w", "function sysCall_init() assert(needs.one() == 1) end"));
     compile(&place, "needs", &need("tatu.host.dreams/1", 1).text());
     let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["note: ", "would like `tatu.host.dreams/1`", &library("tatu_needs")]);
+    done.tells(&["note: ", "can use `tatu.host.dreams/1`", &library("tatu_needs")]);
     assert!(!done.err.contains("warning"), "{}", done.err);
 }
 
@@ -197,7 +197,7 @@ fn folders_that_are_missing_and_libraries_of_other_names_are_told() {
     fs::copy(&from, place.path().join("mine").join(library("good"))).unwrap();
     let env = [("TATU_PLUGIN_PATH", "nowhere")];
     let done = run(program(), place.path(), &["run", "scene.toml", "--json", "--steps", "1"], &env).good();
-    done.tells(&["E311", "TATU_PLUGIN_PATH names the folder nowhere", "is a library, but no plugin by its name"]);
+    done.tells(&["E311", "TATU_PLUGIN_PATH names the folder nowhere", "is a library, but its name is not a plugin's"]);
     done.tells(&[&library("good"), &library("tatu_NAME")]);
 }
 

@@ -101,7 +101,7 @@ fn threads_of_a_plugin_are_kept_out_of_worlds() {
         assert!(done.errors().iter().all(|e| e["code"] == "F207"));
         done.tells(&[
             &library("tatu_nosy"),
-            "`scene.pose` was called for a world that is not there, or from a thread that is not the world's",
+            "`scene.pose` was called for a world that does not exist, or from a thread that is not the world's",
         ]);
         done.tells(&["log.write and session.wake"]);
     }

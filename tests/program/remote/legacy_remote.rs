@@ -249,7 +249,7 @@ fn packets_that_lie_cost_only_their_connection() {
         let _ = stream.read_to_end(&mut answer);
         answer
     };
-    // No packet, one of no bytes, one in the other byte order, a command whose size cannot be, and half a packet.
+    // No packet, one of no bytes, one in the other byte order, a command of impossible size, and half a packet.
     for bytes in [
         &b"GET / HTTP/1.1\r\n\r\n"[..],
         &[1, 0, 0, 0, 0, 0],

@@ -307,7 +307,7 @@ fn what_is_wrong_costs_only_whoever_sends_it() {
         (r#"{"op": "dance", "id": "d"}"#, "`dance`"),
         (r#"{"op": "publish", "topic": "/cmd_vel", "msg": {"linaer": {}}}"#, "has no field `linaer`"),
         (r#"{"op": "publish", "topic": "/cmd_vel", "msg": {"linear": {"x": "fast"}}}"#, "a number"),
-        (r#"{"op": "publish", "topic": "/odom", "msg": {}}"#, "nobody else publishes"),
+        (r#"{"op": "publish", "topic": "/odom", "msg": {}}"#, "by nobody else"),
         (r#"{"op": "advertise", "topic": "/scan", "type": "std_msgs/String"}"#, "has the type sensor_msgs/LaserScan"),
         (r#"{"op": "advertise_service", "service": "/rosapi/topics", "type": "a/B"}"#, "offered here already"),
         (r#"{"op": "subscribe", "topic": "/scan", "compression": "cbor-raw"}"#, "`cbor-raw`"),

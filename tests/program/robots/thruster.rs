@@ -177,7 +177,7 @@ fn an_actuator_without_anything_to_push_says_so_once() {
     let fixed = cuboid("hull", [0.2, 0.2, 0.2], [0.0, 0.0, 5.0], "");
     let place = Place::scene(&format!("{fixed}{}", thruster("thruster", "jet", "thrust_n = 1.0")));
     let done = place.run(&["--steps", "5"]).good();
-    done.tells(&["/hull/jet has no effect", "no dynamic shape is above it"]);
+    done.tells(&["/hull/jet has no effect", "no dynamic shape above it"]);
     assert_eq!(done.err.matches("has no effect").count(), 1, "{}", done.err);
 }
 

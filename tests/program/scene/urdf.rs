@@ -298,11 +298,11 @@ fn errors_name_the_file_and_the_line() {
         ("<mass value=\"2.0\"/>", "", 4, "mass"),
         ("xyz=\"0 1 0\"", "xyz=\"0 0 0\"", 12, "axis of the joint `hinge` is 0 0 0"),
         ("child link=\"bar\"", "child link=\"baar\"", 12, "`baar`"),
-        ("child link=\"bar\"", "child link=\"world\"", 12, "hang"),
+        ("child link=\"bar\"", "child link=\"world\"", 12, "to itself"),
         ("type=\"continuous\"", "type=\"rubber\"", 12, "rubber"),
         ("name=\"bar\"", "name=\"world\"", 4, "two links are called `world`"),
         ("</inertial>", "</inertia>", 9, "not well-formed"),
-        ("size=\"0.04 0.04 1.0\"", "size=\"0.04 0 1.0\"", 4, "no length"),
+        ("size=\"0.04 0.04 1.0\"", "size=\"0.04 0 1.0\"", 4, "not a length"),
         ("<robot name=\"pendulum\">", "<robt name=\"x\">", 2, "outermost"),
     ];
     for (from, to, line, word) in wrong {

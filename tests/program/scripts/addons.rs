@@ -184,7 +184,7 @@ fn options_reach_an_addon_as_a_table_of_the_types_of_its_defaults() {
     let wrong = given("perod=1").errors();
     assert!(wrong[0]["message"].as_str().unwrap().contains("no option `perod`; there are: loud, n, paths, period"));
     assert!(wrong[0]["file"].as_str().unwrap().ends_with("given.lua") && wrong[0]["line"] == 3, "{wrong:?}");
-    place.run(&["--addon", ":period=1"]).refused(&["E102", "names no add-on"]);
+    place.run(&["--addon", ":period=1"]).refused(&["E102", "does not name an add-on"]);
 }
 
 #[test]

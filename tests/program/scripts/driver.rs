@@ -248,7 +248,7 @@ fn a_stage_within_itself_is_refused_with_the_chain() {
     let e = &errors[0];
     assert_eq!(e["object"], "/child");
     let message = e["message"].as_str().unwrap();
-    let chain = "`actuate` was asked for from within itself: /driver -> actuate -> /driver -> actuate";
+    let chain = "`actuate` was requested from within itself: /driver -> actuate -> /driver -> actuate";
     assert!(message.contains(chain), "{message}");
     assert_eq!(done.json()["sim_time_s"].as_f64().map(|t| (t / 0.05).round()), Some(3.0), "the driver goes on");
 }
@@ -297,7 +297,7 @@ fn a_plugin_runs_stages_and_is_refused_those_that_run() {
             assert(not ok and tostring(message):find(words, 1, true), tostring(message))
         end
         function sysCall_actuation()
-            refused('asked for from within itself: the step -> actuate -> /child -> actuate', 1, 0)
+            refused('requested from within itself: the step -> actuate -> /child -> actuate', 1, 0)
             refused('there is no stage 9', 9, 0)
             refused('finite time', 2, 0 / 0)
             refused('finite time', 2, -1)

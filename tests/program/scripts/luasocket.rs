@@ -225,7 +225,7 @@ fn wrong_calls_are_told_as_luasocket_tells_them() {
         fails("LuaSocket's tcp6 is not provided", socket.tcp6)
         fails("fields of its own", function() a.mine = 1 end)
         fails("port expected", socket.connect, '127.0.0.1', 70000)
-        fails("the module `socket.http` of the original is not here", require, 'socket.http')
+        fails("the module `socket.http` of the original is not available", require, 'socket.http')
         is('1', a:setoption('tcp-nodelay', true))
         is('true true', require 'socket.core' == socket, _G.socket == socket)
         is('nil', a.unknown)

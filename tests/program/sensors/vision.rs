@@ -319,5 +319,5 @@ fn readings_as_tables_and_files() {
 #[test]
 fn what_is_no_vision_sensor_is_refused() {
     let errors = see("function sysCall_sensing() sim.readVisionSensor(sim.getObject('/wall')) end").errors();
-    assert!(errors[0].to_string().contains("is no vision sensor"), "{errors:?}");
+    assert!(errors[0].to_string().contains("is not a vision sensor"), "{errors:?}");
 }

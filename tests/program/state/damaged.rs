@@ -87,7 +87,7 @@ fn damaged_files_are_refused_or_run() {
                 "snap" => assert_eq!(done.code, 2, "{}", done.err),
                 // Lines that are missing at its end are told.
                 "log" if done.code == 0 => {
-                    let told = done.err.contains("ended from outside") || done.err.contains("cut off");
+                    let told = done.err.contains("ended from outside") || done.err.contains("truncated");
                     assert!(told, "a difference without a word: {}", done.err);
                 }
                 "trace" if done.code == 0 => {

@@ -141,7 +141,7 @@ fn damaged_logs_are_told() {
             _ => drop(done.good()),
         }
     }
-    replay(&whole[..header + 10]).good().tells(&["cut off"]);
+    replay(&whole[..header + 10]).good().tells(&["truncated"]);
     // A line within that is damaged, out of order, or of another kind.
     for line in ["{\"step\":0", "{}", "nonsense", "\u{0}", "{\"step\":0,\"at\":0,\"service\":\"x\",\"client\":1}"] {
         let bad = [lines[0], line.as_bytes(), b"\n", lines[1]].concat();
@@ -149,7 +149,7 @@ fn damaged_logs_are_told() {
     }
     replay(&[lines[0], lines[2], lines[1]].concat()).refused(&["E116", "line 2"]);
     replay(b"{\"tatu_input_log\":99}\n").refused(&["E116", "format 99"]);
-    replay(b"step,time\n1,0.05\n").refused(&["E116", "no input log", "--log"]);
+    replay(b"step,time\n1,0.05\n").refused(&["E116", "not an input log", "--log"]);
     place.tatu(&["run", "--replay", "none.log"]).refused(&["E105", "none.log"]);
     place.run(&["--log", "no/such/folder/x.log"]).refused(&["E105", "no/such/folder/x.log"]);
 

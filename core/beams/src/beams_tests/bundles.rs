@@ -65,7 +65,7 @@ fn compare(scene: &BeamScene, cast: &BundleCast<'_>, dice: &mut Dice) -> (usize,
     for (i, (beam, hit)) in one_by_one(scene, cast).into_iter().enumerate() {
         let close = |hit: &Hit| hit.distance == found.distance[i] || (hit.distance - found.distance[i]).abs() < 1e-4;
         if !close(&hit) {
-            // Beside a silhouette a ray that is moved by what 32 bits cannot tell sees what the bundle saw.
+            // Beside a silhouette a ray that is moved by less than 32 bits can represent hits what the bundle hit.
             let size = 2e-4 + 3e-6 * hit.distance.min(beam.far);
             let moved = (0..60).any(|_| {
                 let turn = UnitQuaternion::from_scaled_axis(dice.vector(1e-5));

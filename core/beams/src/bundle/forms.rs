@@ -1,7 +1,7 @@
 //! 16 rays against each closed form, in the form's frame.
 //!
 //! A ray is inside a convex solid along one stretch; it enters by a front face and leaves by a back face. That is all
-//! that a form tells: the stretch, and when asked which part of the surface is at its ends and how steeply it is met.
+//! that a form reports: the stretch, and when asked which part of the surface is at its ends and how steeply it is met.
 
 use fearless_simd::prelude::*;
 

@@ -18,7 +18,7 @@ pub struct Light {
 }
 
 impl Default for Light {
-    /// Enough from everywhere to tell colours apart in the shade, a sun from above and beside.
+    /// Enough from everywhere to distinguish colours in the shade, a sun from above and beside.
     fn default() -> Self {
         Self {
             ambient: 0.35,
@@ -44,8 +44,8 @@ pub(super) fn byte(x: f32) -> u8 {
 
 /// The colour of a matt surface, 0 to 255.
 ///
-/// `normal` (on the side of the camera) and `to_camera` are of length 1, in the world. `sunlit` is 0 in a shadow, 1 in the
-/// light.
+/// `normal` (on the side of the camera) and `to_camera` are of length 1, in the world. `sunlit` is 0 in a shadow, 1 in
+/// the light.
 pub fn color_of(
     light: &Light,
     surface: [f32; 3],

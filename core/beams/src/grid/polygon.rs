@@ -115,7 +115,7 @@ impl ViewFrom {
         self.rotation * p + self.translation
     }
 
-    /// The corners of a box along the form's axes; bit i of a place tells the side on axis i.
+    /// The corners of a box along the form's axes; bit i of an index is the side on axis i.
     pub fn corners(&self, centre: &Vector3<f64>, half: &Vector3<f64>) -> [Vector3<f64>; 8] {
         std::array::from_fn(|number| {
             let sign = |axis: usize| if number >> axis & 1 == 1 { 1.0 } else { -1.0 };

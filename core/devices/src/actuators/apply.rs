@@ -19,13 +19,13 @@ pub struct ApplyFailure {
     pub slot: u32,
     /// Index of its kind.
     pub kind: usize,
-    /// What the plugin said, or what is wrong with what it gave.
+    /// The plugin's error, or what is wrong with its output.
     pub text: String,
     /// Negative: it is switched off. `TATU_OK`: it goes on, and is reported once.
     pub status: tatu_status,
 }
 
-/// What actuators see.
+/// Input of actuators.
 #[derive(Clone, Copy)]
 pub struct Acts<'a> {
     /// The scene, which nothing changes meanwhile.
@@ -128,7 +128,7 @@ impl<'a> SubSteps<'a> {
     }
 }
 
-/// Whom a batch goes to, and who looks on.
+/// The recipient of a batch, and the watch for its calls.
 struct Asked<'a> {
     registry: &'a Registry,
     watch: &'a Watch,
@@ -185,7 +185,7 @@ fn apply(
             }
             bad if bad < 0 => (bad, error.text()),
             _ if !finite => {
-                (TATU_ERR, format!("gave the wrench {wrench:?} and the effort {effort}; expected finite numbers"))
+                (TATU_ERR, format!("returned the wrench {wrench:?} and the effort {effort}; expected finite numbers"))
             }
             _ => match seat.mount.pushes(engine, &m.pose, &wrench, effort, pushes) {
                 Err(lack) if !d.idle_told => (TATU_OK, lack.to_owned()),
@@ -198,7 +198,7 @@ fn apply(
 }
 
 impl ApplyScratch {
-    /// Copies of the commands of all, which a plugin may read.
+    /// Copies of all commands, which a plugin may read.
     fn give_commands(&mut self, seats: &[Seat]) {
         self.commands.fill(seats.iter().map(|s| s.commands.len()).sum(), 0.0);
         let first = self.commands.first_mut();
@@ -209,17 +209,17 @@ impl ApplyScratch {
             at += seat.commands.len();
         }
     }
-    /// Where a plugin wrote that it must not have written, if it did.
+    /// Where a plugin wrote out of bounds, if it did.
     fn written_beside(&self, seats: &[Seat]) -> Option<&'static str> {
         let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
         match () {
-            () if !self.wrench.is_whole() => Some("beside `wrench` of its batch"),
-            () if !self.effort.is_whole() => Some("beside `effort` of its batch"),
-            () if !self.status.is_whole() => Some("beside `status` of its batch"),
+            () if !self.wrench.is_whole() => Some("outside `wrench` of its batch"),
+            () if !self.effort.is_whole() => Some("outside `effort` of its batch"),
+            () if !self.status.is_whole() => Some("outside `status` of its batch"),
             () if !self.commands.is_whole()
                 || !self.commands.iter().zip(seats.iter().flat_map(|s| &s.commands)).all(same) =>
             {
-                Some("to `command` of its batch, which is for reading")
+                Some("to `command` of its batch, which is read-only")
             }
             () => None,
         }

@@ -32,9 +32,9 @@ pub struct Actuator {
     pub state: StateBlock,
     /// Values of its parameters, in the order of the kind's declaration.
     pub params: Vec<Value>,
-    /// Switched off after a fault.
+    /// Disabled after a fault.
     pub off: bool,
-    /// It has been reported that it pushes nothing.
+    /// It has been reported that it has no effect.
     pub idle_told: bool,
 }
 
@@ -55,7 +55,7 @@ impl Actuators {
     pub fn index(&self, object: tatu_object) -> Option<usize> {
         self.devices.iter().position(|d| d.object == object)
     }
-    /// Takes out the instances of actuators that are gone.
+    /// Removes the instances of removed actuators.
     pub fn take_gone(&mut self, alive: impl Fn(&Actuator) -> bool) -> Vec<Actuator> {
         if self.devices.iter().all(&alive) {
             return Vec::new();

@@ -111,12 +111,12 @@ impl Mount {
                 let arm = at.translation.vector - engine.centre_of_mass(body).coords;
                 out.push(Push { body, force, torque: torque + arm.cross(&force) });
             }
-            None => lacks = Err("no dynamic shape is above it that it could push"),
+            None => lacks = Err("it has no dynamic shape above it to push"),
         }
         match self.hinge {
             _ if effort == 0.0 => {}
             Some(h) => h.push(engine, effort, out),
-            None => lacks = Err("no joint that physics moves is above it, before a dynamic shape"),
+            None => lacks = Err("it has no dynamic joint above it, nearer than a dynamic shape"),
         }
         lacks
     }

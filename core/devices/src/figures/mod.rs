@@ -68,7 +68,7 @@ impl Figures {
         self.drawings.insert(self.last_drawing, drawing);
         Ok(self.last_drawing)
     }
-    /// Forgets drawings on objects that are gone.
+    /// Removes drawings on removed objects.
     pub fn remove_orphans(&mut self, scene: &Scene) {
         self.drawings.retain(|_, d| d.parent == 0 || scene.resolve(d.parent).is_ok());
     }

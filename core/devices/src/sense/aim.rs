@@ -1,4 +1,4 @@
-//! Rays that a plugin moves and turns before each cast.
+//! Rays that a plugin aims before each cast.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_plugins::guarded::Guarded;
@@ -10,7 +10,8 @@ use super::plan::{BeamPlan, look_along};
 pub(super) struct Aims {
     /// Origin and direction of each in its sensor's frame, sensor after sensor.
     rays: Guarded<[f64; 6]>,
-    /// Of each sensor of the batch, its first ray, as the border has it; null: its rays are not aimed. Empty: nobody aims.
+    /// Of each sensor of the batch, its first ray, as the border has it; null: its rays are not aimed. Empty: nobody
+    /// aims.
     pub places: Vec<*mut f64>,
     /// The places of the rays in their sensor's frame, once they are taken.
     turned: Vec<Isometry3<f64>>,
@@ -45,12 +46,12 @@ impl Aims {
         true
     }
 
-    /// Whether nobody wrote beside them.
+    /// Whether their guards are intact.
     pub fn are_whole(&self) -> bool {
         self.rays.is_whole()
     }
 
-    /// The next `n` rays as they are aimed now; `None`: one of them begins nowhere, or has no unit direction.
+    /// The next `n` rays as they are aimed now; `None`: one of them has no finite origin, or no unit direction.
     pub fn take(&mut self, n: usize) -> Option<&[Isometry3<f64>]> {
         let begin = self.turned.len();
         let own = &self.rays[begin..begin + n];

@@ -30,7 +30,7 @@ pub struct Device {
     pub time: f64,
     /// Its slot in the scene.
     pub slot: u32,
-    /// Switched off after a fault.
+    /// Disabled after a fault.
     pub off: bool,
     /// Measures only on request, as the scene declares.
     pub(super) explicit: bool,
@@ -57,7 +57,7 @@ pub struct Device {
 }
 
 impl Device {
-    /// A sensor that has no reading yet; its beams are still to be asked for.
+    /// A sensor without a reading; its beams are not known yet.
     pub fn new(
         kind: usize,
         slot: u32,
@@ -109,7 +109,7 @@ impl Device {
         self.layout.ends.iter().all(|end| fields[*end as usize] == GUARD) && self.state.is_whole()
     }
 
-    /// What it wrote past.
+    /// Where it wrote out of bounds.
     #[cold]
     pub(super) fn wrote_too_far(&mut self, kind: &SensorKind) -> String {
         match self.layout.ends.iter().position(|end| self.fields[*end as usize] != GUARD) {
@@ -128,7 +128,7 @@ impl Device {
         }
     }
 
-    /// There is no reading any more, nor one under way.
+    /// Discards the reading, and those that are delayed.
     pub fn forget(&mut self) {
         self.sequence = 0;
         self.noise.iter_mut().for_each(|n| n.drop_held());
@@ -192,7 +192,7 @@ impl Device {
         }
     }
 
-    /// A look at one field.
+    /// A view of one field.
     pub fn view(&self, kind: &SensorKind, field: usize) -> tatu_field_view {
         let info = &kind.fields[field];
         let (first, n) = self.layout.spans[field];
@@ -206,7 +206,7 @@ impl Device {
         }
     }
 
-    /// The first field that holds something that is no number. Nothing to be seen is infinity or zero, never this.
+    /// The first field that holds a NaN. "Nothing detected" is infinity or zero, never NaN.
     pub fn not_a_number<'k>(&self, kind: &'k SensorKind) -> Option<&'k str> {
         let is_bad = |i: usize| {
             let (first, n) = self.layout.spans[i];
@@ -249,8 +249,8 @@ impl Device {
     }
 }
 
-/// The number of the period of a rate that a time lies in. Times are sums of steps: one that lacks but their rounding is in
-/// the period that it begins.
+/// The number of the period of a rate that a time lies in. Times are sums of steps: one that lacks but their rounding
+/// is in the period that it begins.
 fn period(rate: f64, time: f64) -> u64 {
     (time * rate * (1.0 + 1e-12) + 1e-9).floor() as u64
 }

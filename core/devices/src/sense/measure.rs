@@ -41,15 +41,15 @@ pub struct Moment {
     pub step: u64,
 }
 
-/// Which sensors are handled, and when.
+/// Which sensors are measured, and when.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
     /// Their kind.
     pub kind: usize,
     /// Indices of [`Sensing::devices`], ascending.
     pub devices: &'a [usize],
-    /// Places in `devices` at which another batch begins, however many threads there are: what fails as a batch does so on
-    /// any number of them.
+    /// Places in `devices` at which another batch begins, however many threads there are: what fails as a batch does so
+    /// on any number of them.
     pub cuts: &'a [usize],
     /// How.
     pub options: &'a MeasureOptions,
@@ -74,7 +74,7 @@ pub struct Around<'a> {
     pub registry: &'a Registry,
     /// Velocity of an object.
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
-    /// Who is noted before a plugin is called.
+    /// The watch that notes calls of plugins.
     pub watch: &'a Watch,
     /// Threads for the beams.
     pub pool: &'a rayon::ThreadPool,
@@ -84,7 +84,7 @@ pub struct Around<'a> {
 /// when their plugin reads it.
 const BATCH: usize = 1 << 14;
 
-/// Handles sensors of one kind; those that failed.
+/// Measures with sensors of one kind; returns those that failed.
 pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
     job.shares().flat_map(|devices| in_batches(sensing, &Job { devices, cuts: &[], ..*job }, around)).collect()
 }
@@ -117,7 +117,7 @@ fn in_batches(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<
     failed
 }
 
-/// Handles a batch.
+/// Measures a batch.
 fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
     let Job { kind, devices, options, moment, .. } = *job;
     let Around { scene, registry, twist, pool, .. } = *around;
@@ -194,7 +194,7 @@ fn beside_status(call: Call, s: &mut MeasureScratch, all: &[Device], job: &Job<'
     let n = s.status.len();
     // What the batch holds now may be anything; pointers to the list stay, for its size does.
     s.status.fill(n, TATU_ERR);
-    let text = format!("broke the contract: it wrote beside the statuses of its batch of {n}");
+    let text = format!("broke the contract: it wrote outside the statuses of its batch of {n}");
     let failure =
         |i: &usize| MeasureFailure { slot: all[*i].slot, kind: job.kind, call, text: text.clone(), status: TATU_ERR };
     job.devices.iter().map(failure).collect()
@@ -217,8 +217,8 @@ fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<Measur
         let Some(frames) = frames else {
             s.status[sensor] = TATU_ERR;
             let text = match whole {
-                true => "broke the contract: a ray begins nowhere, or has no unit direction",
-                false => "broke the contract: it wrote beside the rays of its batch",
+                true => "broke the contract: a ray has no finite origin, or no unit direction",
+                false => "broke the contract: it wrote outside the rays of its batch",
             };
             let text = text.to_owned();
             failed.push(MeasureFailure { slot: d.slot, kind: job.kind, call: Call::Aim, text, status: TATU_ERR });

@@ -19,7 +19,8 @@ use tatu_plugins::{
 pub struct BeamPlan {
     /// Form of the volume, or of one ray.
     pub volume: Volume,
-    /// Ray directions in the sensor's frame; one entry (its +z) for a volume, none for an image or a sensor without beams.
+    /// Ray directions in the sensor's frame; one entry (its +z) for a volume, none for an image or a sensor without
+    /// beams.
     pub directions: Vec<[f64; 3]>,
     /// For each direction, the turn that makes +z look along it.
     pub turns: Vec<UnitQuaternion<f64>>,
@@ -43,7 +44,7 @@ pub struct BeamPlan {
     pub without: u32,
     /// Looks at visible objects instead of detectable ones.
     pub visible: bool,
-    /// What a volume finds counts only if nothing lies between it and the sensor.
+    /// A point that a volume finds counts only if nothing lies between it and the sensor.
     pub occlude: bool,
     /// Rays that the plugin moves and turns before each cast.
     pub aimed: bool,
@@ -123,7 +124,7 @@ impl BeamPlan {
         }
         let Room(before, raw, behind) = room;
         if before != [GUARD; 8] || behind != [GUARD; 8] {
-            return Err("broke the contract: it wrote beside the table `tatu_beams`".into());
+            return Err("broke the contract: it wrote outside the table `tatu_beams`".into());
         }
         let (volume, directions) = match raw.form {
             TATU_BEAMS_CONE if (0.0..=PI).contains(&raw.dims[0]) => {
@@ -178,7 +179,8 @@ fn volume(raw: &tatu_beams) -> Result<Volume, String> {
     };
     volume.ok_or_else(|| {
         format!(
-            "a volume of form {} with the numbers {:?}; expected sizes from 0 on, and angles up to a full turn",
+            "a volume of form {} with the numbers {:?}; expected sizes of at least 0, and angles of at most a full \
+             turn",
             raw.form, raw.dims
         )
     })
@@ -200,8 +202,8 @@ fn rays(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
     }
 }
 
-/// What an image takes for each pixel, bytes: depth, colour, normal, what is seen, and the reading. Images below so many bytes in
-/// all are not asked for in advance.
+/// What an image takes for each pixel, bytes: depth, colour, normal, what is seen, and the reading. Images below so
+/// many bytes in all are not asked for in advance.
 const BYTES_PER_PIXEL: usize = 48;
 const SMALL: usize = 64 << 20;
 
@@ -224,7 +226,7 @@ fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
     let bytes = columns as usize * rows as usize * BYTES_PER_PIXEL;
     if bytes > SMALL && Vec::<u8>::new().try_reserve_exact(bytes).is_err() {
         return Err(format!(
-            "an image of {columns} x {rows} pixels needs about {} MB, which the system does not give; choose fewer \
+            "an image of {columns} x {rows} pixels needs about {} MB, which the system cannot provide; choose fewer \
              pixels, or allow the program more memory (`ulimit -v`, or the job's limit)",
             bytes >> 20
         ));

@@ -4,7 +4,7 @@ use tatu_plugin_api::abi::tatu_random;
 
 use super::normal;
 
-/// The key of one measure of one sensor, for one who draws.
+/// The key of one measurement of one sensor, for one stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Key {
     at: u64,
@@ -23,15 +23,15 @@ impl Key {
         Key { at, step: if regular { step ^ 0xAAAA_AAAA_AAAA_AAAA } else { step } }
     }
 
-    /// Number `index`, from 0 to below 1.
+    /// Number `index`, in [0, 1).
     pub fn uniform(self, index: u64) -> f64 {
         (self.bits(index) >> 11) as f64 * UNIT
     }
 
     /// Number `index` of the normal distribution: mean 0, standard deviation 1.
     ///
-    /// The inverse of the distribution function at a number between 0 and 1: each index has its own, and the same bits on
-    /// every processor.
+    /// The inverse of the distribution function at a number between 0 and 1: each index has its own, and the same bits
+    /// on every processor.
     pub fn normal(self, index: u64) -> f64 {
         normal::quantile(self.between(index))
     }
@@ -42,7 +42,7 @@ impl Key {
         normal::quantiles(out);
     }
 
-    /// Between 0 and 1, neither of which is met.
+    /// In the open interval (0, 1).
     fn between(self, index: u64) -> f64 {
         ((self.bits(index) >> 11) as f64 + 0.5) * UNIT
     }
@@ -54,8 +54,8 @@ impl Key {
 
 const UNIT: f64 = 1.0 / (1u64 << 53) as f64;
 
-/// SplitMix64: Steele, Lea, Flood, "Fast splittable pseudorandom number generators", 2014. Keys are split as there: each has
-/// a step of its own.
+/// SplitMix64: Steele, Lea, Flood, "Fast splittable pseudorandom number generators", 2014. Keys are split as there:
+/// each has a step of its own.
 fn mixed(x: u64) -> u64 {
     finished(x.wrapping_add(0x9E37_79B9_7F4A_7C15))
 }
@@ -94,7 +94,8 @@ unsafe extern "C" fn normal(table: *const tatu_random, i: u32, first: u64, n: u6
 /// # Safety
 /// `table` is one of ours, `out` has `n` places: by the contract.
 unsafe fn fill(table: *const tatu_random, i: u32, n: u64, out: *mut f64, numbers: impl Fn(Key, &mut [f64])) {
-    // SAFETY: the caller promises it; an instance that is not there draws nothing. The places may never have been written to.
+    // SAFETY: the caller promises it; an instance that is not there draws nothing. The places may never have been
+    // written to.
     unsafe {
         if i < (*table).reserved && n > 0 && !out.is_null() {
             let key = *(*table).ctx.cast::<Key>().add(i as usize);
@@ -126,7 +127,8 @@ mod tests {
             let all: Vec<f64> = (0..100_000).map(|i| at(i).0.uniform(at(i).1)).collect();
             kolmogorov_smirnov(&all, |x| x).unwrap();
             independent(&all).unwrap();
-            // Each bit is 1 in half of the numbers: sd of a count of n coins is sqrt(n) / 2; 5 of them for 64 bits at once.
+            // Each bit is 1 in half of the numbers: sd of a count of n coins is sqrt(n) / 2; 5 of them for 64 bits at
+            // once.
             for bit in 0..64 {
                 let ones = (0..100_000).filter(|i| at(*i).0.bits(at(*i).1) >> bit & 1 == 1).count() as f64;
                 assert!((ones - 50_000.0).abs() < 5.0 * 100_000f64.sqrt() / 2.0, "way {way}, bit {bit}: {ones}");

@@ -1,5 +1,5 @@
-//! The memory of readings: those of sensors made one after the other lie side by side, since that is how they are filled
-//! and read.
+//! The memory of readings: those of sensors made one after the other lie side by side, since that is how they are
+//! filled and read.
 
 use std::{
     cell::UnsafeCell,
@@ -24,7 +24,7 @@ pub struct ReadingBuffer {
 }
 
 impl ReadingBuffer {
-    /// So many of their own.
+    /// Owned words.
     pub fn new(len: usize) -> Self {
         ReadingBuffer { shelf: shelf(len), first: 0, len: len as u32 }
     }
@@ -75,7 +75,7 @@ impl Clone for ReadingBuffer {
     }
 }
 
-/// Gives out words. What it has given stays valid when it is gone.
+/// Allocates words, which stay valid after it is dropped.
 #[derive(Debug, Default)]
 pub struct ReadingArena {
     last: Rc<[UnsafeCell<u64>]>,
@@ -83,7 +83,7 @@ pub struct ReadingArena {
 }
 
 impl ReadingArena {
-    /// A buffer next to the previous ones.
+    /// Allocates a buffer next to the previous ones.
     pub fn take(&mut self, len: usize) -> ReadingBuffer {
         if len > LARGE {
             return ReadingBuffer::new(len);

@@ -1,4 +1,4 @@
-//! Buffers of a batch of sensors, and the view of them that a plugin gets.
+//! Buffers of a batch of sensors, and the table of them that a plugin gets.
 
 use std::ffi::c_void;
 

@@ -46,15 +46,15 @@ impl Sensing {
         self.devices.push(device);
         self.unsettle();
     }
-    /// Something has changed that is taken up from the scene.
+    /// Marks that settings of the scene have changed.
     pub fn unsettle(&mut self) {
         self.settled = None;
     }
-    /// Something has changed by which it depends who measures, or how.
+    /// Marks that the lists of due sensors are out of date.
     pub fn relist(&mut self) {
         self.listed = false;
     }
-    /// The scene is another one: nothing is known of it.
+    /// Discards what was derived from the scene, which has been replaced.
     pub fn forget_scene(&mut self) {
         (self.targets, self.settled) = (Targets::default(), None);
     }
@@ -93,7 +93,7 @@ impl Sensing {
     pub fn device(&self, slot: u32) -> Option<&Device> {
         self.index(slot).map(|i| &self.devices[i])
     }
-    /// The instances of sensors that are gone.
+    /// Removes the instances of removed sensors.
     pub fn take_gone(&mut self, alive: impl Fn(&Device) -> bool) -> Vec<Device> {
         if self.devices.iter().all(&alive) {
             return Vec::new();

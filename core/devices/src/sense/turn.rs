@@ -2,7 +2,7 @@
 
 use super::device::Device;
 
-/// Sensors of a kind that are handled together, and what must be known of them before.
+/// Sensors of a kind that are measured together, and what must be known of them before.
 #[derive(Debug, Default)]
 pub struct Turn {
     /// Their indices, ascending.
@@ -22,8 +22,8 @@ pub struct Roll {
     pub(super) others: Vec<usize>,
 }
 
-/// So many sensors measure together: what is noted of them stays in the processor's caches from the first look at them to
-/// the last one at what they measured.
+/// So many sensors measure together: what is noted of them stays in the processor's caches from the first look at them
+/// to the last one at what they measured.
 pub(super) const TOGETHER: usize = 256;
 
 impl Turn {

@@ -50,7 +50,7 @@ impl ErrorSlot {
         });
         ErrorSlot { raw, texts }
     }
-    /// Its raw form, with nothing said.
+    /// Its raw form, emptied.
     pub fn fresh(&mut self) -> *mut tatu_error {
         self.raw.ctx = (&raw mut *self.texts).cast();
         self.raw.code = TATU_OK;
@@ -68,7 +68,7 @@ impl ErrorSlot {
         // SAFETY: an error object of ours.
         unsafe { say(error, status, raw(text.as_bytes())) };
     }
-    /// What was said, part by part.
+    /// Its content, part by part.
     pub fn said(&self) -> Said {
         // SAFETY: an error object of ours, with texts of ours.
         unsafe { Said::of(&self.raw) }
@@ -83,11 +83,11 @@ impl ErrorSlot {
         // SAFETY: an error object of ours.
         unsafe { name_plugin(status, self.raw(), plugin, call) };
     }
-    /// Whether anything was said.
+    /// Whether it holds an error.
     pub fn has_said(&self) -> bool {
         self.raw.code != TATU_OK
     }
-    /// The sentence, with its help.
+    /// The message, with its hint.
     pub fn text(&self) -> String {
         let said = self.said();
         let mut out = said.text.unwrap_or_default();
@@ -100,15 +100,15 @@ impl ErrorSlot {
 
 /// What an error object says, copied; empty parts are none.
 pub struct Said {
-    /// The sentence.
+    /// The message.
     pub text: Option<String>,
-    /// What to do about it.
+    /// The hint.
     pub help: Option<String>,
     /// The place in a text, a line of which counts from 1; 0: none.
     pub file: Option<String>,
     /// See `file`.
     pub line: u64,
-    /// The chain of calls of a script.
+    /// The traceback of a script.
     pub traceback: Option<String>,
 }
 
@@ -128,8 +128,8 @@ impl Said {
     }
 }
 
-/// What a plugin's function answered, as a status that there is: `TATU_OK`, `TATU_WAIT` where it may wait, or an error,
-/// about which something is said. Anything else is a breach of the contract.
+/// The status that a plugin's function returned, as a defined one: `TATU_OK`, `TATU_WAIT` if it may wait, or an error,
+/// with a message. Anything else is a breach of the contract.
 ///
 /// # Safety
 /// `error` is a live error object of the host.
@@ -142,16 +142,16 @@ pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error
         let text = match status {
             // What it said stands, whatever its number means.
             ..0 if (*error).code != TATU_OK => return TATU_ERR,
-            ..0 => format!("failed with status {status}, which this host does not know: its plugin may be a newer one"),
-            _ => format!("broke the contract: it answered with the status {status}, which means nothing here"),
+            ..0 => format!("failed with status {status}, which this host does not know: the plugin may be newer"),
+            _ => format!("broke the contract: it returned the status {status}, which is not defined for this call"),
         };
         say(error, TATU_ERR, raw(text.as_bytes()));
     }
     TATU_ERR
 }
 
-/// Names the plugin and its function where an error is the plugin's own, and not one of a script that it ran: that has
-/// a place in a text.
+/// Adds the plugin and its function to an error that is the plugin's own, and not one of a script that it ran: that has
+/// a position in a text.
 ///
 /// # Safety
 /// `error` is a live error object of the host.

@@ -1,4 +1,4 @@
-//! Texts and error objects as they cross the border.
+//! Texts and error objects at the ABI.
 
 mod error_object;
 
@@ -6,7 +6,7 @@ use tatu_plugin_api::abi::*;
 
 pub use error_object::{ErrorSlot, Said, answer, copy as copy_error, name_plugin};
 
-/// Bytes of a border text; empty for null.
+/// Bytes of an ABI text; empty for null.
 ///
 /// # Safety
 /// `s` points to `len` bytes that live for `'a`, or is empty.
@@ -15,7 +15,7 @@ pub unsafe fn bytes<'a>(s: tatu_str) -> &'a [u8] {
     unsafe { Lent::new(s) }.bytes()
 }
 
-/// A border text as UTF-8; other bytes are replaced.
+/// An ABI text as UTF-8; other bytes are replaced.
 ///
 /// # Safety
 /// As for [`bytes`].
@@ -24,12 +24,12 @@ pub unsafe fn text<'a>(s: tatu_str) -> std::borrow::Cow<'a, str> {
     String::from_utf8_lossy(unsafe { bytes(s) })
 }
 
-/// A Rust text for the border.
+/// A Rust text in the ABI form.
 pub fn raw(s: &[u8]) -> tatu_str {
     Lent::from(s).raw()
 }
 
-/// Fills an error object of the host; gives the status back.
+/// Fills an error object of the host; returns the status.
 ///
 /// # Safety
 /// `error` is null or a live error object of the host.

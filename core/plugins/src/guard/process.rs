@@ -1,10 +1,10 @@
-//! What belongs to the process and takes calls of the system to look at: the working folder, what signals do, standard output
+//! State of the process that takes system calls to read: the working folder, signal actions, standard output
 //! and error.
 
 #[cfg(unix)]
 pub use unix::State;
 
-/// Nothing is looked at on this system.
+/// Nothing is checked on this system.
 #[cfg(not(unix))]
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct State;
@@ -29,7 +29,7 @@ mod unix {
 
     use libc::c_int;
 
-    /// Signals that the program, the loader or libraries of the system have use for.
+    /// Signals that the program, the loader or system libraries use.
     const SIGNALS: [(c_int, &str); 15] = [
         (libc::SIGABRT, "SIGABRT"),
         (libc::SIGALRM, "SIGALRM"),
@@ -139,7 +139,7 @@ mod unix {
             }
         }
 
-        /// Goes back to it; what had been changed, in words.
+        /// Restores it; returns what had been changed, in words.
         pub fn restore(&self) -> Vec<String> {
             let mut out = Vec::new();
             if folder() != self.folder {

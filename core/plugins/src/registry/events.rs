@@ -7,7 +7,7 @@ use crate::{Declared, events::EventInfo, tables};
 
 impl Registry {
     pub(super) unsafe fn add_events(&mut self, plugin: usize) {
-        // SAFETY: tables of a started plugin, as the header tells.
+        // SAFETY: tables of a started plugin, as the header says.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_event>(TATU_EVENT)) else {
                 return;

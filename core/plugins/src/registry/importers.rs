@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{Declared, tables, watchdog::Call};
 
-/// How much of a file an importer looks at to tell whether it is its own, bytes.
+/// How much of a file an importer sees to decide whether it can read it, bytes.
 const HEAD: usize = 4096;
 
 impl Registry {
@@ -52,8 +52,9 @@ impl Registry {
         })
     }
 
-    /// Whoever reads a file: the surest by its first bytes; of equally sure ones the one that `[providers]` names for
-    /// the suffix, then one with the file's suffix, then the one with the lowest id. If nobody is sure: by suffix.
+    /// The importer of a file: the one most confident by its first bytes; of equal ones the one that `[providers]`
+    /// names for the suffix, then one with the file's suffix, then the one with the lowest id. If none is confident: by
+    /// suffix.
     pub fn importer_of(
         &self,
         file: &Path,
@@ -83,7 +84,7 @@ impl Registry {
         let alike = |(n, _, suffix): &(usize, u32, bool)| (named(*n), *suffix) == (named(first), tied[0].2);
         let ids: Vec<_> = tied.iter().filter(|t| alike(t)).map(|(n, _, _)| self.importers[*n].id.as_str()).collect();
         let tie = (ids.len() > 1).then(|| {
-            format!("the importers {} read it; `{}` is used, `importer = \"...\"` chooses", ids.join(", "), ids[0])
+            format!("the importers {} read it; `{}` is used, choose with `importer = \"...\"`", ids.join(", "), ids[0])
         });
         // Those that fail are not asked to read it; whoever does not need them is not stopped.
         let notes = failed.into_iter().map(|e| e.text).chain(tie).collect();
@@ -97,11 +98,11 @@ impl Registry {
         if sure <= 100 {
             return Ok(sure);
         }
-        let broke = format!("plugin `{}` broke the contract: it answered {sure} in {}", plugin.id, Call::Sniff.text());
+        let broke = format!("plugin `{}` broke the contract: it returned {sure} in {}", plugin.id, Call::Sniff.text());
         Err(Error::new("E111", format!("{subject}: {broke}")).expected("how sure it is, 0 to 100"))
     }
 
-    /// Nobody reads a file.
+    /// The error that no importer reads a file.
     pub fn no_importer(&self, file: &Path) -> Error {
         let known: Vec<_> = self.importers.iter().map(|i| format!("{} ({})", i.id, i.suffixes.join(" "))).collect();
         let error = Error::new("E121", format!("no importer reads {}", file.display()));

@@ -1,4 +1,4 @@
-//! What kind of script a text is, where only the text shows it.
+//! The kind of a script, where only its text shows it.
 
 use super::Registry;
 

@@ -1,4 +1,4 @@
-//! Finding things by name: whose is meant where several claim it, and what to say where there is none.
+//! Lookup by name: which one is meant where several plugins claim it, and the error where none does.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -42,7 +42,7 @@ impl Registry {
             plugin(second),
             file(second)
         );
-        let help = format!("say whose is meant: [providers] \"{id}\" = \"{}\"", plugin(first));
+        let help = format!("choose one: [providers] \"{id}\" = \"{}\"", plugin(first));
         Err(Error::new("E322", text).expected("one plugin, named in [providers]").help(help))
     }
     /// A model by id.
@@ -116,14 +116,15 @@ impl Registry {
         })
     }
 
-    /// Nothing of that name: the nearest, or, without any plugin that offers such a thing, where was looked.
+    /// The error for an unknown name: the nearest one or, without any plugin that offers such a thing, the searched
+    /// folders.
     pub(super) fn unknown(&self, code: &'static str, what: &str, name: &str, known: &[&str]) -> Error {
         let mut text = format!("there is no {what} `{name}`");
         if let Some((file, why)) = self.closest(name) {
             let file = file.display().to_string();
             // The reason mostly names the file itself.
             let why = if why.contains(&file) { why.clone() } else { format!("{file}: {why}") };
-            text += &format!("; what came closest was refused: {why}");
+            text += &format!("; the closest match was rejected: {why}");
         }
         let error = Error::new(code, text);
         if known.is_empty() {

@@ -3,7 +3,8 @@
 //! - [`Registry`]: loading, ending, calls of plugins where there is no world;
 //! - `types`: what is offered, as the host keeps it; `read`: the tables of a plugin;
 //! - `lookup`: finding by name;
-//! - `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and finding these; `renew`: one plugin again.
+//! - `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and finding these; `renew`: one
+//!   plugin again.
 
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
@@ -55,7 +56,7 @@ pub struct Registry {
     pub constants: BTreeMap<String, Constant>,
     /// Preludes.
     pub preludes: Vec<Prelude>,
-    /// Words by which texts tell their kind, in order.
+    /// Words by which the kind of a text is recognized, in order.
     pub kind_marks: Vec<KindMark>,
     /// World life of command plugins: index of the plugin and life.
     pub world_lives: Vec<(usize, tatu_life)>,
@@ -69,9 +70,9 @@ pub struct Registry {
     known: Vec<String>,
     /// Files that could not be loaded, or only in part, and why: where something is missing, one of them may be meant.
     closest: Vec<(PathBuf, String)>,
-    /// What is only good to know.
+    /// Notes.
     pub notes: Vec<String>,
-    /// Where was looked.
+    /// The searched folders.
     pub search: Search,
     /// Where calls are noted while there is no world: loading, building.
     pub setup: Arc<Watch>,
@@ -80,11 +81,11 @@ pub struct Registry {
     /// The plugins, last: they must outlive all that is above.
     pub plugins: Vec<Arc<Plugin>>,
     host: Arc<HostTables>,
-    /// Grows when commands are exchanged.
+    /// Increases when commands are replaced.
     pub generation: u64,
 }
 
-// SAFETY: tables are constant after loading; which thread may call what is told by the header's tags.
+// SAFETY: tables are constant after loading; the header's tags say which thread may call what.
 unsafe impl Send for Registry {}
 // SAFETY: by the contract, what a plugin passes is valid during the call.
 unsafe impl Sync for Registry {}
@@ -95,7 +96,7 @@ impl Registry {
         Self::load_watched(search, host, Watches::default())
     }
 
-    /// The same under the eyes of a watchdog, which then watches all worlds with these plugins.
+    /// The same with a watchdog, which then watches all worlds with these plugins.
     pub fn load_watched(search: Search, host: HostTables, watches: Watches) -> Self {
         let setup = watches.watch();
         let host = Arc::new(host);
@@ -107,12 +108,12 @@ impl Registry {
         }
         for folder in search.folders.iter().filter(|(f, s)| *s == Source::Environment && !f.is_dir()).map(|(f, _)| f) {
             let text = format!("TATU_PLUGIN_PATH names the folder {}, which is not there", folder.display());
-            refused.push(Error::new("E311", text).help("its folders stand one after the other, as in PATH"));
+            refused.push(Error::new("E311", text).help("it is a list of folders, as PATH is"));
         }
         for file in search.misnamed() {
-            let text = format!("{} is a library, but no plugin by its name", file.display());
+            let text = format!("{} is a library, but its name is not a plugin's", file.display());
             let name = format!("{}tatu_NAME{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
-            notes.push(format!("{text}: those are called {name}"));
+            notes.push(format!("{text}: plugins are named {name}"));
         }
         for path in search.candidates() {
             let mut remarks = Remarks::default();
@@ -142,8 +143,8 @@ impl Registry {
                 Err(e) => refused.push(e),
             }
         }
-        // By id, not by folder or time; those of the program come first and those that a scene brings last, so that none
-        // takes a name from the ones before.
+        // By id, not by folder or time; those of the program come first and those that a scene brings last, so that
+        // none takes a name from the ones before.
         let rank = |p: &Arc<Plugin>| (!search.is_of_program(&p.path), search.is_of_scene(&p.path));
         plugins.sort_by(|a, b| (rank(a), &a.id).cmp(&(rank(b), &b.id)));
         let mut registry = Registry { refused, closest, notes, ..Self::of(plugins, search, setup, watches, host) };
@@ -213,7 +214,8 @@ impl Registry {
         self.known = self.refused.iter().map(|e| e.text.clone()).collect();
     }
 
-    /// Ends all plugins, when no world uses them any more; what went wrong. Without it they are ended silently.
+    /// Shuts all plugins down, when no world uses them any more; returns the errors. Without this call they are shut
+    /// down silently.
     pub fn end(mut self) -> Vec<Error> {
         let mut out = Vec::new();
         for plugin in self.plugins.iter_mut().rev() {
@@ -238,8 +240,8 @@ impl Registry {
         self.closest.push((p.path.clone(), text.clone()));
         self.refused.push(Error::new("E303", text).help(help));
     }
-    /// Tells that a name is claimed twice; whether the second claim counts. Of two in one plugin only the first does; of
-    /// two plugins a scene says whose it means.
+    /// Reports that a name is claimed twice; returns whether the second claim counts. Of two in one plugin only the
+    /// first does; of two plugins a scene chooses one.
     fn is_own(&mut self, plugin: usize, what: &str, id: &str, claimed: &[usize]) -> bool {
         if claimed.contains(&plugin) {
             let help = "give each an id of its own";
@@ -249,14 +251,14 @@ impl Registry {
         if let Some(other) = claimed.first() {
             let other = &self.plugins[*other].id;
             let text = format!("its {what} `{id}` is offered by `{other}` too");
-            let help = format!("a scene that uses it says whose it means: [providers] \"{id}\" = \"{other}\"");
+            let help = format!("a scene that uses it must choose one: [providers] \"{id}\" = \"{other}\"");
             self.refuse(plugin, text, &help);
         }
         true
     }
 
     /// Calls a plugin where there is no world: noted for the watchdog, with floating-point mode and locale put back;
-    /// whoever changed them is told so. `subject` is what is built.
+    /// the plugin that changed them is reported. `subject` is what is built.
     pub fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
         let home = ProcessState::now();
         self.setup.subject(subject);

@@ -34,7 +34,7 @@ impl Registry {
         // SAFETY: NUL-terminated or null, by the contract.
         let id = unsafe { tables::label(id) }.filter(|id| !id.is_empty());
         let lack = tables::lacking(size, needed).or_else(|| id.is_none().then(|| "has an empty `id`".to_owned()));
-        let flaw = id.as_deref().and_then(texts::flaw).map(|flaw| format!("cannot be called so: the name {flaw}"));
+        let flaw = id.as_deref().and_then(texts::flaw).map(|flaw| format!("has an invalid name: it {flaw}"));
         let (why, help) = match (lack, flaw) {
             (None, None) => return id,
             (Some(lack), _) => (lack, tables::HELP),
@@ -45,7 +45,7 @@ impl Registry {
         None
     }
 
-    /// Tells of an extension whose table lacks its list.
+    /// Reports an extension whose table lacks its list.
     pub(super) fn offered(&mut self, plugin: usize, extension: &CStr, size: u32, needed: &[Required]) {
         if let Some(lack) = tables::lacking(size, needed) {
             let text =
@@ -66,8 +66,8 @@ impl Registry {
         all
     }
 
-    /// The life of something: whole, none at all, or state that needs no functions. `None`: it is broken, and the plugin has
-    /// been told.
+    /// The life of something: whole, none at all, or state that needs no functions. `None`: it is broken, and the
+    /// plugin has been reported.
     pub(super) unsafe fn life(&mut self, plugin: usize, whose: &str, life: *const tatu_life) -> Option<tatu_life> {
         // SAFETY: a table or null, by the contract.
         let Some(life) = (unsafe { tables::read(life) }) else { return Some(NO_LIFE) };
@@ -117,9 +117,12 @@ impl Registry {
                     Some((f, valid))
                 });
                 if let Some((f, valid)) = lost {
-                    let text =
-                        format!("the field `{}` of its sensor `{id}` is valid by `{valid}`, which it has not", f.name);
-                    self.refuse(plugin, text, "name another field of the kind, whole: `schema.field`");
+                    let text = format!(
+                        "the field `{}` of its sensor `{id}` names `{valid}` as the field that marks valid elements, \
+                         which it does not have",
+                        f.name
+                    );
+                    self.refuse(plugin, text, "name another field of the sensor in full: `schema.field`");
                     continue;
                 }
                 if let Some((f, (flaw, help))) = fields.iter().find_map(|f| Some((f, field_flaw(f)?))) {
@@ -130,9 +133,8 @@ impl Registry {
                     labels(raw.schemas).into_iter().partition(|s| texts::flaw(s).is_none());
                 for schema in flawed {
                     let flaw = texts::flaw(&schema).unwrap_or_default();
-                    let text = format!(
-                        "its sensor `{id}` claims the schema `{schema}`, which there cannot be: the name {flaw}"
-                    );
+                    let text =
+                        format!("its sensor `{id}` claims the schema `{schema}`, which is not a valid name: it {flaw}");
                     self.refuse(plugin, text, "call it `mine/1`");
                 }
                 let mut presets: Vec<PresetInfo> = Vec::new();
@@ -257,7 +259,7 @@ impl Registry {
                 if given.len() > names::MOST_NAMES {
                     let most = names::MOST_NAMES;
                     let text = format!("its command `{first}` has {} names; a command has at most {most}", given.len());
-                    self.refuse(plugin, text, "make two commands of it");
+                    self.refuse(plugin, text, "split it into two commands");
                     continue;
                 }
                 let mut names = Vec::new();
@@ -337,10 +339,10 @@ unsafe fn labels(list: *const *const c_char) -> Vec<String> {
 /// Why a field cannot be one, and what to do.
 fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
     if let Some(flaw) = texts::flaw(&f.name) {
-        return Some((format!("cannot be called so: the name {flaw}"), "call it `schema.field`"));
+        return Some((format!("has an invalid name: it {flaw}"), "call it `schema.field`"));
     }
     if !f.name.contains('.') {
-        return Some(("has no schema before its name, by which readers find it".into(), "call it `schema.field`"));
+        return Some(("has no schema before its name".into(), "call it `schema.field`"));
     }
     // What an instance decides counts as nothing here, and is looked at when there is one.
     let open = |d: u32| d == 0 || (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) || d >= TATU_DIM_COLUMNS;

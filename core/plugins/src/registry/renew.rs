@@ -1,4 +1,4 @@
-//! A registry in which one plugin is another version of itself.
+//! A registry in which one plugin is replaced by another version of itself.
 //!
 //! Worlds, documents and scripts hold numbers of what plugins offer. So everything keeps its number: what is new comes
 //! last, and a new version that lacks something of the old one is refused. Commands may vanish: whoever still has their
@@ -41,8 +41,8 @@ impl Registry {
         let new = Plugin::open(&old.path, &self.search, &self.host, &self.setup, &mut remarks)?;
         let file = old.path.display();
         if new.id != old.id {
-            let text = format!("the plugin {file} is called `{}` now, and was `{}`", new.id, old.id);
-            return Err(Error::new("E305", text).help("give it its id back, or start the run again"));
+            let text = format!("the plugin {file} has changed its id to `{}`; it was `{}`", new.id, old.id);
+            return Err(Error::new("E305", text).help("give it its id back, or restart the run"));
         }
         let mut plugins = self.plugins.clone();
         plugins[plugin] = Arc::new(new);
@@ -58,7 +58,7 @@ impl Registry {
         registry.take_places(self).map_err(|lost| {
             Error::new("E305", format!("the new version of {file} no longer offers {lost}"))
                 .expected("everything but commands to be still there")
-                .help("start the run again to go on without")
+                .help("restart the run to continue without it")
         })?;
         registry.generation = self.generation + 1;
         registry.name_commands();

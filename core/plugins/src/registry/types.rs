@@ -25,10 +25,10 @@ pub struct FieldInfo {
     pub nothing: Option<String>,
 }
 
-/// Settings of a sensor under a name.
+/// A preset of a sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PresetInfo {
-    /// What scenes write.
+    /// Its name in scene files.
     pub id: String,
     /// One sentence.
     pub text: String,
@@ -40,17 +40,17 @@ pub struct PresetInfo {
 pub struct SensorKind {
     /// Index of the plugin.
     pub plugin: usize,
-    /// What scenes write.
+    /// Its name in scene files.
     pub id: String,
     /// One sentence.
     pub text: String,
-    /// What readers look for.
+    /// The schema of its readings.
     pub schemas: Vec<String>,
     /// Its parameters.
     pub params: Vec<Declared>,
-    /// What it fills.
+    /// The fields that it fills.
     pub fields: Vec<FieldInfo>,
-    /// Settings under a name.
+    /// Presets.
     pub presets: Vec<PresetInfo>,
     /// The interned keys of its fields.
     pub field_props: Vec<u32>,
@@ -64,15 +64,15 @@ pub struct SensorKind {
 pub struct Model {
     /// Index of the plugin.
     pub plugin: usize,
-    /// What scenes write.
+    /// Its name in scene files.
     pub id: String,
     /// One sentence.
     pub text: String,
     /// Its parameters.
     pub params: Vec<Declared>,
-    /// Where lists show it; empty: nowhere in particular.
+    /// Its category in lists; empty: none.
     pub category: String,
-    /// Where others may be hung.
+    /// Objects to which others can be attached.
     pub slots: Vec<String>,
     /// The table of its functions.
     pub raw: tatu_model,
@@ -104,14 +104,14 @@ pub struct NameEntry {
     pub until: Option<Vec<u32>>,
 }
 
-/// How much of what is documented a command does.
+/// How completely a command is implemented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
-    /// All.
+    /// Completely.
     Full,
-    /// Less than all.
+    /// Partly.
     Partial,
-    /// It gives a neutral value.
+    /// It returns a neutral value.
     Stub,
 }
 
@@ -152,17 +152,17 @@ pub struct CommandEntry {
     pub returns: Vec<Declared>,
     /// One sentence.
     pub text: String,
-    /// A script that raises where the effect is not there.
+    /// An example that raises an error if the effect is missing.
     pub example: String,
-    /// How much of it there is.
+    /// How completely it is implemented.
     pub status: Status,
     /// What is missing or differs.
     pub notes: String,
-    /// What it is about, one word; empty: nobody told.
+    /// What it is about, one word; empty: not given.
     pub subject: String,
     /// What to do where waiting is not possible.
     pub no_wait: Option<String>,
-    /// Takes arguments as they come.
+    /// Takes unchecked arguments.
     pub raw_args: bool,
     /// Scripts that run side by side may call it.
     pub side_by_side: bool,
@@ -177,7 +177,7 @@ impl CommandEntry {
     }
 }
 
-/// A named value for scripts, and who gave it.
+/// A named value for scripts, and its plugin.
 pub struct Constant {
     /// Index of the plugin.
     pub plugin: usize,
@@ -202,7 +202,7 @@ pub struct Prelude {
 pub struct ActuatorKind {
     /// Index of the plugin.
     pub plugin: usize,
-    /// What scenes write.
+    /// Its name in scene files.
     pub id: String,
     /// One sentence.
     pub text: String,
@@ -210,7 +210,7 @@ pub struct ActuatorKind {
     pub params: Vec<Declared>,
     /// What may be commanded: one number each, in the order of the command buffer.
     pub commands: Vec<Declared>,
-    /// Whether it is asked before each engine step, instead of once per advance.
+    /// Whether it is called before each physics step, instead of once per advance.
     pub every_substep: bool,
     /// The interned keys `<kind>.<parameter>`.
     pub param_props: Vec<u32>,
@@ -227,7 +227,7 @@ pub struct ActuatorKind {
 pub struct DeviceKind<'a> {
     /// Index of the plugin.
     pub plugin: usize,
-    /// What scenes write.
+    /// Its name in scene files.
     pub id: &'a str,
     /// Its parameters.
     pub params: &'a [Declared],
@@ -246,11 +246,11 @@ impl<'a> DeviceKind<'a> {
 pub struct Importer {
     /// Index of the plugin.
     pub plugin: usize,
-    /// What scenes write.
+    /// Its name in scene files.
     pub id: String,
     /// One sentence.
     pub text: String,
-    /// Endings of file names, with their dot.
+    /// Suffixes of file names, with their dot.
     pub suffixes: Vec<String>,
     /// Its parameters.
     pub params: Vec<Declared>,
@@ -258,12 +258,12 @@ pub struct Importer {
     pub raw: tatu_importer,
 }
 
-/// The importer of a file, and what is to be told about the choice.
+/// The importer of a file, and what is to be reported about the choice.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Choice {
     /// Index of the importer.
     pub importer: usize,
-    /// Others read it as well: which one was taken; and who could not tell whether the file is its own.
+    /// Others read it as well: which one was chosen; and which could not decide whether they can read it.
     pub notes: Vec<String>,
 }
 
@@ -274,7 +274,7 @@ impl Importer {
         self.suffixes.iter().any(|s| !s.is_empty() && name.ends_with(&s.to_lowercase()))
     }
 
-    /// How sure it is that the file is its own, 0 to 100.
+    /// Confidence that it can read the file, 0 to 100.
     pub(super) fn sniff(&self, me: *mut c_void, head: &[u8]) -> u32 {
         let head = crate::border::raw(head);
         // SAFETY: by the contract; the bytes live through the call.
@@ -282,7 +282,7 @@ impl Importer {
     }
 }
 
-/// A word by which a text tells its kind.
+/// A word by which the kind of a text is recognized.
 pub struct KindMark {
     /// Language.
     pub language: String,
@@ -307,11 +307,11 @@ impl KindMark {
     }
 }
 
-/// A service: what lives beside worlds.
+/// A service: a component that runs beside worlds.
 pub struct ServiceKind {
     /// Index of the plugin.
     pub plugin: usize,
-    /// What scenes and command lines write.
+    /// The name in scene files and on the command line.
     pub id: String,
     /// One sentence.
     pub text: String,

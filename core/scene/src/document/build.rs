@@ -44,7 +44,7 @@ impl<'a> Builder<'a> {
                 .nearest(kind, known));
         };
         if parent.is_some_and(|p| p >= self.document.objects.len()) {
-            return Err(Error::new("E110", format!("the parent of `{alias}` is not there")));
+            return Err(Error::new("E110", format!("the parent of `{alias}` does not exist")));
         }
         let alias = if alias.is_empty() { kind } else { alias };
         if !is_alias(alias) {
@@ -126,8 +126,8 @@ impl<'a> Builder<'a> {
         self.put(object, declared, target, value)
     }
 
-    /// Gives an object of the scene itself a unique name: its alias, or its alias with `#n`. In what is placed several
-    /// times, such as a model, it has no effect: all its objects then get one number.
+    /// Sets the unique name of an object of the scene itself: its alias, or its alias with `#n`. In what is placed
+    /// several times, such as a model, it has no effect: all its objects then get one number.
     fn name(&mut self, object: usize, value: &Value) -> Result {
         let spec = &mut self.document.objects[object];
         let name = if let Value::Text(t) = value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
@@ -170,7 +170,7 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Gives an object another alias.
+    /// Changes the alias of an object.
     pub fn rename(&mut self, object: usize, alias: &str) {
         alias.clone_into(&mut self.document.objects[object].alias);
         self.document.names.rename(object, alias);
@@ -218,7 +218,8 @@ impl<'a> Builder<'a> {
     fn preset(&mut self, object: usize, value: Value) -> Result {
         let id = if let Value::Text(t) = &value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
         if !id.is_empty() {
-            let lacks = || Error::new("E104", "a preset before the sensor has its kind").help("call `device` first");
+            let lacks =
+                || Error::new("E104", "a preset is set before the kind of the sensor").help("call `device` first");
             let kind = self.sensor_kind(object).ok_or_else(lacks)?;
             for setting in presets::settings(self.registry, kind, &id)? {
                 self.put(object, &setting.declared, &setting.target, setting.value).map_err(|e| {
@@ -233,7 +234,7 @@ impl<'a> Builder<'a> {
 
     /// Noise as text, checked against the sensor's fields, their names in full.
     fn noise(&self, object: usize, text: &str) -> Result<Value> {
-        let lacks = || Error::new("E104", "noise before the sensor has its kind").help("call `device` first");
+        let lacks = || Error::new("E104", "noise is set before the kind of the sensor").help("call `device` first");
         let kind = self.sensor_kind(object).ok_or_else(lacks)?;
         let read = NoiseSpec::parse(text, Some(kind)).map_err(|w| w.in_text(text))?;
         Ok(Value::text(read.to_toml()))
@@ -259,7 +260,7 @@ impl<'a> Builder<'a> {
     fn try_row(&self, object: usize, row: Row, value: &Value) -> Result {
         if row == Row::Mesh {
             let there = matches!(value, Value::Int(i) if *i >= 1 && *i as usize <= self.document.meshes.len());
-            return if there { Ok(()) } else { Err(Error::new("E102", "there is no mesh of that number")) };
+            return if there { Ok(()) } else { Err(Error::new("E102", "there is no mesh with that number")) };
         }
         if row == Row::Parts {
             let last = self.document.meshes.len();
@@ -305,7 +306,7 @@ impl<'a> Builder<'a> {
     pub fn mesh(&mut self, mesh: Mesh) -> Result<usize> {
         let n = mesh.vertices.len();
         if mesh.triangles.iter().flatten().any(|i| *i as usize >= n) {
-            return Err(Error::new("E102", "a triangle of a mesh names a point that is not there"));
+            return Err(Error::new("E102", "a triangle of a mesh refers to a point that does not exist"));
         }
         if mesh.vertices.iter().any(|v: &Point3<f64>| !v.coords.iter().all(|x| x.is_finite())) {
             return Err(Error::new("E102", "a point of a mesh is not finite"));

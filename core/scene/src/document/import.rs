@@ -24,7 +24,7 @@ pub(super) struct Import<'a> {
     pub file: &'a Path,
     /// What is in it.
     pub bytes: &'a [u8],
-    /// Who reads it.
+    /// Its importer.
     pub choice: Choice,
     /// Parameters of the importer, by key.
     pub params: &'a [(String, Value)],

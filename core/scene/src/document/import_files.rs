@@ -10,7 +10,7 @@ use super::sources::Sources;
 pub(super) struct Source {
     /// For its reports: the name of the file.
     pub name: Option<String>,
-    /// Where names of files start from; without one there are none.
+    /// The folder that file names are relative to; without one no files can be read.
     pub folder: Option<PathBuf>,
     /// Folders that must not be left.
     pub roots: Vec<PathBuf>,
@@ -22,12 +22,12 @@ pub(super) struct Source {
 pub(super) const MOST_BYTES: u64 = 1 << 28;
 
 impl Source {
-    /// A file beside the source; `None`: there is none, which the plugin may mend by another name. Leaving the
+    /// A file next to the source; `None`: it does not exist, and the plugin may try another name. Leaving the
     /// allowed folders is an error, by `..`, by an absolute name or by a link.
     pub fn read(&self, name: &str, sources: &Sources) -> Result<Option<Vec<u8>>> {
         let Some(folder) = &self.folder else { return Ok(None) };
         let wanted = folder.join(name);
-        // What was kept has been looked at when it was read.
+        // Stored files were checked when they were read.
         if sources.are_kept() {
             return Ok(sources.read(&wanted).ok());
         }
@@ -65,7 +65,7 @@ fn escapes(name: &str, folder: &Path, roots: &[PathBuf]) -> bool {
     !roots.iter().any(|r| full.starts_with(normal(&here.join(r))))
 }
 
-/// A path without `.` and `..`, by its names alone: links are not looked at.
+/// A path without `.` and `..`, by its names alone: links are not resolved.
 pub fn normal(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for c in path.components() {

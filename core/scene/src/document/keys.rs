@@ -70,7 +70,7 @@ pub fn to_map(item: &Item) -> Result<Value> {
 fn free(item: &Item) -> Result<Value> {
     let coded = item.as_table_like().filter(|t| t.len() == 1).and_then(|t| t.get("base64")).and_then(Item::as_str);
     let Some(coded) = coded else { return to_value(item, 1.0) };
-    STANDARD.decode(coded).map(Value::Text).map_err(|e| Error::new("E102", format!("it is no base64: {e}")))
+    STANDARD.decode(coded).map(Value::Text).map_err(|e| Error::new("E102", format!("it is not base64: {e}")))
 }
 
 fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {

@@ -2,8 +2,8 @@
 //!
 //! - [`Document`]: objects, scripts, settings;
 //! - [`Builder`]: writes one, checking every property against its row;
-//! - `plugin_builder`: the same builder for plugins, and models; `import`: files of other formats; `import_files`: what they
-//!   read; `live`: a document of a scene that runs;
+//! - `plugin_builder`: the same builder for plugins, and models; `import`: files of other formats; `import_files`: what
+//!   they read; `live`: a document of a scene that runs;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys, units and values;
 //! - `presets`: settings of sensors under a name;
 //! - `settings`: the numbers of the world; `scripts`: scripts in scene files;
@@ -219,8 +219,8 @@ impl Document {
         (scene, slots)
     }
 
-    /// Adds the objects to a tree, below `above` (0: the world), with nothing but their aliases for names; the slot of each,
-    /// 0 where the tree is full.
+    /// Adds the objects to a tree, below `above` (0: the world), with nothing but their aliases for names; the slot of
+    /// each, 0 where the tree is full.
     pub fn plant(&self, scene: &mut Scene, above: u32) -> Vec<u32> {
         let mut slots = Vec::with_capacity(self.objects.len());
         for spec in &self.objects {
@@ -258,7 +258,7 @@ impl Document {
         slots
     }
 
-    /// Gives the parts of a shape their meshes, by the numbers that they name.
+    /// Assigns the parts of a shape their meshes, by number.
     pub fn fill_parts(&self, scene: &mut Scene, slot: u32) {
         let Some(Data::Shape(shape)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
         for part in shape.parts.iter_mut().filter(|p| p.mesh_number > 0) {

@@ -21,7 +21,7 @@ impl Names {
         self.scene.add(parent, alias, Isometry3::identity(), Data::Dummy(None));
     }
 
-    /// Gives an object another alias.
+    /// Changes the alias of an object.
     pub fn rename(&mut self, object: usize, alias: &str) {
         self.scene.set_name(object as u32 + 1, alias, -1);
     }
@@ -46,7 +46,7 @@ impl Names {
         self.scene.only(alias).map(|slot| slot as usize - 1)
     }
 
-    /// Finds by a path that needs nothing but aliases; `None`: there is none, or it needs more.
+    /// Finds by a path that consists of aliases only; `None`: there is none, or it needs more.
     pub fn find(&self, from: Option<usize>, path: &str) -> Option<usize> {
         if path.contains([':', '#']) {
             return None;

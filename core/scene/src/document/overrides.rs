@@ -29,7 +29,7 @@ impl Override {
     /// From "PATH.KEY=VALUE"; the value is TOML, or else a text.
     pub fn parse(text: &str) -> Result<Self> {
         let wrong = || {
-            Error::new("E102", format!("`{text}` sets nothing"))
+            Error::new("E102", format!("`{text}` is not a setting"))
                 .expected("PATH.PROPERTY=VALUE")
                 .help("for instance `/Robot/leftMotor.max_force_nm=2`, or `scene.dt_s=0.01`")
         };
@@ -60,7 +60,7 @@ impl ScriptOverride {
     pub fn parse(text: &str) -> Result<Self> {
         let (path, file) = text
             .split_once('=')
-            .ok_or_else(|| Error::new("E102", format!("`{text}` names no file")).expected("OBJECT=FILE"))?;
+            .ok_or_else(|| Error::new("E102", format!("`{text}` does not name a file")).expected("OBJECT=FILE"))?;
         Ok(ScriptOverride { path: path.into(), file: file.into() })
     }
 }

@@ -86,7 +86,7 @@ fn run_model(builder: &mut Builder<'_>, model: usize, params: &[(String, Value)]
     let built = builder.document.objects.get(first..).unwrap_or_default();
     let lost = info.slots.iter().find(|s| !built.iter().any(|o| o.alias == **s)).filter(|_| done.is_ok());
     if let Some(slot) = lost {
-        let text = format!("the model `{}`: it builds no object `{slot}`, which it declares as a slot", info.id);
+        let text = format!("the model `{}`: it declares the slot `{slot}`, but builds no such object", info.id);
         return Err(Error::new("E111", format!("{text} [{} of `{plugin}`]", Call::Build.text()))
             .help("build it, or take it out of `tatu_model.slots`; report it to the plugin's authors"));
     }
@@ -178,7 +178,7 @@ fn clean(text: LentCStr<'_>) -> String {
 /// The index of an object that a plugin names by its number in the build. The builder checks whether it exists yet.
 fn index(build: &Build, object: u32) -> Result<usize> {
     match object {
-        0 => Err(Error::new("E110", "object 0 of a build is the place where it will stand, and cannot be changed")),
+        0 => Err(Error::new("E110", "object 0 of a build is the place where the model is put, and cannot be changed")),
         n => Ok(build.first + n as usize - 1),
     }
 }
@@ -286,7 +286,7 @@ extern "C" fn describe(t: Option<&tatu_builder>, map: Option<&ValueRef<'_>>) -> 
             b.document.description = Some(map);
             Ok(())
         }
-        _ => Err(Error::new("E102", "the description of a file is no map")),
+        _ => Err(Error::new("E102", "the description of a file is not a map")),
     });
     told.map_or(TATU_ERR_ARGUMENT, |()| TATU_OK)
 }

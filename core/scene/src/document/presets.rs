@@ -37,8 +37,8 @@ pub struct Setting {
     pub value: Value,
 }
 
-/// What a preset of a kind of sensor sets, in its order. Its lines are read here for the first time, so what is wrong in
-/// them is told here, with its line.
+/// What a preset of a kind of sensor sets, in its order. Its lines are read here for the first time, so what is wrong
+/// in them is reported here, with its line.
 pub fn settings(registry: &Registry, kind: &SensorKind, id: &str) -> Result<Vec<Setting>> {
     let Some(preset) = kind.presets.iter().find(|p| p.id == id) else {
         let known: Vec<&str> = kind.presets.iter().map(|p| p.id.as_str()).collect();

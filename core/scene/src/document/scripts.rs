@@ -33,14 +33,14 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
     if file.is_none() {
         let wanted = "a file name, or { file or text, language, dialect, kind, priority, side_by_side }";
         let wrong = |what: String| Error::new("E102", what).expected(wanted).at(Some(place.clone()));
-        let table = item.as_table_like().ok_or_else(|| wrong("a script is a text or a table".into()))?;
+        let table = item.as_table_like().ok_or_else(|| wrong("a script must be a text or a table".into()))?;
         for (key, item) in table.iter() {
             if key == "side_by_side" {
                 side_by_side =
-                    item.as_bool().ok_or_else(|| wrong("`side_by_side` of a script is true or false".into()))?;
+                    item.as_bool().ok_or_else(|| wrong("`side_by_side` of a script must be true or false".into()))?;
                 continue;
             }
-            let value = item.as_str().ok_or_else(|| wrong(format!("`{key}` of a script is a text")))?.to_owned();
+            let value = item.as_str().ok_or_else(|| wrong(format!("`{key}` of a script must be a text")))?.to_owned();
             match key {
                 "file" => file = Some(value),
                 "text" => text = Some(value.into_bytes()),
@@ -78,7 +78,7 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
         }
         (None, Some(text)) => (b.document.objects[owner].alias.clone(), text),
         _ => {
-            return Err(Error::new("E104", "a script without a text, or with two")
+            return Err(Error::new("E104", "a script has neither `file` nor `text`, or both")
                 .expected("`file` or `text`")
                 .at(Some(place)));
         }
@@ -94,13 +94,13 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
         .map_err(|e| e.at(Some(place)))
 }
 
-/// The language of a text without a name to go by: the only one there is; `None`: there is none.
+/// The language of a text that names none: the only one loaded; `None`: there is none. Several are an error.
 fn only_language(languages: &[Language]) -> Result<Option<&str>> {
     let ids: BTreeSet<&str> = languages.iter().map(|l| l.id.as_str()).collect();
     if ids.len() < 2 {
         return Ok(ids.first().copied());
     }
     let ids: Vec<_> = ids.iter().map(|id| format!("`{id}`")).collect();
-    Err(Error::new("E109", "a script text does not say its language, and there are several")
+    Err(Error::new("E109", "a script text does not name its language, and there are several")
         .expected(format!("`language = ...`, one of {}", ids.join(", "))))
 }

@@ -30,7 +30,7 @@ impl ServiceOverride {
         let mut params = Vec::new();
         for part in rest.split(',').filter(|p| !p.trim().is_empty()) {
             let Some((key, value)) = part.split_once('=').filter(|(k, _)| !k.trim().is_empty()) else {
-                return Err(Error::new("E102", format!("`{part}` sets nothing in `{text}`"))
+                return Err(Error::new("E102", format!("`{part}` is not KEY=VALUE, in `{text}`"))
                     .expected("ID:KEY=VALUE,KEY=VALUE")
                     .help("for instance `jsonl:port=7000`"));
             };

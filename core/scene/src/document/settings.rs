@@ -91,7 +91,7 @@ pub struct Settings {
     pub seed: u64,
     /// For scripts without one of their own; empty: found from their text.
     pub dialect: String,
-    /// Who is meant by a schema or language.
+    /// The chosen provider of a schema or language.
     pub providers: BTreeMap<String, String>,
     /// Instructions that one call of a script may use.
     pub budget: u64,
@@ -126,7 +126,7 @@ impl Default for Settings {
 /// Longest step, s.
 pub const LONGEST: f64 = 100.0;
 
-/// Most physics steps in a step: more would take minutes, and nobody could stop them.
+/// Most physics steps in a step: more would take minutes, and could not be stopped.
 const MOST_PHYSICS_STEPS: f64 = 100_000.0;
 
 impl Settings {

@@ -43,7 +43,7 @@ pub(crate) fn geared(scene: &Scene) -> Vec<(u32, u32)> {
         .collect()
 }
 
-/// Tells followers where to go: they find it in their targets, kinematic ones are put there. `drives` takes those
+/// Sets the targets of followers; kinematic ones are placed there. `drives` takes those
 /// whose drive has changed.
 pub(super) fn update(scene: &mut Scene, followers: &[(u32, u32)], drives: &mut Vec<u32>) {
     for (slot, master) in followers {

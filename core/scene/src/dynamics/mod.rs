@@ -63,7 +63,7 @@ impl Dynamics {
         }
     }
 
-    /// Tells the engine what was set by hand since the last step, so that both are at one.
+    /// Passes to the engine what was set by hand since the last step, so that both agree.
     pub fn prepare(&mut self, scene: &mut Scene) {
         self.settle(scene);
         follow::update(scene, &self.followers, &mut self.drives);
@@ -104,8 +104,8 @@ impl Dynamics {
         self.look(scene)
     }
 
-    /// One of the engine steps in which `dt` passes, counted from 0, with the same bits as in [`Dynamics::advance`]. What
-    /// was moved by hand between two of them is only seen by the first step of the next advance.
+    /// One of the engine steps in which `dt` passes, counted from 0, with the same bits as in [`Dynamics::advance`].
+    /// What was moved by hand between two of them is only seen by the first step of the next advance.
     pub fn advance_part(
         &mut self,
         scene: &mut Scene,
@@ -143,7 +143,8 @@ impl Dynamics {
         self.engine.advance_part(part, steps, Some(&mut ask));
     }
 
-    /// Whether scripts are asked between the engine steps of an advance from now on: what they push with acts in one step.
+    /// Whether scripts are asked between the engine steps of an advance from now on: what they push with acts in one
+    /// step.
     pub fn set_between(&mut self, between: bool) {
         self.between = between;
     }
@@ -177,8 +178,8 @@ impl Dynamics {
         }
     }
 
-    /// Bodies that have become faster than 100 m/s or have come farther than 1 km from where they were made, each reported
-    /// once: slot, m/s, m.
+    /// Bodies that have become faster than 100 m/s or have come farther than 1 km from where they were made, each
+    /// reported once: slot, m/s, m.
     pub fn strays(&mut self, scene: &Scene) -> Vec<(u32, f64, f64)> {
         let mut found = Vec::new();
         for b in self.bodies.iter_mut().filter(|b| b.motion == Motion::Dynamic && !b.stray) {

@@ -22,7 +22,7 @@ use crate::{
 };
 
 impl Dynamics {
-    /// Brings bodies and joints up to the scene: only what changed is made anew, so that the rest does not notice.
+    /// Updates bodies and joints from the scene: only what changed is recreated, so that the rest is unaffected.
     pub fn settle(&mut self, scene: &mut Scene) {
         scene.settle();
         if self.built == scene.shape_version {

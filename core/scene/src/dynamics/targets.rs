@@ -1,9 +1,9 @@
 //! What joints are driven by, and how position targets are followed between scene steps.
 //!
-//! A target comes once a scene step, which consists of several physics steps. Followed as it comes it would jump, and shake
-//! what a gripper holds. Targets are therefore control points of a uniform quadratic B-spline: acceleration is their second
-//! difference. It lags by half a scene step, and a lone target is reached after two. Where a scene step is one physics step,
-//! and where targets come between physics steps, they are taken as they come.
+//! A target comes once a scene step, which consists of several physics steps. Followed as it comes it would jump, and
+//! shake what a gripper holds. Targets are therefore control points of a uniform quadratic B-spline: acceleration is
+//! their second difference. It lags by half a scene step, and a lone target is reached after two. Where a scene step is
+//! one physics step, and where targets come between physics steps, they are taken as they come.
 
 use tatu_physics::{Drive, Tracking};
 
@@ -13,7 +13,8 @@ use crate::{
     tree::Scene,
 };
 
-/// Where position control is to go in a physics step. Beyond its limits it would press against them for ever, and dither.
+/// Where position control is to go in a physics step. Beyond its limits it would press against them for ever, and
+/// dither.
 fn target_of(j: &Joint, part: u32, steps: u32) -> f64 {
     let share = f64::from(part + 1) / f64::from(steps);
     let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
@@ -57,7 +58,7 @@ fn is_held(j: &Joint) -> bool {
     matches!(j.control, Control::Velocity | Control::Position)
 }
 
-/// The target as a number that goes on from an earlier one: a joint without end takes the shorter way round.
+/// The target, continuous with an earlier one: a cyclic joint takes the shorter way round.
 fn near(j: &Joint, from: f64) -> f64 {
     let way = j.target_position - from;
     if j.kind == JointType::Revolute && j.limits.is_none() {
@@ -105,8 +106,8 @@ impl Dynamics {
         }
     }
 
-    /// Tells the engine what drives joints in the `part`-th of `steps` physics steps: of those whose drive changed, and of
-    /// those whose target is under way.
+    /// Passes to the engine the drives of joints in the `part`-th of `steps` physics steps: of those whose drive
+    /// changed, and of those whose target is under way.
     pub(super) fn apply_drives(&mut self, scene: &mut Scene, part: u32, steps: u32) {
         let mut drives = std::mem::take(&mut self.drives);
         for slot in drives.drain(..) {
@@ -129,9 +130,9 @@ impl Dynamics {
         self.share_drives(scene, part, steps);
     }
 
-    /// Joints that are geared to each other are driven as one, wherever the motor is: the engine finds what goes from one to
-    /// the other in single rows, and finds it better the less that is. A motor of the follower goes where the leader's goes; a
-    /// follower without one has its part of the leader's.
+    /// Joints that are geared to each other are driven as one, wherever the motor is: the engine finds what goes from
+    /// one to the other in single rows, and finds it better the less that is. A motor of the follower goes where the
+    /// leader's goes; a follower without one has its part of the leader's.
     fn share_drives(&mut self, scene: &Scene, part: u32, steps: u32) {
         for (slot, leader) in &self.geared {
             let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());

@@ -9,7 +9,7 @@ use super::values::{Keys, map};
 /// Most samples of a stream.
 pub const MOST_SAMPLES: i64 = 1_000_000;
 
-/// Colours for those that name none, in order: dark enough on white, and told apart by most eyes (Okabe and Ito's).
+/// Colours for those that name none, in order: dark enough on white, distinct to most people (Okabe and Ito's).
 const COLORS: [[f64; 3]; 7] = [
     [0.0, 0.45, 0.70],
     [0.84, 0.37, 0.0],

@@ -13,11 +13,11 @@ impl<'a> Keys<'a> {
     /// Refuses what is no map, and unknown keys, naming the nearest.
     pub fn new(what: &'static str, value: &'a Value, known: &[&str]) -> Result<Self, Refusal> {
         let Value::Map(entries) = value else {
-            return Err(Refusal(TATU_ERR_ARGUMENT, format!("{what} is a table: {}", known.join(", "))));
+            return Err(Refusal(TATU_ERR_ARGUMENT, format!("{what} must be a table: {}", known.join(", "))));
         };
         for (key, _) in entries {
             let Value::Text(key) = key else {
-                return Err(Refusal(TATU_ERR_ARGUMENT, format!("{what}: its keys are texts")));
+                return Err(Refusal(TATU_ERR_ARGUMENT, format!("{what}: its keys must be texts")));
             };
             let key = String::from_utf8_lossy(key);
             if !known.contains(&key.as_ref()) {
@@ -34,9 +34,9 @@ impl<'a> Keys<'a> {
     fn find(&self, key: &str) -> Option<&'a Value> {
         self.entries.iter().find(|(k, _)| matches!(k, Value::Text(t) if t == key.as_bytes())).map(|(_, v)| v)
     }
-    /// What is said about a key that has another type.
+    /// The error about a key of another type.
     pub fn wrong<T>(&self, key: &str, expected: &str) -> Result<T, Refusal> {
-        Err(Refusal(TATU_ERR_ARGUMENT, format!("{}: `{key}` is {expected}", self.what)))
+        Err(Refusal(TATU_ERR_ARGUMENT, format!("{}: `{key}` must be {expected}", self.what)))
     }
     /// A text; empty if it is not there.
     pub fn text(&self, key: &str) -> Result<String, Refusal> {

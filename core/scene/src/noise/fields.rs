@@ -23,7 +23,7 @@ pub struct Meant<'k> {
 /// More components than these are elements of their own.
 pub const MOST_COMPONENTS: usize = 64;
 
-/// The field of a kind with this name; its schema may be left out where one field alone is called so.
+/// The field of a kind with this name; its schema may be omitted if the name is unambiguous.
 pub fn meant<'k>(kind: &'k SensorKind, name: &str) -> Result<Meant<'k>, Wrong> {
     let short = |f: &FieldInfo| f.name.rsplit('.').next() == Some(name);
     let fields = || kind.fields.iter().enumerate();
@@ -87,7 +87,7 @@ impl Meant<'_> {
         if shape(self.info) == shape(other.info) {
             return Ok(());
         }
-        Err(wrong(format!("`{}` has another shape than `{}`", other.info.name, self.info.name)))
+        Err(wrong(format!("`{}` differs in shape from `{}`", other.info.name, self.info.name)))
     }
 
     /// Whether another field can mark which elements of this one are valid: one for each element, each row, or for all.

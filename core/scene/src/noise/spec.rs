@@ -248,7 +248,7 @@ impl FieldNoise {
                         let probability = number("probability", required(t, key, "probability")?, 0.0, 1.0)
                             .map_err(|e| e.or(&span(t, "probability")))?;
                         if sigma.is_empty() && uniform.is_empty() {
-                            return Err(wrong("`outliers` without `sigma` or `uniform`: how large they are"));
+                            return Err(wrong("`outliers` without `sigma` or `uniform`, which set their size"));
                         }
                         n.outliers = Some(Outliers { probability, sigma, uniform });
                     }

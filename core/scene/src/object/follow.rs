@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Whom a joint follows, and how.
+/// Which joint a joint follows, and how.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 pub struct Follow {

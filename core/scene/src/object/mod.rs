@@ -40,7 +40,7 @@ pub struct Object {
     pub children: Vec<u32>,
     /// Unique for the life of the scene, in order of creation.
     pub uid: u64,
-    /// Grows when what the engine made of it must be made anew.
+    /// Increases when its counterpart in the engine must be recreated.
     pub version: u64,
     /// Whether pictures show it.
     pub visible: bool,
@@ -197,7 +197,7 @@ pub struct Shape {
     pub detectable: Option<bool>,
     /// How the joints of the mechanism that begins with it are kept together.
     pub joint_solver: JointSolver,
-    /// Whether it is also stopped by what moves, however fast it is.
+    /// Continuous collision detection against moving bodies, too.
     pub bullet: bool,
     /// m/s of the centre of mass and rad/s at the start, in the world.
     pub initial_velocity: Vector3<f64>,
@@ -264,7 +264,7 @@ impl Shape {
     }
 }
 
-/// What a joint leaves free.
+/// The degrees of freedom of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum JointType {

@@ -12,7 +12,7 @@ pub enum Changed {
     Moved,
     /// What drives a joint has changed.
     Drive,
-    /// Bodies must be made anew.
+    /// Bodies must be recreated.
     Rebuild,
 }
 

@@ -158,11 +158,11 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
             let parent = if *id == 0 {
                 0
             } else {
-                scene.resolve(*id).map_err(|_| Refusal(TATU_ERR_GONE, "the new parent is not there".into()))?
+                scene.resolve(*id).map_err(|_| Refusal(TATU_ERR_GONE, "the new parent does not exist".into()))?
             };
             return match scene.set_parent(slot, parent) {
                 true => Ok(Changed::Rebuild),
-                false => refuse(TATU_ERR_ARGUMENT, "an object cannot hang below itself"),
+                false => refuse(TATU_ERR_ARGUMENT, "an object cannot be below itself"),
             };
         }
         Row::Alias if !is_alias(&text) => {
@@ -248,7 +248,7 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
             let [x, y, z] = v.as_slice() else { return refuse(TATU_ERR_ARGUMENT, "expected 3 numbers") };
             let v = Vector3::new(*x, *y, *z);
             if row == Row::Size && v.min() <= 0.0 || row == Row::CollideSize && v.min() < 0.0 {
-                return refuse(TATU_ERR_ARGUMENT, "a size is greater than 0");
+                return refuse(TATU_ERR_ARGUMENT, "a size must be greater than 0");
             }
             match row {
                 Row::Size => s.size = v,
@@ -259,14 +259,14 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
         (Row::Color, Value::Floats(v)) if v.len() == 3 && v.iter().all(|x| (0.0..=1.0).contains(x)) => {
             s.color = [v[0], v[1], v[2]];
         }
-        (Row::Color, _) => return refuse(TATU_ERR_ARGUMENT, "a color is red, green and blue, each from 0 to 1"),
+        (Row::Color, _) => return refuse(TATU_ERR_ARGUMENT, "a color must be red, green and blue, each from 0 to 1"),
         (Row::Mass, Value::Float(m)) if *m > 0.0 => s.mass = Some(*m),
-        (Row::Mass, _) => return refuse(TATU_ERR_ARGUMENT, "a mass is greater than 0"),
+        (Row::Mass, _) => return refuse(TATU_ERR_ARGUMENT, "a mass must be greater than 0"),
         (Row::Inertia, Value::Floats(v)) => {
             s.inertia = Some(match v.as_slice() {
                 [x, y, z] => [*x, 0.0, 0.0, 0.0, *y, 0.0, 0.0, 0.0, *z],
                 v if v.len() == 9 => std::array::from_fn(|i| v[i]),
-                _ => return refuse(TATU_ERR_ARGUMENT, "an inertia is 3 or 9 numbers"),
+                _ => return refuse(TATU_ERR_ARGUMENT, "an inertia must be 3 or 9 numbers"),
             });
         }
         (Row::Convex, Value::Bool(b)) => s.convex = *b,
@@ -276,9 +276,9 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
         (Row::DetectableMask, Value::Int(i)) => s.detectable_mask = *i as u16,
         (Row::RespondableMask, Value::Int(i)) => s.mask = *i as u16,
         (Row::Friction, Value::Float(f)) if *f >= 0.0 => s.friction = *f,
-        (Row::Friction, _) => return refuse(TATU_ERR_ARGUMENT, "a friction is not negative"),
+        (Row::Friction, _) => return refuse(TATU_ERR_ARGUMENT, "a friction must not be negative"),
         (Row::Restitution, Value::Float(f)) if (0.0..=1.0).contains(f) => s.restitution = *f,
-        (Row::Restitution, _) => return refuse(TATU_ERR_ARGUMENT, "a restitution is from 0 to 1"),
+        (Row::Restitution, _) => return refuse(TATU_ERR_ARGUMENT, "a restitution must be from 0 to 1"),
         (Row::Bullet, Value::Bool(b)) => s.bullet = *b,
         (Row::InitialVelocity | Row::InitialAngularVelocity, Value::Floats(v)) => {
             let [x, y, z] = v.as_slice() else { return refuse(TATU_ERR_ARGUMENT, "expected 3 numbers") };
@@ -288,7 +288,7 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
         (Row::LinearDamping, Value::Float(x)) if *x >= 0.0 => s.damping[0] = *x,
         (Row::AngularDamping, Value::Float(x)) if *x >= 0.0 => s.damping[1] = *x,
         (Row::LinearDamping | Row::AngularDamping, _) => {
-            return refuse(TATU_ERR_ARGUMENT, "a damping is not negative");
+            return refuse(TATU_ERR_ARGUMENT, "a damping must not be negative");
         }
         (Row::SurfaceVelocity | Row::FrictionAxis, Value::Floats(v)) => {
             let [x, y, z] = v.as_slice() else { return refuse(TATU_ERR_ARGUMENT, "expected 3 numbers") };
@@ -312,7 +312,7 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
             return Ok(Some(Changed::Drive));
         }
         (Row::AxisFriction | Row::RollingFriction | Row::SpinningFriction, _) => {
-            return refuse(TATU_ERR_ARGUMENT, "a friction is not negative");
+            return refuse(TATU_ERR_ARGUMENT, "a friction must not be negative");
         }
         (Row::Material, _) => {
             text.clone_into(&mut s.material);
@@ -341,9 +341,11 @@ fn set_force_sensor(f: &mut ForceSensor, row: Row, value: &Value, text: &str) ->
         }
         (Row::BreakForce, Value::Float(x)) if *x >= 0.0 => f.break_force = *x,
         (Row::BreakTorque, Value::Float(x)) if *x >= 0.0 => f.break_torque = *x,
-        (Row::BreakForce | Row::BreakTorque, _) => return refuse(TATU_ERR_ARGUMENT, "a threshold is not negative"),
+        (Row::BreakForce | Row::BreakTorque, _) => {
+            return refuse(TATU_ERR_ARGUMENT, "a threshold must not be negative");
+        }
         (Row::BreakCount, Value::Int(n)) if *n >= 1 => f.break_count = u32::try_from(*n).unwrap_or(u32::MAX),
-        (Row::BreakCount, _) => return refuse(TATU_ERR_ARGUMENT, "a count is at least 1"),
+        (Row::BreakCount, _) => return refuse(TATU_ERR_ARGUMENT, "a count must be at least 1"),
         (Row::Broken, Value::Bool(b)) => f.broken = *b,
         _ => return Ok(None),
     }
@@ -354,7 +356,7 @@ fn set_sensor(s: &mut SensorData, row: Row, value: &Value, text: String) -> Resu
     match (row, value) {
         (Row::Explicit, Value::Bool(b)) => s.explicit = *b,
         (Row::Rate, Value::Float(x)) if *x >= 0.0 && x.is_finite() => s.rate = *x,
-        (Row::Rate, _) => return refuse(TATU_ERR_ARGUMENT, "a rate is at least 0 Hz; 0: in each step"),
+        (Row::Rate, _) => return refuse(TATU_ERR_ARGUMENT, "a rate must be at least 0 Hz; 0: in each step"),
         // Its settings are applied by the caller, who knows the kind.
         (Row::Preset, _) => s.preset = text.into(),
         (Row::Noise, _) => {

@@ -22,15 +22,21 @@ pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
         }
     };
     let (Some(points), Some(places)) = (numbers(lists.first()), numbers(lists.get(1))) else {
-        return refuse(TATU_ERR_ARGUMENT, "a surface is a list of coordinates and a list of places of points");
+        return refuse(TATU_ERR_ARGUMENT, "a surface must be a list of coordinates and a list of point indices");
     };
     let count = points.len() / 3;
     let whole = points.len() % 3 == 0 && places.len() % 3 == 0 && count >= 3 && places.len() >= 3;
     if !whole || !points.iter().all(|x| x.is_finite()) {
-        return refuse(TATU_ERR_ARGUMENT, "a surface has three finite numbers a point and three places a triangle");
+        return refuse(
+            TATU_ERR_ARGUMENT,
+            "a surface must have three finite numbers per point and three indices per triangle",
+        );
     }
     if places.iter().any(|i| !(0.0..count as f64).contains(i)) {
-        return refuse(TATU_ERR_ARGUMENT, format!("a triangle names a point that is not among the {count}, from 0"));
+        return refuse(
+            TATU_ERR_ARGUMENT,
+            format!("a triangle refers to a point that is not among the {count}, counted from 0"),
+        );
     }
     Ok(Mesh {
         vertices: points.chunks_exact(3).map(|p| Point3::new(p[0], p[1], p[2])).collect(),
@@ -40,12 +46,12 @@ pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
 
 /// Free data from a map of texts.
 pub fn notes(value: &Value) -> Result<BTreeMap<Vec<u8>, Vec<u8>>, Refusal> {
-    let Value::Map(pairs) = value else { return refuse(TATU_ERR_ARGUMENT, "free data is texts by tag") };
+    let Value::Map(pairs) = value else { return refuse(TATU_ERR_ARGUMENT, "free data must be texts by tag") };
     pairs
         .iter()
         .map(|(k, v)| match (k, v) {
             (Value::Text(k) | Value::Bytes(k), Value::Text(v) | Value::Bytes(v)) => Ok((k.clone(), v.clone())),
-            _ => refuse(TATU_ERR_ARGUMENT, "free data is texts by tag"),
+            _ => refuse(TATU_ERR_ARGUMENT, "free data must be texts by tag"),
         })
         .collect()
 }
@@ -62,7 +68,7 @@ pub fn part_meshes(parts: &Value) -> Vec<u32> {
 }
 
 pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
-    let Value::Map(entries) = value else { return refuse(TATU_ERR_ARGUMENT, "a part is a table") };
+    let Value::Map(entries) = value else { return refuse(TATU_ERR_ARGUMENT, "a part must be a table") };
     let mut part = ShapePart {
         primitive: Primitive::Box,
         size: Vector3::repeat(0.1),
@@ -77,7 +83,7 @@ pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
         let Value::Text(key) = key else { continue };
         let three = || match v {
             Value::Floats(f) if f.len() == 3 => Ok([f[0], f[1], f[2]]),
-            _ => refuse(TATU_ERR_ARGUMENT, format!("part: `{}` is 3 numbers", String::from_utf8_lossy(key))),
+            _ => refuse(TATU_ERR_ARGUMENT, format!("part: `{}` must be 3 numbers", String::from_utf8_lossy(key))),
         };
         match key.as_slice() {
             b"primitive" => {
@@ -97,22 +103,22 @@ pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
                     Value::Floats(q) if q.len() == 4 => pose_from_array(&[0.0, 0.0, 0.0, q[0], q[1], q[2], q[3]]),
                     _ => None,
                 };
-                let wrong = || Refusal(TATU_ERR_ARGUMENT, "part: `quaternion` is x y z w, not all 0".into());
+                let wrong = || Refusal(TATU_ERR_ARGUMENT, "part: `quaternion` must be x y z w, not all 0".into());
                 part.pose.rotation = pose.ok_or_else(wrong)?.rotation;
             }
             b"color" => part.color = Some(three()?),
             b"friction" => match v {
                 Value::Float(f) if *f >= 0.0 => part.friction = Some(*f),
                 Value::Int(i) if *i >= 0 => part.friction = Some(*i as f64),
-                _ => return refuse(TATU_ERR_ARGUMENT, "part: `friction` is a number, at least 0"),
+                _ => return refuse(TATU_ERR_ARGUMENT, "part: `friction` must be a number, at least 0"),
             },
             b"mesh" => match v {
                 Value::Int(i) if (1..=i64::from(u32::MAX)).contains(i) => part.mesh_number = *i as u32,
-                _ => return refuse(TATU_ERR_ARGUMENT, "part: `mesh` is the number of a mesh"),
+                _ => return refuse(TATU_ERR_ARGUMENT, "part: `mesh` must be the number of a mesh"),
             },
             b"convex" => match v {
                 Value::Bool(b) => part.convex = *b,
-                _ => return refuse(TATU_ERR_ARGUMENT, "part: `convex` is true or false"),
+                _ => return refuse(TATU_ERR_ARGUMENT, "part: `convex` must be true or false"),
             },
             other => {
                 let key = String::from_utf8_lossy(other).into_owned();

@@ -24,12 +24,12 @@ impl Camera {
         let Value::Float(x) = *value else { return Ok(None) };
         match row {
             Row::CameraAngle if x > 0.0 && x < std::f64::consts::PI => self.angle = x,
-            Row::CameraAngle => return refuse(TATU_ERR_ARGUMENT, "a camera sees an angle between 0 and pi"),
+            Row::CameraAngle => return refuse(TATU_ERR_ARGUMENT, "a camera's angle must be between 0 and pi"),
             Row::CameraOrtho if x >= 0.0 => self.ortho_size = x,
             Row::CameraNear if x > 0.0 => self.near = x,
             Row::CameraFar if x > 0.0 => self.far = x,
             Row::CameraOrtho | Row::CameraNear | Row::CameraFar => {
-                return refuse(TATU_ERR_ARGUMENT, "a length is greater than 0");
+                return refuse(TATU_ERR_ARGUMENT, "a length must be greater than 0");
             }
             _ => return Ok(None),
         }
@@ -60,10 +60,12 @@ impl Light {
             (Row::LightOn, Value::Bool(on)) => self.on = *on,
             (Row::LightColor, Value::Floats(v)) => match v.as_slice() {
                 [r, g, b] if v.iter().all(|x| (0.0..=1.0).contains(x)) => self.color = [*r, *g, *b],
-                _ => return refuse(TATU_ERR_ARGUMENT, "a color is red, green and blue, each from 0 to 1"),
+                _ => return refuse(TATU_ERR_ARGUMENT, "a color must be red, green and blue, each from 0 to 1"),
             },
             (Row::LightAngle, Value::Float(x)) if *x > 0.0 && *x <= std::f64::consts::FRAC_PI_2 => self.angle = *x,
-            (Row::LightAngle, _) => return refuse(TATU_ERR_ARGUMENT, "half the angle of a spot is at most pi / 2"),
+            (Row::LightAngle, _) => {
+                return refuse(TATU_ERR_ARGUMENT, "half the angle of a spot must be at most pi / 2");
+            }
             _ => return Ok(None),
         }
         Ok(Some(Changed::Value))
@@ -85,12 +87,12 @@ impl Path {
             (Row::PathPoints, Value::Floats(v)) if v.len() % 7 == 0 && v.iter().all(|x| x.is_finite()) => {
                 self.points.clone_from(v);
             }
-            (Row::PathPoints, _) => return refuse(TATU_ERR_ARGUMENT, "points of a path are 7 finite numbers each"),
+            (Row::PathPoints, _) => return refuse(TATU_ERR_ARGUMENT, "points of a path must be 7 finite numbers each"),
             (Row::PathRounding, Value::Floats(v)) if v.len() % 3 == 0 && v.iter().all(|x| x.is_finite()) => {
                 self.rounding.clone_from(v);
             }
             (Row::PathRounding, _) => {
-                return refuse(TATU_ERR_ARGUMENT, "a rounding is 3 finite numbers for each point");
+                return refuse(TATU_ERR_ARGUMENT, "a rounding must be 3 finite numbers for each point");
             }
             (Row::PathClosed, Value::Bool(b)) => self.closed = *b,
             _ => return Ok(None),

@@ -23,7 +23,7 @@ pub(crate) use results::check_results;
 
 use crate::cell::{Caller, CallersRoom, Function, Owner, Wait, WorldCell, parse_wait};
 
-/// Gives values back as results, as far as there is room for them; `Err`: they do not fit into memory.
+/// Returns values as results, as far as there is room for them; `Err`: they do not fit into memory.
 pub(crate) fn give_results(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> Result<(), tatu_status> {
     let mut arena = world.run.calls.arena.borrow_mut();
     f.n_results = 0;
@@ -67,7 +67,7 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
         return say(call.error, TATU_ERR_BUSY, &text);
     }
     if resume == 0 {
-        return say(call.error, TATU_ERR_ARGUMENT, "the resume word of a wait is not 0");
+        return say(call.error, TATU_ERR_ARGUMENT, "the resume word of a wait must not be 0");
     }
     match parse_wait(until, value, name, world.state.clock.pass.get()) {
         Ok(due) => {
@@ -79,7 +79,7 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
 }
 
 /// Calls a command. The frame's arrays, command, alias and wait token are the caller's; the rest is filled here.
-/// `resume`: the word of a wait that is over, or 0.
+/// `resume`: the word of a wait that has ended, or 0.
 ///
 /// # Safety
 /// The frame and its arrays are valid.
@@ -153,7 +153,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
             world,
             entry,
             f,
-            &format!("broke the contract: it wrote beside its room for {} results", f.results_cap),
+            &format!("broke the contract: it wrote outside its room for {} results", f.results_cap),
         );
     }
     if !calls.arena.try_borrow().is_ok_and(|arena| arena.is_whole_since(mark)) {
@@ -214,7 +214,7 @@ fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller
         }
         _ => {
             drop(waits);
-            say(f.error, TATU_ERR, "broke the contract: it answered that it waits, but for nothing");
+            say(f.error, TATU_ERR, "broke the contract: it returned TATU_WAIT without starting a wait");
             failed(world, entry, f, TATU_ERR)
         }
     }
@@ -283,7 +283,7 @@ fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bo
 /// Parameters that need no argument.
 const MAY_LACK: u32 = TATU_PARAM_OPTIONAL | TATU_PARAM_REST;
 
-/// Whether an argument can be handed on without a look at its content.
+/// Whether an argument can be passed on without checking its content.
 fn is_exact(p: &Declared, a: ValueRef<'_>) -> bool {
     if p.flags & TATU_PARAM_ANY != 0 {
         return true;

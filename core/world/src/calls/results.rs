@@ -1,4 +1,4 @@
-//! Results as they come from plugins: whether the contract is kept before anybody reads them.
+//! Results of plugins: checked against the contract before they are read.
 
 use tatu_plugin_api::{abi::*, safe::MAX_DEPTH};
 
@@ -12,7 +12,7 @@ pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
         // SAFETY: within the caller's array.
         let v = unsafe { &mut *f.results.add(i) };
         if v.tag > TATU_OBJECT {
-            return Err(format!("broke the contract: result {} is of type {}, which there is not", i + 1, v.tag));
+            return Err(format!("broke the contract: result {} has the unknown type {}", i + 1, v.tag));
         }
         // SAFETY: the tag says which member is set.
         if (TATU_TEXT..=TATU_MAP).contains(&v.tag) && unsafe { v.u.s.ptr.is_null() } {
@@ -22,7 +22,8 @@ pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
     Ok(())
 }
 
-/// Results of a command as far as they lie in lists, maps and spans: whoever reads them could not name the plugin any more.
+/// Results of a command as far as they lie in lists, maps and spans: whoever reads them could not name the plugin any
+/// more.
 pub(super) fn check_nested(f: &tatu_call) -> Result<(), String> {
     for i in 0..f.n_results as usize {
         // SAFETY: within the caller's array, whose results have been checked.
@@ -51,7 +52,7 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
     // SAFETY: the tag says which member is set.
     let (ptr, len) = unsafe { (v.u.s.ptr, v.u.s.len) };
     if len.checked_mul(each).is_none_or(|bytes| bytes > LARGEST) {
-        return Some(format!("tells of {len} elements: at most {} MB cross the border", LARGEST >> 20));
+        return Some(format!("has {len} elements: at most {} MB can be passed", LARGEST >> 20));
     }
     if len > 0 && !(ptr as u64).is_multiple_of(each.min(8)) {
         return Some("lies at an address that is not aligned to its elements".into());
@@ -60,10 +61,10 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
         return None;
     }
     if ptr.is_null() {
-        return Some(format!("holds a list of {len} elements at null"));
+        return Some(format!("holds a list of {len} elements at a null pointer"));
     }
     if depth >= MAX_DEPTH {
-        return Some(format!("nests deeper than {MAX_DEPTH}: it may hold itself"));
+        return Some(format!("nests deeper than {MAX_DEPTH}: it may contain itself"));
     }
     let n = if v.tag == TATU_MAP { 2 * len } else { len } as usize;
     // SAFETY: by the contract, as many values as stated; a pair is two of them.
@@ -71,7 +72,7 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
     for (i, inner) in values.iter().enumerate() {
         let is_key = v.tag == TATU_MAP && i % 2 == 0;
         let flaw = match inner.tag {
-            tag if tag > TATU_OBJECT => Some(format!("holds a value of type {tag}, which there is not")),
+            tag if tag > TATU_OBJECT => Some(format!("holds a value of the unknown type {tag}")),
             // SAFETY: the tag says which member is set.
             TATU_F64 if is_key && unsafe { inner.u.f.is_nan() } => {
                 Some("holds a map with a key that is not a number".into())
@@ -82,7 +83,7 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
                     TATU_BOOL | TATU_I64 | TATU_F64 | TATU_TEXT | TATU_BYTES | TATU_OBJECT | TATU_NIL
                 ) =>
             {
-                Some(format!("holds a map with a key of type {tag}: keys are texts, numbers or truth values"))
+                Some(format!("holds a map with a key of type {tag}: keys must be texts, numbers or booleans"))
             }
             TATU_TEXT..=TATU_MAP => span_flaw(inner, depth + 1),
             _ => None,

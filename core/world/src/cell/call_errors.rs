@@ -26,7 +26,7 @@ pub(crate) fn kept(error: *const tatu_error) -> ErrorSlot {
     kept
 }
 
-/// What a function of a plugin answered that was given an error object of a call: see [`border::answer`].
+/// The status of a function of a plugin that got an error object of a call: see [`border::answer`].
 pub(crate) fn answer(error: *mut tatu_error, status: tatu_status, may_wait: bool) -> tatu_status {
     // SAFETY: as above.
     unsafe { border::answer(status, may_wait, error) }

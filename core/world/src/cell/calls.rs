@@ -18,7 +18,7 @@ pub const MAX_DEPTH: u32 = 64;
 /// The state of calls of one world.
 pub(crate) struct Calls {
     pub arena: RefCell<Arena>,
-    /// Who calls now.
+    /// The current caller.
     pub caller: Cell<Caller>,
     pub depth: Cell<u32>,
     /// One per depth, made when first needed; addresses stay.
@@ -34,7 +34,7 @@ pub(crate) struct Calls {
     pub stubs: RefCell<BTreeSet<u32>>,
 }
 
-/// Who calls: filled by the host from its own stack, whatever a plugin wrote.
+/// The caller: filled in by the host from its own stack, whatever a plugin wrote.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Caller {
     pub kind: u32,
@@ -96,7 +96,7 @@ impl Calls {
         results[depth as usize].first()
     }
 
-    /// Goes one border crossing deeper; `None` at the limit.
+    /// Enters one more call across the ABI; `None` at the limit.
     pub fn enter(&self) -> Option<Depth<'_>> {
         let depth = self.depth.get();
         if depth >= MAX_DEPTH {
@@ -116,12 +116,12 @@ impl Calls {
     }
 }
 
-/// One border crossing; leaving it restores depth and caller.
+/// One call across the ABI; leaving it restores depth and caller.
 pub(crate) struct Depth<'a> {
     calls: &'a Calls,
     /// Of the call inside, from 0.
     pub depth: u32,
-    /// Who called before.
+    /// The previous caller.
     pub caller: Caller,
 }
 

@@ -63,7 +63,7 @@ impl Clock {
         self.step.set(self.step.get() + 1);
         self.count_pass();
     }
-    /// A pass is over.
+    /// A pass has ended.
     pub fn count_pass(&self) {
         self.pass.set(self.pass.get() + 1);
     }

@@ -146,7 +146,7 @@ fn locate<'a>(
         // A link that leads to nothing would be filled where it leads.
         Err(_) if fs::symlink_metadata(full).is_ok_and(|m| m.file_type().is_symlink()) => {
             return Err(Refused::Forbidden(format!(
-                "`{}` is a link that leads to nothing, and is not followed; remove it, or name a file",
+                "`{}` is a dangling link, and is not followed; remove it, or name a file",
                 full.display()
             )));
         }

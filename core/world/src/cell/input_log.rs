@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-/// Who acts in a replay: no service of a session.
+/// The caller in a replay: no service of a session.
 pub(crate) const REPLAY: u32 = u32::MAX;
 
 /// Names of requests, by `TATU_REQUEST_*`.
@@ -89,7 +89,7 @@ impl InputLog {
     pub fn records(&self) -> &[Record] {
         &self.records
     }
-    /// Whether records are kept; a new log does. A long run that nobody will replay from memory need not grow.
+    /// Whether records are kept; a new log does. A long run that will not be replayed from memory need not grow.
     pub fn keep(&mut self, on: bool) {
         self.off = !on;
     }

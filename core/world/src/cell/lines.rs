@@ -16,7 +16,7 @@ pub struct LogLine {
     pub text: String,
 }
 
-/// Lines that are kept until somebody takes them. Only the thread of the world adds to them.
+/// Lines that are stored until they are taken. Only the thread of the world adds to them.
 #[derive(Debug, Clone, Default)]
 pub struct Lines(Arc<Mutex<Vec<LogLine>>>);
 

@@ -1,16 +1,17 @@
 //! The inside of a world: [`WorldCell`] and what it holds. What is done with it in a step stands above.
 //!
-//! - `world`: the four owners together; `model`: what the world was made of; `state`: what a step changes; `devices`: what
-//!   plugins keep for it; `run`: who acts, and what came of it;
-//! - `border`: what is watched while plugins run; `cross`: calls into plugins; `scope`: what a plugin may ask of the host
-//!   in which call; `living`: the worlds of each thread;
+//! - `world`: the four owners together; `model`: what the world was made of; `state`: what a step changes; `devices`:
+//!   what plugins keep for it; `run`: who acts, and what came of it;
+//! - `border`: what is watched while plugins run; `cross`: calls into plugins; `scope`: which host functions a plugin
+//!   may call in which call; `living`: the worlds of each thread;
 //! - `clock`, `phase`: time, steps, and what the world is doing; `pool`: its threads;
 //! - `calls`: the stack of calls, their `arena`, `call_errors` and `results_room`; `waits`: commands that go on later;
 //! - `scripts`: the scripts, by `script_kinds` and in `script_order`; `script_counts`: what each did;
 //! - `worker_view`, `script_worker`: what a thread sees of the world while it runs scripts in parallel;
 //! - `folders`: where scripts open files;
 //! - `events`: what has been published; `lines`, `report`: lines and faults;
-//! - `outside`, `session`, `wake`: services; `service`, `service_calls`: one of them; `input_log`, `inputs`: what came in;
+//! - `outside`, `session`, `wake`: services; `service`, `service_calls`: one of them; `input_log`, `inputs`: what came
+//!   in;
 //! - `stores`, `room`: how much scripts may leave in a world; `instance_image`: what a snapshot holds of an instance;
 //! - `swap`: what a reload exchanges; `stand_ins`, `stand_in_use`: objects made for scripts that ask for them.
 

@@ -26,7 +26,7 @@ pub(crate) struct Outside {
     pub handle: Rc<WorldHandle>,
     /// Somebody stands by who can lift a pause.
     pub interactive: Cell<bool>,
-    /// For whom the service whose turn it is acts, by the service's number.
+    /// The client on whose behalf the current service acts, by the service's number.
     pub client: Cell<u64>,
     /// What scripts from outside were given, by slot.
     pub options: RefCell<BTreeMap<u32, Value>>,
@@ -40,7 +40,7 @@ pub(crate) struct Outside {
     pub saved_services: RefCell<Vec<(String, InstanceImage)>>,
     /// Functions of clients that run now, one within the other.
     pub functions: Cell<u32>,
-    /// Who made the call that is being replayed.
+    /// The caller of the call that is being replayed.
     pub replayed: RefCell<String>,
     /// What came in since the start, but for what services did: kind and text.
     pub inputs: RefCell<Vec<(String, String)>>,
@@ -65,7 +65,7 @@ pub struct NextScene {
     pub file: PathBuf,
     /// What it is made of.
     pub document: Arc<Document>,
-    /// It is to start at once: somebody asked for a start since.
+    /// It is to start at once: a start was requested since.
     pub starts: bool,
 }
 
@@ -136,8 +136,8 @@ impl Outside {
     pub fn tell(&self, name: &str, payload: Value) {
         self.publish(name, || payload);
     }
-    /// Publishes an event: for scripts at the next delivery, for services at the next barrier. What it holds is only made
-    /// if somebody listens.
+    /// Publishes an event: for scripts at the next delivery, for services at the next barrier. What it holds is only
+    /// made if somebody listens.
     pub fn publish(&self, name: &str, payload: impl FnOnce() -> Value) {
         let (scripts, services) = (self.bus.wants(name), self.services_want(name));
         if !scripts && !services {
@@ -151,7 +151,7 @@ impl Outside {
             self.bus.push(name, payload);
         }
     }
-    /// Whether anybody listens to an event.
+    /// Whether an event has subscribers.
     pub fn wants(&self, name: &str) -> bool {
         self.bus.wants(name) || self.services_want(name)
     }

@@ -13,7 +13,7 @@ use super::{
 };
 
 impl WorldCell {
-    /// Who calls now, for messages.
+    /// The current caller, for messages.
     pub fn caller_name(&self) -> String {
         let caller = self.run.calls.caller.get();
         match self.see(|w| &w.state.scene) {
@@ -96,7 +96,7 @@ impl WorldCell {
             _ => {}
         }
     }
-    /// Publishes a line, if somebody listens.
+    /// Publishes a line, if there are subscribers.
     fn tell_line(&self, level: u32, text: &str) {
         let level = match level {
             TATU_LOG_ERROR => "error",

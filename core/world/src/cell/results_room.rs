@@ -1,5 +1,5 @@
-//! Room for the results of a command: the host's own, with a guard on each side, whoever calls. A command that writes beside it is
-//! blamed itself, and what its caller keeps beside its own array is not touched.
+//! Room for the results of a command: the host's own, with a guard on each side, whoever calls. A command that writes
+//! beside it is blamed itself, and what its caller keeps beside its own array is not touched.
 
 use std::ptr::null_mut;
 
@@ -8,7 +8,7 @@ use tatu_plugins::state_block::GUARD;
 
 /// Results that a command has room for at most, if its caller has as much.
 const MOST: usize = 64;
-/// Values on each side: who mistakes the room for one twice as large harms nobody else.
+/// Values on each side: enough for mistaking the room for one twice as large.
 const FRONT: usize = 2;
 const BACK: usize = MOST + 8;
 
@@ -37,7 +37,8 @@ impl ResultsRoom {
 }
 
 impl CallersRoom {
-    /// Gives the frame's command room in `own`, as much as its caller has. A caller with room for more gets no guards.
+    /// Provides room for the frame's command in `own`, as much as its caller has. A caller with room for more gets no
+    /// guards.
     #[inline]
     pub fn put_aside(f: &mut tatu_call, own: *mut tatu_value) -> CallersRoom {
         let fits = f.results_cap as usize <= MOST;
@@ -50,7 +51,7 @@ impl CallersRoom {
         room
     }
 
-    /// Gives the caller its array back, with the results in it; whether the command kept within its room.
+    /// Restores the caller's array, with the results in it; returns whether the command kept within its room.
     #[inline]
     #[must_use]
     pub fn give_back(self, f: &mut tatu_call) -> bool {

@@ -1,4 +1,4 @@
-//! Who acts in a world, and what came of it.
+//! The activity in a world, and its results.
 
 use std::{
     borrow::Cow,
@@ -14,10 +14,10 @@ use super::{
     stand_ins::StandIns,
 };
 
-/// Who acts, and what came of it: scripts, calls of commands, services, lines and faults.
+/// Scripts, calls of commands, services, lines and faults.
 pub(crate) struct Run {
     pub scripts: RefCell<Scripts>,
-    /// Which callbacks there have been among its scripts, so that nobody searches all of them for the rest.
+    /// Which callbacks there have been among its scripts, so that the rest are not searched for.
     pub callback_mask: CallbackMask,
     pub calls: Calls,
     /// The stages that are running, outermost first, and who asked for each.

@@ -1,8 +1,8 @@
-//! What a plugin may ask of the host, by the call that it is in: known to the host, and checked by it in every function of a
-//! table that gets a world.
+//! What a plugin may ask of the host, by the call that it is in: known to the host, and checked by it in every function
+//! of a table that gets a world.
 //!
-//! A world belongs to the thread that made it. A pointer that no living world of this thread has is refused before anything is
-//! read through it: it came from a thread of the plugin's own, or was kept for longer than its world lived.
+//! A world belongs to the thread that made it. A pointer that no living world of this thread has is refused before
+//! anything is read through it: it came from a thread of the plugin's own, or was kept for longer than its world lived.
 
 use std::{
     collections::BTreeSet,
@@ -93,7 +93,7 @@ pub(crate) fn enlist(world: &WorldCell) {
 }
 
 impl WorldCell {
-    /// The world behind a pointer of the border, whatever call is running: for the log. None where no world of this thread
+    /// The world behind an ABI pointer, whatever call is running: for the log. None where no world of this thread
     /// has that address. On a thread that runs scripts beside others it is the thread's own cell.
     #[inline]
     pub fn at<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
@@ -113,7 +113,8 @@ impl WorldCell {
         }
     }
 
-    /// The same for a function of the host: the call that runs must allow it. `Err`: the status, whose message has been recorded.
+    /// The same for a function of the host: the call that runs must allow it. `Err`: the status, whose message has been
+    /// recorded.
     #[inline]
     pub fn admit<'a>(world: WorldRef<'a>, function: Function) -> Result<&'a WorldCell, tatu_status> {
         let Some(cell) = Self::at(world.ptr()) else { return Err(refuse_stranger(world.ptr(), function.name)) };
@@ -131,8 +132,8 @@ fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
         return world.run.calls.refuse(TATU_ERR_BUSY, &text);
     };
     let why = match scope {
-        Scope::Nothing => "may call nothing but the log, and `random` of its batch",
-        _ => "may look at the world, and change nothing but its own instance",
+        Scope::Nothing => "may call only the log, and `random` of its batch",
+        _ => "may read the world, and change only its own instance",
     };
     let text = format!("`{name}` was called in `{}`, and is refused: it {why}", call.text());
     if let Some(plugin) = world.model.registry.plugins.get(world.border.watch.plugin()) {
@@ -145,8 +146,8 @@ fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
     world.run.calls.refuse(TATU_ERR_BUSY, &text)
 }
 
-/// Refusals that belong to no world, with the library that called: each is reported once, and the first world to look takes them
-/// for faults of its run.
+/// Refusals that belong to no world, with the library that called: each is reported once, and the first world to look
+/// takes them for faults of its run.
 static STRANGERS: Mutex<Strangers> = Mutex::new(Strangers { known: BTreeSet::new(), pending: Vec::new() });
 static ANY_STRANGER: AtomicBool = AtomicBool::new(false);
 /// How many of them are kept.
@@ -159,7 +160,8 @@ struct Strangers {
     pending: Vec<String>,
 }
 
-/// A plugin broke the contract outside of any call that a world knows of: a fault of the run that looks next, reported once.
+/// A plugin broke the contract outside of any call that a world knows of: a fault of the run that looks next, reported
+/// once.
 pub fn breach(text: String) {
     if let Ok(mut all) = STRANGERS.lock()
         && all.known.len() < MOST_STRANGERS
@@ -176,8 +178,9 @@ fn refuse_stranger(ptr: *mut tatu_world, name: &str) -> tatu_status {
     let text = match ptr.is_null() {
         true => format!("{who} broke the contract: `{name}` was called with null for its world, and is refused"),
         false => format!(
-            "{who} broke the contract: `{name}` was called for a world that is not there, or from a thread that is not the \
-             world's, and is refused: threads of a plugin call log.write and session.wake, and leave all else to a barrier"
+            "{who} broke the contract: `{name}` was called for a world that does not exist, or from a thread that is \
+             not the world's, and is refused: threads of a plugin may call only log.write and \
+             session.wake, and must leave everything else to a barrier"
         ),
     };
     breach(text);
@@ -197,7 +200,7 @@ impl WorldCell {
     }
 }
 
-/// Who calls a function of the host, where no call is noted.
+/// The caller of a host function, where no call is noted.
 mod caller {
     /// The library of a plugin in the chain of calls, nearest first.
     #[cfg(all(target_os = "linux", target_env = "gnu"))]

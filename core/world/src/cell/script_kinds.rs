@@ -19,7 +19,7 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    /// By its name in documents and at the border.
+    /// By its name in documents and in the ABI.
     pub fn parse(name: &str) -> Option<Self> {
         use Kind::*;
         let at = tatu_scene::document::SCRIPT_KINDS.iter().chain(OUTSIDE_KINDS).position(|k| *k == name)?;
@@ -41,7 +41,7 @@ macro_rules! callbacks {
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub(crate) enum Callback { $(#[doc = $when] $name),* }
 
-        /// Their names at the border, in the order of [`Callback`]; `init` comes before any other is looked for.
+        /// Their names in the ABI, in the order of [`Callback`]; `init` comes before any other is looked for.
         pub(crate) const CALLBACKS: &[&str] = &[$($text),*];
     };
 }
@@ -65,7 +65,8 @@ callbacks! {
     Measured "measured", "After the sensor that it belongs to has measured in the sensing stage.";
 }
 
-/// Which callbacks any script of a world has had, and what else there has been: a first look, before one at all scripts.
+/// Which callbacks any script of a world has had, and what else there has been: a first look, before one at all
+/// scripts.
 #[derive(Default)]
 pub(crate) struct CallbackMask(Cell<u32>);
 
@@ -112,7 +113,7 @@ pub(crate) enum Order {
 }
 
 impl Order {
-    /// By its number at the border.
+    /// By its number in the ABI.
     pub fn of(number: u32) -> Option<Self> {
         match number {
             TATU_ORDER_PARENTS_FIRST => Some(Order::ParentsFirst),

@@ -2,9 +2,9 @@
 //!
 //! Such scripts do not touch the world. Their thread is in a *worker*: a cell of its own, with its own stack of calls,
 //! errors and lines, which takes the world's place in every service. It looks at the world as it stood when the stage
-//! began, through shared references. What scripts set, say and do wrong is noted as a [`DeferredEffect`], and done to the world in
-//! the order of the scripts when all of them have run: what comes out does not depend on the number of workers. Whatever
-//! else would change the world is refused.
+//! began, through shared references. What scripts set, say and do wrong is noted as a [`DeferredEffect`], and done to
+//! the world in the order of the scripts when all of them have run: what comes out does not depend on the number of
+//! workers. Whatever else would change the world is refused.
 
 use std::{
     cell::{Cell, RefCell},
@@ -56,7 +56,7 @@ impl ScriptWorker {
         ScriptWorker(cell)
     }
 
-    /// A stage begins: the worker takes up what the world is now.
+    /// At the start of a stage: updates the worker from the world.
     pub fn begin(&self, world: &WorldCell) {
         let cell = &*self.0;
         if !std::ptr::eq(&raw const *cell.model.registry, &raw const *world.model.registry) {

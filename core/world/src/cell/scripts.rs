@@ -61,7 +61,7 @@ pub(crate) struct Script {
 pub(crate) struct Scripts {
     /// In the order in which they were added.
     pub list: Vec<Rc<Script>>,
-    /// In the order in which they are called, as of this version of the tree; 0: to be made anew.
+    /// In the order in which they are called, as of this version of the tree; 0: to be rebuilt.
     pub sorted: Rc<[Rc<Script>]>,
     pub sorted_at: u64,
     /// How often the stages of actuation and of sensing have begun.

@@ -36,7 +36,7 @@ pub(crate) struct Running {
     pub hold_told: Cell<bool>,
 }
 
-/// Values in the border form, and the memory that their spans lie in.
+/// Values in the ABI form, and the memory of their spans.
 pub(super) struct Laid(pub Vec<tatu_value>, #[allow(dead_code, reason = "keeps the spans alive")] Owned);
 
 pub(super) fn lay<'v>(values: impl IntoIterator<Item = &'v Value>) -> Laid {

@@ -66,7 +66,8 @@ impl Running {
         Some(out)
     }
 
-    /// Runs a call with an error object; `None`: it does not work any more. After a failure it is switched off, and named.
+    /// Runs a call with an error object; `None`: it does not work any more. After a failure it is switched off, and
+    /// named.
     fn ask(
         &self,
         world: &WorldCell,
@@ -82,7 +83,7 @@ impl Running {
             TATU_HOLD if call == Call::Barrier => return Some(TATU_HOLD),
             ..0 if !error.has_said() => failure(status),
             ..0 => format!(": {}", error.text()),
-            n => format!(": broke the contract: it answered {n}"),
+            n => format!(": broke the contract: it returned {n}"),
         };
         self.switch_off(world, call, &why);
         None
@@ -106,7 +107,7 @@ impl Running {
         });
     }
 
-    /// Tells it that something happened, if it wants to know.
+    /// Delivers an event to it, if it subscribes to that.
     pub fn event(&self, world: &WorldCell, name: &str, payload: &Value) {
         if !self.wants(&world.model.registry, name) {
             return;

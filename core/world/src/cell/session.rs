@@ -45,7 +45,7 @@ impl SessionCell {
             wake.wake();
         }
     }
-    /// The session behind a pointer of the border.
+    /// The session behind an ABI pointer.
     ///
     /// # Safety
     /// `session` is null or a living session of this host, and this is its thread.

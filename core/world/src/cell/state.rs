@@ -43,7 +43,7 @@ impl State {
             noted: Noted::default(),
         }
     }
-    /// Whether a wait is over.
+    /// Whether a wait has ended.
     pub fn is_over(&self, due: &Due) -> bool {
         match due {
             Due::Step(s) => self.clock.pass.get() >= *s,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::*;
 
-/// When a wait is over.
+/// The condition of a wait.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Due {
     /// At the beginning of this step.
@@ -28,7 +28,7 @@ pub enum Owner {
 /// A command that waits on behalf of a script's coroutine or of a service's client.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Wait {
-    /// Who waits.
+    /// The waiting script or service.
     pub owner: Owner,
     /// The coroutine or client, by the owner's number.
     pub token: u64,
@@ -55,7 +55,7 @@ impl Waits {
     pub fn begin(&mut self, wait: Wait) {
         self.list.push(wait);
     }
-    /// Whether anybody waits.
+    /// Whether there are any waits.
     pub fn any(&self) -> bool {
         !self.list.is_empty()
     }

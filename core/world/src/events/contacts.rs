@@ -9,7 +9,7 @@ use tatu_scene::Scene;
 
 use crate::cell::{WorldCell, payload};
 
-/// After a physics stage: publishes pairs that touch, begin to touch and ceased to. Looks at the engine only if somebody
+/// After a physics stage: publishes pairs that touch, begin to touch and ceased to. Queries the engine only if somebody
 /// listens; after nobody did, all that touch count as begun.
 pub(crate) fn compare(world: &WorldCell) {
     let outside = &world.run.outside;

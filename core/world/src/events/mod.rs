@@ -3,7 +3,7 @@
 //! - `deliver`: handing out, at the moments that `docs/reference/events.md` states;
 //! - `contacts`: shapes that begin, go on and cease to touch.
 //!
-//! An event that nobody listens to is not even made: see `Outside::wants`.
+//! An event without subscribers is not even created: see `Outside::wants`.
 
 mod contacts;
 mod deliver;

@@ -1,4 +1,4 @@
-//! The instances of sensors and actuators: made of the document, and made anew when the scene is reset.
+//! The instances of sensors and actuators: created from the document, and recreated when the scene is reset.
 
 use super::kinds::{create_actuator, create_sensor, end_actuator, end_sensor};
 use tatu_errors::{Error, Fault, FaultKind, Place, Result};
@@ -82,7 +82,7 @@ pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, plac
     }
     let refused = |text: String| {
         let plugin = &cell.model.registry.plugins[info.plugin].id;
-        Error::new("E402", format!("the {what} {path} cannot be made: plugin `{plugin}`: {text}")).at(place.cloned())
+        Error::new("E402", format!("the {what} {path} cannot be created: plugin `{plugin}`: {text}")).at(place.cloned())
     };
     if object_kind == TATU_KIND_SENSOR {
         let made = create_sensor(cell, device.kind, slot, instance, params).map_err(refused)?;

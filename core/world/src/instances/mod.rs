@@ -36,7 +36,7 @@ pub(crate) struct Made {
     pub state: StateBlock,
 }
 
-/// Values as they cross the border, and the memory that their spans lie in.
+/// Values in the ABI form, and the memory of their spans.
 fn laid(params: &[Value]) -> (Vec<tatu_value>, Owned) {
     let mut owned = Owned::default();
     (params.iter().map(|p| owned.raw(p)).collect(), owned)
@@ -77,15 +77,15 @@ pub(crate) struct Living {
     pub data: *mut c_void,
 }
 
-/// Whether a change of a parameter is handed to the living instance, instead of making it anew.
+/// Whether a change of a parameter is passed to the live instance, instead of recreating it.
 pub(crate) fn takes_changes(life: &tatu_life, declared: &[Declared], at: usize) -> bool {
     let rebuilds = declared.get(at).is_none_or(|d| d.flags & TATU_PARAM_REBUILDS != 0);
     // There is a bit for each of the first 64.
     life.configure.is_some() && !rebuilds && at < 64
 }
 
-/// Hands an instance its parameters, of which the one at `at` has changed; whether it took them, or is to be made anew. Must
-/// be called without any borrow of the world.
+/// Passes an instance its parameters, of which the one at `at` has changed; returns whether it took them, or must be
+/// recreated. Must be called without any borrow of the world.
 pub(crate) fn configure(
     world: &WorldCell,
     of: Living,

@@ -53,7 +53,7 @@ pub(crate) fn save_instance(
     let mut image = InstanceImage { state: state.to_vec(), saved: Vec::new(), version: life.version, missed: false };
     let Some(save) = life.save else {
         // Without data of its own there is nothing but the state block.
-        let why = "its plugin keeps data for it, and offers no way to write them";
+        let why = "its plugin keeps data for it, but cannot save it";
         return if of.data.is_null() { Ok(image) } else { Err(why.to_owned()) };
     };
     let writer = tatu_writer {
@@ -79,7 +79,7 @@ pub(crate) fn save_instance(
     Err(error.text())
 }
 
-/// Gives an instance back what it wrote. Must be called without any borrow of the world.
+/// Restores the saved state of an instance. Must be called without any borrow of the world.
 pub(crate) fn load_instance(
     world: &WorldCell,
     of: &Living,
@@ -87,7 +87,7 @@ pub(crate) fn load_instance(
     image: &InstanceImage,
 ) -> Result<(), String> {
     let Some(load) = life.load else {
-        return if image.saved.is_empty() { Ok(()) } else { Err("it reads no state any more".to_owned()) };
+        return if image.saved.is_empty() { Ok(()) } else { Err("it no longer restores state".to_owned()) };
     };
     let mut error = ErrorSlot::new();
     // SAFETY: by the contract; the bytes live through the call.

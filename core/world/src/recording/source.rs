@@ -12,7 +12,7 @@ use crate::cell::WorldCell;
 const SHORT: &[(&str, &str)] =
     &[("x", "object.world_pose[0]"), ("y", "object.world_pose[1]"), ("z", "object.world_pose[2]")];
 
-/// Tells of streams in the scene that will never find a number.
+/// Reports streams of the scene that will never find a number.
 pub(crate) fn check(world: &WorldCell) {
     let (scene, figures) = (world.state.scene.borrow(), world.devices.figures.borrow());
     for (object, graph) in &figures.graphs {

@@ -124,8 +124,8 @@ impl World {
             let more = restart.len().saturating_sub(5);
             restart.truncate(5);
             let more = if more > 0 { format!(", and {more} more") } else { String::new() };
-            let text = format!("not taken into the run: {}{more}", restart.join(", "));
-            told.warnings.push(Error::new("E307", text).help("start the run again to take it"));
+            let text = format!("not applied to the run: {}{more}", restart.join(", "));
+            told.warnings.push(Error::new("E307", text).help("restart the run to apply it"));
         }
         cell.model.document.set(new);
         told
@@ -261,13 +261,13 @@ impl World {
         match self.remake_device(slot, live) {
             Ok(reset) => {
                 keys.extend(params.iter().map(|(at, _)| info.params[*at].key.clone()));
-                told.notes.extend(reset.map(|why| format!("{path} begins anew: {why}")));
+                told.notes.extend(reset.map(|why| format!("{path} starts over: {why}")));
                 if let Some((_, spec)) = cell.model.initial_devices.borrow_mut().iter_mut().find(|(s, _)| *s == slot) {
                     spec.params.extend(params.into_iter().map(|(at, v)| (info.params[at].key.clone(), v)));
                 }
             }
             Err(why) => {
-                let text = format!("{path} cannot be made with its new parameters: {why}");
+                let text = format!("{path} cannot be created with its new parameters: {why}");
                 let error = Error::new("E402", text).at(new.place.clone());
                 told.warnings.push(error.help("the old one goes on; correct the file"));
             }
@@ -307,7 +307,7 @@ impl World {
         let (cell, mut told): (&WorldCell, ReloadReport) = (self.cell(), ReloadReport::default());
         for script in Scripts::from_outside(cell) {
             let Some(file) = changed.iter().find(|f| f.display().to_string() == script.name) else { continue };
-            // One that cannot be read just now goes on as it is.
+            // One that cannot be read at present is left as it is.
             let Ok(text) = read_plain(file, MOST_BYTES) else { continue };
             let spec = script.spec(text);
             self.exchange(&script, &spec, &format!("the {} {}", spec.kind, spec.name), &mut told);
@@ -337,17 +337,18 @@ impl World {
     }
 }
 
-/// Puts another text in the place of a script's, between two calls of it. `Err`: it cannot be loaded, or the script runs.
+/// Puts another text in the place of a script's, between two calls of it. `Err`: it cannot be loaded, or the script
+/// runs.
 pub(crate) fn change_script(cell: &WorldCell, script: &Rc<Script>, text: Vec<u8>) -> Result<(), Error> {
     if script.depth.get() > 0 {
-        return Err(Error::new("E305", "a script cannot be exchanged while it runs"));
+        return Err(Error::new("E305", "a script cannot be replaced while it runs"));
     }
     let next = script.renewed(cell, Some(&script.spec(text)))?;
     let image = script.written(cell);
     let handed = Scripts::replace(cell, script, &next, image);
     script.end_replaced(cell);
     if let Handed::Reset(why) = handed {
-        cell.log(TATU_LOG_INFO, &format!("the script {} begins anew: {why}", next.name));
+        cell.log(TATU_LOG_INFO, &format!("the script {} starts over: {why}", next.name));
     }
     cell.restore_process_state("the exchange of a script");
     Ok(())

@@ -48,7 +48,7 @@ impl Made {
     }
 }
 
-/// Gives a new instance what the old one wrote; the state block goes to `block`. `Err`: why it begins anew.
+/// Passes a new instance the saved state of the old one; the state block goes to `block`. `Err`: why it starts over.
 fn hand_over(
     cell: &WorldCell,
     of: &Living,
@@ -103,8 +103,8 @@ impl World {
         let old = cell.model.registry.shared();
         let file = old.plugins[plugin].path.display().to_string();
         if let Some(id) = cell.run.outside.session().and_then(|s| s.service_of(plugin)) {
-            let text = format!("the plugin {file} cannot be exchanged while its service `{id}` runs");
-            return Err(Error::new("E305", text).help("start the run again to take the new version"));
+            let text = format!("the plugin {file} cannot be replaced while its service `{id}` runs");
+            return Err(Error::new("E305", text).help("restart the run to use the new version"));
         }
         let new = Arc::new(old.renewed(plugin)?);
         let mut told = ReloadReport::default();
@@ -164,7 +164,7 @@ fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Regi
     };
     let mut resets = Vec::new();
     let mut reset = |what: String, why: Option<String>| {
-        resets.extend(why.map(|why| format!("{what} begins anew: {why}")));
+        resets.extend(why.map(|why| format!("{what} starts over: {why}")));
     };
     let instance_gone = cell.devices.instances.borrow_mut().get_mut(plugin).and_then(Option::take);
     let mut gone = Made { instance: instance_gone, ..Made::default() };
@@ -286,7 +286,7 @@ fn make(
 ) -> Result<Made, Box<(Error, Made)>> {
     let mut made = Made::default();
     let refused =
-        |m: &Moving, why: String| Error::new("E402", format!("{} cannot be made: {why}", path_of(cell, m.slot)));
+        |m: &Moving, why: String| Error::new("E402", format!("{} cannot be created: {why}", path_of(cell, m.slot)));
     let lacking = |m: &Moving, declared: &[Declared]| {
         let lack = declared.iter().zip(&m.params).find(|(d, v)| **v == Value::Nil && !d.optional());
         lack.map(|(d, _)| refused(m, format!("it lacks its parameter `{}`", d.key)))

@@ -42,8 +42,8 @@ impl World {
         }
     }
 
-    /// Starts: time is 0, the states of child scripts are made. Their first callbacks run in the first step. A world that
-    /// never had a pass while stopped has one first.
+    /// Starts: time is 0, the states of child scripts are made. Their first callbacks run in the first step. A world
+    /// that never had a pass while stopped has one first.
     pub fn start(&self) {
         let cell = &self.cell;
         if cell.running() {
@@ -87,8 +87,8 @@ impl World {
         if self.barrier() { self.step_on() } else { self.cell.running() }
     }
 
-    /// What comes before the next pass, without the pass; `false`: no pass is to be done. For a replay of a run that was
-    /// ended within a barrier.
+    /// What comes before the next pass, without the pass; `false`: no pass is to be done. For a replay of a run that
+    /// was ended within a barrier.
     pub fn barrier(&self) -> bool {
         if self.cell.state.over.replace(false) {
             self.finish();
@@ -114,7 +114,7 @@ impl World {
         session::outside_request(&self.cell, TATU_REQUEST_PAUSE);
     }
 
-    /// Lifts a pause, or takes back that one was asked for. It stands in the input log.
+    /// Ends a pause, or cancels a requested one. Recorded in the input log.
     pub fn request_start(&self) {
         session::outside_request(&self.cell, TATU_REQUEST_START);
     }
@@ -123,14 +123,14 @@ impl World {
         self.cell.state.requests.set(self.cell.state.requests.get() | 1 << what);
     }
 
-    /// Somebody stands by who can lift a pause: a terminal, for instance. Otherwise a pause that no service and no add-on
-    /// can lift ends the run.
+    /// Somebody stands by who can lift a pause: a terminal, for instance. Otherwise a pause that no service and no
+    /// add-on can lift ends the run.
     pub fn set_interactive(&self, on: bool) {
         self.cell.run.outside.interactive.set(on);
     }
 
-    /// The program goes on with another scene when a service asks for one: see [`next_scene`](Self::next_scene). `read` reads
-    /// it, for an empty path the present one again; its error goes to whoever asked, and this world goes on.
+    /// The program goes on with another scene when a service asks for one: see [`next_scene`](Self::next_scene). `read`
+    /// reads it, for an empty path the present one again; its error goes to whoever asked, and this world goes on.
     pub fn take_scenes(&self, read: impl Fn(&Path) -> Result<Arc<Document>> + 'static) {
         *self.cell.run.outside.scene_reader.borrow_mut() = Some(Rc::new(read));
     }
@@ -140,7 +140,8 @@ impl World {
         self.cell.run.outside.next_scene.borrow_mut().take()
     }
 
-    /// The program has changed something of its process since the world was made (what signals do): plugins are to leave it so.
+    /// The program has changed something of its process since the world was made (what signals do): plugins are to
+    /// leave it so.
     pub fn take_process_anew(&self) {
         self.cell.border.home.borrow_mut().take_process_anew();
     }
@@ -155,8 +156,8 @@ impl World {
         self.cell.stop_requested()
     }
 
-    /// Asks for a stop and carries it out: scripts see the end coming, clean up and end, the scene goes back to how it was
-    /// at the start.
+    /// Asks for a stop and carries it out: scripts see the end coming, clean up and end, the scene goes back to how it
+    /// was at the start.
     pub fn stop(&self) {
         if self.cell.running() {
             self.request_stop();
@@ -177,7 +178,7 @@ impl World {
         Scripts::add(&self.cell, 0, spec).ok_or_else(|| Error::new("E401", "the world has no room for another script"))
     }
 
-    /// The run is over: states end, and the scene goes back to how it was at the start.
+    /// At the end of a run: ends states, and resets the scene to its state at the start.
     fn finish(&self) {
         let cell = &self.cell;
         Scripts::end_run(cell);

@@ -204,7 +204,7 @@ impl World {
     pub fn take_lines(&self) -> Vec<LogLine> {
         self.cell.run.lines.take()
     }
-    /// Where its lines are kept: whoever ends the program while a step is running takes them from there.
+    /// Where its lines are stored: for a program that ends while a step is running.
     pub fn lines(&self) -> Lines {
         self.cell.run.lines.clone()
     }
@@ -272,8 +272,8 @@ pub struct Observed {
 }
 
 impl World {
-    /// Ends all that plugins keep for this world; what goes wrong is still reported in [`faults`](Self::faults). Afterwards
-    /// the world can only be looked at. Dropping it does the same.
+    /// Ends all that plugins keep for this world; what goes wrong is still reported in [`faults`](Self::faults).
+    /// Afterwards the world is read-only. Dropping it does the same.
     pub fn end(&self) {
         let cell = &self.cell;
         Scripts::end(cell);

@@ -7,7 +7,7 @@ use crate::state::{self, Snapshot};
 
 impl World {
     /// Everything that decides the future, at the boundary between two steps; what could not be captured is named in
-    /// the head. The run that goes on does not notice.
+    /// the head. The run, which continues, is not affected.
     pub fn snapshot(&self) -> Result<Snapshot> {
         state::take(self.cell())
     }
@@ -41,7 +41,7 @@ impl World {
             return Ok(());
         }
         let text = format!(
-            "the replay came to another state at step {}: hash {hash:016x}, then {:016x}",
+            "the replay reached another state at step {}: hash {hash:016x}, then {:016x}",
             snapshot.head.step, snapshot.head.hash
         );
         Err(Error::new("E504", text)

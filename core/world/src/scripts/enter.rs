@@ -167,7 +167,7 @@ pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func>
     (kept != 0).then_some(script.id.get() << 32 | u64::from(kept))
 }
 
-/// Gives a kept one up.
+/// Releases a retained one.
 pub(crate) fn drop_func(world: &WorldCell, func: tatu_func) {
     let Some((script, local)) = owner_of_func(world, func) else { return };
     if let Some(drop) = script.raw(&world.model.registry).drop_func {

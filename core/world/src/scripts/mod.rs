@@ -37,8 +37,8 @@ impl Scripts {
         }
     }
 
-    /// Adds a script that belongs to an object (0: to none); the slot of its own object. `None`: no slot is free, or its
-    /// kind is unknown.
+    /// Adds a script that belongs to an object (0: to none); the slot of its own object. `None`: no slot is free, or
+    /// its kind is unknown.
     pub fn add(world: &WorldCell, owner: u32, spec: &ScriptSpec) -> Option<u32> {
         let kind = Kind::parse(&spec.kind)?;
         let local = nalgebra::Isometry3::identity();
@@ -156,7 +156,7 @@ impl Scripts {
         }
     }
 
-    /// Tells the scripts of sensors that these have measured, in order.
+    /// Notifies the scripts of sensors that these have measured, in order.
     pub fn measured(world: &WorldCell, sensors: &[u32]) {
         if !Self::any_has(world, Callback::Measured) {
             return;
@@ -194,7 +194,7 @@ impl Scripts {
         answer
     }
 
-    /// Runs something with a value in the form that it has at the border.
+    /// Runs a function with a value in its ABI form.
     fn with_payload(world: &WorldCell, payload: &Value, f: impl FnOnce(tatu_value)) {
         let mark = world.run.calls.arena.borrow().mark();
         let raw = {

@@ -1,11 +1,11 @@
 //! Scripts that run side by side, on all threads of the world.
 //!
-//! A scene may let scripts do so (`side_by_side = true`). Their actuation and sensing then see the world as it stood when
-//! the first of them was called, and what they set takes effect in the order of scripts when all have run; so they may run
-//! in any order, and on several threads. That is so with one thread too: the number of threads changes no bit.
+//! A scene may let scripts do so (`side_by_side = true`). Their actuation and sensing then see the world as it stood
+//! when the first of them was called, and what they set takes effect in the order of scripts when all have run; so they
+//! may run in any order, and on several threads. That is so with one thread too: the number of threads changes no bit.
 //!
-//! A script that cannot run so just now (it has not begun, it waits, its language does not allow it) runs by itself when the
-//! others have run.
+//! A script that cannot run so just now (it has not begun, it waits, its language does not allow it) runs by itself
+//! when the others have run.
 
 use std::{
     rc::Rc,
@@ -60,7 +60,7 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
     };
     taken[..workers].iter().for_each(|worker| worker.begin(world));
     {
-        // Nobody changes the world while it is looked at from all sides.
+        // The world does not change while several threads read it.
         let (_scene, _sensing, _scripts) =
             (world.state.scene.borrow(), world.devices.sensing.borrow(), world.run.scripts.borrow());
         let (_dynamics, _settings, _instances) =
@@ -82,9 +82,10 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
         } else {
             world.run.pool().in_place_scope(|scope| {
                 for (i, worker) in taken[..workers].iter().enumerate().skip(1) {
-                    // SAFETY: only scripts are called whose language declares `TATU_LANGUAGE_SIDE_BY_SIDE` (`is_ready`), and from
-                    // a worker only commands that declare `TATU_COMMAND_SIDE_BY_SIDE`. A script is used by the one thread that has
-                    // taken its chunk, a worker by the one that it is handed to; the borrows above keep the world as it is.
+                    // SAFETY: only scripts are called whose language declares `TATU_LANGUAGE_SIDE_BY_SIDE`
+                    // (`is_ready`), and from a worker only commands that declare `TATU_COMMAND_SIDE_BY_SIDE`. A script
+                    // is used by the one thread that has taken its chunk, a worker by the one that it is handed to; the
+                    // borrows above keep the world as it is.
                     let mut granted = unsafe { ThreadGrant::new((stage, worker)) };
                     scope.spawn(move |_| {
                         let (stage, worker) = granted.get();
@@ -140,7 +141,8 @@ fn settle_one(world: &WorldCell, order: &[Rc<Script>], effect: DeferredEffect, a
     }
 }
 
-/// Sets the drives of joints that scripts which ran beside others have set, up to the first effect of another kind; how many.
+/// Sets the drives of joints that scripts which ran beside others have set, up to the first effect of another kind; how
+/// many.
 fn set_drives(world: &WorldCell, effects: &[DeferredEffect]) -> usize {
     let (Ok(mut scene), Ok(mut dynamics)) = (world.state.scene.try_borrow_mut(), world.state.dynamics.try_borrow_mut())
     else {
@@ -210,10 +212,10 @@ impl Stage<'_> {
         }
     }
 
-    /// Whether a script can run beside others now. One that has ended needs nobody.
+    /// Whether a script can run in parallel now. One that has ended needs no thread.
     fn is_ready(&self, cell: &WorldCell, script: &Script) -> bool {
-        // SAFETY: nobody begins or ends a wait while scripts run side by side: several threads look at once, for which the
-        // cell's count of borrows is not made.
+        // SAFETY: nobody begins or ends a wait while scripts run side by side: several threads look at once, for which
+        // the cell's count of borrows is not made.
         let waits = || unsafe { (*self.world.run.calls.waits.as_ptr()).any_of(Owner::Script(script.id.get())) };
         script.kind != Kind::Main
             && script.initialised.get()

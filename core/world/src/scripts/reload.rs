@@ -85,7 +85,7 @@ impl Script {
         let lives = self.initialised.get() && !self.dead.get() && !self.data.get().is_null();
         // Handlers belong to the state that gave them.
         let listens = world.run.outside.bus.has_of(self.id.get());
-        let why = || Err("functions that it gave for events are not handed over".to_owned());
+        let why = || Err("functions that it registered for events are not carried over".to_owned());
         lives.then(|| if listens { why() } else { self.save(world) })
     }
 
@@ -132,7 +132,7 @@ impl Script {
         self.destroy(world);
         if let Err((status, mut error)) = self.try_begin(world, world.devices.new_replacement()) {
             self.fail(world, status, error.raw());
-            return Handed::Reset("it could not be begun a second time".into());
+            return Handed::Reset("it could not be started a second time".into());
         }
         let mut handed = Handed::Kept;
         self.initialise_and(world, || {

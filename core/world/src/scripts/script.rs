@@ -84,7 +84,8 @@ impl Script {
         let mut chosen = raw(&[]);
         let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
         let load = || {
-            // SAFETY: the host's own error object and plugin data, which live through the call; the texts live through the call.
+            // SAFETY: the host's own error object and plugin data, which live through the call; the texts live through
+            // the call.
             language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) })
         };
         let status = world.cross(language.plugin, Call::ScriptLoad, self.slot, load);
@@ -305,7 +306,7 @@ impl Script {
         self.destroy(world);
     }
 
-    /// Gives its state back.
+    /// Restores its state.
     pub(super) fn destroy(&self, world: &WorldCell) {
         let data = self.data.replace(std::ptr::null_mut());
         if data.is_null() {
@@ -335,8 +336,8 @@ impl Script {
         }
     }
 
-    /// An error that left the script: reported once per place. Scripts of some dialects are silent from then on, and those that
-    /// come from outside.
+    /// An error that left the script: reported once per place. Scripts of some dialects are silent from then on, and
+    /// those that come from outside.
     pub(super) fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
         let fault = self.fault(world, status, error);
         if status == TATU_ERR_BUDGET {
@@ -369,8 +370,7 @@ impl Script {
             fault.plugin = Some(language.clone());
         }
         if status == TATU_ERR_BUDGET {
-            fault.help =
-                Some("look for a loop without an end, or give scripts more: [scene.budget] instructions".into());
+            fault.help = Some("look for an endless loop, or raise the limit: [scene.budget] instructions".into());
         }
         fault
     }

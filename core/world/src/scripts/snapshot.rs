@@ -81,7 +81,7 @@ impl Scripts {
                     .help("replay the run to that step: a new world of the scene, stepped until then")
             };
             if script.id.get() != image.id {
-                return Err(refused("it was made anew during the run"));
+                return Err(refused("it was recreated during the run"));
             }
             if image.initialised && !image.dead {
                 let life = &world.model.registry.languages[script.language].life;

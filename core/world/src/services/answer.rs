@@ -65,7 +65,7 @@ pub(super) fn place<'a, T>(answer: impl Into<Answer<'a>>, what: &str, given: Opt
 
 #[cold]
 pub(super) fn refuse_null<'a>(answer: impl Into<Answer<'a>>, what: &str) -> tatu_status {
-    answer.into().calls.refuse(TATU_ERR_ARGUMENT, &format!("{what} is expected, found null"))
+    answer.into().calls.refuse(TATU_ERR_ARGUMENT, &format!("expected {what}, found null"))
 }
 
 /// The same for a list.
@@ -128,12 +128,12 @@ pub(super) fn needs_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_
 #[cold]
 pub(super) fn refuse_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_call) -> tatu_status {
     let text = match frame.is_null() {
-        true => "a frame is expected, found null",
+        true => "expected a frame, found null",
         // SAFETY: a frame begins with its size.
         false if (unsafe { (*frame).size } as usize) < size_of::<tatu_call>() => {
             "the size of the frame is that of no version of `tatu_call`"
         }
-        false => "arguments, and room for results, are expected, found null",
+        false => "expected arguments and room for results, found null",
     };
     answer.into().calls.refuse(TATU_ERR_ARGUMENT, text)
 }
@@ -196,14 +196,15 @@ pub(super) fn lend<'a>(answer: impl Into<Answer<'a>>, text: &[u8]) -> Result<Len
     if room.is_null() {
         return Err(TATU_ERR_SPACE);
     }
-    // SAFETY: there is room for as many bytes, which the arena keeps until the plugin's call returns or gives up a mark.
+    // SAFETY: there is room for as many bytes, which the arena keeps until the plugin's call returns or gives up a
+    // mark.
     unsafe {
         std::ptr::copy_nonoverlapping(text.as_ptr(), room, text.len());
         Ok(Lent::new(tatu_str { ptr: room.cast(), len: text.len() as u64 }))
     }
 }
 
-/// Puts a value into the world's arena, where it lives until the plugin's call returns, and writes its border form.
+/// Puts a value into the world's arena, where it lives until the plugin's call returns, and writes its ABI form.
 pub(super) fn give<'a>(answer: impl Into<Answer<'a>>, value: &Value, out: Option<&mut ValueRef<'a>>) -> Done {
     let answer = answer.into();
     let Ok(mut arena) = answer.calls.arena.try_borrow_mut() else { return Err(busy(answer)) };

@@ -67,7 +67,7 @@ extern "C" fn set_twist(w: WorldRef<'_>, object: tatu_object, twist: Option<&[f6
     on(w, Function::acts("bodies.set_twist"), |world| {
         let (linear, angular) = place(world, "a velocity", twist)?.split_at(3);
         let (Some(linear), Some(angular)) = (three(linear.first_chunk()), three(angular.first_chunk())) else {
-            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "a velocity is 6 finite numbers"));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "a velocity must be 6 finite numbers"));
         };
         match body(world, object) {
             Ok(b) => {
@@ -87,7 +87,10 @@ extern "C" fn push(
 ) -> tatu_status {
     on(w, Function::acts("bodies.push"), |world| {
         let (Some(force), Some(torque)) = (three(force), three(torque)) else {
-            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "a force and a torque are 3 finite numbers each"));
+            return Err(world
+                .run
+                .calls
+                .refuse(TATU_ERR_ARGUMENT, "a force and a torque must be 3 finite numbers each"));
         };
         match body(world, object) {
             Ok(b) => {
@@ -107,7 +110,7 @@ extern "C" fn impulse(
 ) -> tatu_status {
     on(w, Function::acts("bodies.impulse"), |world| {
         let (Some(linear), Some(angular)) = (three(linear), three(angular)) else {
-            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "an impulse is 3 finite numbers"));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "an impulse must be 3 finite numbers"));
         };
         let b = body(world, object)?;
         let (Ok(scene), Ok(mut dynamics)) = (world.state.scene.try_borrow(), world.state.dynamics.try_borrow_mut())

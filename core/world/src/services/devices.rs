@@ -1,5 +1,5 @@
-//! What may be read and set of a sensor or actuator by the key `<kind>.<key>`: parameters, of which live ones are handed
-//! to the instance and others make it anew, and commands of actuators.
+//! What can be read and set of a sensor or actuator by the key `<kind>.<key>`: parameters, of which live ones are
+//! passed to the instance and others make it anew, and commands of actuators.
 
 use tatu_errors::nearest;
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -145,8 +145,8 @@ impl Stop {
 /// Slot, full id and name of a device's object.
 type Whose<'a> = (u32, tatu_object, &'a str);
 
-/// Changes a sensor's parameter. A *live* one is handed to the instance, which is then asked for its beams; for others
-/// the instance is made anew. No borrow is alive while the plugin is called.
+/// Changes a sensor's parameter. A *live* one is passed to the instance, which is then asked for its beams; for others
+/// the instance is recreated. No borrow is alive while the plugin is called.
 fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize), value: Value) -> Result<(), Stop> {
     let (slot, ..) = whose;
     let info = &world.model.registry.sensors[kind];
@@ -169,7 +169,7 @@ fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize)
         Err(why) => return new_sensor(world, whose, kind, old).and(Err(Stop::Refused(why))),
     };
     let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
-    // It may have been removed or made anew meanwhile.
+    // It may have been removed or recreated meanwhile.
     let device = sensing.devices.iter_mut().find(|d| d.slot == slot && d.id == id).ok_or(Stop::Gone)?;
     device.params[at] = params.swap_remove(at);
     device.lay_out(layout);
@@ -197,7 +197,7 @@ pub(super) fn write_params(world: &WorldCell, object: tatu_object, new: Vec<(usi
 fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, params: Vec<Value>) -> Result<(), Stop> {
     let mut instance = world.instance_info(owner, name);
     if let Some(old) = world.devices.sensing.try_borrow().map_err(|_| Stop::Busy)?.device(slot) {
-        // It is the same sensor: what it draws goes on, whatever it is called now.
+        // It is the same sensor: its random numbers continue, even if it was renamed.
         instance.seed = old.seed;
     }
     let mut made = create_sensor(world, kind, slot, instance, params).map_err(Stop::Refused)?;

@@ -58,7 +58,7 @@ extern "C" fn add(
     on(w, Function::acts("figures.add"), |world| {
         let out = place(world, "a place for the number", out)?;
         let Some(map) = keys(world, map)? else {
-            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "a map of keys is expected, found null"));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected a map of keys, found null"));
         };
         let owner = if what == TATU_FIGURE_DRAWING { 0 } else { full(world, object)? };
         let id = with(world, |scene, all| match what {
@@ -77,7 +77,7 @@ extern "C" fn add(
                 }
                 all.draw(drawing)
             }
-            _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("there is no sort {what} of figures"))),
+            _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("there are no figures of sort {what}"))),
         })?;
         *out = id;
         Ok(())
@@ -93,7 +93,10 @@ extern "C" fn change(w: WorldRef<'_>, object: tatu_object, id: i64, map: Option<
                 (None, None) => missing("drawing", id),
                 (Some(_), found) => {
                     found.map(|d| all.drawings.insert(id, d));
-                    Err(Refusal(TATU_ERR_UNSUPPORTED, "a drawing is removed and made anew, not changed".into()))
+                    Err(Refusal(
+                        TATU_ERR_UNSUPPORTED,
+                        "a drawing cannot be changed: remove it and create a new one".into(),
+                    ))
                 }
             });
         }
@@ -179,7 +182,7 @@ fn frame(scene: &Scene, drawing: &Drawing) -> Isometry3<f64> {
 extern "C" fn record(w: WorldRef<'_>, object: tatu_object, time: f64) -> tatu_status {
     on(w, Function::acts("figures.record"), |world| {
         if !time.is_finite() {
-            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "the time of a sample is finite"));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "the time of a sample must be finite"));
         }
         let done = match object {
             0 => crate::recording::record_due(world, time).map(drop),
@@ -207,7 +210,7 @@ unsafe extern "C" fn list(
                     TATU_FIGURE_STREAM => all.graph(scene, owner)?.streams.iter().map(|s| s.id).collect(),
                     TATU_FIGURE_CURVE => all.graph(scene, owner)?.curves.iter().map(|c| c.id).collect(),
                     TATU_FIGURE_DRAWING => all.drawings.keys().copied().collect(),
-                    _ => return Err(Refusal(TATU_ERR_ARGUMENT, format!("there is no sort {what} of figures"))),
+                    _ => return Err(Refusal(TATU_ERR_ARGUMENT, format!("there are no figures of sort {what}"))),
                 })
             })?;
             fill(&ids, out, cap, n)

@@ -50,7 +50,7 @@ extern "C" fn open(w: WorldRef<'_>, name: Lent<'_>, mode: u32, out: Option<&mut 
     with(w, function, |c: Context<'_>| {
         let out = place(c.answer, "a place for the file", out)?;
         if !makes_sense(mode) {
-            let text = format!("files.open: {mode} is no sum of TATU_FILE_* that belong together");
+            let text = format!("files.open: {mode} is not a valid combination of TATU_FILE_*");
             return Err(c.answer.calls.refuse(TATU_ERR_ARGUMENT, &text));
         }
         let name = name.text();
@@ -74,7 +74,7 @@ fn makes_sense(mode: u32) -> bool {
         && (has(TATU_FILE_WRITE | TATU_FILE_APPEND) || !has(TATU_FILE_FOLDERS))
 }
 
-/// What is read is not part of the input log; the names are kept, so that whoever keeps a log can be warned.
+/// What is read is not part of the input log; the names are stored, so that a user who keeps a log can be warned.
 fn note(outside: &Outside, name: &str, mode: u32) {
     if mode & TATU_FILE_READ != 0 {
         outside.opened.borrow_mut().insert(name.to_owned());

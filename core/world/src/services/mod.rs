@@ -1,4 +1,4 @@
-//! The host's side of the border: one file per table.
+//! The host's side of the ABI: one file per table.
 //!
 //! Every function looks its world up, borrows one part of it, acts, and lets it go. A borrow that is refused (the
 //! caller is inside a measure, say) is an error, never a panic.

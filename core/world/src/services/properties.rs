@@ -217,7 +217,7 @@ pub(super) fn write_world(world: &WorldCell, row: Row, value: &Value) -> Done {
         _ => Err(world
             .run
             .calls
-            .refuse(TATU_ERR_UNSUPPORTED, &format!("`{}` is not changed by plugins", row.info().key))),
+            .refuse(TATU_ERR_UNSUPPORTED, &format!("`{}` cannot be changed by plugins", row.info().key))),
     }
 }
 

@@ -74,7 +74,8 @@ unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tat
         let faces = Faces { front: look.flags & TATU_BEAMS_NO_FRONT == 0, back: look.flags & TATU_BEAMS_NO_BACK == 0 };
         if !near || !slant || !(faces.front || faces.back) {
             let text = format!(
-                "a look no farther than {} m at up to {} rad, flags {}; expected 0 m or more, 0 to pi, and faces to see",
+                "a measurement up to {} m and {} rad, flags {}; expected at least 0 m, 0 to pi, and faces that can be \
+                 detected",
                 look.far_m, look.max_incidence, look.flags
             );
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
@@ -129,7 +130,7 @@ unsafe extern "C" fn describe(w: WorldRef<'_>, sensor: tatu_object, index: u32, 
         let d = &sensing.devices[i];
         let kind = &world.model.registry.sensors[d.kind];
         // By the size that the plugin knew: it may be older than this host.
-        // SAFETY: a list of the plugin, which was looked at when it was loaded.
+        // SAFETY: a list of the plugin, which was checked when it was loaded.
         let declared = unsafe { tables::list(kind.raw.fields) }.into_iter().nth(index as usize);
         let Some((_, mut told)) = declared else {
             let text = format!("a sensor of kind `{}` has {} fields", kind.id, kind.fields.len());

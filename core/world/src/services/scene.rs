@@ -253,7 +253,7 @@ extern "C" fn create(
             Some(TATU_KIND_LIGHT) => Data::Light(Box::default()),
             Some(TATU_KIND_PATH) => Data::Path(Box::default()),
             Some(k) => {
-                let text = format!("an object of kind {} is not made while the world lives", kind_name(k));
+                let text = format!("an object of kind {} cannot be created during a run", kind_name(k));
                 return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
             }
             None => {
@@ -276,7 +276,7 @@ extern "C" fn create(
                 world.tell_object("object_added", &scene, s);
                 Ok(())
             }
-            None => Err(world.run.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more")),
+            None => Err(world.run.calls.refuse(TATU_ERR_SPACE, "the world already holds a million objects, the limit")),
         }
     })
 }

@@ -83,7 +83,7 @@ extern "C" fn client(w: WorldRef<'_>, client: u64) -> tatu_status {
             Ok(())
         }
         _ => {
-            Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, "only a service has clients, in its turn at the barrier"))
+            Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, "only a service has clients, and only during its barrier"))
         }
     })
 }
@@ -109,7 +109,7 @@ extern "C" fn input<'a>(
     let inputs = world.run.outside.inputs.borrow();
     let Some(found) = usize::try_from(index).ok().and_then(|i| inputs.get(i)) else { return TATU_ERR_MISSING };
     let (Some(kind), Some(text)) = (kind, text) else {
-        return world.run.calls.refuse(TATU_ERR_ARGUMENT, "places for kind and text are expected, found null");
+        return world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected places for kind and text, found null");
     };
     match (lend(world, found.0.as_bytes()), lend(world, found.1.as_bytes())) {
         (Ok(a), Ok(b)) => {
@@ -123,12 +123,12 @@ extern "C" fn input<'a>(
 extern "C" fn observed<'a>(w: WorldRef<'a>, kind: Lent<'_>, out: Option<&mut Lent<'a>>) -> tatu_status {
     let Some(world) = alone(w, Function::acts("session.observed")) else { return TATU_ERR_ARGUMENT };
     let Some(out) = out else {
-        return world.run.calls.refuse(TATU_ERR_ARGUMENT, "a place for the text is expected, found null");
+        return world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected a place for the text, found null");
     };
     let found = match crate::cell::observed(world, &kind.text()) {
         None => return TATU_ERR_MISSING,
         Some(None) => {
-            let told = "the run that is repeated looked outside less often: this run goes another way";
+            let told = "the run that is replayed took fewer inputs from outside: this run diverges";
             return world.run.calls.refuse(TATU_ERR_GONE, told);
         }
         Some(Some(found)) => found,
@@ -165,7 +165,7 @@ extern "C" fn function(w: WorldRef<'_>, local: u32, out: Option<&mut tatu_func>)
         let gives =
             caller.kind == TATU_CALLER_REMOTE && running.is_some_and(|s| s.gives_functions(&world.model.registry));
         match out {
-            None => Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "a place for the function is expected, found null")),
+            None => Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected a place for the function, found null")),
             Some(_) if !gives => {
                 let text = "only a service that has `call_func` gives functions, in its turn at the barrier";
                 Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text))
@@ -193,7 +193,7 @@ extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>) -> tatu_status {
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         };
         let file = PathBuf::from(file.text().into_owned());
-        // The caller gets the error at once, and this world goes on.
+        // The caller gets the error at once, and this world continues.
         let document = read(&file).map_err(|e| world.run.calls.refuse(TATU_ERR_ARGUMENT, &one_line(&e)))?;
         *world.run.outside.next_scene.borrow_mut() = Some(NextScene { file, document, starts: false });
         if world.running() {

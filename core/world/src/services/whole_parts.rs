@@ -120,7 +120,7 @@ pub(super) extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, base: tatu_object
         let path = PathBuf::from(file.text().into_owned());
         let fail = |text: String| world.run.calls.refuse(TATU_ERR, &text);
         if path.extension().is_none_or(|e| e != "toml") {
-            let text = format!("`{}` does not end with `.toml`, by which scene files are known", path.display());
+            let text = format!("`{}` does not end with `.toml`, as all scene files do", path.display());
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
         }
         let base = match base {
@@ -154,7 +154,7 @@ fn free(world: &WorldCell) -> Result<(), tatu_status> {
 }
 
 fn full(world: &WorldCell) -> tatu_status {
-    world.run.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more")
+    world.run.calls.refuse(TATU_ERR_SPACE, "the world already holds a million objects, the limit")
 }
 
 /// Adds scripts to an object. There is one main script in a scene, and it is not this one.

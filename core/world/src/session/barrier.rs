@@ -30,8 +30,8 @@ const LONG: Duration = Duration::from_secs(5);
 const START: u32 = 1 << TATU_REQUEST_START;
 const QUIT: u32 = 1 << TATU_REQUEST_QUIT;
 
-/// What comes before a pass; `false`: none is to be done, since a stop has just been asked for, the world is not started,
-/// or time stands.
+/// What comes before a pass; `false`: none is to be done, since a stop has just been asked for, the world is not
+/// started, or time stands.
 pub(crate) fn before_step(world: &WorldCell) -> bool {
     if !world.running() {
         return false;
@@ -60,7 +60,7 @@ pub(crate) fn before_step(world: &WorldCell) -> bool {
     world.state.phase.get() != Phase::Paused
 }
 
-/// One pass of a paused world without services; ends the run where nobody could lift the pause.
+/// One pass of a paused world without services; ends the run if nothing could end the pause.
 fn stand(world: &WorldCell) {
     let addons = world.run.scripts.try_borrow().is_ok_and(|s| s.any_addon_waits());
     if addons || world.run.outside.interactive.get() {
@@ -101,11 +101,12 @@ fn pass(world: &WorldCell, session: &SessionCell) {
     }
 }
 
-/// Tells, once in a session for each service, who holds it for long. `holder`: who has held it so far, and since when.
+/// Reports, once in a session for each service, which one holds it for long. `holder`: who has held it so far, and
+/// since when.
 ///
-/// To the person who looks on, and at once, since the lines of the world come after the step. It is no warning: services
-/// hold as long as a client wants it, for instance while its user looks at a variable, and which of them wait for nobody
-/// the host cannot tell; a warning would end `--strict` runs that are all right.
+/// To the person who looks on, and at once, since the lines of the world come after the step. It is no warning:
+/// services hold as long as a client wants it, for instance while its user looks at a variable, and which of them wait
+/// for nobody the host cannot know; a warning would fail `--strict` runs that are correct.
 fn tell_holder(session: &SessionCell, by: Option<usize>, holder: &mut Option<(usize, Instant)>) {
     let Some(i) = by else { return *holder = None };
     let since = match *holder {
@@ -156,7 +157,7 @@ fn turns(world: &WorldCell, session: &SessionCell) -> Option<usize> {
     held
 }
 
-/// Tells services what has happened.
+/// Delivers events to services.
 fn tell(world: &WorldCell, session: &SessionCell) {
     for (name, payload) in world.run.outside.take_events() {
         let mut i = 0;

@@ -297,7 +297,8 @@ pub fn read(path: &Path) -> Result<Log> {
     // After the last line end there is nothing, or a line that was being written.
     let cut = lines.pop().is_some_and(|rest| !rest.is_empty());
     let first = lines.first().ok_or_else(|| {
-        wrong(0, format!("{} is no whole input log", path.display())).help("write one with `tatu run SCENE --log FILE`")
+        wrong(0, format!("{} is not a complete input log", path.display()))
+            .help("write one with `tatu run SCENE --log FILE`")
     })?;
     match serde_json::from_slice::<Json>(first).ok().as_ref().and_then(|j| j["tatu_input_log"].as_u64()) {
         Some(FORMAT) => {}
@@ -308,7 +309,7 @@ pub fn read(path: &Path) -> Result<Log> {
                 .help("replay it with the program that wrote it"));
         }
         None => {
-            let text = format!("{} is no input log", path.display());
+            let text = format!("{} is not an input log", path.display());
             return Err(wrong(1, text).help("write one with `tatu run SCENE --log FILE`"));
         }
     }
@@ -320,7 +321,7 @@ pub fn read(path: &Path) -> Result<Log> {
             ),
         };
         wrong(line, text)
-            .help("copy the log again from where it is whole, or write it again with `tatu run SCENE --log FILE`")
+            .help("copy the log again from an intact original, or write it again with `tatu run SCENE --log FILE`")
     };
     let mut check = verified(0, first).ok_or_else(|| changed(1))?;
     let header =
@@ -344,7 +345,7 @@ pub fn read(path: &Path) -> Result<Log> {
         })?;
         if log.records.last().is_some_and(|before| (before.step, before.at) >= (record.step, record.at)) {
             return Err(wrong(i + 1, "this line of the input log comes before the one above it".into())
-                .expected("steps and places that grow"));
+                .expected("increasing steps and places"));
         }
         log.records.push(record);
     }

@@ -116,6 +116,6 @@ fn again(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
 fn give(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> tatu_status {
     match give_results(world, f, values) {
         Ok(()) => TATU_OK,
-        Err(status) => say(f.error, status, "what the function gave does not fit into memory"),
+        Err(status) => say(f.error, status, "the function's results do not fit into memory"),
     }
 }

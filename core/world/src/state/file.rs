@@ -149,19 +149,19 @@ impl Snapshot {
         let new = here.iter().find(|p| !self.head.plugins.contains(p));
         let what = match (lost, new) {
             (Some(l), Some(n)) if l.0 == n.0 => format!("plugin {} was there, now it is {}", show(l), n.1),
-            (Some(l), _) => format!("plugin {} was there, and is not found now", show(l)),
+            (Some(l), _) => format!("plugin {} was there, and is missing now", show(l)),
             (None, Some(n)) => format!("plugin {} was not there", show(n)),
             (None, None) => "plugins were found in another order".to_owned(),
         };
         let text = format!("the snapshot was written with other plugins: {what}");
-        Err(Error::new("E502", text).help("run with the plugins of then, or write the snapshot again"))
+        Err(Error::new("E502", text).help("run with the plugins of that time, or write the snapshot again"))
     }
 }
 
 /// A file that is not whole.
 pub(super) fn damaged(what: impl std::fmt::Display) -> Error {
     Error::new("E501", format!("the snapshot is damaged: {what}"))
-        .help("write it again, or copy it again from where it is whole")
+        .help("write it again, or copy it again from an intact original")
 }
 
 #[cfg(test)]

@@ -24,7 +24,8 @@ fn refused(what: impl std::fmt::Display, why: impl std::fmt::Display) -> Error {
         .help("replay the run to that step: a new world of the scene, stepped until then")
 }
 
-/// What is to be known before a snapshot may be taken up: it fits, it is complete or may be partial, and the world is new.
+/// What is to be known before a snapshot may be taken up: it fits, it is complete or may be partial, and the world is
+/// new.
 pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) -> Result {
     snapshot.check(&cell.model.document, &cell.model.registry)?;
     if let Some(first) = snapshot.head.missed.first().filter(|_| !allow_partial) {
@@ -32,7 +33,9 @@ pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) 
         return Err(error.help("replay the run to its step instead"));
     }
     if cell.running() || cell.state.clock.step.get() != 0 {
-        return Err(Error::new("E503", "a world that has run cannot take a snapshot").help("make a new one"));
+        return Err(
+            Error::new("E503", "a world that has run cannot be restored from a snapshot").help("make a new one")
+        );
     }
     Ok(())
 }
@@ -59,7 +62,7 @@ pub(crate) fn go_on(cell: &WorldCell, snapshot: &Snapshot) -> Result {
 
 /// What came from outside until the snapshot.
 pub(crate) fn records(snapshot: &Snapshot) -> Result<Vec<Record>> {
-    session::file::from_bytes(&snapshot.head.log).ok_or_else(|| damaged("what came from outside cannot be read"))
+    session::file::from_bytes(&snapshot.head.log).ok_or_else(|| damaged("the recorded inputs cannot be read"))
 }
 
 /// Ends the scripts that had ended by then; the others must be those of the snapshot.
@@ -67,7 +70,7 @@ fn scripts(cell: &WorldCell, images: Vec<ScriptImage>, core: &CoreImage) -> Resu
     let there: Vec<u32> = images.iter().map(|i| i.slot).collect();
     let known = |slot: u32| cell.run.scripts.borrow().by_slot(slot).is_some();
     if let Some(slot) = there.iter().find(|s| !known(**s)) {
-        return Err(refused(format!("the script {}", core.scene.path(*slot)), "it was made during the run"));
+        return Err(refused(format!("the script {}", core.scene.path(*slot)), "it was created during the run"));
     }
     Scripts::end_others(cell, &there);
     Ok(())
@@ -87,7 +90,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
             .sensing
             .borrow()
             .index(image.slot)
-            .ok_or_else(|| refused(&what, "it was made during the run"))?;
+            .ok_or_else(|| refused(&what, "it was created during the run"))?;
         let (kind, data) = {
             let sensing = cell.devices.sensing.borrow();
             let d = &sensing.devices[index];
@@ -132,7 +135,7 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
         let (life, of) = {
             let mut actuators = cell.devices.actuators.borrow_mut();
             let found = actuators.devices.iter_mut().find(|d| d.object == image.object);
-            let d = found.ok_or_else(|| refused(&what, "it was made during the run"))?;
+            let d = found.ok_or_else(|| refused(&what, "it was created during the run"))?;
             let params: Vec<Value> = image.params.into_iter().map(Into::into).collect();
             if d.kind != image.kind as usize || d.params != params {
                 return Err(refused(&what, "its parameters were changed during the run"));
@@ -183,7 +186,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
     *cell.run.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
     // What a start reports was reported by the run that wrote the snapshot.
     cell.run.lines.hold().clear();
-    // What beams see is made anew of the scene.
+    // The scene of the beams is rebuilt from the scene.
     cell.devices.sensing.borrow_mut().forget_scene();
     Ok(())
 }
@@ -201,7 +204,7 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
     Ok(())
 }
 
-/// Services take up what they kept of the world; of those that do not run nothing is missed. A world that is in no session yet
+/// Restores the state of services; that of services that do not run is ignored. A world that is in no session yet
 /// keeps it until it joins one.
 pub(crate) fn services(cell: &WorldCell) -> Result {
     let Some(session) = cell.run.outside.session() else { return Ok(()) };

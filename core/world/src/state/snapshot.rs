@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// Everything that decides the future, at the boundary between two steps; what could not be captured is named in the
-/// head. The run that goes on does not notice.
+/// head. The run, which continues, is not affected.
 pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
     if !cell.running() {
         return Err(Error::new("E503", "a world that does not run has no state to write").help("start it first"));
@@ -42,7 +42,7 @@ pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
         missed.push(Missed {
             object: "the events".into(),
             plugin: String::new(),
-            reason: "functions that scripts gave for events are not written".into(),
+            reason: "functions that scripts registered for events cannot be saved".into(),
         });
     }
     snapshot.head.missed = missed;

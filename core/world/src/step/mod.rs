@@ -9,8 +9,8 @@
 //! turn      time moves on, then the phase: requests to pause and stop take effect here
 //! ```
 //!
-//! The stages are functions of the world; `step` is their default order. A world with a driver (a script of kind `main`)
-//! runs none of them by itself: the driver is called, and asks for stages as it likes (see `stages`).
+//! The stages are functions of the world; `step` is their default order. A world with a driver (a script of kind
+//! `main`) runs none of them by itself: the driver is called, and asks for stages as it likes (see `stages`).
 //!
 //! Time moves on at the end of a pass by what its physics stages took: all callbacks of a pass see the time at which it
 //! began, and a driver that skips physics lets no time pass.
@@ -38,7 +38,7 @@ use crate::{
 /// One pass: the driver's, or the default order of the stages.
 pub(crate) fn step(world: &WorldCell) {
     barrier(world);
-    // After a request to stop nobody can hold the world back any more.
+    // After a request to stop no service can hold the world any more.
     if Scripts::before_step(world) && !world.stop_requested() {
         return world.state.clock.skip();
     }
@@ -62,7 +62,8 @@ pub(crate) fn step(world: &WorldCell) {
     turn(world);
 }
 
-/// The phase after a pass. The world carries out the end of a run with the next step, so that its last state can be read.
+/// The phase after a pass. The world carries out the end of a run with the next step, so that its last state can be
+/// read.
 fn turn(world: &WorldCell) {
     let (stop, pause) = (world.stop_requested(), world.state.requests.get() & 1 << TATU_REQUEST_PAUSE != 0);
     let next = world.state.phase.get().after(stop, pause);

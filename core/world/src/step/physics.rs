@@ -35,7 +35,7 @@ pub(super) fn physics(world: &WorldCell, dt: f64) {
         let path = world.state.scene.borrow().path(slot);
         let mut fault = Fault::new(FaultKind::Physics, format!("the motion of {path} became infinite; it is frozen"));
         fault.object = Some(path);
-        fault.help = Some("look for masses or forces that are far apart, or use a smaller physics_dt_s".into());
+        fault.help = Some("look for masses or forces of very different size, or use a smaller physics_dt_s".into());
         world.report(fault);
     }
 }
@@ -57,8 +57,8 @@ fn tell_of_stray(world: &WorldCell, slot: u32, speed: f64, way: f64) {
     let (path, time) =
         (world.state.scene.borrow().path(slot), world.state.clock.time.get() + world.state.clock.so_far());
     let text = format!(
-        "{path} moves at {speed:.0} m/s, {way:.0} m from its start, at {time:.2} s: has it fallen through a floor, or been \
-         thrown by forms that overlap or by a force that is too great? Reported once"
+        "{path} moves at {speed:.0} m/s, {way:.0} m from its start, at {time:.2} s: has it fallen through a floor, or \
+         been thrown by overlapping shapes or by an excessive force? Reported once"
     );
     world.log(TATU_LOG_WARNING, &text);
 }

@@ -21,7 +21,7 @@ pub(crate) enum Stage {
 }
 
 impl Stage {
-    /// By its number at the border.
+    /// By its number in the ABI.
     pub fn of(number: u32) -> Option<Self> {
         [Stage::Actuate, Stage::Physics, Stage::Sense, Stage::React, Stage::Clean]
             .into_iter()
@@ -50,8 +50,8 @@ impl Drop for Running<'_> {
     }
 }
 
-/// Runs a stage now; `who` asks. `Err`: it is running already (with the chain of calls), or a part of the world is in use
-/// by a caller further up.
+/// Runs a stage now; `who` asks. `Err`: it is running already (with the chain of calls), or a part of the world is in
+/// use by a caller further up.
 pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'static, str>>) -> Result<(), String> {
     let who = who.into();
     {
@@ -62,7 +62,7 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
                 chain += &format!("{asked} -> {} -> ", Stage::of(*s).map_or("?", Stage::name));
             }
             let name = stage.name();
-            return Err(format!("the stage `{name}` was asked for from within itself: {chain}{who} -> {name}"));
+            return Err(format!("the stage `{name}` was requested from within itself: {chain}{who} -> {name}"));
         }
         // A plugin that asks from within a measure or apply, where it may call nothing but the log.
         if world.state.scene.try_borrow_mut().is_err() || world.devices.sensing.try_borrow_mut().is_err() {

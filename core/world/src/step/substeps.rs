@@ -1,5 +1,5 @@
-//! Physics with callbacks of scripts before, within and after each step of the engine. They are called between two steps,
-//! never from inside the solver.
+//! Physics with callbacks of scripts before, within and after each step of the engine. They are called between two
+//! steps, never from inside the solver.
 //!
 //! ```text
 //! dyn       after = false
@@ -164,7 +164,7 @@ fn question(world: &WorldCell, slot: u32, part: Part) -> Option<Value> {
     Some(Value::Map(map))
 }
 
-/// Tells of two shapes that have begun to touch.
+/// Reports two shapes that have begun to touch.
 fn tell_contact(world: &WorldCell, (a, b): (u32, u32)) {
     let map = [("shape1", i64::from(a)), ("shape2", i64::from(b)), ("engine", 0)];
     let map = Value::Map(map.map(|(k, v)| of(k, Value::Int(v))).to_vec());

@@ -8,7 +8,7 @@ use crate::safe::{Result, Value, ValueRef, World, call::shared_world::service};
 /// What a command is, in short.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct About {
-    /// Its names; the first one is its own.
+    /// Its names; the first one is the canonical one.
     pub names: Vec<String>,
     /// The names of its parameters.
     pub params: Vec<String>,
@@ -48,14 +48,14 @@ impl World<'_> {
 }
 
 /// # Safety
-/// Null, or a text that ends with 0.
+/// Null, or a NUL-terminated text.
 unsafe fn text(p: *const c_char) -> String {
     // SAFETY: the caller promises it.
     if p.is_null() { String::new() } else { unsafe { CStr::from_ptr(p) }.to_string_lossy().into_owned() }
 }
 
 /// # Safety
-/// Null, or a list that ends with null and lives for `'a`.
+/// Null, or a null-terminated list that lives for `'a`.
 unsafe fn list<'a, T>(first: *const *const T) -> &'a [*const T] {
     if first.is_null() {
         return &[];

@@ -1,4 +1,4 @@
-//! Streams, curves and drawings, as plugins see them; keys and sorts stand in the header.
+//! Streams, curves and drawings, as plugins use them; `tatu.h` lists keys and sorts.
 
 use crate::abi::*;
 use crate::safe::{Result, Value, ValueRef, World, call::shared_world::service, value::owned::Owned};
@@ -9,7 +9,7 @@ pub fn keys<const N: usize>(entries: [(&str, Value); N]) -> Value {
 }
 
 impl<'a> World<'a> {
-    /// Adds a stream, curve, copy or drawing (`TATU_FIGURE_*`); its number.
+    /// Adds a stream, curve, copy or drawing (`TATU_FIGURE_*`); returns its number.
     pub fn add_figure(&self, graph: tatu_object, what: u32, keys: &Value) -> Result<i64> {
         let (mut owned, mut id) = (Owned::default(), 0);
         let map = owned.value(keys);
@@ -26,7 +26,7 @@ impl<'a> World<'a> {
     pub fn remove_figure(&self, graph: tatu_object, id: i64) -> Result {
         self.check(service!(self.figures.change)(self.raw(), graph, id, None))
     }
-    /// Gives a stream its next number, or a drawing items; none: empties. How many were taken.
+    /// Appends a number to a stream, or items to a drawing; no numbers: empties it. Returns how many were accepted.
     pub fn put_figure(&self, graph: tatu_object, id: i64, numbers: &[f64]) -> Result<u64> {
         let (n, mut taken) = (numbers.len() as u64, 0);
         let put = service!(self.figures.put);
@@ -34,7 +34,7 @@ impl<'a> World<'a> {
         self.check(unsafe { put(self.raw(), graph, id, numbers.as_ptr(), n, Some(&mut taken)) })?;
         Ok(taken)
     }
-    /// A graph takes a sample under a time in s; 0: all that record by themselves.
+    /// Makes a graph take a sample at a time, s; graph 0: all that record by themselves.
     pub fn record_graph(&self, graph: tatu_object, time: f64) -> Result {
         self.check(service!(self.figures.record)(self.raw(), graph, time))
     }
@@ -44,25 +44,25 @@ impl<'a> World<'a> {
         // SAFETY: `out` has room for `cap`.
         self.fill(|out, cap, n| unsafe { list(self.raw(), graph, what, out, cap, n) })
     }
-    /// One as a map, with what it holds if `numbers`; lives until the call that you are in returns.
+    /// One as a map, with its data if `numbers`; valid until the current call returns.
     pub fn figure(&self, graph: tatu_object, id: i64, numbers: bool) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL;
         self.check(service!(self.figures.get)(self.raw(), graph, id, u32::from(numbers), Some(&mut value)))?;
         Ok(value)
     }
-    /// The `index`-th visible part of a shape, a map: see `tatu_host_figures.part`. `None`: it has no more.
+    /// The `index`-th visible part of a shape, a map: see `tatu_host_figures.part`. `None`: past the last.
     pub fn part(&self, shape: tatu_object, index: u32) -> Result<Option<ValueRef<'a>>> {
         let mut out = ValueRef::NIL;
         let status = service!(self.figures.part)(self.raw(), shape, index, Some(&mut out));
         self.found(status, out)
     }
-    /// The `index`-th property of an object, a map: see `tatu_host_scene.row`. `None`: it has no more.
+    /// The `index`-th property of an object, a map: see `tatu_host_scene.row`. `None`: past the last.
     pub fn row(&self, object: tatu_object, index: u32) -> Result<Option<ValueRef<'a>>> {
         let mut out = ValueRef::NIL;
         let status = service!(self.scene.row)(self.raw(), object, index, Some(&mut out));
         self.found(status, out)
     }
-    /// The `index`-th model that plugins offer, a map of `id` and `text`; `None`: there are no more.
+    /// The `index`-th model that plugins offer, a map of `id` and `text`; `None`: past the last.
     pub fn model(&self, index: u32) -> Result<Option<ValueRef<'a>>> {
         let mut out = ValueRef::NIL;
         let status = service!(self.scene.model)(self.raw(), index, Some(&mut out));
@@ -74,16 +74,16 @@ impl<'a> World<'a> {
         self.check(service!(self.scripts.text)(self.raw(), script, Some(&mut out)))?;
         Ok(out.as_bytes().unwrap_or_default().to_vec())
     }
-    /// Puts another text in the place of a script's.
+    /// Replaces the text of a script.
     pub fn change_script(&self, script: tatu_object, text: &[u8]) -> Result {
         self.check(service!(self.scripts.change)(self.raw(), script, text.into()))
     }
-    /// Puts something in as if it came from outside.
+    /// Adds an input, as if it came from outside.
     pub fn put_in(&self, kind: &str, what: &str) -> Result {
         self.check(service!(self.session.put_in)(self.raw(), kind.into(), what.into()))
     }
-    /// What a look outside gives, in the middle of a step: an input of the run. In a run that is repeated it is what the log has,
-    /// and `look` is not called. What is found is text.
+    /// Reads something outside the simulation during a step, and records it as an input. A replay takes it from the
+    /// log, and does not call `look`. The result is text.
     pub fn observe(&self, kind: &str, look: impl FnOnce() -> String) -> Result<String> {
         let mut out = Lent::EMPTY;
         let status = service!(self.session.observed)(self.raw(), kind.into(), Some(&mut out));
@@ -94,11 +94,11 @@ impl<'a> World<'a> {
         self.check(service!(self.session.observe)(self.raw(), kind.into(), found.as_str().into()))?;
         Ok(found)
     }
-    /// Whether the run is to end: who waits for something outside asks every 50 ms.
+    /// Whether the run is to end: poll this every 50 ms while waiting for something outside.
     pub fn is_interrupted(&self) -> bool {
         self.host().session.and_then(|s| s.interrupted).is_some_and(|f| f(self.raw()) != 0)
     }
-    /// Asks the program to go on with another scene; empty: with this one again.
+    /// Requests that the program open another scene; empty: reopen this one.
     pub fn open_scene(&self, file: &str) -> Result {
         self.check(service!(self.session.open)(self.raw(), file.into()))
     }

@@ -1,11 +1,11 @@
-//! Files of a world: as scripts name them, beneath the folders that the run allows.
+//! Files of a world: by the paths that scripts give, below the folders that the run allows.
 
 use crate::abi::*;
 use crate::safe::{Fail, Result, World, call::shared_world::service, value::plain::read_opened};
 
 impl World<'_> {
-    /// Opens a plain file as a script names it, beneath the folders that the run allows: a sum of `TATU_FILE_*`. Neither
-    /// links, `..` nor a changed working folder lead out of them.
+    /// Opens a regular file by the path that a script gives, below the folders that the run allows; `mode` is a sum of
+    /// `TATU_FILE_*`. Neither links, `..` nor a changed working folder lead outside them.
     pub fn open_file(&self, name: &[u8], mode: u32) -> Result<std::fs::File> {
         let mut file = -1;
         self.check(service!(self.files.open)(self.raw(), name.into(), mode, Some(&mut file)))?;
@@ -17,13 +17,13 @@ impl World<'_> {
         read_opened(file, most)
             .map_err(|e| Fail::missing(format!("`{}` cannot be read: {e}", String::from_utf8_lossy(name))))
     }
-    /// Makes or empties such a file, and writes it.
+    /// Creates or truncates such a file, and writes it.
     pub fn write_file(&self, name: &[u8], content: &[u8]) -> Result {
         let mut file = self.open_file(name, TATU_FILE_WRITE)?;
         std::io::Write::write_all(&mut file, content)
             .map_err(|e| Fail::new(format!("`{}` cannot be written: {e}", String::from_utf8_lossy(name))))
     }
-    /// The path of a file as a script names it, for functions of the host that take one: `TATU_FILE_READ` or
+    /// The real path of a file that a script names, for functions of the host that take one: `TATU_FILE_READ` or
     /// `TATU_FILE_WRITE`. To read or write it, see [`open_file`](Self::open_file).
     pub fn file(&self, name: &[u8], mode: u32) -> Result<Vec<u8>> {
         let mut path = Lent::EMPTY;

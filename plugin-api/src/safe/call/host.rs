@@ -1,4 +1,4 @@
-//! The host's services, found once at start.
+//! The host's services, looked up once at start.
 
 use std::ffi::{CStr, CString, c_void};
 
@@ -66,11 +66,11 @@ impl Host {
         Some(host)
     }
 
-    /// The raw table, for what these wrappers lack.
+    /// The raw table, for what these wrappers do not cover.
     pub fn raw(&self) -> *const tatu_host {
         self.raw
     }
-    /// The table of the commands service, for script languages that call it in their inner loop.
+    /// The table of the commands service, for script languages that use it in their inner loop.
     pub fn commands_table(&self) -> Option<&'static tatu_host_commands> {
         self.commands
     }
@@ -80,7 +80,7 @@ impl Host {
         // SAFETY: the host's own pointer.
         Prop(self.scene.and_then(|s| s.prop).map_or(0, |f| unsafe { f(self.raw, key.as_c_str().into()) }))
     }
-    /// Writes a line to the log: one of `TATU_LOG_*`.
+    /// Writes a line to the log; `level` is one of `TATU_LOG_*`.
     pub fn log(&self, level: u32, text: &str) {
         self.write(std::ptr::null_mut(), level, text.as_bytes());
     }
@@ -96,7 +96,7 @@ impl Host {
     }
 }
 
-/// A table of a host, if it has one of that id as large as ours.
+/// A table of the host, if it has one of that id that is at least as large as ours.
 ///
 /// # Safety
 /// `table` is null, or lives as long as the host and begins with its size.

@@ -1,4 +1,4 @@
-//! What a plugin calls: its host, worlds, and what a command is called with.
+//! What a plugin calls: the host, worlds, and the call of a command.
 
 pub(crate) mod catalogue;
 pub(crate) mod figures;

@@ -1,19 +1,19 @@
-//! Calls out of a plugin: of commands, and of functions that scripts and clients have.
+//! Outgoing calls of a plugin: of commands, and of functions of scripts and clients.
 
 use crate::abi::*;
 use crate::safe::{Fail, Result, Value, ValueRef, World, call::shared_world::service, value::owned::Owned};
 
-/// How a call went.
+/// The outcome of a call.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Called {
     /// Its results.
     Done(Vec<Value>),
-    /// It goes on later; [`Service::resume`](crate::safe::Service::resume) will have its token.
+    /// It finishes later; [`Service::resume`](crate::safe::Service::resume) will get its token.
     Waits,
 }
 
 impl Called {
-    /// The results of what cannot wait.
+    /// The results of a call that cannot wait.
     pub(crate) fn done(self) -> Vec<Value> {
         match self {
             Called::Done(results) => results,

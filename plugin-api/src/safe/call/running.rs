@@ -50,9 +50,10 @@ impl<P: Plugin> DerefMut for Call<'_, P> {
     }
 }
 
-/// What a command returns as one result: numbers, truth values, texts, lists of numbers, a [`Value`], and references to these.
+/// What a command returns as one result: numbers, booleans, texts, lists of numbers, a [`Value`], and references to
+/// these.
 pub trait Return {
-    /// The border form; what it points to goes into memory of the call. `None`: there is no room.
+    /// The ABI form; what it points to is put into memory of the call. `None`: out of memory.
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value>;
 }
 impl<T: Return + ?Sized> Return for &T {
@@ -138,7 +139,7 @@ impl Return for [u8] {
     }
 }
 
-/// Memory of a call, which lives until its results have been read; 8-byte aligned; null: no room.
+/// Memory of a call, valid until its results have been read; 8-byte aligned; null: out of memory.
 pub(crate) fn alloc(call: &mut tatu_call, bytes: usize) -> *mut u8 {
     // SAFETY: the api table lives as long as the call, whose frame this is.
     unsafe { call.api.as_ref().and_then(|a| a.alloc).map_or(null_mut(), |f| f(call, bytes as u64).cast()) }
@@ -158,7 +159,7 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
     pub fn plugin(&self) -> &'a P {
         &self.started.plugin
     }
-    /// The world, to be looked at.
+    /// The world, read-only.
     pub fn world(&self) -> SharedWorld<'a> {
         *self.whole_world()
     }
@@ -166,7 +167,7 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
         // SAFETY: the host gives the world to the call, which 'a is.
         unsafe { World::new(self.raw.world, &self.started.host) }
     }
-    /// Which of the command's names was used: 0 for the first.
+    /// The index of the name that was called; 0: the first.
     pub fn alias(&self) -> u32 {
         self.raw.alias
     }
@@ -189,11 +190,11 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
         // SAFETY: the host gives `n_args` values, valid during the call.
         unsafe { ValueRef::slice(self.raw.args, self.raw.n_args as usize) }
     }
-    /// Argument `i`; nil if it was not given.
+    /// Argument `i`; nil if it is missing.
     pub fn arg(&self, i: usize) -> ValueRef<'a> {
         self.args().get(i).copied().unwrap_or(ValueRef::NIL)
     }
-    /// Whether argument `i` is there and not nil.
+    /// Whether argument `i` was given and is not nil.
     pub fn has(&self, i: usize) -> bool {
         !self.arg(i).is_nil()
     }
@@ -261,8 +262,8 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn can_wait(&self) -> bool {
         self.0.raw.wait_token != 0
     }
-    /// Not 0: a wait is over, and this is the word that was given to it. There are no arguments any more: what is needed of them
-    /// is kept in the instance under that word. Whose script has ended is never called again: forget what is old.
+    /// Not 0: a wait has ended, and this is the word that was passed to it. The arguments are gone: keep what you need
+    /// of them in the instance under that word. If the script has ended, there is no such call: discard stale entries.
     pub fn resumed(&self) -> u64 {
         self.0.raw.resume
     }
@@ -278,24 +279,24 @@ impl<'a, P: Plugin> Call<'a, P> {
             }
         }
     }
-    /// Goes on `steps` steps later: `Ok(c.wait_steps(1, word)?)`.
+    /// Resumes `steps` steps later: `Ok(c.wait_steps(1, word)?)`.
     pub fn wait_steps(&mut self, steps: u32, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_STEPS, f64::from(steps), "", resume)
     }
-    /// Goes on at a simulation time, s.
+    /// Resumes at a simulation time, s.
     pub fn wait_until(&mut self, time: f64, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_TIME, time, "", resume)
     }
-    /// Goes on when a signal exists.
+    /// Resumes when a signal exists.
     pub fn wait_signal(&mut self, name: &str, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_SIGNAL, 0.0, name, resume)
     }
-    /// Is called again in each step. As with all waits the word is not 0.
+    /// Resumes in each step. As with all waits, the word must not be 0.
     pub fn wait_poll(&mut self, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_POLL, 0.0, "", resume)
     }
 
-    /// Makes a function that a script gave last until it is dropped or its script ends.
+    /// Retains a function of a script, until it is released or its script ends.
     pub fn keep_func(&self, func: tatu_func) -> Result<tatu_func> {
         let (world, mut kept) = (self.world(), 0);
         match service!(world.commands.retain)(world.raw(), func, Some(&mut kept)) {
@@ -303,13 +304,13 @@ impl<'a, P: Plugin> Call<'a, P> {
             status => Err(Fail::with_code(status, "the function cannot be kept")),
         }
     }
-    /// Gives a kept function up.
+    /// Releases a retained function.
     pub fn drop_func(&self, func: tatu_func) {
         if let Some(drop) = self.world().host().commands.and_then(|t| t.drop) {
             drop(self.world().raw(), func);
         }
     }
-    /// Calls a function that a script gave; its results.
+    /// Calls a function of a script; returns its results.
     pub fn call_func(&mut self, func: tatu_func, args: &[Value]) -> Result<Vec<Value>> {
         let world = self.world();
         let call = service!(world.commands.call_func);

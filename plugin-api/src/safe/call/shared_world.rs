@@ -1,11 +1,11 @@
-//! A world that several threads read: what parallel commands, and instances that are being created, may use of it.
+//! A world that several threads read: what parallel commands, and instances during creation, may use of it.
 
 use std::ffi::CStr;
 
 use crate::abi::*;
 use crate::safe::{Fail, Host, Prop, Reading, Result, Value, ValueRef, value::owned::Owned};
 
-/// An object and its kind (`TATU_KIND_*`), checked to exist.
+/// An existing object and its kind (`TATU_KIND_*`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Object {
     /// Generation and slot.
@@ -15,21 +15,21 @@ pub struct Object {
 }
 
 impl Object {
-    /// The number that scripts see.
+    /// The handle that scripts see.
     pub fn handle(self) -> i64 {
         (self.id & 0xF_FFFF) as i64
     }
 }
 
-/// A world that other threads read, too: it can be read, and drives of joints can be set, which take effect
-/// once all have looked. See [`World`](crate::safe::World) for the rest.
+/// A world that other threads read too: read-only, but for the drives of joints, which take effect
+/// once all threads are done. See [`World`](crate::safe::World) for the rest.
 #[derive(Clone, Copy)]
 pub struct SharedWorld<'a> {
     raw: WorldRef<'a>,
     host: &'a Host,
 }
 
-/// A function of a table of the host, or an error that says that this host lacks it.
+/// A function of a table of the host, or an error if this host lacks it.
 macro_rules! service {
     ($world:ident . $table:ident . $function:ident) => {
         $world.host().$table.and_then(|t| t.$function).ok_or_else(|| {
@@ -49,7 +49,7 @@ impl<'a> SharedWorld<'a> {
     pub(crate) fn new(raw: WorldRef<'a>, host: &'a Host) -> Self {
         SharedWorld { raw, host }
     }
-    /// The world, as functions of the host get it.
+    /// The world, as functions of the host take it.
     pub fn raw(&self) -> WorldRef<'a> {
         self.raw
     }
@@ -68,7 +68,7 @@ impl<'a> SharedWorld<'a> {
             None => Fail::with_code(status, "refused"),
         }
     }
-    /// As [`check`](Self::check); `None` where nothing is there.
+    /// As [`check`](Self::check); `None` if there is no such object.
     pub(crate) fn found<T>(&self, status: tatu_status, value: T) -> Result<Option<T>> {
         match status {
             TATU_ERR_MISSING => Ok(None),
@@ -76,13 +76,13 @@ impl<'a> SharedWorld<'a> {
         }
     }
 
-    /// Checks a number that a script gave, or an id: it must name an object.
+    /// Checks that a handle from a script, or an id, names an object.
     pub fn look(&self, object: tatu_object) -> Result<Object> {
         let (mut id, mut kind) = (0, 0);
         self.check(service!(self.scene.look)(self.raw, object, Some(&mut id), Some(&mut kind)))?;
         Ok(Object { id, kind })
     }
-    /// Reads a property; text and arrays live until the call that you are in returns.
+    /// Reads a property; text and arrays are valid until the current call returns.
     pub fn get(&self, object: tatu_object, prop: Prop) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL;
         self.check(service!(self.scene.get)(self.raw, object, prop.0, Some(&mut value)))?;
@@ -128,7 +128,7 @@ impl<'a> SharedWorld<'a> {
         Ok(out)
     }
 
-    /// One field of a sensor's last reading: a copy, which stays as it is when the sensor measures again. Cost: that copy.
+    /// One field of a sensor's last reading: a copy, which later measurements do not change.
     #[inline]
     pub fn reading(&self, sensor: tatu_object, field: Prop) -> Result<Reading> {
         let mut view = tatu_field_view { ptr: std::ptr::null(), len: 0, elem: 0, dims: [0; 3], time: 0.0, sequence: 0 };
@@ -136,7 +136,8 @@ impl<'a> SharedWorld<'a> {
         // SAFETY: it has just come from the host, and nothing has been measured since.
         Ok(unsafe { Reading::of(&view) })
     }
-    /// The declaration of a sensor's `index`-th field, with its shape for this sensor: name and shape. `None`: no more.
+    /// The declaration of a sensor's `index`-th field, with its shape for this sensor: name and shape. `None`: past the
+    /// last.
     pub fn field_of(&self, sensor: tatu_object, index: u32) -> Option<(&'a str, [u32; 3])> {
         let describe = self.host.readings.and_then(|t| t.describe)?;
         let mut field = tatu_field { size: size_of::<tatu_field>() as u32, ..tatu_field::empty() };
@@ -148,7 +149,7 @@ impl<'a> SharedWorld<'a> {
         unsafe { CStr::from_ptr(field.name) }.to_str().ok().map(|name| (name, field.dims))
     }
 
-    /// Writes a line to the log: `TATU_LOG_*`.
+    /// Writes a line to the log; `level` is one of `TATU_LOG_*`.
     pub fn log(&self, level: u32, text: &[u8]) {
         self.host.write(self.raw.ptr(), level, text);
     }

@@ -1,4 +1,4 @@
-//! How scripts and plugins talk in a world: signals, scripts' functions, events.
+//! Communication of scripts and plugins in a world: signals, functions of scripts, events.
 
 use crate::abi::*;
 use crate::safe::{
@@ -8,15 +8,15 @@ use crate::safe::{
 };
 
 impl<'a> World<'a> {
-    /// Calls a callback in all scripts that have it, but not in `except` (0: in all); results are dropped.
+    /// Calls a callback in all scripts that have it, except in `except` (0: none); results are discarded.
     pub fn broadcast(&self, callback: &str, args: &[ValueRef<'_>], except: tatu_object) -> Result {
         let (ptr, n) = (args.as_ptr().cast(), args.len() as u32);
         let broadcast = service!(self.scripts.broadcast);
         // SAFETY: as many as the slice has; `ValueRef` is transparent over `tatu_value`.
         self.check(unsafe { broadcast(self.raw(), callback.into(), ptr, n, except) })
     }
-    /// Calls the child scripts below an object that the running stage (`TATU_STAGE_ACTUATE` or `TATU_STAGE_REACT`) has not
-    /// called yet, with these arguments, in its place; how many.
+    /// Calls the child scripts below an object that the running stage (`TATU_STAGE_ACTUATE` or `TATU_STAGE_REACT`) has
+    /// not called yet, with these arguments, in its place; how many.
     pub fn call_below(&self, above: tatu_object, stage: u32, args: &[ValueRef<'_>]) -> Result<u32> {
         let (ptr, len, mut n) = (args.as_ptr().cast(), args.len() as u32, 0);
         let call_below = service!(self.scripts.call_below);
@@ -35,7 +35,7 @@ impl<'a> World<'a> {
     pub fn set_signal(&self, kind: u32, name: &[u8], value: ValueRef<'_>) -> Result {
         self.check(service!(self.signals.set)(self.raw(), kind, name.into(), Some(&value)))
     }
-    /// Removes a signal, or all of a kind (empty name); gives how many there were.
+    /// Removes a signal, or all of a kind (empty name); returns how many there were.
     pub fn clear_signal(&self, kind: u32, name: &[u8]) -> Result<u32> {
         Ok(service!(self.signals.clear)(self.raw(), kind, name.into()))
     }
@@ -52,15 +52,15 @@ impl<'a> World<'a> {
         // SAFETY: `out` has room for `cap`.
         self.fill(|out, cap, n| unsafe { list(self.raw(), owner, out, cap, n) })
     }
-    /// Calls a function of a script; what it returns.
+    /// Calls a function of a script; returns its results.
     pub fn call_function(&self, script: tatu_object, function: &str, args: &[Value]) -> Result<Vec<Value>> {
         let call = service!(self.scripts.call);
         // SAFETY: the frame is whole.
         let call = |world: WorldRef<'_>, frame: &mut tatu_call| unsafe { call(world, script, function.into(), frame) };
         outgoing::call(self, tatu_call::empty(), args, call).map(Called::done)
     }
-    /// Adds a script of kind "child", "threaded" or "customization" to an object; its handle. While the world runs it begins in the
-    /// next stage, after all others. `dialect` may be empty.
+    /// Adds a script of kind "child", "threaded" or "customization" to an object; returns its handle. During a run it
+    /// starts in the next stage, after all others. `dialect` may be empty.
     pub fn add_script(
         &self,
         owner: tatu_object,
@@ -77,7 +77,7 @@ impl<'a> World<'a> {
         Ok(out)
     }
 
-    /// What a script was given when it was started from outside: a map of texts, empty for others.
+    /// The options of a script that was started from outside: a map of texts, empty for others.
     pub fn script_options(&self, script: tatu_object) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL;
         self.check(service!(self.scripts.options)(self.raw(), script, Some(&mut value)))?;
@@ -88,11 +88,11 @@ impl<'a> World<'a> {
     pub fn publish(&self, name: &str, payload: ValueRef<'_>) -> Result {
         self.check(service!(self.events.publish)(self.raw(), name.into(), Some(&payload)))
     }
-    /// As [`publish`](Self::publish), of a value of one's own.
+    /// As [`publish`](Self::publish), of an owned value.
     pub fn publish_value(&self, name: &str, payload: &Value) -> Result {
         self.publish(name, Owned::default().value(payload))
     }
-    /// Calls a function of a script for each event of a name from now on; the number of the subscription.
+    /// Calls a function of a script for each event of a name from now on; returns the number of the subscription.
     pub fn subscribe(&self, name: &str, handler: tatu_func) -> Result<u64> {
         let (mut kept, mut id) = (0, 0);
         self.check(service!(self.commands.retain)(self.raw(), handler, Some(&mut kept)))?;
@@ -108,7 +108,7 @@ impl<'a> World<'a> {
     pub fn unsubscribe(&self, id: u64) -> Result {
         self.check(service!(self.events.unsubscribe)(self.raw(), id))
     }
-    /// Whether anybody listens to an event.
+    /// Whether an event has subscribers.
     pub fn is_wanted(&self, name: &str) -> bool {
         self.host().events.and_then(|t| t.wanted).is_some_and(|f| f(self.raw(), name.into()) != 0)
     }

@@ -1,5 +1,5 @@
-//! A world, as plugins see it: objects, poses, sensors, bodies. What is said in it stands in `talk`; what can be looked at on
-//! several threads, in `shared_world`.
+//! A world, as plugins use it: objects, poses, sensors, bodies. Signals, events and calls are in `talk`; what can be
+//! read on several threads, in `shared_world`.
 
 use std::{ffi::CString, ops::Deref};
 
@@ -9,9 +9,9 @@ use crate::safe::{Host, Result, SharedWorld, call::shared_world::service};
 /// The shortest way between two shapes, world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Closest {
-    /// On the first, m.
+    /// Its end on the first, m.
     pub from: [f64; 3],
-    /// On the second, m.
+    /// Its end on the second, m.
     pub to: [f64; 3],
     /// The shapes.
     pub pair: [tatu_object; 2],
@@ -20,7 +20,7 @@ pub struct Closest {
 /// Two shapes that touch.
 pub type Contact = tatu_contact;
 
-/// A world during a call, which has it alone.
+/// A world during a call that has exclusive access to it.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub struct World<'a>(SharedWorld<'a>);
@@ -50,7 +50,7 @@ impl<'a> World<'a> {
     pub fn set_pose(&self, object: tatu_object, frame: tatu_object, pose: &[f64; 7]) -> Result {
         self.check(service!(self.scene.set_pose)(self.raw(), object, frame, Some(pose)))
     }
-    /// Makes an object.
+    /// Creates an object.
     pub fn create(&self, kind: &str, parent: tatu_object, alias: &str) -> Result<tatu_object> {
         let kind = CString::new(kind).unwrap_or_default();
         let mut id = 0;
@@ -84,18 +84,18 @@ impl<'a> World<'a> {
         self.check(unsafe { copy(self.raw(), from, n, out.as_mut_ptr()) })?;
         Ok(out)
     }
-    /// Reads a scene file, or one that an importer reads, below `parent` (0: the world); its first object. `file` is what
-    /// [`World::file`] gave.
+    /// Loads a scene file, or one that an importer reads, below `parent` (0: the world); returns its first object.
+    /// `file` is what [`World::file`] returned.
     pub fn load(&self, file: &[u8], parent: tatu_object) -> Result<tatu_object> {
         let mut out = 0;
         self.check(service!(self.scene.load)(self.raw(), file.into(), parent, Some(&mut out)))?;
         Ok(out)
     }
-    /// Writes an object and all below it (0: the whole scene) as a scene file. `file` is what [`World::file`] gave.
+    /// Writes an object and all below it (0: the whole scene) as a scene file. `file` is what [`World::file`] returned.
     pub fn save(&self, file: &[u8], base: tatu_object) -> Result {
         self.check(service!(self.scene.save)(self.raw(), file.into(), base))
     }
-    /// A list that the host writes into an array, whose length it returns.
+    /// Reads a list that the host writes into an array; the host returns its length.
     pub(crate) fn fill<T: Copy + Default>(
         &self,
         call: impl Fn(*mut T, u32, Option<&mut u32>) -> tatu_status,
@@ -110,18 +110,18 @@ impl<'a> World<'a> {
             out.resize(n as usize, T::default());
         }
     }
-    /// Handles a sensor now; `only`: see only this object, 0: all.
+    /// Measures with a sensor now; `only`: detect only this object, 0: all.
     pub fn sense_now(&self, sensor: tatu_object, only: tatu_object) -> Result {
         self.check(service!(self.readings.sense_now)(self.raw(), sensor, only))
     }
-    /// Handles a sensor now, with a look of its own; `size` is set here.
+    /// Measures with a sensor now, with other limits; `size` is set here.
     pub fn look_through(&self, sensor: tatu_object, look: tatu_look) -> Result {
         let look = tatu_look { size: size_of::<tatu_look>() as u32, ..look };
         let look_through = service!(self.readings.look);
         // SAFETY: as large as its `size`.
         self.check(unsafe { look_through(self.raw(), sensor, &look) })
     }
-    /// Forgets a sensor's reading.
+    /// Discards a sensor's reading.
     pub fn reset_reading(&self, sensor: tatu_object) -> Result {
         self.check(service!(self.readings.reset)(self.raw(), sensor))
     }
@@ -136,11 +136,12 @@ impl<'a> World<'a> {
     pub fn set_twist(&self, object: tatu_object, twist: &[f64; 6]) -> Result {
         self.check(service!(self.bodies.set_twist)(self.raw(), object, Some(twist)))
     }
-    /// Pushes a dynamic shape in the next physics step: N and N m at its centre of mass, world.
+    /// Applies a force and a torque to a dynamic shape in the next physics step: N and N m at its centre of mass,
+    /// world.
     pub fn push(&self, object: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
         self.check(service!(self.bodies.push)(self.raw(), object, Some(force), Some(torque)))
     }
-    /// Touching pairs of a shape, or (0) of all.
+    /// Pairs of shapes in contact, of one shape or (0) of all.
     pub fn contacts(&self, object: tatu_object) -> Result<Vec<Contact>> {
         let contacts = service!(self.bodies.contacts);
         // SAFETY: `out` has room for `cap`.
@@ -156,7 +157,7 @@ impl<'a> World<'a> {
     }
 
     /// The shortest way from any shape of a list to any of another (empty: to any other shape), no longer than `limit`
-    /// if that is above 0: both ends, and the two shapes. `None`: there is none so near.
+    /// if that is above 0: both ends, and the two shapes. `None`: none is that near.
     pub fn closest(&self, a: &[tatu_object], b: &[tatu_object], limit: f64) -> Result<Option<Closest>> {
         let (mut points, mut pair) = ([0.0; 6], [0; 2]);
         let (ap, an, bp, bn) = (a.as_ptr(), a.len() as u32, b.as_ptr(), b.len() as u32);
@@ -172,12 +173,12 @@ impl<'a> World<'a> {
         self.check(service!(self.bodies.is_dynamic)(self.raw(), object, Some(&mut yes)))?;
         Ok(yes != 0)
     }
-    /// Asks for a change of state, which takes effect after passes: one of `TATU_REQUEST_*`.
+    /// Requests a change of state, which takes effect after the pass: one of `TATU_REQUEST_*`.
     pub fn request(&self, what: u32) -> Result {
         self.check(service!(self.session.request)(self.raw(), what))
     }
-    /// The `index`-th thing that came in from outside since the start, but for what services did: its kind ("key") and
-    /// its text. `None`: no more has come.
+    /// The `index`-th input from outside since the start, other than calls by services: its kind ("key") and
+    /// its text. `None`: past the last.
     pub fn input(&self, index: u64) -> Option<(String, String)> {
         let input = self.host().session?.input?;
         let (mut kind, mut text) = (Lent::EMPTY, Lent::EMPTY);

@@ -13,7 +13,7 @@ use crate::safe::{
     value::{keep::Keep, once::once},
 };
 
-/// How the mount of one actuator of a batch moves, and its commands.
+/// One actuator of a batch: the motion of its mount, and its commands.
 pub struct Drive<'a> {
     batch: &'a tatu_actuator_batch,
     commands: &'a [f64],
@@ -30,7 +30,7 @@ impl<'a> Drive<'a> {
     pub fn time(&self) -> f64 {
         self.batch.time
     }
-    /// How long what is given acts: the time until the next call, s.
+    /// Duration of the output: the time until the next call, s.
     pub fn dt(&self) -> f64 {
         self.batch.dt
     }
@@ -66,7 +66,7 @@ impl<'a> Drive<'a> {
     }
 }
 
-/// What one actuator does until the next call, and what it remembers; all is zero at first.
+/// The output of one actuator until the next call, and its state; all zero at first.
 pub struct Output<'a> {
     /// Force on the mount's origin, N, world.
     pub force: [f64; 3],
@@ -74,7 +74,7 @@ pub struct Output<'a> {
     pub torque: [f64; 3],
     /// Torque N m or force N of the joint it sits on.
     pub effort: f64,
-    /// [`Actuator::STATE`] numbers that live from call to call; zero again when the scene is reset.
+    /// [`Actuator::STATE`] numbers that are kept between calls; zeroed when the scene is reset.
     pub state: &'a mut [f64],
 }
 
@@ -82,40 +82,41 @@ pub struct Output<'a> {
 pub trait Actuator: Sized + Send + Sync + 'static {
     /// The plugin that offers it.
     type Plugin: Plugin;
-    /// What scenes write: "thruster".
+    /// The name in scene files: "thruster".
     const ID: &'static str;
     /// One sentence.
     const TEXT: &'static str;
-    /// Whether it is asked before each engine step, instead of once per step of the world.
+    /// Whether it is called before each physics step, instead of once per step of the world.
     const EVERY_SUBSTEP: bool = false;
-    /// Numbers that each remembers between calls: [`Output::state`]. The host keeps them, so that they stand in snapshots and go
-    /// through a reload.
+    /// Numbers that each instance keeps between calls: [`Output::state`]. The host stores them, so that they are in
+    /// snapshots and go through a reload.
     const STATE: usize = 0;
-    /// Version of these numbers and of what [`Actuator::save`] writes; count it when their meaning changes.
+    /// Version of these numbers and of what [`Actuator::save`] writes; increase it when their meaning changes.
     const STATE_VERSION: u32 = 0;
 
     /// Its parameters.
     fn params() -> Vec<Param>;
-    /// Its commands: floats, which scenes set like parameters and scripts at any time.
+    /// Its commands: floats, set by scenes like parameters, and by scripts at any time.
     fn commands() -> Vec<Param>;
-    /// Makes one. `world` can be looked at.
+    /// Creates one. `world` is read-only.
     fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
-    /// Takes new values of live parameters: `changed` has a bit for each, in the order of declaration; what it remembers stays.
-    /// After an error it is as if nothing had changed. A parameter with [`Param::rebuilds`] never comes here.
+    /// Takes new values of live parameters: `changed` has a bit for each, in the order of declaration; its state is
+    /// kept. After an error the old values stay in effect. A parameter with [`Param::rebuilds`] is never passed here.
     fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
         let _ = (params, changed);
         Ok(Change::Rebuild)
     }
-    /// What its output depends on beside parameters, commands and [`Actuator::STATE`], for a snapshot. Most have no such thing.
+    /// What its output depends on besides parameters, commands and [`Actuator::STATE`], for a snapshot. Most have
+    /// nothing of the kind.
     fn save(&self) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
-    /// Takes back what `save` of `version` wrote, into an actuator made with the same parameters.
+    /// Restores what `save` of `version` wrote, into an actuator created with the same parameters.
     fn load(&self, bytes: &[u8], version: u32) -> Result {
         let _ = version;
-        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
-    /// Turns a command into forces. Must not block; runs on several threads.
+    /// Computes forces from its commands. Must not block; runs on several threads.
     fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result;
 }
 
@@ -139,7 +140,7 @@ pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
 
 /// What the host keeps as `data`.
 struct Data<A> {
-    /// In a cell: while it is configured nothing else may use it, not even what it calls itself. Each instance is used
+    /// In a cell: while it is being configured nothing else may use it, not even its own calls. Each instance is used
     /// by one thread at a time.
     actuator: RefCell<A>,
     /// As many as were declared to the host.
@@ -188,7 +189,7 @@ unsafe extern "C" fn apply<A: Actuator>(
 ) -> tatu_status {
     guard::run(error, || {
         // SAFETY: the host gives a valid batch; its instances belong to this call alone.
-        let batch = unsafe { batch.as_ref() }.ok_or_else(|| Fail::new("the host gave no batch"))?;
+        let batch = unsafe { batch.as_ref() }.ok_or_else(|| Fail::new("the host passed no batch"))?;
         // The state is copied in and out: the block itself is the host's.
         let mut state = vec![0.0; A::STATE];
         for i in 0..batch.n as usize {

@@ -11,10 +11,12 @@ use crate::safe::{
 };
 
 impl<P: Plugin> Command<P> {
-    /// A command with its first name and its function, which worlds on several threads call at once. Where the function uses
-    /// [`Call::instance`] or [`SharedCall::plugin`], the compiler needs the type of the plugin: `Command::<Self>::new(...)`.
+    /// A command with its first name and its function, which worlds on several threads call concurrently. If the
+    /// function uses [`Call::instance`] or [`SharedCall::plugin`], the compiler needs the type of the plugin:
+    /// `Command::<Self>::new(...)`.
     ///
-    /// One that may wait gives [`Outcome::Waiting`](crate::safe::Outcome), as `wait_steps` and its like do, or `Done`:
+    /// One that may wait returns [`Outcome::Waiting`](crate::safe::Outcome), as `wait_steps` and its siblings do, or
+    /// `Done`:
     ///
     /// ```
     /// # use tatu_plugin_api::safe::*;
@@ -34,8 +36,8 @@ impl<P: Plugin> Command<P> {
     ) -> Self {
         Self::with(name.into(), Function::Alone(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
     }
-    /// One that scripts which run side by side may call too, on several threads at once. What it has of the world can be looked
-    /// at; of what [`SharedWorld::set`](crate::safe::SharedWorld::set) could change, drives of joints only.
+    /// One that parallel scripts may call too, on several threads at once. It can read the world;
+    /// [`SharedWorld::set`](crate::safe::SharedWorld::set) can change drives of joints only.
     pub fn side_by_side<T: IntoResult + 'static>(
         name: impl Into<String>,
         run: impl Fn(&mut SharedCall<'_, P>) -> Result<T> + Send + Sync + 'static,
@@ -62,32 +64,32 @@ impl<P: Plugin> Command<P> {
         self.names.push(Name { name: name.into(), on_error: None, until: None });
         self
     }
-    /// Another name, whose errors go to the log and give these values instead.
+    /// Another name, whose errors are logged, and which then returns these values.
     pub fn old_name(mut self, name: impl Into<String>, on_error: impl Into<Vec<Value>>) -> Self {
         self.names.push(Name { name: name.into(), on_error: Some(on_error.into()), until: None });
         self
     }
-    /// The first dialect, a version, for whose scripts errors of old names are errors again.
+    /// The first dialect, a version, in which errors of old names are raised again.
     pub fn old_names_until(mut self, dialect: &str) -> Self {
         self.names.iter_mut().filter(|n| n.on_error.is_some()).for_each(|n| n.until = Some(dialect.into()));
         self
     }
-    /// It does less than what is documented: what is missing.
+    /// Marks it as partial; `notes` say what is missing.
     pub fn partial(mut self, notes: impl Into<String>) -> Self {
         (self.status, self.notes) = (Status::Partial, notes.into());
         self
     }
-    /// It does nothing but give a neutral value: why.
+    /// Marks it as a stub that returns a neutral value; `notes` give the reason.
     pub fn stub(mut self, notes: impl Into<String>) -> Self {
         (self.status, self.notes) = (Status::Stub, notes.into());
         self
     }
-    /// What differs, for people, of a command that does all.
+    /// A note for users about what differs, of a complete command.
     pub fn notes(mut self, notes: impl Into<String>) -> Self {
         self.notes = notes.into();
         self
     }
-    /// What it is about, one word, unless that was set before.
+    /// Its subject, one word, unless already set.
     pub fn subject(mut self, subject: &str) -> Self {
         if self.subject.is_empty() {
             self.subject = subject.into();
@@ -110,7 +112,7 @@ impl<P: Plugin> Command<P> {
         self.params.push(param);
         self
     }
-    /// Takes arguments as they come; parameters are for people only.
+    /// Passes arguments unchecked; parameters are documentation only.
     pub fn raw(mut self) -> Self {
         self.raw = true;
         self
@@ -125,12 +127,12 @@ impl<P: Plugin> Command<P> {
         self.text = text.into();
         self
     }
-    /// A script in Lua that raises where the effect is not there.
+    /// An example in Lua that raises an error if the effect is missing.
     pub fn example(mut self, example: impl Into<String>) -> Self {
         self.example = example.into();
         self
     }
-    /// The error where waiting is not possible, whole: what cannot be done, and what to do instead.
+    /// The complete error where waiting is not possible: what cannot be done, and what to do instead.
     pub fn no_wait(mut self, text: impl Into<String>) -> Self {
         self.no_wait = Some(text.into());
         self

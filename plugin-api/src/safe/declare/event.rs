@@ -1,4 +1,4 @@
-//! Events: declared by whoever publishes them.
+//! Events: declared by the plugin that publishes them.
 
 use crate::abi::*;
 use crate::safe::{Param, value::keep::Keep};
@@ -11,7 +11,7 @@ pub struct Event {
 }
 
 impl Event {
-    /// An event by name; it begins with a name space of its own: "gripper.closed".
+    /// An event by name, which begins with the plugin's name space: "gripper.closed".
     pub fn new(name: impl Into<String>) -> Self {
         Event { name: name.into(), text: String::new(), fields: Vec::new() }
     }

@@ -13,19 +13,19 @@ use crate::safe::{
 pub trait Importer: Sized + 'static {
     /// The plugin that offers it.
     type Plugin: Plugin;
-    /// What scenes write: "urdf".
+    /// The name in scene files: "urdf".
     const ID: &'static str;
     /// One sentence.
     const TEXT: &'static str;
-    /// Endings of file names: ".urdf".
+    /// Suffixes of file names: ".urdf".
     const SUFFIXES: &'static [&'static str];
 
     /// Its parameters.
     fn params() -> Vec<Param>;
-    /// 0 to 100: how sure it is that it reads a file that begins with `head`. 0: by suffix only.
+    /// Confidence, 0 to 100, that it can read a file that begins with `head`. 0: by suffix only.
     fn sniff(head: &[u8]) -> u32;
-    /// Reads a file: the first object is the base. An error gives its line by `Fail::at("", line)`; hostile bytes
-    /// give one, never a crash.
+    /// Reads a file: the first object is the base. An error gives its line by `Fail::at("", line)`; malformed input
+    /// must cause an error, never a crash.
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result;
 }
 

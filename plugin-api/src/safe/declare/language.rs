@@ -17,7 +17,7 @@ use crate::safe::{
     value::{fail::bytes_of, keep::Keep},
 };
 
-/// What a script may use up in one call; 0: no limit.
+/// Limits of one call of a script; 0: no limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
     /// Instructions of the language's virtual machine.
@@ -26,12 +26,12 @@ pub struct Budget {
     pub memory: u64,
 }
 
-/// How a call of a script ended.
+/// The outcome of a call of a script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flow {
     /// It returned.
     Done,
-    /// It is suspended in a command that waits; the host will resume that wait's token.
+    /// It is suspended in a command that waits; the host will resume the token of that wait.
     Waiting,
 }
 
@@ -53,7 +53,7 @@ impl<'a> Frame<'a> {
     /// Adds a result.
     ///
     /// # Safety
-    /// What it points to lives until the caller has read it.
+    /// What it points to stays valid until the caller has read it.
     pub unsafe fn push(&mut self, value: tatu_value) -> Result {
         if self.raw.n_results >= self.raw.results_cap {
             return Err(Fail::with_code(TATU_ERR_SPACE, "too many results"));
@@ -63,7 +63,7 @@ impl<'a> Frame<'a> {
         self.raw.n_results += 1;
         Ok(())
     }
-    /// Memory that lives until the caller has read the results; 8-byte aligned; null: no room.
+    /// Memory that is valid until the caller has read the results; 8-byte aligned; null: out of memory.
     pub fn alloc(&mut self, bytes: usize) -> *mut u8 {
         running::alloc(self.raw, bytes)
     }
@@ -80,29 +80,29 @@ pub trait Language: Sized + 'static {
     /// ".lua"
     const SUFFIXES: &'static [&'static str];
 
-    /// Makes the state of a script; no text yet. Who keeps the world for later calls does so at his own risk, see
+    /// Creates the state of a script, without text yet. Keeping the world for later calls is unsafe; see
     /// [`World::new`].
     fn create(world: &World<'_>, instance: Instance) -> Result<Self>;
-    /// Takes the text; `dialect` may be empty. Returns the dialect chosen.
+    /// Loads the text; `dialect` may be empty. Returns the dialect in use.
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String>;
-    /// What the host must know of it, once its text is loaded: `TATU_SCRIPT_*`.
+    /// `TATU_SCRIPT_*` bits of a script whose text is loaded.
     fn traits(&self) -> u32 {
         0
     }
-    /// The order of scripts, `TATU_ORDER_*`, in a world whose scene names this dialect or, where that is empty, that has
-    /// modern scripts or none; 0: deepest first.
+    /// The order of scripts, `TATU_ORDER_*`, in a world whose scene names this dialect or, if that is empty, that
+    /// has modern scripts or none; 0: deepest first.
     fn order(&self, _dialect: &str, _modern: bool) -> u32 {
         0
     }
-    /// Where the script is while a command that it called runs: file, line and traceback of a failure.
+    /// The position of the script while a command that it called runs: file, line and traceback, as of a failure.
     fn place(&self) -> Option<Fail> {
         None
     }
-    /// A number for something callable, or 0: `TATU_FIND_*`.
+    /// A number for something callable; 0: none. `how` is `TATU_FIND_*`.
     fn find(&self, how: u32, name: &[u8]) -> u32;
     /// Calls it; `used` counts instructions.
     fn call(&self, callable: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
-    /// A wait is over; the arguments are its results, or it failed.
+    /// A wait has ended; the arguments are its results, or it failed.
     fn resume(
         &self,
         token: u64,
@@ -111,25 +111,25 @@ pub trait Language: Sized + 'static {
         budget: Budget,
         used: &mut u64,
     ) -> Result<Flow>;
-    /// Version of what [`Language::save`] writes; count it when that changes.
+    /// Version of what [`Language::save`] writes; increase it when that changes.
     const STATE_VERSION: u32 = 0;
-    /// The state of the script, for a snapshot; a failure says which variable cannot be written. The script that goes
-    /// on must not notice.
+    /// The state of the script, for a snapshot; an error names the variable that cannot be saved. The script, which
+    /// continues, must not be affected.
     fn save(&self) -> Result<Vec<u8>> {
         Err(Fail::unsupported("this language cannot write the state of a script"))
     }
-    /// Takes back what `save` of `version` wrote; the text has been loaded, and has not run.
+    /// Restores what `save` of `version` wrote; the text has been loaded, but has not run.
     fn restore(&self, bytes: &[u8], version: u32) -> Result<()> {
         let _ = (bytes, version);
         Err(Fail::unsupported("this language cannot read the state of a script"))
     }
-    /// Makes a borrowed function last: its lasting id, 0 if it is gone.
+    /// Retains a borrowed function: returns its permanent id, 0 if it is gone.
     fn keep_func(&self, local: u32) -> u32;
-    /// Gives a kept function up.
+    /// Releases a retained function.
     fn drop_func(&self, local: u32);
-    /// Calls a function, borrowed or kept.
+    /// Calls a function, borrowed or retained.
     fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
-    /// Whether it knows a dialect that a scene names; the error lists what it knows. By default any is accepted.
+    /// Whether it supports a dialect that a scene names; the error lists those it supports. By default any is accepted.
     fn knows_dialect(_dialect: &str) -> Result {
         Ok(())
     }
@@ -137,7 +137,7 @@ pub trait Language: Sized + 'static {
 
 struct Data<L> {
     language: L,
-    /// The dialect as the host got it, which may read it as long as the instance lives.
+    /// The dialect as returned to the host, which may read it as long as the instance lives.
     dialect: Mutex<CString>,
 }
 
@@ -156,7 +156,7 @@ impl<L: Language> Life for Data<L> {
     }
 }
 
-/// Asks the script of a call something.
+/// Queries the script of a call.
 ///
 /// # Safety
 /// `data` is what the host was given for it.

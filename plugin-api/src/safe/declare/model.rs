@@ -16,19 +16,19 @@ use crate::safe::{
 pub trait Model: Sized + 'static {
     /// The plugin that offers it.
     type Plugin: Plugin;
-    /// What scenes write: "pioneer_p3dx".
+    /// The name in scene files: "pioneer_p3dx".
     const ID: &'static str;
     /// One sentence.
     const TEXT: &'static str;
-    /// Aliases of the objects where others may be hung.
+    /// Aliases of the objects to which others can be attached.
     const SLOTS: &'static [&'static str] = &[];
 
-    /// Where lists show it: "mobile robots", "arms", "furniture"; empty: nowhere in particular.
+    /// Its category in lists: "mobile robots", "arms", "furniture"; empty: none.
     const CATEGORY: &'static str = "";
 
     /// Its parameters.
     fn params() -> Vec<Param>;
-    /// Builds it: the first object is the base, standing where the model wants to stand.
+    /// Builds it: the first object is the base, at the model's default pose.
     fn build(builder: &Builder<'_>, params: &Params<'_>) -> Result;
 }
 
@@ -38,7 +38,7 @@ pub struct Builder<'a> {
     raw: &'a tatu_builder,
 }
 
-/// An object that is being described.
+/// An object that is being built.
 #[derive(Clone, Copy)]
 pub struct Node<'a> {
     builder: Builder<'a>,
@@ -49,7 +49,7 @@ impl<'a> Builder<'a> {
     pub(crate) fn new(raw: &'a tatu_builder) -> Self {
         Builder { raw }
     }
-    /// The C table, for what these wrappers lack.
+    /// The C table, for what these wrappers do not cover.
     pub fn raw(&self) -> &'a tatu_builder {
         self.raw
     }
@@ -62,7 +62,7 @@ impl<'a> Builder<'a> {
             id => Ok(Node { builder: *self, id }),
         }
     }
-    /// Adds a triangle mesh; its number for the property "mesh".
+    /// Adds a triangle mesh; returns its number for the property "mesh".
     pub fn mesh(&self, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<i64> {
         let (n, m) = (points.len() as u64, triangles.len() as u64);
         let (points, triangles) = (points.as_ptr().cast(), triangles.as_ptr().cast());
@@ -72,23 +72,23 @@ impl<'a> Builder<'a> {
             id => Ok(id as i64),
         }
     }
-    /// Reads a file beside the source; the bytes live as long as the build. `None`: there is none. Leaving the folders
-    /// that may be read is an error of the build.
+    /// Reads a file next to the source; the bytes are valid during the build. `None`: no such file. Leaving the folders
+    /// that may be read makes the build fail.
     pub fn file(&self, relative: &str) -> Option<&'a [u8]> {
         let mut out = Lent::EMPTY;
         let status = self.raw.file?(Some(self.raw), relative.into(), Some(&mut out));
         (status >= 0).then(|| out.bytes())
     }
-    /// Sets a number of the world, "scene.dt", or its free data, "scene.data"; SI units. It has an effect where an
-    /// importer's file stands in place of a scene.
+    /// Sets a setting of the world, "scene.dt", or its free data, "scene.data"; SI units. It has an effect only if an
+    /// importer's file is opened as a scene.
     pub fn setting(&self, key: &str, value: impl Into<Value>) -> Result {
         (Node { builder: *self, id: 0 }).set(key, value).map(drop)
     }
-    /// Whether somebody wants to know what the source holds: [`Builder::describe`].
+    /// Whether a description of the source is wanted: [`Builder::describe`].
     pub fn is_asked(&self) -> bool {
         self.raw.describe.is_some()
     }
-    /// Tells what the source holds: a map with texts as keys.
+    /// Describes the content of the source: a map with texts as keys.
     pub fn describe(&self, map: &Value) -> Result {
         let Some(f) = self.raw.describe else { return Ok(()) };
         match f(Some(self.raw), Some(&Owned::default().value(map))) {
@@ -96,7 +96,7 @@ impl<'a> Builder<'a> {
             _ => Ok(()),
         }
     }
-    /// Tells something about the source: `TATU_REPORT_*`.
+    /// Reports something about the source: `TATU_REPORT_*`.
     pub fn report(&self, severity: u32, node: Option<Node<'a>>, text: &str) {
         if let Some(f) = self.raw.report {
             f(Some(self.raw), severity, node.map_or(0, |n| n.id), text.into());
@@ -109,7 +109,7 @@ impl<'a> Node<'a> {
     pub fn id(&self) -> u32 {
         self.id
     }
-    /// Sets a property: "mass", "position", "color"; SI units. Gives the node back.
+    /// Sets a property: "mass", "position", "color"; SI units. Returns the node.
     pub fn set(self, key: &str, value: impl Into<Value>) -> Result<Self> {
         let text = CString::new(key).unwrap_or_default();
         let (raw, mut owned) = (self.builder.raw, Owned::default());

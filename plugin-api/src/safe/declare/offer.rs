@@ -1,4 +1,4 @@
-//! What a plugin offers, and the memory that its C tables live in.
+//! What a plugin offers, and the memory of its C tables.
 
 use std::{collections::HashSet, ptr::null};
 
@@ -37,14 +37,15 @@ impl<P: Plugin> Offer<P> {
     pub fn has_command(&self, name: &str) -> bool {
         self.names.contains(name)
     }
-    /// Sets what the commands are about that `offers` offers, but for those that name their own.
+    /// Sets the subject of the commands that `offers` adds, except of those that name their own.
     pub fn subject(&mut self, subject: &str, offers: impl FnOnce(&mut Self)) {
         let before = self.commands.len();
         offers(self);
         let new = self.commands.split_off(before);
         self.commands.extend(new.into_iter().map(|c| c.subject(subject)));
     }
-    /// Changes every command offered so far: what all have in common, or what is kept apart, as examples.
+    /// Changes every command offered so far: for what they have in common, or what is defined elsewhere, such as
+    /// examples.
     pub fn each_command(&mut self, mut change: impl FnMut(Command<P>) -> Command<P>) {
         self.commands = std::mem::take(&mut self.commands).into_iter().map(&mut change).collect();
         self.names = self.commands.iter().flat_map(|c| c.names().map(str::to_owned)).collect();
@@ -73,9 +74,10 @@ impl<P: Plugin> Offer<P> {
         let raw = self.keep.table(raw);
         self.preludes.push(raw);
     }
-    /// A word that shows which kind of script a text of a language is, where nothing else does: "main", "child",
-    /// "threaded", "customization", "add-on", "module". A name in the text begins with it; with `TATU_MARK_LAST_LINE` in
-    /// `flags` its last line does. The first that fits is right.
+    /// A word by which the kind of a script is recognized if nothing else states it: "main", "child",
+    /// "threaded", "customization", "add-on", "module". A name in the text begins with it or, with
+    /// `TATU_MARK_LAST_LINE` in
+    /// `flags`, its last line does. The first match wins.
     pub fn kind_mark(&mut self, language: &str, kind: &str, word: &str, flags: u32) {
         let raw = tatu_kind_mark {
             size: size_of::<tatu_kind_mark>() as u32,
@@ -112,8 +114,8 @@ impl<P: Plugin> Offer<P> {
         let raw = crate::safe::declare::language::table::<L>(&mut self.keep, 0);
         self.languages.push(raw);
     }
-    /// A script language whose scripts may be called on any thread, and several at once, each on one thread at a time: a script
-    /// can be sent to another thread, and scripts share nothing that changes.
+    /// A script language whose scripts may be called on any thread, and concurrently, each on one thread at a time: a
+    /// script can move to another thread, and scripts share no mutable state.
     pub fn language_side_by_side<L: Language<Plugin = P> + Send>(&mut self) {
         let raw = crate::safe::declare::language::table::<L>(&mut self.keep, TATU_LANGUAGE_SIDE_BY_SIDE);
         self.languages.push(raw);

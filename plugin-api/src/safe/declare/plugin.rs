@@ -5,37 +5,37 @@ use std::collections::HashSet;
 use crate::abi::*;
 use crate::safe::{Fail, Host, Param, Result, Value, World, value::keep::Keep};
 
-/// A plugin. One value per host; it has no globals, and its world instances hold what belongs to a world.
+/// A plugin. One value per host; it has no mutable globals, and its world instances hold what belongs to a world.
 pub trait Plugin: Sized + Send + Sync + 'static {
-    /// What the plugin keeps per world; `()` if nothing. Commands get it as `&` and may be entered again while they call a
-    /// function: cells, borrowed for as short as can be.
+    /// The plugin's state per world; `()` if none. Commands get it as `&` and may be re-entered while they call a
+    /// function: use cells, and borrow them briefly.
     type World: 'static;
 
-    /// Starts it. Services can be found now, and called once a world exists.
+    /// Starts it. Services can be looked up now, and called once a world exists.
     fn start(host: &Host) -> Result<Self>;
-    /// Makes the instance for a new world.
+    /// Creates the instance for a new world.
     fn world(&self, world: &World<'_>) -> Result<Self::World>;
-    /// Version of what [`Plugin::save`] writes; count it when that changes.
+    /// Version of what [`Plugin::save`] writes; increase it when that changes.
     const STATE_VERSION: u32 = 0;
-    /// What `world` keeps, for a snapshot. Without this function a plugin that keeps something is named as what a
-    /// snapshot lacks, and the run comes back by replay.
+    /// The state of `world`, for a snapshot. Without this function a plugin with state is reported as missing in the
+    /// snapshot, and the run is restored by replay.
     fn save(world: &Self::World) -> Result<Vec<u8>> {
         let _ = world;
         if size_of::<Self::World>() == 0 {
             return Ok(Vec::new());
         }
-        Err(Fail::unsupported("it cannot write what it keeps for the world"))
+        Err(Fail::unsupported("it cannot save its state of the world"))
     }
-    /// Takes back what `save` of a plugin of `version` wrote, into a new instance.
+    /// Restores what `save` of a plugin of `version` wrote, into a new instance.
     fn load(world: &Self::World, bytes: &[u8], version: u32) -> Result<()> {
         let _ = (world, version);
-        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
     /// Declares what it offers.
     fn offer(offer: &mut Offer<Self>);
 }
 
-/// What an instance knows about itself when it is created.
+/// What an instance is created with.
 #[derive(Debug, Clone, Copy)]
 pub struct Instance {
     /// The sensor, actuator or script object.
@@ -46,12 +46,12 @@ pub struct Instance {
     pub seed: u64,
 }
 
-/// What an instance makes of new values of its parameters.
+/// How an instance takes new values of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
-    /// It goes on with them.
+    /// It uses them from now on.
     Taken,
-    /// It is to be made anew with them.
+    /// It must be recreated with them.
     Rebuild,
 }
 
@@ -79,7 +79,7 @@ pub(crate) struct Tables {
 pub struct Offer<P: Plugin> {
     pub(crate) keep: Keep,
     pub(crate) commands: Vec<Command<P>>,
-    /// Of the commands: a plugin may ask for each of hundreds.
+    /// Names of the commands: a plugin may look up each of hundreds.
     pub(crate) names: HashSet<String>,
     pub(crate) constants: Vec<*const tatu_constant>,
     pub(crate) preludes: Vec<*const tatu_prelude>,
@@ -113,14 +113,14 @@ pub(crate) enum Function<P: Plugin> {
     Shared(RunShared<P>),
 }
 
-/// How much of what is documented a command does.
+/// How completely a command is implemented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u32)]
 pub enum Status {
-    /// All.
+    /// Completely.
     #[default]
     Full = TATU_COMMAND_FULL,
-    /// Less than all; its notes say what is missing.
+    /// Partly; its notes say what is missing.
     Partial = TATU_COMMAND_PARTIAL,
     /// It accepts its arguments and returns a neutral value; the host reports it once per run.
     Stub = TATU_COMMAND_STUB,
@@ -132,28 +132,28 @@ pub(crate) struct Name {
     pub(crate) until: Option<String>,
 }
 
-/// How a command ended.
+/// The outcome of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Outcome {
-    /// Its results are there.
+    /// It has finished, with its results.
     #[default]
     Done,
-    /// It goes on later; see [`Call::wait_steps`] and its like.
+    /// It finishes later; see [`Call::wait_steps`] and its siblings.
     Waiting,
 }
 
-/// The function of a command that has the world alone.
+/// The function of a command with exclusive access to the world.
 pub(crate) type Run<P> = Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome> + Send + Sync>;
-/// Of one that others may run beside.
+/// Of one that may run in parallel with others.
 pub(crate) type RunShared<P> = Box<dyn Fn(&mut SharedCall<'_, P>) -> Result<Outcome> + Send + Sync>;
 
-/// One call of a command that others may run beside, on other threads: what is its own, what never changes in its plugin, and
-/// a world that is only looked at. [`Call`] has more.
+/// One call of a command that may run in parallel with others: its own data, the immutable part of its plugin, and a
+/// read-only world. [`Call`] has more.
 pub struct SharedCall<'a, P: Plugin> {
     pub(crate) raw: &'a mut tatu_call,
     pub(crate) started: &'a Started<P>,
     pub(crate) overflow: bool,
 }
 
-/// One call of a command, which has the world alone.
+/// One call of a command with exclusive access to the world.
 pub struct Call<'a, P: Plugin>(pub(crate) SharedCall<'a, P>);

@@ -1,4 +1,4 @@
-//! Sensor kinds: beams and a measure. What a measure gets and fills is in `sample`, the tables for the host in
+//! Sensor kinds: beams and a measurement. Its inputs and outputs are in `sample`, the tables for the host in
 //! `sensor_table`.
 
 use std::f64::consts::FRAC_PI_2;
@@ -13,14 +13,14 @@ use crate::safe::{
     },
 };
 
-/// Form of the beams; they leave the sensor's origin and look along its +z.
+/// Form of the beams; they start at the sensor's origin and point along its +z.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Form {
-    /// None: the sensor looks at its own motion only.
+    /// None: the sensor measures its own motion only.
     None,
     /// Rays along these unit vectors, in the sensor's frame.
     Rays(Vec<[f64; 3]>),
-    /// A volume with a round far end; half of the opening angle, rad, 0 to pi.
+    /// A volume with a spherical far end; half of the opening angle, rad, 0 to pi.
     Cone {
         /// Half of the opening angle, rad.
         half_angle: f64,
@@ -57,25 +57,25 @@ pub enum Form {
 pub struct Beams {
     /// Their form.
     pub form: Form,
-    /// Nothing is seen nearer, m.
+    /// Nothing nearer is detected, m.
     pub near: f64,
-    /// Nothing is seen farther, m.
+    /// Nothing farther is detected, m.
     pub far: f64,
     /// Greatest angle between line of sight and surface normal, rad; pi/2: no limit.
     pub max_incidence: f64,
-    /// Objects of the sensor's own model are not seen.
+    /// Objects of the sensor's own model are not detected.
     pub skip_own_model: bool,
-    /// Whether faces turned to the sensor, and faces turned away, are seen.
+    /// Whether front faces, and back faces, are detected.
     pub faces: (bool, bool),
-    /// Visible objects are seen, as by a camera, instead of detectable ones.
+    /// Visible objects are detected, as by a camera, instead of detectable ones.
     pub visible: bool,
     /// Numbers that [`TATU_DIM_OWN`] stands for in shapes of fields; 0: there is no such field.
     pub own: [u32; 4],
-    /// `TATU_IN_*`: inputs that this one does not need; what it is given of them is 0, or not there.
+    /// `TATU_IN_*`: inputs that this one does not need; they are 0 or absent.
     pub without: u32,
-    /// What a volume finds counts only if nothing lies between it and the sensor.
+    /// A point that a volume finds counts only if nothing lies between it and the sensor.
     pub occlude: bool,
-    /// What they are made of: a sum of `TATU_WAVES_*`.
+    /// Their physical nature: a sum of `TATU_WAVES_*`.
     pub waves: u32,
     /// They are rays that [`Sensor::aim`] moves and turns.
     pub aimed: bool,
@@ -100,14 +100,14 @@ impl Default for Beams {
     }
 }
 
-/// Settings under a name: `(id, one sentence with the source of the numbers, lines of TOML as a scene writes them)`.
+/// A preset: `(id, one sentence with the source of the numbers, lines of TOML as in a scene)`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Preset {
     /// "hokuyo_urg_04lx"
     pub id: &'static str,
     /// One sentence, with the source of the numbers.
     pub text: &'static str,
-    /// What a scene would write in the object of the sensor, its noise included.
+    /// The lines as in the object of the sensor in a scene, including its noise.
     pub settings: &'static str,
 }
 
@@ -115,55 +115,57 @@ pub struct Preset {
 pub trait Sensor: Sized + Send + Sync + 'static {
     /// The plugin that offers it.
     type Plugin: Plugin;
-    /// What scenes write: "proximity".
+    /// The name in scene files: "proximity".
     const ID: &'static str;
     /// One sentence.
     const TEXT: &'static str;
-    /// What readers look for: "proximity/1".
+    /// The schema of its readings: "proximity/1".
     const SCHEMAS: &'static [&'static str];
-    /// What the measure wants: a sum of `TATU_IN_*`.
+    /// The inputs that it needs: a sum of `TATU_IN_*`.
     const INPUTS: u32;
 
     /// Its parameters.
     fn params() -> Vec<Param>;
-    /// What it fills.
+    /// The fields that it fills.
     fn fields() -> Vec<Field>;
-    /// Settings under a name.
+    /// Presets.
     const PRESETS: &'static [Preset] = &[];
-    /// Makes one. `world` can be looked at.
+    /// Creates one. `world` is read-only.
     fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
-    /// Takes new values of live parameters (a snapshot of a run in which one was changed is restored by replay): `changed` has a bit for each, in the order of declaration. It is then asked for its
-    /// beams. After an error it is as if nothing had changed. A parameter with [`Param::rebuilds`] never comes here.
+    /// Takes new values of live parameters (a snapshot of a run in which one was changed is restored by replay):
+    /// `changed` has a bit for each, in the order of declaration. It is then asked for its beams. After an error the
+    /// old values stay in effect. A parameter with [`Param::rebuilds`] is never passed here.
     fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
         let _ = (params, changed);
         Ok(Change::Rebuild)
     }
     /// Its beams.
     fn beams(&self) -> Result<Beams>;
-    /// Numbers that each remembers between measures: [`Readout::state`]. The host keeps them, so that they stand in snapshots
-    /// and go through a reload; they are zero at first and after a reset.
+    /// Numbers that each instance keeps between measurements: [`Readout::state`]. The host stores them, so that they
+    /// are in snapshots and go through a reload; they are zero at first and after a reset.
     const STATE: usize = 0;
-    /// Version of these numbers and of what [`Sensor::save`] writes; count it when their meaning changes.
+    /// Version of these numbers and of what [`Sensor::save`] writes; increase it when their meaning changes.
     const STATE_VERSION: u32 = 0;
-    /// What a reading depends on beside parameters, [`Sensor::STATE`] and what is seen, for a snapshot. Most sensors have no such thing.
+    /// What a reading depends on besides parameters, [`Sensor::STATE`] and the beams, for a snapshot. Most sensors have
+    /// nothing of the kind.
     fn save(&self) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
-    /// Takes back what `save` of `version` wrote, into a sensor made with the same parameters.
+    /// Restores what `save` of `version` wrote, into a sensor created with the same parameters.
     fn load(&self, bytes: &[u8], version: u32) -> Result {
         let _ = version;
-        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
-    /// Turns what was seen into a reading. Must not block; runs on several threads.
+    /// Computes a reading from the beams. Must not block; runs on several threads.
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result;
-    /// Moves and turns rays of instances whose [`Beams::aimed`] asks for it, before they are cast: origin (m) and unit direction
-    /// of each, in the sensor's frame. Of the sample, the rays and what they met are not there yet.
+    /// Moves and turns rays of instances whose [`Beams::aimed`] asks for it, before they are cast: origin (m) and unit
+    /// direction of each, in the sensor's frame. The rays and hits of the sample are not available yet.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
         let _ = (sample, rays);
         Ok(())
     }
-    /// Brings fields that follow from others in line with them, after the noise that a scene declares. As
-    /// [`Sensor::measure`], but for the fields, which are as the noise left them. Not called where there is no noise, so
+    /// Makes fields that depend on others consistent, after the noise that a scene declares. As
+    /// [`Sensor::measure`], but the fields are as the noise left them. Not called without noise, so
     /// `measure` fills all fields.
     fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let _ = (sample, out);

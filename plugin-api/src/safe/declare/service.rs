@@ -1,4 +1,4 @@
-//! Services: what lives beside worlds, with threads of its own.
+//! Services: components that run beside worlds, with threads of their own.
 
 use std::{
     ffi::c_void,
@@ -24,51 +24,53 @@ use crate::safe::{
     },
 };
 
-/// A service. One value per session; dropping it ends it, threads included.
+/// A service. One value per session; dropping it ends it, including its threads.
 ///
-/// Only `barrier`, `event` and `resume` reach a world, each in the thread of its session. Threads of the service put
-/// down what came in, call [`Session::wake`], and do nothing else with the host but write to its log.
+/// Only `barrier`, `event` and `resume` can access a world, each in the thread of its session. Threads of the service
+/// queue what they receive, call [`Session::wake`], and use nothing else of the host but its log.
 pub trait Service: Sized + 'static {
     /// The plugin that offers it.
     type Plugin: Plugin;
-    /// What scenes and command lines write.
+    /// The name in scene files and on the command line.
     const ID: &'static str;
     /// One sentence.
     const TEXT: &'static str;
 
     /// Names of the events that [`event`](Self::event) receives; `*`: all but "collision", "separation" and "contact",
-    /// which cost something. Empty: "started", "paused", "resumed", "stopped", "fault".
+    /// which are expensive. Empty: "started", "paused", "resumed", "stopped", "fault".
     const EVENTS: &'static [&'static str] = &[];
 
     /// Its parameters.
     fn params() -> Vec<Param>;
     /// Starts it. Dropping the value must join its threads.
     fn start(plugin: &Self::Plugin, host: &Host, session: Session, params: &Params<'_>) -> Result<Self>;
-    /// Its turn before a step, and while a world is stopped or paused: executes what came in, never blocks. After an
+    /// Its turn before a step, and while a world is stopped or paused: executes what is queued, never blocks. After an
     /// error or a panic the service is switched off.
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<Answer>;
     /// Something happened: one of [`EVENTS`](Self::EVENTS).
     fn event(&self, turn: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
         let _ = (turn, name, payload);
     }
-    /// Calls a function of a client that it gave as an argument, by [`Turn::function`]. It may wait for the client, asking
-    /// [`World::is_interrupted`] every 50 ms; commands that the client calls meanwhile cannot wait. What it gives.
+    /// Calls a function of a client that it gave as an argument, by [`Turn::function`]. It may wait for the client,
+    /// asking [`World::is_interrupted`] every 50 ms; commands that the client calls meanwhile cannot wait. What it
+    /// gives.
     fn call_func(&self, turn: &Turn<'_>, local: u32, args: &[ValueRef<'_>]) -> Result<Vec<Value>> {
         let _ = (turn, local, args);
-        Err(Fail::unsupported("this service gives no functions of clients"))
+        Err(Fail::unsupported("this service does not pass functions of clients"))
     }
-    /// Version of what [`Service::save`] writes; count it when that changes.
+    /// Version of what [`Service::save`] writes; increase it when that changes.
     const STATE_VERSION: u32 = 0;
-    /// What of it belongs to a world, for a snapshot. Most services have no such thing: clients are not in a snapshot.
+    /// Its state concerning one world, for a snapshot. Most services have none: clients are not in a snapshot.
     fn save(&self) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
-    /// Takes back what `save` of `version` wrote.
+    /// Restores what `save` of `version` wrote.
     fn load(&self, bytes: &[u8], version: u32) -> Result {
         let _ = version;
-        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
-    /// The last barrier: this world ends. It can be looked at, and not changed; who waits for an answer can still get one.
+    /// The last barrier: this world ends. It can be looked at, and not changed; who waits for an answer can still get
+    /// one.
     fn last(&self, turn: &Turn<'_>) -> Result {
         let _ = turn;
         Ok(())
@@ -79,12 +81,12 @@ pub trait Service: Sized + 'static {
     }
 }
 
-/// What a service wants at the barrier.
+/// A service's answer at the barrier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Answer {
-    /// Time may go on.
+    /// Time may advance.
     Go,
-    /// Time stands until the service has been woken and says go.
+    /// Time stands still until the service is woken and returns `Go`.
     Hold,
 }
 
@@ -100,7 +102,7 @@ impl Session {
     fn new(raw: *mut tatu_session, host: Host) -> Self {
         Session { raw: Arc::new(Mutex::new(raw.into())), host }
     }
-    /// Uses the session, which does not end meanwhile; `None`: it has ended.
+    /// Uses the session, which cannot end meanwhile; `None`: it has ended.
     fn with<T>(&self, f: impl FnOnce(*mut tatu_session) -> T) -> Option<T> {
         let mut raw = self.raw.lock().unwrap_or_else(PoisonError::into_inner);
         let session = *raw.get_mut();
@@ -115,13 +117,13 @@ impl Session {
         // SAFETY: the session lives as long as the service, and this only while it has not ended.
         self.with(|session| unsafe { wake(session) });
     }
-    /// Writes a line to the host's log: `TATU_LOG_*`.
+    /// Writes a line to the host's log; `level` is one of `TATU_LOG_*`.
     pub fn log(&self, level: u32, text: &str) {
         self.host.log(level, text);
     }
 }
 
-/// A world while it is a service's turn.
+/// A world during a service's turn.
 pub struct Turn<'a> {
     world: World<'a>,
     session: &'a Session,
@@ -135,26 +137,29 @@ impl<'a> Deref for Turn<'a> {
 }
 
 impl Turn<'_> {
-    /// For which client the calls that follow are made, by a number of the service's choice: for the input log.
+    /// Sets the client on whose behalf the following calls are made, a number of the service's choice: for the input
+    /// log.
     pub fn client(&self, client: u64) {
         if let Some(f) = self.host().session.and_then(|s| s.client) {
             f(self.raw(), client);
         }
     }
-    /// A function of a client as an argument for commands: [`Value::Func`]. Who calls it comes to [`Service::call_func`] with
-    /// this number.
+    /// A function of a client as an argument for commands: [`Value::Func`]. Who calls it comes to
+    /// [`Service::call_func`] with this number.
     pub fn function(&self, local: u32) -> Result<Value> {
         let mut func = 0;
         match service!(self.session.function)(self.raw(), local, Some(&mut func)) {
             TATU_OK => Ok(Value::Func(func)),
-            status => Err(Fail::with_code(status, "functions of clients are given in the turn of a service")),
+            status => {
+                Err(Fail::with_code(status, "functions of clients can be passed only during the service's barrier"))
+            }
         }
     }
     /// `TATU_STOPPED`, `TATU_RUNNING` or `TATU_PAUSED`.
     pub fn state(&self) -> u32 {
         self.host().session.and_then(|s| s.state).map_or(TATU_RUNNING, |f| f(self.raw()))
     }
-    /// The place of this world among those of its session, from 0, and how many these are.
+    /// The index of this world in its session, from 0, and the number of worlds.
     pub fn worlds(&self) -> (usize, usize) {
         let Some(worlds) = self.host().session.and_then(|s| s.worlds) else { return (0, 1) };
         let all = self.session.with(|session| {
@@ -172,7 +177,8 @@ impl Turn<'_> {
         let all = all.unwrap_or_default();
         (all.iter().position(|w| *w == self.raw().ptr()).unwrap_or(0), all.len().max(1))
     }
-    /// Calls a command by any of its names. `token` 0: it is not to wait; else it may, and comes back by this token.
+    /// Calls a command by any of its names. `token` 0: it must not wait; otherwise it may, and is resumed with this
+    /// token.
     pub fn call(&self, name: &str, args: &[Value], token: u64) -> Result<Called> {
         let (find, call) = (service!(self.commands.find), service!(self.commands.call));
         let mut alias = 0;
@@ -187,7 +193,7 @@ impl Turn<'_> {
 }
 
 struct Data<S> {
-    /// Ends before its session does.
+    /// Ends before its session.
     service: S,
     session: Ending,
 }
@@ -350,7 +356,7 @@ unsafe extern "C" fn call_func<S: Service>(
     }
 }
 
-/// Memory of the world, which lives until the caller of a function has read its results.
+/// Memory of the world, valid until the caller of a function has read its results.
 struct WorldRoom<'a>(&'a World<'a>);
 
 impl Room for WorldRoom<'_> {

@@ -1,4 +1,4 @@
-//! Panics stay inside: every function that the host calls goes through here.
+//! Panics must not leave a plugin: every function that the host calls goes through here.
 
 use std::{
     any::Any,
@@ -24,8 +24,8 @@ pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status
     }
 }
 
-/// The same for functions that a plugin writes into a table of the ABI on its own: no panic may leave these. The traits
-/// of this crate do so themselves.
+/// The same for functions that a plugin puts into a table of the ABI itself: no panic may leave these. The traits
+/// of this crate already do this.
 ///
 /// # Safety
 /// `error` is null or what the host gave.
@@ -33,7 +33,7 @@ pub unsafe fn guarded(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_st
     run(error, f)
 }
 
-/// Runs `f` where no error can be returned: a panic goes to the host's log as an error, and the host names the function
+/// Runs `f` where no error can be returned: a panic is logged as an error, and the host names the function
 /// that it called.
 pub fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
     catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|panic| {
@@ -49,7 +49,7 @@ static LOG: OnceLock<Log> = OnceLock::new();
 type Log = Box<dyn Fn(u32, &str) + Send + Sync>;
 
 thread_local! {
-    /// Where the last panic of this thread was, as ` at file:line`.
+    /// The position of the last panic of this thread, as ` at file:line`.
     static PLACE: RefCell<String> = const { RefCell::new(String::new()) };
 }
 

@@ -1,4 +1,4 @@
-//! The life of instances: the functions that the host calls, over what each kind of instance does.
+//! The life cycle of instances: the functions that the host calls, generic over kinds of instances.
 
 use std::ffi::c_void;
 
@@ -10,8 +10,8 @@ use crate::safe::{
     value::fail::bytes_of,
 };
 
-/// What the host keeps as the `data` of an instance: of a world, sensor, actuator, script or service. It is called on one
-/// thread at a time; calls may nest.
+/// What the host keeps as the `data` of an instance: of a world, sensor, actuator, script or service. It is called on
+/// one thread at a time; calls may nest.
 pub(crate) trait Life: Sized + 'static {
     /// The plugin that offers it.
     type Plugin: Plugin;
@@ -28,11 +28,11 @@ pub(crate) trait Life: Sized + 'static {
     }
     fn load(&self, bytes: &[u8], version: u32) -> Result {
         let _ = version;
-        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
 }
 
-/// What an instance is made with.
+/// What an instance is created with.
 pub(crate) struct Info<'a> {
     pub world: World<'a>,
     pub instance: Instance,
@@ -40,7 +40,7 @@ pub(crate) struct Info<'a> {
     pub session: *mut tatu_session,
 }
 
-/// The functions of a kind of instance, with so many bytes of state in the host's keeping.
+/// The functions of a kind of instance, with that many bytes of state stored by the host.
 pub(crate) fn table<L: Life>(state_bytes: usize) -> tatu_life {
     tatu_life {
         size: size_of::<tatu_life>() as u32,
@@ -71,8 +71,8 @@ unsafe extern "C" fn create<L: Life>(
     error: *mut tatu_error,
 ) -> tatu_status {
     run(error, || {
-        // SAFETY: `me` was made by `init`; the host gives a valid description, as many values as it states, and a place for the
-        // pointer.
+        // SAFETY: `me` was made by `init`; the host gives a valid description, as many values as it states, and a place
+        // for the pointer.
         let (started, info, data) = unsafe {
             let (started, raw) = (&*me.cast::<Started<L::Plugin>>(), &*info);
             let info = Info {
@@ -120,7 +120,7 @@ unsafe extern "C" fn save<L: Life>(
     run(error, || {
         // SAFETY: made by `create`; the host gives a valid writer.
         let (data, write) = unsafe { (of::<L>(data), writer.as_ref().and_then(|w| w.write)) };
-        let write = write.ok_or_else(|| Fail::new("the host gave no writer"))?;
+        let write = write.ok_or_else(|| Fail::new("the host passed no writer"))?;
         let bytes = data.save()?;
         // SAFETY: the host's function with its writer; the bytes are copied.
         unsafe { write(writer, bytes.as_ptr().cast(), bytes.len() as u64) };
@@ -142,7 +142,7 @@ unsafe extern "C" fn load<L: Life>(
     })
 }
 
-/// What a plugin keeps for a world.
+/// A plugin's state of a world.
 pub(crate) struct Kept<P: Plugin>(pub(crate) P::World);
 
 impl<P: Plugin> Life for Kept<P> {

@@ -27,13 +27,13 @@ use crate::safe::{
 
 /// What the host keeps as `data`: the sensor, and the directions that its beams point to.
 ///
-/// There may be thousands, and each step goes through all: what a measure needs comes first, in few lines of the
+/// There may be thousands, and each step visits all: what a measurement needs comes first, in few lines of the
 /// processor's cache.
 #[repr(C, align(64))]
 struct Data<S: Sensor> {
     /// As declared; one list for all of a kind.
     fields: Arc<[Field]>,
-    /// In a cell: while it is configured nothing else may use it, not even what it calls itself. Each instance is used
+    /// In a cell: while it is being configured nothing else may use it, not even its own calls. Each instance is used
     /// by one thread at a time.
     sensor: RefCell<S>,
     directions: RefCell<Vec<[f64; 3]>>,
@@ -210,7 +210,7 @@ unsafe extern "C" fn aim<S: Sensor>(
     unsafe { each::<S>(batch, error, act) }
 }
 
-/// Does something with each sensor of a batch; one that failed before is left alone.
+/// Runs a function on each sensor of a batch, except those that have already failed.
 ///
 /// # Safety
 /// The batch is valid, and its instances are used by nobody else.

@@ -1,4 +1,4 @@
-//! The library's one symbol: start, end, and the macro that exports a plugin.
+//! The library's one symbol: start, shutdown, and the macro that exports a plugin.
 
 use std::ffi::{CStr, c_char, c_void};
 
@@ -31,7 +31,7 @@ pub unsafe extern "C" fn init<P: Plugin>(
 ) -> tatu_status {
     guard::run(error, || {
         // SAFETY: the host lives until shutdown.
-        let host = unsafe { Host::new(host) }.ok_or_else(|| Fail::new("the host gave no table"))?;
+        let host = unsafe { Host::new(host) }.ok_or_else(|| Fail::new("the host passed no table"))?;
         let plugin = P::start(&host)?;
         let mut offer = Offer::new();
         P::offer(&mut offer);

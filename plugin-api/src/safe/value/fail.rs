@@ -4,7 +4,7 @@ use std::{borrow::Cow, fmt};
 
 use crate::abi::*;
 
-/// Why something failed: a code, a sentence, and what helps to mend it.
+/// An error: a code, a message, and a hint.
 #[derive(Clone, PartialEq)]
 pub struct Fail(Box<Body>);
 
@@ -26,7 +26,7 @@ impl Fail {
         let code = if code < 0 { code } else { TATU_ERR };
         Fail(Box::new(Body { code, text: text.into(), help: None, file: None, traceback: None }))
     }
-    /// Failed for a reason of its own.
+    /// Failed for another reason.
     pub fn new(text: impl Into<String>) -> Self {
         Self::with_code(TATU_ERR, text)
     }
@@ -38,21 +38,21 @@ impl Fail {
     pub fn missing(text: impl Into<String>) -> Self {
         Self::with_code(TATU_ERR_MISSING, text)
     }
-    /// Known, but not done here.
+    /// Recognized, but not supported here.
     pub fn unsupported(text: impl Into<String>) -> Self {
         Self::with_code(TATU_ERR_UNSUPPORTED, text)
     }
-    /// Adds what to do about it.
+    /// Adds a hint.
     pub fn help(mut self, text: impl Into<String>) -> Self {
         self.0.help = Some(text.into());
         self
     }
-    /// Adds the place in a text; lines count from 1.
+    /// Adds the position in a text; lines count from 1.
     pub fn at(mut self, file: impl Into<String>, line: u64) -> Self {
         self.0.file = Some((file.into(), line));
         self
     }
-    /// Adds the chain of calls of a script.
+    /// Adds the traceback of a script.
     pub fn traceback(mut self, text: impl Into<String>) -> Self {
         self.0.traceback = Some(text.into());
         self
@@ -61,11 +61,11 @@ impl Fail {
     pub fn code(&self) -> tatu_status {
         self.0.code
     }
-    /// The sentence.
+    /// The message.
     pub fn text(&self) -> &str {
         &self.0.text
     }
-    /// What to do.
+    /// The hint.
     pub fn help_text(&self) -> Option<&str> {
         self.0.help.as_deref()
     }
@@ -73,7 +73,7 @@ impl Fail {
     pub fn place(&self) -> Option<(&str, u64)> {
         self.0.file.as_ref().map(|(f, l)| (f.as_str(), *l))
     }
-    /// Calls of a script, innermost first.
+    /// The traceback of a script, innermost call first.
     pub fn traceback_text(&self) -> Option<&str> {
         self.0.traceback.as_deref()
     }
@@ -141,17 +141,17 @@ impl fmt::Debug for Fail {
 
 impl std::error::Error for Fail {}
 
-/// A borrowed text, as the border wants it.
+/// A borrowed text, in the ABI form.
 pub(crate) fn text_raw(s: &str) -> tatu_str {
     Lent::from(s).raw()
 }
 
-/// Borrowed bytes, as the border wants them.
+/// Borrowed bytes, in the ABI form.
 pub(crate) fn bytes_raw(s: &[u8]) -> tatu_str {
     Lent::from(s).raw()
 }
 
-/// The bytes behind a border text.
+/// The bytes of an ABI text.
 ///
 /// # Safety
 /// `s` points to `len` bytes that live for `'a`, or is empty.

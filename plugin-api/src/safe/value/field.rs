@@ -54,12 +54,12 @@ impl Field {
         self.unit = Some(unit);
         self
     }
-    /// The field that is 0 where this one has nothing; by default as its schema says.
+    /// The field that is 0 where this one is invalid; by default as its schema says.
     pub fn valid(mut self, field: &'static str) -> Self {
         self.valid = Some(field);
         self
     }
-    /// The numbers that mean nothing, "0" or "0 0 0"; by default as its schema says. Noise leaves them alone.
+    /// The value that means "nothing", "0" or "0 0 0"; by default as its schema says. Noise does not change it.
     pub fn nothing(mut self, numbers: &'static str) -> Self {
         self.nothing = Some(numbers);
         self

@@ -1,4 +1,4 @@
-//! The memory that the tables of a plugin live in.
+//! The memory of the tables of a plugin.
 
 use std::{
     any::Any,
@@ -13,7 +13,7 @@ use crate::safe::{Value, value::owned::Owned};
 #[derive(Default)]
 pub(crate) struct Keep(Vec<Kept>);
 
-/// One thing, by its pointer: a box that is moved may not be pointed into.
+/// One thing, by its raw pointer: moving a box would invalidate pointers into it.
 struct Kept(*mut dyn Any);
 
 impl Drop for Kept {
@@ -24,7 +24,7 @@ impl Drop for Kept {
 }
 
 impl Keep {
-    /// Takes something; where it is.
+    /// Stores something; returns its address.
     pub(crate) fn own<T: 'static>(&mut self, thing: T) -> &mut T {
         let ptr = Box::into_raw(Box::new(thing));
         self.0.push(Kept(ptr));

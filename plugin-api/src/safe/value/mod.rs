@@ -1,4 +1,4 @@
-//! Values and what describes them: parameters, fields, failures, files that are plain.
+//! Values and their descriptions: parameters, fields, errors, regular files.
 
 pub(crate) mod fail;
 pub(crate) mod field;

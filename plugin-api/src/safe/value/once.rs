@@ -1,4 +1,4 @@
-//! Lists that a type declares, read once: what the host got is what counts, whatever the type returns later.
+//! Lists that a type declares, read once, so that they match what the host got, whatever the type returns later.
 
 use std::{
     any::{Any, TypeId},
@@ -6,7 +6,7 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-/// The list that goes with a key; `make` is called for the first time only.
+/// The list of a key; `make` is called the first time only.
 pub(crate) fn once<Key: 'static, T: Send + Sync + 'static>(make: impl FnOnce() -> Vec<T>) -> Arc<[T]> {
     static LISTS: Mutex<BTreeMap<TypeId, Arc<dyn Any + Send + Sync>>> = Mutex::new(BTreeMap::new());
     let key = TypeId::of::<fn(Key) -> T>();

@@ -1,4 +1,4 @@
-//! Values: a view of one at the border, and one of our own.
+//! Values: borrowed at the ABI, and owned.
 
 use std::{borrow::Cow, mem::MaybeUninit, ptr::NonNull};
 
@@ -8,7 +8,7 @@ use crate::safe::{Fail, Result, ValueRef};
 /// Lists and maps nest at most this deep.
 pub const MAX_DEPTH: usize = 32;
 
-/// A value of our own.
+/// An owned value.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Value {
     /// Nothing.
@@ -20,7 +20,7 @@ pub enum Value {
     Int(i64),
     /// A number.
     Float(f64),
-    /// Text; UTF-8 by intention only, so kept as bytes.
+    /// Text; not guaranteed to be UTF-8, so stored as bytes.
     Text(Vec<u8>),
     /// Bytes.
     Bytes(Vec<u8>),
@@ -30,7 +30,7 @@ pub enum Value {
     Ints(Vec<i64>),
     /// Values in order.
     List(Vec<Value>),
-    /// Keys and values, in the order in which they were made.
+    /// Keys and values, in insertion order.
     Map(Vec<(Value, Value)>),
     /// A function of a script.
     Func(tatu_func),
@@ -44,8 +44,8 @@ impl Value {
         Value::Text(s.as_ref().to_vec())
     }
 
-    /// The border form; what it points to is put into `room`, and must not be read for longer than that stays. `None` when
-    /// there is no more room.
+    /// The ABI form; what it points to is put into `room`, and must not be read for longer than that lives. `None` when
+    /// there is no room left.
     pub fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
         Some(match self {
             Value::Nil => raw_int(TATU_NIL, 0),
@@ -71,13 +71,13 @@ impl Value {
     }
 }
 
-/// Where that is put which values point to. It stays where it is as long as they are used, whatever else is put there.
+/// Storage for what values point to. Its contents do not move while they are used, whatever else is stored.
 pub trait Room {
-    /// Room for `n` words of 8 bytes; `None`: there is no more.
+    /// Room for `n` words of 8 bytes; `None`: there is none left.
     fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]>;
 }
 
-/// Room that the host gave; `None` for null.
+/// Memory from the host; `None` for null.
 ///
 /// # Safety
 /// `at` is null or 8-byte aligned, with room for `n` words that nobody else has within `'a`.
@@ -86,7 +86,7 @@ pub(crate) unsafe fn given<'a>(at: *mut u8, n: usize) -> Option<&'a mut [MaybeUn
     NonNull::new(at).map(|at| unsafe { std::slice::from_raw_parts_mut(at.cast().as_ptr(), n) })
 }
 
-/// Room of one's own, without an end.
+/// Owned memory, unlimited.
 #[derive(Default)]
 pub struct Owned(Vec<Vec<MaybeUninit<u64>>>);
 
@@ -98,7 +98,7 @@ impl Room for Owned {
 }
 
 impl Owned {
-    /// A value in the form of the border.
+    /// A value in the ABI form.
     pub fn value(&mut self, value: &Value) -> ValueRef<'_> {
         let raw = self.raw(value);
         // SAFETY: what it points to lies here, and nothing here is given up while it is borrowed.
@@ -110,7 +110,7 @@ impl Owned {
         // SAFETY: as for one.
         raw.into_iter().map(|raw| unsafe { ValueRef::new(raw) }).collect()
     }
-    /// The same for a table of the border: what it points to must not be read for longer than this lives.
+    /// The same for a table of the ABI: what it points to must not be read for longer than this lives.
     pub fn raw(&mut self, value: &Value) -> tatu_value {
         value.to_raw(self).unwrap_or(raw_int(TATU_NIL, 0))
     }
@@ -186,12 +186,12 @@ pub(crate) fn raw_int(tag: u32, i: i64) -> tatu_value {
 }
 
 impl<'a> ValueRef<'a> {
-    /// The payload of what is no span.
+    /// The payload of a value that is not a span.
     fn bits(self) -> u64 {
         // SAFETY: all other members are 8 bytes of plain numbers, whatever the tag says.
         unsafe { self.raw().u.u }
     }
-    /// The elements, whose type goes with the tag.
+    /// The elements, whose type must match the tag.
     fn span<T>(self) -> &'a [T] {
         // SAFETY: callers ask by the tag, which says that the span is set and what its elements are; they live for 'a.
         unsafe {
@@ -205,7 +205,7 @@ impl<'a> ValueRef<'a> {
     pub fn tag(self) -> u32 {
         self.raw().tag
     }
-    /// Whether it is nothing.
+    /// Whether it is nil.
     pub fn is_nil(self) -> bool {
         self.tag() == TATU_NIL
     }
@@ -225,15 +225,15 @@ impl<'a> ValueRef<'a> {
             _ => None,
         }
     }
-    /// A truth value.
+    /// A boolean.
     pub fn as_bool(self) -> Option<bool> {
         (self.tag() == TATU_BOOL).then(|| self.bits() != 0)
     }
-    /// What scripts take for true: anything but nil and false.
+    /// Whether scripts treat it as true: anything but nil and false.
     pub fn truthy(self) -> bool {
         !self.is_nil() && self.as_bool() != Some(false)
     }
-    /// An object: an object value, or the number of one as a script gives it.
+    /// An object: an object value, or a handle as scripts pass it.
     pub fn as_object(self) -> Option<tatu_object> {
         match self.tag() {
             TATU_OBJECT => Some(self.bits()),
@@ -252,7 +252,7 @@ impl<'a> ValueRef<'a> {
     pub fn as_str(self) -> Option<Cow<'a, str>> {
         self.as_bytes().map(String::from_utf8_lossy)
     }
-    /// How many elements an array, list or map has.
+    /// The number of elements of an array, list or map.
     pub fn len(self) -> usize {
         match self.tag() {
             TATU_F64S => self.span::<f64>().len(),
@@ -308,7 +308,7 @@ impl<'a> ValueRef<'a> {
     pub fn get(self, key: &str) -> Option<ValueRef<'a>> {
         self.map()?.iter().find(|[k, _]| k.as_bytes() == Some(key.as_bytes())).map(|[_, v]| *v)
     }
-    /// A copy of our own. Fails when it is nested too deep or has an unknown tag.
+    /// An owned copy. Fails if it is nested too deep or has an unknown tag.
     pub fn to_value(self) -> Result<Value> {
         self.copy(0)
     }
@@ -349,7 +349,7 @@ impl<'a> ValueRef<'a> {
 pub fn type_name(tag: u32) -> &'static str {
     match tag {
         TATU_NIL => "nil",
-        TATU_BOOL => "a truth value",
+        TATU_BOOL => "a boolean",
         TATU_I64 => "an integer",
         TATU_F64 => "a number",
         TATU_TEXT => "a text",

@@ -3,7 +3,7 @@
 use crate::abi::*;
 use crate::safe::{Fail, Result, Value, ValueRef, value::keep::Keep, value::owned::type_name};
 
-/// One declared fact: a parameter of a sensor, model or command, or a result of a command.
+/// One declaration: a parameter of a sensor, model or command, or a result of a command.
 #[derive(Debug, Clone)]
 pub struct Param {
     pub(crate) key: String,
@@ -71,8 +71,8 @@ impl Param {
     pub fn map(key: &str) -> Self {
         Self::of(TATU_MAP, key)
     }
-    /// The keys of a table of options. Each entry is checked and converted as its parameter says, one that is missing gets
-    /// its default, and a key that is none of them is an error that names the nearest.
+    /// The keys of a table of options. Each entry is checked and converted as its parameter says, one that is missing
+    /// gets its default, and an unknown key is an error that names the nearest.
     pub fn keys(mut self, keys: impl IntoIterator<Item = Param>) -> Self {
         self.keys = keys.into_iter().collect();
         self
@@ -99,12 +99,12 @@ impl Param {
         (self.lowest, self.highest) = (lowest, highest);
         self
     }
-    /// What it is when it is not given; it may be left out then, without [`Param::optional`].
+    /// Its default; it may then be left out, without [`Param::optional`].
     pub fn default(mut self, value: impl Into<Value>) -> Self {
         self.fallback = value.into();
         self
     }
-    /// The texts it may be.
+    /// The allowed texts.
     pub fn choices(mut self, choices: &'static [&'static str]) -> Self {
         self.choices = choices;
         self
@@ -114,12 +114,12 @@ impl Param {
         self.flags |= TATU_PARAM_OPTIONAL;
         self
     }
-    /// Stands for any number of arguments; the last parameter of a command.
+    /// Takes any number of arguments; only as the last parameter of a command.
     pub fn rest(mut self) -> Self {
         self.flags |= TATU_PARAM_REST | TATU_PARAM_OPTIONAL;
         self
     }
-    /// A change makes the instance anew.
+    /// A change recreates the instance.
     pub fn rebuilds(mut self) -> Self {
         self.flags |= TATU_PARAM_REBUILDS;
         self
@@ -150,7 +150,7 @@ impl Param {
     }
 }
 
-/// Values of declared parameters, by key, as an instance is given them.
+/// Values of declared parameters, by key, as an instance gets them.
 pub struct Params<'a> {
     values: &'a [ValueRef<'a>],
     declared: &'a [Param],
@@ -160,7 +160,7 @@ impl<'a> Params<'a> {
     pub(crate) fn new(values: &'a [ValueRef<'a>], declared: &'a [Param]) -> Self {
         Params { values, declared }
     }
-    /// The value of a key; nil when it is not given.
+    /// The value of a key; nil if it was not given.
     pub fn get(&self, key: &str) -> Result<ValueRef<'a>> {
         let i = self.declared.iter().position(|p| p.key == key).ok_or_else(|| {
             Fail::new(format!("the plugin asks for its parameter `{key}`, which it does not declare"))

@@ -1,4 +1,4 @@
-//! Files that a user names: plain ones, and not more of them than fits.
+//! Files that a user names: regular files of limited size.
 
 use std::{
     fs::{self, File},
@@ -6,11 +6,11 @@ use std::{
     path::Path,
 };
 
-/// Bytes of the longest file that is read, where nothing else is said.
+/// Default limit of the size of a file, bytes.
 pub const MOST_BYTES: u64 = 256 << 20;
 
-/// Opens a plain file of at most so many bytes; reading ends there, even if the file grows. A pipe or a device, which may
-/// have no end or keep whoever opens it waiting, is an error.
+/// Opens a regular file of at most `most` bytes; reading ends there, even if the file grows. A pipe or a device, which
+/// may be endless or block on opening, is an error.
 pub fn open_plain(path: &Path, most: u64) -> io::Result<io::Take<File>> {
     check(&fs::metadata(path)?, most)?;
     let file = File::open(path)?;
@@ -19,12 +19,12 @@ pub fn open_plain(path: &Path, most: u64) -> io::Result<io::Take<File>> {
     Ok(file.take(most))
 }
 
-/// The bytes of a plain file of at most so many.
+/// The bytes of a regular file of at most `most` bytes.
 pub fn read_plain(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     read_opened(open_plain(path, most)?.into_inner(), most)
 }
 
-/// The same for one that is open.
+/// The same for an open file.
 pub(crate) fn read_opened(file: File, most: u64) -> io::Result<Vec<u8>> {
     let length = check(&file.metadata()?, most)?;
     let mut file = file.take(most);

@@ -44,7 +44,7 @@ impl Reading {
         unsafe { std::ptr::copy_nonoverlapping(view.ptr.cast::<u8>(), to.cast::<u8>(), len * each) };
         Reading { elem: view.elem, dims: view.dims, time: view.time, sequence: view.sequence, len, words }
     }
-    /// How often the sensor has been handled; 0: never, or reset since.
+    /// How often the sensor has been measured; 0: never, or reset since.
     pub fn sequence(&self) -> u64 {
         self.sequence
     }
@@ -68,7 +68,8 @@ impl Reading {
             Words::Few(few) => &few[..],
             Words::Many(many) => many,
         };
-        // SAFETY: `of` made room for this many elements of the type that goes with `elem`, which is any pattern of bits.
+        // SAFETY: `of` made room for this many elements of the type that goes with `elem`, which is any pattern of
+        // bits.
         unsafe { std::slice::from_raw_parts(words.as_ptr().cast(), self.len) }
     }
     /// The numbers, if they are doubles.

@@ -1,11 +1,11 @@
-//! What a measure of a sensor gets and fills: one sensor of a batch.
+//! Input and output of a measurement: one sensor of a batch.
 
 use std::ffi::c_void;
 
 use crate::abi::*;
 use crate::safe::value::field::Field;
 
-/// What one sensor of a batch sees.
+/// The input of one sensor of a batch.
 pub struct Sample<'a> {
     batch: &'a tatu_sensor_batch,
     i: usize,
@@ -19,7 +19,7 @@ impl<'a> Sample<'a> {
     pub(crate) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize) -> Self {
         Sample { batch, i, cast: true }
     }
-    /// The same while rays are aimed, which it does not show.
+    /// The same while rays are being aimed, without the rays.
     pub(crate) fn before_the_cast(&self) -> Sample<'a> {
         Sample { cast: false, ..*self }
     }
@@ -28,7 +28,7 @@ impl<'a> Sample<'a> {
         // SAFETY: the host's arrays are null or have one for each instance.
         (!array.is_null()).then(|| unsafe { *array.add(self.i) })
     }
-    /// The part of this instance in an array of parts, whose ends are in another array.
+    /// The part of this instance in an array of parts, whose end offsets are in another array.
     fn part<T>(&self, ends: *const u64, array: *const T) -> &'a [T] {
         if ends.is_null() || array.is_null() {
             return &[];
@@ -53,7 +53,7 @@ impl<'a> Sample<'a> {
     pub fn sensor(&self) -> tatu_object {
         self.own(self.batch.sensor).unwrap_or_default()
     }
-    /// Per beam: distance, m; infinity: nothing. Asked for with `TATU_IN_DISTANCE`.
+    /// Per beam: distance, m; infinity: no hit. Requires `TATU_IN_DISTANCE`.
     pub fn distances(&self) -> &'a [f64] {
         self.per_beam(self.batch.distance)
     }
@@ -65,7 +65,7 @@ impl<'a> Sample<'a> {
     pub fn normals(&self) -> &'a [[f64; 3]] {
         self.per_beam(self.batch.normal.cast())
     }
-    /// Per beam: the object seen. `TATU_IN_OBJECT`.
+    /// Per beam: the object hit. `TATU_IN_OBJECT`.
     pub fn objects(&self) -> &'a [tatu_object] {
         self.per_beam(self.batch.object)
     }
@@ -78,7 +78,7 @@ impl<'a> Sample<'a> {
         self.per_beam(self.batch.primitive)
     }
 
-    /// Per pixel, the lowest row first: m along +z; infinity: nothing. `TATU_IN_DISTANCE`.
+    /// Per pixel, the lowest row first: depth along +z, m; infinity: no hit. `TATU_IN_DISTANCE`.
     pub fn depths(&self) -> &'a [f32] {
         self.per_pixel(self.batch.depth)
     }
@@ -90,7 +90,7 @@ impl<'a> Sample<'a> {
     pub fn pixel_cosines(&self) -> &'a [f32] {
         self.per_pixel(self.batch.pixel_cosine)
     }
-    /// Per pixel: the object seen. `TATU_IN_OBJECT`.
+    /// Per pixel: the object hit. `TATU_IN_OBJECT`.
     pub fn pixel_objects(&self) -> &'a [tatu_object] {
         self.per_pixel(self.batch.pixel_object)
     }
@@ -101,7 +101,7 @@ impl<'a> Sample<'a> {
         if self.cast { unsafe { self.rays_to_aim() } } else { &[] }
     }
     /// # Safety
-    /// Nobody else has them meanwhile.
+    /// They are not aliased meanwhile.
     pub(crate) unsafe fn rays_to_aim(&self) -> &'a mut [[f64; 6]] {
         let rays = self.own(self.batch.rays).unwrap_or(std::ptr::null_mut());
         let ends = self.batch.first_beam;
@@ -129,11 +129,11 @@ impl<'a> Sample<'a> {
             unsafe { fill(random, self.i as u32, first, out.len() as u64, out.as_mut_ptr()) };
         }
     }
-    /// Numbers from 0 to below 1: those with the indices from `first` on of this sensor's measure.
+    /// Uniform random numbers in [0, 1): those of this sensor's measurement from index `first` on.
     pub fn uniform(&self, first: u64, out: &mut [f64]) {
         self.draw(|r| r.uniform, first, out);
     }
-    /// Numbers of the normal distribution, mean 0, standard deviation 1.
+    /// Random numbers of the normal distribution, mean 0, standard deviation 1.
     pub fn normal(&self, first: u64, out: &mut [f64]) {
         self.draw(|r| r.normal, first, out);
     }
@@ -148,9 +148,9 @@ impl<'a> Sample<'a> {
     }
 }
 
-/// Where a sensor writes its fields, in the order of declaration.
+/// The output of a sensor: its fields, in the order of declaration.
 pub struct Readout<'a> {
-    /// Where each lies, and how many elements it has.
+    /// Address and number of elements of each.
     places: &'a [*mut c_void],
     lengths: &'a [u64],
     fields: &'a [Field],
@@ -159,8 +159,8 @@ pub struct Readout<'a> {
 
 impl<'a> Readout<'a> {
     /// # Safety
-    /// The batch is the host's, for `'a`, and has this instance, whose fields and state block of `state` numbers nobody else
-    /// uses.
+    /// The batch is the host's, for `'a`, and has this instance, whose fields and state block of `state` numbers nobody
+    /// else uses.
     pub(crate) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize, fields: &'a [Field], state: usize) -> Self {
         let state: &mut [f64] = match state {
             0 => &mut [],
@@ -188,11 +188,11 @@ impl Readout<'_> {
         // SAFETY: the host gives each field room for as many elements of the declared type, to this instance alone.
         unsafe { std::slice::from_raw_parts_mut(place.cast(), *n as usize) }
     }
-    /// The numbers that this sensor remembers: as many as [`Sensor::STATE`](crate::safe::Sensor::STATE) says.
+    /// The state of this sensor: [`Sensor::STATE`](crate::safe::Sensor::STATE) numbers.
     pub fn state(&mut self) -> &mut [f64] {
         self.state
     }
-    /// Field `k`, counted from 0 in the order of declaration, declared with [`Field::f64`]; empty if it is of another type.
+    /// Field `k`, from 0 in the order of declaration, declared with [`Field::f64`]; empty if it has another type.
     pub fn f64(&mut self, k: usize) -> &mut [f64] {
         self.slice(k, TATU_ELEM_F64)
     }

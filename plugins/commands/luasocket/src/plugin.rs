@@ -17,6 +17,6 @@ pub struct LuaSocket {
 #[derive(Default)]
 pub struct Open {
     pub(crate) sockets: RefCell<Sockets>,
-    /// Whether somebody was told already what is not allowed.
+    /// Whether it has been reported already what is not allowed.
     pub(crate) told: Cell<bool>,
 }

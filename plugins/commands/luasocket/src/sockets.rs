@@ -327,7 +327,7 @@ impl Sockets {
             None => Err(io::Error::other("Bad file descriptor")),
         }
     }
-    /// Sets what the system can be told of `tcp-nodelay` and `broadcast`; other options change nothing.
+    /// Sets `tcp-nodelay` and `broadcast` as far as the system supports them; other options change nothing.
     pub fn option(&self, n: i64, name: &str, on: bool) -> io::Result<()> {
         match (name, self.all.get(&n)) {
             ("tcp-nodelay", Some(Socket::Stream(s))) => s.stream.set_nodelay(on),

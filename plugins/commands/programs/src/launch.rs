@@ -21,7 +21,7 @@ pub(crate) fn offer(offer: &mut Offer<Programs>) {
     offer.command(
         Command::new("sim.launchExecutable", |c: &mut Ctx<'_>| {
             if c.caller_script() == 0 {
-                return Err(Fail::unsupported("only scripts start programs, not clients"));
+                return Err(Fail::unsupported("only scripts can start programs, not clients"));
             }
             let file = c.text(0)?;
             let args = match c.arg(1).as_f64() {

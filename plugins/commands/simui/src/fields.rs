@@ -109,7 +109,7 @@ fn put(c: &mut Ctx<'_>, f: &'static Field) -> Result {
         Float => json!(c.f64(2)?),
     };
     set(c, at, &[(f.key, value.clone())])?;
-    // Only what scripts want to hear of their own doing is told to them.
+    // Changes by scripts are reported only to scripts that ask for that.
     if c.has(3) && !c.arg(3).truthy() && f.gets {
         acts::call_back(c, at, &[value])?;
     }

@@ -8,7 +8,7 @@ use crate::{
     window::{EVENT, all, get, set, tell, widget},
 };
 
-/// Points of a curve that are kept where a plot does not tell: `max-buffer-size`.
+/// Points of a curve that are kept where a plot does not set `max-buffer-size`.
 const POINTS: usize = 1000;
 const MOST_POINTS: usize = 100_000;
 const MOST_CURVES: usize = 50;
@@ -23,7 +23,7 @@ fn curves(c: &mut Ctx<'_>, f: impl FnOnce(&Ctx<'_>, &mut Vec<Json>, usize) -> Re
     let (window, n) = widget(c)?;
     let mut held = match get(c, (window, n), "curves")? {
         Json::Array(held) => held,
-        _ => return Err(Fail::argument("the widget is no plot")),
+        _ => return Err(Fail::argument("the widget is not a plot")),
     };
     let buffer = get(c, (window, n), "max-buffer-size")?.as_f64().map_or(POINTS, |x| x as usize).min(MOST_POINTS);
     f(c, &mut held, buffer)?;
@@ -44,7 +44,11 @@ fn points(c: &mut Ctx<'_>, xs: usize) -> Result {
         let numbers = |i: usize| c.arg(i).numbers().or_else(|| c.arg(i).as_f64().map(|x| vec![x])).unwrap_or_default();
         let (x, y) = (numbers(xs), numbers(xs + 1));
         if x.len() != y.len() {
-            return Err(Fail::argument(format!("{} numbers along and {} up: expected as many", x.len(), y.len())));
+            return Err(Fail::argument(format!(
+                "{} x values and {} y values: expected as many of both",
+                x.len(),
+                y.len()
+            )));
         }
         for (key, new) in [("x", x), ("y", y)] {
             if let Json::Array(held) = &mut curve[key] {

@@ -94,7 +94,7 @@ pub(crate) fn get(c: &Ctx<'_>, (window, n): (i64, usize), key: &str) -> Result<J
     Ok(all(c)?.of(window)?.nodes[n].values.get(key).cloned().unwrap_or_default())
 }
 
-/// Changes what a widget holds, and tells it.
+/// Changes the content of a widget, and publishes it.
 pub(crate) fn set(c: &Ctx<'_>, (window, n): (i64, usize), entries: &[(&str, Json)]) -> Result {
     let mut changed = Values::new();
     {

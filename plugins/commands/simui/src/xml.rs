@@ -51,12 +51,12 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
     loop {
         let event = reader.next();
         let line = reader.position().row + 1;
-        let event = event.map_err(|e| Fail::argument(format!("line {line} of the window: no XML: {}", e.msg())))?;
+        let event = event.map_err(|e| Fail::argument(format!("line {line} of the window: not XML: {}", e.msg())))?;
         match event {
             XmlEvent::StartElement { name, attributes, .. } => {
                 if open.len() >= MOST_DEPTH || nodes.len() >= MOST_NODES {
                     return Err(Fail::argument(format!(
-                        "line {line} of the window: {MOST_NODES} elements at most, {MOST_DEPTH} within each other"
+                        "line {line} of the window: at most {MOST_NODES} elements, nested at most {MOST_DEPTH} deep"
                     )));
                 }
                 let element = name.local_name.to_ascii_lowercase();

@@ -13,7 +13,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             let p = Props::new(world.host());
             let twist = [c.f64(1)?, c.f64(2)?, c.f64(3)?];
             let train = Drivetrain::of(&world, &p, base)?.ok_or_else(|| {
-                Fail::missing("the object has no drive").help("its property `object.drive` tells which wheels move it")
+                Fail::missing("the object has no drive").help("its property `object.drive` names the wheels that move it")
             })?;
             train.drive(&world, &p, twist)
         })

@@ -73,8 +73,8 @@ fn save(c: &mut Ctx<'_>) -> Result {
         }
         ("ppm", Some(Picture::Colors(rgb))) => [format!("P6\n{columns} {rows}\n255\n").into_bytes(), rgb].concat(),
         _ => {
-            return Err(Fail::unsupported(format!("`{name}` is not written as `{file}`"))
-                .help("images of lengths become .png, .pgm or .raw, colours .png, .ppm or .raw, all else .raw"));
+            return Err(Fail::unsupported(format!("`{name}` cannot be written as `{file}`"))
+                .help("depth images are written as .png, .pgm or .raw, colour images as .png, .ppm or .raw, everything else as .raw"));
         }
     };
     world.write_file(file.as_bytes(), &content)

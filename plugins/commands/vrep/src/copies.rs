@@ -89,7 +89,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both("sim.scaleObjects", MINUS, |c| {
             let (ids, f, places) = (sets::list(c, 0)?, c.f64(1)?, c.arg(2).truthy());
             if f <= 0.0 {
-                return Err(Fail::argument("argument 2: a scale is greater than 0"));
+                return Err(Fail::argument("argument 2: a scale must be greater than 0"));
             }
             let (w, p) = (c.world(), &c.plugin().p);
             for id in &ids {
@@ -224,7 +224,7 @@ fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {
 /// Makes a shape larger.
 fn scale(c: &Ctx<'_>, o: Object, f: [f64; 3]) -> Result {
     if f.iter().any(|x| *x <= 0.0) {
-        return Err(Fail::argument("a scale is greater than 0"));
+        return Err(Fail::argument("a scale must be greater than 0"));
     }
     if o.kind != TATU_KIND_SHAPE {
         return Ok(());

@@ -32,10 +32,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let (nx, ny, width) = (c.i64(2)?, c.i64(3)?, c.f64(4)?);
             let heights = c.arg(5).numbers().unwrap_or_default();
             let (Ok(nx), Ok(ny)) = (usize::try_from(nx), usize::try_from(ny)) else {
-                return Err(Fail::argument("the numbers of points are not negative"));
+                return Err(Fail::argument("the numbers of points must not be negative"));
             };
             if nx < 2 || ny < 2 || nx.saturating_mul(ny) != heights.len() {
-                return Err(Fail::argument(format!("{} heights are no grid of {nx} by {ny}", heights.len())));
+                return Err(Fail::argument(format!("{} heights do not make a grid of {nx} by {ny}", heights.len())));
             }
             let d = width / (nx - 1) as f64;
             let (mut points, mut places) = (Vec::new(), Vec::new());
@@ -252,7 +252,7 @@ fn turned(i: &[f64; 9], q: al::Quaternion) -> [f64; 9] {
 /// A shape of triangles, with its frame in the middle of its box.
 fn make(c: &Ctx<'_>, mut points: Vec<f64>, places: Vec<f64>) -> Result<tatu_object> {
     if points.len() < 9 || !points.len().is_multiple_of(3) || places.len() < 3 || !places.len().is_multiple_of(3) {
-        return Err(Fail::argument("a mesh has three numbers a point, and three places of points a triangle"));
+        return Err(Fail::argument("a mesh must have three numbers per point, and three indices per triangle"));
     }
     let mut middle = [0.0; 3];
     for (k, m) in middle.iter_mut().enumerate() {

@@ -77,8 +77,8 @@ fn set_name(c: &mut Ctx<'_>) -> Result {
     let (base, suffix) = names::split(&name);
     let legal = |b: u8| b.is_ascii_alphanumeric() || b"_()".contains(&b);
     if base.is_empty() || base.len() > 127 || !base.bytes().all(legal) {
-        return Err(Fail::argument(format!("`{name}` is no name for an object"))
-            .help("names have letters, digits, `_`, `(` and `)`, and may end in `#` and a number"));
+        return Err(Fail::argument(format!("`{name}` is not a valid name for an object"))
+            .help("names consist of letters, digits, `_`, `(` and `)`, and may end in `#` and a number"));
     }
     if suffix >= 0 && name != format!("{base}#{suffix}") {
         return Err(Fail::argument(format!("`{name}`: the number after `#` has no leading zero")));
@@ -106,7 +106,7 @@ fn get_alias(c: &mut Ctx<'_>) -> Result {
             format!("/{alias}{{{index}}}")
         }
         n => {
-            return Err(Fail::unsupported(format!("there is no form {n} of an alias: -1 to 6 are known")));
+            return Err(Fail::unsupported(format!("there is no form {n} of an alias: expected -1 to 6")));
         }
     };
     c.ret(text.as_str());

@@ -1,10 +1,10 @@
-//! Ports that scripts open for remote clients. A service listens; what is here tells it.
+//! Ports that scripts open for remote clients. A service listens; the functions here notify it.
 
 use crate::kit::*;
 
 const NOTES: &str =
     "Told to the service `legacy_remote`: without it nobody listens. A port is closed when the simulation stops.";
-/// The events that tell the service.
+/// The events that notify the service.
 const OPEN: &str = "remote_api.open";
 const CLOSE: &str = "remote_api.close";
 
@@ -12,7 +12,7 @@ const CLOSE: &str = "remote_api.close";
 fn tell(c: &Ctx<'_>, event: &str) -> Result {
     let port = c.i64(0)?;
     if !(1..=65535).contains(&port) {
-        return Err(Fail::unsupported(format!("port {port}: ports are 1 to 65535, shared memory is not there")));
+        return Err(Fail::unsupported(format!("port {port}: expected 1 to 65535; shared memory is not supported")));
     }
     c.world().publish_value(event, &Value::Map(vec![(Value::text("port"), Value::Int(port))]))
 }

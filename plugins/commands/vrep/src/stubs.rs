@@ -202,7 +202,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for (name, gives, why) in MODERN {
         add(offer, name, None, *gives, why);
     }
-    let why = "a service listens, which does not tell how its connections are";
+    let why = "a service listens, but does not report the state of its connections";
     add(offer, "simRemoteApi.status", Some(("simExtRemoteApiStatus", MINUS)), Int(-1), why);
     // The ROS interface of before 2016; without a node nothing is sent, and topics have no names.
     for (name, gives) in [

@@ -37,7 +37,7 @@ fn declared() -> (Vec<Declared>, Vec<String>) {
         tatu_host { size: size_of::<tatu_host>() as u32, abi_minor: 0, ctx: null_mut(), service: Some(no_service) };
     let plugin = &tatu_commands_vrep::tatu_plugin.0;
     let mut me = null_mut();
-    // SAFETY: used as the header tells: init, extension, read, shutdown.
+    // SAFETY: used as the header says: init, extension, read, shutdown.
     unsafe {
         assert_eq!(plugin.init.unwrap()(&host, &mut me, null_mut()), TATU_OK);
         let ext = plugin.extension.unwrap()(me, TATU_COMMAND.as_ptr()).cast::<tatu_ext_command>();

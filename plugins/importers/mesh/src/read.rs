@@ -25,11 +25,11 @@ pub fn mesh(bytes: &[u8]) -> Result<Mesh, String> {
         _ => obj(bytes)?,
     };
     if mesh.triangles.is_empty() {
-        return Err("the file holds no triangle".into());
+        return Err("the file contains no triangles".into());
     }
     let n = mesh.points.len();
     if mesh.triangles.iter().flatten().any(|i| *i as usize >= n) {
-        return Err("a face names a point that is not there".into());
+        return Err("a face refers to a point that does not exist".into());
     }
     if mesh.points.iter().flatten().any(|x| !x.is_finite()) {
         return Err("a point is not finite".into());
@@ -54,7 +54,7 @@ fn stl(bytes: &[u8]) -> Result<Mesh, String> {
         // Many programs begin the header of binary files with `solid`, which makes them look like text.
         bytes[..80].fill(b' ');
     }
-    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("it is no whole STL file: {e}"))?;
+    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("it is not a complete STL file: {e}"))?;
     few(mesh.faces.len())?;
     Ok(Mesh {
         points: mesh.vertices.iter().map(|v| [v[0], v[1], v[2]].map(f64::from)).collect(),
@@ -67,7 +67,7 @@ fn obj(bytes: &[u8]) -> Result<Mesh, String> {
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ..Default::default() };
     let no_materials = |_: &std::path::Path| Ok(Default::default());
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, no_materials)
-        .map_err(|e| format!("it is no whole OBJ file: {e}"))?;
+        .map_err(|e| format!("it is not a complete OBJ file: {e}"))?;
     let mut out = Mesh::default();
     for m in models {
         let first = out.points.len() as u32;
@@ -120,14 +120,14 @@ impl PropertyAccess for Face {
 }
 
 fn ply(bytes: &[u8]) -> Result<Mesh, String> {
-    let wrong = |e: &dyn std::fmt::Display| format!("it is no whole PLY file: {e}");
+    let wrong = |e: &dyn std::fmt::Display| format!("it is not a complete PLY file: {e}");
     let mut reader = Reader::new(BufReader::new(Cursor::new(bytes)));
     let points = Parser::<Point>::new();
     let faces = Parser::<Face>::new();
     let header = points.read_header(&mut reader).map_err(|e| wrong(&e))?;
     // No element takes less than a byte: a count beyond that is a lie, and room for it would be reserved.
     if let Some((name, e)) = header.elements.iter().find(|(_, e)| e.count > bytes.len()) {
-        return Err(format!("it is no whole PLY file: it says that it has {} of `{name}`", e.count));
+        return Err(format!("it is not a complete PLY file: it says that it has {} of `{name}`", e.count));
     }
     let mut out = Mesh::default();
     for (name, element) in &header.elements {

@@ -104,7 +104,7 @@ fn joint<'a>(
     let limit = &joint.limit;
     let what = format!("limit of the joint `{}`", joint.name);
     if [limit.lower, limit.upper, limit.effort, limit.velocity].iter().any(|x| x.is_nan()) {
-        return Err(Fail::argument(format!("{what}: one of its numbers is none")).at("", line));
+        return Err(Fail::argument(format!("{what}: one of its values is not a number")).at("", line));
     }
     let slides = joint.joint_type == JointType::Prismatic;
     let node = builder.object("joint", Some(parent), &alias(&joint.name))?;
@@ -308,7 +308,7 @@ fn tell(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tree) {
         let joint = &robot.joints[*j];
         let kind = format!("{:?}", joint.joint_type).to_lowercase();
         warn(format!(
-            "line {}: the joint `{}` is {kind}, which is not done here; it is fixed",
+            "line {}: the joint `{}` is {kind}, which is not supported; it is fixed",
             outline.joints[*j].line, joint.name
         ));
     }

@@ -44,7 +44,7 @@ impl Solid {
         let positive = |numbers: &[f64]| {
             finite(numbers, what, line)?;
             match numbers.iter().find(|x| **x <= 0.0) {
-                Some(x) => Err(Fail::argument(format!("{what}: {x} is no length")).at("", line)),
+                Some(x) => Err(Fail::argument(format!("{what}: {x} is not a length")).at("", line)),
                 None => Ok(()),
             }
         };
@@ -96,7 +96,7 @@ impl Solid {
         ])
     }
 
-    /// Makes a shape of it, in the frame that the shape's pose is told in.
+    /// Makes a shape of it, in the frame of the shape's pose.
     pub fn shape<'a>(&self, builder: &Builder<'a>, node: Node<'a>) -> Result<Node<'a>> {
         let node = place(node, &self.pose)?;
         match &self.form {

@@ -21,7 +21,7 @@ pub fn find(builder: &Builder<'_>, name: &str, package_root: &str) -> Result<Mes
         Some("stl") => stl,
         Some("obj") => obj,
         Some("dae") => return Err("COLLADA files are not read: convert it to STL or OBJ".into()),
-        _ => return Err("a mesh file is `.stl` or `.obj`".into()),
+        _ => return Err("a mesh file must be `.stl` or `.obj`".into()),
     };
     let names = candidates(name, package_root);
     let Some(bytes) = names.iter().find_map(|n| builder.file(n)) else {
@@ -29,7 +29,7 @@ pub fn find(builder: &Builder<'_>, name: &str, package_root: &str) -> Result<Mes
     };
     let mesh = read(bytes)?;
     if mesh.triangles.is_empty() {
-        return Err("it holds no triangle".into());
+        return Err("it contains no triangles".into());
     }
     if mesh.points.iter().flatten().any(|x| !x.is_finite()) {
         return Err("a point of it is not finite".into());
@@ -59,7 +59,7 @@ fn stl(bytes: &[u8]) -> Result<Mesh, String> {
         // Many programs begin the header of binary files with `solid`, which makes them look like text.
         bytes[..80].fill(b' ');
     }
-    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("it is no whole STL file: {e}"))?;
+    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("it is not a complete STL file: {e}"))?;
     check(mesh.faces.len())?;
     Ok(Mesh {
         points: mesh.vertices.iter().map(|v| [f64::from(v[0]), f64::from(v[1]), f64::from(v[2])]).collect(),
@@ -72,7 +72,7 @@ fn obj(bytes: &[u8]) -> Result<Mesh, String> {
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ..Default::default() };
     let no_materials = |_: &std::path::Path| Ok(Default::default());
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, no_materials)
-        .map_err(|e| format!("it is no whole OBJ file: {e}"))?;
+        .map_err(|e| format!("it is not a complete OBJ file: {e}"))?;
     let mut out = Mesh::default();
     for m in models {
         let first = out.points.len() as u32;
@@ -84,7 +84,7 @@ fn obj(bytes: &[u8]) -> Result<Mesh, String> {
     let n = out.points.len() as u32;
     match out.triangles.iter().flatten().all(|i| *i < n) {
         true => Ok(out),
-        false => Err("it is no whole OBJ file: a face names a point that is not there".into()),
+        false => Err("it is not a complete OBJ file: a face refers to a point that does not exist".into()),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Where links and joints stand in the text: urdf-rs does not tell lines, and trusts nesting.
+//! Where links and joints stand in the text: urdf-rs does not report lines, and does not check nesting.
 
 use std::{collections::BTreeMap, ops::Range};
 
@@ -75,7 +75,7 @@ pub fn read(text: &str) -> Result<Outline> {
                 match depth {
                     1 if name.local_name != "robot" => {
                         return Err(Fail::argument(format!("the outermost element is <{}>", name.local_name))
-                            .help("a URDF file holds one <robot>")
+                            .help("a URDF file contains one <robot>")
                             .at("", line));
                     }
                     2 => open = Some((name.local_name, byte(at.row, at.column), line)),

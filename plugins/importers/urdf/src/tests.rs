@@ -68,11 +68,11 @@ fn rings_and_pieces_are_told() {
         let e = r.unwrap_err();
         assert!(e.text().contains(word) && e.place().is_some_and(|(_, l)| l == 1), "{e}");
     };
-    fails(with(&[("a", "b"), ("b", "a")], &["a", "b"]), "ring");
-    fails(with(&[("a", "b"), ("b", "a")], &["a", "b", "c"]), "ring with the link");
-    fails(with(&[("a", "a")], &["a"]), "on itself");
-    fails(with(&[], &["a", "b"]), "falls apart");
-    fails(with(&[("a", "c"), ("b", "c")], &["a", "b", "c"]), "two joints");
+    fails(with(&[("a", "b"), ("b", "a")], &["a", "b"]), "loop");
+    fails(with(&[("a", "b"), ("b", "a")], &["a", "b", "c"]), "loop with the link");
+    fails(with(&[("a", "a")], &["a"]), "to itself");
+    fails(with(&[], &["a", "b"]), "is not connected");
+    fails(with(&[("a", "c"), ("b", "c")], &["a", "b", "c"]), "two parent joints");
     fails(with(&[("a", "x")], &["a"]), "`x`");
     fails(with(&[], &[]), "no links");
 }

@@ -94,13 +94,15 @@ impl Tree {
             };
             let (parent, child) = (find(&joint.parent.link, "parent")?, find(&joint.child.link, "child")?);
             if parent == child {
-                return Err(Fail::argument(format!("the joint `{}` hangs a link on itself", joint.name)).at("", line));
+                return Err(
+                    Fail::argument(format!("the joint `{}` connects a link to itself", joint.name)).at("", line)
+                );
             }
             if let Some(other) = above[child].replace(i) {
                 let other = &robot.joints[other].name;
                 let text =
-                    format!("the link `{}` hangs on two joints, `{other}` and `{}`", joint.child.link, joint.name);
-                return Err(Fail::argument(text).help("in a tree a link hangs on one joint").at("", line));
+                    format!("the link `{}` has two parent joints, `{other}` and `{}`", joint.child.link, joint.name);
+                return Err(Fail::argument(text).help("in a tree a link has one parent joint").at("", line));
             }
             below[parent].push((i, child));
         }
@@ -109,14 +111,15 @@ impl Tree {
             [one] => *one,
             [] if robot.links.is_empty() => return Err(Fail::argument("the robot has no links").at("", 1)),
             [] => {
-                return Err(
-                    Fail::argument("the joints make a ring: every link hangs on one").at("", outline.joints[0].line)
-                );
+                return Err(Fail::argument("the joints form a loop: every link has a parent joint")
+                    .at("", outline.joints[0].line));
             }
             [first, second, ..] => {
                 let [a, b] = [&robot.links[*first].name, &robot.links[*second].name];
-                return Err(Fail::argument(format!("the robot falls apart: neither `{a}` nor `{b}` hangs on a joint"))
-                    .at("", outline.links[*second].line));
+                return Err(Fail::argument(format!(
+                    "the robot is not connected: neither `{a}` nor `{b}` has a parent joint"
+                ))
+                .at("", outline.links[*second].line));
             }
         };
         let mut tree = Tree { bodies: Vec::new(), stiffened: Vec::new() };
@@ -157,7 +160,7 @@ impl Tree {
         }
         if seen < robot.links.len() {
             let lost = above.iter().position(|a| a.is_some_and(|j| !tree.reaches(robot, j))).unwrap_or(root);
-            return Err(Fail::argument(format!("the joints make a ring with the link `{}`", robot.links[lost].name))
+            return Err(Fail::argument(format!("the joints form a loop with the link `{}`", robot.links[lost].name))
                 .at("", outline.links[lost].line));
         }
         Ok(tree)

@@ -239,7 +239,7 @@ fn shape<'a>(
     if own.iter().all(|x| x.is_finite()) && own.symmetric_eigenvalues().min() > 0.0 {
         node.set("shape.inertia", Value::Floats(own.as_slice().to_vec()))?;
     } else if dynamic {
-        report.add("replaced", "its inertia is none that a body can have: that of its form is used", o);
+        report.add("replaced", "its inertia is physically impossible: that of its shape is used", o);
     }
     let [a, b, c, d, e, f] = s.velocity;
     if s.velocity.iter().all(|x| x.is_finite()) && s.velocity.iter().any(|x| *x != 0.0) {

@@ -1,4 +1,5 @@
-//! How things move: what models override, friction, drives and springs of joints, joints that follow others, closed loops.
+//! How things move: what models override, friction, drives and springs of joints, joints that follow others, closed
+//! loops.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -213,7 +214,7 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
     Ok(())
 }
 
-/// What the motor does. The newer way of telling it wins; in the older one the loop counts only while the motor is on.
+/// What the motor does. The newer form wins; in the older one the loop counts only while the motor is on.
 fn control(j: &Joint) -> &'static str {
     match j.control {
         Some(1) => "force",
@@ -229,7 +230,7 @@ fn control(j: &Joint) -> &'static str {
     }
 }
 
-/// A dummy that closes a loop of bodies with another one; both of a pair tell it, and the one with the lower handle counts.
+/// A dummy that closes a loop of bodies with another one; both state it, and the one with the lower handle counts.
 pub fn link(tree: &Tree<'_>, d: &Dummy, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
     if d.link < 0 || d.link_type != 0 {
         return Ok(());

@@ -1,8 +1,9 @@
-//! What stands beside the objects of a file, kept with the scene: collections, collision and distance objects, groups for
-//! inverse kinematics and windows of buttons, for the commands that ask for them; and elements that nobody here understands.
+//! What stands beside the objects of a file, kept with the scene: collections, collision and distance objects, groups
+//! for inverse kinematics and windows of buttons, for the commands that ask for them; and elements that nobody here
+//! understands.
 //!
-//! They are one JSON text under the tag `registered` of the scene's data. Objects are told by their handle in the file, which
-//! those that are meant carry under the tag `handle`; -1 means all objects, or none.
+//! They are one JSON text under the tag `registered` of the scene's data. Objects are given by their handle in the
+//! file, which those that are meant carry under the tag `handle`; -1 means all objects, or none.
 
 use std::collections::BTreeSet;
 

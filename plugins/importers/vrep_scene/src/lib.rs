@@ -1,6 +1,6 @@
 //! Scene and model files of V-REP and CoppeliaSim: `.ttt` and `.ttm`.
 //!
-//! `read` decodes a file and knows nothing of Tatu; `describe` tells what is in it; `build` makes a scene of it.
+//! `read` decodes a file and knows nothing of Tatu; `describe` lists what is in it; `build` makes a scene of it.
 
 #![allow(clippy::unit_arg, reason = "a row of a table of tags is one assignment that may fail")]
 

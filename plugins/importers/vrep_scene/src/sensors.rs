@@ -21,7 +21,7 @@ const FARTHEST: f64 = 1e6;
 /// A proximity sensor.
 pub fn proximity(file: &File, s: &Proximity, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
     let v = &s.volume;
-    // The volume may tell another form; the sensor's own kind wins.
+    // The volume may state another form; the sensor's own kind wins.
     let volume = match s.kind {
         30 => "pyramid",
         31 => "cylinder",

@@ -142,7 +142,7 @@ fn what_cannot_be_is_refused_with_its_place() {
     let lies = Bytes::new().bytes(b"DMY").i32(1_000_000).bytes(&[0; 8]);
     assert_eq!(
         refused(lies),
-        "byte 0 of the unpacked data, in section DMY: the section tells 1000000 bytes, 8 are left"
+        "byte 0 of the unpacked data, in section DMY: the section declares 1000000 bytes, 8 are left"
     );
     assert!(refused(Bytes::new().element("DMY", dummy(1, -1))).contains("ends without `EOF`"));
     let short = object(1, -1, "d").element("Lli", Bytes::new().bytes(&[0; 3])).mark("EOO");

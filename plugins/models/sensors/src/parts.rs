@@ -10,8 +10,8 @@ pub struct Devices;
 /// A quarter turn about y, x y z w, which brings z ahead: sensors look along their z axis.
 pub const Z_AHEAD: [f64; 4] = [0.0, FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2];
 
-/// What the scripts are written for: the last version whose scripts tell by tubes and are called as V-REP's were, so that
-/// a device changes neither manners nor order of the scripts beside it.
+/// The version the scripts are written for: the last whose scripts report by tubes and are called as V-REP's were, so
+/// that a device changes neither manners nor order of the scripts beside it.
 const DIALECT: &str = "4.1";
 
 /// A layer that pictures do not show; V-REP keeps what only collides there.
@@ -59,7 +59,7 @@ pub fn joint<'a>(builder: &Builder<'a>, parent: Node<'a>, alias: &str, at: [f64;
         .set("joint.mode", "kinematic")
 }
 
-/// A ray along the x axis of its parent, which measures only when it is told to: what is nearer than `near` is looked
+/// A ray along the x axis of its parent, which measures only on request: what is nearer than `near` is looked
 /// through, and nothing is seen beyond `range`, m.
 pub fn ray<'a>(builder: &Builder<'a>, parent: Node<'a>, alias: &str, near: f64, range: f64) -> Result<Node<'a>> {
     builder

@@ -1,5 +1,5 @@
-//! Kinematics of robots on wheels: from a velocity of the robot to its joints, and from what its joints did to its motion.
-//! The wheels are those that `object.drive` declares, and none of them slips.
+//! Kinematics of robots on wheels: from a velocity of the robot to its joints, and from what its joints did to its
+//! motion. The wheels are those that `object.drive` declares, and none of them slips.
 //!
 //! Velocities are of the middle of the driven axle: ahead and to the left in m/s, counter-clockwise in rad/s.
 
@@ -28,7 +28,8 @@ enum Form {
     Ackermann {
         wheelbase: f64,
     },
-    /// Of each wheel how much a motion ahead, to the left and about the middle turns it, m/s and m for 1 rad/s of the wheel.
+    /// Of each wheel how much a motion ahead, to the left and about the middle turns it, m/s and m for 1 rad/s of the
+    /// wheel.
     Omni(Vec<[f64; 3]>),
 }
 
@@ -63,7 +64,7 @@ impl Stand {
         use std::f64::consts::TAU;
         let speeds = self.speeds.iter().zip(&before.speeds).map(|(a, b)| (a + b) / 2.0);
         let ways = self.driven.iter().zip(&before.driven).map(|(now, then)| now - then);
-        // As many whole turns as the speeds tell.
+        // As many whole turns as the speeds imply.
         ways.zip(speeds).map(|(way, speed)| way + TAU * ((speed * dt - way) / TAU).round()).collect()
     }
 }
@@ -119,8 +120,8 @@ impl Drivetrain {
         Ok(Some(Drivetrain { form, driven, steering, radius, track, axle: number("axle") }))
     }
 
-    /// Sets the joints' targets so that it moves at a velocity, as far as it can: a differential drive never to the left, a
-    /// steered one not on the spot.
+    /// Sets the joints' targets so that it moves at a velocity, as far as it can: a differential drive never to the
+    /// left, a steered one not on the spot.
     pub fn drive(&self, world: &World<'_>, p: &Props, twist: [f64; 3]) -> Result {
         let angles = self.angles(twist);
         for (wheel, angle) in self.steering.iter().zip(&angles) {
@@ -207,7 +208,7 @@ fn wheel(world: &World<'_>, base: tatu_object, path: ValueRef<'_>) -> Result<Whe
     let (path, sign) = text.strip_prefix('-').map_or((&*text, 1.0), |path| (path, -1.0));
     let joint = world.find(base, path).map_err(|_| {
         Fail::missing(format!("the drive's joint `{path}` is not there"))
-            .help("paths of `object.drive` are seen from its object")
+            .help("paths of `object.drive` are relative to its object")
     })?;
     Ok(Wheel { joint, sign })
 }
@@ -264,7 +265,7 @@ mod tests {
     #[test]
     fn whole_turns_are_counted() {
         let stand = |at: f64| Stand { driven: vec![at], speeds: vec![100.0], steered: vec![] };
-        // From 3 rad on by 5 rad, of which the joint tells what is over after a turn.
+        // From 3 rad on by 5 rad, of which the joint reports the remainder after whole turns.
         let turns = stand(8.0 - std::f64::consts::TAU).turns_since(&stand(3.0), 0.05);
         assert!((turns[0] - 5.0).abs() < 1e-12, "{turns:?}");
     }

@@ -175,7 +175,7 @@ fn what_cannot_cross_is_told_with_its_place() {
     let e = s.function("deep", &[]).unwrap_err();
     assert!(e.text.ends_with("the table is nested deeper than 32"), "{e:?}");
     let e = s.function("key", &[]).unwrap_err();
-    assert!(e.text.contains("neither text, number nor truth value"), "{e:?}");
+    assert!(e.text.contains("is not a text, number or boolean"), "{e:?}");
 }
 
 #[test]

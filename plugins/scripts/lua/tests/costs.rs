@@ -1,5 +1,5 @@
-//! What a call of each function of the standard library costs: docs/reference/script-costs.md has a row for each function,
-//! and no call goes on for long without asking the budget.
+//! What a call of each function of the standard library costs: docs/reference/script-costs.md has a row for each
+//! function, and no call goes on for long without asking the budget.
 #![allow(missing_docs)]
 
 mod common;
@@ -154,7 +154,7 @@ fn hostile_calls_end_with_an_error() {
         let e = s.init().expect_err(text);
         assert!([TATU_ERR_BUDGET, TATU_ERR_MEMORY].contains(&e.code), "{text}: {e:?}");
         assert!(e.code == TATU_ERR_MEMORY || e.text.contains("used up its 4000000 instructions"), "{text}: {e:?}");
-        // What an instruction does in C can be told at the next one only.
+        // What an instruction does in C can be noticed at the next one only.
         assert!(s.used.get() < 3 * BUDGET, "{text}: {}", s.used.get());
         // Others go on.
         let other = h.load("function f() return 1 end");

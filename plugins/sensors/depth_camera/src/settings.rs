@@ -33,7 +33,7 @@ pub struct Settings {
     pub skip_own_model: bool,
     /// Whether colours are taken.
     pub color: bool,
-    /// Whether points are told, and angles of incidence.
+    /// Whether points are reported, and angles of incidence.
     pub points: bool,
     pub incidence: bool,
     /// What a pixel without a depth gets: infinity or 0.

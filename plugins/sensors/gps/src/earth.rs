@@ -47,7 +47,8 @@ impl Place {
             reduced = libm::atan2((1.0 - F) * s, c);
         }
         let (s, c) = libm::sincos(latitude);
-        // Good at the poles too, unlike p / cos - n: Bowring, "The accuracy of geodetic latitude and height equations", 1985.
+        // Good at the poles too, unlike p / cos - n: Bowring, "The accuracy of geodetic latitude and height equations",
+        // 1985.
         let altitude = p * c + z * s - A * (1.0 - E2 * s * s).sqrt();
         Place { latitude, longitude: libm::atan2(y, x), altitude }
     }
@@ -108,7 +109,7 @@ mod tests {
     fn the_example_of_epsg_for_geocentric_coordinates() {
         assert!(apart(example().to_ecef(), EXAMPLE_ECEF) < 1e-3);
         let back = Place::from_ecef(EXAMPLE_ECEF);
-        // 0.001" is 31 mm of latitude, which is what the example's digits tell.
+        // 0.001" is 31 mm of latitude, which is the precision of the example.
         assert!((back.latitude - example().latitude).abs() < 1e-9, "{back:?}");
         assert!((back.longitude - example().longitude).abs() < 1e-9);
         assert!((back.altitude - 73.0).abs() < 1e-3);
@@ -126,7 +127,7 @@ mod tests {
 
     #[test]
     fn axes_end_where_the_ellipsoid_does() {
-        // The shorter half axis as NGA.STND.0036 tells it, derived: 6 356 752.3142 m.
+        // The semi-minor axis as NGA.STND.0036 states it, derived: 6 356 752.3142 m.
         assert!((B - 6_356_752.314_2).abs() < 1e-4);
         assert!(apart(degrees(0.0, 0.0, 0.0).to_ecef(), [A, 0.0, 0.0]) < 1e-9);
         assert!(apart(degrees(90.0, 0.0, 10.0).to_ecef(), [0.0, 0.0, B + 10.0]) < 1e-8);

@@ -22,7 +22,7 @@ pub struct Laser {
     directions: Vec<[f64; 3]>,
 }
 
-/// What one beam tells.
+/// What one beam measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Echo {
     distance: f64,
@@ -42,11 +42,11 @@ impl Laser {
         Laser { directions: angles.iter().copied().map(direction).collect(), angles, settings }
     }
 
-    /// What a beam tells of a surface at `distance` with this unit normal and colour.
+    /// What a beam measures of a surface at `distance` with this unit normal and colour.
     ///
     /// The strength is that of the lidar equation for a matt (Lambertian) surface that catches the whole spot: it goes
     /// with reflectivity, the cosine of the incidence and 1/r². Reflectivity is the mean of red, green and blue, since
-    /// the scene tells nothing of infrared.
+    /// the scene has no infrared properties.
     fn echo(&self, direction: [f64; 3], distance: f64, normal: [f64; 3], color: [u8; 3]) -> Echo {
         if !self.is_told(distance) {
             return Echo::NONE;
@@ -62,7 +62,7 @@ impl Laser {
         distance.is_finite() && distance >= self.settings.min_range
     }
 
-    /// What beams tell that meet nothing, if it is not infinity.
+    /// What beams report that hit nothing, if it is not infinity.
     fn tell_nothing(&self, out: &mut Readout<'_>) {
         if self.settings.none_as_max {
             let range = self.settings.range;

@@ -142,7 +142,7 @@ impl Sensor for Proximity {
         Ok(())
     }
 
-    /// The point lies as far away as the distance says, once noise has changed that; without a detection nothing is told.
+    /// The point lies as far away as the distance says, once noise has changed that; there is none without a detection.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         if out.i32(DETECTED)[0] == 0 {
             // What was met and lost is forgotten; where nothing was met there is nothing to forget.

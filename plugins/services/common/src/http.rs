@@ -50,7 +50,7 @@ impl Request {
                 return Ok(request);
             }
             if bytes.len() > MOST_HEAD || begin.elapsed() > HEAD_TIME {
-                return Err(io::Error::new(io::ErrorKind::InvalidData, "a head that does not end"));
+                return Err(io::Error::new(io::ErrorKind::InvalidData, "a header that does not end"));
             }
         }
     }

@@ -1,8 +1,9 @@
 //! A port of this machine that serves files and WebSockets.
 //!
-//! Who connects must name the address that it reached (`Host`), a page must come from here (`Origin`) or from where it is
-//! expected, and a WebSocket must bring the token if one is asked for. All else costs only whoever sends it: heads, messages, connections and times have bounds. Each
-//! connection has a thread of its own, which never touches a world: what comes in waits in an inbox.
+//! Who connects must name the address that it reached (`Host`), a page must come from here (`Origin`) or from where it
+//! is expected, and a WebSocket must bring the token if one is asked for. All else costs only whoever sends it: heads,
+//! messages, connections and times have bounds. Each connection has a thread of its own, which never touches a world:
+//! what comes in waits in an inbox.
 
 use std::{
     collections::VecDeque,
@@ -110,7 +111,7 @@ fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 /// A text that nobody guesses.
 pub fn token() -> io::Result<String> {
     let mut bytes = [0; 16];
-    getrandom::fill(&mut bytes).map_err(|e| io::Error::other(format!("no random numbers: {e}")))?;
+    getrandom::fill(&mut bytes).map_err(|e| io::Error::other(format!("random numbers are not available: {e}")))?;
     Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
 }
 
@@ -236,10 +237,10 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
         _ if !shared.settings.token => Rights::Act,
         Some(t) if same(t, &shared.tokens[0]) => Rights::Act,
         Some(t) if same(t, &shared.tokens[1]) => Rights::Look,
-        _ => return refuse(&mut stream, "401 Unauthorized", "the token is missing, or it is another one's\n"),
+        _ => return refuse(&mut stream, "401 Unauthorized", "the token is missing or wrong\n"),
     };
     let Some(key) = request.header("sec-websocket-key") else {
-        return refuse(&mut stream, "426 Upgrade Required", "a WebSocket is expected here\n");
+        return refuse(&mut stream, "426 Upgrade Required", "expected a WebSocket here\n");
     };
     let accept = derive_accept_key(key.as_bytes());
     let head = format!(
@@ -249,7 +250,7 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
     talk(stream, role, shared)
 }
 
-/// Equal, in a time that does not tell where they differ.
+/// Equal, in a time that does not depend on where they differ.
 fn same(a: &str, b: &str) -> bool {
     a.len() == b.len() && a.bytes().zip(b.bytes()).fold(0, |sum, (x, y)| sum | (x ^ y)) == 0
 }

@@ -88,7 +88,8 @@ impl Listener {
             Err(e) => of_clients.log(TATU_LOG_WARNING, &format!("jsonl: client {number}: {e}")),
         };
         let port = Port::open(port, "jsonl", MOST_CLIENTS, serve).map_err(|e| {
-            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
+            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
+                .help("choose another `port`; 0 means any free port")
         })?;
         session.log(TATU_LOG_INFO, &format!("jsonl: listening on {}", port.address));
         Ok(Listener { arrivals, port: Some(port) })

@@ -57,7 +57,7 @@ impl Message {
     pub fn refusal(&self, token: &str) -> Option<Message> {
         let text = match &self.ask {
             Ok(Ask::Token(said)) if said == token || token.is_empty() => return None,
-            Ok(_) if !token.is_empty() => "this service asks for a token first",
+            Ok(_) if !token.is_empty() => "this service requires a token first",
             Err(fail) if self.no_json => {
                 let fail = Fail::argument(format!("the first line is {}: the connection is closed", fail.text()));
                 return Some(Message::wrong(fail.help("send one JSON object a line; this is no web server")));
@@ -78,13 +78,13 @@ impl Message {
 fn ask(json: &Json) -> Result<Ask> {
     let help =
         "send {\"id\": 1, \"call\": \"name\", \"args\": []}, or one of stepping, step, request, state, events, world";
-    let object = json.as_object().ok_or_else(|| Fail::argument("a message is a JSON object").help(help))?;
+    let object = json.as_object().ok_or_else(|| Fail::argument("a message must be a JSON object").help(help))?;
     if let Some(other) = object.keys().find(|k| !ASKS.contains(&k.as_str()) && !["id", "args"].contains(&k.as_str())) {
         return Err(Fail::argument(format!("unknown key `{other}`")).help(help));
     }
     let mut found = ASKS.iter().filter_map(|k| object.get(*k).map(|v| (*k, v)));
     let (Some((key, value)), None) = (found.next(), found.next()) else {
-        return Err(Fail::argument(format!("a message has exactly one of {}", ASKS.join(", "))).help(help));
+        return Err(Fail::argument(format!("a message must have exactly one of {}", ASKS.join(", "))).help(help));
     };
     let wrong = |what: &str| Fail::argument(format!("`{key}`: expected {what}, found {value}"));
     let truth = || value.as_bool().ok_or_else(|| wrong("true or false"));
@@ -120,7 +120,7 @@ fn ask(json: &Json) -> Result<Ask> {
     })
 }
 
-/// The line that tells an error.
+/// The line that reports an error.
 pub fn error(id: &Json, fail: &Fail) -> Json {
     let mut error = json!({ "code": fail.code(), "text": fail.text() });
     if let Some(help) = fail.help_text() {

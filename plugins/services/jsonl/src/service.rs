@@ -25,7 +25,7 @@ pub struct JsonLines {
     pub(crate) time: Prop,
 }
 
-/// Lines of one client that are handled in one turn; the others have theirs before its next ones.
+/// Lines of one client that are processed in one turn; the others have theirs before its next ones.
 const AT_ONCE: usize = 1000;
 
 /// The service.
@@ -35,7 +35,7 @@ pub struct Jsonl {
     time: Prop,
     /// Clients to wait for before the first step.
     wait_for: i64,
-    /// How many have told whether they step.
+    /// How many have said whether they step.
     greeted: Cell<i64>,
     next_token: Cell<u64>,
 }
@@ -63,7 +63,7 @@ struct Guest {
     until: Option<(Json, u64)>,
     /// The next line, taken out of the queue before its world's turn.
     next: Option<Message>,
-    /// All that it sent has been handled, and no more will come.
+    /// All that it sent has been processed, and no more will come.
     over: bool,
 }
 
@@ -120,7 +120,7 @@ impl Service for Jsonl {
             if guest.world >= worlds {
                 guest.world = 0;
             }
-            // What only tells how the client stands to the world needs no turn of its world.
+            // What only concerns the client's relation to the world needs no turn of its world.
             while guest.world != here && guest.until.is_none() {
                 guest.next = guest.next.take().or_else(|| guest.client.next_line());
                 match guest.next.take_if(|m| matches!(m.ask, Ok(Ask::Stepping(_) | Ask::World(_)))) {

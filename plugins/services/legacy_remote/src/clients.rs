@@ -16,7 +16,7 @@ const MOST_ERRORS: usize = 50;
 
 /// A client.
 pub struct Client {
-    /// What it is to be told.
+    /// What is to be sent to it.
     pub out: Arc<Outbox>,
     /// Its newest message.
     pub id: i32,
@@ -76,7 +76,7 @@ impl Client {
             self.parts.insert(key.clone(), Vec::new());
         }
         let data = self.parts.get_mut(&key).filter(|d| d.len() == at);
-        let data = data.ok_or_else(|| Fail::argument("a part of a command whose beginning is not there"))?;
+        let data = data.ok_or_else(|| Fail::argument("a part of a command whose first part is missing"))?;
         data.extend_from_slice(&command.data);
         if data.len() > crate::packet::MOST {
             self.parts.remove(&key);

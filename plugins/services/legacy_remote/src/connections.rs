@@ -1,5 +1,5 @@
-//! Sockets: each connection has a thread that answers every message at once, with what the world did since, or with nothing
-//! but a head. What comes in waits for the barrier.
+//! Sockets: each connection has a thread that answers every message at once, with what the world did since, or with
+//! nothing but a head. What comes in waits for the barrier.
 
 use std::{
     collections::BTreeMap,
@@ -30,7 +30,7 @@ const PATIENCE: Duration = Duration::from_millis(20);
 /// A client that takes nothing for so long has gone. One that says nothing keeps its connection.
 const WRITING: Duration = Duration::from_secs(5);
 
-/// What connections tell.
+/// What connections report.
 pub enum Event {
     /// A client has come.
     Come(u64, Arc<Outbox>),
@@ -40,7 +40,7 @@ pub enum Event {
     Gone(u64, Option<String>),
 }
 
-/// What a client is to be told.
+/// What is to be sent to a client.
 #[derive(Default)]
 pub struct Outbox {
     state: Mutex<Waiting>,
@@ -104,7 +104,7 @@ struct Shared {
 }
 
 impl Ports {
-    /// Ports of which nobody listens to any yet, and what their connections tell.
+    /// Ports of which nobody listens to any yet, and what their connections report.
     pub fn new(session: Session) -> (Ports, Receiver<Event>) {
         let (events, told) = channel();
         let (events, world, numbers) = (Mutex::new(events), Mutex::default(), AtomicU64::new(1));

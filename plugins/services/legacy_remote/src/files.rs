@@ -1,6 +1,6 @@
 //! Files that clients transfer: into a folder of their own, under names without folders.
 //!
-//! An input log tells by which name a file was loaded, or was to be, not what it held. So such a file stays in the folder,
+//! An input log has the name by which a file was to be loaded, not its content. So such a file stays in the folder,
 //! and so does what lies beside it; erased is then its name alone. No file that another run left is replaced.
 
 use std::{collections::BTreeMap, fs, io, path::PathBuf};
@@ -54,7 +54,7 @@ impl Files {
         }
         if LIBRARIES.contains(&parts(name).1.to_lowercase().as_str()) {
             return Err(Fail::unsupported(format!("`{name}` is a native library, and those are not transferred"))
-                .help("who runs the simulator puts plugins in place"));
+                .help("plugins are installed by whoever runs the simulator"));
         }
         let mut folder = Folder::open(turn)?;
         let known = self.names.len() - usize::from(self.names.contains_key(name));
@@ -123,7 +123,7 @@ impl Folder {
         let path = turn.file(FOLDER.as_bytes(), TATU_FILE_WRITE)?;
         let path = PathBuf::from(String::from_utf8_lossy(&path).into_owned());
         let fail = |e: io::Error| {
-            Fail::new(format!("the folder `{FOLDER}` for transferred files cannot be made or read: {e}"))
+            Fail::new(format!("the folder `{FOLDER}` for transferred files cannot be created or read: {e}"))
         };
         fs::create_dir_all(&path).map_err(fail)?;
         Folder::read(path).map_err(fail)
@@ -138,7 +138,8 @@ impl Folder {
         Ok(Folder { path, files })
     }
 
-    /// A file that is there and holds the same. Whatever number the library drew, what it has loaded again is kept once.
+    /// A file that is there and holds the same. Whatever number the library drew, what it has loaded again is kept
+    /// once.
     fn same(&self, name: &str, bytes: &[u8], except: Option<&str>) -> Result<Option<String>> {
         let name = with_ending(name, bytes);
         let (stem, ending) = parts(&name);
@@ -189,7 +190,7 @@ impl Folder {
 fn room(files: usize, all: u64, more: u64) -> Result {
     let help = "erase files that are not needed; those of earlier runs, and loaded ones, are removed by hand";
     if files >= MOST_FILES {
-        return Err(Fail::new(format!("there are {files} transferred files: {MOST_FILES} are the most")).help(help));
+        return Err(Fail::new(format!("there are {files} transferred files: {MOST_FILES} is the limit")).help(help));
     }
     if all.saturating_add(more) > MOST_IN_ALL {
         let text = format!("the folder `{FOLDER}` holds {all} bytes, {more} more are over its {MOST_IN_ALL}");
@@ -206,8 +207,8 @@ fn checked(name: &[u8]) -> Result<&str> {
         _ => {
             let name = String::from_utf8_lossy(name).escape_debug().take(2 * LONGEST).collect::<String>();
             Err(Fail::argument(format!(
-                "`{name}` is no name for a transferred file: one of 1 to {LONGEST} bytes is expected, without folders \
-                 (no / \\ :), that begins with no dot and holds no control character"
+                "`{name}` is not a valid name for a transferred file: expected 1 to {LONGEST} bytes, without folders \
+                 (no / \\ :), a leading dot or control characters"
             )))
         }
     }

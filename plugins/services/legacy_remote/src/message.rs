@@ -73,7 +73,7 @@ fn u16_at(bytes: &[u8], at: usize) -> u16 {
 /// Reads a message.
 pub fn read(bytes: &[u8]) -> io::Result<(Head, Vec<Command>)> {
     if bytes.len() < HEAD {
-        return Err(wrong("a message without a head"));
+        return Err(wrong("a message without a header"));
     }
     let head = Head { id: i32_at(bytes, 3), time: i32_at(bytes, 7) };
     let (mut commands, mut rest) = (Vec::new(), &bytes[HEAD..]);
@@ -84,7 +84,7 @@ pub fn read(bytes: &[u8]) -> io::Result<(Head, Vec<Command>)> {
         let (size, full) = (i32_at(rest, 0) as usize, i32_at(rest, 4) as usize);
         let of = usize::from(u16_at(rest, 8));
         if size < COMMAND + of || size > rest.len() {
-            return Err(wrong("a command whose size cannot be"));
+            return Err(wrong("a command of impossible size"));
         }
         commands.push(Command {
             code: i32_at(rest, 14) as u32,

@@ -4,7 +4,7 @@ use std::io::{self, Read, Write};
 
 /// Bytes of a packet that is sent, its head apart.
 const PAYLOAD: usize = 30_000;
-/// Bytes of a message that is taken: more than of the largest file, so that one that is too large is told.
+/// Bytes of a message that is taken: more than of the largest file, so that one that is too large is reported.
 pub const MOST: usize = 66 << 20;
 
 /// Why a message was not taken.
@@ -21,8 +21,8 @@ pub fn read(stream: &mut impl Read) -> io::Result<Vec<u8>> {
         let word = |at: usize| u16::from_le_bytes([head[at], head[at + 1]]);
         match word(0) {
             1 => {}
-            0x100 => return Err(wrong("a client whose bytes are in the other order")),
-            _ => return Err(wrong("no packet of the remote API")),
+            0x100 => return Err(wrong("a client of the opposite byte order")),
+            _ => return Err(wrong("not a packet of the remote API")),
         }
         let (len, more) = (usize::from(word(2)), word(4));
         if len == 0 || message.len() + len > MOST {

@@ -1,5 +1,5 @@
-//! What is done at the barrier: commands of clients, in order of connection, each client's in order of arrival; then what
-//! they asked for again and again.
+//! What is done at the barrier: commands of clients, in order of connection, each client's in order of arrival; then
+//! what they asked for again and again.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -80,7 +80,8 @@ impl Service for Remote {
         let port = params.i64("port")? as u16;
         let (ports, events) = Ports::new(session.clone());
         let listener = ports.open(port).map_err(|e| {
-            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
+            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
+                .help("choose another `port`; 0 means any free port")
         })?;
         session.log(TATU_LOG_INFO, &format!("legacy_remote: listening on {}", listener.address));
         let (clients, of_scripts) = (BTreeMap::new(), BTreeMap::new());
@@ -148,7 +149,7 @@ impl Remote {
 }
 
 impl State {
-    /// What connections told.
+    /// What connections reported.
     fn hear(&mut self, session: &Session) {
         while let Ok(event) = self.events.try_recv() {
             match event {

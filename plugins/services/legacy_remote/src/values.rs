@@ -41,7 +41,7 @@ impl<'a> In<'a> {
     }
     /// A text that ends with zero.
     pub fn text(&mut self) -> Result<Vec<u8>> {
-        let end = self.0.iter().position(|b| *b == 0).ok_or_else(|| Fail::argument("a text has no end"))?;
+        let end = self.0.iter().position(|b| *b == 0).ok_or_else(|| Fail::argument("a text is not terminated"))?;
         let text = self.take(end)?.to_vec();
         self.take(1)?;
         Ok(text)
@@ -107,7 +107,7 @@ pub fn int(value: Option<&Value>) -> Result<i64> {
         Some(Value::Float(x)) => Ok(*x as i64),
         Some(Value::Bool(b)) => Ok(i64::from(*b)),
         Some(Value::Object(o)) => Ok((*o & 0xF_FFFF) as i64),
-        _ => Err(Fail::missing("it gives no integer")),
+        _ => Err(Fail::missing("it returns no integer")),
     }
 }
 
@@ -125,7 +125,7 @@ pub fn floats(value: Option<&Value>) -> Result<Vec<f64>> {
         Some(Value::Floats(all)) => Ok(all.clone()),
         Some(Value::Ints(all)) => Ok(all.iter().map(|i| *i as f64).collect()),
         Some(Value::List(all)) => all.iter().map(|v| float(Some(v))).collect(),
-        _ => Err(Fail::missing("it gives no numbers")),
+        _ => Err(Fail::missing("it returns no numbers")),
     }
 }
 
@@ -133,6 +133,6 @@ pub fn floats(value: Option<&Value>) -> Result<Vec<f64>> {
 pub fn bytes(value: Option<&Value>) -> Result<&[u8]> {
     match value {
         Some(Value::Text(b) | Value::Bytes(b)) => Ok(b),
-        _ => Err(Fail::missing("it gives no text")),
+        _ => Err(Fail::missing("it returns no text")),
     }
 }

@@ -83,7 +83,7 @@ impl State {
                 if let Some(peer) = self.peers.get_mut(&number) {
                     peer.subscribe(topic.clone(), wish, ros);
                 }
-                // What is known already is told at once, to whoever has just come as well.
+                // What is known already is sent at once, also to a client that has just connected.
                 self.told.remove(&topic);
             }
             Ask::Unsubscribe { topic, id } => peer.unsubscribe(&topic, id.as_deref()),
@@ -125,7 +125,7 @@ impl State {
         }
         if let Some(known) = self.topics.get(topic) {
             return Err(Fail::unsupported(format!(
-                "{topic} ({}) is what the scene tells: nobody else publishes it",
+                "{topic} ({}) is published by the scene, and by nobody else",
                 known.kind
             )));
         }

@@ -39,7 +39,7 @@ pub fn node(value: &Value, plain: &str, ros: Ros) -> Result<Node> {
         Value::Map(entries) => entries,
         Value::List(all) if all.is_empty() => &[],
         Value::Nil => &[],
-        _ => return Err(Fail::argument(format!("a message of the type {plain} is a table"))),
+        _ => return Err(Fail::argument(format!("a message of the type {plain} must be a table"))),
     };
     for (key, _) in entries {
         let known = matches!(key, Value::Text(k) if find(fields, plain, ros, &String::from_utf8_lossy(k)).is_some());
@@ -155,7 +155,7 @@ fn stamp(whole: i64, nanos: i64, ros: Ros) -> Node {
 }
 
 impl Node {
-    /// As JSON: bytes in base64, null for what is no finite number.
+    /// As JSON: bytes in base64, null for what is not a finite number.
     pub fn json(&self) -> Json {
         let float = |x: f64| Number::from_f64(x).map_or(Json::Null, Json::Number);
         match self {
@@ -217,7 +217,7 @@ pub fn value(json: &Json, plain: &str, ros: Ros) -> Result<Value> {
     let entries = match json {
         Json::Object(entries) => entries,
         Json::Null => &empty,
-        _ => return Err(Fail::argument(format!("a message of the type {plain} is an object"))),
+        _ => return Err(Fail::argument(format!("a message of the type {plain} must be an object"))),
     };
     if let Some(key) = entries.keys().find(|k| find(fields, plain, Ros::Two, k).is_none()) {
         return Err(Fail::argument(format!("{plain} has no field `{key}`")));
@@ -274,7 +274,7 @@ fn read_one(given: Option<&Json>, base: &Base, ros: Ros) -> Result<Value> {
                 v.as_i64().or_else(|| v.as_f64().and_then(whole)).ok_or_else(|| wrong("a whole number"))?
             }
         }),
-        // Null stands for what is no finite number; alone it is a default.
+        // Null stands for what is not a finite number; alone it is a default.
         Base::Float(_) => Value::Float(given.map_or(Ok(0.0), |v| v.as_f64().ok_or_else(|| wrong("a number")))?),
         Base::Text => Value::text(given.map_or(Ok(""), |v| v.as_str().ok_or_else(|| wrong("a text")))?),
         Base::Time => {

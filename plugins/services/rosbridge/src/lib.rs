@@ -1,11 +1,13 @@
 //! rosbridge: clients of ROS on a WebSocket read the sensors of a scene as topics, and steer its robots.
 //!
-//! - `plugin`: the plugin, and keys that are read often; `types`: what messages are made of; `convert`: messages as JSON, CBOR and values;
+//! - `plugin`: the plugin, and keys that are read often; `types`: what messages are made of; `convert`: messages as
+//!   JSON, CBOR and values;
 //! - `robots`: what a scene holds, and how far wheels have driven; `poses`: frames;
-//! - `topics`: which topics there are by themselves; `messages`: what they tell;
+//! - `topics`: which topics there are by themselves; `messages`: what they contain;
 //! - `protocol`: what clients ask; `peers`: what each has asked for; `relay`: what clients offer each other;
 //! - `acts`: what is done for clients; `rosapi`: what there is; `service`: the barrier;
-//! - `scripts`: `simROS` and `simROS2`, by which scripts take part; `times`, `images`, `params`: more of them; `node`: what they have open.
+//! - `scripts`: `simROS` and `simROS2`, by which scripts take part; `times`, `images`, `params`: more of them; `node`:
+//!   what they have open.
 
 mod acts;
 mod convert;

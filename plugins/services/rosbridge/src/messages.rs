@@ -1,4 +1,4 @@
-//! What a scene tells as messages: values with the names of fields that `types` has. What a message leaves out is 0.
+//! What a scene publishes as messages: values by the names of fields in `types`. What a message leaves out is 0.
 
 use tatu_plugin_api::{
     abi::tatu_object,
@@ -41,7 +41,7 @@ impl Source<'_> {
         keys([("stamp", Value::Float(time)), ("frame_id", text(frame))])
     }
 
-    /// How often what a topic tells was measured; none: it is new in each step.
+    /// How often what a topic publishes was measured; none: it is new in each step.
     pub fn sequence(&self, what: What) -> Option<u64> {
         let of = |i: usize, prop: Prop| {
             let id = self.scene.sensors.get(i)?.id;
@@ -101,7 +101,7 @@ impl Source<'_> {
         ])
     }
 
-    /// map > odom > base_link > sensors: what odometry has wrong stands between map and odom, as a localiser tells it.
+    /// map > odom > base_link > sensors: the error of odometry is between map and odom, as with a localizer.
     fn frames(&self) -> Result<Vec<Value>> {
         let mut out = Vec::new();
         for robot in &self.scene.robots {

@@ -1,4 +1,4 @@
-//! What the scripts of a world publish, listen to, offer and ask: kept here, and told to the service by events.
+//! What the scripts of a world publish, listen to, offer and ask: stored here, and passed to the service by events.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -96,7 +96,7 @@ impl Node {
     pub(crate) fn write(&self) -> Result<Vec<u8>> {
         let all = self.all()?;
         if all.open.values().any(|e| e.function.is_some()) {
-            return Err(Fail::unsupported("callbacks that are functions are not written: names of functions are"));
+            return Err(Fail::unsupported("callbacks given as functions cannot be saved: give names of functions"));
         }
         serde_json::to_vec(&*all).map_err(|e| Fail::new(format!("what scripts have open cannot be written: {e}")))
     }

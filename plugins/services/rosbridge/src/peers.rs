@@ -45,7 +45,7 @@ pub struct Peer {
     pub publishes: BTreeSet<String>,
     /// Parts of messages.
     pub fragments: Fragments,
-    /// Whether it is told what goes wrong.
+    /// Whether errors are reported to it.
     pub told: bool,
     /// Fragments that it was sent, counted.
     sent: u64,

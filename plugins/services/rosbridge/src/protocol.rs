@@ -1,4 +1,4 @@
-//! What clients ask, in rosbridge's protocol, version 2: a JSON object in each message, whose `op` tells what it is.
+//! What clients ask, in rosbridge's protocol, version 2: a JSON object in each message, whose `op` says what it is.
 
 use std::collections::BTreeMap;
 
@@ -37,9 +37,9 @@ pub enum Ask {
     Goal { action: String, whole: Json },
     /// It takes a goal back,
     Cancel { id: String, whole: Json },
-    /// tells of one, or ends it.
+    /// reports one, or ends it.
     Progress { id: String, whole: Json, last: bool },
-    /// How much it is told of what goes wrong.
+    /// Which errors are reported to it.
     Level(String),
 }
 
@@ -63,7 +63,7 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
             .get(key)
             .and_then(Json::as_str)
             .map(str::to_owned)
-            .ok_or_else(|| Fail::argument(format!("`{key}` is missing, or it is no text")))
+            .ok_or_else(|| Fail::argument(format!("`{key}` is missing, or is not a text")))
     };
     let or_empty = |key: &str| message.get(key).and_then(Json::as_str).unwrap_or("").to_owned();
     let any = |key: &str| message.get(key).cloned().unwrap_or_else(|| json!({}));
@@ -159,7 +159,9 @@ impl Fragments {
         }
         let whole: String = self.parts.remove(&id).unwrap_or_default().into_values().collect();
         self.bytes = self.bytes.saturating_sub(whole.len());
-        serde_json::from_str(&whole).map(Some).map_err(|e| Fail::argument(format!("the fragments make no JSON: {e}")))
+        serde_json::from_str(&whole)
+            .map(Some)
+            .map_err(|e| Fail::argument(format!("the fragments do not make valid JSON: {e}")))
     }
 }
 

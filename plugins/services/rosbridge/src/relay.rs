@@ -1,5 +1,5 @@
-//! What clients offer each other: topics that they publish, services and actions that they serve. Calls go to whoever serves,
-//! under a number of ours, and answers back to whoever asked.
+//! What clients offer each other: topics that they publish, services and actions that they serve. Calls go to whoever
+//! serves, under a number of ours, and answers back to whoever asked.
 
 use std::collections::BTreeMap;
 
@@ -134,7 +134,7 @@ impl Relay {
         }
     }
 
-    /// A client has gone: who waits for it is told, and what it waited for is dropped.
+    /// A client has disconnected: whoever waits for it gets an error, and what it waited for is dropped.
     pub fn gone(&mut self, peers: &Peers, peer: u64) {
         self.services.retain(|_, (server, _)| *server != peer);
         self.actions.retain(|_, (server, _)| *server != peer);

@@ -1,4 +1,4 @@
-//! What is done at the barrier: what clients ask, in order of connection; then what the scene tells.
+//! What is done at the barrier: what clients ask, in order of connection; then what the scene publishes.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -42,13 +42,13 @@ pub(crate) struct State {
     pub(crate) params: BTreeMap<String, String>,
     pub(crate) scene: Scene,
     pub(crate) topics: BTreeMap<String, Topic>,
-    /// Of each topic how often what it tells was measured when it was told last.
+    /// For each topic, how often its content had been measured when it was last published.
     pub(crate) told: BTreeMap<String, u64>,
     /// Topics that scripts listen to.
     pub(crate) heard: BTreeSet<String>,
     /// Calls of scripts for services of clients: number, service, arguments.
     pub(crate) requests: Vec<(u64, String, Json)>,
-    /// The time for which the scene was told.
+    /// The time for which the scene was published.
     pub(crate) time: Option<f64>,
     /// How long a robot goes on after a command, s.
     pub(crate) patience: f64,
@@ -98,7 +98,8 @@ impl Service for Rosbridge {
             }),
         };
         let listener = Listener::open(settings).map_err(|e| {
-            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
+            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
+                .help("choose another `port`; 0 means any free port")
         })?;
         session.log(TATU_LOG_INFO, &format!("rosbridge: listening on {}", listener.address));
         if token {
@@ -216,7 +217,7 @@ impl State {
         }
     }
 
-    /// What the scene tells after a step: wheels are counted, robots that hear nothing more stop, topics are published.
+    /// What happens after a step: wheels are counted, robots that get no more commands stop, topics are published.
     fn tell(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         let time = turn.f64(0, p.time)?;
         if turn.state() != TATU_RUNNING || self.time == Some(time) {
@@ -243,12 +244,12 @@ impl State {
             let value = {
                 let source = Source { turn, p, scene: &self.scene, time, dt };
                 let sequence = source.sequence(topic.what);
-                // What has not measured yet, or nothing new, tells nothing.
+                // What has not measured yet, or nothing new, publishes nothing.
                 if sequence == Some(0) || sequence.is_some() && self.told.get(&name) == sequence.as_ref() {
                     continue;
                 }
                 self.told.extend(sequence.map(|n| (name.clone(), n)));
-                // A sensor that lacks a field of what is told tells nothing.
+                // A sensor that lacks a field of the message publishes nothing.
                 source.message(topic.what).unwrap_or(None)
             };
             if let Some(value) = value {

@@ -1,4 +1,4 @@
-//! The topics that a scene has by itself. The last part of a name tells what it is; what stands before tells whose it is, as far
+//! The topics that a scene has by itself. The last part of a name says what it is; the part before, whose it is, as far
 //! as there are several.
 
 use std::collections::BTreeMap;
@@ -7,7 +7,7 @@ use tatu_plugin_api::{abi::tatu_object, safe::Turn};
 
 use crate::{Props, robots::Scene};
 
-/// What a topic tells, or what it takes.
+/// What a topic publishes, or what it takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum What {
     /// Simulation time.

@@ -19,7 +19,7 @@ const MOST_DEPTH: usize = 64;
 
 /// Reads a request.
 pub fn read(bytes: &[u8]) -> Result<Request> {
-    let wrong = |why: &str| Fail::argument(format!("the message is no request: {why}"));
+    let wrong = |why: &str| Fail::argument(format!("the message is not a request: {why}"));
     let message: Cbor =
         ciborium::de::from_reader_with_recursion_limit(bytes, MOST_DEPTH).map_err(|e| wrong(&e.to_string()))?;
     let Cbor::Map(entries) = message else { return Err(wrong("a map is expected")) };
@@ -30,7 +30,7 @@ pub fn read(bytes: &[u8]) -> Result<Request> {
             (Some("args"), Cbor::Array(args)) => request.args = args.into_iter().map(value).collect::<Result<_>>()?,
             (Some("uuid"), Cbor::Text(uuid)) => request.uuid = Some(uuid),
             (Some("func" | "args" | "uuid"), _) => {
-                return Err(wrong("`func` and `uuid` are texts, `args` is an array"));
+                return Err(wrong("`func` and `uuid` must be texts, `args` an array"));
             }
             _ => {}
         }
@@ -58,7 +58,7 @@ fn value(cbor: Cbor) -> Result<Value> {
             Value::Map(entries.into_iter().map(|(k, v)| Ok((value(k)?, value(v)?))).collect::<Result<_>>()?)
         }
         Cbor::Tag(_, inner) => value(*inner)?,
-        _ => return Err(Fail::argument("a value of a kind that nobody knows")),
+        _ => return Err(Fail::argument("a value of unknown kind")),
     })
 }
 

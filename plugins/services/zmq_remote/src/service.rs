@@ -23,11 +23,11 @@ use crate::{
 /// The plugin: it offers one service.
 pub struct ZmqRemote;
 
-/// Requests that are handled in one turn.
+/// Requests that are processed in one turn.
 const AT_ONCE: usize = 2000;
 /// How a client answers when a function of it has returned.
 const EXECUTED: &str = "_*executed*_";
-/// The port that clients ask when they are told none.
+/// The default port of clients.
 const PORT: i64 = 23000;
 
 /// The service.
@@ -55,7 +55,8 @@ impl Service for Remote {
         let woken = session.clone();
         let wake = move || woken.wake();
         let (listener, events) = Listener::open(Kind::Reply, port, Box::new(wake)).map_err(|e| {
-            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
+            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
+                .help("choose another `port`; 0 means any free port")
         })?;
         let address = listener.address();
         let counter = match Listener::open(Kind::Publish, address.port().wrapping_add(1), Box::new(|| ())) {
@@ -145,7 +146,8 @@ impl Remote {
         self.state.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the service is in use"))
     }
 
-    /// Does what a client asks. Nothing of the state is borrowed while a command runs: it may call a function of a client.
+    /// Does what a client asks. Nothing of the state is borrowed while a command runs: it may call a function of a
+    /// client.
     fn handle(&self, turn: &Turn<'_>, step: u64, waiting: Waiting) -> Result<()> {
         let Waiting { connection, answer, asked } = waiting;
         let asked = asked.map(|r| {

@@ -34,7 +34,7 @@ pub(crate) struct State {
     pub waits: BTreeMap<u64, Pending>,
     pub next_token: u64,
     pub functions: Functions,
-    /// The step that listeners of the first protocol were told last.
+    /// The step that was last sent to listeners of the first protocol.
     pub told: Option<u64>,
     pub events: Receiver<Event>,
     /// Last, so that what waits is let go before connections end.
@@ -95,14 +95,14 @@ pub(crate) fn gone() -> Fail {
 }
 
 impl State {
-    /// What connections told.
+    /// What connections reported.
     pub fn hear(&mut self, session: &Session) {
         while let Ok(event) = self.events.try_recv() {
             self.take(session, event);
         }
     }
 
-    /// Waits a little for what connections tell.
+    /// Waits briefly for what connections report.
     pub fn wait(&mut self, session: &Session) {
         if let Ok(event) = self.events.recv_timeout(PATIENCE) {
             self.take(session, event);

@@ -1,8 +1,9 @@
 //! Sockets that speak ZMTP 3 without security (<https://rfc.zeromq.org/spec/23>), as much as a server of requests and a
 //! publisher need.
 //!
-//! Each connection has a thread: it reads a request, hands it on, waits for its answer and writes it. Nothing is allocated on
-//! a peer's word: a frame that claims more than its bound closes its connection, and memory grows as bytes come.
+//! Each connection has a thread: it reads a request, hands it on, waits for its answer and writes it. Nothing is
+//! allocated on a peer's word: a frame that claims more than its bound closes its connection, and memory grows as bytes
+//! come.
 
 use std::{
     collections::BTreeMap,
@@ -35,7 +36,7 @@ const MORE: u8 = 1;
 const LONG: u8 = 2;
 const COMMAND: u8 = 4;
 
-/// What connections tell.
+/// What connections report.
 pub enum Event {
     /// A request; its answer goes into `answer`.
     Request {
@@ -84,7 +85,7 @@ fn wrong(why: &str) -> io::Error {
 }
 
 impl Listener {
-    /// Listens on 127.0.0.1; what comes in is told by the receiver, and `wake` is called then.
+    /// Listens on 127.0.0.1; what comes in is passed to the receiver, and `wake` is called then.
     pub fn open(kind: Kind, port: u16, wake: Box<dyn Fn() + Send + Sync>) -> io::Result<(Listener, Receiver<Event>)> {
         let (events, told) = channel();
         let (waiting, audience) = (AtomicUsize::new(0), Mutex::default());
@@ -197,7 +198,7 @@ fn greet(stream: &mut TcpStream, kind: Kind) -> io::Result<()> {
     let mut theirs = [0_u8; 64];
     stream.read_exact(&mut theirs)?;
     if theirs[0] != 0xFF || theirs[9] & 1 == 0 || theirs[10] < 3 || theirs[12..32] != ours[12..32] {
-        return Err(wrong("no greeting of ZeroMQ 4 without security"));
+        return Err(wrong("not a greeting of ZeroMQ 4 without security"));
     }
     let kind: &[u8] = if kind == Kind::Reply { b"ROUTER" } else { b"PUB" };
     let mut ready = b"\x05READY\x0bSocket-Type\0\0\0".to_vec();
@@ -206,7 +207,7 @@ fn greet(stream: &mut TcpStream, kind: Kind) -> io::Result<()> {
     stream.write_all(&[&[COMMAND, ready.len() as u8][..], &ready].concat())?;
     let (flags, body) = frame(stream, u64::from(u16::MAX))?;
     if flags & COMMAND == 0 || !body.starts_with(b"\x05READY") {
-        return Err(wrong("the first frame is no READY"));
+        return Err(wrong("the first frame is not READY"));
     }
     Ok(())
 }
@@ -217,7 +218,7 @@ fn frame(stream: &mut impl Read, most: u64) -> io::Result<(u8, Vec<u8>)> {
     stream.read_exact(&mut head)?;
     let flags = head[0];
     if flags & !(MORE | LONG | COMMAND) != 0 {
-        return Err(wrong("a frame has flags that nobody knows"));
+        return Err(wrong("a frame has unknown flags"));
     }
     let len = if flags & LONG != 0 {
         let mut len = [0_u8; 8];
@@ -228,7 +229,7 @@ fn frame(stream: &mut impl Read, most: u64) -> io::Result<(u8, Vec<u8>)> {
         u64::from(head[0])
     };
     if len > most {
-        return Err(wrong(&format!("a frame claims {len} bytes, {most} at most are taken")));
+        return Err(wrong(&format!("a frame claims {len} bytes, at most {most} are accepted")));
     }
     let mut body = Vec::new();
     if stream.take(len).read_to_end(&mut body)? as u64 != len {

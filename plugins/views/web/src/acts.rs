@@ -56,7 +56,7 @@ pub fn call(turn: &Turn<'_>, name: &str, args: &[Json]) -> Result<Json> {
     let args = args.iter().map(json::read).collect::<Result<Vec<_>>>()?;
     match turn.call(name, &args, 0)? {
         Called::Done(values) => Ok(values.iter().map(json::write).collect()),
-        Called::Waits => Err(Fail::unsupported(format!("`{name}` waits: a page does not"))),
+        Called::Waits => Err(Fail::unsupported(format!("`{name}` waits, which a page cannot do"))),
     }
 }
 
@@ -134,6 +134,8 @@ pub fn request(name: &str) -> Result<u32> {
         "pause" => TATU_REQUEST_PAUSE,
         "stop" => TATU_REQUEST_STOP,
         "quit" => TATU_REQUEST_QUIT,
-        other => return Err(Fail::argument(format!("`{other}` is no request: start, pause, stop and quit are"))),
+        other => {
+            return Err(Fail::argument(format!("`{other}` is not a request: expected start, pause, stop or quit")));
+        }
     })
 }

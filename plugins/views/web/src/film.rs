@@ -1,4 +1,5 @@
-//! A run as a film: what clients would be sent is recorded, in full precision, and written as a page that needs no server.
+//! A run as a film: what clients would be sent is recorded, in full precision, and written as a page that needs no
+//! server.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -26,7 +27,7 @@ use crate::{
 /// Simulated time between readings, and between drawings, in s.
 const READINGS: f64 = 0.1;
 const DRAWINGS: f64 = 1.0;
-/// Compressed bytes of a recording; what comes later is left out, and told.
+/// Compressed bytes of a recording; what comes later is dropped, and reported.
 const MOST: usize = 500 << 20;
 /// Events that the film shows.
 const EVENTS: &[&str] = &["message", "console", "script_error", "started", "stopped"];
@@ -67,7 +68,7 @@ impl Service for Film {
     fn start(plugin: &WebPage, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let file = PathBuf::from(params.string("page")?);
         film_page::check()?;
-        // What cannot be written is told before anything has run.
+        // What cannot be written is reported before anything has run.
         let made = File::options().append(true).create(true).open(&file);
         made.map_err(|e| Fail::new(format!("`{}` cannot be written: {e}", file.display())))?;
         Ok(Film { p: plugin.p, session, file, state: RefCell::default() })
@@ -86,7 +87,7 @@ impl Service for Film {
             state.begin();
         }
         let payload = payload.to_value().map_or(Json::Null, |v| json::write(&v));
-        // Events are told when their stage is over, before the next frame.
+        // Events are delivered when their stage is over, before the next frame.
         if let Ok(time) = turn.f64(0, self.p.time) {
             state.time = time;
         }

@@ -1,9 +1,11 @@
 //! A page in the browser that shows a world and steers it. What it shows and takes: `docs/reference/web-stream.md`.
 //!
-//! - `service`: what is done at the barrier; `show`: what clients are to see; `acts`: what clients ask for; `drop`: files that are dropped;
+//! - `service`: what is done at the barrier; `show`: what clients are to see; `acts`: what clients ask for; `drop`:
+//!   files that are dropped;
 //! - `scene`: the scene as a whole; `frames`: what changed since; `readings`: what sensors, drawings and graphs show;
-//! - `lists`: what is made once for all clients, and how often they may ask; `opened`: how a browser is told the address;
-//! - `plugin`: the plugin, and keys that are read often; `windows`: what scripts opened; `pace`: how fast time passes; `files`: the page itself;
+//! - `lists`: what is made once for all clients, and how often they may ask; `opened`: how a browser gets the address;
+//! - `plugin`: the plugin, and keys that are read often; `windows`: what scripts opened; `pace`: how fast time passes;
+//!   `files`: the page itself;
 //! - `film`: a run is recorded; `film_page`: the page that shows it from a file.
 
 mod acts;

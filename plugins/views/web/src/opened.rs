@@ -1,4 +1,4 @@
-//! How a browser is told the address. The token of whoever may act must not stand among the arguments of a program, which
+//! How a browser gets the address. The token of whoever may act must not stand among the arguments of a program, which
 //! every user of the machine can read: a file that only its owner can read leads there.
 
 use std::{

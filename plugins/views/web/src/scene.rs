@@ -39,7 +39,7 @@ fn schema(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<&'static str> {
         .map(|(name, _)| name)
 }
 
-/// What tells how far and how wide a sensor senses: parameters of such names, of whatever kind it is.
+/// What says how far and how wide a sensor senses: parameters of such names, of whatever kind it is.
 const VOLUME: &[&str] =
     &["volume", "range", "near", "angle", "size_near", "size_far", "radius_near", "radius_far", "height"];
 
@@ -155,8 +155,8 @@ fn parts(turn: &Turn<'_>, id: tatu_object, meshes: &mut BTreeMap<String, Message
     Ok(Json::Array(out))
 }
 
-/// The sum of a mesh, and its message: kind, version, two bytes, the sum as 16 letters, points and triangles counted, f32 each
-/// number of the points, u32 each place of a triangle.
+/// The sum of a mesh, and its message: kind, version, two bytes, the sum as 16 letters, points and triangles counted,
+/// f32 each number of the points, u32 each place of a triangle.
 fn mesh(points: &[f64], triangles: &[f64]) -> (String, Message) {
     let mut body = Vec::with_capacity(points.len() * 4 + triangles.len() * 4);
     points.iter().for_each(|x| body.extend_from_slice(&(*x as f32).to_le_bytes()));

@@ -313,7 +313,7 @@ impl State {
             return Ok(None);
         }
         if guest.client.role != Rights::Act {
-            return Err(Fail::unsupported("this page may look only"));
+            return Err(Fail::unsupported("this page may only view"));
         }
         if let Some(what) = text("do") {
             self.request(turn, what)?;
@@ -344,7 +344,7 @@ impl State {
             let args = asked.get("args").and_then(Json::as_array).map_or(&[][..], Vec::as_slice);
             return Ok(Some(json!({ "result": acts::call(turn, name, args)?, "of": id })));
         }
-        Err(Fail::argument("a message that asks for nothing known"))
+        Err(Fail::argument("an unknown request"))
     }
 
     fn request(&mut self, turn: &Turn<'_>, what: &str) -> Result {

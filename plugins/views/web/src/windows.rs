@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value as Json, json};
 
-/// The event that tells of them.
+/// The event that reports them.
 pub const EVENT: &str = "ui.window";
 /// Windows that are kept.
 const MOST: usize = 500;
@@ -18,7 +18,7 @@ pub struct Windows {
 }
 
 impl Windows {
-    /// Takes in what an event tells.
+    /// Takes in the content of an event.
     pub fn hear(&mut self, payload: &Json) {
         let act = payload["act"].as_str().unwrap_or("").to_owned();
         let key = (act, payload["window"].as_i64().unwrap_or(0));

@@ -144,7 +144,7 @@ fn names_that_lead_elsewhere_are_refused() {
     {
         for raw in [0x3004, 0x3006] {
             let why = wire.bad(raw, name.as_bytes(), b"text");
-            assert!(why.contains("is no name for a transferred file"), "{name:?}: {why}");
+            assert!(why.contains("is not a valid name for a transferred file"), "{name:?}: {why}");
         }
     }
     wire.bad(0x3004, b"\xff\0", b"text");

@@ -1,4 +1,5 @@
-//! Noise judged by statistics: each judge passes the right model and fails wrong ones. Random numbers come from fixed seeds.
+//! Noise judged by statistics: each judge passes the right model and fails wrong ones. Random numbers come from fixed
+//! seeds.
 
 use super::{judge::*, tests::*};
 
@@ -89,14 +90,14 @@ fn walk(sigma: f64, tau: f64) -> Vec<f64> {
     measured.collect()
 }
 
-/// Whether Allan's deviation is that of Gauss and Markov's process, and rises and falls as it must: with the root of the
-/// time while it is short beside tau, and with one over the root when it is long.
+/// Whether Allan's deviation is that of Gauss and Markov's process, and rises and falls as it must: with the root of
+/// the time while it is short beside tau, and with one over the root when it is long.
 fn is_walk(x: &[f64], sigma: f64, tau: f64) -> Result<(), String> {
     let mut found = Vec::new();
     for m in [10usize, 40, 200, 1000, 4000, 16_000] {
         let t = m as f64 * 0.1;
         let (is, wanted) = (allan(x, m), allan_of_walk(sigma, tau, t));
-        // Of k differences each tells about as much as an independent one: sd 1 / sqrt(2 k) of the deviation, a little
+        // Each of k differences counts about as much as an independent one: sd 1 / sqrt(2 k) of the deviation, a little
         // more since neighbours share an average; 4 of them, and 0.5 % for averages of few samples.
         let close = 4.0 * 1.2 / (2.0 * (x.len() / m - 1) as f64).sqrt() + 0.005;
         if (is / wanted - 1.0).abs() > close {

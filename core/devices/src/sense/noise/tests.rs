@@ -172,14 +172,14 @@ fn what_means_nothing_stays() {
     let mut s = Sensor::new("many.sigma = 1\naltitude.sigma = 1\nposition.sigma = 1", 100, 5);
     s.measure(0.0, |f| f.of(MANY).fill(f64::INFINITY));
     assert!(s.read(MANY).iter().all(|x| *x == f64::INFINITY));
-    // Here the schema names the field that tells: a position of 0 0 0 is one where there is a fix.
+    // Here the schema names the field that marks validity: a position of 0 0 0 is one where there is a fix.
     let mut s = Sensor::new("altitude.sigma = 1\nposition.sigma = 1", 1, 5);
     for detected in [0, 1] {
         s.measure(0.0, |f| f.typed::<i32>(VALID)[0] = detected);
         let stays = (s.read(ALTITUDE) == [0.0], s.read(POSITION) == [0.0; 3]);
         assert_eq!(stays, (detected == 0, detected == 0));
     }
-    // Without such a field, 0 alone tells.
+    // Without such a field, 0 alone marks an invalid value.
     let mut s = Sensor::new("raw.sigma = 100\nmany = { sigma = 1, valid = \"seen\" }", 2, 5);
     s.measure(0.0, |f| {
         f.typed::<u16>(RAW).copy_from_slice(&[0, 1000]);
@@ -201,7 +201,7 @@ fn a_lost_element_is_told_by_value_and_by_field() {
     let lost = s.read(MANY).iter().zip(&seen).filter(|(x, s)| (x.is_infinite(), **s) == (true, 0)).count();
     let kept = s.read(MANY).iter().zip(&seen).filter(|(x, s)| (**x, **s) == (2.0, 1)).count();
     assert!(lost + kept == 1000 && lost.abs_diff(500) < 70, "{lost} {kept}");
-    // A point is lost as a whole, with the one field that tells of it, and then is 0 0 0 as its schema says.
+    // A point is lost as a whole, with the one field that marks it, and then is 0 0 0 as its schema says.
     let mut s = Sensor::new("position.dropout = 0.5", 1, 5);
     let mut lost = 0;
     for i in 0..1000 {
@@ -240,7 +240,7 @@ fn values_stand_on_their_grid() {
         f.typed::<u16>(RAW).copy_from_slice(&[0, 1, 500, 65535, 30_000]);
     });
     assert_eq!(s.read(MANY), [0.0, 0.25, -0.25, 1e17, 7.0]);
-    // 1 / 0.9 = 1.11 is nearest to 9 / 8; 1 / 100 is nearer to 0 than to 1 / 8: too far to be told.
+    // 1 / 0.9 = 1.11 is nearest to 9 / 8; 1 / 100 is nearer to 0 than to 1 / 8: too far to be represented.
     let inf = f32::INFINITY;
     assert_eq!(s.read32(SMALL), [1.0, 8.0 / 9.0, 4.0, inf, inf]);
     let raw = s.fields().typed::<u16>(RAW).to_vec();
@@ -380,7 +380,7 @@ fn what_is_set_later_wins_by_field() {
     let parse = |text: &str| NoiseSpec::parse(text, Some(&kind)).unwrap_or_else(|w| panic!("{}", w.error));
     let preset = parse("latency_s = 1\nmany = { sigma = 1, step = 2 }\nsmall.sigma = 3").over(None).unwrap();
     let set = |text: &str| parse(text).over(Some(&preset));
-    // All that was told of that field, and nothing else.
+    // All settings of that field, and nothing else.
     let changed = set("many.uniform = 4").unwrap();
     assert_eq!(changed.fields["test.many"], FieldNoise { uniform: vec![4.0], ..Default::default() });
     assert_eq!(
@@ -422,7 +422,7 @@ fn what_is_wrong_is_named() {
         ("many = { dropout = 0.1, valid = 3 }", "`valid`: expected the name of a field"),
         ("many = { dropout = 0.1, valid = \"position\" }", "`fix.position` cannot mark valid elements of `test.many`"),
         ("many = { dropout = 0.1, valid = \"many\" }", "names the field itself"),
-        ("many = { sigma = 1, of = \"place\" }", "`test.place` has another shape than `test.many`"),
+        ("many = { sigma = 1, of = \"place\" }", "`test.place` differs in shape from `test.many`"),
         ("many.of = \"other\"", "`of` without `sigma`"),
         ("many.outliers = { sigma = 1 }", "`outliers` without `probability`"),
         ("many.outliers = { probability = 0.1 }", "without `sigma` or `uniform`"),
@@ -436,7 +436,7 @@ fn what_is_wrong_is_named() {
             assert!(told.contains(word), "{text}: `{told}` lacks {word}");
         }
     }
-    // The line is told.
+    // The line is reported.
     let text = "many.sigma = 1\nsmall.sigma = 1\nsmall.step = true";
     let wrong = NoiseSpec::parse(text, Some(&kind)).unwrap_err().in_text(text);
     assert!(wrong.text.starts_with("line 3 of the noise"), "{}", wrong.text);

@@ -44,7 +44,7 @@ fn lift(engine: &mut Rapier, limits: Option<(f64, f64)>) -> JointId {
     engine.add_joint(&desc).unwrap()
 }
 
-/// Reaches its velocity within 0.1 % against gravity, and tells the force it takes: m g.
+/// Reaches its velocity within 0.1 % against gravity, and reports the force it takes: m g.
 #[test]
 fn velocity() {
     let mut engine = engine(0.01);
@@ -110,7 +110,7 @@ fn force_is_mutual() {
     assert!((engine.joint_state(joint).velocity - (b - a)).abs() < 1e-12);
 }
 
-/// Goes to its place no faster than told and holds it; the effort is m g l cos(angle).
+/// Moves to its target no faster than the limit and holds it; the effort is m g l cos(angle).
 #[test]
 fn position() {
     let mut engine = engine(0.01);

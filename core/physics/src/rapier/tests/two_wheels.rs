@@ -20,7 +20,7 @@ pub(super) struct TwoWheels {
     pub joints: [JointId; 4],
 }
 
-/// `tree` tells robots apart; within one, the base touches nothing (as in V-REP's model) and nor do the wheels.
+/// `tree` distinguishes robots; within one, the base touches nothing (as in V-REP's model) and nor do the wheels.
 pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u32) -> TwoWheels {
     let respond = |mask| Respond { mask, tree };
     let across = turned(Vector3::zeros(), Vector3::x(), -FRAC_PI_2);

@@ -78,7 +78,8 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
         let lacks: Vec<&String> = document.asks.iter().filter(|a| !options.allow.contains(a)).collect();
         let lacks: Vec<String> = lacks.into_iter().map(|a| format!("`--allow {a}`")).collect();
         if !lacks.is_empty() {
-            let text = format!("its scripts reach beyond the run, which you may allow: {}", lacks.join(" "));
+            let text =
+                format!("its scripts reach beyond the run, for which you can give permission: {}", lacks.join(" "));
             document.reports.push(text);
         }
         let all: Vec<Override> = set.into_iter().chain(options.set.iter().cloned()).collect();
@@ -92,7 +93,7 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
             }
         }
     }
-    Err(Error::new("E102", "the settings of model parameters change which models there are"))
+    Err(Error::new("E102", "model parameters that are set change which models exist"))
 }
 
 /// Reads a file that becomes a part of a scene which lives already: a scene file, or one that an importer reads. The id of a
@@ -243,7 +244,7 @@ impl<'a> Reader<'a> {
             let place = self.text.place(table_span(table));
             let spec = services::read(&self.text, self.registry, &b.document.settings.providers, table, place)?;
             if b.document.services.iter().any(|s| s.kind == spec.kind) {
-                let text = format!("the service `{}` is asked for twice", self.registry.services[spec.kind].id);
+                let text = format!("the service `{}` is listed twice", self.registry.services[spec.kind].id);
                 return Err(Error::new("E102", text).expected("one of each").at(spec.place));
             }
             b.document.services.push(spec);

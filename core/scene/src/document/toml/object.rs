@@ -117,7 +117,7 @@ impl Reader<'_> {
         let Some(item) = table.get("parent") else { return Ok(outer) };
         let path = self.string(table, "parent", item)?;
         overrides::find(b.document, outer, &path).map(Some).map_err(|e| {
-            let e = e.expected("an object that stands above it in the file");
+            let e = e.expected("an object above it in the file");
             e.at(Some(self.text.value(table, "parent")))
         })
     }
@@ -126,7 +126,7 @@ impl Reader<'_> {
         for (key, item) in table.iter() {
             let place = self.text.key(table, key);
             let Some((path, written)) = key.rsplit_once('.') else {
-                return Err(Error::new("E101", format!("`{key}` names no property"))
+                return Err(Error::new("E101", format!("`{key}` is not a property"))
                     .expected("\"path.property\"")
                     .at(Some(place)));
             };

@@ -134,8 +134,8 @@ impl Reader<'_> {
         }
         b.document.scenes_within += 1;
         if self.chain.len() >= DEEPEST || b.document.scenes_within > MOST_SCENES {
-            return Err(Error::new("E124", format!("the model `{id}` is one scene too many within scenes"))
-                .expected(format!("scenes within scenes at most {DEEPEST} deep, and at most {MOST_SCENES} of them"))
+            return Err(Error::new("E124", format!("the model `{id}` exceeds the limits of nested scenes"))
+                .expected(format!("scenes nested at most {DEEPEST} deep, and at most {MOST_SCENES} of them"))
                 .at(at));
         }
         let text = b.document.sources.read_text(&file).map_err(|e| {

@@ -56,7 +56,7 @@ impl Reader<'_> {
         const KNOWN: &[&str] = &["exec", "native", "net"];
         for (key, item) in table.iter() {
             let wrong = |expected: &str| {
-                let error = Error::new("E102", format!("the permission `{key}` is something else"));
+                let error = Error::new("E102", format!("the permission `{key}` has another type"));
                 Err(error.expected(expected).at(Some(self.text.value(table, key))))
             };
             match (key, item.as_bool(), item.as_array()) {

@@ -51,7 +51,7 @@ fn samples(offer: &mut Offer<Vrep>) {
         command("sim.setGraphUserData", |c| {
             let (graph, name) = (of_kind(c, 0, TATU_KIND_GRAPH)?, c.text(1)?);
             if !bool_of(c, 0, c.plugin().p.running)? {
-                return Err(Fail::unsupported("user data is taken only while the simulation runs"));
+                return Err(Fail::unsupported("user data is accepted only while the simulation runs"));
             }
             let stream = match find(c, graph, TATU_FIGURE_STREAM, &name)? {
                 Some(stream) => stream,

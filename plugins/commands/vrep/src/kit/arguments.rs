@@ -89,7 +89,7 @@ pub(crate) fn explain_any(c: &Shared<'_>, id: tatu_object, fail: Fail) -> Fail {
         Ok(_) => fail,
     }
 }
-/// A kind as properties tell it (`object.kind`).
+/// A kind as in the property `object.kind`.
 fn kind_key(kind: i32) -> &'static str {
     match kind {
         TATU_KIND_SHAPE => "shape",

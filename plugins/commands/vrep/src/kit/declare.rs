@@ -47,7 +47,7 @@ pub(crate) fn frame_param() -> Param {
         .optional()
         .text("-1: the world, sim.handle_parent: its parent, or an object; a joint's moved frame")
 }
-/// A table of at least as many numbers as its text tells; longer ones are accepted.
+/// A table of at least as many numbers as its text says; longer ones are accepted.
 pub(crate) fn table(key: &str, text: &str) -> Param {
     Param::floats(key, 0).text(text)
 }

@@ -59,7 +59,7 @@ fn write(v: &Value, out: &mut Vec<u8>) -> Result {
 
 /// The value of bytes.
 pub(crate) fn unpack(data: &[u8]) -> Result<Value> {
-    let garbage = || Fail::argument("the data is no packed table");
+    let garbage = || Fail::argument("the data is not a packed table");
     if data == STAND_IN {
         return Ok(Value::List(Vec::new()));
     }

@@ -1,4 +1,4 @@
-//! What script languages are told about scripts of this API.
+//! What script languages are given about scripts of this API.
 
 use crate::kit::*;
 

@@ -130,7 +130,7 @@ fn say(c: &Shared<'_>, level: u32, i: usize) -> Result {
     Ok(())
 }
 
-/// Prints or closes, tells the lines that this has finished, and answers whether the console was there.
+/// Prints or closes, reports the lines that this completes, and returns whether the console existed.
 fn change(c: &mut Ctx<'_>, work: impl FnOnce(&mut Consoles, Tell<'_>) -> bool) -> Result {
     let mut lines = Vec::new();
     let there = work(&mut state(c)?.consoles, &mut |line| lines.push(line.to_vec()));

@@ -1,4 +1,4 @@
-//! Keys by character, name or number, as V-REP tells them in its messages.
+//! Keys by character, name or number, as in V-REP's messages.
 
 /// Names of special keys, and their codes.
 const NAMED: &[(&str, i64)] = &[

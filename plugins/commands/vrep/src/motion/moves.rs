@@ -1,6 +1,6 @@
 //! Motions that threads wait for: `sim.moveToConfig`, `sim.moveToPose` and their older kin.
 //!
-//! Each is a [`Motion`] under a number; in every step the profile goes on, what is moved is set, and a callback is told.
+//! Each is a [`Motion`] under a number; each step advances the profile, sets what is moved, and calls a callback.
 
 use super::{
     made::{config, pose, rml_joints, rml_position, to_joints, to_object, to_position},
@@ -199,7 +199,7 @@ fn run(c: &mut Ctx<'_>, make: Make) -> Result<Outcome> {
     let number = match c.resumed() {
         0 => {
             if !c.can_wait() {
-                return Err(Fail::unsupported("this motion takes time, and the calling script has no thread")
+                return Err(Fail::unsupported("this motion takes time, but the calling script is not threaded")
                     .help("call it from a threaded script, or from sysCall_thread or a coroutine"));
             }
             keep(c, make(c)?)?

@@ -30,7 +30,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 (k * n..(k + 1) * n)
                     .map(|j| c.arg(i).number(j).filter(|x| x.is_finite()).ok_or(j))
                     .collect::<std::result::Result<_, _>>()
-                    .map_err(|j| Fail::argument(format!("argument {}: element {} is no finite number", i + 1, j + 1)))
+                    .map_err(|j| {
+                        Fail::argument(format!("argument {}: element {} is not a finite number", i + 1, j + 1))
+                    })
             };
             let (start, velocity) = (part(3, 0)?, part(3, 1)?);
             let mut target = part(6, 0)?;

@@ -147,7 +147,7 @@ fn get_object(c: &mut Ctx<'_>) -> Result {
     let silent = no_error(c);
     let find = if silent { names::find_path } else { names::find_path_or_ask };
     let found = if !names::is_path(&path) {
-        Err(Fail::missing(format!("`{path}` is no path"))
+        Err(Fail::missing(format!("`{path}` is not a path"))
             .help("a path begins with `/`, `.` or `:`; names of old scripts go to sim.getObjectHandle"))
     } else if index > 0 {
         find(c, &format!("{path}{{{index}}}"), base)

@@ -272,7 +272,7 @@ fn set_float(c: &Ctx<'_>, o: Object, n: i64, value: f64) -> Result<bool> {
         (TATU_KIND_JOINT, 2019) => w.set_f64s(id, p.joint_damping, &[value.max(0.0)])?,
         (TATU_KIND_JOINT, 2034) => w.set_f64s(id, p.joint_lead, &[value * std::f64::consts::TAU])?,
         (TATU_KIND_JOINT, 2042) => w.set_f64s(id, p.joint_lead, &[value])?,
-        // A static shape with an initial velocity is a conveyor: its surface moves, told in the world's axes.
+        // A static shape with an initial velocity is a conveyor: its surface moves, given in the world's axes.
         (TATU_KIND_SHAPE, 3000..=3002) if !bool_of(c, id, p.dynamic)? => {
             let turn = al::rotation(&w.pose(id, 0)?);
             let mut v = al::rotate(turn, w.f64s::<3>(id, p.surface_velocity)?);

@@ -307,7 +307,7 @@ fn follow(c: &mut Ctx<'_>) -> Result<Outcome> {
     let word = match c.resumed() {
         0 => {
             if !c.can_wait() {
-                return Err(Fail::unsupported("this motion takes time, and the calling script has no thread"));
+                return Err(Fail::unsupported("this motion takes time, but the calling script is not threaded"));
             }
             let (object, path) = (living(c, 0)?.id, living(c, 1)?.id);
             let start = if c.has(3) { c.f64(3)? } else { 0.0 };

@@ -24,7 +24,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                         match given.first() {
                             Some(Value::Float(x)) => *x,
                             Some(Value::Int(i)) => *i as f64,
-                            _ => return Err(Fail::argument("the function gave no distance")),
+                            _ => return Err(Fail::argument("the function returned no distance")),
                         }
                     }
                     None => {
@@ -90,7 +90,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let (path, lengths, p) = (floats(c, 0)?, floats(c, 1)?, numbers::<3>(c, 2)?);
             let n = path.len().checked_div(lengths.len()).unwrap_or(0);
             if n < 3 {
-                return Err(Fail::argument("path and lengths do not belong together"));
+                return Err(Fail::argument("path and lengths do not match"));
             }
             let points: Vec<[f64; 3]> = path.chunks_exact(n).map(|q| [q[0], q[1], q[2]]).collect();
             let (i, t) = nearest(&points, p);
@@ -108,7 +108,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getConfigDistance", |c| {
             let (a, b) = (floats(c, 0)?, floats(c, 1)?);
             if a.len() != b.len() {
-                return Err(Fail::argument("the configurations have not as many numbers each"));
+                return Err(Fail::argument("the configurations differ in their count of numbers"));
             }
             let (metric, types) = (c.arg(2).numbers().unwrap_or_default(), c.arg(3).numbers().unwrap_or_default());
             let sum: f64 = (0..a.len())
@@ -154,7 +154,11 @@ fn turned(a: f64) -> f64 {
 fn between(path: &[f64], lengths: &[f64], t: f64, types: &[f64]) -> Result<Vec<f64>> {
     let n = path.len().checked_div(lengths.len()).unwrap_or(0);
     if n == 0 || path.len() != n * lengths.len() {
-        return Err(Fail::argument(format!("{} numbers are no path of {} configurations", path.len(), lengths.len())));
+        return Err(Fail::argument(format!(
+            "{} numbers do not make a path of {} configurations",
+            path.len(),
+            lengths.len()
+        )));
     }
     let i = lengths.partition_point(|l| *l <= t).clamp(1, lengths.len().max(2) - 1) - 1;
     let config = |i: usize| &path[i.min(lengths.len() - 1) * n..][..n];

@@ -108,7 +108,7 @@ fn push(c: &Ctx<'_>, shape: tatu_object, force: &[f64; 3], torque: &[f64; 3]) ->
 fn pushable(c: &Ctx<'_>) -> Result<tatu_object> {
     let flags = c.arg(0).as_i64().unwrap_or(0);
     if flags > HANDLE_BITS && flags & 0xC0_0000 != 0 {
-        return Err(Fail::unsupported("earlier pushes of a step cannot be taken back")
+        return Err(Fail::unsupported("forces added earlier in a step cannot be removed")
             .help("leave out sim.handleflag_resetforce and sim.handleflag_resettorque"));
     }
     of_kind(c, 0, TATU_KIND_SHAPE)

@@ -1,6 +1,6 @@
 //! Collision and distance objects of old scenes: two things that the scene keeps an eye on.
 //!
-//! Those that are not explicit are looked at when they are read; explicit ones when they are handled.
+//! Those that are not explicit are computed when they are read; explicit ones when they are handled.
 
 use super::distances::closest;
 use crate::{

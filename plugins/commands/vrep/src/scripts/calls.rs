@@ -160,7 +160,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("script").text("a handle, or sim.handle_self"))
         .param(Param::string("name"))
         .param(Param::any("asText").optional().text("true: as text, whatever it holds"))
-        .returns(Param::any("value").text("a truth value, number or text; nothing if it is not set"))
+        .returns(Param::any("value").text("a boolean, number or text; nothing if it is not set"))
         .text(
             "Gives a parameter of a script that another script has set, or else the scene: as free data of its object, \
                 under the tag `parameter.` and the name.",
@@ -245,7 +245,7 @@ pub(crate) fn any_script(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
 pub(crate) fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_SELF {
         return match c.caller_script() {
-            0 => Err(Fail::missing("the caller is no script")),
+            0 => Err(Fail::missing("only a script can call this")),
             script => Ok(script),
         };
     }
@@ -284,7 +284,7 @@ fn with_parameters(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     Ok(scripts)
 }
 
-/// A parameter as what it looks like: nil, a truth value, a number or text.
+/// A parameter as what it looks like: nil, a boolean, a number or text.
 fn typed(text: Vec<u8>) -> Value {
     match text.as_slice() {
         b"nil" => Value::Nil,

@@ -46,7 +46,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.testCB", |c| {
-            let function = c.arg(1).as_func().ok_or_else(|| Fail::argument("argument 2: a function is expected"))?;
+            let function = c.arg(1).as_func().ok_or_else(|| Fail::argument("argument 2: expected a function"))?;
             let args = [c.arg(0).to_value()?, c.arg(2).to_value()?];
             let mut results = Vec::new();
             for _ in 0..=c.i64(3)?.clamp(0, 1_000_000) {
@@ -127,7 +127,7 @@ fn target_of(c: &Ctx<'_>, text: &str, i: usize) -> Result<(String, tatu_object)>
     match text.rsplit_once('@') {
         Some((head, owner)) if by_type => Ok((head.into(), scripts::named(c, owner, c.i64(i)?)?)),
         _ if !c.has(i) => match c.caller_script() {
-            0 => Err(Fail::missing("the caller is no script")),
+            0 => Err(Fail::missing("only a script can call this")),
             script => Ok((text.into(), script)),
         },
         _ => Ok((text.into(), scripts::any_script(c, i)?)),

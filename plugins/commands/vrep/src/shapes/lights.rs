@@ -1,8 +1,9 @@
-//! Lights: what scripts set is kept and told; pictures have a light of their own.
+//! Lights: what scripts set is stored and can be read; pictures have a light of their own.
 
 use crate::kit::*;
 
-/// Tag of a light's own data: whether it is on, diffuse and specular red, green and blue. What the light itself has wins.
+/// Tag of a light's own data: whether it is on, diffuse and specular red, green and blue. What the light itself has
+/// wins.
 const TAG: &str = "light";
 
 /// On, and white.

@@ -162,7 +162,7 @@ fn colored(c: &Ctx<'_>) -> Result<Option<tatu_object>> {
     };
     let o = c.world().look(id)?;
     let is_shape = o.kind == TATU_KIND_SHAPE || c.world().used_as(o.id, "shape");
-    if is_shape { Ok(Some(o.id)) } else { Err(Fail::argument(format!("object {id} is no shape"))) }
+    if is_shape { Ok(Some(o.id)) } else { Err(Fail::argument(format!("object {id} is not a shape"))) }
 }
 
 fn diffuse_only(component: i64) -> Result {

@@ -4,8 +4,8 @@
 
 use crate::{kit::*, state::state};
 
-/// The parameters of one type: its name, the names of its two commands (the present one, the one before, the flat ones), one
-/// of its parameters for the example, and the functions that read and set.
+/// The parameters of one type: its name, the names of its two commands (the present one, the one before, the flat
+/// ones), one of its parameters for the example, and the functions that read and set.
 struct Family {
     name: &'static str,
     getter: Names,
@@ -207,7 +207,7 @@ fn get_int(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
 
 fn set_int(c: &Ctx<'_>, n: i64) -> Result<bool> {
     if n == 0 {
-        // Kept for those who put it back; messages are told in any case.
+        // Stored for scripts that restore it; messages are shown in any case.
         let mode = c.i64(1)?;
         state(c)?.error_report_mode = mode;
     }

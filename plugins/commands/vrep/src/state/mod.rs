@@ -122,7 +122,7 @@ impl Inner {
     }
 }
 
-/// When a simulation ends, consoles and tubes of scripts close; half a line that a console holds is told then.
+/// When a simulation ends, consoles and tubes of scripts close; an incomplete line of a console is reported then.
 impl Drop for Inner {
     fn drop(&mut self) {
         let Some(host) = self.host else { return };
@@ -136,7 +136,7 @@ fn busy() -> Fail {
     Fail::with_code(TATU_ERR_BUSY, "called from within itself")
 }
 
-/// The instance of the caller's world. The host does not tell when a simulation starts: a step number that is lower
+/// The instance of the caller's world. The host does not report when a simulation starts: a step number that is lower
 /// than before means a new one.
 pub(crate) fn state<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Inner>> {
     let step = int_of(c, 0, c.plugin().p.step)?;

@@ -9,7 +9,7 @@ use crate::{kit::algebra::Pose, motion::profile::Profile};
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) enum Mover {
     Joints(Vec<tatu_object>),
-    /// An object, from pose to pose in a frame (0: the world); 0: only the callback is told.
+    /// An object, from pose to pose in a frame (0: the world); 0: only the callback is called.
     Pose {
         object: tatu_object,
         frame: tatu_object,
@@ -19,7 +19,7 @@ pub(crate) enum Mover {
     Nothing,
 }
 
-/// Who is told of each step.
+/// Who is notified of each step.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) enum Listener {
     Nobody,

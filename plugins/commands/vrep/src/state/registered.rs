@@ -1,5 +1,5 @@
-//! What scenes of V-REP register beside their objects, as the importer keeps it with the scene: collections, collision and
-//! distance objects, groups for inverse kinematics, windows of buttons.
+//! What scenes of V-REP register beside their objects, as the importer keeps it with the scene: collections, collision
+//! and distance objects, groups for inverse kinematics, windows of buttons.
 //!
 //! It is one JSON text under the tag `registered` of the scene's data; `handle` on an object is how that text names it.
 
@@ -60,7 +60,7 @@ pub(crate) struct Pair {
     pub(crate) explicit: bool,
 }
 
-/// What was found when a pair was handled last.
+/// What was found when a pair was last checked.
 #[derive(Serialize, Deserialize, Clone, Copy)]
 pub(crate) struct Found {
     pub(crate) length: f64,

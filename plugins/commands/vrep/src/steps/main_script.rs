@@ -50,7 +50,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let dt = c.f64(0)?;
             let dt = if dt as f32 == step as f32 { step } else { dt };
             if !is_main(c)? {
-                return Err(Fail::unsupported("only a main script lets physics advance")
+                return Err(Fail::unsupported("only a main script can advance physics")
                     .help("make the script one of kind `main`, or leave physics to the host"));
             }
             c.world().run_stage(TATU_STAGE_PHYSICS, dt)?;

@@ -62,8 +62,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Slices of threads belong to the script languages, which preludes tell what to do (`prelude.lua`). These commands serve
-/// callers that have no threads: nothing is set, and 0 tells so.
+/// Slices of threads belong to the script languages, which preludes tell what to do (`prelude.lua`). These commands
+/// serve callers that have no threads: nothing is set, and 0 is returned.
 fn slices(offer: &mut Offer<Vrep>) {
     let zero = |c: &mut Ctx<'_>| {
         c.ret(0_i64);

@@ -1,4 +1,4 @@
-//! What scripts of a sensor are told after it has measured: `sysCall_vision`, `sysCall_trigger`.
+//! Callbacks of a sensor's scripts after it has measured: `sysCall_vision`, `sysCall_trigger`.
 
 use super::{
     handle::{ask, settled, tell},

@@ -1,4 +1,5 @@
-//! Chains of filters, as vision sensors had before 4.0: each changes a working image, writes it out, or tells what it found.
+//! Chains of filters, as vision sensors had before 4.0: each changes a working image, writes it, or reports what it
+//! found.
 //!
 //! A chain is a text in the free data of the sensor under the tag `vision.filters`, filters divided by `;`, each
 //! `type:options:bytes:integers:floats` with numbers divided by commas; what stands last may be left out:
@@ -36,7 +37,7 @@ fn trivial() -> Vec<Filter> {
 fn parse(text: &str) -> Result<Vec<Filter>> {
     fn numbers<T: std::str::FromStr>(part: Option<&str>, whole: &str) -> Result<Vec<T>> {
         let part = part.unwrap_or_default().trim();
-        let wrong = || Fail::argument(format!("`{whole}` of the data `vision.filters`: `{part}` are no numbers"));
+        let wrong = || Fail::argument(format!("`{whole}` of the data `vision.filters`: `{part}` are not numbers"));
         let parts = part.split(',').filter(|p| !p.trim().is_empty());
         parts.map(|p| p.trim().parse().map_err(|_| wrong())).collect()
     }
@@ -214,7 +215,7 @@ fn blob_color(label: u32) -> [f32; 3] {
     }
 }
 
-/// The number of the filter that argument 1 tells, from 0.
+/// The index of the filter in argument 1, from 0.
 fn filter_at(c: &Ctx<'_>, chain: &[Filter]) -> Result<usize> {
     let n = c.i64(1)?;
     usize::try_from(n)

@@ -30,7 +30,7 @@ enum Arg {
 }
 use Arg::*;
 
-/// A function of the module: its name, the filter, its arguments, whether it tells what it found, what it does, and
+/// A function of the module: its name, the filter, its arguments, whether it reports what it found, what it does, and
 /// an example: arguments, and what must be true of `rgb`, three bytes of the result of a red image.
 struct Function {
     name: &'static str,
@@ -51,7 +51,7 @@ const fn f(
     Function { name, kind, args, finds: false, text, example }
 }
 
-/// A filter that tells what it found.
+/// A filter that reports what it found.
 const fn finds(
     name: &'static str,
     kind: i64,
@@ -257,8 +257,8 @@ fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
     });
 }
 
-/// A script that raises where a red image (of the functions that take one, a green one and depths) does not become what it
-/// should.
+/// A script that raises where a red image (of the functions that take one, a green one and depths) does not become what
+/// it should.
 fn example(f: &Function) -> String {
     let ready = match f.kind {
         1 => "sim.setVisionSensorImg(eye, string.char(0, 255, 0):rep(12))",
@@ -322,7 +322,7 @@ fn run(c: &mut Ctx<'_>, function: &Function) -> Result {
     Ok(())
 }
 
-/// The filter with what the arguments tell.
+/// The filter with the arguments' values.
 fn filter(c: &Ctx<'_>, function: &Function) -> Result<Filter> {
     let mut out = Filter { kind: function.kind, options: 1, bytes: vec![0], ..Filter::default() };
     let (mut factor, mut whole) = (None, 0);

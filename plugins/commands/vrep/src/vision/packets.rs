@@ -1,4 +1,4 @@
-//! The numbers that stand for an image: what every sensor tells, and what filters add.
+//! The numbers that stand for an image: what every sensor reports, and what filters add.
 
 /// Least, greatest and mean intensity, red, green, blue and depth, all from 0 to 1 (tests/facts/script-api.md, 4).
 pub(crate) type Packet = [f64; 15];

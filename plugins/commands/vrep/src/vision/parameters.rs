@@ -1,5 +1,5 @@
-//! Parameters of vision sensors by number: planes, resolution, angle. They are properties of the sensor's kind, by the keys
-//! that cameras have: near, far, columns, rows, perspective_angle, ortho_size.
+//! Parameters of vision sensors by number: planes, resolution, angle. They are properties of the sensor's kind, by the
+//! keys that cameras have: near, far, columns, rows, perspective_angle, ortho_size.
 
 use super::{
     sensors::{is_one, number, prop},
@@ -7,7 +7,7 @@ use super::{
 };
 use crate::kit::*;
 
-/// What scripts of a sensor are told of it (`sysCall_vision`: tests/facts/script-api.md, 4).
+/// What scripts of a sensor are given about it (`sysCall_vision`: tests/facts/script-api.md, 4).
 pub(super) fn described(c: &Ctx<'_>, view: &View) -> Result<Value> {
     let get = |key| number(c, view.id, key).unwrap_or(0.0);
     let entries = [

@@ -26,7 +26,10 @@ impl Picture {
     fn of(c: &Ctx<'_>, i: usize, each: usize) -> Result<Self> {
         let (bytes, [columns, rows]) = (c.bytes(i)?, pair(c, i + 1));
         if columns < 1 || rows < 1 || columns.saturating_mul(rows) > MOST {
-            return Err(Fail::argument(format!("argument {}: {columns} x {rows} is no size of an image", i + 2)));
+            return Err(Fail::argument(format!(
+                "argument {}: {columns} x {rows} is not a valid size of an image",
+                i + 2
+            )));
         }
         let (columns, rows) = (columns as usize, rows as usize);
         if bytes.len() != columns * rows * each {
@@ -92,12 +95,12 @@ impl Picture {
     }
 }
 
-/// The format that a file's name tells.
+/// The format by a file's name.
 fn format_of(name: &str) -> Result<&'static str> {
     let end = name.rsplit_once('.').map_or("", |(_, end)| end).to_lowercase();
     ["png", "ppm"].into_iter().find(|f| *f == end).ok_or_else(|| {
         Fail::unsupported(format!("images are written as .png or .ppm, not as `{name}`"))
-            .help("give the file such an ending")
+            .help("use one of these extensions")
     })
 }
 
@@ -125,8 +128,7 @@ fn encode(picture: &Picture, format: &str) -> Result<Vec<u8>> {
 
 /// The image in a file's content, with three or four bytes a pixel.
 fn decode(bytes: &[u8], each: usize) -> Result<Picture> {
-    let unreadable =
-        |e: &dyn std::fmt::Display| Fail::argument(format!("this is no image that can be read (.png): {e}"));
+    let unreadable = |e: &dyn std::fmt::Display| Fail::argument(format!("this is not a readable image (.png): {e}"));
     let mut png = png::Decoder::new(bytes);
     png.set_transformations(png::Transformations::normalize_to_color8());
     let mut reader = png.read_info().map_err(|e| unreadable(&e))?;
@@ -206,7 +208,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let picture = Picture::of(c, 0, each_of(options))?.with(if options & 2 != 0 { 4 } else { 3 });
             let [w, h] = pair(c, 2);
             if w < 1 || h < 1 || w.saturating_mul(h) > MOST {
-                return Err(Fail::argument(format!("argument 3: {w} x {h} is no size of an image")));
+                return Err(Fail::argument(format!("argument 3: {w} x {h} is not a valid size of an image")));
             }
             let (mut w, mut h) = (w as usize, h as usize);
             if options & 12 != 0 {

@@ -16,7 +16,7 @@ pub(super) fn all(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     Ok(all)
 }
 
-/// The planes of a sensor that tells none, m: those of the original's Kinect.
+/// The planes of a sensor that names none, m: those of the original's Kinect.
 pub(crate) const PLANES: [f64; 2] = [0.01, 3.5];
 
 /// The property of a key of a sensor's kind.

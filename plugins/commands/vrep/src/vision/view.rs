@@ -60,10 +60,11 @@ impl View {
             });
         }
         let made = tags::number(c, id, "vision.columns")?;
-        // What stands in for a sensor is a dummy or camera; shapes, joints and other sensors are refused, as the original does.
+        // What stands in for a sensor is a dummy or camera; shapes, joints and other sensors are refused, as the
+        // original does.
         let stands_in = matches!(o.kind, TATU_KIND_DUMMY | TATU_KIND_CAMERA) && c.world().makes_stand_ins();
         if made.is_none() && !stands_in {
-            return Err(Fail::argument(format!("object {} `{}` is no vision sensor", o.handle(), path(c, id))));
+            return Err(Fail::argument(format!("object {} `{}` is not a vision sensor", o.handle(), path(c, id))));
         }
         let side = |x: Option<f64>| x.map_or(SIDE, |x| x.clamp(1.0, MOST as f64) as usize);
         Ok(View {
@@ -86,7 +87,7 @@ impl View {
         let told = w.reading(self.id, p.intrinsics).ok().and_then(|r| r.f64s().first_chunk::<4>().copied());
         let parallel = w.reading(self.id, p.parallel).ok().and_then(|r| r.i32s().first().copied());
         let intrinsics = told.filter(|k| k[0] > 0.0 && k[1] > 0.0).unwrap_or_else(|| {
-            // Before its first image it tells nothing.
+            // Before its first image it reports nothing.
             let (columns, rows) = (self.columns as f64, self.rows as f64);
             let f = columns.max(rows) / 2.0 / libm::tan(angle(c, self.id) / 2.0);
             [f, f, (columns - 1.0) / 2.0, (rows - 1.0) / 2.0]

@@ -35,7 +35,7 @@ impl Default for Color {
     }
 }
 
-/// Colors of before 3.1.3 told ambient and diffuse light apart.
+/// Colors of before 3.1.3 separated ambient and diffuse light.
 fn merged(ambient: [f64; 3], diffuse: [f64; 3]) -> [f64; 3] {
     let mean = diffuse.iter().sum::<f64>() / 3.0;
     ambient.map(|a| ((a + mean / 2.0) / 0.85).min(1.0))

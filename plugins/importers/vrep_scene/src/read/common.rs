@@ -24,7 +24,7 @@ pub struct Common {
     pub name: Option<String>,
     /// Bits for people and windows.
     pub object_property: i32,
-    /// Whether the element that tells these bits was there.
+    /// Whether the element with these bits was present.
     pub has_object_property: bool,
     /// Whether it is the base of a model.
     pub model_base: bool,

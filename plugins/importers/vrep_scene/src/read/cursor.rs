@@ -139,7 +139,7 @@ impl<'a> Cursor<'a> {
     pub fn count(&mut self) -> Read<usize> {
         let at = self.at;
         let n = self.i32()?;
-        usize::try_from(n).map_err(|_| Broken::new(at, format!("{n} is no length")))
+        usize::try_from(n).map_err(|_| Broken::new(at, format!("{n} is not a length")))
     }
     /// A real number, of 4 or 8 bytes.
     pub fn real(&mut self) -> Read<f64> {
@@ -157,7 +157,7 @@ impl<'a> Cursor<'a> {
         }
         Ok(out)
     }
-    /// As many real numbers as are told, if they are there.
+    /// As many real numbers as are declared, if they are present.
     pub fn list(&mut self, n: usize) -> Read<Vec<f64>> {
         let bytes = n.saturating_mul(if self.wide { 8 } else { 4 });
         if bytes > self.left() {

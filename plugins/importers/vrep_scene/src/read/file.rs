@@ -109,7 +109,7 @@ pub struct File {
     held: Vec<Script>,
 }
 
-/// Reads the common part, then the one that `tags` tell.
+/// Reads the common part, then the one that `tags` selects.
 fn read_object<T: Default>(
     f: &mut File,
     c: &mut Cursor<'_>,
@@ -257,7 +257,7 @@ impl File {
         Ok(())
     }
 
-    /// What no single section can tell: handles that are used twice, parents that lead in a circle.
+    /// What no single section shows: handles that are used twice, parents that lead in a circle.
     fn check(&mut self) -> Read {
         let mut places = std::collections::BTreeMap::new();
         for (i, o) in self.objects.iter().enumerate() {

@@ -15,7 +15,7 @@ const NEWEST: i32 = 30;
 /// Files greater than this, unpacked, are refused, bytes.
 pub const MOST_UNPACKED: usize = 1 << 30;
 
-/// What the header tells.
+/// The content of the header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Header {
     /// Version of the grammar, 15 to 25 and later.

@@ -5,7 +5,7 @@ use super::{
     section::{Tag, tags},
 };
 
-/// What a joint leaves free.
+/// The degrees of freedom of a joint.
 pub const REVOLUTE: i32 = 10;
 /// Along its axis.
 pub const PRISMATIC: i32 = 11;

@@ -81,7 +81,7 @@ fn range(p: &mut Part, vertices: Option<[i32; 2]>, triangles: Option<[i32; 2]>) 
 fn component(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Part> {
     let mut part = Part::default();
     range(&mut part, None, None);
-    // What is not told here is read as of later leaves: images, heightfields.
+    // What is not given here is read as in later leaves: images, heightfields.
     let mut tags: Vec<&Tag<Part>> = COMPONENT.iter().collect();
     tags.extend(LEAF.iter().filter(|t| ["Hfd", "Toj"].contains(&t.single)));
     let rows: Vec<Tag<Part>> =

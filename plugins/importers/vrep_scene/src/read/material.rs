@@ -6,7 +6,7 @@ use super::{
     unknown::Unknowns,
 };
 
-/// Numbers of one engine: reals, then integers, as many as the file tells.
+/// Numbers of one engine: reals, then integers, as many as the file declares.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EngineBlock {
     /// Reals.

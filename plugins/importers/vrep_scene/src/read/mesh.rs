@@ -20,7 +20,7 @@ pub struct Part {
     pub mass: f64,
     /// Number of its material in the list of before 3.4; -1: none.
     pub material: i32,
-    /// Whether it is told to be convex, in files of before 4.5.1.
+    /// Whether it is marked convex, in files of before 4.5.1.
     pub convex: bool,
     /// Numbers of engines of serialization 16, which stood here.
     pub own_material: Option<Material>,
@@ -116,7 +116,7 @@ pub struct Leaf {
     pub old_frame: Stored,
     /// Bits: 0 edges, 1 culling, 2 wire frame.
     pub bits: u8,
-    /// Whether it is told to be convex.
+    /// Whether it is marked convex.
     pub convex: bool,
     /// Points of a heightfield along x and y; none for others.
     pub heights: [i32; 2],

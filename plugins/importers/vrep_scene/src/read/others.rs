@@ -42,7 +42,7 @@ pub struct Camera {
     pub clip: [f64; 2],
     /// Bits: 2 perspective; of before 3.3.
     pub bits: u8,
-    /// Whether it sees in perspective: -1 as its view tells, 0 no, 1 yes.
+    /// Whether its projection is perspective: -1 as its view says, 0 no, 1 yes.
     pub perspective: Option<i32>,
 }
 

@@ -69,14 +69,14 @@ pub fn count(data: &[u8], indices: Indices) -> usize {
     }
 }
 
-/// Packed integers: the two top bits of a first byte tell how many follow.
+/// Packed integers: the two top bits of the first byte are the number of bytes that follow.
 fn unpack(data: &[u8], span: Span) -> Read<Vec<u32>> {
     const OFFSET: [i64; 4] = [31, 8191, 2_097_151, 536_870_911];
     let bytes = span.of(data);
     let broken = |at: usize, what: &str| super::cursor::Broken::new(span.at + at, what);
     let head = bytes.get(..4).ok_or_else(|| broken(0, "packed indices without their number"))?;
     let told = i32::from_le_bytes([head[0], head[1], head[2], head[3]]);
-    let n = usize::try_from(told).map_err(|_| broken(0, &format!("{told} is no length")))?;
+    let n = usize::try_from(told).map_err(|_| broken(0, &format!("{told} is not a length")))?;
     if n > bytes.len() - 4 {
         return Err(broken(0, &format!("{n} packed indices are declared, {} bytes are left", bytes.len() - 4)));
     }

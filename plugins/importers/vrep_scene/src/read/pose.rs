@@ -7,7 +7,7 @@ use super::cursor::{Cursor, Read};
 /// As a file stores it: quaternion w x y z, then position x y z, m.
 pub type Stored = [f64; 7];
 
-/// Where nothing is told: no turn, no way.
+/// The default: no rotation, no translation.
 pub const IDENTITY: Stored = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
 /// Quaternion first, then position: objects, textures.

@@ -29,7 +29,7 @@ pub struct Script {
     pub bits: u8,
     /// Order among scripts, of before 4.4.
     pub order: i32,
-    /// Text, deciphered, without zeros at its end; with the line that tells its language.
+    /// Text, deciphered, without zeros at its end; with the line that names its language.
     pub text: Vec<u8>,
     /// Language, from 4.7.
     pub language: Option<String>,
@@ -131,12 +131,12 @@ impl Script {
         }
     }
 
-    /// The text without a line at its beginning that only tells its language; in UTF-8.
+    /// The text without a line at its beginning that only names its language; in UTF-8.
     pub fn code(&self) -> String {
         let text = decode(&self.text);
         let (first, rest) = text.split_once('\n').unwrap_or((text.as_str(), ""));
         match first.trim() {
-            // The line stays as an empty one, so that messages tell the lines of the file.
+            // The line stays as an empty one, so that messages have the line numbers of the file.
             "--lua" => format!("\n{rest}"),
             _ => text,
         }

@@ -70,7 +70,7 @@ pub fn next<'a>(c: &mut Cursor<'a>) -> Read<Result<Element<'a>, End>> {
     let tag: String = raw.iter().map(|b| if b.is_ascii_graphic() { char::from(*b) } else { '?' }).collect();
     let length = c.count().map_err(|e| e.within(&tag))?;
     if length > c.left() {
-        let what = format!("the section tells {length} bytes, {} are left", c.left());
+        let what = format!("the section declares {length} bytes, {} are left", c.left());
         return Err(super::cursor::Broken::new(at, what).within(&tag));
     }
     let body = c.part(length, false).map_err(|e| e.within(&tag))?;

@@ -7,7 +7,7 @@ use super::{
     unknown::Unknowns,
 };
 
-/// What a scene tells about the simulation. A model tells nothing.
+/// A scene's settings of the simulation. A model has none.
 #[derive(Debug, Clone, Default)]
 pub struct Settings {
     /// Whether one of the sections was there.

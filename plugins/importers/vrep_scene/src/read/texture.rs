@@ -36,7 +36,7 @@ pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Texture> {
     let [w, h] = texture.size.map(|n| usize::try_from(n).unwrap_or(0));
     let wanted = w.saturating_mul(h).saturating_mul(if texture.alpha { 4 } else { 3 });
     if texture.pixels.len < wanted {
-        let text = format!("an image of {w} x {h} pixels has {wanted} bytes, here are {}", texture.pixels.len);
+        let text = format!("an image of {w} x {h} pixels has {wanted} bytes, found {}", texture.pixels.len);
         return Err(super::cursor::Broken::new(at, text));
     }
     Ok(texture)

@@ -1,4 +1,4 @@
-//! A host that has nothing, and a builder that writes down what it is told.
+//! A host that has nothing, and a builder that records its calls.
 
 use std::{
     cell::RefCell,
@@ -46,7 +46,7 @@ impl Object {
     }
 }
 
-/// What a build has told.
+/// What a build has recorded.
 #[derive(Debug, Default)]
 pub struct Record {
     pub objects: Vec<Object>,

@@ -235,7 +235,7 @@ impl Reader<'_> {
                 LUA_TNUMBER if lua_isinteger(l, value - 1) != 0 => Key::Int(lua_tointeger(l, value - 1)),
                 LUA_TNUMBER | LUA_TBOOLEAN => Key::Other,
                 _ => {
-                    self.fail(at, "a key of the table", " is neither text, number nor truth value");
+                    self.fail(at, "a key of the table", " is not a text, number or boolean");
                     Key::Other
                 }
             };

@@ -91,7 +91,7 @@ fn no_memory(s: &State) -> Fail {
 fn memory_fail(s: &State) -> Fail {
     let limit = s.slot.limit();
     if s.slot.take_refused() {
-        let text = format!("the system gives the script no more memory: it has {} of {limit} bytes", s.slot.used());
+        let text = format!("the system is out of memory: the script has {} of {limit} bytes", s.slot.used());
         return Fail::with_code(TATU_ERR_MEMORY, text)
             .help("allow the program more memory (`ulimit -v`, or the job's limit)");
     }

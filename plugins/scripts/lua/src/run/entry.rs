@@ -112,7 +112,10 @@ pub(crate) fn call_function(
         run(l, s, frame)
     })?;
     if gone {
-        return Err(Fail::with_code(TATU_ERR_GONE, "the function was lent for one call only, and that call is over"));
+        return Err(Fail::with_code(
+            TATU_ERR_GONE,
+            "the function was valid for one call only, and that call has ended",
+        ));
     }
     Ok(Flow::Done)
 }

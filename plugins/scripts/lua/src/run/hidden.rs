@@ -1,5 +1,5 @@
 //! Names of commands that no script can use, since Lua has something of its own under them: `print`, or
-//! `string.anything`. Each is told once; whose command it is, only the host knows.
+//! `string.anything`. Each is reported once; only the host knows whose command it is.
 
 use std::{
     collections::BTreeSet,
@@ -11,7 +11,7 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{errors::hints, stack::push, state::State};
 
-/// What has been looked at and told in this process.
+/// What has been checked and reported in this process.
 struct Told {
     /// The host, and the generation of its commands.
     looked_at: Option<(usize, u64)>,

@@ -84,7 +84,7 @@ pub(crate) fn restore(s: &State, bytes: &[u8], version: u32) -> Result<()> {
     // SAFETY: runs in a protected call.
     protect(s, &mut |l| unsafe { code = hash_of_text(l) })?;
     if code != image.code {
-        return Err(Fail::unsupported("its text is another one now"));
+        return Err(Fail::unsupported("its text has changed"));
     }
     let mut restorer = restore::Restorer::new(image);
     // SAFETY: runs in a protected call; everything with a destructor belongs to `restorer`.

@@ -76,7 +76,7 @@ impl Restorer {
         self.prepare(l);
         for id in 0..self.image.objects.len() {
             if !self.make(l, s, id) {
-                return self.refuse("what was there before its text ran is not what it was");
+                return self.refuse("the state before its text ran has changed");
             }
             lua_rawseti(l, OBJECTS, id as i64 + 1);
         }

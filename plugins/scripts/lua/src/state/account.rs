@@ -96,7 +96,7 @@ impl Account {
     pub(crate) fn refusal(&self) -> Option<Fail> {
         self.exhausted.get().then(|| {
             let fail = Fail::with_code(TATU_ERR_BUDGET, self.message())
-                .help("look for a loop without an end, or give scripts more instructions");
+                .help("look for an endless loop, or give scripts more instructions");
             match self.place.borrow().clone() {
                 Some((file, line)) => fail.at(file, line),
                 None => fail,

@@ -222,14 +222,14 @@ fn not_found(s: &State, name: &[u8]) -> Fail {
     let lacking = s.text.borrow().rules.missing_modules.iter().any(|m| m == root);
     let name = String::from_utf8_lossy(name);
     if lacking {
-        return Fail::unsupported(format!("the module `{name}` of the original is not here"))
+        return Fail::unsupported(format!("the module `{name}` of the original is not available"))
             .help("`tatu list commands` shows what plugins offer");
     }
     Fail::with_code(
         TATU_ERR_SCRIPT,
         format!(
-            "there is no module `{name}`: no plugin brings it, no command begins with `{name}.`, and no allowed folder \
-         has a file {}.lua",
+            "there is no module `{name}`: no plugin provides it, no command begins with `{name}.`, and no allowed \
+             folder has a file {}.lua",
             name.replace('.', "/")
         ),
     )
