@@ -977,7 +977,7 @@ enum {
   TATU_KIND_PATH = 10
 };
 enum {
-  TATU_LIST_CHILDREN = 1,   /* direct children only; else the whole tree, breadth first */
+  TATU_LIST_CHILDREN = 1,   /* direct children only; otherwise the whole tree, breadth first */
   TATU_LIST_SKIP_BASE = 2   /* without the object itself */
 };
 
@@ -987,92 +987,93 @@ enum {
 typedef struct tatu_host_scene {
   uint32_t size;
   uint32_t reserved;
-  /* [any] A number for a key ("joint.position"); never fails: the key's owner may come later. */
+  /* [any] Interns a key ("joint.position"). Never fails: the key may be declared later. */
   tatu_prop(TATU_CALL *prop)(const tatu_host *, const char *key);
-  /* Reads a property. Text and arrays live until the call that you are in returns. */
+  /* Reads a property. Text and arrays live until the plugin's current call returns. */
   tatu_status(TATU_CALL *get)(tatu_world *, tatu_object, tatu_prop, tatu_value *);
-  /* Sets one. Poses and values change at once; bodies are rebuilt at the next stage where a row says so. */
+  /* Sets one. Poses and values change at once; bodies are rebuilt at the next stage if the property requires it. */
   tatu_status(TATU_CALL *set)(tatu_world *, tatu_object, tatu_prop, const tatu_value *);
-  /* Reads exactly `n` numbers, without a detour through text or memory: the fast way to poses and joints. */
+  /* Reads exactly `n` numbers, without allocating: the fast way to poses and joints. */
   tatu_status(TATU_CALL *get_f64)(tatu_world *, tatu_object, tatu_prop, double *out, uint32_t n);
   /* Sets exactly `n` numbers. */
   tatu_status(TATU_CALL *set_f64)(tatu_world *, tatu_object, tatu_prop, const double *in, uint32_t n);
-  /* The same for `count` objects, `n` numbers each; stops at the first refusal. */
+  /* The same for `count` objects, `n` numbers each; stops at the first failure. */
   tatu_status(TATU_CALL *get_f64_many)(tatu_world *, const tatu_object *, uint32_t count, tatu_prop, double *out,
                                        uint32_t n);
   tatu_status(TATU_CALL *set_f64_many)(tatu_world *, const tatu_object *, uint32_t count, tatu_prop, const double *in,
                                        uint32_t n);
-  /* Pose of an object in the frame of another (0: the world; a joint: its moved frame). 7 doubles. */
+  /* Pose of an object in the frame of another (0: the world; a joint: its moving frame). 7 doubles. */
   tatu_status(TATU_CALL *pose)(tatu_world *, tatu_object, tatu_object frame, double *pose);
-  /* Places an object; what hangs below moves along; dynamic bodies are moved in the engine too. */
+  /* Places an object; its descendants move along; dynamic bodies are moved in the engine too. */
   tatu_status(TATU_CALL *set_pose)(tatu_world *, tatu_object, tatu_object frame, const double *pose);
-  /* The full id and the kind (TATU_KIND_*) of an object; how a number that a script gave is checked. */
+  /* The full id and the kind (TATU_KIND_*) of an object; validates a handle given by a script. */
   tatu_status(TATU_CALL *look)(tatu_world *, tatu_object, tatu_object *full, int32_t *kind);
-  /* Finds by path ("/a/b[1]", "./b" and ":/b" from `from`) or by unique name ("b#0"). TATU_ERR_MISSING without it. */
+  /* Finds by path ("/a/b[1]", "./b" and ":/b" from `from`) or by unique name ("b#0"). TATU_ERR_MISSING: not found. */
   tatu_status(TATU_CALL *find)(tatu_world *, tatu_object from, tatu_str path, tatu_object *);
-  /* Makes an object; it is there at once, and joins physics at the next stage. */
+  /* Creates an object; it exists at once, and joins physics at the next stage. */
   tatu_status(TATU_CALL *create)(tatu_world *, const char *kind, tatu_object parent, tatu_str alias, tatu_object *);
-  /* Removes objects: gone at once for every look-up; children go to the parent; instances end at the next stage. */
+  /* Removes objects. They can no longer be found from now on; their children move to the parent; instances end at the
+   * next stage. */
   tatu_status(TATU_CALL *remove)(tatu_world *, const tatu_object *, uint32_t n);
   /* Lists objects below `base` (0: all); `kinds` has bit 1 << TATU_KIND_* for each wanted, 0: all. `*n` is the full
    * count even when `cap` is smaller. */
   tatu_status(TATU_CALL *list)(tatu_world *, tatu_object base, uint32_t kinds, uint32_t flags, tatu_object *out,
                                uint32_t cap, uint32_t *n);
-  /* Copies `n` objects, in place: a copy hangs below the copy of its parent, or below nothing where the parent is not
-   * in the list. All get one new suffix. `out` has room for `n`. Sensors, actuators and scripts come with what they
-   * have now as parameters and text, and begin anew. */
+  /* Copies `n` objects, in place: the parent of a copy is the copy of its parent, or none if the parent is not in the
+   * list. All copies get the same new suffix. `out` has room for `n`. Sensors, actuators and scripts are copied with
+   * their current parameters and text, and start afresh. */
   tatu_status(TATU_CALL *copy)(tatu_world *, const tatu_object *objects, uint32_t n, tatu_object *out);
-  /* [step] Reads a scene file, or a file that an importer reads, into the world below `parent` (0: the world): objects,
-   * sensors, actuators and scripts. `file` is a path that `files.resolve` gave, or the id of a model. `*out` is the first
-   * object. Numbers of the world and a main script in the file have no effect. What is in the file is refused as at a
-   * start. */
+  /* [step] Loads a scene file, or a file that an importer reads, into the world below `parent` (0: the world): objects,
+   * sensors, actuators and scripts. `file` is a path from `files.resolve`, or the id of a model. `*out` is the first
+   * object. World parameters and a main script in the file are ignored. Errors in the file are reported as when a scene
+   * is opened. */
   tatu_status(TATU_CALL *load)(tatu_world *, tatu_str file, tatu_object parent, tatu_object *out);
-  /* [step] Writes an object and all below it (0: the whole scene) as a scene file, with meshes and scripts in a folder
-   * beside it. `file` is a path that `files.resolve` gave; it ends with ".toml". */
+  /* [step] Writes an object and its descendants (0: the whole scene) as a scene file, with meshes and scripts in a folder
+   * beside it. `file` is a path from `files.resolve` that ends with ".toml". */
   tatu_status(TATU_CALL *save)(tatu_world *, tatu_str file, tatu_object base);
   /* [step] The `index`-th property of an object, from 0 (object 0: of the world), as a map: "key", "type" (as TATU_*
-   * numbers), "count", "unit", "settable", "choices" (a list of texts), "text". Parameters of its device come after its
-   * own. Lives until the call that you are in returns. TATU_ERR_MISSING, without a sentence: it has no more. */
+   * numbers), "count", "unit", "settable", "choices" (a list of texts), "text". Parameters of its device follow its own.
+   * The map lives until the plugin's current call returns. TATU_ERR_MISSING, without a message: past the end. */
   tatu_status(TATU_CALL *row)(tatu_world *, tatu_object, uint32_t index, tatu_value *);
-  /* [step] The `index`-th model that plugins offer, from 0, as a map: "id" (for `load`), "text". Lives as that of `row`.
-   * TATU_ERR_MISSING, without a sentence: there are no more. */
+  /* [step] The `index`-th model that plugins offer, from 0, as a map: "id" (for `load`), "text". Lifetime as for `row`.
+   * TATU_ERR_MISSING, without a message: past the end. */
   tatu_status(TATU_CALL *model)(tatu_world *, uint32_t index, tatu_value *);
 } tatu_host_scene;
 
 #define TATU_HOST_STAND_INS "tatu.host.stand_ins/draft.4"
 
-/* What scripts ask for and what is not there. A run without a scene of its own makes stand-ins: it is tried again and again, and
- * each run learns from the one before. Command plugins tell here what was asked for. In all other runs each function gives
- * TATU_ERR_MISSING without a sentence, at no cost. */
+/* Stand-ins for objects that scripts ask for and that do not exist. They are made when a script runs without its scene:
+ * the run is repeated, each time with what the run before found missing. Command plugins report here what was asked for.
+ * In all other runs each function returns TATU_ERR_MISSING without a message, at no cost. */
 typedef struct tatu_host_stand_ins {
   uint32_t size;
   uint32_t reserved;
-  /* [step] Whether the run makes stand-ins: for things that are no objects. TATU_OK or TATU_ERR_MISSING. */
+  /* [step] Whether this run makes stand-ins; for things other than objects. TATU_OK or TATU_ERR_MISSING. */
   tatu_status(TATU_CALL *made)(tatu_world *);
-  /* [step] An object that a script named, and that is not there: made as a dummy, and given. `name` as for scene.find (a path is
-   * made part by part, a unique name below `from`). `kind`, if not null, is what it was used as: see `used`. */
+  /* [step] A script named an object that does not exist: creates and returns a dummy. `name` as for scene.find (a path is
+   * created element by element, a unique name below `from`). `kind`, if not null: what it was used as, see `used`. */
   tatu_status(TATU_CALL *object)(tatu_world *, tatu_object from, tatu_str name, const char *kind, tatu_object *);
-  /* [step] An object was used as one of `kind`: a kind of object ("joint") or a schema ("proximity/1"). TATU_OK if it is one
-   * now, so that the call can go on; it will be one in the next run in any case. */
+  /* [step] An object was used as one of `kind`: a kind of object ("joint") or a schema ("proximity/1"). TATU_OK if it is
+   * one by now, so that the call can go on; it will be one in the next run in any case. */
   tatu_status(TATU_CALL *used)(tatu_world *, tatu_object, const char *kind);
-  /* [step] Asked for in passing, where scripts see the end of the tree: what an object hangs on, */
+  /* [step] A script asked for an object's parent, */
   tatu_status(TATU_CALL *parent)(tatu_world *, tatu_object);
-  /* what hangs on it (of a kind, if that is not null), */
+  /* its child (of a kind, if that is not null), */
   tatu_status(TATU_CALL *child)(tatu_world *, tatu_object, const char *kind);
-  /* and its script: noted, and made only in the next run if it was missed. */
+  /* or its script, and there is none: recorded, and created only in the next run, if it was needed. */
   tatu_status(TATU_CALL *script)(tatu_world *, tatu_object);
-  /* [step] A value that an object does not have, by its name. TATU_OK if there is to be one, in a neutral form. */
+  /* [step] An object has no value of this name. TATU_OK: the caller returns a neutral one. */
   tatu_status(TATU_CALL *value)(tatu_world *, tatu_object, tatu_str name);
 } tatu_host_stand_ins;
 
 #define TATU_HOST_READINGS "tatu.host.readings/draft.4"
 
-/* How a sensor looks once. Noise and what the plugin makes of what was met are as ever. */
+/* Settings for one measurement. Noise and the plugin's processing do not change. */
 typedef struct tatu_look {
   uint32_t size;
   uint32_t flags;       /* TATU_BEAMS_NO_FRONT, _NO_BACK, _OCCLUDE, in place of the sensor's own */
-  tatu_object only;     /* see only this object; 0: all */
-  double far_m;         /* nothing farther from the sensor's origin is seen; infinity: as far as the sensor looks */
+  tatu_object only;     /* detect only this object; 0: all */
+  double far_m;         /* maximum distance from the sensor's origin; infinity: the sensor's own */
   double max_incidence; /* in place of the sensor's own; pi/2 or more: no limit */
 } tatu_look;
 
@@ -1080,18 +1081,18 @@ typedef struct tatu_look {
 typedef struct tatu_host_readings {
   uint32_t size;
   uint32_t reserved;
-  /* One field ("proximity.distance", interned with scene.prop) of a sensor. TATU_ERR_MISSING: it has none. */
+  /* One field ("proximity.distance", interned with scene.prop) of a sensor. TATU_ERR_MISSING: it has no such field. */
   tatu_status(TATU_CALL *field)(tatu_world *, tatu_object sensor, tatu_prop field, tatu_field_view *);
-  /* Handles a sensor now, outside its turn. `only`: see only this object; 0: all. */
+  /* Measures a sensor now, regardless of its schedule. `only`: detect only this object; 0: all. */
   tatu_status(TATU_CALL *sense_now)(tatu_world *, tatu_object sensor, tatu_object only);
-  /* Forgets the reading: its sequence number becomes 0. */
+  /* Discards the reading: its sequence number becomes 0. */
   tatu_status(TATU_CALL *reset)(tatu_world *, tatu_object sensor);
   /* Lists the sensors that fill a schema ("proximity/1"). */
   tatu_status(TATU_CALL *list)(tatu_world *, const char *schema, tatu_object *out, uint32_t cap, uint32_t *n);
   /* The declaration of the `index`-th field of a sensor, from 0, with its shape for this sensor; its texts live as long as
-   * the world. TATU_ERR_MISSING: it has no more. */
+   * the world. TATU_ERR_MISSING: past the end. */
   tatu_status(TATU_CALL *describe)(tatu_world *, tatu_object sensor, uint32_t index, tatu_field *);
-  /* As `sense_now`, with a look of its own: what the sensor's parameters say of it does not hold this time. */
+  /* As `sense_now`, with settings that override the sensor's parameters for this measurement. */
   tatu_status(TATU_CALL *look)(tatu_world *, tatu_object sensor, const tatu_look *);
 } tatu_host_readings;
 
@@ -1101,74 +1102,74 @@ typedef struct tatu_host_readings {
 typedef struct tatu_host_bodies {
   uint32_t size;
   uint32_t reserved;
-  /* Velocity of any object: from the engine for dynamic shapes, else from the last step's motion. 6 doubles. */
+  /* Velocity of any object: from the engine for dynamic shapes, otherwise from the last step's motion. 6 doubles. */
   tatu_status(TATU_CALL *twist)(tatu_world *, tatu_object, double *twist);
   /* Sets the velocity of a dynamic shape. */
   tatu_status(TATU_CALL *set_twist)(tatu_world *, tatu_object, const double *twist);
-  /* Pushes a dynamic shape during the next physics step: force N and torque N m at its centre of mass, world frame.
-   * Pushes add up. Null: none. */
+  /* Applies force (N) and torque (N m) to a dynamic shape during the next physics step, at its centre of mass, world
+   * frame. Repeated calls add up. Null: none. */
   tatu_status(TATU_CALL *push)(tatu_world *, tatu_object, const double *force, const double *torque);
-  /* Changes momentum at once: N s and N m s, world frame, at the centre of mass. Null: none. */
+  /* Changes momentum at once: N s and N m s at the centre of mass, world frame. Null: none. */
   tatu_status(TATU_CALL *impulse)(tatu_world *, tatu_object, const double *linear, const double *angular);
   /* Touching pairs after the last step, of one shape or (0) of all. `*n` is the full count. */
   tatu_status(TATU_CALL *contacts)(tatu_world *, tatu_object, tatu_contact *out, uint32_t cap, uint32_t *n);
-  /* The shortest way from any shape of a list to any of another, as they stand now; `n_b` 0: to any other shape. Objects
-   * that are no shapes are passed over. `limit` > 0: no farther than this, m. Fills 6 numbers, both ends in the world
-   * frame, and the two shapes; solids that overlap are 0 apart. TATU_ERR_MISSING: there is none so near. */
+  /* The shortest distance between a shape of list `a` and one of list `b` at their current poses; `n_b` 0: any other
+   * shape. Objects that are not shapes are ignored. `limit` > 0: maximum distance, m. Fills `points` with 6 numbers, both
+   * end points in the world frame, and `pair`; overlapping solids are 0 apart. TATU_ERR_MISSING: none within `limit`. */
   tatu_status(TATU_CALL *closest)(tatu_world *, const tatu_object *a, uint32_t n_a, const tatu_object *b, uint32_t n_b,
                                   double limit, double *points, tatu_object *pair);
   /* Whether the engine moves it: 1 for dynamic shapes and for joints between two bodies, once physics has run. */
   tatu_status(TATU_CALL *is_dynamic)(tatu_world *, tatu_object, uint32_t *yes);
-  /* Friction at the contacts that `contacts` gives, in the same order: on shape[1], world frame, N, over the last physics
-   * step, 3 numbers each. `cap` and `n` count numbers. */
+  /* Friction forces at the contacts listed by `contacts`, in the same order: on shape[1], world frame, N, over the last
+   * physics step, 3 numbers each. `cap` and `n` count numbers. */
   tatu_status(TATU_CALL *frictions)(tatu_world *, tatu_object, double *out, uint32_t cap, uint32_t *n);
 } tatu_host_bodies;
 
 #define TATU_HOST_COMMANDS "tatu.host.commands/draft.4"
 
-/* All commands of all plugins, callable; ids run from 1 without gaps. */
+/* The commands of all plugins; ids run from 1 without gaps. */
 typedef struct tatu_host_commands {
   uint32_t size;
   uint32_t reserved;
-  /* The id of the command of a name; 0: there is none. `*alias`, if not null: which of the command's names it is. */
+  /* The id of the command with this name; 0: none. `*alias`, if not null: which of the command's names it is. */
   uint32_t(TATU_CALL *find)(tatu_world *, tatu_str name, uint32_t *alias);
-  /* Whether any command or constant has a name that begins so and goes on with a dot: 1 or 0. */
+  /* Whether the name of any command or constant begins with `name` and a dot: 1 or 0. */
   uint32_t(TATU_CALL *is_name_space)(tatu_world *, tatu_str name);
-  /* How many commands there are. */
+  /* The number of commands. */
   uint32_t(TATU_CALL *count)(tatu_world *);
-  /* The declaration: the host's own copy, valid as long as the host. Null: no such id. */
+  /* The declaration: the host's own copy, valid for the lifetime of the host. Null: no such id. */
   const tatu_command *(TATU_CALL *describe)(tatu_world *, uint32_t id);
-  /* Calls a command. Fill of the frame: size, command, alias, args, n_args, results, results_cap, wait_token; the
-   * rest is the host's. On failure frame->error tells why until the next call. Bytes in the results live until the
-   * caller releases to a mark, or its own call returns. */
+  /* Calls a command. The caller sets size, command, alias, args, n_args, results, results_cap and wait_token of the
+   * frame; the host sets the rest. On failure frame->error says why, until the next call. Bytes in the results live until
+   * the caller releases to a mark, or its own call returns. */
   tatu_status(TATU_CALL *call)(tatu_world *, tatu_call *frame);
-  /* Grows when commands are added or removed: bind anew. */
+  /* Increases when commands are added or removed: look ids up again. */
   uint64_t(TATU_CALL *generation)(tatu_world *);
   /* A named constant. TATU_ERR_MISSING: none. */
   tatu_status(TATU_CALL *constant)(tatu_world *, tatu_str name, tatu_value *);
   /* The `index`-th prelude of a language, module and text. TATU_ERR_MISSING past the end. */
   tatu_status(TATU_CALL *prelude)(tatu_world *, const char *language, uint32_t index, tatu_str *module,
                                   tatu_str *text);
-  /* A place in the world's arena, */
+  /* The current top of the world's arena. */
   uint64_t(TATU_CALL *mark)(tatu_world *);
-  /* memory in it, */
+  /* Allocates in the arena; null if it is full. */
   void *(TATU_CALL *alloc)(tatu_world *, uint64_t bytes);
-  /* and back to the place: everything allocated since is gone. */
+  /* Frees everything allocated since the mark. */
   void(TATU_CALL *release)(tatu_world *, uint64_t mark);
-  /* Keeps a function that a script gave beyond the call: `*kept` stays good until dropped or until its script ends;
-   * nobody has to drop it then. Keeping it twice gives two ids. */
+  /* Keeps a function that a script passed, beyond the call: `*kept` is valid until it is dropped or its script ends, after
+   * which it need not be dropped. Retaining a function twice gives two ids. */
   tatu_status(TATU_CALL *retain)(tatu_world *, tatu_func, tatu_func *kept);
-  /* Gives a kept function up. */
+  /* Drops a retained function. */
   void(TATU_CALL *drop)(tatu_world *, tatu_func);
-  /* Calls a script's function; frame as in `call`. TATU_ERR_GONE when its script has ended. */
+  /* Calls a script's function; frame as for `call`. TATU_ERR_GONE: its script has ended. */
   tatu_status(TATU_CALL *call_func)(tatu_world *, tatu_func, tatu_call *frame);
-  /* The name of the `index`-th constant, in the order of their names. TATU_ERR_MISSING past the end. */
+  /* The name of the `index`-th constant, in alphabetical order. TATU_ERR_MISSING past the end. */
   tatu_status(TATU_CALL *constant_name)(tatu_world *, uint32_t index, tatu_str *name);
 } tatu_host_commands;
 
 #define TATU_HOST_SCRIPTS "tatu.host.scripts/draft.4"
 
-/* Scripts of the world. A script is an object of kind script that belongs to an object. */
+/* Scripts of the world. A script is an object of kind script that belongs to another object. */
 typedef struct tatu_host_scripts {
   uint32_t size;
   uint32_t reserved;
@@ -1176,64 +1177,64 @@ typedef struct tatu_host_scripts {
   tatu_status(TATU_CALL *list)(tatu_world *, tatu_object owner, tatu_object *out, uint32_t cap, uint32_t *n);
   /* Calls a function of a script by its own name. */
   tatu_status(TATU_CALL *call)(tatu_world *, tatu_object script, tatu_str function, tatu_call *frame);
-  /* Calls a callback in all scripts that have it, but not in `except`; results are dropped. */
+  /* Calls a callback in all scripts that have it, except `except`; results are discarded. */
   tatu_status(TATU_CALL *broadcast)(tatu_world *, tatu_str callback, const tatu_value *args, uint32_t n_args,
                                     tatu_object except);
-  /* What a script was given when it was started from outside: a map of texts, empty for all others. Lives until the call
-   * that you are in returns. */
+  /* Options of a script that was started from outside the scene: a map of texts, empty for all others. Lives until the
+   * plugin's current call returns. */
   tatu_status(TATU_CALL *options)(tatu_world *, tatu_object script, tatu_value *);
-  /* Adds a script to an object while the world lives. `language` by its id; `dialect` may be empty; `kind` is "child",
-   * "threaded" or "customization". While the world runs it begins in the next stage, after all others. A stop removes what was added
-   * since the start. */
+  /* Adds a script to an object of a live world. `language` is an id; `dialect` may be empty; `kind` is "child",
+   * "threaded" or "customization". In a running world it starts in the next stage, after all others; a stop removes the
+   * scripts added since the start. */
   tatu_status(TATU_CALL *add)(tatu_world *, tatu_object owner, tatu_str language, tatu_str dialect, tatu_str kind,
                               tatu_str name, tatu_str text, tatu_object *out);
-  /* Calls the child scripts of all objects below one, in order and with these arguments, for a stage that is running now:
-   * those that have not been called in it yet. The stage does not call them again. `stage`: TATU_STAGE_ACTUATE or
-   * TATU_STAGE_REACT; where it is not running, none is called. `*n`: how many were. */
+  /* Calls the child scripts of all objects below `above`, in order and with these arguments, that the running stage has
+   * not called yet; it does not call them again. `stage`: TATU_STAGE_ACTUATE or TATU_STAGE_REACT; if it is not running,
+   * none is called. `*n`: how many were called. */
   tatu_status(TATU_CALL *call_below)(tatu_world *, tatu_object above, uint32_t stage, const tatu_value *args,
                                      uint32_t n_args, uint32_t *n);
-  /* [step] The text of a script, as bytes. Lives until the call that you are in returns. */
+  /* [step] The text of a script, as bytes. Lives until the plugin's current call returns. */
   tatu_status(TATU_CALL *text)(tatu_world *, tatu_object script, tatu_value *);
-  /* [step] Puts another text in the place of a script's: what it keeps in numbers, texts and tables goes on where the new
-   * text has it. Refused where the text cannot be loaded; then nothing has changed. Not while the script itself runs. */
+  /* [step] Replaces the text of a script. Its numbers, texts and tables keep their values where the new text has them.
+   * Fails if the text cannot be loaded, and then changes nothing; fails while the script itself runs. */
   tatu_status(TATU_CALL *change)(tatu_world *, tatu_object script, tatu_str text);
 } tatu_host_scripts;
 
 #define TATU_HOST_SIGNALS "tatu.host.signals/draft.4"
 
-/* Named values of the world, one name space per `kind` (a number of the user's choice below 256). */
+/* Named values of the world, with one name space per `kind` (a number below 256, chosen by the plugins that use it). */
 typedef struct tatu_host_signals {
   uint32_t size;
   uint32_t reserved;
-  /* TATU_ERR_MISSING: not set. Text lives until the call that you are in returns. */
+  /* TATU_ERR_MISSING: not set. Text lives until the plugin's current call returns. */
   tatu_status(TATU_CALL *get)(tatu_world *, uint32_t kind, tatu_str name, tatu_value *);
   tatu_status(TATU_CALL *set)(tatu_world *, uint32_t kind, tatu_str name, const tatu_value *);
-  /* Removes one, or all of the kind when `name` is empty; gives how many there were. */
+  /* Removes one, or all of the kind if `name` is empty; returns how many were removed. */
   uint32_t(TATU_CALL *clear)(tatu_world *, uint32_t kind, tatu_str name);
-  /* The `index`-th name of a kind, in order of names. TATU_ERR_MISSING past the end. */
+  /* The `index`-th name of a kind, in alphabetical order. TATU_ERR_MISSING past the end. */
   tatu_status(TATU_CALL *name)(tatu_world *, uint32_t kind, uint32_t index, tatu_str *);
 } tatu_host_signals;
 
 #define TATU_HOST_EVENTS "tatu.host.events/draft.4"
 
-/* What happens in a world. An event is a name and a payload, a map. It is kept in order and delivered to functions of
- * scripts, in the order in which they subscribed, at stated moments: before a step, after each of its stages, and when
- * the world has stopped; to services at their next barrier. What handlers publish comes after what was kept before, at
- * the same moment. A handler that fails is named and no longer called. */
+/* Events of a world. An event is a name and a payload, a map. Events are queued in order. They are delivered to script
+ * functions, in the order of subscription, before a step, after each of its stages, and when the world has stopped; to
+ * services at their next barrier. Events published by handlers are appended to the queue and delivered at the same
+ * point. A handler that fails is reported and no longer called. */
 typedef struct tatu_host_events {
   uint32_t size;
   uint32_t reserved;
-  /* Publishes an event. Its name has a dot: those without belong to the host. `payload` is a map, or null: empty. */
+  /* Publishes an event. Its name has a dot; names without belong to the host. `payload` is a map, or null: empty. */
   tatu_status(TATU_CALL *publish)(tatu_world *, tatu_str name, const tatu_value *payload);
-  /* From now on `handler` is called with the payload and the name. A lasting reference: see commands.retain; it is
-   * dropped when the subscription ends. `name`: one event, or "*" as in tatu_service.events. TATU_ERR_MISSING: a name
-   * without a dot that nobody declares. The subscription ends with its script. */
+  /* Calls `handler` with payload and name for each event from now on. `handler` must be retained (commands.retain); it is
+   * dropped when the subscription ends, at the latest with its script. `name`: one event, or "*" as in
+   * tatu_service.events. TATU_ERR_MISSING: a name without a dot that the host does not declare. */
   tatu_status(TATU_CALL *subscribe)(tatu_world *, tatu_str name, tatu_func handler, uint64_t *id);
-  /* Ends a subscription. TATU_ERR_MISSING: there is none of that id. */
+  /* Ends a subscription. TATU_ERR_MISSING: no such id. */
   tatu_status(TATU_CALL *unsubscribe)(tatu_world *, uint64_t id);
-  /* Whether anybody listens to an event: what costs something need not be gathered else. */
+  /* Whether the event has any listener; if not, an expensive payload need not be gathered. */
   uint32_t(TATU_CALL *wanted)(tatu_world *, tatu_str name);
-  /* The `index`-th declared event, name and sentence. TATU_ERR_MISSING past the end. */
+  /* Name and text of the `index`-th declared event. TATU_ERR_MISSING past the end. */
   tatu_status(TATU_CALL *declared)(tatu_world *, uint32_t index, tatu_str *name, tatu_str *text);
 } tatu_host_events;
 
@@ -1242,8 +1243,8 @@ typedef struct tatu_host_events {
 enum { TATU_REQUEST_STOP = 1, TATU_REQUEST_PAUSE = 2, TATU_REQUEST_START = 3, TATU_REQUEST_QUIT = 4 };
 enum { TATU_STOPPED = 0, TATU_RUNNING = 1, TATU_PAUSED = 2 };
 
-/* What the property `scene.phase` tells. A stop asked for between two passes takes effect after three: an ordinary one,
- * STOPPING, LAST. A pause takes two: an ordinary one, LAST_BEFORE_PAUSE. Time advances in each. */
+/* Values of the property `scene.phase`. A stop requested between two passes takes effect after three more: an ordinary
+ * one, STOPPING, LAST; a pause after two: an ordinary one, LAST_BEFORE_PAUSE. Time advances in each. */
 enum {
   TATU_PHASE_STOPPED = 0,
   TATU_PHASE_FIRST = 1,
@@ -1255,46 +1256,44 @@ enum {
   TATU_PHASE_LAST = 7
 };
 
-/* Worlds and their life. */
+/* The state of worlds, and input from outside. */
 typedef struct tatu_host_session {
   uint32_t size;
   uint32_t reserved;
-  /* Asks for a change of state, which takes effect after passes: see TATU_PHASE_*. A start while time stands takes effect
-   * at once, unless a script asks. A stop releases all holds. */
+  /* Requests a change of state, which takes effect some passes later: see TATU_PHASE_*. A start of a stopped or paused
+   * world takes effect at once, unless a script requests it. A stop releases all holds. */
   tatu_status(TATU_CALL *request)(tatu_world *, uint32_t what);
   /* [any] Wakes a session that waits at its barrier. */
   void(TATU_CALL *wake)(tatu_session *);
   /* The session's worlds. `*n` is the full count. */
   tatu_status(TATU_CALL *worlds)(tatu_session *, tatu_world **out, uint32_t cap, uint32_t *n);
-  /* [step] In a service's barrier: for whom the calls that follow are made, by a number of the service's choice. It
-   * stands in the input log beside the call. */
+  /* [step] In a service's barrier: the client for whom the following calls are made, a number chosen by the service. The
+   * input log records it with each call. */
   tatu_status(TATU_CALL *client)(tatu_world *, uint64_t client);
-  /* [step] What a world does: TATU_STOPPED, TATU_RUNNING or TATU_PAUSED. */
+  /* [step] The state of a world: TATU_STOPPED, TATU_RUNNING or TATU_PAUSED. */
   uint32_t(TATU_CALL *state)(tatu_world *);
-  /* [step] The `index`-th thing that came in from outside since the start, from 0, but for what services did: a key, for
-   * instance, `kind` being "key" and `text` its character or name. What kinds and texts there are is agreed between who
-   * puts in and who reads. The texts live until the call that you are in returns. TATU_ERR_MISSING, without a sentence:
-   * no more has come. */
+  /* [step] The `index`-th input from outside since the start, from 0, other than calls of services. A key press, for
+   * instance, has `kind` "key" and its character or name as `text`. Kinds and texts are a convention between writer and
+   * reader. The texts live until the plugin's current call returns. TATU_ERR_MISSING, without a message: past the end. */
   tatu_status(TATU_CALL *input)(tatu_world *, uint64_t index, tatu_str *kind, tatu_str *text);
-  /* [step] Puts something in as if it came from outside: see `input`. The call itself is what an input log holds. */
+  /* [step] Adds an input as if it came from outside: see `input`. The input log records this call. */
   tatu_status(TATU_CALL *put_in)(tatu_world *, tatu_str kind, tatu_str text);
-  /* [step] Asks the program to go on with another scene, once this world has stopped. `file` is a path that
-   * `files.resolve` gave; empty: this scene again, as its file says. TATU_ERR_UNSUPPORTED: the program runs one scene, and
-   * no other. A file that cannot be opened is refused with what is wrong in it, and this world goes on. A start that is asked
-   * for afterwards is that of the new scene. */
+  /* [step] Asks the program to open another scene once this world has stopped. `file` is a path from `files.resolve`;
+   * empty: reload this scene from its file. TATU_ERR_UNSUPPORTED: the program cannot change scenes. If the file cannot be
+   * opened, the error says why, and this world goes on. A start requested afterwards starts the new scene. */
   tatu_status(TATU_CALL *open)(tatu_world *, tatu_str file);
-  /* [step] For plugins that look outside in the middle of a step, at a socket or a clock: what they found is an input of the
-   * run. Ask here first: in a run that is repeated from its log this gives what was found at this place, of this kind, and
-   * nothing outside is touched. TATU_ERR_MISSING, without a sentence: this run repeats nothing; look, and tell it by
-   * `observe`. TATU_ERR_GONE: the log has no more. The text lives until the call that you are in returns. */
+  /* [step] For plugins that read a socket or a clock during a step: what they read is an input of the run. Call this
+   * first. In a replay it returns what was recorded here for this kind, and the plugin must not read outside.
+   * TATU_ERR_MISSING, without a message: this run is not a replay; read, then record it with `observe`. TATU_ERR_GONE:
+   * the log has ended. The text lives until the plugin's current call returns. */
   tatu_status(TATU_CALL *observed)(tatu_world *, tatu_str kind, tatu_str *text);
-  /* [step] Writes what was found into the input log. */
+  /* [step] Records what was read in the input log. */
   tatu_status(TATU_CALL *observe)(tatu_world *, tatu_str kind, tatu_str text);
-  /* [step] Not 0: the run is to end. Who waits for something outside asks every 50 ms, and then gives up;
-   * who asks is not ended as a call that never returns. */
+  /* [step] Not 0: the run is to end. A call that waits for something outside polls this every 50 ms, and gives up then;
+   * while it polls, the watchdog does not end it. */
   uint32_t(TATU_CALL *interrupted)(tatu_world *);
-  /* [step] In a call of a service: a function of a client, as an argument for commands (TATU_FUNC). It may be kept like
-   * one of a script; who calls it comes to tatu_service.call_func with `local`, a number of the service's choice. */
+  /* [step] In a call of a service: a client's function as an argument for commands (TATU_FUNC). It can be retained like a
+   * script's. Calls of it go to tatu_service.call_func with `local`, a number chosen by the service. */
   tatu_status(TATU_CALL *function)(tatu_world *, uint32_t local, tatu_func *func);
 } tatu_host_session;
 
@@ -1302,13 +1301,13 @@ typedef struct tatu_host_session {
 
 enum { TATU_STAGE_ACTUATE = 1, TATU_STAGE_PHYSICS = 2, TATU_STAGE_SENSE = 3, TATU_STAGE_REACT = 4, TATU_STAGE_CLEAN = 5 };
 
-/* For drivers: a script of kind "main", or a plugin that it calls, runs the stages of a step itself: none, once or several
- * times. Time then moves on, at the end of the step, by what the physics stages took. */
+/* For drivers: a script of kind "main", or a plugin that it calls, runs the stages of a step itself, each any number of
+ * times. At the end of the step, time advances by the sum of its physics stages. */
 typedef struct tatu_host_stage {
   uint32_t size;
   uint32_t reserved;
-  /* Runs one stage now; refused from within itself with the chain of calls. TATU_STAGE_CLEAN lets scripts of the run
-   * clean up, each once; it does nothing but in the last pass. */
+  /* Runs one stage now; a stage cannot run within itself, and the error then shows the chain of calls. TATU_STAGE_CLEAN
+   * calls the clean-up of the run's scripts, each once; it has an effect only in the last pass. */
   tatu_status(TATU_CALL *run)(tatu_world *, uint32_t stage, double dt);
 } tatu_host_stage;
 
@@ -1316,18 +1315,18 @@ typedef struct tatu_host_stage {
 
 enum {
   TATU_LOG_ERROR = 1, TATU_LOG_WARNING = 2, TATU_LOG_INFO = 3, TATU_LOG_DEBUG = 4,
-  TATU_LOG_STATUS = 5, /* a line of the status bar: what scripts tell their user; stands in traces */
-  TATU_LOG_CLEAR = 6,  /* empties the status bar */
-  TATU_LOG_CONSOLE = 7,      /* text on a console, as it came: title, NUL, text; stands in traces only */
-  TATU_LOG_CONSOLE_CLEAR = 8 /* empties a console: its title; stands in traces only */
+  TATU_LOG_STATUS = 5, /* a line in the status bar, for the user of a script; recorded in traces */
+  TATU_LOG_CLEAR = 6,  /* clears the status bar */
+  TATU_LOG_CONSOLE = 7,      /* text for a console, unchanged: title, NUL, text; in traces only */
+  TATU_LOG_CONSOLE_CLEAR = 8 /* clears a console: its title; in traces only */
 };
 
 typedef struct tatu_host_log {
   uint32_t size;
   uint32_t reserved;
-  /* [any] One line; the host says whose it is, by its first argument. `world` may be null. */
+  /* [any] Writes one line; the host adds the plugin, which it knows from the first argument. `world` may be null. */
   void(TATU_CALL *write)(const tatu_host *, tatu_world *, uint32_t level, tatu_str text);
-  /* [step] What the last refusal of a service said; never null. */
+  /* [step] The error of the last failed service call; never null. */
   const tatu_error *(TATU_CALL *last_error)(tatu_world *);
 } tatu_host_log;
 
@@ -1335,26 +1334,26 @@ typedef struct tatu_host_log {
 
 enum {
   TATU_FILE_READ = 1,
-  TATU_FILE_WRITE = 2,   /* makes the file, or empties it */
+  TATU_FILE_WRITE = 2,   /* creates or truncates the file */
   /* for `open` only: */
-  TATU_FILE_APPEND = 4,  /* makes the file, and writes at its end; in place of WRITE */
-  TATU_FILE_UPDATE = 8,  /* with WRITE: the file must be there, and is not emptied */
-  TATU_FILE_NEW = 16,    /* with WRITE: the file must not be there */
-  TATU_FILE_FOLDERS = 32 /* with WRITE or APPEND: makes the folders that are missing */
+  TATU_FILE_APPEND = 4,  /* creates the file if needed, and writes at its end; instead of WRITE */
+  TATU_FILE_UPDATE = 8,  /* with WRITE: the file must exist, and is not truncated */
+  TATU_FILE_NEW = 16,    /* with WRITE: the file must not exist */
+  TATU_FILE_FOLDERS = 32 /* with WRITE or APPEND: creates missing folders */
 };
 
 /* Files, within the folders that the run allows. */
 typedef struct tatu_host_files {
   uint32_t size;
   uint32_t reserved;
-  /* The path of a name as a script gives it, if it lies in an allowed folder; lives until the call that you are in returns.
-   * Reading: the scene's folder and the working folder. Writing: the working folder. For functions that take such a path;
-   * to read or write it yourself use `open`. */
+  /* Resolves a file name given by a script to a path, if it lies in an allowed folder; the path lives until the plugin's
+   * current call returns. Reading: the scene's folder and the working folder. Writing: the working folder. Meant for
+   * functions that take such a path; to read or write the file yourself, use `open`. */
   tatu_status(TATU_CALL *resolve)(tatu_world *, tatu_str name, uint32_t mode, tatu_str *path);
-  /* [step] Opens a plain file beneath those folders: `mode` is a sum of TATU_FILE_*. `*file` is yours, and yours to close: a
-   * file descriptor (POSIX, close-on-exec) or a HANDLE (Windows). The folders are those of when the world was made, so a
-   * changed working folder, `..` and links lead nowhere else. TATU_ERR_MISSING: they have no such file; TATU_ERR: a link
-   * leads out of them, or it is a folder, pipe, socket or device; the sentence has its path. */
+  /* [step] Opens a regular file below those folders; `mode` is a sum of TATU_FILE_*. The caller owns and closes `*file`: a
+   * file descriptor (POSIX, close-on-exec) or a HANDLE (Windows). The folders are fixed when the world is made: a changed
+   * working folder, `..` and links do not lead out of them. TATU_ERR_MISSING: no such file; TATU_ERR: a link leads out of
+   * the folders, or it is a folder, pipe, socket or device; the message has its path. */
   tatu_status(TATU_CALL *open)(tatu_world *, tatu_str name, uint32_t mode, int64_t *file);
 } tatu_host_files;
 
@@ -1363,49 +1362,49 @@ typedef struct tatu_host_files {
 enum {
   TATU_FIGURE_STREAM = 1,  /* of a graph: a number over time. Keys: name, unit, color, of, data, transform, factor, offset, window, hidden */
   TATU_FIGURE_CURVE = 2,   /* of a graph: one stream over another. Keys: name, unit, color, x, y, z (a stream's name or a number) */
-  TATU_FIGURE_COPY = 3,    /* of a graph: a curve that stays as another one is now. Keys: name, curve (its number) */
+  TATU_FIGURE_COPY = 3,    /* of a graph: a fixed copy of a curve as it is now. Keys: name, curve (its number) */
   TATU_FIGURE_DRAWING = 4  /* of the world: items in space. Keys: form, size, color, parent, capacity, cyclic, tolerance, persistent, extra */
 };
 
-/* What is drawn for people: streams and curves of graphs (objects of kind graph), and drawings, whose `graph` is 0. They are
- * numbered from 1 in their graph or among the drawings; tables are maps, as scene files write them, SI units and radians. Nothing of it
- * acts on objects. Graphs are emptied when a run starts, and keep what they recorded when it stops. */
+/* Display only, without effect on objects: streams and curves of graphs (objects of kind graph), and drawings, for which
+ * `graph` is 0. They are numbered from 1 within their graph or among the drawings. Keys are those of scene files, in SI
+ * units and radians. Graphs are cleared when a run starts, and keep their samples when it stops. */
 typedef struct tatu_host_figures {
   uint32_t size;
   uint32_t reserved;
-  /* Adds one: TATU_FIGURE_*, and a map of its keys. */
+  /* Adds one of type `what`, TATU_FIGURE_*, with a map of its keys. */
   tatu_status(TATU_CALL *add)(tatu_world *, tatu_object graph, uint32_t what, const tatu_value *keys, int64_t *id);
-  /* Changes keys of a stream (a map), or removes a stream, curve or drawing (null). TATU_ERR_MISSING: there is none. */
+  /* Changes keys of a stream (a map), or removes a stream, curve or drawing (null). TATU_ERR_MISSING: no such id. */
   tatu_status(TATU_CALL *change)(tatu_world *, tatu_object graph, int64_t id, const tatu_value *keys);
-  /* Gives a stream the number of its next sample (`n` is 1), or adds items to a drawing: numbers in the world, as many an item
-   * as "stride" tells. `n` 0 empties a drawing or, with `id` 0, a whole graph. `*taken`: how many numbers or items. */
+  /* Sets the value of a stream's next sample (`n` is 1), or adds items to a drawing: world coordinates, "stride" numbers
+   * per item. `n` 0 clears a drawing or, with `id` 0, a whole graph. `*taken`: number of values or items stored. */
   tatu_status(TATU_CALL *put)(tatu_world *, tatu_object graph, int64_t id, const double *numbers, uint64_t n,
                               uint64_t *taken);
-  /* A graph takes a sample of all its streams, under this time in s. 0: all graphs that are not told when to record. */
+  /* Records a sample of all streams of a graph, with this time in s. Graph 0: all graphs that are not explicit. */
   tatu_status(TATU_CALL *record)(tatu_world *, tatu_object graph, double time);
-  /* The numbers of all of one sort (TATU_FIGURE_STREAM, _CURVE or _DRAWING), in order of their making. `*n` is the full count. */
+  /* The ids of one type (TATU_FIGURE_STREAM, _CURVE or _DRAWING), in order of creation. `*n` is the full count. */
   tatu_status(TATU_CALL *list)(tatu_world *, tatu_object graph, uint32_t what, int64_t *out, uint32_t cap, uint32_t *n);
-  /* One as a map: its keys and "figure" (TATU_FIGURE_*); with `numbers` not 0 also what it holds, as arrays of double: "times" and
-   * "values" of a stream (not a number: missing), "points" of a curve and "dims" coordinates each, "items" of a drawing and the "stride"
-   * of each. Lives until the call that you are in returns. */
+  /* One as a map: its keys and "figure" (TATU_FIGURE_*); if `numbers` is not 0 also its data, as arrays of double: "times"
+   * and "values" of a stream (NaN: missing), "points" of a curve with "dims" coordinates each, "items" of a drawing with
+   * "stride" numbers each. Lives until the plugin's current call returns. */
   tatu_status(TATU_CALL *get)(tatu_world *, tatu_object graph, int64_t id, uint32_t numbers, tatu_value *);
   /* [step] The `index`-th visible part of a shape, from 0, as a map: "form" (box, sphere, cylinder, capsule, plane, mesh),
-   * "size" (full extents, m; none of a plane), "pose" (7 numbers, in the shape), "color", and of a mesh "points" (x y z) and
-   * "triangles" (three places of points) in the part's frame. Lives until the call that you are in returns.
-   * TATU_ERR_MISSING, without a sentence: it has no more. */
+   * "size" (full extents, m; none for a plane), "pose" (7 numbers, in the shape's frame), "color", and for a mesh "points"
+   * (x y z) and "triangles" (3 point indices each) in the part's frame. Lives until the plugin's current call returns.
+   * TATU_ERR_MISSING, without a message: past the end. */
   tatu_status(TATU_CALL *part)(tatu_world *, tatu_object shape, uint32_t index, tatu_value *);
 } tatu_host_figures;
 
-/* ================================================================ 12. Conveniences =================== */
+/* ================================================================ 12. Helpers ======================== */
 
-/* A text literal or NUL-terminated string as tatu_str. */
+/* A NUL-terminated string as tatu_str. */
 static inline tatu_str tatu_text(const char *s) {
   tatu_str t = {s, 0};
   while (s && s[t.len]) t.len++;
   return t;
 }
 
-/* Fills an error; returns the code, so that `return tatu_fail(error, TATU_ERR, "...")` reads well. */
+/* Sets an error and returns its code: `return tatu_fail(error, TATU_ERR, "...")`. */
 static inline tatu_status tatu_fail(tatu_error *e, tatu_status code, const char *text) {
   if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
   return code;
@@ -1433,14 +1432,14 @@ static inline tatu_value tatu_span(uint32_t tag, const void *ptr, uint64_t len) 
 
 /* Whether argument `i` was given and is not nil. */
 static inline int tatu_has_arg(const tatu_call *c, uint32_t i) { return i < c->n_args && c->args[i].tag != TATU_NIL; }
-/* Arguments of declared type; 0 or empty when missing. */
+/* Arguments of declared type; 0 or empty if missing. */
 static inline double tatu_arg_float(const tatu_call *c, uint32_t i) {
   if (i >= c->n_args) return 0;
   return c->args[i].tag == TATU_F64 ? c->args[i].u.f : c->args[i].tag == TATU_I64 ? (double)c->args[i].u.i : 0;
 }
 static inline int64_t tatu_arg_int(const tatu_call *c, uint32_t i) {
   if (i >= c->n_args) return 0;
-  if (c->args[i].tag == TATU_F64) { /* beyond the range of integers there is none to give */
+  if (c->args[i].tag == TATU_F64) { /* 0 if it is out of range for int64_t */
     double x = c->args[i].u.f;
     return x > -9.2e18 && x < 9.2e18 ? (int64_t)x : 0;
   }
@@ -1453,19 +1452,19 @@ static inline tatu_object tatu_arg_object(const tatu_call *c, uint32_t i) {
 static inline tatu_func tatu_arg_func(const tatu_call *c, uint32_t i) {
   return i < c->n_args && c->args[i].tag == TATU_FUNC ? c->args[i].u.u : 0;
 }
-/* The numbers of a TATU_F64S argument, and how many; null and 0 when it is missing. */
+/* The numbers of a TATU_F64S argument and their count; null and 0 if it is missing. */
 static inline const double *tatu_arg_floats(const tatu_call *c, uint32_t i, uint64_t *n) {
   int is = i < c->n_args && c->args[i].tag == TATU_F64S;
   *n = is ? c->args[i].u.s.len : 0;
   return is ? (const double *)c->args[i].u.s.ptr : 0;
 }
-/* The entries of a TATU_MAP argument, and how many; null and 0 when it is missing. */
+/* The entries of a TATU_MAP argument and their count; null and 0 if it is missing. */
 static inline const tatu_pair *tatu_arg_map(const tatu_call *c, uint32_t i, uint64_t *n) {
   int is = i < c->n_args && c->args[i].tag == TATU_MAP;
   *n = is ? c->args[i].u.s.len : 0;
   return is ? (const tatu_pair *)c->args[i].u.s.ptr : 0;
 }
-/* The value of a text key of a map; null when there is none, or the value is no map. */
+/* The value for a text key of a map; null if there is none, or `map` is not a map. */
 static inline const tatu_value *tatu_map_get(const tatu_value *map, const char *key) {
   tatu_str k = tatu_text(key);
   const tatu_pair *p = map && map->tag == TATU_MAP ? (const tatu_pair *)map->u.s.ptr : 0;
@@ -1478,11 +1477,11 @@ static inline const tatu_value *tatu_map_get(const tatu_value *map, const char *
   }
   return 0;
 }
-/* A result, or any value, as a number; 0 if it is none. */
+/* Any value as a number; 0 if it is not one. */
 static inline double tatu_to_float(tatu_value v) {
   return v.tag == TATU_F64 ? v.u.f : v.tag == TATU_I64 ? (double)v.u.i : 0;
 }
-/* A frame for commands.call and commands.call_func: arguments in, room for at least 16 results. */
+/* A frame for commands.call and commands.call_func; `cap` is at least 16. */
 static inline tatu_call tatu_frame(const tatu_value *args, uint32_t n_args, tatu_value *results, uint32_t cap) {
   tatu_call c;
   size_t i;
@@ -1508,7 +1507,7 @@ static inline tatu_status tatu_return(tatu_call *c, tatu_value v) {
   c->results[c->n_results++] = v;
   return TATU_OK;
 }
-/* Copies bytes into memory that lives until the caller has read the results; null when there is no room. */
+/* Copies bytes into memory that lives until the caller has read the results; null if the arena is full. */
 static inline void *tatu_keep(tatu_call *c, const void *bytes, uint64_t n) {
   char *p = (char *)c->api->alloc(c, n ? n : 1);
   uint64_t i;
