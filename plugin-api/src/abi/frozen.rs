@@ -83,7 +83,7 @@ pub const TATU_ELEM_U16: u32 = 4;
 pub const TATU_ELEM_U8: u32 = 5;
 pub const TATU_ELEM_OBJECT: u32 = 6;
 
-/// A look at one field of a reading.
+/// One field of a sensor's last reading.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "layout-check", derive(StableAbi))]
