@@ -142,7 +142,7 @@ static const tatu_param *const params[] = {{&param, NULL}};
     told_once(&done, &["[E303]", "the field `smell.a b` of its sensor `nose` has an invalid name: it holds a space"]);
     compile(&base, "nose", &nose("smell.what", "smell\\t/1").text());
     let done = base.run(&["--steps", "1"]).good();
-    told_once(&done, &["[E303]", "its sensor `nose` claims the schema `smell\\t/1`, which there cannot be"]);
+    told_once(&done, &["[E303]", "its sensor `nose` claims the schema `smell\\t/1`, which is not a valid name"]);
     told_once(&done, &["[E310]", "its parameter `a\\nb` cannot be written"]);
 }
 

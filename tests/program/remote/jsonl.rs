@@ -553,7 +553,7 @@ fn a_service_in_c_that_fails_is_switched_off_and_named_once() {
     let place = Place::scene(&format!("plugins = [\"plugins\"]\n{}", watcher("d", "")));
     odd(&place);
     for (how, words) in [
-        (1, "it answered 7 [tatu_service.barrier]"),
+        (1, "it returned 7 [tatu_service.barrier]"),
         (2, "failed with status -1 [tatu_service.barrier]"),
         (5, "`odd`: the wire broke [tatu_service.barrier]"),
     ] {
