@@ -21,6 +21,10 @@ const VALID: usize = 9;
 
 fn kind() -> SensorKind {
     let field = |name: &str, elem, dims| FieldInfo { name: name.into(), elem, dims, ..FieldInfo::default() };
+    let marked = |name, dims, nothing: &str| {
+        let (valid, nothing) = (Some("fix.valid".into()), Some(nothing.into()));
+        FieldInfo { valid, nothing, ..field(name, TATU_ELEM_F64, dims) }
+    };
     let fields = vec![
         field("test.one", TATU_ELEM_F64, [1, 1, 1]),
         field("test.many", TATU_ELEM_F64, [0, 1, 1]),
@@ -29,9 +33,9 @@ fn kind() -> SensorKind {
         field("test.place", TATU_ELEM_F64, [3, 1, 1]),
         field("test.seen", TATU_ELEM_U8, [0, 1, 1]),
         field("test.raw", TATU_ELEM_U16, [0, 1, 1]),
-        // Of a schema that is known, with its own value for nothing.
-        field("fix.altitude", TATU_ELEM_F64, [1, 1, 1]),
-        field("fix.position", TATU_ELEM_F64, [3, 1, 1]),
+        // With a field that marks validity, and 0 where there is no value.
+        marked("fix.altitude", [1, 1, 1], "0"),
+        marked("fix.position", [3, 1, 1], "0 0 0"),
         field("fix.valid", TATU_ELEM_I32, [1, 1, 1]),
         field("test.object", TATU_ELEM_OBJECT, [1, 1, 1]),
         field("else.one", TATU_ELEM_F64, [1, 1, 1]),
