@@ -5,7 +5,7 @@ use crate::{kit::*, lookup::sets};
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let devices = "Sensors, actuators and scripts come along and begin anew; what scripts keep is not copied.";
     offer.command(
-        both("sim.copyPasteObjects", NIL, |c| {
+        both(["sim.copyPasteObjects", "simCopyPasteObjects"], NIL, |c| {
             let ids = sets::list(c, 0)?;
             let options = int_or(c, 1, 0)?;
             let out = copy(c, &ids, options & 1 != 0)?;
@@ -19,7 +19,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(devices),
     );
     offer.command(
-        both("sim.copyPasteSelectedObjects", MINUS, |c| {
+        both(["sim.copyPasteSelectedObjects", "simCopyPasteSelectedObjects"], MINUS, |c| {
             let ids = crate::state::state(c)?.selection.clone();
             let out = copy(c, &ids, false)?;
             let ids = out.iter().filter_map(|h| c.world().look(*h as u64).ok()).map(|o| o.id).collect();
@@ -32,7 +32,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(devices),
     );
     offer.command(
-        both("sim.getObjectSizeFactor", NIL, |c| {
+        both(["sim.getObjectSizeFactor", "simGetObjectSizeFactor"], NIL, |c| {
             let id = living(c, 0)?.id;
             let f = tags::number(c, id, "scale")?.unwrap_or(1.0);
             c.ret(f);
@@ -43,7 +43,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives by how much an object has been scaled since it was made."),
     );
     offer.command(
-        both("sim.getObjectSizeValues", NIL, |c| {
+        both(["sim.getObjectSizeValues", "simGetObjectSizeValues"], NIL, |c| {
             let o = living(c, 0)?;
             let size = tags::number(c, o.id, "scale")?.unwrap_or(1.0);
             c.ret(&[size; 3][..]);
@@ -55,7 +55,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("The three are equal: scale along single axes changes the size of a shape only."),
     );
     offer.command(
-        both("sim.setObjectSizeValues", MINUS, |c| {
+        both(["sim.setObjectSizeValues", "simSetObjectSizeValues"], MINUS, |c| {
             let (o, v) = (living(c, 0)?, numbers::<3>(c, 1)?);
             let old = tags::number(c, o.id, "scale")?.unwrap_or(1.0);
             scale(c, o, v.map(|x| x / old))?;
@@ -68,7 +68,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("The three are remembered as one."),
     );
     offer.command(
-        both("sim.scaleObject", MINUS, |c| {
+        both(["sim.scaleObject", "simScaleObject"], MINUS, |c| {
             let (o, f) = (living(c, 0)?, [c.f64(1)?, c.f64(2)?, c.f64(3)?]);
             scale(c, o, f)?;
             let old = tags::number(c, o.id, "scale")?.unwrap_or(1.0);
@@ -86,7 +86,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("Sizes of shapes change, and their mass stays; sensors and joints stay as they are."),
     );
     offer.command(
-        both("sim.scaleObjects", MINUS, |c| {
+        both(["sim.scaleObjects", "simScaleObjects"], MINUS, |c| {
             let (ids, f, places) = (sets::list(c, 0)?, c.f64(1)?, c.arg(2).truthy());
             if f <= 0.0 {
                 return Err(Fail::argument("argument 2: a scale must be greater than 0"));
@@ -121,7 +121,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 /// Models and scenes as files.
 fn files(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("sim.loadModel", MINUS, |c| {
+        both(["sim.loadModel", "simLoadModel"], MINUS, |c| {
             let file = c.bytes(0)?;
             let w = c.world();
             // What `sim.saveModel` wrote under a name of another ending.
@@ -149,7 +149,7 @@ fn files(offer: &mut Offer<Vrep>) {
         .partial("A model from a buffer is not loaded; options have no effect."),
     );
     offer.command(
-        both("sim.loadScene", MINUS, |c| {
+        both(["sim.loadScene", "simLoadScene"], MINUS, |c| {
             let file = c.world().file(c.bytes(0)?, TATU_FILE_READ)?;
             c.world().open_scene(&String::from_utf8_lossy(&file))?;
             c.ret(1_i64);
@@ -160,8 +160,8 @@ fn files(offer: &mut Offer<Vrep>) {
         .text("Goes on with another scene, once this one has stopped.")
         .partial("Only `tatu serve` and `tatu open` go from one scene to the next; `tatu run` says so."),
     );
-    for (name, model) in [("sim.saveModel", true), ("sim.saveScene", false)] {
-        let command = both(name, MINUS, move |c| {
+    for (names, model) in [(["sim.saveModel", "simSaveModel"], true), (["sim.saveScene", "simSaveScene"], false)] {
+        let command = both(names, MINUS, move |c| {
             let (base, at) = if model { (living(c, 0)?.id, 1) } else { (0, 0) };
             let w = c.world();
             let path = w.file(&scene_file(c.bytes(at)?), TATU_FILE_WRITE)?;
@@ -181,7 +181,7 @@ fn files(offer: &mut Offer<Vrep>) {
         );
     }
     offer.command(
-        both("sim.closeScene", MINUS, |c| {
+        both(["sim.closeScene", "simCloseScene"], MINUS, |c| {
             c.ret(-1_i64);
             Ok(())
         })

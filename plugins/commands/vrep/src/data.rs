@@ -6,7 +6,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let target = || Param::int("target").text("an object, sim.handle_scene or sim.handle_app");
     let tag = || Param::string("tag").text("any name");
     offer.command(
-        both("sim.writeCustomDataBlock", MINUS, |c| {
+        both(["sim.writeCustomDataBlock", "simWriteCustomDataBlock"], MINUS, |c| {
             write(c, c.arg(2).as_bytes().map(<[u8]>::to_vec))?;
             c.ret(1_i64);
             Ok(())
@@ -27,7 +27,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         );
     }
     offer.command(
-        both("sim.readCustomDataBlock", NIL, |c| {
+        both(["sim.readCustomDataBlock", "simReadCustomDataBlock"], NIL, |c| {
             let found = match place(c) {
                 Ok((id, tag)) => tags::get(c, id, &tag)?,
                 // What does not exist has no data.
@@ -93,7 +93,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives the table that was kept with an object under a tag."),
     );
     offer.command(
-        both("sim.readCustomDataBlockTags", NIL, |c| {
+        both(["sim.readCustomDataBlockTags", "simReadCustomDataBlockTags"], NIL, |c| {
             let tags = tags(c)?;
             if !tags.is_empty() {
                 c.ret(Value::List(tags));
@@ -139,8 +139,16 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 fn headers(offer: &mut Offer<Vrep>) {
     let header = |n: i64| format!("#{n}").into_bytes();
     for (add, get, scene) in [
-        ("sim.addObjectCustomData", "sim.getObjectCustomData", false),
-        ("sim.addSceneCustomData", "sim.getSceneCustomData", true),
+        (
+            ["sim.addObjectCustomData", "simAddObjectCustomData"],
+            ["sim.getObjectCustomData", "simGetObjectCustomData"],
+            false,
+        ),
+        (
+            ["sim.addSceneCustomData", "simAddSceneCustomData"],
+            ["sim.getSceneCustomData", "simGetSceneCustomData"],
+            true,
+        ),
     ] {
         let at = usize::from(!scene);
         let of = move |c: &Ctx<'_>| -> Result<tatu_object> { if scene { Ok(0) } else { target_of(c, 0) } };
@@ -176,7 +184,7 @@ fn headers(offer: &mut Offer<Vrep>) {
 fn persistent(offer: &mut Offer<Vrep>) {
     let key = |name: &[u8]| [b"persistent.", name].concat();
     offer.command(
-        both("sim.persistentDataWrite", MINUS, move |c| {
+        both(["sim.persistentDataWrite", "simPersistentDataWrite"], MINUS, move |c| {
             let name = key(c.bytes(0)?);
             let data = c.bytes(1)?.to_vec();
             let name = String::from_utf8_lossy(&name).into_owned();
@@ -192,7 +200,7 @@ fn persistent(offer: &mut Offer<Vrep>) {
         .partial("The data lives as long as the scene, and is not written to disk."),
     );
     offer.command(
-        both("sim.persistentDataRead", NIL, move |c| {
+        both(["sim.persistentDataRead", "simPersistentDataRead"], NIL, move |c| {
             let name = key(c.bytes(0)?);
             let name = String::from_utf8_lossy(&name).into_owned();
             if let Some(data) = tags::private(c, 0, &name)? {

@@ -15,7 +15,7 @@ const NOT_MODEL: i64 = 0xF000;
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let bits = || Param::int("property").text("bits");
     offer.command(
-        both("sim.getObjectProperty", MINUS, |c| {
+        both(["sim.getObjectProperty", "simGetObjectProperty"], MINUS, |c| {
             let id = living(c, 0)?.id;
             let bits = tags::number(c, id, "object property")?.map_or(OBJECT_PROPERTY, |x| x as i64);
             c.ret(bits);
@@ -26,7 +26,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives the bits of an object: sim.objectproperty_..."),
     );
     offer.command(
-        both("sim.setObjectProperty", MINUS, |c| {
+        both(["sim.setObjectProperty", "simSetObjectProperty"], MINUS, |c| {
             let (id, bits) = (living(c, 0)?.id, c.i64(1)?);
             tags::set_number(c, id, "object property", bits as f64)?;
             done(c)
@@ -37,7 +37,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("They are kept and given back; what they would change in windows has no place here."),
     );
     offer.command(
-        both("sim.getModelProperty", MINUS, |c| {
+        both(["sim.getModelProperty", "simGetModelProperty"], MINUS, |c| {
             let id = living(c, 0)?.id;
             let bits = match bool_of(c, id, c.plugin().p.model_base)? {
                 true => tags::number(c, id, "model property")?.map_or(0, |x| x as i64),
@@ -51,7 +51,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives the bits of a model: sim.modelproperty_...; sim.modelproperty_not_model: the object is no base of one."),
     );
     offer.command(
-        both("sim.setModelProperty", MINUS, |c| {
+        both(["sim.setModelProperty", "simSetModelProperty"], MINUS, |c| {
             let (id, bits) = (living(c, 0)?.id, c.i64(1)?);
             let base = bits & NOT_MODEL != NOT_MODEL;
             c.world().set(id, c.plugin().p.model_base, &Value::Bool(base))?;
@@ -64,7 +64,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("Whether it is a base counts; the bits that override those of the model's parts are kept only."),
     );
     offer.command(
-        both("sim.getObjectSpecialProperty", MINUS, |c| {
+        both(["sim.getObjectSpecialProperty", "simGetObjectSpecialProperty"], MINUS, |c| {
             let o = living(c, 0)?;
             let mut bits = tags::number(c, o.id, "special property")?.map_or(SPECIAL, |x| x as i64);
             if o.kind == TATU_KIND_SHAPE {
@@ -81,7 +81,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives what an object is to sensors and commands: sim.objectspecialproperty_..."),
     );
     offer.command(
-        both("sim.setObjectSpecialProperty", MINUS, |c| {
+        both(["sim.setObjectSpecialProperty", "simSetObjectSpecialProperty"], MINUS, |c| {
             let (o, bits) = (living(c, 0)?, c.i64(1)?);
             if o.kind == TATU_KIND_SHAPE {
                 let (p, seen) = (&c.plugin().p, bits & DETECTABLE);
@@ -106,7 +106,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 fn explicit(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("sim.getExplicitHandling", MINUS, |c| {
+        both(["sim.getExplicitHandling", "simGetExplicitHandling"], MINUS, |c| {
             let o = living(c, 0)?;
             let on = match o.kind {
                 TATU_KIND_SENSOR => bool_of(c, o.id, c.plugin().p.sensor_explicit)?,
@@ -120,7 +120,7 @@ fn explicit(offer: &mut Offer<Vrep>) {
         .text("Tells whether a sensor is handled only when a script asks for it."),
     );
     offer.command(
-        both("sim.setExplicitHandling", MINUS, |c| {
+        both(["sim.setExplicitHandling", "simSetExplicitHandling"], MINUS, |c| {
             if is_stand_in(c, id(c, 0)? as i64) {
                 return done(c);
             }
@@ -142,7 +142,7 @@ fn references(offer: &mut Offer<Vrep>) {
     let key = |tag: &str| format!("handles {tag}");
     let tag = |c: &Ctx<'_>, i: usize| if c.has(i) { c.text(i) } else { Ok(String::new()) };
     offer.command(
-        both("sim.setReferencedHandles", MINUS, move |c| {
+        both(["sim.setReferencedHandles", "simSetReferencedHandles"], MINUS, move |c| {
             let (id, tag) = (living(c, 0)?.id, tag(c, 2)?);
             let v = c.arg(1);
             let ids: Vec<String> = (0..v.len())
@@ -163,7 +163,7 @@ fn references(offer: &mut Offer<Vrep>) {
         .text("Keeps handles of other objects with an object."),
     );
     offer.command(
-        both("sim.getReferencedHandles", NIL, move |c| {
+        both(["sim.getReferencedHandles", "simGetReferencedHandles"], NIL, move |c| {
             let (id, tag) = (living(c, 0)?.id, tag(c, 1)?);
             let kept = tags::private(c, id, &key(&tag))?.unwrap_or_default();
             let kept = String::from_utf8_lossy(&kept).into_owned();
@@ -215,7 +215,7 @@ fn links(offer: &mut Offer<Vrep>) {
         Ok(kept.filter(|o| c.world().look(*o).is_ok()).unwrap_or(0))
     };
     offer.command(
-        both("sim.getLinkDummy", MINUS, move |c| {
+        both(["sim.getLinkDummy", "simGetLinkDummy"], MINUS, move |c| {
             let dummy = of_kind(c, 0, TATU_KIND_DUMMY)?;
             let other = id_of_note(c, dummy)?;
             c.ret(handle(other));
@@ -226,7 +226,7 @@ fn links(offer: &mut Offer<Vrep>) {
         .text("Gives the dummy that a dummy is linked to."),
     );
     offer.command(
-        both("sim.setLinkDummy", MINUS, move |c| {
+        both(["sim.setLinkDummy", "simSetLinkDummy"], MINUS, move |c| {
             let dummy = of_kind(c, 0, TATU_KIND_DUMMY)?;
             let other = if c.i64(1)? == -1 { 0 } else { of_kind(c, 1, TATU_KIND_DUMMY)? };
             // A dummy has one partner: both let go of theirs.

@@ -9,10 +9,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     matrices(offer);
     poses(offer);
     angles(offer);
-    for (name, short, symbol, run) in [
-        ("sim.boolOr32", "simBoolOr16", "or", (|a, b| a | b) as fn(i64, i64) -> i64),
-        ("sim.boolAnd32", "simBoolAnd16", "and", |a, b| a & b),
-        ("sim.boolXor32", "simBoolXor16", "xor", |a, b| a ^ b),
+    for ([name, flat, oldest], symbol, run) in [
+        (["sim.boolOr32", "simBoolOr32", "simBoolOr16"], "or", (|a, b| a | b) as fn(i64, i64) -> i64),
+        (["sim.boolAnd32", "simBoolAnd32", "simBoolAnd16"], "and", |a, b| a & b),
+        (["sim.boolXor32", "simBoolXor32", "simBoolXor16"], "xor", |a, b| a ^ b),
     ] {
         offer.command(
             Cmd::side_by_side(name, move |c| {
@@ -20,8 +20,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 c.ret(bits);
                 Ok(())
             })
-            .old_name(short, MINUS)
-            .old_name(flat_name(name), MINUS)
+            .old_name(oldest, MINUS)
+            .old_name(flat, MINUS)
             .param(Param::int("a"))
             .param(Param::int("b"))
             .returns(Param::int("bits"))
@@ -32,8 +32,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// A command of this file: an old name only where there was one.
-fn command(name: &str, run: impl Fn(&mut Shared<'_>) -> Result + Send + Sync + 'static) -> Cmd {
-    both_beside(name, NIL, run)
+fn command(names: Names, run: impl Fn(&mut Shared<'_>) -> Result + Send + Sync + 'static) -> Cmd {
+    both_beside(names, NIL, run)
 }
 fn modern(name: &str, run: impl Fn(&mut Shared<'_>) -> Result + Send + Sync + 'static) -> Cmd {
     Cmd::side_by_side(name, run)
@@ -57,13 +57,13 @@ fn read_pose(c: &Shared<'_>, i: usize) -> Result<Pose> {
 fn matrices(offer: &mut Offer<Vrep>) {
     let out = || Param::floats("matrix", 12);
     offer.command(
-        command("sim.buildIdentityMatrix", |c| give(c, al::matrix(&al::IDENTITY)))
+        command(["sim.buildIdentityMatrix", "simBuildIdentityMatrix"], |c| give(c, al::matrix(&al::IDENTITY)))
             .returns(out())
             .text("Gives the matrix that changes nothing.")
             .example("m = sim.buildIdentityMatrix()"),
     );
     offer.command(
-        command("sim.buildMatrix", |c| {
+        command(["sim.buildMatrix", "simBuildMatrix"], |c| {
             let q = al::from_euler(numbers(c, 1)?);
             give(c, al::matrix(&al::pose(numbers(c, 0)?, q)))
         })
@@ -74,7 +74,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .example("m = sim.buildMatrix({0, 0, 1}, {0, 0, math.pi})"),
     );
     offer.command(
-        command("sim.buildMatrixQ", |c| {
+        command(["sim.buildMatrixQ", "simBuildMatrixQ"], |c| {
             let q = unit(numbers(c, 1)?, 1)?;
             give(c, al::matrix(&al::pose(numbers(c, 0)?, q)))
         })
@@ -85,7 +85,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .example("m = sim.buildMatrixQ({0, 0, 1}, {0, 0, 0, 1})"),
     );
     offer.command(
-        command("sim.multiplyMatrices", |c| {
+        command(["sim.multiplyMatrices", "simMultiplyMatrices"], |c| {
             let product = al::multiply(&numbers(c, 0)?, &numbers(c, 1)?);
             give(c, product)
         })
@@ -96,7 +96,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .example("m = sim.multiplyMatrices(worldFromBody, bodyFromSensor)"),
     );
     offer.command(
-        command("sim.multiplyVector", multiply_vector)
+        command(["sim.multiplyVector", "simMultiplyVector"], multiply_vector)
             .old_name("simTransformVector", NIL)
             .param(matrix("matrix").text("or a pose {x, y, z, qx, qy, qz, qw}"))
             .param(table("vector", "{x, y, z}; or several, one after another"))
@@ -105,7 +105,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
             .example("p = sim.multiplyVector(m, {0, 0, 1})"),
     );
     offer.command(
-        command("sim.getInvertedMatrix", |c| give(c, al::invert(&numbers(c, 0)?)))
+        command(["sim.getInvertedMatrix", "simGetInvertedMatrix"], |c| give(c, al::invert(&numbers(c, 0)?)))
             .alias("sim.getMatrixInverse")
             .param(matrix("matrix"))
             .returns(out())
@@ -113,14 +113,14 @@ fn matrices(offer: &mut Offer<Vrep>) {
             .example("m = sim.getInvertedMatrix(m)"),
     );
     offer.command(
-        command("sim.copyMatrix", |c| give::<12>(c, numbers(c, 0)?))
+        command(["sim.copyMatrix", "simCopyMatrix"], |c| give::<12>(c, numbers(c, 0)?))
             .param(matrix("matrix"))
             .returns(out())
             .text("Gives a copy of a matrix.")
             .example("m2 = sim.copyMatrix(m)"),
     );
     offer.command(
-        command("sim.interpolateMatrices", |c| {
+        command(["sim.interpolateMatrices", "simInterpolateMatrices"], |c| {
             let (a, b): (Matrix, Matrix) = (numbers(c, 0)?, numbers(c, 1)?);
             let between = al::interpolate(&al::of_matrix(&a), &al::of_matrix(&b), c.f64(2)?);
             give(c, al::matrix(&between))
@@ -133,7 +133,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .example("m = sim.interpolateMatrices(a, b, 0.5)"),
     );
     offer.command(
-        command("sim.getEulerAnglesFromMatrix", |c| {
+        command(["sim.getEulerAnglesFromMatrix", "simGetEulerAnglesFromMatrix"], |c| {
             let p = al::of_matrix(&numbers(c, 0)?);
             give(c, al::to_euler(al::rotation(&p)))
         })
@@ -143,7 +143,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .example("angles = sim.getEulerAnglesFromMatrix(m)"),
     );
     offer.command(
-        command("sim.getQuaternionFromMatrix", |c| {
+        command(["sim.getQuaternionFromMatrix", "simGetQuaternionFromMatrix"], |c| {
             let p = al::of_matrix(&numbers(c, 0)?);
             give(c, al::rotation(&p))
         })
@@ -153,7 +153,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .example("q = sim.getQuaternionFromMatrix(m)"),
     );
     offer.command(
-        command("sim.getRotationAxis", |c| {
+        command(["sim.getRotationAxis", "simGetRotationAxis"], |c| {
             let read = |i: usize| -> Result<Pose> {
                 if c.arg(i).len() >= 12 { Ok(al::of_matrix(&numbers(c, i)?)) } else { read_pose(c, i) }
             };
@@ -171,7 +171,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .example("axis, angle = sim.getRotationAxis(a, b)"),
     );
     offer.command(
-        command("sim.rotateAroundAxis", |c| {
+        command(["sim.rotateAroundAxis", "simRotateAroundAxis"], |c| {
             let (axis, at, angle) = (numbers(c, 1)?, numbers::<3>(c, 2)?, c.f64(3)?);
             let turn = al::about(axis, angle).ok_or_else(|| Fail::argument("argument 2: the axis is zero"))?;
             let there = al::pose(al::sub(at, al::rotate(turn, at)), turn);
@@ -274,7 +274,7 @@ fn angles(offer: &mut Offer<Vrep>) {
     let (ypr, abg) = (["yaw", "pitch", "roll"], ["alpha", "beta", "gamma"]);
     offer.command(
         three(
-            command("sim.yawPitchRollToAlphaBetaGamma", |c| {
+            command(["sim.yawPitchRollToAlphaBetaGamma", "simYawPitchRollToAlphaBetaGamma"], |c| {
                 let e = al::to_euler(al::from_yaw_pitch_roll([c.f64(0)?, c.f64(1)?, c.f64(2)?]));
                 e.iter().for_each(|x| c.ret(*x));
                 Ok(())
@@ -290,7 +290,7 @@ fn angles(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         three(
-            command("sim.alphaBetaGammaToYawPitchRoll", |c| {
+            command(["sim.alphaBetaGammaToYawPitchRoll", "simAlphaBetaGammaToYawPitchRoll"], |c| {
                 let e = al::to_yaw_pitch_roll(al::from_euler([c.f64(0)?, c.f64(1)?, c.f64(2)?]));
                 e.iter().for_each(|x| c.ret(*x));
                 Ok(())

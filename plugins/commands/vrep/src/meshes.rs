@@ -6,7 +6,7 @@ use crate::{
 };
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    for (name, flat) in [("sim.createMeshShape", true), ("sim.createShape", false)] {
+    for (name, old) in [("sim.createMeshShape", Some("simCreateMeshShape")), ("sim.createShape", None)] {
         let run = |c: &mut Ctx<'_>| {
             let points = c.arg(2).numbers().unwrap_or_default();
             let places = c.arg(3).numbers().unwrap_or_default();
@@ -14,7 +14,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(handle(shape));
             Ok(())
         };
-        let command = if flat { both(name, MINUS, run) } else { Cmd::new(name, run) };
+        let command = Cmd::new(name, run);
+        let command = old.into_iter().fold(command, |command, old| command.old_name(old, MINUS));
         offer.command(
             command
                 .param(Param::any("options").text("ignored: they are for looks"))
@@ -28,7 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         );
     }
     offer.command(
-        both("sim.createHeightfieldShape", MINUS, |c| {
+        both(["sim.createHeightfieldShape", "simCreateHeightfieldShape"], MINUS, |c| {
             let (nx, ny, width) = (c.i64(2)?, c.i64(3)?, c.f64(4)?);
             let heights = c.arg(5).numbers().unwrap_or_default();
             let (Ok(nx), Ok(ny)) = (usize::try_from(nx), usize::try_from(ny)) else {
@@ -64,7 +65,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Makes a landscape of heights, as a shape of triangles."),
     );
     offer.command(
-        both("sim.getShapeMesh", NIL, |c| {
+        both(["sim.getShapeMesh", "simGetShapeMesh"], NIL, |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             let (points, places) = triangles(c, shape)?;
             let normals = normals(&points, &places);
@@ -81,7 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("Round shapes are cut into 32 parts; of compounds the parts are given as boxes are."),
     );
     offer.command(
-        both("sim.getShapeGeomInfo", NIL, |c| {
+        both(["sim.getShapeGeomInfo", "simGetShapeGeomInfo"], NIL, |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             let p = &c.plugin().p;
             let size = c.world().f64s::<3>(shape, p.size)?;
@@ -106,7 +107,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives what a shape is made of."),
     );
     offer.command(
-        both("sim.groupShapes", MINUS, |c| {
+        both(["sim.groupShapes", "simGroupShapes"], MINUS, |c| {
             let shapes = sets::list(c, 0)?;
             let group = group(c, &shapes)?;
             c.ret(handle(group));
@@ -119,7 +120,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("The result is one shape of triangles, which cannot be taken apart again."),
     );
     offer.command(
-        both("sim.ungroupShape", NIL, |c| {
+        both(["sim.ungroupShape", "simUngroupShape"], NIL, |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             c.ret(&[handle(shape)][..]);
             Ok(())
@@ -140,7 +141,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         v.array::<9>().ok_or_else(|| Fail::new("the host gave no inertia"))
     };
     offer.command(
-        both("sim.getShapeMassAndInertia", NIL, move |c| {
+        both(["sim.getShapeMassAndInertia", "simGetShapeMassAndInertia"], NIL, move |c| {
             let (shape, p, w) = (of_kind(c, 0, TATU_KIND_SHAPE)?, &c.plugin().p, c.world());
             let m = w.f64(shape, p.mass)?;
             // The original gives the inertia divided by the mass.
@@ -161,7 +162,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         .text("Gives mass, inertia and centre of mass of a shape; without a matrix in the world's frame."),
     );
     offer.command(
-        both("sim.setShapeMassAndInertia", MINUS, |c| {
+        both(["sim.setShapeMassAndInertia", "simSetShapeMassAndInertia"], MINUS, |c| {
             let (shape, p, w) = (of_kind(c, 0, TATU_KIND_SHAPE)?, &c.plugin().p, c.world());
             let m = c.f64(1)?.max(1e-7);
             let (inertia, com): ([f64; 9], [f64; 3]) = (numbers(c, 2)?, numbers(c, 3)?);
@@ -212,7 +213,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         .text("Sets inertia and centre of mass of a shape."),
     );
     offer.command(
-        both("sim.computeMassAndInertia", MINUS, |c| {
+        both(["sim.computeMassAndInertia", "simComputeMassAndInertia"], MINUS, |c| {
             let (shape, density) = (of_kind(c, 0, TATU_KIND_SHAPE)?, c.f64(1)?);
             let (points, places) = triangles(c, shape)?;
             let corner = |i: i64| {

@@ -7,13 +7,13 @@ use crate::kit::{
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        getter("sim.getObjectPosition", |c, p| c.ret(&p[..3]))
+        getter(["sim.getObjectPosition", "simGetObjectPosition"], |c, p| c.ret(&p[..3]))
             .returns(Param::floats("position", 3).unit("m"))
             .text("Gives where an object is: {x, y, z}.")
             .example("p = sim.getObjectPosition(robot, -1)"),
     );
     offer.command(
-        getter("sim.getObjectOrientation", |c, p| {
+        getter(["sim.getObjectOrientation", "simGetObjectOrientation"], |c, p| {
             let e = al::to_euler(al::rotation(p));
             c.ret(&e[..]);
         })
@@ -25,7 +25,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("heading = sim.getObjectOrientation(robot, -1)[3]"),
     );
     offer.command(
-        getter("sim.getObjectQuaternion", |c, p| {
+        getter(["sim.getObjectQuaternion", "simGetObjectQuaternion"], |c, p| {
             let flags = c.arg(0).as_i64().unwrap_or(0);
             let [x, y, z, w] = al::rotation(p);
             let q = if flags & WXYZ != 0 { [w, x, y, z] } else { [x, y, z, w] };
@@ -39,7 +39,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("q = sim.getObjectQuaternion(robot, -1)"),
     );
     offer.command(
-        getter("sim.getObjectMatrix", |c, p| {
+        getter(["sim.getObjectMatrix", "simGetObjectMatrix"], |c, p| {
             let m = al::matrix(p);
             c.ret(&m[..]);
         })
@@ -48,13 +48,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("m = sim.getObjectMatrix(robot, -1)"),
     );
     offer.command(
-        getter("sim.getObjectPose", |c, p| c.ret(&p[..]))
+        getter(["sim.getObjectPose", "simGetObjectPose"], |c, p| c.ret(&p[..]))
             .returns(Param::floats("pose", 7))
             .text("Gives position and quaternion of an object: {x, y, z, qx, qy, qz, qw}.")
             .example("pose = sim.getObjectPose(robot)"),
     );
     offer.command(
-        setter("sim.setObjectPosition", "position", |c, v, i, p| {
+        setter(["sim.setObjectPosition", "simSetObjectPosition"], "position", |c, v, i, p| {
             let [x, y, z] = numbers_of::<3>(v, i)?;
             let _ = c;
             p[..3].copy_from_slice(&[x, y, z]);
@@ -67,7 +67,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.setObjectPosition(box, {0, 0, 0.5}, -1)"),
     );
     offer.command(
-        setter("sim.setObjectOrientation", "orientation", |_, v, i, p| {
+        setter(["sim.setObjectOrientation", "simSetObjectOrientation"], "orientation", |_, v, i, p| {
             let q = al::from_euler(numbers_of::<3>(v, i)?);
             p[3..].copy_from_slice(&q);
             Ok(())
@@ -79,7 +79,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.setObjectOrientation(box, {0, 0, math.pi / 2}, -1)"),
     );
     offer.command(
-        setter("sim.setObjectQuaternion", "quaternion", |c, v, i, p| {
+        setter(["sim.setObjectQuaternion", "simSetObjectQuaternion"], "quaternion", |c, v, i, p| {
             let mut q = numbers_of::<4>(v, i)?;
             if c.arg(0).as_i64().unwrap_or(0) & WXYZ != 0 {
                 q.rotate_left(1);
@@ -94,7 +94,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.setObjectQuaternion(box, {0, 0, 0, 1}, -1)"),
     );
     offer.command(
-        setter("sim.setObjectMatrix", "matrix", |_, v, i, p| {
+        setter(["sim.setObjectMatrix", "simSetObjectMatrix"], "matrix", |_, v, i, p| {
             *p = al::of_matrix(&numbers_of::<12>(v, i)?);
             Ok(())
         })
@@ -105,7 +105,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.setObjectMatrix(box, sim.getObjectMatrix(target, -1), -1)"),
     );
     offer.command(
-        setter("sim.setObjectPose", "pose", |_, v, i, p| {
+        setter(["sim.setObjectPose", "simSetObjectPose"], "pose", |_, v, i, p| {
             let given: Pose = numbers_of(v, i)?;
             *p = al::pose(al::position(&given), unit(al::rotation(&given), i)?);
             Ok(())
@@ -144,8 +144,8 @@ enum Frame {
     Base(tatu_object),
 }
 
-fn getter(name: &str, give: impl Fn(&mut Shared<'_>, &Pose) + Send + Sync + 'static) -> Cmd {
-    both_beside(name, NIL, move |c| {
+fn getter(names: Names, give: impl Fn(&mut Shared<'_>, &Pose) + Send + Sync + 'static) -> Cmd {
+    both_beside(names, NIL, move |c| {
         let id = id(c, 0)?;
         let frame = frame(c, c.arg(1), 1, id)?;
         let pose = pose(c, id, &frame)?;
@@ -158,11 +158,11 @@ fn getter(name: &str, give: impl Fn(&mut Shared<'_>, &Pose) + Send + Sync + 'sta
 
 /// A setter: `put` reads the value, argument `i`, into the pose that the object has now.
 fn setter(
-    name: &str,
+    names: Names,
     value: &str,
     put: impl Fn(&Ctx<'_>, ValueRef<'_>, usize, &mut Pose) -> Result + Send + Sync + 'static,
 ) -> Cmd {
-    both(name, MINUS, move |c| {
+    both(names, MINUS, move |c| {
         let id = id(c, 0)?;
         // The new order puts the value first.
         let (value, relative) = if is_table(c.arg(1)) { (1, 2) } else { (2, 1) };

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| both(name, MINUS, run);
+    let command = |names: Names, run: fn(&mut Ctx<'_>) -> Result| both(names, MINUS, run);
     let answers = |command: Cmd| {
         command
             .returns(Param::int("result").text(
@@ -18,7 +18,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .returns(Param::floats("normal", 3).text("of the surface, sensor frame"))
     };
     offer.command(
-        answers(both_beside("sim.readProximitySensor", MINUS, |c| {
+        answers(both_beside(["sim.readProximitySensor", "simReadProximitySensor"], MINUS, |c| {
             let sensor = id(c, 0)?;
             let sight = last(c, sensor)?;
             give(c, sight);
@@ -29,13 +29,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("result, distance = sim.readProximitySensor(sonar)"),
     );
     offer.command(
-        answers(command("sim.handleProximitySensor", handle_now))
+        answers(command(["sim.handleProximitySensor", "simHandleProximitySensor"], handle_now))
             .param(Param::int("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
             .text("Lets a proximity sensor look now; of several, gives the nearest detection.")
             .example("result, distance = sim.handleProximitySensor(laser)"),
     );
     offer.command(
-        answers(command("sim.checkProximitySensor", |c| {
+        answers(command(["sim.checkProximitySensor", "simCheckProximitySensor"], |c| {
             let sensor = id(c, 0)?;
             let only = if c.i64(1)? == HANDLE_ALL { 0 } else { living(c, 1)?.id };
             let sight = look(c, sensor, only)?;
@@ -51,7 +51,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("result, distance = sim.checkProximitySensor(sonar, ball)"),
     );
     offer.command(
-        answers(command("sim.checkProximitySensorEx", |c| {
+        answers(command(["sim.checkProximitySensorEx", "simCheckProximitySensorEx"], |c| {
             let sensor = id(c, 0)?;
             let only = if c.i64(1)? == HANDLE_ALL { 0 } else { living(c, 1)?.id };
             let wanted = how(only, c.i64(2)?, c.f64(3)?, c.f64(4)?)?;
@@ -73,7 +73,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("Collections are not known."),
     );
     offer.command(
-        command("sim.resetProximitySensor", |c| {
+        command(["sim.resetProximitySensor", "simResetProximitySensor"], |c| {
             for sensor in sensors(c)? {
                 c.world().reset_reading(sensor).map_err(|e| not_proximity(c, sensor, e))?;
             }

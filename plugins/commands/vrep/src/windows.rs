@@ -32,7 +32,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let window = || Param::int("window");
     let button = |command: Cmd| command.param(Param::int("window")).param(Param::int("button"));
     offer.command(
-        both("sim.getUIHandle", MINUS, |c| {
+        both(["sim.getUIHandle", "simGetUIHandle"], MINUS, |c| {
             let name = c.text(0)?;
             let all: Vec<(String, i64)> =
                 state(c)?.registered.windows.iter().map(|w| (w.name.clone(), w.handle)).collect();
@@ -49,7 +49,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        button(both("sim.getUIButtonLabel", NIL, |c| {
+        button(both(["sim.getUIButtonLabel", "simGetUIButtonLabel"], NIL, |c| {
             let label = of_button(c, |b| b.labels[0].clone())?;
             c.ret(label.as_str());
             Ok(())
@@ -59,7 +59,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        button(both("sim.setUIButtonLabel", MINUS, |c| {
+        button(both(["sim.setUIButtonLabel", "simSetUIButtonLabel"], MINUS, |c| {
             let text = |i: usize| if c.has(i) { c.text(i).map(Some) } else { Ok(None) };
             let labels = [text(2)?, text(3)?];
             of_button(c, |b| {
@@ -76,7 +76,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        button(both("sim.getUISlider", MINUS, |c| {
+        button(both(["sim.getUISlider", "simGetUISlider"], MINUS, |c| {
             let at = of_button(c, |b| b.slider)?;
             c.ret(at.round() as i64);
             Ok(())
@@ -86,7 +86,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        button(both("sim.setUISlider", MINUS, |c| {
+        button(both(["sim.setUISlider", "simSetUISlider"], MINUS, |c| {
             let at = c.f64(2)?.clamp(0.0, 1000.0);
             of_button(c, |b| b.slider = at)?;
             done(c)
@@ -97,7 +97,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("sim.getUIEventButton", MINUS, |c| {
+        both(["sim.getUIEventButton", "simGetUIEventButton"], MINUS, |c| {
             let which = c.i64(0)?;
             of_window(c, which, |_| ())?;
             c.ret(-1_i64);
@@ -117,7 +117,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 /// Bits of windows and buttons, colours, places.
 fn properties(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("sim.getUIProperty", MINUS, |c| {
+        both(["sim.getUIProperty", "simGetUIProperty"], MINUS, |c| {
             let which = c.i64(0)?;
             let bits = of_window(c, which, |w| w.attributes)?;
             c.ret(bits);
@@ -129,7 +129,7 @@ fn properties(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("sim.setUIProperty", MINUS, |c| {
+        both(["sim.setUIProperty", "simSetUIProperty"], MINUS, |c| {
             let (which, bits) = (c.i64(0)?, c.i64(1)?);
             of_window(c, which, |w| w.attributes = bits)?;
             done(c)
@@ -141,7 +141,7 @@ fn properties(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("sim.getUIButtonProperty", MINUS, |c| {
+        both(["sim.getUIButtonProperty", "simGetUIButtonProperty"], MINUS, |c| {
             let bits = of_button(c, |b| b.attributes)?;
             c.ret(bits);
             Ok(())
@@ -153,7 +153,7 @@ fn properties(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("sim.setUIButtonProperty", MINUS, |c| {
+        both(["sim.setUIButtonProperty", "simSetUIButtonProperty"], MINUS, |c| {
             let bits = c.i64(2)?;
             of_button(c, |b| b.attributes = bits)?;
             done(c)
@@ -166,7 +166,7 @@ fn properties(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("sim.setUIButtonColor", MINUS, |c| {
+        both(["sim.setUIButtonColor", "simSetUIButtonColor"], MINUS, |c| {
             of_button(c, |_| ())?;
             done(c)
         })
@@ -178,7 +178,7 @@ fn properties(offer: &mut Offer<Vrep>) {
         .stub("colours are not kept"),
     );
     offer.command(
-        both("sim.getUIPosition", NIL, |c| {
+        both(["sim.getUIPosition", "simGetUIPosition"], NIL, |c| {
             let which = c.i64(0)?;
             let at = of_window(c, which, |w| w.position)?;
             c.ret(&at[..]);
@@ -190,7 +190,7 @@ fn properties(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("sim.setUIPosition", MINUS, |c| {
+        both(["sim.setUIPosition", "simSetUIPosition"], MINUS, |c| {
             let (which, at) = (c.i64(0)?, numbers::<2>(c, 1)?);
             of_window(c, which, |w| w.position = at.map(|x| x as i64))?;
             done(c)
@@ -206,7 +206,7 @@ fn properties(offer: &mut Offer<Vrep>) {
 /// Windows that scripts make and remove.
 fn making(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("sim.createUI", MINUS, |c| {
+        both(["sim.createUI", "simCreateUI"], MINUS, |c| {
             let (name, attributes, cells) = (c.text(0)?, c.i64(1)?, numbers::<2>(c, 2)?);
             let mut state = state(c)?;
             let taken = state.registered.windows.iter().map(|w| w.handle).max().unwrap_or(0);
@@ -226,7 +226,7 @@ fn making(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("sim.createUIButton", MINUS, |c| {
+        both(["sim.createUIButton", "simCreateUIButton"], MINUS, |c| {
             let (which, at, size, attributes) = (c.i64(0)?, numbers::<2>(c, 1)?, numbers::<2>(c, 2)?, c.i64(3)?);
             let made = of_window(c, which, |w| {
                 let handle = w.buttons.iter().map(|b| b.handle).max().unwrap_or(0) + 1;
@@ -246,7 +246,7 @@ fn making(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("sim.removeUI", MINUS, |c| {
+        both(["sim.removeUI", "simRemoveUI"], MINUS, |c| {
             let which = c.i64(0)?;
             let all = which == HANDLE_ALL;
             let mut state = state(c)?;

@@ -15,13 +15,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// A command with its flat name, whose errors give -1 there.
-fn command(name: &str, run: fn(&mut Ctx<'_>) -> Result) -> Cmd {
-    both(name, MINUS, run)
+fn command(names: Names, run: fn(&mut Ctx<'_>) -> Result) -> Cmd {
+    both(names, MINUS, run)
 }
 
 fn samples(offer: &mut Offer<Vrep>) {
     offer.command(
-        command("sim.handleGraph", |c| {
+        command(["sim.handleGraph", "simHandleGraph"], |c| {
             let time = if c.has(1) { c.f64(1)? } else { c.world().f64(0, c.plugin().p.time)? };
             match c.i64(0)? {
                 HANDLE_ALL_EXCEPT_EXPLICIT => c.world().record_graph(0, time)?,
@@ -36,7 +36,7 @@ fn samples(offer: &mut Offer<Vrep>) {
         .example("sim.handleGraph(graph, sim.getSimulationTime() + sim.getSimulationTimeStep())"),
     );
     offer.command(
-        command("sim.resetGraph", |c| {
+        command(["sim.resetGraph", "simResetGraph"], |c| {
             for graph in graphs(c)? {
                 c.world().put_figure(graph, 0, &[])?;
             }
@@ -48,7 +48,7 @@ fn samples(offer: &mut Offer<Vrep>) {
         .example("sim.resetGraph(graph)"),
     );
     offer.command(
-        command("sim.setGraphUserData", |c| {
+        command(["sim.setGraphUserData", "simSetGraphUserData"], |c| {
             let (graph, name) = (of_kind(c, 0, TATU_KIND_GRAPH)?, c.text(1)?);
             if !bool_of(c, 0, c.plugin().p.running)? {
                 return Err(Fail::unsupported("user data is accepted only while the simulation runs"));

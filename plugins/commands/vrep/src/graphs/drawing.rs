@@ -30,9 +30,9 @@ const FORMS: [(&str, i64); 13] = [
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| both(name, MINUS, run);
+    let command = |names: Names, run: fn(&mut Ctx<'_>) -> Result| both(names, MINUS, run);
     offer.command(
-        command("sim.addDrawingObject", add)
+        command(["sim.addDrawingObject", "simAddDrawingObject"], add)
             .param(Param::int("type").text("sim.drawing_..., attributes are added"))
             .param(Param::float("size").text("of points and lines pixels, of others m"))
             .param(Param::float("duplicateTolerance").unit("m").text("an item nearer than this to another is left out"))
@@ -47,7 +47,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .example("lines = sim.addDrawingObject(sim.drawing_lines, 2, 0, -1, 1000, {1, 0, 0})"),
     );
     offer.command(
-        command("sim.addDrawingObjectItem", |c| {
+        command(["sim.addDrawingObjectItem", "simAddDrawingObjectItem"], |c| {
             let drawing = c.i64(0)? & HANDLE_BITS;
             let mut items = if c.has(1) { c.arg(1).numbers().unwrap_or_default() } else { Vec::new() };
             if c.has(1) && items.is_empty() {
@@ -71,7 +71,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.addDrawingObjectItem(lines, {0, 0, 0, 1, 0, 0})"),
     );
     offer.command(
-        command("sim.removeDrawingObject", remove)
+        command(["sim.removeDrawingObject", "simRemoveDrawingObject"], remove)
             .param(Param::int("drawing").text("or sim.handle_all"))
             .returns(Param::int("result").text("1"))
             .text("Removes a drawing.")

@@ -9,9 +9,9 @@ const ASK: i64 = 256;
 const SHOWN: i64 = 512;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| both(name, MINUS, run);
+    let command = |names: Names, run: fn(&mut Ctx<'_>) -> Result| both(names, MINUS, run);
     offer.command(
-        command("sim.floatingViewAdd", |c| {
+        command(["sim.floatingViewAdd", "simFloatingViewAdd"], |c| {
             let world = c.world();
             let used = |n: i64| world.signal(VIEWS, name(n).as_bytes()).is_ok_and(|v| !v.is_nil());
             let view = (1..).find(|n| !used(*n)).unwrap_or(1);
@@ -27,7 +27,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("view = sim.floatingViewAdd(0.5, 0.5, 0.3, 0.3, 0)"),
     );
     offer.command(
-        command("sim.floatingViewRemove", |c| {
+        command(["sim.floatingViewRemove", "simFloatingViewRemove"], |c| {
             let there = c.world().clear_signal(VIEWS, name(c.i64(0)?).as_bytes())? > 0;
             c.ret(i64::from(there));
             Ok(())
@@ -38,7 +38,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.floatingViewRemove(view)"),
     );
     offer.command(
-        command("sim.adjustView", |c| {
+        command(["sim.adjustView", "simAdjustView"], |c| {
             let (view, options) = (c.i64(0)?, int_or(c, 2, 0)?);
             let shown = c.world().signal(VIEWS, name(view).as_bytes())?.as_i64();
             if options & SHOWN != 0 {
@@ -63,7 +63,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.adjustView(view, -1, 0)"),
     );
     offer.command(
-        command("sim.addBanner", |c| {
+        command(["sim.addBanner", "simAddBanner"], |c| {
             c.ret(1_i64);
             Ok(())
         })
@@ -75,7 +75,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.addBanner('hello', 0.1, 0)"),
     );
     offer.command(
-        command("sim.removeBanner", |c| {
+        command(["sim.removeBanner", "simRemoveBanner"], |c| {
             c.ret(1_i64);
             Ok(())
         })

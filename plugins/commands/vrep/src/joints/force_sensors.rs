@@ -4,7 +4,7 @@ use crate::kit::{algebra as al, *};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("sim.createJoint", MINUS, |c| {
+        both(["sim.createJoint", "simCreateJoint"], MINUS, |c| {
             let (kind, mode) = (c.i64(0)?, c.i64(1)?);
             let (kind, alias) = match kind {
                 10 => ("revolute", "Revolute_joint"),
@@ -35,7 +35,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Makes a joint that turns without end, slides by half a metre to both sides, or turns all ways."),
     );
     offer.command(
-        both("sim.createForceSensor", MINUS, |c| {
+        both(["sim.createForceSensor", "simCreateForceSensor"], MINUS, |c| {
             let options = c.i64(0)?;
             let (ints, floats) = (given(c, 1), given(c, 2));
             let (w, p) = (c.world(), &c.plugin().p);
@@ -67,7 +67,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ),
     );
     offer.command(
-        both("sim.readForceSensor", MINUS, |c| {
+        both(["sim.readForceSensor", "simReadForceSensor"], MINUS, |c| {
             let sensor = of_kind(c, 0, TATU_KIND_FORCE_SENSOR)?;
             let (w, p) = (c.world(), &c.plugin().p);
             if w.look(sensor)?.kind != TATU_KIND_FORCE_SENSOR || !bool_of(c, sensor, p.sensed)? {
@@ -90,7 +90,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives the force and the torque that what hangs on a force sensor exerts on it, in its frame, filtered."),
     );
     offer.command(
-        both("sim.breakForceSensor", MINUS, |c| {
+        both(["sim.breakForceSensor", "simBreakForceSensor"], MINUS, |c| {
             let sensor = of_kind(c, 0, TATU_KIND_FORCE_SENSOR)?;
             let p = &c.plugin().p;
             c.world().set(sensor, p.broken, &Value::Bool(true))?;
@@ -111,7 +111,7 @@ fn given(c: &Ctx<'_>, i: usize) -> Vec<f64> {
 
 fn dependencies(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("sim.getJointDependency", NIL, |c| {
+        both(["sim.getJointDependency", "simGetJointDependency"], NIL, |c| {
             let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
             let (w, p) = (c.world(), &c.plugin().p);
             let path = text_of(c, joint, p.joint_follows)?;
@@ -129,7 +129,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
         .text("Gives which joint a joint follows."),
     );
     offer.command(
-        both("sim.setJointDependency", MINUS, |c| {
+        both(["sim.setJointDependency", "simSetJointDependency"], MINUS, |c| {
             let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
             let (w, p) = (c.world(), &c.plugin().p);
             let path = match c.i64(1)? {
@@ -148,7 +148,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
         .text("Chooses which joint a joint follows: a kinematic one, and the position control of a dynamic one, follow its position."),
     );
     offer.command(
-        both("sim.setSphericalJointMatrix", MINUS, |c| {
+        both(["sim.setSphericalJointMatrix", "simSetSphericalJointMatrix"], MINUS, |c| {
             let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
             let rotation = al::rotation(&al::of_matrix(&numbers(c, 1)?));
             let p = &c.plugin().p;

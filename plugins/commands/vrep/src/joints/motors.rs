@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use crate::kit::{algebra as al, *};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let get = |name: &str, prop: fn(&Props) -> Prop, what: &str, text: &str| {
-        both_beside(name, NIL, move |c| {
+    let get = |names: Names, prop: fn(&Props) -> Prop, what: &str, text: &str| {
+        both_beside(names, NIL, move |c| {
             let x = read(c, prop(&c.plugin().p))?;
             c.ret(x);
             Ok(())
@@ -14,35 +14,35 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(flagged("joint"))
         .returns(Param::float(what).text("of a turning joint in rad, of a sliding one in m"))
         .text(text)
-        .example(format!("x = {name}(joint)"))
+        .example(format!("x = {}(joint)", names[0]))
     };
     offer.command(get(
-        "sim.getJointPosition",
+        ["sim.getJointPosition", "simGetJointPosition"],
         |p| p.joint_position,
         "position",
         "Gives how far a joint is turned or moved.",
     ));
     offer.command(get(
-        "sim.getJointTargetVelocity",
+        ["sim.getJointTargetVelocity", "simGetJointTargetVelocity"],
         |p| p.joint_target_velocity,
         "velocity",
         "Gives the velocity that a joint's motor tries to hold.",
     ));
     offer.command(get(
-        "sim.getJointTargetPosition",
+        ["sim.getJointTargetPosition", "simGetJointTargetPosition"],
         |p| p.joint_target_position,
         "position",
         "Gives the position that a joint's motor tries to reach.",
     ));
     offer.command(get(
-        "sim.getJointVelocity",
+        ["sim.getJointVelocity", "simGetJointVelocity"],
         |p| p.joint_velocity,
         "velocity",
         "Gives how fast a joint turns or moves.",
     ));
     offer.command(
         get(
-            "sim.getJointForce",
+            ["sim.getJointForce", "simGetJointForce"],
             |p| p.joint_effort,
             "force",
             "Gives the force (N) or torque (N m) that a joint's motor puts out.",
@@ -50,7 +50,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simJointGetForce", NIL),
     );
     offer.command(
-        both_beside("sim.getJointTargetForce", NIL, |c| {
+        both_beside(["sim.getJointTargetForce", "simGetJointTargetForce"], NIL, |c| {
             let x = read(c, c.plugin().p.joint_max_force)?;
             let pushes = is_pushed(c)?;
             c.ret(if pushes { x } else { x.abs() });
@@ -65,8 +65,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .alias("sim.getJointMaxForce"),
     );
 
-    let set = |name: &str, prop: fn(&Props) -> Prop, what: &str, text: &str| {
-        both_beside(name, MINUS, move |c| {
+    let set = |names: Names, prop: fn(&Props) -> Prop, what: &str, text: &str| {
+        both_beside(names, MINUS, move |c| {
             write(c, prop(&c.plugin().p), c.f64(1)?)?;
             c.ret(1_i64);
             Ok(())
@@ -75,11 +75,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::float(what))
         .returns(Param::int("done"))
         .text(text)
-        .example(format!("{name}(joint, 1.5)"))
+        .example(format!("{}(joint, 1.5)", names[0]))
     };
     offer.command(
         set(
-            "sim.setJointTargetVelocity",
+            ["sim.setJointTargetVelocity", "simSetJointTargetVelocity"],
             |p| p.joint_target_velocity,
             "velocity",
             "Sets the velocity that a joint's motor tries to hold: rad/s or m/s; it \
@@ -89,7 +89,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         set(
-            "sim.setJointTargetPosition",
+            ["sim.setJointTargetPosition", "simSetJointTargetPosition"],
             |p| p.joint_target_position,
             "position",
             "Sets the position that a joint's motor tries to reach: rad or m; it acts \
@@ -99,7 +99,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         set(
-            "sim.setJointForce",
+            ["sim.setJointForce", "simSetJointForce"],
             |p| p.joint_max_force,
             "force",
             "Sets the greatest force (N) or torque (N m) of a joint's motor.",

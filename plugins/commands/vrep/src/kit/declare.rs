@@ -9,27 +9,25 @@ pub(crate) const NIL: [Value; 1] = [Value::Nil];
 /// and -1 for handles, counts, states and setters.
 pub(crate) const MINUS: [Value; 1] = [Value::Int(-1)];
 
-/// A command under its name `sim.abc` and the flat one that follows from it, `simAbc`, whose failure value is given.
+/// A command's name in the `sim` table, and the flat one of older scripts. Both stand as they are written in scripts, so
+/// that a search for either finds the declaration.
+pub(crate) type Names = [&'static str; 2];
+
+/// A command under both names; `on_error` is what a failed call under the flat one returns.
 pub(crate) fn both<T: IntoResult + 'static>(
-    name: &str,
+    [name, old]: Names,
     on_error: [Value; 1],
     run: impl Fn(&mut Ctx<'_>) -> Result<T> + Send + Sync + 'static,
 ) -> Cmd {
-    Cmd::new(name, run).old_name(flat_name(name), on_error)
+    Cmd::new(name, run).old_name(old, on_error)
 }
 /// The same for one that others may run beside.
 pub(crate) fn both_beside<T: IntoResult + 'static>(
-    name: &str,
+    [name, old]: Names,
     on_error: [Value; 1],
     run: impl Fn(&mut Shared<'_>) -> Result<T> + Send + Sync + 'static,
 ) -> Cmd {
-    Cmd::side_by_side(name, run).old_name(flat_name(name), on_error)
-}
-/// `sim.abc` -> `simAbc`
-pub(crate) fn flat_name(name: &str) -> String {
-    let rest = name.strip_prefix("sim.").unwrap_or(name);
-    let (first, others) = rest.split_at(rest.len().min(1));
-    format!("sim{}{others}", first.to_uppercase())
+    Cmd::side_by_side(name, run).old_name(old, on_error)
 }
 
 /// A parameter that names an object.
@@ -50,14 +48,4 @@ pub(crate) fn frame_param() -> Param {
 /// A table of at least as many numbers as its text says; longer ones are accepted.
 pub(crate) fn table(key: &str, text: &str) -> Param {
     Param::floats(key, 0).text(text)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn flat_names() {
-        assert_eq!(flat_name("sim.getJointPosition"), "simGetJointPosition");
-    }
 }

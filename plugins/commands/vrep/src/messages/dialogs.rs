@@ -81,7 +81,7 @@ fn answer(c: &mut Ctx<'_>) -> Result {
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let which = || Param::int("dialog");
     offer.command(
-        both("sim.displayDialog", NIL, |c| {
+        both(["sim.displayDialog", "simDisplayDialog"], NIL, |c| {
             let (title, text) = (c.text(0)?, c.text(1)?);
             let style = c.i64(2)? & 31;
             let initial = if c.has(4) { c.bytes(4)?.to_vec() } else { Vec::new() };
@@ -114,7 +114,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ),
     );
     offer.command(
-        both("sim.getDialogResult", MINUS, |c| {
+        both(["sim.getDialogResult", "simGetDialogResult"], MINUS, |c| {
             let step = int_of(c, 0, c.plugin().p.step)?;
             let dialog = find(c)?;
             c.ret(match dialog.style {
@@ -131,7 +131,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives how a dialog was answered."),
     );
     offer.command(
-        both("sim.getDialogInput", NIL, |c| {
+        both(["sim.getDialogInput", "simGetDialogInput"], NIL, |c| {
             let dialog = find(c)?;
             c.ret(dialog.text.as_slice());
             Ok(())
@@ -141,7 +141,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives the text of a dialog's text field."),
     );
     offer.command(
-        both("sim.endDialog", MINUS, |c| {
+        both(["sim.endDialog", "simEndDialog"], MINUS, |c| {
             find(c)?;
             let which = c.i64(0)?;
             state(c)?.dialogs.open.remove(&which);
@@ -171,7 +171,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             ),
     );
     offer.command(
-        both("sim.msgBox", MINUS, |c| {
+        both(["sim.msgBox", "simMsgBox"], MINUS, |c| {
             let (buttons, title, text) = (c.i64(1)?, c.text(2)?, c.text(3)?);
             c.world().log(TATU_LOG_INFO, format!("[{title}] {text}").as_bytes());
             c.ret(if matches!(buttons, 1 | 2) { 2_i64 } else { 3 });
@@ -185,7 +185,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Writes a message to the log; the answer is yes or ok."),
     );
     offer.command(
-        both("sim.fileDialog", NIL, |c| {
+        both(["sim.fileDialog", "simFileDialog"], NIL, |c| {
             c.ret(Value::Nil);
             Ok(())
         })

@@ -83,7 +83,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .partial(NOTES),
     );
     offer.command(
-        both("sim.moveToPosition", NIL, |c| run(c, to_position))
+        both(["sim.moveToPosition", "simMoveToPosition"], NIL, |c| run(c, to_position))
             .param(flagged("object"))
             .param(frame_param())
             .param(Param::any("position").optional())
@@ -97,7 +97,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .partial(NOTES),
     );
     offer.command(
-        both("sim.moveToObject", NIL, |c| run(c, to_object))
+        both(["sim.moveToObject", "simMoveToObject"], NIL, |c| run(c, to_object))
             .param(flagged("object"))
             .param(flagged("target"))
             .param(Param::int("what").default(3).optional().text("1: position, 2: orientation, 3: both"))
@@ -110,7 +110,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .partial(NOTES),
     );
     offer.command(
-        both("sim.moveToJointPositions", NIL, |c| run(c, to_joints))
+        both(["sim.moveToJointPositions", "simMoveToJointPositions"], NIL, |c| run(c, to_joints))
             .param(Param::list("joints"))
             .param(table("positions", "rad or m"))
             .param(Param::any("velocity").text("a number, or a table"))

@@ -5,9 +5,9 @@ use crate::kit::*;
 /// How an element is packed.
 struct Element {
     name: &'static str,
-    /// Of packing and of unpacking: the name, and the oldest one.
-    pack_names: [&'static str; 2],
-    unpack_names: [&'static str; 2],
+    /// Of packing and of unpacking: the name, the flat one, and the oldest one.
+    pack_names: [&'static str; 3],
+    unpack_names: [&'static str; 3],
     size: usize,
     pack: fn(f64, &mut Vec<u8>),
     unpack: fn(&[u8]) -> Value,
@@ -36,48 +36,48 @@ macro_rules! element {
 const ELEMENTS: &[Element] = &[
     element!(
         "Float",
-        ["sim.packFloatTable", "simPackFloats"],
-        ["sim.unpackFloatTable", "simUnpackFloats"],
+        ["sim.packFloatTable", "simPackFloatTable", "simPackFloats"],
+        ["sim.unpackFloatTable", "simUnpackFloatTable", "simUnpackFloats"],
         f32,
         |x| x as f32,
         |x| Value::Float(x.into())
     ),
     element!(
         "Double",
-        ["sim.packDoubleTable", "simPackDoubles"],
-        ["sim.unpackDoubleTable", "simUnpackDoubles"],
+        ["sim.packDoubleTable", "simPackDoubleTable", "simPackDoubles"],
+        ["sim.unpackDoubleTable", "simUnpackDoubleTable", "simUnpackDoubles"],
         f64,
         |x| x,
         Value::Float
     ),
     element!(
         "Int32",
-        ["sim.packInt32Table", "simPackInts"],
-        ["sim.unpackInt32Table", "simUnpackInts"],
+        ["sim.packInt32Table", "simPackInt32Table", "simPackInts"],
+        ["sim.unpackInt32Table", "simUnpackInt32Table", "simUnpackInts"],
         i32,
         |x| x as i64 as i32,
         |x| Value::Int(x.into())
     ),
     element!(
         "UInt32",
-        ["sim.packUInt32Table", "simPackUInts"],
-        ["sim.unpackUInt32Table", "simUnpackUInts"],
+        ["sim.packUInt32Table", "simPackUInt32Table", "simPackUInts"],
+        ["sim.unpackUInt32Table", "simUnpackUInt32Table", "simUnpackUInts"],
         u32,
         |x| x as i64 as u32,
         |x| Value::Int(x.into())
     ),
     element!(
         "UInt16",
-        ["sim.packUInt16Table", "simPackWords"],
-        ["sim.unpackUInt16Table", "simUnpackWords"],
+        ["sim.packUInt16Table", "simPackUInt16Table", "simPackWords"],
+        ["sim.unpackUInt16Table", "simUnpackUInt16Table", "simUnpackWords"],
         u16,
         |x| x as i64 as u16,
         |x| Value::Int(x.into())
     ),
     element!(
         "UInt8",
-        ["sim.packUInt8Table", "simPackBytes"],
-        ["sim.unpackUInt8Table", "simUnpackBytes"],
+        ["sim.packUInt8Table", "simPackUInt8Table", "simPackBytes"],
+        ["sim.unpackUInt8Table", "simUnpackUInt8Table", "simUnpackBytes"],
         u8,
         |x| x as i64 as u8,
         |x| Value::Int(x.into())
@@ -86,7 +86,8 @@ const ELEMENTS: &[Element] = &[
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for e in ELEMENTS {
-        let ([pack_name, oldest_pack], [unpack_name, oldest_unpack]) = (e.pack_names, e.unpack_names);
+        let ([pack_name, old_pack, oldest_pack], [unpack_name, old_unpack, oldest_unpack]) =
+            (e.pack_names, e.unpack_names);
         offer.command(
             Cmd::new(pack_name, |c| {
                 let v = c.arg(0);
@@ -101,7 +102,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 Ok(())
             })
             .old_name(oldest_pack, NIL)
-            .old_name(flat_name(pack_name), NIL)
+            .old_name(old_pack, NIL)
             .param(Param::any("numbers").text("a table; what is no number counts as 0"))
             .param(Param::int("start").default(0).optional().text("from 0"))
             .param(Param::int("count").default(0).optional().text("0: all that follow"))
@@ -122,7 +123,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 Ok(())
             })
             .old_name(oldest_unpack, NIL)
-            .old_name(flat_name(unpack_name), NIL)
+            .old_name(old_unpack, NIL)
             .param(Param::string("data"))
             .param(Param::int("start").default(0).optional().text("from 0"))
             .param(Param::int("count").default(0).optional().text("0: all that follow"))

@@ -4,7 +4,7 @@ use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("sim.packTable", NIL, |c| {
+        both(["sim.packTable", "simPackTable"], NIL, |c| {
             if !is_table(c.arg(0)) {
                 return Err(Fail::argument("argument 1: expected a table"));
             }
@@ -19,7 +19,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("The bytes are of a form of our own, whatever the scheme: what the original packed is not unpacked."),
     );
     offer.command(
-        both("sim.unpackTable", NIL, |c| {
+        both(["sim.unpackTable", "simUnpackTable"], NIL, |c| {
             let value = match c.bytes(0)? {
                 b"" => Value::List(Vec::new()),
                 data => tables::unpack(data)?,

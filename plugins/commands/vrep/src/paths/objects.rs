@@ -13,7 +13,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let path = || flagged("path");
     let along = || Param::float("along").text("0: the beginning, 1: the end");
     offer.command(
-        both("sim.createPath", MINUS, |c| {
+        both(["sim.createPath", "simCreatePath"], MINUS, |c| {
             // Since 4.2 it is a dummy, and the control points come first: 7 numbers each.
             let modern = is_table(c.arg(0));
             let dummy = c.world().create(if modern { "dummy" } else { "path" }, 0, "Path")?;
@@ -40,7 +40,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("sim.insertPathCtrlPoints", MINUS, |c| {
+        both(["sim.insertPathCtrlPoints", "simInsertPathCtrlPoints"], MINUS, |c| {
             let (id, options, start, count) = (living(c, 0)?.id, c.i64(1)?, c.i64(2)?, c.i64(3)?);
             let size = if options & 2 != 0 { 16 } else { 11 };
             let data = paths::floats(c, 4)?;
@@ -67,7 +67,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("sim.cutPathCtrlPoints", MINUS, |c| {
+        both(["sim.cutPathCtrlPoints", "simCutPathCtrlPoints"], MINUS, |c| {
             let (id, start, count) = (living(c, 0)?.id, c.i64(1)?, c.i64(2)?);
             let mut path = read(c, id)?;
             if start < 0 {
@@ -93,7 +93,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Ok(al::compose(&c.world().pose(id, 0)?, &own))
     };
     offer.command(
-        both("sim.getPositionOnPath", NIL, move |c| {
+        both(["sim.getPositionOnPath", "simGetPositionOnPath"], NIL, move |c| {
             let p = at(c)?;
             c.ret(&p[..3]);
             Ok(())
@@ -105,7 +105,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("sim.getOrientationOnPath", NIL, move |c| {
+        both(["sim.getOrientationOnPath", "simGetOrientationOnPath"], NIL, move |c| {
             let p = at(c)?;
             c.ret(&al::to_euler(al::rotation(&p))[..]);
             Ok(())
@@ -117,7 +117,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("sim.getDataOnPath", NIL, |c| {
+        both(["sim.getDataOnPath", "simGetDataOnPath"], NIL, |c| {
             of_path(c)?;
             c.ret(0_i64);
             c.ret(&[0.0; 4][..]);
@@ -131,7 +131,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .stub("control points keep no extra data"),
     );
     offer.command(
-        both("sim.getPathLength", NIL, |c| {
+        both(["sim.getPathLength", "simGetPathLength"], NIL, |c| {
             let length = read(c, of_path(c)?)?.length();
             c.ret(length);
             Ok(())
@@ -142,7 +142,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("sim.getPathPosition", NIL, |c| {
+        both(["sim.getPathPosition", "simGetPathPosition"], NIL, |c| {
             let id = of_path(c)?;
             let at = tags::number(c, id, "path position")?.unwrap_or(0.0);
             c.ret(at);
@@ -153,7 +153,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives the place on a path that was set."),
     );
     offer.command(
-        both("sim.setPathPosition", MINUS, |c| {
+        both(["sim.setPathPosition", "simSetPathPosition"], MINUS, |c| {
             let (id, x) = (of_path(c)?, c.f64(1)?);
             tags::set_number(c, id, "path position", x)?;
             done(c)
@@ -164,7 +164,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("It is kept; nothing moves along by itself."),
     );
     offer.command(
-        both("sim.getClosestPositionOnPath", NIL, |c| {
+        both(["sim.getClosestPositionOnPath", "simGetClosestPositionOnPath"], NIL, |c| {
             let id = of_path(c)?;
             let (path, p) = (read(c, id)?, numbers::<3>(c, 1)?);
             let points: Vec<[f64; 3]> = path.line().iter().map(al::position).collect();
@@ -182,7 +182,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("sim.followPath", NIL, follow)
+        both(["sim.followPath", "simFollowPath"], NIL, follow)
             .param(flagged("object"))
             .param(path())
             .param(Param::int("what").default(3).optional().text("1: position, 2: orientation, 3: both"))

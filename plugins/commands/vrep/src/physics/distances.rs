@@ -14,7 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let second = || Param::int("second").text("an object, a collection, or sim.handle_all: all other shapes");
     let notes = "Surfaces of meshes that are not convex are hollow: what is wholly inside does not touch them.";
     offer.command(
-        both("sim.checkCollision", MINUS, |c| {
+        both(["sim.checkCollision", "simCheckCollision"], MINUS, |c| {
             let touching =
                 closest(c, &entities::entity(c, 0)?, &entities::entity(c, 1)?, 1e-9)?.filter(|d| d.length() == 0.0);
             c.ret(i64::from(touching.is_some()));
@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .notes(notes),
     );
     offer.command(
-        both("sim.checkDistance", NIL, |c| {
+        both(["sim.checkDistance", "simCheckDistance"], NIL, |c| {
             let threshold = if c.has(2) { c.f64(2)? } else { 0.0 };
             let found = closest(c, &entities::entity(c, 0)?, &entities::entity(c, 1)?, threshold)?;
             let modern = version(c) >= (4, 0);
@@ -61,12 +61,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Measures the shortest way between shapes.")
         .notes(notes),
     );
-    for (name, irregular, text) in [
-        ("sim.getIkGroupHandle", "simGetIkGrouphandle", "IK group"),
-        ("sim.getMechanismHandle", "simGetMechanismhandle", "mechanism"),
+    for (names, irregular, text) in [
+        (["sim.getIkGroupHandle", "simGetIkGroupHandle"], "simGetIkGrouphandle", "IK group"),
+        (["sim.getMechanismHandle", "simGetMechanismHandle"], "simGetMechanismhandle", "mechanism"),
     ] {
         offer.command(
-            both(name, MINUS, move |c| -> Result {
+            both(names, MINUS, move |c| -> Result {
                 let name = c.text(0)?;
                 let known: Vec<(String, i64)> = match text {
                     "IK group" => state(c)?.registered.ik_groups.iter().map(|g| (g.name.clone(), g.handle)).collect(),

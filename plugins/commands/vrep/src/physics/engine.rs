@@ -48,7 +48,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     GET.iter().for_each(|(kind, names)| get(offer, kind, *names));
     SET.iter().for_each(|(kind, names)| set(offer, kind, *names));
     offer.command(
-        both("sim.setShapeMaterial", MINUS, |c| {
+        both(["sim.setShapeMaterial", "simSetShapeMaterial"], MINUS, |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             let friction = friction_of(c.i64(1)?)
                 .ok_or_else(|| Fail::unsupported(format!("there is no material {}", c.i64(1).unwrap_or(0))))?;

@@ -42,8 +42,8 @@ impl Sort {
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for (sort, get, irregular) in [
-        (Collision, "sim.getCollisionHandle", "simGetCollisionhandle"),
-        (Distance, "sim.getDistanceHandle", "simGetDistancehandle"),
+        (Collision, ["sim.getCollisionHandle", "simGetCollisionHandle"], "simGetCollisionhandle"),
+        (Distance, ["sim.getDistanceHandle", "simGetDistanceHandle"], "simGetDistancehandle"),
     ] {
         let run = move |c: &mut Ctx<'_>| {
             let name = c.text(0)?;
@@ -60,9 +60,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .text(format!("Finds a {} of the scene.", sort.word())),
         );
     }
-    for (sort, name) in [(Collision, "sim.readCollision"), (Distance, "sim.readDistance")] {
+    for (sort, names) in
+        [(Collision, ["sim.readCollision", "simReadCollision"]), (Distance, ["sim.readDistance", "simReadDistance"])]
+    {
         offer.command(
-            both(name, MINUS, move |c| {
+            both(names, MINUS, move |c| {
                 let found = read(c, sort)?;
                 answer(c, sort, found)
             })
@@ -73,9 +75,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .partial(NOTES),
         );
     }
-    for (sort, name) in [(Collision, "sim.handleCollision"), (Distance, "sim.handleDistance")] {
+    for (sort, names) in [
+        (Collision, ["sim.handleCollision", "simHandleCollision"]),
+        (Distance, ["sim.handleDistance", "simHandleDistance"]),
+    ] {
         offer.command(
-            both(name, MINUS, move |c| handle_pairs(c, sort))
+            both(names, MINUS, move |c| handle_pairs(c, sort))
                 .param(Param::int("object").text("sim.handle_all, sim.handle_all_except_explicit, or one"))
                 .returns(Param::int("result").text("how many there are; of one: 1 or 0"))
                 .returns(Param::any("found").text("of one: the two shapes that touch, or the distance in m"))
@@ -83,9 +88,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .partial(NOTES),
         );
     }
-    for (sort, name) in [(Collision, "sim.resetCollision"), (Distance, "sim.resetDistance")] {
+    for (sort, names) in [
+        (Collision, ["sim.resetCollision", "simResetCollision"]),
+        (Distance, ["sim.resetDistance", "simResetDistance"]),
+    ] {
         offer.command(
-            both(name, MINUS, move |c| {
+            both(names, MINUS, move |c| {
                 let which = c.i64(0)?;
                 let handles: Vec<i64> = chosen(c, sort, which)?.iter().map(|p| p.handle).collect();
                 state(c)?.registered.found.retain(|h, _| !handles.contains(h));

@@ -18,16 +18,20 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives the object that a script belongs to.")
         .example("robot = sim.getObjectAssociatedWithScript(sim.handle_self)"),
     );
-    for (name, kind, text) in [
-        ("sim.getScriptAssociatedWithObject", "child", "Gives the child script of an object."),
+    for (names, kind, text) in [
         (
-            "sim.getCustomizationScriptAssociatedWithObject",
+            ["sim.getScriptAssociatedWithObject", "simGetScriptAssociatedWithObject"],
+            "child",
+            "Gives the child script of an object.",
+        ),
+        (
+            ["sim.getCustomizationScriptAssociatedWithObject", "simGetCustomizationScriptAssociatedWithObject"],
             "customization",
             "Gives the customization script of an object.",
         ),
     ] {
         offer.command(
-            both(name, MINUS, move |c| {
+            both(names, MINUS, move |c| {
                 let script = script_of(c, living(c, 0)?.id, kind)?;
                 c.ret(handle(script));
                 Ok(())
@@ -35,7 +39,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(object("object"))
             .returns(Param::int("script").text("-1: none"))
             .text(text)
-            .example(format!("script = {name}(robot)")),
+            .example(format!("script = {}(robot)", names[0])),
         );
     }
     offer.command(

@@ -7,7 +7,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.prelude("lua", "", include_str!("catalogue.lua"));
     let target = || Param::any("script").text("a handle, or a type where the text names the object");
     offer.command(
-        both("sim.executeScriptString", MINUS, |c| {
+        both(["sim.executeScriptString", "simExecuteScriptString"], MINUS, |c| {
             let text = c.text(0)?;
             let (code, script) = target_of(c, &text, 1)?;
             match c.world().call_function(script, "_tatu_execute", &[Value::text(&code)]) {
@@ -30,7 +30,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Runs a text in a script."),
     );
     offer.command(
-        both("sim.setScriptVariable", MINUS, |c| {
+        both(["sim.setScriptVariable", "simSetScriptVariable"], MINUS, |c| {
             let text = c.text(0)?;
             let (name, script) = target_of(c, &text, 1)?;
             let value = c.arg(2).to_value()?;
@@ -74,7 +74,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("In Lua only; for other callers the table is empty."),
     );
     offer.command(
-        both("sim.invertMatrix", MINUS, |c| {
+        both(["sim.invertMatrix", "simInvertMatrix"], MINUS, |c| {
             let m = algebra::invert(&numbers(c, 0)?);
             c.ret(&m[..]);
             Ok(())
@@ -87,7 +87,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     attributes(offer);
     parameters(offer);
     offer.command(
-        both("sim.removeScript", MINUS, |c| {
+        both(["sim.removeScript", "simRemoveScript"], MINUS, |c| {
             let script = scripts::self_or(c, 0)?;
             c.world().remove(&[script])?;
             done(c)
@@ -96,7 +96,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Removes a script: it is not called any more."),
     );
     offer.command(
-        both("sim.getLastError", NIL, |c| {
+        both(["sim.getLastError", "simGetLastError"], NIL, |c| {
             let text = std::mem::take(&mut state(c)?.last_error);
             if !text.is_empty() {
                 c.ret(text.as_slice());
@@ -138,7 +138,7 @@ fn attributes(offer: &mut Offer<Vrep>) {
     let id = || Param::int("attribute").text("sim.scriptattribute_...");
     let name = |n: i64| format!("attribute {n}");
     offer.command(
-        both("sim.getScriptAttribute", MINUS, move |c| {
+        both(["sim.getScriptAttribute", "simGetScriptAttribute"], MINUS, move |c| {
             let (script, n) = (scripts::self_or(c, 0)?, c.i64(1)?);
             let kept = tags::number(c, script, &name(n))?;
             match n {
@@ -155,7 +155,7 @@ fn attributes(offer: &mut Offer<Vrep>) {
         .text("Gives an attribute of a script."),
     );
     offer.command(
-        both("sim.setScriptAttribute", MINUS, move |c| {
+        both(["sim.setScriptAttribute", "simSetScriptAttribute"], MINUS, move |c| {
             let (script, n) = (scripts::self_or(c, 0)?, c.i64(1)?);
             let v = c.arg(2);
             let x = v.as_f64().unwrap_or(f64::from(u8::from(v.truthy())));
@@ -180,7 +180,7 @@ fn parameters(offer: &mut Offer<Vrep>) {
         _ => Ok(living(c, 0)?.id),
     };
     offer.command(
-        both("sim.getUserParameter", NIL, move |c| {
+        both(["sim.getUserParameter", "simGetUserParameter"], NIL, move |c| {
             if let Some(data) = tags::private(c, target(c)?, &name(c)?)? {
                 let value = tables::unpack(&data)?;
                 c.ret(value);
@@ -193,7 +193,7 @@ fn parameters(offer: &mut Offer<Vrep>) {
         .text("Gives a user parameter of an object."),
     );
     offer.command(
-        both("sim.setUserParameter", MINUS, move |c| {
+        both(["sim.setUserParameter", "simSetUserParameter"], MINUS, move |c| {
             let (id, name) = (target(c)?, name(c)?);
             let value = c.arg(2).to_value()?;
             let data = if value == Value::Nil { None } else { Some(tables::pack(&value)?) };

@@ -12,7 +12,7 @@ use crate::{
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let collection = || Param::int("collection").text("a handle of a collection");
     offer.command(
-        both("sim.createCollection", MINUS, |c| {
+        both(["sim.createCollection", "simCreateCollection"], MINUS, |c| {
             // Before 4.2 the name came first.
             let name = c.arg(0).as_str().map_or(String::new(), |s| s.into_owned());
             let made = state(c)?.collections.add(name);
@@ -25,7 +25,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Makes a collection of objects."),
     );
     // The older command has the object before `sim.handle_tree` and its like, the newer one after it.
-    for (name, at) in [("sim.addObjectToCollection", [1, 2]), ("sim.addItemToCollection", [2, 1])] {
+    for (name, old, at) in [
+        ("sim.addObjectToCollection", Some("simAddObjectToCollection"), [1, 2]),
+        ("sim.addItemToCollection", None, [2, 1]),
+    ] {
         let command = move |c: &mut Ctx<'_>| {
             let (which, what, options) = (c.i64(0)?, c.i64(at[1])?, int_or(c, 3, 0)?);
             let object = if what == HANDLE_ALL { 0 } else { living(c, at[0])?.id };
@@ -33,7 +36,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             change(c, which, |collection| collection.parts.push(part))?;
             done(c)
         };
-        let command = if at[0] == 1 { both(name, MINUS, command) } else { Cmd::new(name, command) };
+        let command = Cmd::new(name, command);
+        let command = old.into_iter().fold(command, |command, old| command.old_name(old, MINUS));
         let (first, second) = if at[0] == 1 { ("object", "what") } else { ("what", "object") };
         offer.command(
             command
@@ -44,9 +48,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .text("Puts objects into a collection, or takes them away."),
         );
     }
-    for (name, flat) in
-        [("sim.removeCollection", true), ("sim.destroyCollection", false), ("sim.emptyCollection", true)]
-    {
+    for (name, old) in [
+        ("sim.removeCollection", Some("simRemoveCollection")),
+        ("sim.destroyCollection", None),
+        ("sim.emptyCollection", Some("simEmptyCollection")),
+    ] {
         let run = move |c: &mut Ctx<'_>| {
             let which = c.i64(0)?;
             if name == "sim.emptyCollection" {
@@ -56,12 +62,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             }
             done(c)
         };
-        let command = if flat { both(name, MINUS, run) } else { Cmd::new(name, run) };
+        let command = Cmd::new(name, run);
+        let command = old.into_iter().fold(command, |command, old| command.old_name(old, MINUS));
         let text = if name == "sim.emptyCollection" { "Empties a collection." } else { "Removes a collection." };
         offer.command(command.param(collection()).text(text));
     }
     offer.command(
-        both("sim.getCollectionObjects", NIL, |c| {
+        both(["sim.getCollectionObjects", "simGetCollectionObjects"], NIL, |c| {
             let objects: Vec<i64> = objects(c, c.i64(0)?)?.into_iter().map(handle).collect();
             c.ret(&objects[..]);
             Ok(())
@@ -71,7 +78,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Lists the objects of a collection."),
     );
     offer.command(
-        both("sim.getCollectionHandle", MINUS, |c| {
+        both(["sim.getCollectionHandle", "simGetCollectionHandle"], MINUS, |c| {
             let name = c.text(0)?;
             let found = state(c)?.collections.all.iter().find(|(_, k)| k.name == name).map(|(h, _)| *h);
             match found {
@@ -90,7 +97,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Finds a collection by its name."),
     );
     offer.command(
-        both("sim.getCollectionName", NIL, |c| {
+        both(["sim.getCollectionName", "simGetCollectionName"], NIL, |c| {
             let which = c.i64(0)?;
             let name = state(c)?.collections.all.get(&which).map(|k| k.name.clone()).ok_or_else(|| none(which))?;
             c.ret(name.as_str());
@@ -101,7 +108,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives the name of a collection."),
     );
     offer.command(
-        both("sim.setCollectionName", MINUS, |c| {
+        both(["sim.setCollectionName", "simSetCollectionName"], MINUS, |c| {
             let (which, name) = (c.i64(0)?, c.text(1)?);
             change(c, which, |collection| collection.name = name)?;
             done(c)

@@ -4,7 +4,7 @@ use crate::{kit::*, lookup::sets, state::state};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("sim.getObjectSelection", NIL, |c| {
+        both(["sim.getObjectSelection", "simGetObjectSelection"], NIL, |c| {
             let selected = selected(c)?;
             if !selected.is_empty() {
                 c.ret(&selected[..]);
@@ -32,8 +32,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::list("objects").text("handles"))
         .text("Selects these objects and no others."),
     );
-    for (name, add) in [("sim.addObjectToSelection", true), ("sim.removeObjectFromSelection", false)] {
-        let command = both(name, MINUS, move |c| {
+    for (names, add) in [
+        (["sim.addObjectToSelection", "simAddObjectToSelection"], true),
+        (["sim.removeObjectFromSelection", "simRemoveObjectFromSelection"], false),
+    ] {
+        let command = both(names, MINUS, move |c| {
             let ids = meant(c)?;
             let selection = &mut state(c)?.selection;
             selection.retain(|s| !ids.contains(s));
@@ -56,7 +59,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         );
     }
     offer.command(
-        both("sim.isObjectInSelection", MINUS, |c| {
+        both(["sim.isObjectInSelection", "simIsObjectInSelection"], MINUS, |c| {
             let id = living(c, 0)?.id;
             let inside = state(c)?.selection.contains(&id);
             c.ret(i64::from(inside));

@@ -12,7 +12,7 @@ const USUAL: [f64; 7] = [1.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5];
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let only_kept = "What is set is kept and told; pictures have a light of their own.";
     offer.command(
-        both("sim.getLightParameters", MINUS, |c| {
+        both(["sim.getLightParameters", "simGetLightParameters"], MINUS, |c| {
             let light = light(c, living(c, 0)?.id)?;
             c.ret(light[0] as i64);
             c.ret(&[0.0; 3][..]);
@@ -29,7 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(only_kept),
     );
     offer.command(
-        both("sim.setLightParameters", MINUS, |c| {
+        both(["sim.setLightParameters", "simSetLightParameters"], MINUS, |c| {
             let id = living(c, 0)?.id;
             let mut light = light(c, id)?;
             if let Some(state) = c.has(1).then(|| c.i64(1)).transpose()?.filter(|s| *s >= 0) {

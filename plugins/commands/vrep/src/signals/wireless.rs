@@ -9,7 +9,7 @@ use crate::{
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("sim.sendData", MINUS, |c| {
+        both(["sim.sendData", "simSendData"], MINUS, |c| {
             let (w, p) = (c.world(), &c.plugin().p);
             let (now, dt) = (w.f64(0, p.time)?, w.f64(0, p.dt)?);
             let message = WirelessMessage {
@@ -41,7 +41,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("It is sent to all sides, whatever the emission angles."),
     );
     offer.command(
-        both("sim.receiveData", NIL, receive)
+        both(["sim.receiveData", "simReceiveData"], NIL, receive)
             .param(Param::int("header").default(-1).optional().text("-1: any"))
             .param(Param::string("name").optional().text("nil: any"))
             .param(Param::int("antenna").default(HANDLE_SELF).optional())

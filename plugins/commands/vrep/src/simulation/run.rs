@@ -63,24 +63,32 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         )
         .example("on = sim.getRealTimeSimulation()"),
     );
-    for (name, what, text) in [
-        ("sim.startSimulation", TATU_REQUEST_START, "Asks for the simulation to start, or to go on after a pause."),
-        ("sim.pauseSimulation", TATU_REQUEST_PAUSE, "Asks for the simulation to pause after the next step."),
+    for (names, what, text) in [
         (
-            "sim.stopSimulation",
+            ["sim.startSimulation", "simStartSimulation"],
+            TATU_REQUEST_START,
+            "Asks for the simulation to start, or to go on after a pause.",
+        ),
+        (
+            ["sim.pauseSimulation", "simPauseSimulation"],
+            TATU_REQUEST_PAUSE,
+            "Asks for the simulation to pause after the next step.",
+        ),
+        (
+            ["sim.stopSimulation", "simStopSimulation"],
             TATU_REQUEST_STOP,
             "Asks for the simulation to stop: two more steps follow, in which scripts can see it.",
         ),
-        ("sim.quitSimulator", TATU_REQUEST_QUIT, "Asks for the program to end."),
+        (["sim.quitSimulator", "simQuitSimulator"], TATU_REQUEST_QUIT, "Asks for the program to end."),
     ] {
         offer.command(
-            both(name, MINUS, move |c| {
+            both(names, MINUS, move |c| {
                 c.world().request(what)?;
                 done(c)
             })
             .param(Param::any("unused").optional())
             .text(text)
-            .example(format!("{name}()")),
+            .example(format!("{}()", names[0])),
         );
     }
     offer.command(

@@ -64,9 +64,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("In a main script: lets physics advance. Time moves on by as much at the end of the step.")
         .example("sim.handleDynamics(sim.getSimulationTimeStep())"),
     );
-    for (name, what, of_objects) in NOTHING {
+    for (names, what, of_objects) in NOTHING {
         offer.command(
-            both(name, MINUS, move |c| {
+            both(*names, MINUS, move |c| {
                 // All of what is not there is handled; one of them cannot be.
                 match c.arg(0).as_i64() {
                     Some(n) if *of_objects && n > 0 && !is_stand_in(c, n) => {
@@ -84,9 +84,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .stub(*what),
         );
     }
-    for (name, what) in ELSEWHERE {
+    for (names, what) in ELSEWHERE {
         offer.command(
-            both(name, MINUS, |c| {
+            both(*names, MINUS, |c| {
                 c.ret(0_i64);
                 Ok(())
             })
@@ -99,31 +99,43 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// What main scripts call and what happens here in another part of the step, or by itself.
-const ELSEWHERE: &[(&str, &str)] = &[
-    ("sim.handleSimulationStart", "whatever a run needs is prepared before its first step"),
-    ("sim.handleSensingStart", "distances and colours of sensors are made anew in the sensing part"),
-    ("sim.openModule", "plugins hear of a start by themselves"),
-    ("sim.handleModule", "plugins hear of each step by themselves"),
-    ("sim.closeModule", "plugins hear of a stop by themselves"),
-    ("sim.resumeThreads", "threads go on in the actuation part, with the child scripts"),
-    ("sim.launchThreadedChildScripts", "threads begin in the actuation part, with the child scripts"),
-    ("sim.handleCustomizationScripts", "they are called together with the child scripts"),
-    ("sim.handleAddOnScripts", "add-ons are called by the host in each step"),
-    ("sim.handleVarious", "all that it did, other parts of the step do"),
+const ELSEWHERE: &[(Names, &str)] = &[
+    (
+        ["sim.handleSimulationStart", "simHandleSimulationStart"],
+        "whatever a run needs is prepared before its first step",
+    ),
+    (
+        ["sim.handleSensingStart", "simHandleSensingStart"],
+        "distances and colours of sensors are made anew in the sensing part",
+    ),
+    (["sim.openModule", "simOpenModule"], "plugins hear of a start by themselves"),
+    (["sim.handleModule", "simHandleModule"], "plugins hear of each step by themselves"),
+    (["sim.closeModule", "simCloseModule"], "plugins hear of a stop by themselves"),
+    (["sim.resumeThreads", "simResumeThreads"], "threads go on in the actuation part, with the child scripts"),
+    (
+        ["sim.launchThreadedChildScripts", "simLaunchThreadedChildScripts"],
+        "threads begin in the actuation part, with the child scripts",
+    ),
+    (
+        ["sim.handleCustomizationScripts", "simHandleCustomizationScripts"],
+        "they are called together with the child scripts",
+    ),
+    (["sim.handleAddOnScripts", "simHandleAddOnScripts"], "add-ons are called by the host in each step"),
+    (["sim.handleVarious", "simHandleVarious"], "all that it did, other parts of the step do"),
 ];
 
 /// What default main scripts call and for which there is nothing to do here, why, and whether the first argument may name one
 /// object of a kind that no scene has.
-const NOTHING: &[(&str, &str, bool)] = &[
-    ("sim.handleSandboxScript", "there is no sandbox", false),
-    ("sim.handleJoint", "no joint moves by itself without physics", false),
-    ("sim.handleJointMotion", "no joint moves by itself without physics", false),
-    ("sim.handlePath", "there are no paths", true),
-    ("sim.handleMechanism", "there are no mechanisms", true),
-    ("sim.handleIkGroup", "there are no IK groups", true),
-    ("sim.handleMill", "there are no mills", true),
-    ("sim.resetMill", "there are no mills", true),
-    ("sim.resetMilling", "there are no mills", false),
+const NOTHING: &[(Names, &str, bool)] = &[
+    (["sim.handleSandboxScript", "simHandleSandboxScript"], "there is no sandbox", false),
+    (["sim.handleJoint", "simHandleJoint"], "no joint moves by itself without physics", false),
+    (["sim.handleJointMotion", "simHandleJointMotion"], "no joint moves by itself without physics", false),
+    (["sim.handlePath", "simHandlePath"], "there are no paths", true),
+    (["sim.handleMechanism", "simHandleMechanism"], "there are no mechanisms", true),
+    (["sim.handleIkGroup", "simHandleIkGroup"], "there are no IK groups", true),
+    (["sim.handleMill", "simHandleMill"], "there are no mills", true),
+    (["sim.resetMill", "simResetMill"], "there are no mills", true),
+    (["sim.resetMilling", "simResetMilling"], "there are no mills", false),
 ];
 
 /// Runs the stage that a call type means; how many scripts it calls.

@@ -228,7 +228,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let missing = "Filters 15 to 17 (rotate, shift, resize), 32, 33, 37 and 1000 are not there, and 26 and 27 not by hue; roundness is \
         the ratio of a spot's sides, which may not be the original's.";
     offer.command(
-        both("sim.getVisionSensorFilter", MINUS, |c| {
+        both(["sim.getVisionSensorFilter", "simGetVisionSensorFilter"], MINUS, |c| {
             let view = View::of(c, 0)?;
             let chain = chain_of(c, view.id)?.unwrap_or_else(trivial);
             let f = &chain[filter_at(c, &chain)?];
@@ -252,7 +252,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(missing),
     );
     offer.command(
-        both("sim.setVisionSensorFilter", MINUS, |c| {
+        both(["sim.setVisionSensorFilter", "simSetVisionSensorFilter"], MINUS, |c| {
             let view = View::of(c, 0)?;
             let mut chain = chain_of(c, view.id)?.unwrap_or_else(trivial);
             let i = filter_at(c, &chain)?;

@@ -183,7 +183,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     };
     offer.command(
         packets(
-            both("sim.readVisionSensor", MINUS, |c| {
+            both(["sim.readVisionSensor", "simReadVisionSensor"], MINUS, |c| {
                 let view = View::of(c, 0)?;
                 if view.sequence == 0 {
                     c.ret(-1_i64);
@@ -200,7 +200,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         packets(
-            both("sim.handleVisionSensor", MINUS, handle_now)
+            both(["sim.handleVisionSensor", "simHandleVisionSensor"], MINUS, handle_now)
                 .param(flagged("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
                 .returns(Param::int("count").text("of the sensors that detected something")),
         )
@@ -210,7 +210,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ),
     );
     offer.command(
-        both("sim.resetVisionSensor", MINUS, |c| {
+        both(["sim.resetVisionSensor", "simResetVisionSensor"], MINUS, |c| {
             for sensor in meant(c)? {
                 if is_one(c, sensor) {
                     c.world().reset_reading(sensor)?;
@@ -226,7 +226,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         packets(
-            both("sim.checkVisionSensor", MINUS, |c| {
+            both(["sim.checkVisionSensor", "simCheckVisionSensor"], MINUS, |c| {
                 let (sensor, only) = (View::of(c, 0)?.id, entity(c, 1)?);
                 let (view, seen) = take(c, sensor, only)?;
                 give(c, &view, &seen);
@@ -240,7 +240,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(LATER),
     );
     offer.command(
-        both("sim.checkVisionSensorEx", NIL, |c| {
+        both(["sim.checkVisionSensorEx", "simCheckVisionSensorEx"], NIL, |c| {
             let (sensor, only) = (View::of(c, 0)?.id, entity(c, 1)?);
             let (view, seen) = take(c, sensor, only)?;
             let out: Vec<f64> = if c.arg(2).truthy() {

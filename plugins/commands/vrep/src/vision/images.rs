@@ -76,7 +76,7 @@ fn old(offer: &mut Offer<Vrep>) {
     };
     let one = |c: &Ctx<'_>| c.i64(0).map(|h| h & FLAG != 0);
     offer.command(
-        with_size(both("sim.getVisionSensorImage", NIL, move |c| {
+        with_size(both(["sim.getVisionSensorImage", "simGetVisionSensorImage"], NIL, move |c| {
             let (at, size) = rect(c)?;
             let (out, _) = bytes(c, View::of(c, 0)?, at, size, one(c)?, None)?;
             match int_or(c, 5, 0)? {
@@ -92,7 +92,7 @@ fn old(offer: &mut Offer<Vrep>) {
         .text("Gives the image of a vision sensor, the lowest row first."),
     );
     offer.command(
-        with_size(both("sim.getVisionSensorCharImage", NIL, move |c| {
+        with_size(both(["sim.getVisionSensorCharImage", "simGetVisionSensorCharImage"], NIL, move |c| {
             let (at, size) = rect(c)?;
             let most = if c.has(5) { c.f64(5)? } else { 0.0 };
             let alpha = (most != 0.0).then_some(most);
@@ -111,7 +111,7 @@ fn old(offer: &mut Offer<Vrep>) {
         .text("Gives the image of a vision sensor as bytes, the lowest row first."),
     );
     offer.command(
-        with_size(both("sim.getVisionSensorDepthBuffer", NIL, move |c| {
+        with_size(both(["sim.getVisionSensorDepthBuffer", "simGetVisionSensorDepthBuffer"], NIL, move |c| {
             let (at, size) = rect(c)?;
             let (out, _) = depths(c, View::of(c, 0)?, at, size, false)?;
             match c.i64(0)? & FLAG {
@@ -124,7 +124,7 @@ fn old(offer: &mut Offer<Vrep>) {
         .text("Gives the depths that a vision sensor sees, the lowest row first."),
     );
     offer.command(
-        both("sim.getVisionSensorResolution", NIL, resolution)
+        both(["sim.getVisionSensorResolution", "simGetVisionSensorResolution"], NIL, resolution)
             .param(flagged("sensor"))
             .returns(Param::list("resolution").text("{width, height}"))
             .text("Gives the resolution of a vision sensor."),

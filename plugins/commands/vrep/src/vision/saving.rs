@@ -157,7 +157,7 @@ fn each_of(options: i64) -> usize {
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("sim.saveImage", MINUS, |c| {
+        both(["sim.saveImage", "simSaveImage"], MINUS, |c| {
             let picture = Picture::of(c, 0, each_of(int_or(c, 2, 0)?))?;
             let name = c.text(3)?;
             let content = encode(&picture, format_of(&name)?)?;
@@ -183,7 +183,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("Formats are .png and .ppm."),
     );
     offer.command(
-        both("sim.loadImage", NIL, |c| {
+        both(["sim.loadImage", "simLoadImage"], NIL, |c| {
             let each = each_of(c.i64(0)?);
             let given = c.bytes(1)?;
             let picture = if given.starts_with(b"\x89PNG") {
@@ -203,7 +203,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("The format is .png."),
     );
     offer.command(
-        both("sim.getScaledImage", NIL, |c| {
+        both(["sim.getScaledImage", "simGetScaledImage"], NIL, |c| {
             let options = int_or(c, 3, 0)?;
             let picture = Picture::of(c, 0, each_of(options))?.with(if options & 2 != 0 { 4 } else { 3 });
             let [w, h] = pair(c, 2);
@@ -233,7 +233,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Scales an image."),
     );
     offer.command(
-        both("sim.transformImage", MINUS, |c| {
+        both(["sim.transformImage", "simTransformImage"], MINUS, |c| {
             let options = int_or(c, 2, 0)?;
             let picture = Picture::of(c, 0, each_of(options))?;
             c.ret(1_i64);

@@ -8,9 +8,12 @@ use super::{
 use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    for name in ["sim.setVisionSensorImage", "sim.setVisionSensorCharImage"] {
+    for names in [
+        ["sim.setVisionSensorImage", "simSetVisionSensorImage"],
+        ["sim.setVisionSensorCharImage", "simSetVisionSensorCharImage"],
+    ] {
         offer.command(
-            set_image(both(name, MINUS, |c| {
+            set_image(both(names, MINUS, |c| {
                 let view = View::of(c, 0)?;
                 let rgb = image(c, &view)?;
                 let trigger = put(c, &view, rgb, None)?;
@@ -44,7 +47,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives a vision sensor an image from elsewhere, which its scripts see as its own."),
     );
     offer.command(
-        both("sim.createVisionSensor", MINUS, |c| {
+        both(["sim.createVisionSensor", "simCreateVisionSensor"], MINUS, |c| {
             let made = c.world().create("dummy", 0, "visionSensor")?;
             let ints: [f64; 2] = numbers(c, 1)?;
             let floats: [f64; 2] = numbers(c, 2)?;
