@@ -146,7 +146,7 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
         (TATU_I64, Value::Int(i)) => Some(Value::Int(i)),
         (TATU_I64, Value::Float(f)) => whole(f).map(Value::Int),
         (TATU_I64, Value::Text(t)) => number(&t).and_then(whole).map(Value::Int),
-        (TATU_I64, Value::Object(o)) => Some(Value::Int((o & 0xF_FFFF) as i64)),
+        (TATU_I64, Value::Object(o)) => Some(Value::Int(i64::from(tatu_slot(o)))),
         (TATU_BOOL, Value::Bool(b)) => Some(Value::Bool(b)),
         (TATU_TEXT, Value::Text(t) | Value::Bytes(t)) => Some(Value::Text(t)),
         (TATU_BYTES, Value::Text(t) | Value::Bytes(t)) => Some(Value::Bytes(t)),
@@ -283,6 +283,6 @@ pub fn describe(value: &Value) -> String {
         Value::List(l) => format!("a list of {}", l.len()),
         Value::Map(m) => format!("a table with {} keys", m.len()),
         Value::Func(_) => "a function".into(),
-        Value::Object(o) => format!("object {}", o & 0xF_FFFF),
+        Value::Object(o) => format!("object {}", tatu_slot(*o)),
     }
 }

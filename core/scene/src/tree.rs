@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
-use tatu_plugin_api::abi::tatu_object;
+use tatu_plugin_api::abi::{tatu_object, tatu_slot};
 
 use super::{Data, FrictionPair, Object, moves::Moves, name_index::NameIndex, transforms::Transforms};
 
@@ -19,7 +19,7 @@ pub struct Handle(pub tatu_object);
 impl Handle {
     /// The slot: what scripts see.
     pub fn slot(self) -> u32 {
-        (self.0 & 0xF_FFFF) as u32
+        tatu_slot(self.0)
     }
     /// 0: whatever is in the slot now.
     pub fn generation(self) -> u64 {

@@ -18,6 +18,14 @@ pub struct tatu_str {
 }
 
 pub type tatu_object = u64;
+
+/// The bits of a [`tatu_object`] that are its slot: the handle that scripts see.
+pub const TATU_SLOT_BITS: tatu_object = 0xF_FFFF;
+
+/// The slot of an object, without its generation: the handle that scripts see; 0 for no object.
+pub const fn tatu_slot(object: tatu_object) -> u32 {
+    (object & TATU_SLOT_BITS) as u32
+}
 pub type tatu_func = u64;
 pub type tatu_prop = u32;
 

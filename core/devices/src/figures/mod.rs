@@ -47,7 +47,7 @@ impl Figures {
     }
     /// The graph of an object that is one.
     pub fn graph(&mut self, scene: &Scene, object: tatu_object) -> Result<&mut Graph, Refusal> {
-        let slot = (object & 0xF_FFFF) as u32;
+        let slot = tatu_slot(object);
         match scene.get(slot).map(|o| (o, &o.data)) {
             Some((o, Data::Graph(spec))) => {
                 Ok(self.graphs.entry(scene.id(slot)).or_insert_with(|| Graph::new(spec, o.name())))

@@ -293,7 +293,7 @@ fn cut<'a, T>(rest: &mut &'a mut [T], skip: usize, n: usize) -> &'a mut [T] {
 
 /// The color of the surface that was met; black where nothing was.
 fn surface_color(scene: &Scene, object: tatu_object) -> [u8; 3] {
-    let met = (object != 0).then(|| scene.get((object & 0xF_FFFF) as u32)).flatten();
+    let met = (object != 0).then(|| scene.get(tatu_slot(object))).flatten();
     let color = met.and_then(|o| o.shape()).map_or([0.0; 3], |s| s.color);
     color.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
 }

@@ -241,7 +241,10 @@ impl Device {
                     std::slice::from_raw_parts(bytes.cast::<u16>(), n).iter().map(|x| i64::from(*x)).collect(),
                 ),
                 TATU_ELEM_OBJECT => Value::Ints(
-                    std::slice::from_raw_parts(bytes.cast::<u64>(), n).iter().map(|x| (x & 0xF_FFFF) as i64).collect(),
+                    std::slice::from_raw_parts(bytes.cast::<u64>(), n)
+                        .iter()
+                        .map(|x| i64::from(tatu_slot(*x)))
+                        .collect(),
                 ),
                 _ => Value::Bytes(std::slice::from_raw_parts(bytes.cast::<u8>(), n).to_vec()),
             }

@@ -140,7 +140,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         let outer = world.border.watch.command(f.command);
         // SAFETY: the plugin's function; no borrow of the world is alive here.
         let cross = || unsafe { call(frame) };
-        let status = world.cross(entry.plugin, Call::Command, (caller.object & 0xF_FFFF) as u32, cross);
+        let status = world.cross(entry.plugin, Call::Command, tatu_slot(caller.object), cross);
         world.border.watch.command(outer);
         status
     };

@@ -17,7 +17,7 @@ impl WorldCell {
     pub fn caller_name(&self) -> String {
         let caller = self.run.calls.caller.get();
         match self.see(|w| &w.state.scene) {
-            Some(scene) if caller.object != 0 => scene.path((caller.object & 0xF_FFFF) as u32),
+            Some(scene) if caller.object != 0 => scene.path(tatu_slot(caller.object)),
             _ => "the host".into(),
         }
     }
@@ -25,7 +25,7 @@ impl WorldCell {
     pub fn blame_caller(&self, fault: &mut Fault) {
         let caller = self.run.calls.caller.get();
         if let (Some(scene), true) = (self.see(|w| &w.state.scene), caller.object != 0) {
-            fault.object = Some(scene.path((caller.object & 0xF_FFFF) as u32));
+            fault.object = Some(scene.path(tatu_slot(caller.object)));
         }
         self.with_caller(|script| fault.script = Some(script.name.clone()));
     }

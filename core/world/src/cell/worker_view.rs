@@ -119,7 +119,7 @@ impl WorkerView {
     /// What the running script has set a number of an object to.
     pub fn number(&self, slot: u32, row: Row) -> Option<f64> {
         let own = self.own.borrow();
-        own.iter().find(|(o, r, _)| (o & 0xF_FFFF == u64::from(slot)) && *r == row).map(|(_, _, x)| *x)
+        own.iter().find(|(o, r, _)| tatu_slot(*o) == slot && *r == row).map(|(_, _, x)| *x)
     }
 }
 

@@ -34,7 +34,7 @@ pub(crate) fn record_due(world: &WorldCell, time: f64) -> Result<usize, Refusal>
 pub(crate) fn record(world: &WorldCell, object: tatu_object, time: f64) -> Result<(), Refusal> {
     let scene = world.state.scene.try_borrow().map_err(|_| busy())?;
     let mut figures = world.devices.figures.try_borrow_mut().map_err(|_| busy())?;
-    let slot = (object & 0xF_FFFF) as u32;
+    let slot = tatu_slot(object);
     let graph = figures.graph(&scene, object)?;
     let numbers: Vec<Option<f64>> = (graph.streams.iter_mut())
         .map(|s| match s.spec.of.is_empty() {

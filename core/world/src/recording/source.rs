@@ -1,6 +1,9 @@
 //! Where a stream finds its numbers in the world.
 
-use tatu_plugin_api::{abi::TATU_LOG_WARNING, safe::Value};
+use tatu_plugin_api::{
+    abi::{TATU_LOG_WARNING, tatu_slot},
+    safe::Value,
+};
 use tatu_scene::{
     self, Scene,
     rows::{ROWS, Row},
@@ -17,7 +20,7 @@ pub(crate) fn check(world: &WorldCell) {
     let (scene, figures) = (world.state.scene.borrow(), world.devices.figures.borrow());
     for (object, graph) in &figures.graphs {
         for spec in graph.streams.iter().map(|s| &s.spec).filter(|s| !s.of.is_empty()) {
-            let why = if scene.find((object & 0xF_FFFF) as u32, &spec.of).is_none() {
+            let why = if scene.find(tatu_slot(*object), &spec.of).is_none() {
                 format!("there is no object `{}`", spec.of)
             } else if !is_known(world, &spec.data) {
                 format!("there is no number `{}`", spec.data)

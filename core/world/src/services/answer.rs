@@ -160,7 +160,7 @@ pub(super) fn slot<'a>(
     object: tatu_object,
 ) -> Result<u32, tatu_status> {
     scene.resolve(object).map_err(|last| {
-        let n = object & 0xF_FFFF;
+        let n = tatu_slot(object);
         match last {
             Some(name) => {
                 answer.into().calls.refuse(TATU_ERR_GONE, &format!("object {n} (it was `{name}`) has been removed"))

@@ -70,7 +70,7 @@ unsafe extern "C" fn broadcast(
     unsafe {
         on(w, Function::acts("scripts.broadcast"), |world| {
             let args = list_of(world, "a list of arguments", args, n_args)?;
-            crate::cell::Scripts::broadcast(world, callback.bytes(), args, (except & 0xF_FFFF) as u32);
+            crate::cell::Scripts::broadcast(world, callback.bytes(), args, tatu_slot(except));
             Ok(())
         })
     }

@@ -17,7 +17,7 @@ pub struct Object {
 impl Object {
     /// The handle that scripts see.
     pub fn handle(self) -> i64 {
-        (self.id & 0xF_FFFF) as i64
+        i64::from(tatu_slot(self.id))
     }
 }
 

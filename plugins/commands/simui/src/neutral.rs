@@ -1,18 +1,12 @@
 //! What is taken and does nothing, and the constants.
 
-use tatu_plugin_api::safe::{Constant, Offer, Param, Value};
+use tatu_commands_common::{
+    Gives::{self, *},
+    stub,
+};
+use tatu_plugin_api::safe::{Constant, Offer, Value};
 
-use crate::plugin::{MINUS, NIL, SimUi, both};
-
-#[derive(Clone, Copy)]
-enum Gives {
-    Nothing,
-    Int(i64),
-    Text(&'static str),
-    Empty,
-    Zeros,
-}
-use Gives::*;
+use crate::plugin::{SimUi, old_name};
 
 const ASKS: &str = "nobody is asked: the answer is yes, or what was there before";
 const LOOKS: &str = "a view lays windows out by itself";
@@ -86,26 +80,7 @@ const SCATTER: &[(&str, i64)] = &[
 
 pub(crate) fn offer(offer: &mut Offer<SimUi>) {
     for (name, gives, why) in STUBS {
-        let on_error = if matches!(gives, Int(_)) { MINUS } else { NIL };
-        let mut command = both(name, on_error, |c| {
-            match gives {
-                Nothing => {}
-                Int(i) => c.ret(*i),
-                Text(t) => c.ret(*t),
-                Empty => c.ret(Value::List(Vec::new())),
-                Zeros => c.ret(&[0.0; 3][..]),
-            }
-            Ok(())
-        })
-        .param(Param::any("arguments").rest());
-        command = match gives {
-            Nothing => command,
-            Int(_) => command.returns(Param::int("result")),
-            Text(_) => command.returns(Param::string("text")),
-            Empty => command.returns(Param::any("result")),
-            Zeros => command.returns(Param::floats("result", 3)),
-        };
-        offer.command(command.text("Takes what it is given, and does nothing.").stub(*why));
+        offer.command(stub(name, *gives, why).old_name(old_name(name), gives.on_error()));
     }
     let named = |pairs: &[(&str, i64)]| -> Value {
         Value::Map(pairs.iter().map(|(k, v)| (Value::text(k), Value::Int(*v))).collect())

@@ -39,7 +39,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
                 };
                 c.world().list(base, bits, if base == 0 { 0 } else { TATU_LIST_SKIP_BASE })?
             };
-            let handles: Vec<i64> = all.iter().map(|o| (o & 0xF_FFFF) as i64).collect();
+            let handles: Vec<i64> = all.iter().map(|o| i64::from(tatu_slot(*o))).collect();
             c.ret(handles.as_slice());
             Ok(())
         })
@@ -60,7 +60,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             let object = if object == 0 { 0 } else { world.look(object as u64)?.id };
             let value = world.get(object, world.host().prop(&key))?.to_value()?;
             let value = match value {
-                Value::Object(o) => Value::Int((o & 0xF_FFFF) as i64),
+                Value::Object(o) => Value::Int(i64::from(tatu_slot(o))),
                 other => other,
             };
             c.ret(value);

@@ -86,7 +86,7 @@ fn value(r: &Reading, dims: [u32; 3]) -> (Value, bool) {
     if dims[1] != 1 || dims[2] != 1 {
         return (Value::Bytes(bytes(r)), true);
     }
-    let handle = |o: &u64| if *o == 0 { -1 } else { (o & 0xF_FFFF) as i64 };
+    let handle = |o: &u64| if *o == 0 { -1 } else { i64::from(tatu_slot(*o)) };
     let value = match r.elem() {
         TATU_ELEM_F64 => Value::Floats(r.f64s().to_vec()),
         TATU_ELEM_F32 => Value::Floats(r.f32s().iter().map(|x| f64::from(*x)).collect()),
@@ -110,7 +110,7 @@ pub(crate) fn bytes(r: &Reading) -> Vec<u8> {
         TATU_ELEM_F32 => r.f32s().iter().flat_map(|x| x.to_le_bytes()).collect(),
         TATU_ELEM_I32 => r.i32s().iter().flat_map(|x| x.to_le_bytes()).collect(),
         TATU_ELEM_U16 => r.u16s().iter().flat_map(|x| x.to_le_bytes()).collect(),
-        TATU_ELEM_OBJECT => r.objects().iter().flat_map(|o| ((o & 0xF_FFFF) as u32).to_le_bytes()).collect(),
+        TATU_ELEM_OBJECT => r.objects().iter().flat_map(|o| tatu_slot(*o).to_le_bytes()).collect(),
         _ => r.u8s().to_vec(),
     }
 }

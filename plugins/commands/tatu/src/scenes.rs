@@ -8,9 +8,6 @@ use tatu_plugin_api::{
 
 use crate::plugin::{Cmd, Ctx, Tatu};
 
-/// The bits of a number that are the handle.
-const HANDLE: u64 = 0xF_FFFF;
-
 /// The object of argument `i`; 0: the world.
 fn object(c: &Ctx<'_>, i: usize) -> tatu_plugin_api::safe::Result<tatu_object> {
     match c.i64(i)? {
@@ -55,7 +52,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             while let Some(model) = c.world().model(at)? {
                 if model.get("id").and_then(|v| v.as_str()).is_some_and(|m| m == id) {
                     let made = c.world().load(id.as_bytes(), 0)?;
-                    c.ret((made & HANDLE) as i64);
+                    c.ret(i64::from(tatu_slot(made)));
                     return Ok(());
                 }
                 at += 1;

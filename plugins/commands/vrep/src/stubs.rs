@@ -3,18 +3,9 @@
 //!
 //! A stub yields to a command of its name that another file declares.
 
-use crate::kit::*;
+use tatu_commands_common::Gives::{self, *};
 
-/// What a stub gives.
-#[derive(Clone, Copy)]
-enum Gives {
-    Nothing,
-    Int(i64),
-    Float(f64),
-    Text(&'static str),
-    Empty,
-}
-use Gives::*;
+use crate::kit::*;
 
 const WINDOWS: &str = "there is no window";
 const OLD_UI: &str = "there are no user interfaces of the oldest kind";
@@ -212,8 +203,7 @@ const MODERN: &[(&str, Gives, &str)] = &[
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for ([name, old], gives, why) in OLD {
-        let on_error = if matches!(gives, Nothing | Text(_) | Empty) { NIL } else { MINUS };
-        add(offer, name, Some((old, on_error)), *gives, why);
+        add(offer, name, Some((old, gives.on_error())), *gives, why);
     }
     for (name, gives, why) in MODERN {
         add(offer, name, None, *gives, why);
@@ -238,29 +228,9 @@ fn add(offer: &mut Offer<Vrep>, name: &str, flat: Option<(&str, [Value; 1])>, gi
     if offer.has_command(name) {
         return;
     }
-    let mut command = Cmd::new(name, move |c| {
-        match gives {
-            Nothing => {}
-            Int(i) => c.ret(i),
-            Float(x) => c.ret(x),
-            Text(t) => c.ret(t),
-            Empty => c.ret(Value::List(Vec::new())),
-        }
-        Ok(())
-    });
+    let mut command = tatu_commands_common::stub(name, gives, why);
     if let Some((flat, on_error)) = flat.filter(|(flat, _)| !offer.has_command(flat)) {
         command = command.old_name(flat, on_error);
     }
-    let returns = match gives {
-        Nothing => None,
-        Int(_) => Some(Param::int("result")),
-        Float(_) => Some(Param::float("result")),
-        Text(_) => Some(Param::string("text")),
-        Empty => Some(Param::any("result")),
-    };
-    let mut command = command.param(Param::any("arguments").rest());
-    if let Some(r) = returns {
-        command = command.returns(r);
-    }
-    offer.command(command.text("Takes what it is given, and does nothing.").stub(why));
+    offer.command(command);
 }

@@ -1,6 +1,9 @@
 //! Numbers and texts in the data of commands.
 
-use tatu_plugin_api::safe::{Fail, Result, Value};
+use tatu_plugin_api::{
+    abi::tatu_slot,
+    safe::{Fail, Result, Value},
+};
 
 /// Data that is read from its beginning.
 pub struct In<'a>(pub &'a [u8]);
@@ -106,7 +109,7 @@ pub fn int(value: Option<&Value>) -> Result<i64> {
         Some(Value::Int(i)) => Ok(*i),
         Some(Value::Float(x)) => Ok(*x as i64),
         Some(Value::Bool(b)) => Ok(i64::from(*b)),
-        Some(Value::Object(o)) => Ok((*o & 0xF_FFFF) as i64),
+        Some(Value::Object(o)) => Ok(i64::from(tatu_slot(*o))),
         _ => Err(Fail::missing("it returns no integer")),
     }
 }

@@ -172,7 +172,7 @@ impl State {
         let Some(robot) = self.scene.robots.get_mut(robot) else { return Ok(()) };
         let stands = twist == [0.0; 3];
         robot.until = (!stands && self.patience > 0.0).then_some(self.time.unwrap_or(0.0) + self.patience);
-        let handle = Value::Int((robot.base & 0xF_FFFF) as i64);
+        let handle = Value::Int(i64::from(tatu_slot(robot.base)));
         let [x, y, z] = twist.map(Value::Float);
         turn.call("tatu.drive", &[handle, x, y, z], 0).map(drop)
     }

@@ -1,7 +1,10 @@
 //! Messages: what clients ask, and what they are answered.
 
 use ciborium::Value as Cbor;
-use tatu_plugin_api::safe::{Fail, Result, Value};
+use tatu_plugin_api::{
+    abi::tatu_slot,
+    safe::{Fail, Result, Value},
+};
 
 /// What a client asks.
 #[derive(Debug, Default)]
@@ -95,7 +98,7 @@ pub fn write(value: Value) -> Cbor {
         Value::Ints(all) => Cbor::Array(all.into_iter().map(|i| Cbor::Integer(i.into())).collect()),
         Value::List(all) => Cbor::Array(all.into_iter().map(write).collect()),
         Value::Map(all) => Cbor::Map(all.into_iter().map(|(k, v)| (write(k), write(v))).collect()),
-        Value::Object(o) => Cbor::Integer((o & 0xF_FFFF).into()),
+        Value::Object(o) => Cbor::Integer(tatu_slot(o).into()),
     }
 }
 

@@ -10,7 +10,7 @@ use tatu_plugin_api::{
 };
 use tatu_services_common::json;
 
-use crate::{frames::object, scene::HANDLE};
+use crate::frames::object;
 
 /// Rows that are too large to be read as text.
 const LARGE: &[&str] = &["shape.surface", "shape.parts", "object.data", "scene.data", "graph.streams", "graph.curves"];
@@ -37,7 +37,7 @@ pub fn details(turn: &Turn<'_>, n: u64) -> Result<Json> {
         // What cannot be read just now is left out.
         let Ok(value) = turn.get(id, turn.host().prop(&key)).and_then(|v| v.to_value()) else { continue };
         row["value"] = match value {
-            Value::Object(o) => json!(o & HANDLE),
+            Value::Object(o) => json!(tatu_slot(o)),
             Value::Bytes(b) => json!(String::from_utf8_lossy(&b)),
             value => json::write(&value),
         };

@@ -21,7 +21,7 @@ use crate::{
     acts, film_page, frames,
     plugin::{Props, WebPage},
     readings::{self, Sent},
-    scene::{self, HANDLE, Whole},
+    scene::{self, Whole},
 };
 
 /// Simulated time between readings, and between drawings, in s.
@@ -178,7 +178,7 @@ impl State {
         self.sent = Sent::default();
         self.known.clear();
         for script in turn.scripts(0)? {
-            if let Ok(text) = acts::script(turn, script & HANDLE) {
+            if let Ok(text) = acts::script(turn, script & TATU_SLOT_BITS) {
                 self.record(&Message::Text(text.to_string().into()));
             }
         }

@@ -12,10 +12,7 @@ use tatu_plugin_api::{
 };
 use tatu_services_common::outbox::Message;
 
-use crate::{
-    plugin::Props,
-    scene::{HANDLE, Whole},
-};
+use crate::{plugin::Props, scene::Whole};
 
 const FRAME: u8 = 1;
 /// Units of a place: 0.1 mm.
@@ -48,18 +45,18 @@ impl Now {
                 place.copy_from_slice(&((x * UNITS).round() as i32).to_le_bytes());
             }
             turned(&pose[3..], &mut bytes[12..]);
-            entries.push(((id & HANDLE) as u32, bytes, 20));
+            entries.push((tatu_slot(id), bytes, 20));
         }
         for &(id, spherical) in &whole.joints {
             let mut bytes = [0; 20];
             if spherical {
                 let Ok(q) = turn.f64s::<4>(id, p.joint_rotation) else { continue };
                 turned(&q, &mut bytes);
-                entries.push(((id & HANDLE) as u32 | 2 << 24, bytes, 8));
+                entries.push((tatu_slot(id) | 2 << 24, bytes, 8));
             } else {
                 let Ok(x) = turn.f64(id, p.joint_position) else { continue };
                 bytes[..4].copy_from_slice(&(x as f32).to_le_bytes());
-                entries.push(((id & HANDLE) as u32 | 1 << 24, bytes, 4));
+                entries.push((tatu_slot(id) | 1 << 24, bytes, 4));
             }
         }
         Ok(Now { entries })
@@ -100,7 +97,7 @@ pub fn exact(
             count += 1;
         }
     };
-    let key = |id: tatu_object, kind: u32| (id & HANDLE) as u32 | kind << 24;
+    let key = |id: tatu_object, kind: u32| tatu_slot(id) | kind << 24;
     for &id in &whole.ids {
         // Whatever was removed meanwhile is gone with the next scene.
         if let Ok(pose) = turn.f64s::<7>(id, p.pose) {
@@ -129,9 +126,9 @@ fn head(step: u64, time: f64) -> Vec<u8> {
     out
 }
 
-/// The handle that a number of a client means, as the id that the host takes.
+/// The object of a handle from a client, as the id that the host takes.
 pub fn object(n: u64) -> tatu_object {
-    n & HANDLE
+    n & TATU_SLOT_BITS
 }
 
 #[cfg(test)]

@@ -9,10 +9,7 @@ use tatu_plugin_api::{
 };
 use tatu_services_common::{json, outbox::Message};
 
-use crate::{
-    plugin::Props,
-    scene::{HANDLE, Whole},
-};
+use crate::{plugin::Props, scene::Whole};
 
 /// First byte of a message with an image.
 const IMAGE: u8 = 3;
@@ -53,7 +50,7 @@ pub fn new(turn: &Turn<'_>, p: &Props, whole: &Whole, sent: &mut Sent) -> Json {
             _ => None,
         };
         let Some(reading) = reading.filter(|r| sent.known.get(&id) != Some(r)) else { continue };
-        out.insert((id & HANDLE).to_string(), reading.clone());
+        out.insert(tatu_slot(id).to_string(), reading.clone());
         sent.known.insert(id, reading);
     }
     Json::Object(out)
@@ -88,7 +85,7 @@ pub fn image(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Message> {
     };
     let [rows, columns, _] = reading.dims();
     let mut out = vec![IMAGE, 1, what, 0];
-    out.extend_from_slice(&((id & HANDLE) as u32).to_le_bytes());
+    out.extend_from_slice(&(tatu_slot(id)).to_le_bytes());
     out.extend_from_slice(&columns.to_le_bytes());
     out.extend_from_slice(&rows.to_le_bytes());
     match what {
@@ -129,5 +126,5 @@ pub fn graph(turn: &Turn<'_>, graph: tatu_object) -> Result<Json> {
             "name": text("name"), "unit": text("unit"), "color": color, "times": newest("times"), "values": newest("values"),
         }));
     }
-    Ok(json!({ "graph": graph & HANDLE, "streams": out }))
+    Ok(json!({ "graph": tatu_slot(graph), "streams": out }))
 }

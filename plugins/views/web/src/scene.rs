@@ -14,9 +14,6 @@ use crate::plugin::Props;
 
 /// First byte of a message with a mesh.
 const MESH: u8 = 2;
-/// Handles are the low bits of an object's id.
-pub const HANDLE: u64 = 0xF_FFFF;
-
 /// What a new client gets.
 #[derive(Default)]
 pub struct Whole {
@@ -65,11 +62,11 @@ pub fn read(turn: &Turn<'_>, p: &Props) -> Result<Whole> {
     let mut objects = Vec::new();
     for &id in &whole.ids {
         let kind = text(turn.get(id, p.kind)?);
-        let parent = turn.get(id, p.parent)?.as_object().unwrap_or(0) & HANDLE;
+        let parent = turn.get(id, p.parent)?.as_object().unwrap_or(0);
         let pose: [f64; 7] = turn.f64s(id, p.pose)?;
         let mut o = json!({
-            "id": id & HANDLE,
-            "parent": parent,
+            "id": tatu_slot(id),
+            "parent": tatu_slot(parent),
             "alias": text(turn.get(id, p.alias)?),
             "kind": kind,
             "pose": pose,
@@ -127,7 +124,7 @@ fn scripts(turn: &Turn<'_>, p: &Props, owner: tatu_object) -> Result<Vec<Json>> 
 fn scripts_of(turn: &Turn<'_>, p: &Props, all: impl Iterator<Item = tatu_object>) -> Result<Vec<Json>> {
     all.map(|s| {
         Ok(json!({
-            "id": s & HANDLE,
+            "id": tatu_slot(s),
             "name": text(turn.get(s, p.script_name)?),
             "kind": text(turn.get(s, p.script_kind)?),
             "language": text(turn.get(s, p.script_language)?),

@@ -19,7 +19,7 @@ pub(crate) const HANDLE_CHAIN: i64 = -7;
 pub(crate) const HANDLE_PARENT: i64 = -11;
 pub(crate) const HANDLE_SCENE: i64 = -12;
 /// The bits of a number that are the handle; those above are flags.
-pub(crate) const HANDLE_BITS: i64 = 0xF_FFFF;
+pub(crate) const HANDLE_BITS: i64 = TATU_SLOT_BITS as i64;
 
 /// The number that scripts see; -1 for no object.
 pub(crate) fn handle(id: tatu_object) -> i64 {

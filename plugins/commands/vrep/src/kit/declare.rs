@@ -1,13 +1,9 @@
 //! Declaring commands: under both names, and the parameters that many have.
 
+pub(crate) use tatu_commands_common::{MINUS, NIL};
 use tatu_plugin_api::safe::{IntoResult, Param, Result, Value};
 
 use super::plugin::{Cmd, Ctx, Shared};
-
-/// Old error values: nil for values and tables,
-pub(crate) const NIL: [Value; 1] = [Value::Nil];
-/// and -1 for handles, counts, states and setters.
-pub(crate) const MINUS: [Value; 1] = [Value::Int(-1)];
 
 /// A command's name in the `sim` table, and the flat one of older scripts. Both stand as they are written in scripts, so
 /// that a search for either finds the declaration.

@@ -19,7 +19,7 @@ pub(crate) unsafe fn put(l: *mut lua_State, v: &tatu_value) {
         TATU_BOOL => lua_pushboolean(l, i32::from(v.u.i != 0)),
         TATU_I64 => lua_pushinteger(l, v.u.i),
         TATU_F64 => lua_pushnumber(l, v.u.f),
-        TATU_OBJECT => lua_pushinteger(l, (v.u.u & 0xF_FFFF) as i64),
+        TATU_OBJECT => lua_pushinteger(l, i64::from(tatu_slot(v.u.u))),
         _ => put_deep(l, v, 0),
     }
 }

@@ -1,6 +1,7 @@
 //! Texts that are run again for each callback: their rules, and the callbacks for which a text has to run.
 
 use mlua_sys::*;
+use tatu_plugin_api::abi::tatu_slot;
 
 use crate::{
     lexer,
@@ -101,7 +102,7 @@ impl Rerun {
         lua_rawset(l, -3);
         for i in 2..self.script.len() as i64 + 2 {
             lua_rawgeti(l, -2, i);
-            lua_pushinteger(l, (owner & 0xF_FFFF) as i64);
+            lua_pushinteger(l, i64::from(tatu_slot(owner)));
             lua_rawset(l, -3);
         }
         lua_pop(l, 2);

@@ -1,0 +1,57 @@
+//! What command plugins share: commands that do nothing, and the values of failed calls by old names.
+
+use tatu_plugin_api::safe::{Command, Param, Plugin, Value};
+
+/// What a failed call by an old name returns, where the command returns text or a table.
+pub const NIL: [Value; 1] = [Value::Nil];
+/// What a failed call by an old name returns, where the command returns a handle, a count or a state, or sets something.
+pub const MINUS: [Value; 1] = [Value::Int(-1)];
+
+/// What a stub returns.
+#[derive(Debug, Clone, Copy)]
+pub enum Gives {
+    /// No value.
+    Nothing,
+    /// An integer.
+    Int(i64),
+    /// A float.
+    Float(f64),
+    /// Text.
+    Text(&'static str),
+    /// An empty table.
+    Empty,
+    /// A table of three zeros.
+    Zeros,
+}
+
+impl Gives {
+    /// What a failed call by an old name returns.
+    pub fn on_error(self) -> [Value; 1] {
+        if matches!(self, Gives::Int(_) | Gives::Float(_)) { MINUS } else { NIL }
+    }
+}
+
+/// A command that accepts any arguments and returns a neutral value; `why` says what is missing.
+pub fn stub<P: Plugin>(name: &str, gives: Gives, why: &str) -> Command<P> {
+    let command = Command::new(name, move |c| {
+        match gives {
+            Gives::Nothing => {}
+            Gives::Int(i) => c.ret(i),
+            Gives::Float(x) => c.ret(x),
+            Gives::Text(t) => c.ret(t),
+            Gives::Empty => c.ret(Value::List(Vec::new())),
+            Gives::Zeros => c.ret(&[0.0; 3][..]),
+        }
+        Ok(())
+    });
+    let command = command.param(Param::any("arguments").rest());
+    let command = match gives {
+        Gives::Nothing => command,
+        Gives::Int(_) => command.returns(Param::int("result")),
+        Gives::Float(_) => command.returns(Param::float("result")),
+        Gives::Text(_) => command.returns(Param::string("text")),
+        Gives::Empty => command.returns(Param::any("result")),
+        Gives::Zeros => command.returns(Param::floats("result", 3)),
+    };
+    command.text("Takes what it is given, and does nothing.").stub(why)
+}
