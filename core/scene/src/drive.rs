@@ -24,7 +24,7 @@ pub struct Drive {
     form: Form,
     /// Paths of the joints that drive, seen from the object; a `-` in front: turned forward they drive back.
     joints: Vec<String>,
-    /// Paths of the joints that steer: left and right in turns, or one in the middle.
+    /// Paths of the joints that steer: left and right alternating, or one in the middle.
     steering: Vec<String>,
     radius: f64,
     track: f64,
@@ -152,7 +152,7 @@ mod tests {
             Drive::from_value(&Value::Map(entries)).unwrap_err().1
         };
         assert!(with("type", Value::text("legs")).contains("one of differential, ackermann, omni"));
-        assert!(with("joints", paths(&["left"])).contains("left and right in turns"));
+        assert!(with("joints", paths(&["left"])).contains("left and right alternating"));
         assert!(with("radius", Value::Float(0.0)).contains("above 0"));
         assert!(with("type", Value::text("ackermann")).contains("`wheelbase`"));
         assert!(with("raduis", Value::Float(1.0)).contains("did you mean `radius`?"));

@@ -29,7 +29,7 @@ fn snapshots_and_pictures_leave_what_stands_there_as_it_is() {
         assert_eq!(mode(&at("kept")), 0o600);
         let done = write("pipe");
         assert_ne!(done.code, 0);
-        done.tells(&["error[E105]", "no plain file"]);
+        done.tells(&["error[E105]", "not a plain file"]);
         assert!(fs::symlink_metadata(at("pipe")).unwrap().file_type().is_fifo());
         write("new").good();
         assert_eq!(mode(&at("new")) & 0o600, 0o600);
@@ -136,9 +136,9 @@ fn scenes_and_scripts_are_plain_files() {
     let place = scene();
     succeed(Command::new("mkfifo").arg(place.path().join("pipe.toml")));
     succeed(Command::new("mkfifo").arg(place.path().join("pipe.lua")));
-    place.tatu(&["check", "pipe.toml"]).refused(&["error[E105]", "pipe.toml", "no plain file"]);
+    place.tatu(&["check", "pipe.toml"]).refused(&["error[E105]", "pipe.toml", "not a plain file"]);
     let done = place.tatu(&["check", "scene.toml", "--script", "/box=pipe.lua"]);
-    done.refused(&["pipe.lua", "no plain file"]);
+    done.refused(&["pipe.lua", "not a plain file"]);
     // Devices have no end either; neither have links to them.
     std::os::unix::fs::symlink("/dev/zero", place.path().join("zero.jsonl")).unwrap();
     place.write("one.jsonl", "{\"step\": 0, \"hash\": \"0\"}\n");
@@ -148,14 +148,14 @@ fn scenes_and_scripts_are_plain_files() {
         ["run", "--replay", "zero.jsonl"],
         ["run", "--replay", "pipe.toml"],
     ] {
-        place.tatu(&args).refused(&["error[E105]", "no plain file"]);
+        place.tatu(&args).refused(&["error[E105]", "not a plain file"]);
     }
     for args in [
         ["run", "scene.toml", "--from", "zero.jsonl"],
         ["run", "--stand-ins", "--script", "pipe.lua"],
         ["run", "scene.toml", "--addon", "pipe.lua"],
     ] {
-        place.tatu(&args).refused(&["no plain file"]);
+        place.tatu(&args).refused(&["not a plain file"]);
     }
 }
 

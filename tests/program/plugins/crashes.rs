@@ -125,7 +125,7 @@ fn a_crash_in_a_measure_is_blamed_with_any_number_of_threads() {
         for (how, name) in [("null", "(SIGSEGV)"), ("deep", "stack overflow")] {
             let place = scene();
             let done = harmed(&place, in_c(), "measure", how, &["--threads", threads]);
-            crashed(&done, SIGSEGV, &[name, "`tatu_sensor.measure`", ID, "for /left, the first of 2"]);
+            crashed(&done, SIGSEGV, &[name, "`tatu_sensor.measure`", ID, "for /left, the first of a batch of 2"]);
             written(&place, &done);
         }
     }

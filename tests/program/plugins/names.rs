@@ -76,7 +76,7 @@ fn what_can_be_no_name_is_shown_and_not_used() {
     for name in shown {
         told_once(&done, &["[E303]", "`org.test.odd`", &format!("its command {name} has an invalid name: it ")]);
     }
-    done.tells(&["the name is empty", "the name holds a space", "holds control characters", "mine.name"]);
+    done.tells(&["it is empty", "it holds a space", "holds control characters", "mine.name"]);
     assert!(!done.err.contains('\u{1b}'), "{}", done.err);
 }
 

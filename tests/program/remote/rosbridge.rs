@@ -311,7 +311,7 @@ fn what_is_wrong_costs_only_whoever_sends_it() {
         (r#"{"op": "advertise", "topic": "/scan", "type": "std_msgs/String"}"#, "has the type sensor_msgs/LaserScan"),
         (r#"{"op": "advertise_service", "service": "/rosapi/topics", "type": "a/B"}"#, "offered here already"),
         (r#"{"op": "subscribe", "topic": "/scan", "compression": "cbor-raw"}"#, "`cbor-raw`"),
-        (r#"{"op": "fragment", "id": "a", "num": 0, "total": 1, "data": "{"}"#, "no JSON"),
+        (r#"{"op": "fragment", "id": "a", "num": 0, "total": 1, "data": "{"}"#, "valid JSON"),
     ] {
         good.send(Message::text(message)).unwrap();
         let answer = hear(&mut good);

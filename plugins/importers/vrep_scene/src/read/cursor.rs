@@ -194,7 +194,7 @@ mod tests {
         let mut c = Cursor::new(&[5, 0, 0, 0, b'a']);
         assert_eq!(c.text().unwrap_err().what, "5 bytes are wanted, 1 are left");
         let mut c = Cursor::new(&[0xFF; 8]);
-        assert_eq!(c.count().unwrap_err(), Broken::new(0, "-1 is no length"));
+        assert_eq!(c.count().unwrap_err(), Broken::new(0, "-1 is not a length"));
         assert_eq!(Cursor::new(&[0; 3]).i32().unwrap_err().at, 0);
         let mut c = Cursor::new(&[1, 0, 0, 0]);
         assert!(c.list(usize::MAX).is_err());
