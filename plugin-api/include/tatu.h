@@ -110,7 +110,8 @@ typedef struct tatu_str {
 /* An object of a world: generation << 20 | slot. 0: none, or the world itself. Scripts see only the slot, as the
  * handle. Generation 0 means "whatever is in that slot now" and is meant for numbers passed by a script. */
 typedef uint64_t tatu_object;
-#define TATU_SLOT(o) ((uint32_t)((o) & 0xFFFFFu))
+#define TATU_SLOT_BITS 1048575 /* 20 */
+#define TATU_SLOT(o) ((uint32_t)((o) & TATU_SLOT_BITS))
 
 /* A script's function: instance id << 32 | local id. An argument is valid during the call, a result until the script
  * is entered again; see commands.retain. */
@@ -320,7 +321,7 @@ typedef struct tatu_writer {
 } tatu_writer;
 
 /* The life cycle of instances. All functions but `create` and `destroy` may be null; so may these two, together, if the
- * instance is only its state block (not for languages). Stopping and resetting a world recreates its instances. */
+ * instance is only its state block (not for languages). Stopping and resetting a world recreates its instances, but see `end_run`. */
 typedef struct tatu_life {
   uint32_t size;
   uint32_t state_bytes; /* size of the state block: without pointers; copied by snapshots, zeroed at reset */
@@ -342,6 +343,10 @@ typedef struct tatu_life {
   tatu_status(TATU_CALL *load)(void *data, tatu_str bytes, uint32_t version, tatu_error *);
   uint32_t version; /* of the state block and of what `save` writes; numbered by the plugin */
   uint32_t reserved;
+  /* [step] Only for what a command plugin keeps per world: the scripts of the run have ended, and the scene is reset
+   * next. Drops what belonged to them, and keeps what belongs to scripts that outlive runs ("script.kind" is neither
+   * "main" nor "child"). Null, or an error: the instance is recreated. */
+  tatu_status(TATU_CALL *end_run)(void *self, void *data, tatu_world *, tatu_error *);
 } tatu_life;
 
 /* ================================================================ 5. Commands ======================== */

@@ -174,6 +174,8 @@ pub struct JointDesc {
     pub kind: JointKind,
     /// Lowest and highest position, rad or m; none: unlimited.
     pub limits: Option<(f64, f64)>,
+    /// Position at creation, rad or m: of a revolute joint with limits, which turn counts; otherwise without effect.
+    pub position: f64,
     /// How the joint is enforced.
     pub form: JointForm,
     /// Its passive forces.
@@ -280,7 +282,7 @@ pub struct Twist {
 /// Position (rad or m), velocity, and the torque or force that the drive exerted in the last step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointState {
-    /// rad or m; revolute joints in (-pi, pi].
+    /// rad or m; revolute joints without limits in (-pi, pi], those with limits as many turns as they have made.
     pub position: f64,
     /// Of a spherical joint: the frame on body `b` in that on body `a`.
     pub rotation: UnitQuaternion<f64>,

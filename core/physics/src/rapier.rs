@@ -10,7 +10,7 @@
 //! `bodies` makes bodies and colliders, `joints` joints, `drives` drives them, `reduced` has joints that cannot come apart,
 //! `gears` couples them, `load` says what they carry, `respond` says who collides, `grip` has friction by axis and against
 //! rolling, `report` reads contacts, `velocity` velocities, `spin` turns free bodies, `sleep` says who may
-//! sleep, `snapshot` keeps and takes back the whole state.
+//! sleep, `turns` counts turns, `snapshot` keeps and takes back the whole state.
 
 mod bodies;
 mod drives;
@@ -30,6 +30,7 @@ mod spin;
 mod state;
 #[cfg(test)]
 mod tests;
+mod turns;
 mod velocity;
 
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -141,11 +142,13 @@ impl Engine for Rapier {
         if a.handle == b.handle {
             return None;
         }
-        let frames = (a.local_pose(&desc.frame_in_a), b.local_pose(&desc.frame_in_b));
+        let zero = turns::zero(desc);
+        let frame_a = a.local_pose(&desc.frame_in_a);
+        let frames = (turns::turned(frame_a, zero), b.local_pose(&desc.frame_in_b));
         let (mass_a, mass_b) = (self.world.bodies[a.handle].mass(), self.world.bodies[b.handle].mass());
         let form = if matches!(desc.kind, JointKind::Screw(_)) { JointForm::Reduced } else { desc.form };
         let reduced = match form {
-            JointForm::Reduced => self.add_reduced(desc, joints::build(desc, frames)),
+            JointForm::Reduced => self.add_reduced(desc, joints::build(desc, frames, zero)),
             JointForm::Impulse | JointForm::Loop => None,
         };
         let uneven = reduced.is_none() && mass_a.max(mass_b) > UNEVEN * mass_a.min(mass_b);
@@ -156,7 +159,7 @@ impl Engine for Rapier {
                 // What cannot be in reduced form would close a loop.
                 let form = if desc.form == JointForm::Reduced { JointForm::Loop } else { desc.form };
                 let desc = JointDesc { form, ..desc.clone() };
-                Held::Impulse(self.world.insert_impulse_joint(a.handle, b.handle, joints::build(&desc, frames)))
+                Held::Impulse(self.world.insert_impulse_joint(a.handle, b.handle, joints::build(&desc, frames, zero)))
             },
             Held::Reduced,
         );
@@ -167,7 +170,9 @@ impl Engine for Rapier {
             bodies: (desc.a, desc.b),
             frames,
             passive: desc.passive,
-            limited: desc.limits.is_some(),
+            limits: desc.limits,
+            zero,
+            near: turns::near(desc, zero),
             geared: desc.geared,
             closes_loop: desc.form == JointForm::Loop,
             drive: Drive::Free,
@@ -179,6 +184,9 @@ impl Engine for Rapier {
             changed: false,
         };
         self.tables.joints_changed = true;
+        if turns::is_wide(&record) {
+            self.tables.winding.push(id);
+        }
         if desc.passive.no_load_speed > 0.0 {
             self.tables.weakening.push(id);
         }
@@ -195,6 +203,7 @@ impl Engine for Rapier {
         };
         self.tables.joints_changed = true;
         self.tables.weakening.retain(|j| *j != joint);
+        self.tables.winding.retain(|j| *j != joint);
         match record.held {
             Held::Impulse(handle) => drop(self.world.remove_impulse_joint(handle)),
             Held::Reduced(reduced) => self.remove_reduced(&record, reduced),
@@ -260,10 +269,10 @@ impl Engine for Rapier {
             && record.passive.rest != rest
         {
             record.passive.rest = rest;
-            let (axis, stiffness) = (record.kind.free_axis(), record.passive.stiffness);
+            let (axis, stiffness, zero) = (record.kind.free_axis(), record.passive.stiffness, record.zero);
             let link = record.reduced().and_then(|r| self.world.multibody_joints.get_mut(r.handle));
             if let (Some(axis), Some(link)) = (axis, link.and_then(|(m, id)| m.link_mut(id))) {
-                link.joint.set_spring(axis as usize, stiffness, rest);
+                link.joint.set_spring(axis as usize, stiffness, rest - zero);
             }
         }
     }
@@ -305,6 +314,7 @@ impl Engine for Rapier {
         if self.tables.springs_changed {
             self.set_springs();
         }
+        self.count_turns();
         self.update_positions();
         self.weaken_drives();
         self.apply_drives();
@@ -408,7 +418,7 @@ impl Engine for Rapier {
                 -joint.map_or(0.0, |j| j.data.motors[axis as usize].impulse) / self.substep()
             }
         };
-        let position = joints::position(record.kind, &frame_a, &frame_b);
+        let position = record.position(&frame_a, &frame_b);
         JointState { position, velocity, effort, ..JointState::default() }
     }
 

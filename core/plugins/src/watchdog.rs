@@ -80,6 +80,7 @@ calls! {
     ServiceResume = "tatu_service.resume",
     ServiceFunc = "tatu_service.call_func",
     Last = "tatu_service.last",
+    EndRun = "tatu_life.end_run",
 }
 
 impl Call {

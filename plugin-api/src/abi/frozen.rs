@@ -19,8 +19,8 @@ pub struct tatu_str {
 
 pub type tatu_object = u64;
 
-/// The bits of a [`tatu_object`] that are its slot: the handle that scripts see.
-pub const TATU_SLOT_BITS: tatu_object = 0xF_FFFF;
+/// The lowest 20 bits of a [`tatu_object`], its slot: the handle that scripts see.
+pub const TATU_SLOT_BITS: tatu_object = 1048575;
 
 /// The slot of an object, without its generation: the handle that scripts see; 0 for no object.
 pub const fn tatu_slot(object: tatu_object) -> u32 {

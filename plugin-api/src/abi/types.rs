@@ -134,4 +134,6 @@ pub struct tatu_life {
     pub load: Option<unsafe extern "C" fn(*mut c_void, tatu_str, u32, *mut tatu_error) -> tatu_status>,
     pub version: u32,
     pub reserved: u32,
+    pub end_run:
+        Option<unsafe extern "C" fn(*mut c_void, *mut c_void, *mut tatu_world, *mut tatu_error) -> tatu_status>,
 }

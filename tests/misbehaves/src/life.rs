@@ -128,6 +128,7 @@ const fn of<K: Kind>() -> Shared<tatu_life> {
         load: Some(load::<K>),
         version: 1,
         reserved: 0,
+        end_run: None,
     })
 }
 

@@ -56,7 +56,7 @@ mirror! {
     tatu_param { size, type_, count, flags, key, unit, lowest, highest, fallback, choices, text, keys }
     tatu_instance { size, n_params, world, owner, id, seed, params, state, session }
     tatu_writer { size, reserved, ctx, write }
-    tatu_life { size, state_bytes, create, destroy, configure, save, load, version, reserved }
+    tatu_life { size, state_bytes, create, destroy, configure, save, load, version, reserved, end_run }
     tatu_call_api { size, reserved, alloc, wait }
     tatu_call {
         size, command, alias, n_args, args, results, results_cap, n_results, world, self_, instance, state,

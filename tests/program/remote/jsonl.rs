@@ -189,6 +189,21 @@ fn telling() -> Place {
     Place::scene(&watcher("w", script))
 }
 
+/// For a caller without an object a path that begins with a dot begins at the top of the scene.
+#[test]
+fn relative_paths_of_clients_begin_at_the_top() {
+    let place = Place::scene(
+        "[[object]]\nkind = \"dummy\"\nalias = \"base\"\n[[object]]\nkind = \"dummy\"\nalias = \"tip\"\nparent = \"base\"\n",
+    );
+    let running = Running::start(&place, "", &["--seconds", "1000"]);
+    let mut client = running.client();
+    for path in ["./tip", "./base", "./base/tip"] {
+        let found = client.call("sim.getObject", json!([path]));
+        let alias = client.call("sim.getObjectAlias", json!([found[0]]));
+        assert_eq!(alias[0], path.rsplit('/').next().unwrap());
+    }
+}
+
 #[test]
 fn two_clients_drive_in_step_and_a_replay_repeats_them() {
     let place = arena();

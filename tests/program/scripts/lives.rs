@@ -431,3 +431,36 @@ fn a_script_added_in_actuation_begins_in_the_sensing_of_that_step() {
     assert_eq!(status[5..9], ["late actuation", "actuation", "late sensing", "sensing"]);
     assert_eq!(status.last().unwrap(), "late cleanup");
 }
+
+/// A window of a customization script is there after the run, and in the next one; that of a child script is not.
+#[test]
+fn what_customization_scripts_hold_outlives_the_run() {
+    let child = "simUI = require 'simUI'
+        function sysCall_init() ui = simUI.create('<ui><label id=\"1\" text=\"child\"/></ui>') end
+        function sysCall_actuation() sim.addStatusbarMessage('child ' .. ui) end";
+    let customization = "simUI = require 'simUI'
+        function sysCall_init() ui = simUI.create('<ui><label id=\"1\" text=\"cust\"/></ui>') end
+        function sysCall_afterSimulation()
+            simUI.setLabelText(ui, 1, simUI.getLabelText(ui, 1) .. '+')
+            sim.addStatusbarMessage('after ' .. simUI.getLabelText(ui, 1))
+            sim.addStatusbarMessage('gone ' .. tostring(pcall(simUI.getLabelText, ui + 1, 1)))
+        end
+        function sysCall_cleanup()
+            simUI.destroy(ui)
+            sim.addStatusbarMessage('closed')
+        end";
+    let scene = format!(
+        "[[object]]\nkind = \"dummy\"\nalias = \"D\"\nscripts = [{{ kind = \"customization\", text = \'\'\'{customization}\'\'\' }}, {{ text = \'\'\'{child}\'\'\' }}]\n"
+    );
+    let (_place, world) = started(&scene);
+    for after in ["cust+", "cust++"] {
+        world.step();
+        world.stop();
+        let lines: Vec<String> = told(&world).into_iter().filter(|l| l != "child 2").collect();
+        assert_eq!(lines, [format!("after {after}"), "gone false".into()]);
+        world.start();
+    }
+    world.end();
+    assert!(world.faults().is_empty(), "{:?}", world.faults());
+    assert!(told(&world).contains(&"closed".to_owned()));
+}

@@ -11,6 +11,7 @@ mod graphs;
 mod isolation;
 mod lives;
 mod luasocket;
+mod modules;
 mod nesting;
 mod options;
 pub mod order;

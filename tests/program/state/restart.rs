@@ -11,7 +11,13 @@ use crate::kit::*;
 
 /// The plugins beside the built program.
 pub fn registry() -> Arc<Registry> {
-    let names = ["tatu_commands_vrep", "tatu_scripts_lua", "tatu_sensors_proximity", "tatu_robots_pioneer_p3dx"];
+    let names = [
+        "tatu_commands_vrep",
+        "tatu_commands_simui",
+        "tatu_scripts_lua",
+        "tatu_sensors_proximity",
+        "tatu_robots_pioneer_p3dx",
+    ];
     Arc::new(Registry::load(Search::standard(Some(program()), None, &names), tatu_core::host_tables()))
 }
 

@@ -77,7 +77,7 @@ impl Rapier {
                 return false;
             }
             let (frame_a, frame_b) = self.joint_frames(record);
-            let (pursuit, memory) = joints::pursue(record, joints::position(record.kind, &frame_a, &frame_b), dt);
+            let (pursuit, memory) = joints::pursue(record, record.position(&frame_a, &frame_b), dt);
             if let Some(record) = self.tables.joints[id.0 as usize].as_mut() {
                 record.memory = memory;
                 if record.pursuit != pursuit {

@@ -57,15 +57,17 @@ impl Rapier {
         let place = |id: JointId| {
             let record = record(id)?;
             let link = self.world.multibody_joints.rigid_body_link(record.reduced()?.child)?;
-            Some((link.multibody, link.id, coordinate(record.kind)))
+            Some((link.multibody, link.id, coordinate(record.kind), record.zero))
         };
         let (Some(leader), Some(joint)) = (place(gear.leader), place(gear.joint)) else { return };
         if leader.0 != joint.0 {
             return;
         }
         if let Some(multibody) = self.world.multibody_joints.get_multibody_mut(leader.0) {
-            let [leader, joint] = [leader, joint].map(|(_, link, (dof, axis))| (link, dof, axis));
-            add(multibody, leader, joint, gear.ratio, gear.offset);
+            // Rapier couples its own coordinates.
+            let offset = gear.offset + gear.ratio * leader.3 - joint.3;
+            let [leader, joint] = [leader, joint].map(|(_, link, (dof, axis), _)| (link, dof, axis));
+            add(multibody, leader, joint, gear.ratio, offset);
         }
     }
 }

@@ -45,7 +45,8 @@ impl JointKind {
     }
 }
 
-pub(super) fn build(desc: &JointDesc, frames: (Pose, Pose)) -> GenericJoint {
+/// `zero` is where rapier's angle is 0, rad.
+pub(super) fn build(desc: &JointDesc, frames: (Pose, Pose), zero: f64) -> GenericJoint {
     let free = desc.kind.free_axis();
     let freed = match desc.kind {
         JointKind::Spherical => JointAxesMask::ANG_AXES,
@@ -66,7 +67,7 @@ pub(super) fn build(desc: &JointDesc, frames: (Pose, Pose)) -> GenericJoint {
     }
     if let (Some(axis), Some((low, high))) = (free, desc.limits) {
         joint.limit_axes |= axis.into();
-        joint.limits[axis as usize] = JointLimits { min: low, max: high, impulse: 0.0 };
+        joint.limits[axis as usize] = JointLimits { min: low - zero, max: high - zero, impulse: 0.0 };
     }
     joint
 }
@@ -209,7 +210,7 @@ pub(super) fn pursue(record: &JointRecord, position: f64, dt: f64) -> (f64, Memo
     };
     let mut way = target - position;
     // A joint without limits takes the shorter way round.
-    if record.kind == JointKind::Revolute && !record.limited {
+    if record.kind == JointKind::Revolute && record.limits.is_none() {
         way = wrap_angle(way);
     }
     let Some(t) = tracking else {
@@ -225,7 +226,7 @@ pub(super) fn pursue(record: &JointRecord, position: f64, dt: f64) -> (f64, Memo
     (velocity, Memory { sum, last: Some(way) })
 }
 
-/// Position of a joint whose frames on both bodies stand so in the world.
+/// Position of a joint whose frames on both bodies stand so in the world, as rapier counts it.
 pub(super) fn position(kind: JointKind, frame_a: &Pose, frame_b: &Pose) -> f64 {
     match kind {
         JointKind::Revolute | JointKind::Screw(_) => {

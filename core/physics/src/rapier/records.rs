@@ -60,7 +60,12 @@ pub(super) struct JointRecord {
     /// Of the joint on both of rapier's bodies.
     pub frames: (Pose, Pose),
     pub passive: Passive,
-    pub limited: bool,
+    /// Lowest and highest position, rad or m.
+    pub limits: Option<(f64, f64)>,
+    /// Position where rapier's angle of a revolute joint is 0, rad: see [`super::turns`].
+    pub zero: f64,
+    /// A position within half a turn of the present one, rad.
+    pub near: f64,
     /// Whether it is geared to another joint.
     pub geared: bool,
     /// Whether it holds bodies together that other joints hold as well.

@@ -19,6 +19,7 @@ use super::{
     push::Before,
     records::{JointRecord, Reduced},
     state::Rapier,
+    turns,
 };
 use crate::{Drive, JointDesc, JointKind, Motion};
 
@@ -79,7 +80,7 @@ impl Rapier {
             }
             let axis = desc.kind.free_axis().filter(|_| desc.passive.stiffness > 0.0);
             if let (Some(axis), Some(link)) = (axis, multibody.link_mut(id)) {
-                link.joint.set_spring(axis as usize, desc.passive.stiffness, desc.passive.rest);
+                link.joint.set_spring(axis as usize, desc.passive.stiffness, desc.passive.rest - turns::zero(desc));
             }
         }
         self.tables.moved.push(desc.b);

@@ -71,6 +71,8 @@ pub(super) struct Tables {
     pub(super) measured: Vec<Measured>,
     /// Joints whose drive weakens with speed.
     pub(super) weakening: Vec<JointId>,
+    /// Revolute joints that their limits let turn by more than once.
+    pub(super) winding: Vec<JointId>,
     /// Bodies with a surface of a special kind.
     pub(super) surfaces: BTreeMap<BodyId, Surface>,
     /// Friction by material.

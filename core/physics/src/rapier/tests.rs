@@ -6,6 +6,7 @@ mod economy;
 mod push;
 mod respond;
 mod state;
+mod turns;
 mod two_wheels;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};

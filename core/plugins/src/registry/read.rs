@@ -365,4 +365,5 @@ pub(super) const NO_LIFE: tatu_life = tatu_life {
     load: None,
     version: 0,
     reserved: 0,
+    end_run: None,
 };

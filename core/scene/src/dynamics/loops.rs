@@ -82,6 +82,7 @@ impl Dynamics {
                 frame_in_b,
                 kind: JointKind::Fixed,
                 limits: None,
+                position: 0.0,
                 form: JointForm::Loop,
                 passive: Passive::default(),
                 geared: false,

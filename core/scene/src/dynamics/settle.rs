@@ -137,6 +137,7 @@ impl Dynamics {
             frame_in_b: scene.world(slot).inverse() * scene.frame(tie),
             kind,
             limits,
+            position: joint.joint().map_or(0.0, |j| j.position),
             form,
             passive,
             geared: geared.contains(&tie),

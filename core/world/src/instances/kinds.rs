@@ -6,7 +6,7 @@ use tatu_devices::{
     actuators::Actuator,
     sense::{BeamPlan, Device, Layout},
 };
-use tatu_errors::{Error, Result};
+use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
     border::{ErrorSlot, answer},
@@ -99,6 +99,21 @@ impl Instance {
             }
         }
         Ok(Instance { data, state, destroy: life.destroy })
+    }
+
+    /// The scripts of the run have ended. Whether it goes on; an error is reported.
+    pub fn end_run(&self, cell: &WorldCell, plugin: usize, life: &tatu_life) -> bool {
+        let Some(end_run) = life.end_run else { return false };
+        let p = &cell.model.registry.plugins[plugin];
+        let mut error = ErrorSlot::new();
+        // SAFETY: by the contract; `data` is what `create` made.
+        let ended = || unsafe { answer(end_run(p.me, self.data, cell.raw(), error.raw()), false, error.raw()) };
+        if cell.cross(plugin, Call::EndRun, 0, ended) >= 0 {
+            return true;
+        }
+        let text = format!("plugin `{}` starts over after the run: {} [{}]", p.id, error.text(), Call::EndRun.text());
+        cell.report(Fault::new(FaultKind::Plugin, text));
+        false
     }
 
     /// Ends it.

@@ -185,8 +185,7 @@ impl World {
         cell.state.phase.set(Phase::Stopped);
         cell.state.requests.set(cell.state.requests.get() & 1 << TATU_REQUEST_QUIT);
         session::stopped(cell);
-        self.end_instances();
-        if let Err(e) = self.make_instances() {
+        if let Err(e) = self.renew_instances() {
             cell.report(Fault::new(FaultKind::Plugin, e.text));
         }
         cell.restore_process_state("the end of the run");

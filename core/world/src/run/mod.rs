@@ -96,6 +96,25 @@ impl World {
         Ok(())
     }
 
+    /// At the end of a run: what command plugins keep for scripts of the run goes, what they keep for others stays. Those
+    /// that cannot tell them apart begin again.
+    fn renew_instances(&self) -> Result {
+        let cell = &self.cell;
+        for (plugin, life) in &cell.model.registry.world_lives {
+            let kept = cell.devices.instances.borrow_mut()[*plugin].take();
+            let Some(kept) = kept else { continue };
+            let renewed = match kept.end_run(cell, *plugin, life) {
+                true => kept,
+                false => {
+                    kept.end(cell, *plugin);
+                    Instance::create(cell, *plugin, life, cell.devices.new_instance())?
+                }
+            };
+            cell.devices.instances.borrow_mut()[*plugin] = Some(renewed);
+        }
+        Ok(())
+    }
+
     /// Ends what command plugins keep for this world.
     fn end_instances(&self) {
         let instances = std::mem::take(&mut *self.cell.devices.instances.borrow_mut());

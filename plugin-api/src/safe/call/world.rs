@@ -121,6 +121,11 @@ impl<'a> World<'a> {
         // SAFETY: as large as its `size`.
         self.check(unsafe { look_through(self.raw(), sensor, &look) })
     }
+    /// Whether a script is there and outlives runs: one of another kind than "main" and "child".
+    pub fn outlives_runs(&self, script: tatu_object) -> bool {
+        let kind = self.get(script, self.host().prop("script.kind"));
+        script != 0 && kind.is_ok_and(|k| k.as_str().is_some_and(|k| !matches!(&*k, "main" | "child")))
+    }
     /// Discards a sensor's reading.
     pub fn reset_reading(&self, sensor: tatu_object) -> Result {
         self.check(service!(self.readings.reset)(self.raw(), sensor))

@@ -15,6 +15,15 @@ pub trait Plugin: Sized + Send + Sync + 'static {
     fn start(host: &Host) -> Result<Self>;
     /// Creates the instance for a new world.
     fn world(&self, world: &World<'_>) -> Result<Self::World>;
+    /// Whether the instance lives on when a run ends, for scripts that do so too (customization scripts, add-ons); then
+    /// [`Plugin::end_run`] is called. By default it is recreated.
+    const OUTLIVES_RUNS: bool = false;
+    /// The scripts of the run have ended, and the scene is reset next: drops what belonged to them ([`World::outlives_runs`]).
+    /// After an error the instance is recreated.
+    fn end_run(&self, kept: &Self::World, world: &World<'_>) -> Result<()> {
+        let _ = (kept, world);
+        Ok(())
+    }
     /// Version of what [`Plugin::save`] writes; increase it when that changes.
     const STATE_VERSION: u32 = 0;
     /// The state of `world`, for a snapshot. Without this function a plugin with state is reported as missing in the

@@ -23,6 +23,12 @@ pub(crate) trait Life: Sized + 'static {
         let _ = (params, changed);
         Ok(Change::Rebuild)
     }
+    /// Whether `end_run` is called; else the end of a run recreates the instance.
+    const OUTLIVES_RUNS: bool = false;
+    fn end_run(&self, plugin: &Self::Plugin, world: &World<'_>) -> Result {
+        let _ = (plugin, world);
+        Ok(())
+    }
     fn save(&self) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
@@ -52,6 +58,7 @@ pub(crate) fn table<L: Life>(state_bytes: usize) -> tatu_life {
         load: Some(load::<L>),
         version: L::STATE_VERSION,
         reserved: 0,
+        end_run: if L::OUTLIVES_RUNS { Some(end_run::<L>) } else { None },
     }
 }
 
@@ -142,15 +149,36 @@ unsafe extern "C" fn load<L: Life>(
     })
 }
 
+unsafe extern "C" fn end_run<L: Life>(
+    me: *mut c_void,
+    data: *mut c_void,
+    world: *mut tatu_world,
+    error: *mut tatu_error,
+) -> tatu_status {
+    run(error, || {
+        // SAFETY: `me` was made by `init`, `data` by `create`; the host gives a world that exists.
+        let (started, data, world) = unsafe {
+            let started = &*me.cast::<Started<L::Plugin>>();
+            (started, of::<L>(data), World::new(world, &started.host))
+        };
+        data.end_run(&started.plugin, &world)?;
+        Ok(TATU_OK)
+    })
+}
+
 /// A plugin's state of a world.
 pub(crate) struct Kept<P: Plugin>(pub(crate) P::World);
 
 impl<P: Plugin> Life for Kept<P> {
     type Plugin = P;
     const STATE_VERSION: u32 = P::STATE_VERSION;
+    const OUTLIVES_RUNS: bool = P::OUTLIVES_RUNS;
 
     fn create(started: &Started<P>, info: &Info<'_>) -> Result<Self> {
         started.plugin.world(&info.world).map(Kept)
+    }
+    fn end_run(&self, plugin: &P, world: &World<'_>) -> Result {
+        plugin.end_run(&self.0, world)
     }
     fn save(&self) -> Result<Vec<u8>> {
         P::save(&self.0)

@@ -36,6 +36,11 @@ impl Plugin for SimUi {
         Ok(window::Windows::default())
     }
 
+    const OUTLIVES_RUNS: bool = true;
+    fn end_run(&self, windows: &window::Windows, world: &World<'_>) -> Result<()> {
+        windows.end_run(world)
+    }
+
     const STATE_VERSION: u32 = 1;
     fn save(world: &window::Windows) -> Result<Vec<u8>> {
         let all = world.0.try_borrow().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "its windows are in use"))?;

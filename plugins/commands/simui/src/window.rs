@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
     abi::*,
-    safe::{Fail, Result, Value},
+    safe::{Fail, Result, Value, World},
 };
 
 use crate::{
@@ -68,9 +68,27 @@ impl All {
     }
 }
 
+impl Windows {
+    fn all(&self) -> Result<RefMut<'_, All>> {
+        self.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the windows are in use"))
+    }
+    /// The run has ended: windows stay whose script does.
+    pub(crate) fn end_run(&self, world: &World<'_>) -> Result {
+        let scripts: Vec<_> = self.all()?.open.iter().map(|(window, of)| (*window, of.script)).collect();
+        for (window, _) in scripts.iter().filter(|(_, script)| !world.outlives_runs(*script)) {
+            self.all()?.open.remove(window);
+            publish(world, json!({ "window": window, "closed": true }))?;
+        }
+        // The next run numbers its windows as this one did.
+        let mut all = self.all()?;
+        all.made = all.open.keys().next_back().copied().unwrap_or(0);
+        Ok(())
+    }
+}
+
 /// All windows of the caller's world.
 pub(crate) fn all<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, All>> {
-    c.instance().0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the windows are in use"))
+    c.instance().all()
 }
 
 /// The window that argument 0 names.
@@ -111,9 +129,13 @@ pub(crate) fn set(c: &Ctx<'_>, (window, n): (i64, usize), entries: &[(&str, Json
 }
 
 /// Tells views.
-pub(crate) fn tell(c: &Ctx<'_>, mut payload: Json) -> Result {
+pub(crate) fn tell(c: &Ctx<'_>, payload: Json) -> Result {
+    publish(&c.world(), payload)
+}
+
+fn publish(world: &World<'_>, mut payload: Json) -> Result {
     payload["act"] = json!("tatu.actOnWindow");
-    c.world().publish_value(EVENT, &value(&payload))
+    world.publish_value(EVENT, &value(&payload))
 }
 
 /// As an announcement of the whole window.

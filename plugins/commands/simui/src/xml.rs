@@ -46,7 +46,8 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
         return Err(Fail::argument("a document type is not read: descriptions of windows need none"));
     }
     let config = ParserConfig::new().trim_whitespace(true).cdata_to_characters(true).ignore_comments(true);
-    let mut reader = config.add_entity("nbsp", "\u{a0}").create_reader(text.trim_start().as_bytes());
+    let text = escaped(text.trim_start());
+    let mut reader = config.add_entity("nbsp", "\u{a0}").create_reader(text.as_bytes());
     let (mut nodes, mut open): (Vec<Node>, Vec<usize>) = (Vec::new(), Vec::new());
     loop {
         let event = reader.next();
@@ -193,6 +194,35 @@ fn gather(nodes: &mut [Node]) {
     }
 }
 
+/// A `<` within the value of an attribute is no XML, but the original reads it: written as `&lt;`.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let (mut rest, mut in_tag, mut quote) = (text, false, None);
+    while let Some(c) = rest.chars().next() {
+        let whole =
+            [("<!--", "-->"), ("<![CDATA[", "]]>")].into_iter().find(|(from, _)| !in_tag && rest.starts_with(from));
+        if let Some((_, to)) = whole {
+            let end = rest.find(to).map_or(rest.len(), |i| i + to.len());
+            out.push_str(&rest[..end]);
+            rest = &rest[end..];
+            continue;
+        }
+        match (in_tag, quote, c) {
+            (true, Some(_), '<') => out.push_str("&lt;"),
+            _ => out.push(c),
+        }
+        match (in_tag, quote, c) {
+            (false, _, '<') => in_tag = true,
+            (true, None, '>') => in_tag = false,
+            (true, None, '"' | '\'') => quote = Some(c),
+            (true, Some(q), _) if q == c => quote = None,
+            _ => {}
+        }
+        rest = &rest[c.len_utf8()..];
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -220,5 +250,8 @@ mod tests {
         assert!(told("<!DOCTYPE a><ui/>").contains("document type"));
         assert!(told(&format!("{}{}", "<ui>", "<group>".repeat(70))).contains("nested"));
         assert!(told("").contains("not XML"));
+        let text = "<ui title='a<b'><!-- it's <fine> --><label text=\"x < y\"/></ui>";
+        let all = read(text).unwrap();
+        assert_eq!((&all[0].values["title"], &all[1].values["text"]), (&json!("a<b"), &json!("x < y")));
     }
 }

@@ -254,6 +254,16 @@ assert(sim.getStringProperty(sim.createDummy(0.01), 'object.kind') == 'dummy')
 local d = sim.createDummy(0.01)
 sim.setStringProperty(d, 'object.alias', 'pear')
 assert(sim.getObjectAlias(d) == 'pear')
+--- sim.getBufferProperty
+sim.writeCustomDataBlock(sim.createDummy(0.01), 'a', 'bytes')
+assert(sim.getBufferProperty(sim.handle_scene, 'customData.nowhere', {noError = true}) == nil)
+--- sim.setBufferProperty
+local d = sim.createDummy(0.01)
+sim.setBufferProperty(d, 'customData.speed', sim.packTable({vel = 0.1}))
+assert(sim.unpackTable(sim.readCustomDataBlock(d, 'speed')).vel == 0.1)
+sim.setIntProperty(sim.handle_scene, 'signal.state', 3)
+assert(sim.getInt32Signal('state') == 3 and sim.getIntProperty(sim.handle_scene, 'signal.state') == 3)
+assert(sim.getFloatProperty(sim.handle_scene, 'timeStep') == sim.getSimulationTimeStep())
 --- sim.getFloatArrayProperty
 assert(#sim.getFloatArrayProperty(sim.createDummy(0.01), 'object.pose') == 7)
 --- sim.setFloatArrayProperty

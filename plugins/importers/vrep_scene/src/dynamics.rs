@@ -214,7 +214,8 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
     Ok(())
 }
 
-/// What the motor does. The newer form wins; in the older one the loop counts only while the motor is on.
+/// What the motor does. The newer form wins; in the older one the loop counts only while the motor is on, and the spring
+/// only while the loop is.
 fn control(j: &Joint) -> &'static str {
     match j.control {
         Some(1) => "force",
@@ -224,9 +225,9 @@ fn control(j: &Joint) -> &'static str {
         Some(16) => "callback",
         Some(_) => "free",
         None if j.motor & 16 == 0 => "free",
+        None if j.motor & 32 == 0 => "velocity",
         None if j.motor & 128 != 0 => "spring",
-        None if j.motor & 32 != 0 => "position",
-        None => "velocity",
+        None => "position",
     }
 }
 

@@ -30,13 +30,20 @@ pub fn proximity(file: &File, s: &Proximity, o: &Object, node: Node<'_>, report:
         _ if s.random.is_some_and(|[rays, _]| rays > 0) && v.kind == 5 => "random_rays",
         _ => "ray",
     };
-    let near = sound(v.offset, 0.0, FARTHEST);
-    let far = sound(v.offset + v.range, near + 1e-6, FARTHEST);
+    let start = sound(v.offset, 0.0, FARTHEST);
+    let far = sound(v.offset + v.range, start + 1e-6, FARTHEST);
+    // Assumed, since no run of the original shows it: what is nearer than the smallest distance neither counts nor hides
+    // what is behind it. Else the shell of a robot would blind sonars that stand in it and that may detect it.
+    let near = v.smallest.map_or(start, |least| start.max(sound(least, 0.0, far - 1e-6)));
     let node = node.device("proximity/1")?.set("volume", volume)?.set("near", near)?.set("range", far)?;
     let size = |x: f64| sound(x, 1e-6, FARTHEST);
     let angle = sound(v.angle, 1e-4, std::f64::consts::TAU);
     match volume {
-        "pyramid" => node.set("size_near", v.near.map(size))?.set("size_far", v.far.map(size)).map(drop)?,
+        "pyramid" => {
+            let part = (near - start) / (far - start);
+            let at = |i: usize| size(v.near[i]) + part * (size(v.far[i]) - size(v.near[i]));
+            node.set("size_near", [at(0), at(1)])?.set("size_far", v.far.map(size)).map(drop)?;
+        }
         "cylinder" => node.set("radius_near", size(v.radius))?.set("radius_far", size(v.radius)).map(drop)?,
         "disc" => {
             let gap = sound(v.inside, 0.0, 0.99) * angle;
@@ -53,9 +60,6 @@ pub fn proximity(file: &File, s: &Proximity, o: &Object, node: Node<'_>, report:
             node.set("angle", angle)?.set("samples", rays)?.set("samples_needed", needed.min(rays)).map(drop)?;
         }
         _ => {}
-    }
-    if let Some(least) = v.smallest {
-        node.set("min_range", sound(least, 0.0, FARTHEST))?;
     }
     let limited = s.angle_alone || s.bits & 4 != 0;
     let quarter = std::f64::consts::FRAC_PI_2;

@@ -46,8 +46,8 @@ struct Echo {
     object: tatu_object,
 }
 
-/// What is reported of it: nothing at all when the *nearest* point is nearer than `min_range`, as in V-REP, where
-/// a thing too near hides the things behind it.
+/// What is reported of it: nothing at all when the *nearest* point is nearer than `min_range`, as with a real sonar, which
+/// a thing too near blinds.
 fn reported(echo: Option<Echo>, min_range: f64) -> Option<Echo> {
     echo.filter(|e| e.distance.is_finite() && e.distance >= min_range)
 }

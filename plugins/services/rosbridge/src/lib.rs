@@ -47,6 +47,11 @@ impl Plugin for Ros {
         Ok(node::Node::default())
     }
 
+    const OUTLIVES_RUNS: bool = true;
+    fn end_run(&self, node: &node::Node, world: &World<'_>) -> Result<()> {
+        node.end_run(world)
+    }
+
     const STATE_VERSION: u32 = 1;
     fn save(node: &node::Node) -> Result<Vec<u8>> {
         node.write()

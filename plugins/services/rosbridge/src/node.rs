@@ -104,6 +104,20 @@ impl Node {
         self.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "what scripts do with ROS is in use"))
     }
 
+    /// The run has ended: what scripts that outlive it have open stays, and the service, which forgets all at a stop,
+    /// hears of it again.
+    pub(crate) fn end_run(&self, world: &World<'_>) -> Result {
+        let open = std::mem::take(&mut self.all()?.open);
+        let kept: BTreeMap<i64, Endpoint> = open.into_iter().filter(|(_, e)| world.outlives_runs(e.script)).collect();
+        for endpoint in kept.values() {
+            tell(world, endpoint, true)?;
+        }
+        // The next run numbers its own as this one did.
+        let made = kept.keys().next_back().copied().unwrap_or(0);
+        *self.all()? = All { made, open: kept, ..All::default() };
+        Ok(())
+    }
+
     /// Opens an endpoint; its handle.
     pub(crate) fn open(&self, world: &World<'_>, script: tatu_object, mut endpoint: Endpoint) -> Result<i64> {
         endpoint.script = script;

@@ -76,6 +76,7 @@ fn pendulum() {
             passive: Passive::default(),
             geared: false,
             limits: None,
+            position: 0.0,
         })
         .unwrap();
     assert!((engine.joint_state(joint).position.abs() - amplitude).abs() < 1e-12);

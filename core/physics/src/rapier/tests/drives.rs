@@ -18,6 +18,7 @@ fn arm(engine: &mut Rapier, reach: f64, limits: Option<(f64, f64)>) -> JointId {
         frame_in_b,
         kind: JointKind::Revolute,
         limits,
+        position: 0.0,
         form: JointForm::Reduced,
         passive: Passive::default(),
         geared: false,
@@ -37,6 +38,7 @@ fn lift(engine: &mut Rapier, limits: Option<(f64, f64)>) -> JointId {
         frame_in_b: frame,
         kind: JointKind::Prismatic,
         limits,
+        position: 0.0,
         form: JointForm::Impulse,
         passive: Passive::default(),
         geared: false,
@@ -101,6 +103,7 @@ fn force_is_mutual() {
         passive: Passive::default(),
         geared: false,
         limits: None,
+        position: 0.0,
     };
     let joint = engine.add_joint(&desc).unwrap();
     engine.drive(joint, Drive::Force(0.3));
@@ -188,6 +191,7 @@ fn fixed_joint() {
         frame_in_b,
         kind: JointKind::Fixed,
         limits: None,
+        position: 0.0,
         form: JointForm::Impulse,
         passive: Passive::default(),
         geared: false,
@@ -227,6 +231,7 @@ fn nonsense() {
         passive: Passive::default(),
         geared: false,
         limits: None,
+        position: 0.0,
     };
     assert_eq!(engine.add_joint(&own), None);
     assert_eq!(engine.add_joint(&JointDesc { b: BodyId(9), ..own }), None);

@@ -54,6 +54,7 @@ fn parts_are_halved_until_a_swing_ends() {
         frame_in_b: at(0.0, -0.4, 0.0) * about_x,
         kind: JointKind::Revolute,
         limits: None,
+        position: 0.0,
         form: JointForm::Reduced,
         passive: Passive { damping: 0.15, ..Passive::default() },
         geared: false,

@@ -89,6 +89,7 @@ fn jointed_bodies_collide() {
             frame_in_b,
             kind: JointKind::Prismatic,
             limits: None,
+            position: 0.0,
             form: JointForm::Impulse,
             passive: Passive::default(),
             geared: false,

@@ -29,6 +29,7 @@ fn busy() -> Rapier {
         passive: Passive::default(),
         geared: false,
         limits: Some((-1.0, 1.0)),
+        position: 0.0,
     };
     let joint = engine.add_joint(&desc).unwrap();
     engine.drive(joint, Drive::Position { target: 0.8, max_force: 20.0, max_velocity: 0.4, tracking: None });

@@ -67,6 +67,7 @@ pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u
                 passive: Passive::default(),
                 geared: false,
                 limits: None,
+                position: 0.0,
             })
             .unwrap()
     };

@@ -90,7 +90,7 @@ pub(crate) fn explain_any(c: &Shared<'_>, id: tatu_object, fail: Fail) -> Fail {
     }
 }
 /// A kind as in the property `object.kind`.
-fn kind_key(kind: i32) -> &'static str {
+pub(crate) fn kind_key(kind: i32) -> &'static str {
     match kind {
         TATU_KIND_SHAPE => "shape",
         TATU_KIND_JOINT => "joint",

@@ -9,6 +9,7 @@ pub(crate) mod algebra;
 mod arguments;
 mod declare;
 mod dialect;
+mod foreign_tables;
 mod plugin;
 mod props;
 pub(crate) mod tables;

@@ -4,7 +4,10 @@
 
 use tatu_plugin_api::safe::{Fail, Result, Value};
 
-use super::arguments::{STAND_IN, handle};
+use super::{
+    arguments::{STAND_IN, handle},
+    foreign_tables,
+};
 
 const MARK: u8 = 0xF7;
 
@@ -63,7 +66,9 @@ pub(crate) fn unpack(data: &[u8]) -> Result<Value> {
     if data == STAND_IN {
         return Ok(Value::List(Vec::new()));
     }
-    let mut rest = data.strip_prefix(&[MARK]).ok_or_else(garbage)?;
+    let Some(mut rest) = data.strip_prefix(&[MARK]) else {
+        return foreign_tables::read(data).ok_or_else(garbage);
+    };
     let v = read(&mut rest, 0).ok_or_else(garbage)?;
     if rest.is_empty() { Ok(v) } else { Err(garbage()) }
 }

@@ -5,12 +5,27 @@
 use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let graph = include_str!("../../modules/graph.lua");
+    let path = include_str!("../../modules/path.lua");
+    let conveyor = include_str!("../../modules/conveyor.lua");
     for (name, text) in [
         ("defaultMainScript", include_str!("../../modules/default_main_script.lua")),
         ("utils", include_str!("../../modules/utils.lua")),
         ("configUi", include_str!("../../modules/config_ui.lua")),
-        // Fills a window with the curves of a graph; there are no windows.
-        ("graph_customization", "return {}"),
+        ("org.conman.cbor", include_str!("../../modules/cbor.lua")),
+        ("graph_customization", graph),
+        ("models.graph_customization", graph),
+        ("models.deprecated.graph_customization", graph),
+        ("models.graph_customization-2", graph),
+        ("path_customization", path),
+        ("models.path_customization", path),
+        ("models.deprecated.path_customization", path),
+        ("models.path_customization-2", path),
+        ("models.conveyor_customization-3", conveyor),
+        (
+            "models.efficientConveyor_customization-3",
+            "local conveyor = require 'models.conveyor_customization-3' conveyor.efficient = true return conveyor",
+        ),
     ] {
         offer.prelude("lua", name, text);
     }

@@ -257,9 +257,11 @@ return {
     lacking = {
         "simIK", "simUI", "simROS", "simROS2", "simOMPL", "simURDF", "simGLTF", "simSDF", "simIGL", "simICP",
         "simMTB", "simBWF", "simCHAI3D", "simConvex", "simAssimp", "simEigen", "simGeom", "simQHull", "simLDraw",
-        "simMujoco", "simBubble", "simK3", "simCam", "simJoy", "simZMQ", "simWS", "simSubprocess", "simSkel", "simRuckig",
+        "simMujoco", "simBubble", "simK3", "simCam", "simJoy", "simWS", "simSkel", "simRuckig",
         "simRemoteApi", "simTest", "simPython", "simSurfRec", "simOpenMesh", "simPovRay", "simRRS1", "simStubs",
         "simDynamics", "simExtIK",
+        "simZMQ: let the other program connect as a client (`--service zmq_remote`), or use `require 'socket'` with `--allow net=...`",
+        "simSubprocess: start programs by `sim.launchExecutable` with `--allow exec`",
     },
     dialect = version,
     old_dialect = "3.2",

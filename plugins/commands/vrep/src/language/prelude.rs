@@ -4,4 +4,5 @@ use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.prelude("lua", "", include_str!("prelude.lua"));
+    offer.prelude("lua", "", include_str!("base.lua"));
 }

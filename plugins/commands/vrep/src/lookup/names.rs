@@ -112,6 +112,10 @@ fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(t
             None if version(c) >= (4, 7) && steps[0] != Step::Model => c.caller_script(),
             None => c.caller_object(),
         };
+        // For a caller without an object, as a client, it begins at the top of the scene.
+        if at == 0 && steps == [Step::Here] && !rest.is_empty() {
+            return Ok((0, rest));
+        }
         if at == 0 {
             let e = Fail::missing(format!("`{path}` begins at the caller, which belongs to no object"));
             at = c.world().stand_in(0, "/model", "").ok_or(e)?;

@@ -16,7 +16,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("scheme").default(0).optional().text("ignored"))
         .returns(Param::string("data"))
         .text("Packs a table of truth values, numbers, texts and tables into a text.")
-        .partial("The bytes are of a form of our own, whatever the scheme: what the original packed is not unpacked."),
+        .partial("The bytes are of a form of our own, whatever the scheme."),
     );
     offer.command(
         both(["sim.unpackTable", "simUnpackTable"], NIL, |c| {
@@ -29,6 +29,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::string("data").text("empty: an empty table"))
         .returns(Param::any("table"))
-        .text("Unpacks a table that was packed."),
+        .text("Unpacks a table that was packed, here or by the original, or that is CBOR."),
     );
 }

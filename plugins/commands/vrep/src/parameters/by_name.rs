@@ -1,35 +1,27 @@
-//! Properties of objects by name: `sim.getFloatProperty(thruster, 'thruster.thrust')` and its relatives.
+//! Properties by name: `sim.getFloatProperty(thruster, 'thruster.thrust')` and its relatives.
 //!
-//! The names are the keys of this simulator's properties, those of plugins' devices included.
+//! A name is the key of a property of this simulator (those of plugins' devices included), or one of the original:
+//! `customData.NAME` and `signal.NAME`, which setting makes, and the names of properties that both have.
 
-use crate::kit::*;
+use crate::{kit::*, simulation::run::state_now};
+
+const APP: i64 = -13;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    family(offer, "float", ["sim.getFloatProperty", "sim.setFloatProperty"], Param::float("value"), "-0.5", |v| {
-        v.as_f64().map(Value::Float)
+    let names = ["sim.getFloatProperty", "sim.setFloatProperty"];
+    family(offer, "float", names, Param::float("value"), "-0.5", |v| v.as_f64().map(Value::Float));
+    let names = ["sim.getIntProperty", "sim.setIntProperty"];
+    family(offer, "int", names, Param::int("value"), "2", |v| v.as_i64().map(Value::Int));
+    let names = ["sim.getBoolProperty", "sim.setBoolProperty"];
+    family(offer, "bool", names, Param::bool("value"), "true", |v| v.as_bool().map(Value::Bool));
+    let names = ["sim.getStringProperty", "sim.setStringProperty"];
+    family(offer, "string", names, Param::string("value"), "'text'", |v| v.as_str().map(|s| Value::text(s.as_bytes())));
+    let names = ["sim.getBufferProperty", "sim.setBufferProperty"];
+    family(offer, "buffer", names, Param::string("value").text("any bytes"), "'bytes'", |v| {
+        v.as_bytes().map(|b| Value::Bytes(b.to_vec()))
     });
-    family(offer, "int", ["sim.getIntProperty", "sim.setIntProperty"], Param::int("value"), "2", |v| {
-        v.as_i64().map(Value::Int)
-    });
-    family(offer, "bool", ["sim.getBoolProperty", "sim.setBoolProperty"], Param::bool("value"), "true", |v| {
-        v.as_bool().map(Value::Bool)
-    });
-    family(
-        offer,
-        "string",
-        ["sim.getStringProperty", "sim.setStringProperty"],
-        Param::string("value"),
-        "'text'",
-        |v| v.as_str().map(|s| Value::text(s.as_bytes())),
-    );
-    family(
-        offer,
-        "floatarray",
-        ["sim.getFloatArrayProperty", "sim.setFloatArrayProperty"],
-        Param::floats("value", 0),
-        "{0, 0, 1}",
-        |v| v.numbers().map(Value::Floats),
-    );
+    let names = ["sim.getFloatArrayProperty", "sim.setFloatArrayProperty"];
+    family(offer, "floatarray", names, Param::floats("value", 0), "{0, 0, 1}", |v| v.numbers().map(Value::Floats));
 }
 
 /// Reading and setting properties of one type.
@@ -41,28 +33,40 @@ fn family(
     sample: &str,
     read: fn(ValueRef<'_>) -> Option<Value>,
 ) {
-    let target = || Param::int("target").text("a handle, or sim.handle_scene: the world itself");
-    let key = || Param::string("name").text("`<kind>.<key>`: `joint.max_force`, `thruster.thrust`");
+    let target = || Param::int("target").text("a handle; sim.handle_scene or sim.handle_app: the world itself");
+    let key = || {
+        Param::string("name")
+            .text("`<kind>.<key>` (`joint.max_force`, `thruster.thrust`), a name of the original, `customData.NAME` or `signal.NAME`")
+    };
     offer.command(
         Cmd::new(get, move |c| {
-            let (id, key) = (target_of(c)?, c.text(1)?);
-            let v = c.world().get(id, c.world().host().prop(&key))?;
-            let v = read(v).ok_or_else(|| Fail::argument(format!("the property `{key}` is not of type {of}")))?;
-            c.ret(v);
+            let name = c.text(1)?;
+            match find(c, &name, of, read) {
+                Ok(v) => c.ret(v),
+                Err(e) if e.code() == TATU_ERR_MISSING && no_error(c) => c.ret(Value::Nil),
+                Err(e) => return Err(e),
+            }
             Ok(())
         })
         .param(target())
         .param(key())
-        .param(Param::any("options").optional().text("ignored"))
+        .param(Param::any("options").optional().text("{noError = true}: nil where it is missing"))
         .returns(value.clone())
         .text(format!("Gives a property of type {of} by its name."))
         .example(format!("value = {get}(object, name)")),
     );
     offer.command(
         Cmd::new(set, move |c| {
-            let (id, key) = (target_of(c)?, c.text(1)?);
+            let name = c.text(1)?;
             let value = read(c.arg(2)).ok_or_else(|| Fail::argument("argument 3 is of another type"))?;
-            c.world().set(id, c.world().host().prop(&key), &value)
+            let id = target_of(c)?;
+            if let Some(own) = kept(&name, of) {
+                return put(c, id, own, &value);
+            }
+            // The key that the object has; an unknown one is reported as it was given.
+            let keys = candidates(c, id, &name)?;
+            let known = keys.iter().find(|key| c.world().get(id, c.world().host().prop(key)).is_ok()).unwrap_or(&name);
+            c.world().set(id, c.world().host().prop(known), &value)
         })
         .param(target())
         .param(key())
@@ -73,6 +77,142 @@ fn family(
     );
 }
 
+fn no_error(c: &Ctx<'_>) -> bool {
+    c.arg(2).get("noError").is_some_and(|v| v.truthy())
+}
+
 fn target_of(c: &Ctx<'_>) -> Result<tatu_object> {
-    if c.i64(0)? == HANDLE_SCENE { Ok(0) } else { Ok(living(c, 0)?.id) }
+    if [HANDLE_SCENE, APP].contains(&c.i64(0)?) { Ok(0) } else { Ok(living(c, 0)?.id) }
+}
+
+/// What scripts keep under names of their own.
+enum Kept<'a> {
+    /// A block of custom data: the one of this tag.
+    Block(&'a str),
+    /// A value of another type under `customData`, or a signal of an object.
+    Other(String),
+    /// A signal of the world, of this kind.
+    Signal(u32, &'a str),
+}
+
+fn kept<'a>(name: &'a str, of: &str) -> Option<Kept<'a>> {
+    if let Some(tag) = name.strip_prefix("customData.") {
+        return Some(if of == "buffer" { Kept::Block(tag) } else { Kept::Other(format!("property {of} {tag}")) });
+    }
+    let signal = name.strip_prefix("signal.")?;
+    Some(match of {
+        "int" => Kept::Signal(0, signal),
+        "float" => Kept::Signal(1, signal),
+        "string" | "buffer" => Kept::Signal(2, signal),
+        _ => Kept::Other(format!("signal {of} {signal}")),
+    })
+}
+
+fn put(c: &Ctx<'_>, id: tatu_object, own: Kept<'_>, value: &Value) -> Result {
+    match own {
+        Kept::Block(tag) => {
+            let data = c.bytes(2)?;
+            tags::set(c, id, tag.as_bytes(), (!data.is_empty()).then_some(data))
+        }
+        Kept::Signal(kind, name) if id == 0 => c.world().set_signal(kind, name.as_bytes(), c.arg(2)),
+        Kept::Signal(kind, name) => {
+            tags::set_private(c, id, &format!("signal {kind} {name}"), Some(&tables::pack(value)?))
+        }
+        Kept::Other(name) => tags::set_private(c, id, &name, Some(&tables::pack(value)?)),
+    }
+}
+
+fn find(c: &Ctx<'_>, name: &str, of: &str, read: fn(ValueRef<'_>) -> Option<Value>) -> Result<Value> {
+    let id = target_of(c)?;
+    let missing = || Fail::missing(format!("there is no property `{name}`"));
+    if let Some(own) = kept(name, of) {
+        return match own {
+            Kept::Block(tag) => tags::get(c, id, tag.as_bytes())?.map(Value::Bytes).ok_or_else(missing),
+            Kept::Signal(kind, signal) if id == 0 => {
+                let v = c.world().signal(kind, signal.as_bytes())?;
+                read(v).filter(|_| !v.is_nil()).ok_or_else(missing)
+            }
+            Kept::Signal(kind, signal) => packed(c, id, &format!("signal {kind} {signal}"))?.ok_or_else(missing),
+            Kept::Other(key) => packed(c, id, &key)?.ok_or_else(missing),
+        };
+    }
+    if let Some(v) = constant(c, name)? {
+        return Ok(v);
+    }
+    for key in candidates(c, id, name)? {
+        match c.world().get(id, c.world().host().prop(&key)) {
+            Ok(v) => {
+                return read(v).ok_or_else(|| Fail::argument(format!("the property `{key}` is not of type {of}")));
+            }
+            Err(e) if e.code() == TATU_ERR_MISSING => {}
+            Err(e) => return Err(e),
+        }
+    }
+    // With the names that come nearest.
+    let v = c.world().get(id, c.world().host().prop(name))?;
+    read(v).ok_or_else(missing)
+}
+
+fn packed(c: &Ctx<'_>, id: tatu_object, key: &str) -> Result<Option<Value>> {
+    tags::private(c, id, key)?.map(|data| tables::unpack(&data)).transpose()
+}
+
+/// Properties of the original's program and scene that are the same in each run, or follow from others.
+fn constant(c: &Ctx<'_>, name: &str) -> Result<Option<Value>> {
+    Ok(Some(match (c.i64(0)?, name) {
+        (HANDLE_SCENE, "simulationState" | "simulation.state") => Value::Int(state_now(c)?),
+        (HANDLE_SCENE, "realtimeSimulation" | "simulation.realtime") => Value::Bool(false),
+        (HANDLE_SCENE, "dynamicsEnabled" | "dynamics.enabled") => Value::Bool(true),
+        (HANDLE_SCENE, "dynamicsEngine" | "dynamics.engine") => Value::Ints(vec![0, 0]),
+        (APP, "headlessMode") => Value::Int(1),
+        // Linux, as sim.intparam_platform has it.
+        (APP, "platform") => Value::Int(2),
+        (APP, "displayEnabled") => Value::Bool(false),
+        (APP, "processCnt") => Value::Int(1),
+        (APP, "processId") => Value::Int(0),
+        _ => return Ok(None),
+    }))
+}
+
+/// Names of the original for properties that have another one here, and do not follow from it.
+const RENAMED: &[(&str, &str)] = &[
+    ("simulationTime", "scene.time"),
+    ("simulation.time", "scene.time"),
+    ("timeStep", "scene.dt"),
+    ("simulation.timeStep", "scene.dt"),
+    ("stepCount", "scene.step"),
+    ("dynamics.gravity", "scene.gravity"),
+    ("dynamicsStepSize", "scene.physics_dt"),
+    ("dynamics.stepSize", "scene.physics_dt"),
+    ("scenePath", "scene.file"),
+    ("path", "scene.file"),
+    ("modelBase", "object.model_base"),
+    ("targetForce", "joint.max_force"),
+    ("maxForce", "joint.max_force"),
+    ("restitution", "shape.restitution"),
+];
+
+/// The keys that a name may stand for, in the order in which they are tried.
+fn candidates(c: &Ctx<'_>, id: tatu_object, name: &str) -> Result<Vec<String>> {
+    let mut keys = vec![name.to_owned()];
+    keys.extend(RENAMED.iter().filter(|(theirs, _)| *theirs == name).map(|(_, ours)| (*ours).to_owned()));
+    let mut snake = String::new();
+    for ch in name.chars() {
+        if ch.is_ascii_uppercase() {
+            snake.push('_');
+        }
+        snake.push(ch.to_ascii_lowercase());
+    }
+    match id {
+        0 => keys.push(format!("scene.{snake}")),
+        _ => {
+            let kind = c.world().look(id)?.kind;
+            if kind == TATU_KIND_SENSOR {
+                keys.push(format!("{}.{snake}", text_of(c, id, c.plugin().p.sensor_kind)?));
+            }
+            keys.push(format!("{}.{snake}", kind_key(kind)));
+            keys.push(format!("object.{snake}"));
+        }
+    }
+    Ok(keys)
 }

@@ -117,8 +117,13 @@ fn facts(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getShapeColor", |c| {
             let shape = colored(c)?.ok_or_else(|| Fail::missing("there is no such shape"))?;
-            diffuse_only(c.i64(2)?)?;
-            let rgb = c.world().f64s::<3>(shape, c.plugin().p.color)?;
+            let rgb = match component(c.i64(2)?)? {
+                None => c.world().f64s::<3>(shape, c.plugin().p.color)?,
+                Some(tag) => match tags::private(c, shape, &tag)? {
+                    Some(data) => kept_rgb(&tables::unpack(&data)?),
+                    None => [0.0; 3],
+                },
+            };
             c.ret(1_i64);
             c.ret(&rgb[..]);
             Ok(())
@@ -126,7 +131,7 @@ fn facts(offer: &mut Offer<Vrep>) {
         .old_name("simGetShapeColor", MINUS)
         .param(Param::any("shape").text("a handle; models of before 3.1.4 may put `@backCompatibility1:` before it"))
         .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
-        .param(Param::int("component").text("0: sim.colorcomponent_ambient_diffuse"))
+        .param(Param::int("component").text("sim.colorcomponent_...; all but ambient and diffuse are kept, not drawn"))
         .returns(Param::int("result").text("1"))
         .returns(Param::floats("rgb", 3).text("0 to 1"))
         .text("Gives the colour of a shape.")
@@ -135,7 +140,13 @@ fn facts(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.setShapeColor", |c| {
             let Some(shape) = colored(c)? else { return done(c) };
-            diffuse_only(c.i64(2)?)?;
+            let what = component(c.i64(2)?)?;
+            if let Some(tag) = what {
+                // One number, of a transparency, is enough.
+                let given: Vec<f64> = (0..3).map(|i| c.arg(3).number(i).unwrap_or(0.0)).collect();
+                tags::set_private(c, shape, &tag, Some(&tables::pack(&Value::Floats(given))?))?;
+                return done(c);
+            }
             let rgb: [f64; 3] = numbers(c, 3)?;
             c.world().set_f64s(shape, c.plugin().p.color, &rgb)?;
             done(c)
@@ -143,8 +154,8 @@ fn facts(offer: &mut Offer<Vrep>) {
         .old_name("simSetShapeColor", MINUS)
         .param(Param::any("shape").text("a handle; models of before 3.1.4 may put `@backCompatibility1:` before it"))
         .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
-        .param(Param::int("component").text("0: sim.colorcomponent_ambient_diffuse"))
-        .param(table("rgb", "0 to 1"))
+        .param(Param::int("component").text("sim.colorcomponent_...; all but ambient and diffuse are kept, not drawn"))
+        .param(Param::list("rgb").text("0 to 1"))
         .text("Sets the colour of a shape.")
         .example("sim.setShapeColor(box, nil, 0, {1, 0, 0})"),
     );
@@ -165,14 +176,20 @@ fn colored(c: &Ctx<'_>) -> Result<Option<tatu_object>> {
     if is_shape { Ok(Some(o.id)) } else { Err(Fail::argument(format!("object {id} is not a shape"))) }
 }
 
-fn diffuse_only(component: i64) -> Result {
-    match component {
-        0 => Ok(()),
-        n => {
-            Err(Fail::unsupported(format!("shapes have no colour component {n}"))
-                .help("0 (ambient and diffuse) is known"))
-        }
+/// The tag under which a component of a colour is kept that is not drawn: specular, emission, transparency, auxiliary.
+/// `None`: the colour itself, ambient and diffuse.
+fn component(n: i64) -> Result<Option<String>> {
+    match n {
+        0 | 1 => Ok(None),
+        2..=5 => Ok(Some(format!("color {n}"))),
+        _ => Err(Fail::argument(format!("shapes have no colour component {n}: expected 0 to 5"))),
     }
+}
+
+/// Three numbers that were kept.
+fn kept_rgb(v: &Value) -> [f64; 3] {
+    let Value::List(all) = v else { return [0.0; 3] };
+    std::array::from_fn(|i| if let Some(Value::Float(x)) = all.get(i) { *x } else { 0.0 })
 }
 
 /// A mass that physics can bear.

@@ -1,7 +1,7 @@
 //! The simulation: time, state, start and stop, and its parameters.
 
 mod parameters;
-mod run;
+pub(crate) mod run;
 
 use crate::kit::{Offer, Vrep};
 

@@ -132,7 +132,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// The phase of the world, in the numbers that the original had for it.
-fn state_now(c: &Shared<'_>) -> Result<i64> {
+pub(crate) fn state_now(c: &Shared<'_>) -> Result<i64> {
     Ok(match int_of(c, 0, c.plugin().p.phase)? as u32 {
         TATU_PHASE_FIRST => 16,
         TATU_PHASE_RUNNING => 17,

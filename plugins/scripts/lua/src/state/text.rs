@@ -34,7 +34,7 @@ pub(crate) struct Rules {
     pub style: Option<Style>,
     /// Commands whose floats are not rounded.
     pub exact: Vec<Vec<u8>>,
-    /// Known modules that no plugin offers.
+    /// Known modules that no plugin offers: a name, or a name, `: ` and what to do instead.
     pub missing_modules: Vec<Vec<u8>>,
     pub api: Vec<Vec<u8>>,
     /// The dialect found from the text.

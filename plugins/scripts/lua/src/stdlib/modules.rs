@@ -197,7 +197,10 @@ unsafe fn find(l: *mut lua_State) -> bool {
     // After files: a module of the user may have the name of a plugin's module.
     lua_settop(l, 2);
     let module = bytes(l, 1);
-    if let Some((_, text)) = preludes(s).find(|(name, _)| !name.is_empty() && *name == module) {
+    let exact = preludes(s).find(|(name, _)| !name.is_empty() && *name == module);
+    // The original's files were found without regard to case on two of its three systems, and scripts rely on it.
+    let found = exact.or_else(|| preludes(s).find(|(name, _)| !name.is_empty() && name.eq_ignore_ascii_case(module)));
+    if let Some((_, text)) = found {
         push(l, b"=");
         lua_pushvalue(l, 1);
         lua_concat(l, 2);
@@ -219,11 +222,14 @@ unsafe fn missing(l: *mut lua_State) -> i32 {
 fn not_found(s: &State, name: &[u8]) -> Fail {
     // "arm-2" and "arm.tools" belong to the module "arm".
     let root = name.split(|b| b"-.".contains(b)).next().unwrap_or_default();
-    let lacking = s.text.borrow().rules.missing_modules.iter().any(|m| m == root);
+    let text = s.text.borrow();
+    let advice = text.rules.missing_modules.iter().find_map(|m| match m.strip_prefix(root)? {
+        [] => Some("`tatu list commands` shows what plugins offer".into()),
+        rest => rest.strip_prefix(b": ").map(String::from_utf8_lossy),
+    });
     let name = String::from_utf8_lossy(name);
-    if lacking {
-        return Fail::unsupported(format!("the module `{name}` of the original is not available"))
-            .help("`tatu list commands` shows what plugins offer");
+    if let Some(advice) = advice {
+        return Fail::unsupported(format!("the module `{name}` of the original is not available")).help(advice);
     }
     Fail::with_code(
         TATU_ERR_SCRIPT,
