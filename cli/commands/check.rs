@@ -6,7 +6,9 @@ use serde_json::{Value as Json, json};
 use tatu_core::{
     World,
     document::{Document, Options, Sources},
+    errors::Fault,
 };
+use tatu_plugin_api::abi::TATU_REPORT_NOTE;
 
 use super::describe::facts::to_json;
 use crate::{args::Check, report, watchdog::Watchdog};
@@ -15,10 +17,13 @@ use crate::{args::Check, report, watchdog::Watchdog};
 pub fn check(args: &Check) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     let options = args.changes.options(&[]).map(|o| Options { describe: args.json, ..o });
+    let mut lacks = Vec::new();
     let world =
         super::registry(Some(&args.scene), &Sources::default(), &args.changes.allow, &watchdog).and_then(|registry| {
             let document = super::load(&args.scene, &options?, &registry)?;
             let described = args.json.then(|| described(args, &document));
+            let missing = document.reports.iter().filter(|r| r.severity != TATU_REPORT_NOTE);
+            lacks = missing.map(|r| r.text.clone()).collect();
             let world = World::new(document, registry)?;
             // Told only of a scene that would start.
             if let Some(json) = described {
@@ -31,19 +36,46 @@ pub fn check(args: &Check) -> ExitCode {
             // A text that is no program does not keep a scene from starting; better reported now than then.
             watchdog.world(&world, false);
             world.start();
-            world.mechanics().iter().for_each(|text| crate::report::err!("warning: {text}"));
-            world.take_lines().iter().for_each(|l| crate::report::err!("warning: {}", l.text));
+            world.mechanics().iter().for_each(|text| report::warned(text));
+            world.take_lines().iter().for_each(|l| report::warned(&l.text));
             if !args.json {
-                crate::report::out!("{}: would start", args.scene.display());
+                report::out!("{}: {}", args.scene.display(), verdict(&lacks, &world.faults()));
             }
             ExitCode::SUCCESS
         }
         Err(e) => {
             report::error(&e);
+            if !args.json {
+                report::out!("{}: cannot run: {}", args.scene.display(), e.text);
+            }
             ExitCode::from(2)
         }
     }
 }
+
+/// One line for people: whether it runs as it is, or without what.
+fn verdict(lacks: &[String], faults: &[Fault]) -> String {
+    let faults = faults.iter().filter(|f| !lacks.contains(&f.message)).map(|f| &f.message);
+    let all: Vec<String> = lacks.iter().chain(faults).map(|text| shortened(text)).collect();
+    match all.as_slice() {
+        [] => "runs".to_owned(),
+        [one] => format!("runs without one thing: {one}"),
+        all => format!("runs without {} things: {}", all.len(), all.join("; ")),
+    }
+}
+
+/// What a report is about: its first sentence, without the file's name, which stands in front of all.
+fn shortened(text: &str) -> String {
+    let rest = text.split_once(": ").filter(|(file, _)| file.contains('.') && !file.contains(' ')).map_or(text, |(_, r)| r);
+    let sentence = rest.split(". ").next().unwrap_or(rest);
+    match sentence.char_indices().nth(LONGEST) {
+        Some((at, _)) => format!("{}...", &sentence[..at]),
+        None => sentence.to_owned(),
+    }
+}
+
+/// Characters of a report in the line.
+const LONGEST: usize = 120;
 
 /// What the file holds: its importer's description, if it gives one, with the file's name and a report.
 fn described(args: &Check, document: &Document) -> Json {
@@ -51,7 +83,10 @@ fn described(args: &Check, document: &Document) -> Json {
     if let Some(map) = out.as_object_mut() {
         let name = args.scene.file_name().map(|n| n.to_string_lossy().into_owned());
         map.insert("file".into(), json!(name.unwrap_or_default()));
-        map.entry("report").or_insert_with(|| json!(document.reports));
+        map.entry("report").or_insert_with(|| {
+            let texts: Vec<&str> = document.reports.iter().map(|r| r.text.as_str()).collect();
+            json!(texts)
+        });
     }
     out
 }

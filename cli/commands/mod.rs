@@ -16,6 +16,7 @@ use tatu_core::{
     errors::Error,
     plugins::{Copies, Registry, Search},
 };
+use tatu_plugin_api::abi::{TATU_REPORT_LACK, TATU_REPORT_WARNING};
 
 use crate::{report, watchdog::Watchdog};
 
@@ -120,6 +121,13 @@ fn missing(registry: &Registry) {
 /// The document of a scene as a command line changes it.
 pub fn load(scene: &Path, options: &Options, registry: &Registry) -> Result<Arc<Document>, Error> {
     let document = document::load(scene, registry, options)?;
-    document.reports.iter().for_each(|r| report::note(r));
+    for r in &document.reports {
+        match r.severity {
+            TATU_REPORT_WARNING => report::warned(&r.text),
+            // The world reports it when it starts.
+            TATU_REPORT_LACK => {}
+            _ => report::note(&r.text),
+        }
+    }
     Ok(Arc::new(document))
 }

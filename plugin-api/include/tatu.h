@@ -724,7 +724,13 @@ typedef struct tatu_ext_actuator {
 
 /* ================================================================ 8. Builder, models, importers ====== */
 
-enum { TATU_REPORT_NOTE = 0, TATU_REPORT_WARNING = 1, TATU_REPORT_ERROR = 2 };
+enum {
+  TATU_REPORT_NOTE = 0,
+  TATU_REPORT_WARNING = 1, /* the scene works, but not as the source says */
+  TATU_REPORT_ERROR = 2,   /* the build fails */
+  TATU_REPORT_LACK = 3     /* a part that cannot run here: the scene starts without it, and each run reports a fault;
+                              programs before revision 6 show it as a note */
+};
 
 /* Writes a document, the description of a scene by a scene file, a model or an importer. Nothing in it is live yet. */
 typedef struct tatu_builder {

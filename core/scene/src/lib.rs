@@ -39,7 +39,7 @@ pub use moves::Moves;
 pub use names::{ALIAS, is_alias};
 pub use object::{
     ActuatorData, Body, Camera, Control, Course, Data, Follow, ForceSensor, Joint, JointSolver, JointType, Light,
-    LightForm, Object, Path, Primitive, SensorData, Shape, ShapePart,
+    LightForm, Object, Path, Primitive, SensorData, SensorTargets, Shape, ShapePart,
 };
 pub use props::{Changed, get, numbers, set, set_numbers};
 pub use props::{is_drive, notes, notes_value, part_meshes};

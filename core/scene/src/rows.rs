@@ -174,6 +174,8 @@ rows! {
     Preset "sensor.preset" SENSOR, TATU_TEXT 0 None, Live FREE, "Name of a group of settings of its kind; setting it sets all of them at that moment; default: none.";
     Rate "sensor.rate" SENSOR, TATU_F64 0 Some("Hz"), Live FREE, "How often it measures at most; 0: in each step; default 0.";
     Noise "sensor.noise" SENSOR, TATU_TEXT 0 None, Live FREE, "Noise of its fields, as TOML: set, it changes the fields that it names; empty or `none`: of all; default: none.";
+    SensorTargets "sensor.targets" SENSOR, TATU_LIST 0 None, Live FREE, "Paths of the objects that it sees, seen from itself, each with all below it; default: all.";
+    SensorIgnored "sensor.ignored" SENSOR, TATU_LIST 0 None, Live FREE, "Paths of objects that it does not see, seen from itself, each with all below it; where one of both lists lies below another, the nearest above an object decides; default: none.";
     SensorMeasured "sensor.measured" SENSOR, TATU_I64 0 None, ReadOnly FREE, "How often it has measured since the start, or since its reading was reset.";
     SensorBeams "sensor.beams" SENSOR, TATU_I64 0 None, ReadOnly FREE, "How many beams it sends out; a volume is one.";
     ActuatorKind "actuator.kind" ACTUATOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of actuator.";

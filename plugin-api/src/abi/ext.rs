@@ -393,6 +393,7 @@ pub struct tatu_ext_actuator {
 pub const TATU_REPORT_NOTE: u32 = 0;
 pub const TATU_REPORT_WARNING: u32 = 1;
 pub const TATU_REPORT_ERROR: u32 = 2;
+pub const TATU_REPORT_LACK: u32 = 3;
 
 #[repr(C)]
 pub struct tatu_builder {

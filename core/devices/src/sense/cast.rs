@@ -8,6 +8,7 @@ use tatu_scene::Scene;
 use super::{
     Targets,
     plan::{BeamPlan, look_along},
+    targets::Sees,
 };
 
 /// Beams of a batch and their answers; beam `i` of the batch has place `i` in each array that was asked for.
@@ -30,8 +31,7 @@ pub(super) struct Casts {
 
 /// Beams that are cast one by one, of sensors that see the same things.
 struct Singles {
-    /// Whether they see what is visible, and which waves they are of.
-    sees: (bool, u16),
+    sees: Sees,
     beams: Vec<Beam>,
     /// Of each beam, its place in the sensor's frame.
     frames: Vec<Isometry3<f64>>,
@@ -56,6 +56,8 @@ struct Fan {
 pub(super) struct SensorView {
     pub world_from_sensor: Isometry3<f64>,
     pub limits: Limits,
+    /// See [`Sees::choice`].
+    pub choice: u32,
     pub skip_group: Option<u32>,
     pub only_object: Option<u64>,
 }
@@ -123,7 +125,7 @@ impl Casts {
     }
 
     fn singly(&mut self, plan: &BeamPlan, look: SensorView, begin: u32, frames: impl Iterator<Item = Isometry3<f64>>) {
-        let sees = (plan.visible, plan.waves);
+        let sees = plan.sees(look.choice);
         let at = self.singles.iter().position(|s| s.sees == sees).unwrap_or_else(|| {
             let (beams, frames, places, occluded, short) = Default::default();
             self.singles.push(Singles { sees, beams, frames, places, occluded, short });
@@ -187,7 +189,7 @@ impl Casts {
         if beams.is_empty() {
             return;
         }
-        let seen = targets.seen(sees.0, sees.1);
+        let seen = targets.seen(*sees);
         hits.resize(beams.len(), Hit::NONE);
         pool.install(|| seen.cast(beams, hits));
         for (i, reach) in short {
@@ -249,7 +251,7 @@ impl Casts {
                 point: cut(&mut point, skip, end - begin),
                 normal: cut(&mut normal, skip, end - begin),
             };
-            let seen = targets.seen(plan.visible, plan.waves);
+            let seen = targets.seen(plan.sees(look.choice));
             match jobs.iter_mut().find(|(s, _)| std::ptr::eq(*s, seen)) {
                 Some((_, casts)) => casts.push((cast, hits)),
                 None => jobs.push((seen, vec![(cast, hits)])),

@@ -46,6 +46,8 @@ pub struct Device {
     pub drawn: u64,
     /// What the plugin may write of its state.
     pub state: StateBlock,
+    /// Which of the scene's objects it sees, as [`Targets`](super::targets::Targets) number such choices; 0: all.
+    pub(super) choice: u32,
     /// Hz, as the scene says; 0: it measures in each step.
     pub(super) rate: f64,
     /// Of a sensor with a rate: the period in which it measured last.
@@ -78,6 +80,7 @@ impl Device {
             noise: None,
             seed,
             drawn: 0,
+            choice: 0,
             rate: 0.0,
             period: None,
             state,

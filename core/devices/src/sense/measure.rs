@@ -133,10 +133,11 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
         let world = scene.world(d.slot);
         let skip_group = plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
         let limits = Limits::of(plan, options.limits);
-        let view = SensorView { world_from_sensor: world, limits, skip_group, only_object: options.only };
+        let choice = d.choice;
+        let view = SensorView { world_from_sensor: world, limits, choice, skip_group, only_object: options.only };
         s.casts.add(plan, view);
         s.views.push(view);
-        s.frames.add(plan, view, targets.beams(plan.visible), inputs, pool);
+        s.frames.add(plan, view, targets.seen(plan.sees(choice)), inputs, pool);
         s.data.push(d.data);
         s.state.push(d.state.place());
         s.sensor.push(scene.id(d.slot));

@@ -36,5 +36,5 @@ pub use outline::{Edge, edges};
 pub use plan::BeamPlan;
 pub use reading_arena::ReadingBuffer;
 pub use sensing::Sensing;
-pub use targets::Targets;
+pub use targets::{Sees, Targets};
 pub use turn::{Roll, Turn};

@@ -14,6 +14,8 @@ use tatu_plugins::{
     state_block::GUARD,
 };
 
+use super::targets::Sees;
+
 /// What a device sends out.
 #[derive(Debug, PartialEq)]
 pub struct BeamPlan {
@@ -163,6 +165,11 @@ impl BeamPlan {
             aimed,
             waves: raw.waves as u16,
         })
+    }
+
+    /// What a sensor with this plan looks at.
+    pub fn sees(&self, choice: u32) -> Sees {
+        Sees { visible: self.visible, waves: self.waves, choice }
     }
 }
 

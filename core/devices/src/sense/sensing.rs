@@ -29,6 +29,8 @@ pub struct Sensing {
     pub targets: Targets,
     /// The version of the scene's settings that all devices have taken up.
     settled: Option<u64>,
+    /// The version of the scene's shapes that choices of what sensors see are of.
+    chosen: Option<u64>,
     /// Whether `rolls` are of the devices as they are.
     pub(super) listed: bool,
     arena: ReadingArena,
@@ -60,12 +62,20 @@ impl Sensing {
     }
     /// Lets all devices take up what the scene says of them now: their rates, say, and their noise.
     pub fn settle(&mut self, scene: &Scene, registry: &Registry) {
-        if self.settled.replace(scene.sensor_version) == Some(scene.sensor_version) {
+        let settled = self.settled.replace(scene.sensor_version) == Some(scene.sensor_version);
+        // Paths may lead elsewhere in a changed tree.
+        if settled && (self.chosen.is_none() || self.chosen == Some(scene.shape_version)) {
             return;
         }
+        self.targets.forget_choices();
+        self.chosen = None;
         for d in &mut self.devices {
             let Some(Data::Sensor(s)) = scene.get(d.slot).map(|o| &o.data) else { continue };
             (d.explicit, d.rate) = (s.explicit, s.rate);
+            d.choice = s.view.as_ref().map_or(0, |view| self.targets.choice(scene, d.slot, view));
+            if s.view.is_some() {
+                self.chosen = Some(scene.shape_version);
+            }
             if d.rate <= 0.0 {
                 d.period = None;
             }

@@ -3,7 +3,7 @@
 use ::tatu_beams::{BeamScene, Target};
 use nalgebra::Isometry3;
 use rayon::ThreadPool;
-use tatu_scene::{Object, Scene, Shape, visible_parts};
+use tatu_scene::{Object, Scene, SensorTargets, Shape, visible_parts};
 
 /// The forms of a scene that can be seen.
 #[derive(Default)]
@@ -12,10 +12,23 @@ pub struct Targets {
     pub detectable: Seen,
     /// What is visible.
     pub visible: Seen,
-    /// What beams of some waves detect, where that is not all that is detectable.
-    by_waves: Vec<(u16, Seen)>,
+    /// What some sensors see, where that is not all that is detectable or visible.
+    special: Vec<(Sees, Seen)>,
+    /// What sensors choose to see: the objects by their slots; the first has number 1.
+    choices: Vec<Vec<bool>>,
     /// Whether anything is detectable by some waves only, as of the scene's version of shapes.
     selective: (u64, bool),
+}
+
+/// Which of the scene's forms a sensor looks at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sees {
+    /// What is visible, or what is detectable.
+    pub visible: bool,
+    /// By beams of these waves.
+    pub waves: u16,
+    /// Number of its choice of objects, see [`Targets::choice`]; 0: all.
+    pub choice: u32,
 }
 
 /// Some of the scene's forms.
@@ -45,46 +58,79 @@ struct Place {
 }
 
 impl Targets {
-    /// Brings what is detectable up to the scene, or what is visible; many moves are worked on by the threads of `pool`.
-    pub fn follow(&mut self, scene: &Scene, visible: bool, pool: &ThreadPool) {
-        if visible {
-            self.visible.follow(scene, pool, |o, _| o.is_visible());
-        } else {
-            self.detectable.follow(scene, pool, |_, s| s.is_detectable() && s.detectable_mask != 0);
-        }
-    }
-
-    /// Brings what these waves detect up to the scene.
-    pub fn follow_waves(&mut self, scene: &Scene, waves: u16, pool: &ThreadPool) {
+    /// Brings what a sensor looks at up to the scene; many moves are worked on by the threads of `pool`.
+    pub fn follow(&mut self, scene: &Scene, sees: Sees, pool: &ThreadPool) {
         if self.selective.0 != scene.shape_version {
             let mut shapes = scene.tree(0).into_iter().filter_map(|slot| scene.get(slot)?.shape());
             self.selective = (scene.shape_version, shapes.any(|s| s.detectable_mask != u16::MAX));
-            self.by_waves.clear();
+            self.special.retain(|(sees, _)| sees.visible);
         }
-        if waves == u16::MAX || !self.selective.1 {
-            return self.follow(scene, false, pool);
+        let Sees { visible, waves, choice } = sees;
+        let wanted = |o: &Object, s: &Shape| match visible {
+            true => o.is_visible(),
+            false => s.is_detectable() && s.detectable_mask & waves != 0,
+        };
+        if choice == 0 && (visible || waves == u16::MAX || !self.selective.1) {
+            let all = if visible { &mut self.visible } else { &mut self.detectable };
+            return all.follow(scene, pool, |_, o, s| wanted(o, s));
         }
-        let at = self.by_waves.iter().position(|(w, _)| *w == waves).unwrap_or_else(|| {
-            self.by_waves.push((waves, Seen::default()));
-            self.by_waves.len() - 1
+        let at = self.special.iter().position(|(s, _)| *s == sees).unwrap_or_else(|| {
+            self.special.push((sees, Seen::default()));
+            self.special.len() - 1
         });
-        self.by_waves[at].1.follow(scene, pool, |_, s| s.is_detectable() && s.detectable_mask & waves != 0);
+        let chosen = choice.checked_sub(1).and_then(|i| self.choices.get(i as usize));
+        let is_chosen = |slot: u32| chosen.is_none_or(|c| c.get(slot as usize) == Some(&true));
+        self.special[at].1.follow(scene, pool, |slot, o, s| is_chosen(slot) && wanted(o, s));
     }
 
-    /// What is visible, or what beams of these waves detect.
-    pub fn seen(&self, visible: bool, waves: u16) -> &BeamScene {
-        let own = || self.by_waves.iter().find(|(w, _)| *w == waves).map(|(_, seen)| &seen.beams);
-        if visible { self.beams(true) } else { own().unwrap_or_else(|| self.beams(false)) }
+    /// What a sensor looks at, as followed last.
+    pub fn seen(&self, sees: Sees) -> &BeamScene {
+        let own = self.special.iter().find(|(s, _)| *s == sees).map(|(_, seen)| &seen.beams);
+        own.unwrap_or_else(|| self.beams(sees.visible))
     }
 
-    /// What is visible, or detectable.
+    /// All that is visible, or detectable.
     pub fn beams(&self, visible: bool) -> &BeamScene {
         if visible { &self.visible.beams } else { &self.detectable.beams }
+    }
+
+    /// Discards the numbers of choices.
+    pub fn forget_choices(&mut self) {
+        self.choices.clear();
+        self.special.retain(|(sees, _)| sees.choice == 0);
+    }
+
+    /// The number of what a sensor chooses to see in the scene as it is; that of an equal choice, if there was one.
+    pub fn choice(&mut self, scene: &Scene, sensor: u32, view: &SensorTargets) -> u32 {
+        let found = |paths: &[String]| paths.iter().filter_map(|p| scene.find(sensor, p)).collect::<Vec<_>>();
+        let (targets, ignored) = (found(&view.targets), found(&view.ignored));
+        // One whose targets are all gone sees nothing, not everything.
+        let otherwise = view.targets.is_empty();
+        let mut chosen = Vec::new();
+        // Parents come before their children.
+        for slot in scene.tree(0) {
+            let above = scene.get(slot).map_or(0, |o| o.parent) as usize;
+            let sees = match slot {
+                _ if ignored.contains(&slot) => false,
+                _ if targets.contains(&slot) => true,
+                _ if above == 0 => otherwise,
+                _ => chosen.get(above).copied().unwrap_or(otherwise),
+            };
+            if chosen.len() <= slot as usize {
+                chosen.resize(slot as usize + 1, otherwise);
+            }
+            chosen[slot as usize] = sees;
+        }
+        let at = self.choices.iter().position(|c| *c == chosen).unwrap_or_else(|| {
+            self.choices.push(chosen);
+            self.choices.len() - 1
+        });
+        at as u32 + 1
     }
 }
 
 impl Seen {
-    fn follow(&mut self, scene: &Scene, pool: &ThreadPool, wanted: impl Fn(&Object, &Shape) -> bool) {
+    fn follow(&mut self, scene: &Scene, pool: &ThreadPool, wanted: impl Fn(u32, &Object, &Shape) -> bool) {
         let version = (scene.shape_version, scene.seen_version);
         if self.built == version {
             self.keep_up(scene, pool);
@@ -100,7 +146,7 @@ impl Seen {
         let mut targets = Vec::new();
         for slot in scene.tree(0) {
             let Some(o) = scene.get(slot) else { continue };
-            let Some(shape) = o.shape().filter(|s| wanted(o, s)) else { continue };
+            let Some(shape) = o.shape().filter(|s| wanted(slot, o, s)) else { continue };
             if self.first.len() <= slot as usize {
                 self.first.resize(slot as usize + 1, 0);
             }

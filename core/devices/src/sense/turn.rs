@@ -1,6 +1,6 @@
 //! Lists of sensors of a kind that measure together.
 
-use super::device::Device;
+use super::{device::Device, targets::Sees};
 
 /// Sensors of a kind that are measured together, and what must be known of them before.
 #[derive(Debug, Default)]
@@ -9,8 +9,8 @@ pub struct Turn {
     pub devices: Vec<usize>,
     /// Places in `devices` at which another batch begins.
     pub cuts: Vec<usize>,
-    /// What they look at: visible things or not, and by which waves; each once.
-    pub sees: Vec<(bool, u16)>,
+    /// What they look at; each once.
+    pub sees: Vec<Sees>,
 }
 
 /// The sensors of a kind.
@@ -35,8 +35,7 @@ impl Turn {
     }
 
     pub(super) fn add(&mut self, index: usize, device: &Device) {
-        let plan = &device.layout.plan;
-        let sees = (plan.visible, plan.waves);
+        let sees = device.layout.plan.sees(device.choice);
         if !self.sees.contains(&sees) {
             self.sees.push(sees);
         }

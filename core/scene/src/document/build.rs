@@ -323,7 +323,7 @@ impl<'a> Builder<'a> {
         if script.kind == MAIN && self.group != 0 {
             let text =
                 format!("the main script `{}` of a model is left out: only the scene itself has one", script.name);
-            self.document.reports.push(text);
+            self.document.reports.push(Report::note(text));
             return Ok(());
         }
         if script.kind == MAIN

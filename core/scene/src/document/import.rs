@@ -65,7 +65,7 @@ impl Builder<'_> {
         let mut roots: Vec<PathBuf> = [folder.clone()].into_iter().chain(scene).chain([PathBuf::new()]).collect();
         roots.dedup();
         let shown = import.file.display().to_string();
-        self.document.reports.extend(import.choice.notes.iter().map(|note| format!("{shown}: {note}")));
+        self.document.reports.extend(import.choice.notes.iter().map(|note| Report::note(format!("{shown}: {note}"))));
         let first = self.document.objects.len();
         let group = match import.whole {
             true => 0,

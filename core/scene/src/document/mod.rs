@@ -141,6 +141,22 @@ pub struct ModelInstance {
     pub base: usize,
 }
 
+/// What a builder says of its source.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Report {
+    /// `TATU_REPORT_*`, but for errors.
+    pub severity: u32,
+    /// For people.
+    pub text: String,
+}
+
+impl Report {
+    /// A note.
+    pub fn note(text: String) -> Self {
+        Report { severity: TATU_REPORT_NOTE, text }
+    }
+}
+
 /// A whole scene, described.
 #[derive(Debug, Clone, Default)]
 pub struct Document {
@@ -157,7 +173,7 @@ pub struct Document {
     /// Services to start beside the world.
     pub services: Vec<ServiceSpec>,
     /// Messages of builders.
-    pub reports: Vec<String>,
+    pub reports: Vec<Report>,
     /// What the scene asks for beyond the run, as `--allow` takes it; only who runs it can grant it.
     pub asks: Vec<String>,
     /// What an importer says that its file holds, if [`Options::describe`] asks for it; a map.

@@ -417,12 +417,24 @@ pub struct SensorData {
     pub preset: Box<str>,
     /// Measures only on request.
     pub explicit: bool,
+    /// What it sees of the scene; `None`: all.
+    pub view: Option<Arc<SensorTargets>>,
+}
+
+/// What a sensor sees, by paths seen from itself. Each stands for its object with all below it; of nested ones the nearest
+/// above an object decides.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SensorTargets {
+    /// What it sees; empty: all.
+    pub targets: Vec<String>,
+    /// What it does not see.
+    pub ignored: Vec<String>,
 }
 
 impl SensorData {
     /// One of a kind, as it is by default.
     pub fn new(kind: usize) -> Self {
-        SensorData { kind, explicit: false, rate: 0.0, preset: Box::default(), noise: None }
+        SensorData { kind, explicit: false, rate: 0.0, preset: Box::default(), noise: None, view: None }
     }
 }
 

@@ -37,6 +37,7 @@ fn lacks<T>(scene: &Scene, slot: u32, row: Row) -> Result<T, Refusal> {
 /// Reads a row of an object.
 pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
     let Some(o) = scene.get(slot) else { return refuse(TATU_ERR_MISSING, format!("there is no object {slot}")) };
+    let paths = |v: &[String]| Value::List(v.iter().map(Value::text).collect());
     let floats = |v: &[f64]| Value::Floats(v.to_vec());
     Ok(match (row, &o.data) {
         (Row::Alias, _) => Value::text(&o.alias),
@@ -92,6 +93,8 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
         (Row::Explicit, Data::Sensor(s)) => Value::Bool(s.explicit),
         (Row::Rate, Data::Sensor(s)) => Value::Float(s.rate),
         (Row::Preset, Data::Sensor(s)) => Value::text(&*s.preset),
+        (Row::SensorTargets, Data::Sensor(s)) => paths(s.view.as_ref().map_or(&[], |v| &v.targets)),
+        (Row::SensorIgnored, Data::Sensor(s)) => paths(s.view.as_ref().map_or(&[], |v| &v.ignored)),
         (Row::Noise, Data::Sensor(s)) => Value::text(s.noise.as_ref().map_or(String::new(), |n| n.to_toml())),
         (_, Data::Camera(x)) => return x.get(row).map_or_else(|| lacks(scene, slot, row), Ok),
         (_, Data::Light(x)) => return x.get(row).map_or_else(|| lacks(scene, slot, row), Ok),

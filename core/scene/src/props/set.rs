@@ -21,7 +21,7 @@ use crate::{
     graph::{CurveSpec, GraphSpec, MOST_SAMPLES, StreamSpec},
     is_alias,
     noise::NoiseSpec,
-    object::{MOST_SAMPLES as MOST_SAMPLES_OF_FORCE, is_curve},
+    object::{MOST_SAMPLES as MOST_SAMPLES_OF_FORCE, SensorTargets, is_curve},
 };
 
 /// Whether a row is a number of a joint's drive, which any finite number may be.
@@ -225,7 +225,7 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
     match row {
         Row::Visible | Row::Layer => scene.seen_version += 1,
         Row::Color => scene.color_version += 1,
-        Row::Explicit | Row::Rate | Row::Noise => scene.sensor_version += 1,
+        Row::Explicit | Row::Rate | Row::Noise | Row::SensorTargets | Row::SensorIgnored => scene.sensor_version += 1,
         _ => {}
     }
     match done {
@@ -363,9 +363,22 @@ fn set_sensor(s: &mut SensorData, row: Row, value: &Value, text: String) -> Resu
             let more = NoiseSpec::parse(&text, None).map_err(|w| Refusal(TATU_ERR_ARGUMENT, w.in_text(&text).text))?;
             s.noise = more.over(s.noise.as_deref()).map(Arc::new);
         }
+        (Row::SensorTargets | Row::SensorIgnored, Value::List(all)) => {
+            let mut view = s.view.as_deref().cloned().unwrap_or_default();
+            let list = if row == Row::SensorTargets { &mut view.targets } else { &mut view.ignored };
+            *list = all.iter().map(path_in_list).collect::<Result<_, _>>()?;
+            s.view = (view != SensorTargets::default()).then(|| Arc::new(view));
+        }
         _ => return Ok(None),
     }
     Ok(Some(Changed::Value))
+}
+
+fn path_in_list(value: &Value) -> Result<String, Refusal> {
+    match value {
+        Value::Text(path) => Ok(String::from_utf8_lossy(path).into_owned()),
+        _ => refuse(TATU_ERR_ARGUMENT, "expected a list of paths, as texts"),
+    }
 }
 
 fn set_graph(g: &mut GraphSpec, row: Row, value: &Value) -> Result<Option<Changed>, Refusal> {

@@ -72,6 +72,7 @@ impl World {
         cell.state.requests.set(0);
         cell.devices.figures.borrow_mut().begin(&cell.state.scene.borrow());
         recording::check(cell);
+        report_lacks(cell);
         cell.state.phase.set(Phase::First);
         cell.run.outside.begin();
         Scripts::begin(cell, true);
@@ -249,4 +250,10 @@ impl World {
         let row = rows::ROWS.iter().position(|r| r.key == key)?;
         tatu_scene::get(&scene, scene.find(0, path)?, rows::Row::of(row as u32)).ok()
     }
+}
+
+/// What of its sources cannot run here is a fault of each run, so that none of them passes for a whole one.
+fn report_lacks(world: &WorldCell) {
+    let lacks = world.model.document.reports.iter().filter(|r| r.severity == TATU_REPORT_LACK);
+    lacks.for_each(|r| world.report(Fault::new(FaultKind::Unsupported, r.text.as_str())));
 }

@@ -107,7 +107,12 @@ fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Opti
     if off {
         return Err(world.run.calls.refuse(TATU_ERR_GONE, "the sensor has been switched off after a fault"));
     }
-    let turn = world.devices.sensing.borrow_mut().alone(i);
+    let turn = {
+        let mut sensing = world.devices.sensing.borrow_mut();
+        // What it sees is a number, which a change of the scene may have changed.
+        sensing.settle(&world.state.scene.borrow(), &world.model.registry);
+        sensing.alone(i)
+    };
     sense_some(world, kind, &turn, &MeasureOptions { only, limits });
     world.devices.sensing.borrow_mut().was_alone(turn);
     Ok(())

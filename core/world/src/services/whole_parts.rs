@@ -87,8 +87,8 @@ pub(super) extern "C" fn load(
         };
         free(world)?;
         let read = document::load_part(&path, &world.model.registry).map_err(refuse)?;
-        for text in &read.reports {
-            world.log(TATU_LOG_DEBUG, text);
+        for report in &read.reports {
+            world.log(TATU_LOG_DEBUG, &report.text);
         }
         let slots = {
             let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;

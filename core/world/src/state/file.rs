@@ -14,7 +14,7 @@ use crate::instances::Missed;
 /// What every snapshot begins with.
 const MAGIC: &[u8; 8] = b"tatusnap";
 /// Grows when the meaning of a section changes.
-const FORMAT: u32 = 7;
+const FORMAT: u32 = 8;
 const BEFORE_BODY: usize = MAGIC.len() + 4 + 8;
 
 /// The state of a world at a step, complete or not.

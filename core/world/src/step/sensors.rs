@@ -54,11 +54,8 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &
         let (mut sensing, scene, dynamics) =
             (world.devices.sensing.borrow_mut(), world.state.scene.borrow(), world.state.dynamics.borrow());
         sensing.settle(&scene, &world.model.registry);
-        for (visible, waves) in sees {
-            match visible {
-                true => sensing.targets.follow(&scene, true, world.run.pool()),
-                false => sensing.targets.follow_waves(&scene, *waves, world.run.pool()),
-            }
+        for sees in sees {
+            sensing.targets.follow(&scene, *sees, world.run.pool());
         }
         let twist = |slot| world.state.twist(&scene, &dynamics, slot);
         let (watch, pool) = (&*world.border.watch, world.run.pool());

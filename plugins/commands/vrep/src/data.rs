@@ -47,16 +47,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives the data that was kept with an object under a tag."),
     );
     for (name, kind) in [("sim.readCustomStringData", "text"), ("sim.readCustomBufferData", "bytes")] {
+        let data = if kind == "text" { Param::string("data") } else { Param::bytes("data") };
         offer.command(
-            Cmd::new(name, |c| {
+            Cmd::new(name, move |c| {
                 let (id, tag) = place(c)?;
                 let data = tags::get(c, id, &tag)?.unwrap_or_default();
-                c.ret(data.as_slice());
+                c.ret(if kind == "text" { Value::Text(data) } else { Value::Bytes(data) });
                 Ok(())
             })
             .param(target())
             .param(tag())
-            .returns(Param::string("data").text("empty: there is none"))
+            .returns(data.text("empty: there is none"))
             .text(format!("Gives the {kind} that was kept with an object under a tag.")),
         );
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Matrix3, Vector3};
 use tatu_plugin_api::{
-    abi::{TATU_REPORT_NOTE, TATU_REPORT_WARNING},
+    abi::{TATU_REPORT_LACK, TATU_REPORT_NOTE, TATU_REPORT_WARNING},
     safe::{Builder, Fail, Node, Result, Value},
 };
 
@@ -66,7 +66,11 @@ fn tell(builder: &Builder<'_>, report: &Report) {
     for ((what, why), of) in &report.0 {
         let names: Vec<&str> = of.iter().take(8).map(|(_, alias)| alias.as_str()).collect();
         let more = if of.len() > 8 { format!(" and {} more", of.len() - 8) } else { String::new() };
-        let severity = if *what == "refused" { TATU_REPORT_WARNING } else { TATU_REPORT_NOTE };
+        let severity = match *what {
+            "cannot run" => TATU_REPORT_LACK,
+            "refused" | "kept without effect" => TATU_REPORT_WARNING,
+            _ => TATU_REPORT_NOTE,
+        };
         builder.report(severity, None, &format!("{what}: {}{more}: {why}", names.join(", ")));
     }
 }
@@ -140,8 +144,8 @@ fn object<'a>(
     match &o.kind {
         Kind::Shape(s) => shape(builder, (file, tree), o, s, node, report)?,
         Kind::Joint(j) => dynamics::joint(file, tree, j, o, node, report)?,
-        Kind::Proximity(s) => sensors::proximity(file, s, o, node, report)?,
-        Kind::Vision(s) => sensors::vision(s, o, node, report)?,
+        Kind::Proximity(s) => sensors::proximity((file, tree), s, o, node, report)?,
+        Kind::Vision(s) => sensors::vision((file, tree), s, o, node, report)?,
         Kind::Force(f) => sensors::force(f, o, node, report)?,
         Kind::Graph(g) => graphs::graph(g, o, node, report)?,
         Kind::Camera(k) => views::camera(k, node)?,

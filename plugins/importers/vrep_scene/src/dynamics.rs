@@ -83,7 +83,7 @@ impl<'a> Tree<'a> {
     }
 
     /// Handles of an object and of all above it, nearest first.
-    fn above(&self, id: i32) -> Vec<i32> {
+    pub fn above(&self, id: i32) -> Vec<i32> {
         let mut out = vec![id];
         let mut at = id;
         while let Some(o) = self.objects.get(&at).filter(|_| out.len() <= self.objects.len()) {
@@ -95,7 +95,7 @@ impl<'a> Tree<'a> {
 
     /// The path of an object, seen from another one; it stays right wherever both are copied together. `None`: they
     /// have nothing in common but the world.
-    fn path(&self, from: i32, to: i32) -> Option<String> {
+    pub fn path(&self, from: i32, to: i32) -> Option<String> {
         let (ups, downs) = (self.above(from), self.above(to));
         let common = ups.iter().find(|h| **h >= 0 && downs.contains(h));
         let up = ups.iter().position(|h| Some(h) == common);

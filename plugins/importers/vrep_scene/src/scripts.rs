@@ -61,16 +61,23 @@ pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>
             }
         };
         if s.is_off() {
-            left("kept without effect", "a script that is switched off");
+            left("kept", "a script that is switched off");
             continue;
         }
         if off.contains_key(&target) {
-            left("kept without effect", "a script of a model whose scripts are switched off");
+            left("kept", "a script of a model whose scripts are switched off");
             continue;
         }
         let language = s.language();
         if language != "lua" {
-            left("refused", &format!("a script in {language}: only Lua runs here"));
+            let language = if language == "python" { "Python" } else { language.as_str() };
+            left(
+                "cannot run",
+                &format!(
+                    "a script in {language}: only scripts in Lua run here; its text is kept with the scene. Let a program \
+                     of your own do what it does, through the service `zmq_remote` (docs/guide/remote-clients.md)"
+                ),
+            );
             continue;
         }
         let owner = if s.kind == script::MAIN { nodes.values().next() } else { nodes.get(&target) };
@@ -122,10 +129,17 @@ pub fn data(file: &File, o: &Object, meant: bool) -> Value {
         .chain(&c.parameters)
         .collect();
     out.extend(own.iter().map(|p| (Value::text(format!("parameter.{}", p.name)), Value::text(&p.value))));
+    let foreign = file.scripts.iter().filter(|s| s.language() != "lua" && target(file, s) == c.id);
+    out.extend(foreign.map(|s| (Value::text(format!("{OWN}script {}", s.language())), Value::Bytes(s.text.clone()))));
     let mut bits =
         |name: &str, value: i32| out.push((Value::text(format!("{OWN}{name}")), Value::text(value.to_string())));
     if meant {
         bits("handle", c.id);
+    }
+    match &o.kind {
+        Kind::Proximity(s) if s.entity != -1 => bits("entity", s.entity),
+        Kind::Vision(s) if s.entity != -1 => bits("entity", s.entity),
+        _ => {}
     }
     if c.model_property != 0 {
         bits("model property", c.model_property);

@@ -3,11 +3,13 @@
 use tatu_plugin_api::safe::{Node, Result};
 
 use crate::{
+    dynamics::Tree,
     read::{
         file::{File, Object},
         sensor::{Force, Proximity, Vision},
     },
     report::Report,
+    targets,
 };
 
 /// Lengths and angles that a sensor cannot have are garbage in fields that its kind does not use.
@@ -19,7 +21,13 @@ fn sound(x: f64, low: f64, high: f64) -> f64 {
 const FARTHEST: f64 = 1e6;
 
 /// A proximity sensor.
-pub fn proximity(file: &File, s: &Proximity, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
+pub fn proximity(
+    (file, tree): (&File, &Tree<'_>),
+    s: &Proximity,
+    o: &Object,
+    node: Node<'_>,
+    report: &mut Report,
+) -> Result {
     let v = &s.volume;
     // The volume may state another form; the sensor's own kind wins.
     let volume = match s.kind {
@@ -82,10 +90,9 @@ pub fn proximity(file: &File, s: &Proximity, o: &Object, node: Node<'_>, report:
     node.set("waves", waves)?.set("sensor.explicit", s.bits & 0x80 != 0)?;
     if is_all_but_own_model(file, s.entity, o) {
         node.set("skip_own_model", true)?;
-    } else if s.entity != -1 {
-        report.add("kept without effect", "it looks for one thing only: here it sees everything", o);
+        return Ok(());
     }
-    Ok(())
+    targets::declare((file, tree), s.entity, o, node, report)
 }
 
 /// Whether what a sensor looks for is a collection of all objects but those of the model that the sensor is part of.
@@ -104,7 +111,7 @@ fn is_all_but_own_model(file: &File, entity: i32, o: &Object) -> bool {
 }
 
 /// A vision sensor.
-pub fn vision(s: &Vision, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
+pub fn vision(of: (&File, &Tree<'_>), s: &Vision, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
     let [side, angle, near, far] = s.clip;
     let near = sound(near, 1e-5, FARTHEST);
     let far = sound(far, near * 1.001 + 1e-6, FARTHEST);
@@ -122,9 +129,7 @@ pub fn vision(s: &Vision, o: &Object, node: Node<'_>, report: &mut Report) -> Re
         true => node.set("perspective_angle", sound(angle, 1e-3, 3.13))?,
         false => node.set("ortho_size", sound(side, 1e-6, FARTHEST))?,
     };
-    if s.entity != -1 {
-        report.add("kept without effect", "it renders one thing only: here it sees everything", o);
-    }
+    targets::declare(of, s.entity, o, node, report)?;
     if s.filters.iter().any(|f| !matches!(f, 1 | 4)) {
         report.add("kept without effect", "filters of its image", o);
     }

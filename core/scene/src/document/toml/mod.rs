@@ -80,7 +80,7 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
         if !lacks.is_empty() {
             let text =
                 format!("its scripts reach beyond the run, for which you can give permission: {}", lacks.join(" "));
-            document.reports.push(text);
+            document.reports.push(Report::note(text));
         }
         let all: Vec<Override> = set.into_iter().chain(options.set.iter().cloned()).collect();
         match overrides::apply(&mut document, registry, &all, &model_params)? {

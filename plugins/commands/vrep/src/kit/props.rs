@@ -74,6 +74,8 @@ props! {
     broken: "force_sensor.broken",
     sensor_kind: "sensor.kind",
     sensor_explicit: "sensor.explicit",
+    sensor_targets: "sensor.targets",
+    sensor_ignored: "sensor.ignored",
     detected: "proximity.detected",
     distance: "proximity.distance",
     point: "proximity.point",

@@ -97,7 +97,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let range = part(v.len(), int_or(c, 1, 0)?, int_or(c, 2, 0)?);
                 let bytes = pack(e, range.map(|i| v.number(i).unwrap_or(0.0)));
                 if !bytes.is_empty() {
-                    c.ret(bytes.as_slice());
+                    c.ret(Value::Bytes(bytes));
                 }
                 Ok(())
             })
@@ -106,7 +106,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::any("numbers").text("a table; what is no number counts as 0"))
             .param(Param::int("start").default(0).optional().text("from 0"))
             .param(Param::int("count").default(0).optional().text("0: all that follow"))
-            .returns(Param::string("data").text("nothing for an empty table"))
+            .returns(Param::bytes("data").text("nothing for an empty table"))
             .text(format!("Packs numbers as {}.", described(e)))
             .example(format!("data = {pack_name}({{1, 2, 3}})")),
         );

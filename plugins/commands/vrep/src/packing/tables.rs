@@ -9,12 +9,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 return Err(Fail::argument("argument 1: expected a table"));
             }
             let data = tables::pack(&c.arg(0).to_value()?)?;
-            c.ret(data.as_slice());
+            c.ret(Value::Bytes(data));
             Ok(())
         })
         .param(Param::any("table"))
         .param(Param::int("scheme").default(0).optional().text("ignored"))
-        .returns(Param::string("data"))
+        .returns(Param::bytes("data"))
         .text("Packs a table of truth values, numbers, texts and tables into a text.")
         .partial("The bytes are of a form of our own, whatever the scheme."),
     );

@@ -2,6 +2,7 @@
 //!
 //! A number that an object has nothing for gives no value; old names give 0 alone, and 1 before a value.
 
+use super::targets;
 use crate::{
     kit::{algebra as al, *},
     vision::parameters,
@@ -138,6 +139,10 @@ impl Number for f64 {
     }
 }
 
+/// Numbers of what sensors look for.
+const TO_RENDER: i64 = 1008;
+const TO_DETECT: i64 = 4002;
+
 fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
     let (id, p) = (o.id, &c.plugin().p);
     let yes = |prop| bool_of(c, id, prop).map(i64::from);
@@ -159,9 +164,24 @@ fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
         (TATU_KIND_SHAPE, 3016) => i64::from(text_of(c, id, p.primitive)? == "compound"),
         (TATU_KIND_SHAPE, 3017) => yes(p.convex)?,
         (TATU_KIND_SHAPE, 3019) => int_of(c, id, p.respondable_mask)?,
-        (TATU_KIND_SENSOR, _) => return Ok(parameters::get_int(c, id, n)),
+        (TATU_KIND_SENSOR, TO_RENDER | TO_DETECT) => targets::get(c, id)?,
+        // Whether its volume is shown in scripts of the original, and the form of that.
+        (TATU_KIND_SENSOR, 4000) => 0,
+        (TATU_KIND_SENSOR, 4001) => volume(c, id)?,
+        (TATU_KIND_SENSOR, _) => return parameters::get_int(c, id, n),
         _ => return Ok(None),
     }))
+}
+
+/// The number of a proximity sensor's volume.
+fn volume(c: &Ctx<'_>, sensor: tatu_object) -> Result<i64> {
+    Ok(match text_of(c, sensor, c.world().host().prop("proximity.volume"))?.as_str() {
+        "pyramid" => 30,
+        "cylinder" => 31,
+        "disc" => 32,
+        "cone" => 33,
+        _ => 34,
+    })
 }
 
 fn set_int(c: &Ctx<'_>, o: Object, n: i64, value: i64) -> Result<bool> {
@@ -181,6 +201,7 @@ fn set_int(c: &Ctx<'_>, o: Object, n: i64, value: i64) -> Result<bool> {
         (TATU_KIND_SHAPE, 3003) => w.set(id, p.dynamic, &Value::Bool(value == 0))?,
         (TATU_KIND_SHAPE, 3004) => w.set(id, p.respondable, &yes)?,
         (TATU_KIND_SHAPE, 3019) => w.set(id, p.respondable_mask, &Value::Int(value))?,
+        (TATU_KIND_SENSOR, TO_RENDER | TO_DETECT) => targets::set(c, id, value)?,
         (TATU_KIND_SENSOR, _) => return parameters::set_int(c, id, n, value),
         _ => return Ok(false),
     }
@@ -240,7 +261,7 @@ fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
         (TATU_KIND_JOINT, 2034) => w.f64(id, p.joint_lead)? / std::f64::consts::TAU,
         (TATU_KIND_JOINT, 2042) => w.f64(id, p.joint_lead)?,
         (TATU_KIND_SHAPE, 3005) => w.f64(id, p.mass)?,
-        (TATU_KIND_SENSOR, _) => return Ok(parameters::get_float(c, id, n)),
+        (TATU_KIND_SENSOR, _) => return parameters::get_float(c, id, n),
         _ => return Ok(None),
     }))
 }

@@ -2,6 +2,7 @@
 
 mod by_name;
 mod by_number;
+mod targets;
 
 use crate::kit::{Offer, Vrep};
 

@@ -81,7 +81,7 @@ fn old(offer: &mut Offer<Vrep>) {
             let (out, _) = bytes(c, View::of(c, 0)?, at, size, one(c)?, None)?;
             match int_or(c, 5, 0)? {
                 0 => c.ret(out.iter().map(|x| f64::from(*x) / 255.0).collect::<Vec<_>>()),
-                _ => c.ret(out),
+                _ => c.ret(Value::Bytes(out)),
             }
             Ok(())
         }))
@@ -97,7 +97,7 @@ fn old(offer: &mut Offer<Vrep>) {
             let most = if c.has(5) { c.f64(5)? } else { 0.0 };
             let alpha = (most != 0.0).then_some(most);
             let (out, size) = bytes(c, View::of(c, 0)?, at, size, one(c)?, alpha)?;
-            c.ret(out);
+            c.ret(Value::Bytes(out));
             c.ret(size[0]);
             c.ret(size[1]);
             Ok(())
@@ -105,7 +105,7 @@ fn old(offer: &mut Offer<Vrep>) {
         .param(
             Param::float("cutOff").default(0.0).optional().text("not 0: with alpha, 255 up to this depth and 0 beyond"),
         )
-        .returns(Param::string("image").text("bytes"))
+        .returns(Param::bytes("image"))
         .returns(Param::int("width"))
         .returns(Param::int("height"))
         .text("Gives the image of a vision sensor as bytes, the lowest row first."),
@@ -116,7 +116,7 @@ fn old(offer: &mut Offer<Vrep>) {
             let (out, _) = depths(c, View::of(c, 0)?, at, size, false)?;
             match c.i64(0)? & FLAG {
                 0 => c.ret(out.iter().map(|x| f64::from(*x)).collect::<Vec<_>>()),
-                _ => c.ret(packed(&out)),
+                _ => c.ret(Value::Bytes(packed(&out))),
             }
             Ok(())
         }))
@@ -151,7 +151,7 @@ fn modern_ones(offer: &mut Offer<Vrep>) {
             let most = if c.has(2) { c.f64(2)? } else { 0.0 };
             let alpha = if most != 0.0 { Some(most) } else { (options & 2 != 0).then_some(1.0) };
             let (out, size) = bytes(c, View::of(c, 0)?, pair(c, 3), pair(c, 4), options & 1 != 0, alpha)?;
-            c.ret(out);
+            c.ret(Value::Bytes(out));
             c.ret(&size[..]);
             Ok(())
         })
@@ -162,7 +162,7 @@ fn modern_ones(offer: &mut Offer<Vrep>) {
         )
         .param(Param::any("position").optional().text("{x, y} of a part"))
         .param(Param::any("size").optional().text("{width, height} of that part; without: all"))
-        .returns(Param::string("image").text("bytes"))
+        .returns(Param::bytes("image"))
         .returns(Param::list("resolution").text("{width, height}"))
         .text("Gives the image of a vision sensor, the lowest row first."),
     );
@@ -170,7 +170,7 @@ fn modern_ones(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getVisionSensorDepth", |c| {
             let options = int_or(c, 1, 0)?;
             let (out, size) = depths(c, View::of(c, 0)?, pair(c, 2), pair(c, 3), options & 1 != 0)?;
-            c.ret(packed(&out));
+            c.ret(Value::Bytes(packed(&out)));
             c.ret(&size[..]);
             Ok(())
         })
@@ -183,7 +183,7 @@ fn modern_ones(offer: &mut Offer<Vrep>) {
         )
         .param(Param::any("position").optional().text("{x, y} of a part"))
         .param(Param::any("size").optional().text("{width, height} of that part; without: all"))
-        .returns(Param::string("depths").text("packed 32-bit floats"))
+        .returns(Param::bytes("depths").text("packed 32-bit floats"))
         .returns(Param::list("resolution").text("{width, height}"))
         .text("Gives the depths that a vision sensor sees, the lowest row first."),
     );

@@ -241,9 +241,9 @@ fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
     if function.finds {
         command = command
             .returns(Param::bool("trigger").text("whether something was found"))
-            .returns(Param::string("packet").text("packed 32-bit floats"));
+            .returns(Param::bytes("packet").text("packed 32-bit floats"));
         if function.kind == 35 {
-            command = command.returns(Param::string("colors").optional().text("three bytes a point"));
+            command = command.returns(Param::bytes("colors").optional().text("three bytes a point"));
         }
     }
     offer.command(match function.kind {
@@ -314,9 +314,9 @@ fn run(c: &mut Ctx<'_>, function: &Function) -> Result {
             into_world(&mut packet, &c.world().pose(view.id, 0)?);
         }
         c.ret(found.trigger);
-        c.ret(packed(&packet.iter().map(|x| *x as f32).collect::<Vec<_>>()));
+        c.ret(Value::Bytes(packed(&packet.iter().map(|x| *x as f32).collect::<Vec<_>>())));
         if let Some(colors) = colors {
-            c.ret(colors);
+            c.ret(Value::Bytes(colors));
         }
     }
     Ok(())

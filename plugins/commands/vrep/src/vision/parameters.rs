@@ -5,7 +5,7 @@ use super::{
     sensors::{is_one, number, prop},
     view::View,
 };
-use crate::kit::*;
+use crate::kit::{tags, *};
 
 /// What scripts of a sensor are given about it (`sysCall_vision`: tests/facts/script-api.md, 4).
 pub(super) fn described(c: &Ctx<'_>, view: &View) -> Result<Value> {
@@ -28,19 +28,34 @@ fn key(of: &[(i64, &'static str)], n: i64) -> Option<&'static str> {
     of.iter().find(|(k, _)| *k == n).map(|(_, key)| *key)
 }
 
+/// Whether it sees in perspective: an integer by its number.
+const PERSPECTIVE: i64 = 1018;
+/// Side of what it sees in parallel projection: a float by its number.
+const SIDE: i64 = 1005;
+/// Side of a sensor that has never had one, m.
+const USUAL_SIDE: f64 = 1.0;
+
+/// Parameters of drawing and of windows, which change nothing here, and what they are by default (tests/facts/script-api.md, 7).
+fn kept(n: i64) -> Option<f64> {
+    matches!(n, 1006 | 1007 | 1009..=1017 | 1020 | 1021).then_some(0.0)
+}
+
+/// Where the number of one is kept.
+fn tag(n: i64) -> String {
+    format!("parameter {n}")
+}
+
 /// An integer parameter of a vision sensor; `None`: it has none of this number.
-pub(crate) fn get_int(c: &Ctx<'_>, sensor: tatu_object, n: i64) -> Option<i64> {
+pub(crate) fn get_int(c: &Ctx<'_>, sensor: tatu_object, n: i64) -> Result<Option<i64>> {
     if !(1000..=1021).contains(&n) || !is_one(c, sensor) {
-        return None;
+        return Ok(None);
     }
-    match n {
-        // The way of drawing; what is drawn: all; a perspective; colours and depths are taken.
-        1017 => Some(0),
-        1008 => Some(-1),
-        1018 => number(c, sensor, "ortho_size").map(|x| i64::from(x == 0.0)),
-        1020 | 1021 => Some(0),
-        _ => number(c, sensor, key(INTS, n)?).map(|x| x as i64),
-    }
+    let x = match kept(n) {
+        Some(usual) => Some(tags::number(c, sensor, &tag(n))?.unwrap_or(usual)),
+        None if n == PERSPECTIVE => number(c, sensor, "ortho_size").map(|x| f64::from(u8::from(x == 0.0))),
+        None => key(INTS, n).and_then(|key| number(c, sensor, key)),
+    };
+    Ok(x.map(|x| x as i64))
 }
 
 /// Sets one; whether it could.
@@ -50,21 +65,55 @@ pub(crate) fn set_int(c: &Ctx<'_>, sensor: tatu_object, n: i64, value: i64) -> R
     }
     match key(INTS, n) {
         Some(key) => c.world().set(sensor, prop(c, sensor, key)?, &Value::Int(value))?,
-        // What it is already.
-        None => return Ok(get_int(c, sensor, n) == Some(value)),
+        None if n == PERSPECTIVE => set_perspective(c, sensor, value != 0)?,
+        None if kept(n).is_some() => tags::set_number(c, sensor, &tag(n), value as f64)?,
+        None => return Ok(false),
     }
     Ok(true)
 }
 
+/// Switches between perspective and parallel projection, whose side is kept meanwhile.
+fn set_perspective(c: &Ctx<'_>, sensor: tatu_object, on: bool) -> Result {
+    let side = number(c, sensor, "ortho_size").unwrap_or(0.0);
+    if on == (side == 0.0) {
+        return Ok(());
+    }
+    let next = match on {
+        true => {
+            tags::set_number(c, sensor, &tag(SIDE), side)?;
+            0.0
+        }
+        false => tags::number(c, sensor, &tag(SIDE))?.unwrap_or(USUAL_SIDE),
+    };
+    c.world().set(sensor, prop(c, sensor, "ortho_size")?, &Value::Float(next))
+}
+
 /// Likewise of numbers.
-pub(crate) fn get_float(c: &Ctx<'_>, sensor: tatu_object, n: i64) -> Option<f64> {
-    let key = key(FLOATS, n)?;
-    if is_one(c, sensor) { number(c, sensor, key) } else { None }
+pub(crate) fn get_float(c: &Ctx<'_>, sensor: tatu_object, n: i64) -> Result<Option<f64>> {
+    if !is_one(c, sensor) {
+        return Ok(None);
+    }
+    if let Some(usual) = kept(n) {
+        return Ok(Some(tags::number(c, sensor, &tag(n))?.unwrap_or(usual)));
+    }
+    let x = key(FLOATS, n).and_then(|key| number(c, sensor, key));
+    match (n, x) {
+        (SIDE, Some(0.0)) => Ok(Some(tags::number(c, sensor, &tag(SIDE))?.unwrap_or(USUAL_SIDE))),
+        _ => Ok(x),
+    }
 }
 
 /// Likewise of numbers.
 pub(crate) fn set_float(c: &Ctx<'_>, sensor: tatu_object, n: i64, value: f64) -> Result<bool> {
-    let Some(key) = key(FLOATS, n).filter(|_| is_one(c, sensor)) else { return Ok(false) };
+    if !is_one(c, sensor) {
+        return Ok(false);
+    }
+    // In perspective it has no side, but the one that it will have.
+    if kept(n).is_some() || n == SIDE && number(c, sensor, "ortho_size") == Some(0.0) {
+        tags::set_number(c, sensor, &tag(n), value)?;
+        return Ok(true);
+    }
+    let Some(key) = key(FLOATS, n) else { return Ok(false) };
     c.world().set(sensor, prop(c, sensor, key)?, &Value::Float(value))?;
     Ok(true)
 }

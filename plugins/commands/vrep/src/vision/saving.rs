@@ -2,6 +2,14 @@
 //!
 //! An image of this API has its lowest row first, in files the highest comes first: both are upright.
 
+use std::io::Cursor;
+
+use image::{
+    ColorType, ImageError, ImageFormat, ImageOutputFormat,
+    codecs::pnm::{PnmSubtype, SampleEncoding},
+    io::Limits,
+};
+
 use super::view::pair;
 use crate::kit::*;
 
@@ -96,57 +104,51 @@ impl Picture {
 }
 
 /// The format by a file's name.
-fn format_of(name: &str) -> Result<&'static str> {
-    let end = name.rsplit_once('.').map_or("", |(_, end)| end).to_lowercase();
-    ["png", "ppm"].into_iter().find(|f| *f == end).ok_or_else(|| {
-        Fail::unsupported(format!("images are written as .png or .ppm, not as `{name}`"))
+fn format_of(name: &str) -> Result<ImageFormat> {
+    let end = name.rsplit_once('.').map_or("", |(_, end)| end);
+    let written = |f: &ImageFormat| FORMATS.contains(f);
+    ImageFormat::from_extension(end).filter(written).ok_or_else(|| {
+        Fail::unsupported(format!("images are written as .png, .jpg, .bmp, .tiff or .ppm, not as `{name}`"))
             .help("use one of these extensions")
     })
 }
 
-fn broken(e: impl std::fmt::Display) -> Fail {
-    Fail::new(format!("the image cannot be written: {e}"))
-}
+const FORMATS: [ImageFormat; 5] =
+    [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Bmp, ImageFormat::Tiff, ImageFormat::Pnm];
 
-/// A file's content.
-fn encode(picture: &Picture, format: &str) -> Result<Vec<u8>> {
-    let upright = picture.flipped(false, true);
-    if format == "ppm" {
-        let mut out = format!("P6\n{} {}\n255\n", picture.columns, picture.rows).into_bytes();
-        out.extend(upright.chunks(picture.each).flat_map(|p| p.iter().take(3).copied()));
-        return Ok(out);
-    }
-    let mut out = Vec::new();
-    let mut png = png::Encoder::new(&mut out, picture.columns as u32, picture.rows as u32);
-    png.set_color(if picture.each == 4 { png::ColorType::Rgba } else { png::ColorType::Rgb });
-    png.set_depth(png::BitDepth::Eight);
-    let mut writer = png.write_header().map_err(broken)?;
-    writer.write_image_data(&upright).map_err(broken)?;
-    writer.finish().map_err(broken)?;
-    Ok(out)
+/// Percent, where a script names none.
+const USUAL_QUALITY: u8 = 90;
+
+/// A file's content; `quality`, 0 to 100, is that of formats that lose something; below 0: the usual one.
+fn encode(picture: Picture, format: ImageFormat, quality: i64) -> Result<Vec<u8>> {
+    let has_alpha = matches!(format, ImageFormat::Png | ImageFormat::Tiff);
+    let picture = if has_alpha { picture } else { picture.with(3) };
+    let output = match format {
+        ImageFormat::Jpeg => {
+            ImageOutputFormat::Jpeg(u8::try_from(quality).map_or(USUAL_QUALITY, |quality| quality.clamp(1, 100)))
+        }
+        ImageFormat::Pnm => ImageOutputFormat::Pnm(PnmSubtype::Pixmap(SampleEncoding::Binary)),
+        format => format.into(),
+    };
+    let color = if picture.each == 4 { ColorType::Rgba8 } else { ColorType::Rgb8 };
+    let (columns, rows) = (picture.columns as u32, picture.rows as u32);
+    let mut out = Cursor::new(Vec::new());
+    image::write_buffer_with_format(&mut out, &picture.flipped(false, true), columns, rows, color, output)
+        .map_err(|e| Fail::new(format!("the image cannot be written: {e}")))?;
+    Ok(out.into_inner())
 }
 
 /// The image in a file's content, with three or four bytes a pixel.
 fn decode(bytes: &[u8], each: usize) -> Result<Picture> {
-    let unreadable = |e: &dyn std::fmt::Display| Fail::argument(format!("this is not a readable image (.png): {e}"));
-    let mut png = png::Decoder::new(bytes);
-    png.set_transformations(png::Transformations::normalize_to_color8());
-    let mut reader = png.read_info().map_err(|e| unreadable(&e))?;
-    let (w, h) = (reader.info().width, reader.info().height);
-    if i64::from(w) * i64::from(h) > MOST {
-        return Err(unreadable(&format!("{w} x {h} pixels are too many")));
-    }
-    let mut data = vec![0; reader.output_buffer_size()];
-    let info = reader.next_frame(&mut data).map_err(|e| unreadable(&e))?;
-    let samples = info.color_type.samples();
-    let rgba = |p: &[u8]| match samples {
-        1 => [p[0], p[0], p[0], 255],
-        2 => [p[0], p[0], p[0], p[1]],
-        3 => [p[0], p[1], p[2], 255],
-        _ => [p[0], p[1], p[2], p[3]],
-    };
-    let bytes = data[..info.buffer_size()].chunks_exact(samples).flat_map(|p| rgba(p).into_iter().take(each)).collect();
-    let mut out = Picture { columns: w as usize, rows: h as usize, each, bytes };
+    let unreadable = |e: ImageError| Fail::argument(format!("this is not an image that can be read: {e}"));
+    let mut reader = image::io::Reader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| unreadable(e.into()))?;
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(8 * MOST as u64);
+    reader.limits(limits);
+    let image = reader.decode().map_err(unreadable)?;
+    let (columns, rows) = (image.width() as usize, image.height() as usize);
+    let bytes = if each == 4 { image.into_rgba8().into_raw() } else { image.into_rgb8().into_raw() };
+    let mut out = Picture { columns, rows, each, bytes };
     out.bytes = out.flipped(false, true);
     Ok(out)
 }
@@ -160,10 +162,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both(["sim.saveImage", "simSaveImage"], MINUS, |c| {
             let picture = Picture::of(c, 0, each_of(int_or(c, 2, 0)?))?;
             let name = c.text(3)?;
-            let content = encode(&picture, format_of(&name)?)?;
+            let content = encode(picture, format_of(&name)?, int_or(c, 4, -1)?)?;
             // A name that is an ending alone asks for the content.
             if name.starts_with('.') && !name.contains(['/', '\\']) {
-                c.ret(content);
+                c.ret(Value::Bytes(content));
                 return Ok(());
             }
             c.world().write_file(name.as_bytes(), &content)?;
@@ -175,32 +177,31 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("options").default(0).optional().text("1: with alpha"))
         .param(
             Param::string("file")
-                .text("in a folder that scripts may use; .png or .ppm, which alone asks for the content"),
+                .text("in a folder that scripts may use; .png, .jpg, .bmp, .tiff or .ppm, which alone asks for the content"),
         )
-        .param(Param::int("quality").default(-1).optional().text("ignored: nothing is lost"))
+        .param(Param::int("quality").default(-1).optional().text("of .jpg, 0 to 100; -1: 90"))
         .returns(Param::any("result").text("1, or the content"))
-        .text("Writes an image to a file.")
-        .partial("Formats are .png and .ppm."),
+        .text("Writes an image to a file."),
     );
     offer.command(
         both(["sim.loadImage", "simLoadImage"], NIL, |c| {
             let each = each_of(c.i64(0)?);
             let given = c.bytes(1)?;
-            let picture = if given.starts_with(b"\x89PNG") {
+            // No name has a zero in it, and all images do.
+            let picture = if given.contains(&0) {
                 decode(given, each)?
             } else {
                 decode(&c.world().read_file(given, MOST_BYTES)?, each)?
             };
-            c.ret(picture.bytes);
+            c.ret(Value::Bytes(picture.bytes));
             c.ret(&[picture.columns as i64, picture.rows as i64][..]);
             Ok(())
         })
         .param(Param::int("options").text("1: with alpha"))
         .param(Param::string("file").text("in a folder that scripts may use; or its content"))
-        .returns(Param::string("image").text("bytes, the lowest row first"))
+        .returns(Param::bytes("image").text("the lowest row first"))
         .returns(Param::list("resolution").text("{width, height}"))
-        .text("Reads an image from a file.")
-        .partial("The format is .png."),
+        .text("Reads an image from a file: .png, .jpg, .bmp, .tiff or .ppm."),
     );
     offer.command(
         both(["sim.getScaledImage", "simGetScaledImage"], NIL, |c| {
@@ -218,7 +219,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 w = ((picture.columns as f64 * scale).round() as usize).max(1);
                 h = ((picture.rows as f64 * scale).round() as usize).max(1);
             }
-            c.ret(picture.scaled(w, h, options & 16 != 0));
+            c.ret(Value::Bytes(picture.scaled(w, h, options & 16 != 0)));
             c.ret(&[w as i64, h as i64][..]);
             Ok(())
         })
@@ -228,7 +229,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("options").default(0).optional().text(
             "1: it has alpha, 2: the result has, 4: keeps the ratio of its sides, within what is wanted, 8: covering it, 16: smooth",
         ))
-        .returns(Param::string("image"))
+        .returns(Param::bytes("image"))
         .returns(Param::list("resolution").text("{width, height}"))
         .text("Scales an image."),
     );
@@ -237,14 +238,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let options = int_or(c, 2, 0)?;
             let picture = Picture::of(c, 0, each_of(options))?;
             c.ret(1_i64);
-            c.ret(picture.flipped(options & 2 != 0, options & 4 != 0));
+            c.ret(Value::Bytes(picture.flipped(options & 2 != 0, options & 4 != 0)));
             Ok(())
         })
         .param(Param::string("image").text("bytes"))
         .param(Param::any("resolution").text("{width, height}"))
         .param(Param::int("options").text("1: with alpha, 2: flips along x, 4: along y"))
         .returns(Param::int("result").text("1"))
-        .returns(Param::string("image").text("the changed one"))
+        .returns(Param::bytes("image").text("the changed one"))
         .text("Mirrors an image.")
         .partial(
             "The original changes the text that it is given, which no text of Lua allows here: take the second value.",
@@ -263,14 +264,20 @@ mod tests {
 
     #[test]
     fn files_are_upright_and_come_back() {
-        let ppm = encode(&small(), "ppm").unwrap();
+        let write = |name: &str| encode(small(), format_of(name).unwrap(), -1).unwrap();
+        let ppm = write("a.ppm");
         assert_eq!(ppm, [b"P6\n2 2\n255\n".as_slice(), &[0, 0, 255, 255, 255, 255, 255, 0, 0, 0, 255, 0]].concat());
-        let png = encode(&small(), "png").unwrap();
-        assert_eq!(decode(&png, 3).unwrap(), small());
-        assert_eq!(decode(&png, 4).unwrap(), small().with(4));
+        for name in ["a.b.png", ".BMP", "a.tiff", "a.ppm"] {
+            assert_eq!(decode(&write(name), 3).unwrap(), small(), "{name}");
+            assert_eq!(decode(&write(name), 4).unwrap(), small().with(4), "{name}");
+        }
+        let jpeg = decode(&write("a.jpeg"), 3).unwrap();
+        assert_eq!((jpeg.columns, jpeg.rows), (2, 2));
+        let alpha = encode(small().with(4), ImageFormat::Png, -1).unwrap();
+        assert_eq!(decode(&alpha, 4).unwrap(), small().with(4));
         assert_eq!(small().with(4).bytes[..8], [255, 0, 0, 255, 0, 255, 0, 255]);
         assert!(decode(b"\x89PNG no", 3).is_err());
-        assert!(format_of("a.bmp").is_err() && format_of("png").is_err());
+        assert!(format_of("a.gif").is_err() && format_of("png").is_err());
     }
 
     #[test]

@@ -1,0 +1,77 @@
+//! What a sensor looks for: an object, the objects of a collection, or everything (`sim.proxintparam_entity_to_detect`,
+//! `sim.visionintparam_entity_to_render`).
+//!
+//! The core knows lists of paths, see `sensor.targets`; the number that a script gave is kept with the sensor. A collection
+//! counts as it is when it is given.
+
+use std::collections::BTreeSet;
+
+use crate::{
+    kit::{tags, *},
+    lookup::entities,
+};
+
+/// Of the number that is kept.
+const ENTITY: &str = "entity";
+/// Everything.
+const ALL: i64 = -1;
+
+/// What it looks for.
+pub(super) fn get(c: &Ctx<'_>, sensor: tatu_object) -> Result<i64> {
+    Ok(tags::number(c, sensor, ENTITY)?.map_or(ALL, |x| x as i64))
+}
+
+/// Lets it look for something else.
+pub(super) fn set(c: &Ctx<'_>, sensor: tatu_object, entity: i64) -> Result {
+    let (w, p) = (c.world(), &c.plugin().p);
+    let objects = w.list(0, 0, 0)?;
+    let (seen, all): (BTreeSet<tatu_object>, bool) = match entity {
+        ALL => (objects.iter().copied().collect(), true),
+        _ if entities::is_one(c, entity)? => {
+            let seen: BTreeSet<_> = entities::objects(c, entity)?.into_iter().collect();
+            // Nothing can be said of what is added later but by how many are seen now.
+            let all = 2 * seen.len() > objects.len();
+            (seen, all)
+        }
+        _ => (BTreeSet::from([living(c, 2)?.id]), false),
+    };
+    let mut all = all;
+    let mut lists = differences(c, &objects, &seen, all)?;
+    if all && !lists.0.is_empty() {
+        // Where something is a target, what is not named is none.
+        all = false;
+        lists = differences(c, &objects, &seen, all)?;
+    }
+    let (mut targets, ignored) = lists;
+    if targets.is_empty() && !all {
+        // An empty list would be everything; the sensor itself is nothing to be seen.
+        targets.push(sensor);
+    }
+    let paths = |all: &[tatu_object]| Value::List(all.iter().map(|o| Value::text(path(c, *o))).collect());
+    w.set(sensor, p.sensor_targets, &paths(&targets))?;
+    w.set(sensor, p.sensor_ignored, &paths(&ignored))?;
+    tags::set_number(c, sensor, ENTITY, entity as f64)
+}
+
+/// The objects that are seen though their parent is not, and those that are not seen though it is; `world`: whether what
+/// stands in the world itself is seen.
+fn differences(
+    c: &Ctx<'_>,
+    objects: &[tatu_object],
+    seen: &BTreeSet<tatu_object>,
+    world: bool,
+) -> Result<(Vec<tatu_object>, Vec<tatu_object>)> {
+    let (mut targets, mut ignored) = (Vec::new(), Vec::new());
+    for o in objects {
+        let above = match parent(c, *o)? {
+            0 => world,
+            up => seen.contains(&up),
+        };
+        match (seen.contains(o), above) {
+            (true, false) => targets.push(*o),
+            (false, true) => ignored.push(*o),
+            _ => {}
+        }
+    }
+    Ok((targets, ignored))
+}

@@ -1,0 +1,132 @@
+//! What a sensor of a file looks for, where that is not everything: an object, or the objects of a collection.
+
+use std::collections::BTreeSet;
+
+use tatu_plugin_api::safe::{Node, Result, Value};
+
+use crate::{
+    dynamics::Tree,
+    read::{
+        file::{File, Object},
+        registered::Collection,
+    },
+    report::Report,
+    scripts::is_holder,
+};
+
+/// Handle of everything.
+const ALL: i32 = -1;
+
+/// Declares what a sensor sees; `entity`: the handle of an object or a collection.
+pub fn declare(
+    (file, tree): (&File, &Tree<'_>),
+    entity: i32,
+    o: &Object,
+    node: Node<'_>,
+    report: &mut Report,
+) -> Result {
+    let collection = file.collections.iter().find(|k| k.handle == entity);
+    let objects: Vec<(i32, i32)> =
+        file.objects.iter().filter(|o| !is_holder(o)).map(|o| (o.common.id, o.common.parent)).collect();
+    let known: BTreeSet<i32> = objects.iter().map(|(id, _)| *id).collect();
+    let (seen, all) = match collection {
+        _ if entity == ALL => return Ok(()),
+        Some(k) => (members(&known, |id| tree.above(id), k), k.items.first().is_some_and(|i| i.kind == 5 && !i.remove)),
+        None if known.contains(&entity) => (BTreeSet::from([entity]), false),
+        None => {
+            report.add("replaced", "it looks for something that is not in the file: here it sees everything", o);
+            return Ok(());
+        }
+    };
+    let (targets, ignored) = match differences(&objects, &seen, all) {
+        // Where something is a target, what is not named is none.
+        (targets, _) if all && !targets.is_empty() => differences(&objects, &seen, false),
+        both => both,
+    };
+    let paths = |handles: &[i32]| -> Value {
+        Value::List(handles.iter().filter_map(|h| tree.path(o.common.id, *h)).map(Value::text).collect())
+    };
+    if targets.is_empty() && ignored.is_empty() && !all {
+        report.add("replaced", "it looks for nothing: here it sees everything", o);
+    }
+    if !targets.is_empty() {
+        node.set("sensor.targets", paths(&targets))?;
+    }
+    if !ignored.is_empty() {
+        node.set("sensor.ignored", paths(&ignored))?;
+    }
+    Ok(())
+}
+
+/// The objects of a collection of a scene of `all`; `above` gives an object and what stands above it.
+fn members(all: &BTreeSet<i32>, above: impl Fn(i32) -> Vec<i32>, collection: &Collection) -> BTreeSet<i32> {
+    let mut out = BTreeSet::new();
+    for item in &collection.items {
+        let base = item.object;
+        let mut meant: BTreeSet<i32> = match item.kind {
+            0 => [base].into(),
+            1 | 2 => all.iter().copied().filter(|id| above(*id).contains(&base)).collect(),
+            3 | 4 => above(base).into_iter().filter(|id| all.contains(id)).collect(),
+            _ => all.clone(),
+        };
+        if matches!(item.kind, 2 | 4) {
+            meant.remove(&base);
+        }
+        match item.remove {
+            true => out.retain(|id| !meant.contains(id)),
+            false => out.extend(meant),
+        }
+    }
+    out
+}
+
+/// Of objects, each with its parent, those that are seen though their parent is not, and those that are not seen though it
+/// is; `world`: whether what stands in the world itself is seen.
+fn differences(objects: &[(i32, i32)], seen: &BTreeSet<i32>, world: bool) -> (Vec<i32>, Vec<i32>) {
+    let known: BTreeSet<i32> = objects.iter().map(|(id, _)| *id).collect();
+    let differs = |(id, parent): &&(i32, i32)| {
+        let above = if known.contains(parent) { seen.contains(parent) } else { world };
+        seen.contains(id) != above
+    };
+    objects.iter().filter(differs).map(|(id, _)| *id).partition(|id| seen.contains(id))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::read::registered::Item;
+
+    /// 1 is a robot with 2 and 3 below it, where 3 holds 4; 5 stands alone.
+    const OBJECTS: [(i32, i32); 5] = [(1, -1), (2, 1), (3, 1), (4, 3), (5, -1)];
+
+    fn above(id: i32) -> Vec<i32> {
+        match OBJECTS.iter().find(|(o, _)| *o == id) {
+            Some((_, parent)) => [vec![id], above(*parent)].concat(),
+            None => vec![id],
+        }
+    }
+
+    #[test]
+    fn collections_have_members() {
+        let all = OBJECTS.iter().map(|(id, _)| *id).collect();
+        let members = |items: &[(i32, u8, bool)]| -> Vec<i32> {
+            let items = items.iter().map(|(object, kind, remove)| Item { object: *object, kind: *kind, remove: *remove });
+            let collection = Collection { items: items.collect(), ..Default::default() };
+            members(&all, above, &collection).into_iter().collect()
+        };
+        assert_eq!(members(&[(-1, 5, false), (1, 1, true)]), [5]);
+        assert_eq!(members(&[(3, 2, false), (5, 0, false)]), [4, 5]);
+        assert_eq!(members(&[(4, 3, false)]), [1, 3, 4]);
+        assert_eq!(members(&[(4, 4, false)]), [1, 3]);
+        assert_eq!(members(&[]), [0_i32; 0]);
+    }
+
+    #[test]
+    fn what_differs_from_above_is_named() {
+        let differ = |seen: &[i32], all| differences(&OBJECTS, &seen.iter().copied().collect(), all);
+        assert_eq!(differ(&[5], true), (vec![], vec![1]));
+        assert_eq!(differ(&[4, 5], true), (vec![4], vec![1]));
+        assert_eq!(differ(&[4, 5], false), (vec![4, 5], vec![]));
+        assert_eq!(differ(&[1, 2], false), (vec![1], vec![3]));
+    }
+}
