@@ -18,7 +18,7 @@ mod snapshot;
 use std::rc::Rc;
 
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_scene::{Data, document::ScriptSpec};
+use tatu_scene::{Data, document::ScriptSpec, is_alias};
 
 pub(crate) use answers::entry;
 pub(crate) use enter::{Room, call_func, call_function, drop_func, keep_func, owner_of_func};
@@ -42,7 +42,14 @@ impl Scripts {
     pub fn add(world: &WorldCell, owner: u32, spec: &ScriptSpec) -> Option<u32> {
         let kind = Kind::parse(&spec.kind)?;
         let local = nalgebra::Isometry3::identity();
-        let slot = world.state.scene.try_borrow_mut().ok()?.add(owner, "script", local, Data::Script)?;
+        let mut scene = world.state.scene.try_borrow_mut().ok()?;
+        // Where scripts are objects, their file names them; other names are those of text files, or of their owners.
+        let is_owners = scene.get(owner).is_some_and(|o| o.alias == spec.name);
+        let is_own = is_alias(&spec.name) && !spec.name.contains('.') && !is_owners;
+        let of_object = matches!(kind, Kind::Child | Kind::Customization);
+        let alias = if is_own && of_object { spec.name.as_str() } else { "script" };
+        let slot = scene.add(owner, alias, local, Data::Script)?;
+        drop(scene);
         let default = world.model.settings.borrow().dialect.clone();
         let script = Rc::new(Script::new(slot, kind, spec, default));
         script.late.set(world.running());

@@ -138,7 +138,7 @@ fn object<'a>(
     let alias = if alias.is_empty() { kind } else { alias.as_str() };
     let own_suffix = |n: &&String| n.strip_prefix(alias).is_some_and(|r| r.is_empty() || is_number(r));
     if let Some(name) = c.name.as_ref().filter(own_suffix) {
-        node.set("object.name", name.as_str())?;
+        node.set("object.name", lowered(name, tree.lowest_suffix).as_str())?;
     }
     node.set("object.data", scripts::data(file, o, meant.contains(&c.id)))?;
     match &o.kind {
@@ -155,6 +155,19 @@ fn object<'a>(
         _ => report.add("kept without effect", format!("a {} is a dummy here", o.word()), o),
     }
     Ok(node)
+}
+
+/// A name with the suffix that it has when the lowest one of its file becomes none, as for models: of those, it tells how
+/// many there were in the scene that they were saved from.
+fn lowered(name: &str, lowest: i32) -> String {
+    let Some((base, n)) = name.rsplit_once('#').and_then(|(base, n)| Some((base, n.parse::<i32>().ok()?))) else {
+        return name.to_owned();
+    };
+    match n - lowest - 1 {
+        _ if lowest < 0 => name.to_owned(),
+        ..0 => base.to_owned(),
+        n => format!("{base}#{n}"),
+    }
 }
 
 /// "#3"

@@ -42,6 +42,8 @@ pub struct Tree<'a> {
     names: BTreeMap<i32, String>,
     /// Outermost objects of trees with closed loops.
     loops: BTreeSet<i32>,
+    /// The lowest suffix of all names of a model, -1 where one has none; of a scene -1.
+    pub lowest_suffix: i32,
 }
 
 impl<'a> Tree<'a> {
@@ -62,7 +64,10 @@ impl<'a> Tree<'a> {
             names.insert(c.id, format!("{alias}[{n}]"));
             *n += 1;
         }
-        let mut tree = Tree { objects, overrides, names, loops: BTreeSet::new() };
+        let suffix = |name: &String| name.rsplit_once('#').and_then(|(_, n)| n.parse().ok()).unwrap_or(-1);
+        let suffixes = file.objects.iter().filter_map(|o| o.common.name.as_ref()).map(suffix);
+        let lowest_suffix = if file.is_model() { suffixes.min().unwrap_or(-1) } else { -1 };
+        let mut tree = Tree { objects, overrides, names, loops: BTreeSet::new(), lowest_suffix };
         let closes = |o: &&Object| matches!(&o.kind, Kind::Dummy(d) if d.link >= 0 && d.link_type == 0);
         tree.loops = file.objects.iter().filter(closes).map(|o| tree.root(o.common.id)).collect();
         tree

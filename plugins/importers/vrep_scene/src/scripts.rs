@@ -85,7 +85,8 @@ pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>
             left("refused", "a script of an object that is not in the file");
             continue;
         };
-        let name = object.map_or("main script".to_owned(), |o| o.common.alias());
+        let holder = s.holder.and_then(|h| file.objects.iter().find(|o| o.common.id == h));
+        let name = holder.or(object).map_or("main script".to_owned(), |o| o.common.alias());
         node.script("lua", &dialect, kind, &name, s.code().as_bytes())?;
     }
     scene_data(builder, file)

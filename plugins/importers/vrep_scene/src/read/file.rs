@@ -207,6 +207,15 @@ const SECTIONS: &[Tag<File>] = tags!(File {
 const IGNORED: &[&str] = &["BBC", "MTC", "ORD", "GHO", "PPL", "GCO", "MPL", "COB", "VEW"];
 
 impl File {
+    /// Whether it holds a model and not a scene. Older files do not say so, but models have no settings.
+    pub fn is_model(&self) -> bool {
+        match self.header.file_type {
+            1 => false,
+            2 => true,
+            _ => !self.settings.there,
+        }
+    }
+
     /// Reads a file; whatever the bytes are, it ends soon, with a file or an error.
     pub fn read(bytes: &[u8]) -> Read<File> {
         let header = Header::read(bytes)?;
