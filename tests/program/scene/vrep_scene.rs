@@ -106,3 +106,85 @@ fn damaged_files_are_refused() {
         assert!(!done.err.contains("panicked"), "{at}: {}", done.err);
     }
 }
+
+const RING: &str = "
+local robots = {}
+function sysCall_init()
+    for _, s in ipairs(sim.getObjectsInTree(sim.handle_scene, sim.object_proximitysensor_type)) do
+        if sim.getObjectAlias(s):find('ultrasonic') then
+            local top = s
+            while sim.getObjectParent(top) ~= -1 do top = sim.getObjectParent(top) end
+            if not robots[top] then
+                robots[top] = {}
+                robots[#robots + 1] = top
+            end
+            table.insert(robots[top], s)
+        end
+    end
+    for i, top in ipairs(robots) do
+        local p = sim.getObjectPosition(top, -1)
+        sim.setObjectPosition(top, -1, {500 + 20 * i, 500, p[3]})
+    end
+end
+local function seen(top)
+    local count, nearest, farthest = 0, math.huge, 0
+    for _, s in ipairs(robots[top]) do
+        local result, distance = sim.handleProximitySensor(s)
+        if result == 1 then
+            count, nearest, farthest = count + 1, math.min(nearest, distance), math.max(farthest, distance)
+        end
+    end
+    return count, nearest, farthest
+end
+function sysCall_sensing()
+    local free = {}
+    for i, top in ipairs(robots) do
+        free[i] = seen(top)
+    end
+    -- A ring of walls, 0.3 m from a robot that is some 0.5 m long.
+    for i = 1, #robots do
+        for k = 0, 3 do
+            local wall = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {2, 0.1, 1})
+            sim.setObjectInt32Param(wall, sim.shapeintparam_respondable, 0)
+            sim.setObjectSpecialProperty(wall, sim.objectspecialproperty_detectable)
+            local angle = k * math.pi / 2
+            sim.setObjectPosition(wall, -1, {500 + 20 * i - 0.6 * math.sin(angle), 500 + 0.6 * math.cos(angle), 0.3})
+            sim.setObjectOrientation(wall, -1, {0, 0, angle})
+        end
+    end
+    for i, top in ipairs(robots) do
+        print(string.format('SONARS %d %d %d %.3f %.3f', #robots[top], free[i], seen(top)))
+    end
+    sim.stopSimulation()
+end
+";
+
+/// A robot's own shell is nothing that its sonars see, and a wall is, whatever a file of which time says of what they look
+/// for, and from where on.
+#[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
+fn sonars_of_pioneers_see_walls_and_not_themselves() {
+    let mut robots = 0;
+    for file in files() {
+        let name = file.file_stem().unwrap().to_string_lossy().into_owned();
+        if !fs::read(file.with_extension("expected.json")).unwrap().windows(10).any(|w| w == b"ultrasonic") {
+            continue;
+        }
+        let place = Place::new();
+        place.tatu(&["convert", file.to_str().unwrap(), "scene.toml"]).good();
+        let text = fs::read_to_string(place.path().join("scene.toml")).unwrap();
+        let kept: Vec<&str> = text.lines().filter(|l| !l.starts_with("script =") && !l.starts_with("scripts =")).collect();
+        let driver = "[[object]]\nkind = \"dummy\"\nalias = \"measuring\"\nscript = { file = \"ring.lua\", dialect = \"4.9\" }\n";
+        place.write("scene.toml", &format!("{}\n{driver}", kept.join("\n")));
+        place.write("ring.lua", RING);
+        let done = place.tatu(&["run", "scene.toml", "--steps", "3", "--no-addons"]).good();
+        for line in done.out.lines().chain(done.err.lines()).filter_map(|l| l.split_once("SONARS ")) {
+            let numbers: Vec<f64> = line.1.split(' ').map(|x| x.parse().unwrap()).collect();
+            let [all, free, seen, nearest, farthest] = numbers[..] else { panic!("{name}: {}", line.1) };
+            assert_eq!((free, seen), (0.0, all), "{name}: {}", line.1);
+            assert!(nearest > 0.2 && farthest < 0.8, "{name}: {}", line.1);
+            robots += 1;
+        }
+    }
+    assert!(robots >= 10, "{robots} robots");
+}
