@@ -25,7 +25,7 @@ pub enum Command {
     Serve(Serve),
     /// Open a scene in the browser: see it, drive it, change its scripts.
     Open(Open),
-    /// Check that a scene would start.
+    /// Check whether a scene runs, or without what.
     Check(Check),
     /// Write a scene of any format as a scene file, with its meshes and scripts beside it.
     Convert(Convert),
