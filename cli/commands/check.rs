@@ -66,7 +66,9 @@ fn verdict(lacks: &[String], faults: &[Fault]) -> String {
 
 /// What a report is about: its first sentence, without the file's name, which stands in front of all.
 fn shortened(text: &str) -> String {
-    let rest = text.split_once(": ").filter(|(file, _)| file.contains('.') && !file.contains(' ')).map_or(text, |(_, r)| r);
+    let rest =
+        text.split_once(": ").filter(|(file, _)| file.contains('.') && !file.contains(' ')).map_or(text, |(_, r)| r);
+    let rest = rest.strip_prefix("without ").unwrap_or(rest);
     let sentence = rest.split(". ").next().unwrap_or(rest);
     match sentence.char_indices().nth(LONGEST) {
         Some((at, _)) => format!("{}...", &sentence[..at]),

@@ -113,7 +113,8 @@ impl Scene {
             level = next;
         }
         // Scripts are nobody's children: they are found where no other object is meant.
-        let is_below = |slot: u32| std::iter::successors(self.get(slot), |o| self.get(o.parent)).any(|o| o.parent == base);
+        let is_below =
+            |slot: u32| std::iter::successors(self.get(slot), |o| self.get(o.parent)).any(|o| o.parent == base);
         let mut scripts =
             self.scripts(0).into_iter().filter(|s| self.get(*s).is_some_and(fits) && (base == 0 || is_below(*s)));
         scripts.nth(sibling.unwrap_or(left))

@@ -117,6 +117,16 @@ unsafe extern "C" fn load<K: Kind>(data: *mut c_void, _: tatu_str, _: u32, error
     guarded(error, || unsafe { Ok(Data::of(data).plan().act(&name::<K>("load"), || Ok(77))?.unwrap_or(TATU_OK)) })
 }
 
+unsafe extern "C" fn end_run<K: Kind>(
+    _: *mut c_void,
+    data: *mut c_void,
+    _: *mut tatu_world,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: as above.
+    guarded(error, || unsafe { Ok(Data::of(data).plan().act(&name::<K>("end_run"), || Ok(77))?.unwrap_or(TATU_OK)) })
+}
+
 const fn of<K: Kind>() -> Shared<tatu_life> {
     Shared(tatu_life {
         size: size::<tatu_life>(),
@@ -128,7 +138,7 @@ const fn of<K: Kind>() -> Shared<tatu_life> {
         load: Some(load::<K>),
         version: 1,
         reserved: 0,
-        end_run: None,
+        end_run: Some(end_run::<K>),
     })
 }
 

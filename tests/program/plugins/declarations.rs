@@ -35,7 +35,7 @@ static tatu_status measure(void *self, const tatu_sensor_batch *b, tatu_error *e
   (void)self; (void)b; (void)e;
   return TATU_OK;
 }
-static const tatu_life life = {sizeof(tatu_life), 0, create, destroy, 0, 0, 0, 0, 0};
+static const tatu_life life = {.size = sizeof(tatu_life), .create = create, .destroy = destroy};
 static const tatu_sensor nose = {sizeof(tatu_sensor), 0, "nose", "smells", schemas, params, fields, &life, 0, measure};
 static const tatu_sensor *const kinds[] = {&nose, 0};
 static const tatu_ext_sensor sensors = {sizeof(tatu_ext_sensor), 0, kinds};

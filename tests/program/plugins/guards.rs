@@ -46,7 +46,7 @@ static const tatu_field x = {sizeof x, TATU_ELEM_F64, {3, 1, 1}, 0, "writer.x", 
 static const tatu_field y = {sizeof y, TATU_ELEM_F64, {1, 1, 1}, 0, "writer.y", "1", "One.", 0, 0};
 static const tatu_field *const fields[] = {&x, &y, 0};
 static const char *const schemas[] = {"writer/1", 0};
-static const tatu_life life = {sizeof life, 8, create, destroy, 0, 0, 0, 1, 0};
+static const tatu_life life = {.size = sizeof life, .state_bytes = 8, .create = create, .destroy = destroy, .version = 1};
 static const tatu_sensor kind = {sizeof kind, 0, "writer", "Writes.", schemas, params, fields, &life, 0, measure, 0, 0, 0, 0, 0};
 static const tatu_sensor *const kinds[] = {&kind, 0};
 static const tatu_ext_sensor sensors = {sizeof sensors, 0, kinds};
@@ -56,7 +56,7 @@ static tatu_status TATU_CALL world(void *me, const tatu_instance *i, void **data
   *data = 0;
   return TATU_OK;
 }
-static const tatu_life per_world = {sizeof per_world, 16, world, destroy, 0, 0, 0, 1, 0};
+static const tatu_life per_world = {.size = sizeof per_world, .state_bytes = 16, .create = world, .destroy = destroy, .version = 1};
 static tatu_status TATU_CALL poke(tatu_call *c) {
   ((int64_t *)c->state)[tatu_arg_int(c, 0)] = 1;
   return tatu_return(c, tatu_int(5));

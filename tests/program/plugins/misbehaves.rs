@@ -87,6 +87,8 @@ fn functions() -> Vec<String> {
                 "tatu_life" if name == "tatu_life.configure" => {
                     out.extend(CONFIGURED.iter().map(|kind| format!("{name}:{kind}")));
                 }
+                // Only what a plugin keeps for a world goes through the end of a run.
+                "tatu_life" if name == "tatu_life.end_run" => out.push(format!("{name}:world")),
                 "tatu_life" => out.extend(LIVES.iter().map(|kind| format!("{name}:{kind}"))),
                 _ => out.push(name),
             }

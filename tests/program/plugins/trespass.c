@@ -182,7 +182,7 @@ static const tatu_param *const params[] = {&where, &knob, 0};
 static const tatu_field number = {sizeof number, TATU_ELEM_F64, {1, 1, 1}, 0, "nosy.number", "1", "One.", 0, 0};
 static const tatu_field *const fields[] = {&number, 0};
 static const char *const schemas[] = {"nosy/1", 0};
-static const tatu_life life = {sizeof life, 0, create, destroy, configure, save, load, 1, 0};
+static const tatu_life life = {.size = sizeof life, .create = create, .destroy = destroy, .configure = configure, .save = save, .load = load, .version = 1};
 static const tatu_sensor kind = {sizeof kind, 0, "nosy", "Calls what it may not.", schemas, params, fields, &life, beams, measure, 0, 0, 0, 0, 0};
 static const tatu_sensor *const kinds[] = {&kind, 0};
 static const tatu_ext_sensor sensors = {sizeof sensors, 0, kinds};

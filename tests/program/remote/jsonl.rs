@@ -532,7 +532,8 @@ static tatu_status TATU_CALL last(void *data, tatu_world *w, tatu_error *e) {
 }
 static tatu_status TATU_CALL save(void *data, const tatu_writer *w, tatu_error *e) { (void)data; (void)w; (void)e; return TATU_OK; }
 static tatu_status TATU_CALL load(void *data, tatu_str b, uint32_t v, tatu_error *e) { (void)data; (void)b; (void)v; (void)e; return TATU_OK; }
-static const tatu_life life = {sizeof life, 8, create, destroy, 0, save, load, 1, 0};
+static const tatu_life life = {.size = sizeof life, .state_bytes = 8, .create = create, .destroy = destroy,
+                               .save = save, .load = load, .version = 1};
 static const tatu_service service = {sizeof service, 0, "odd", "Does odd things.", params, &life, barrier, 0, 0, 0, 0, last};
 static const tatu_service *const services[] = {&service, 0};
 static const tatu_ext_service ext = {sizeof ext, 0, services};

@@ -54,7 +54,7 @@ static tatu_status TATU_CALL barrier(void *data, tatu_world *w, uint64_t step, t
   args[1] = tatu_float(0.05 * (double)(step % 20));
   return commands->call(w, &frame) < 0 ? TATU_ERR : TATU_GO;
 }
-static const tatu_life life = {sizeof life, 0, create, destroy, 0, 0, 0, 0, 0};
+static const tatu_life life = {.size = sizeof life, .create = create, .destroy = destroy};
 static const tatu_service service = {sizeof service, 0, "steers", "Steers a robot.", 0, &life, barrier, 0, 0, 0, 0, 0};
 static const tatu_service *const services[] = {&service, 0};
 static const tatu_ext_service ext = {sizeof ext, 0, services};

@@ -10,7 +10,7 @@ use tatu_plugins::{Declared, Registry, SensorKind, texts::label};
 use toml_edit::Item;
 
 use super::{
-    DeviceSpec, Document, MAIN, Made, ObjectSpec, ScriptSpec, keys, presets,
+    DeviceSpec, Document, MAIN, Made, ObjectSpec, Report, ScriptSpec, keys, presets,
     presets::{Target, row},
 };
 use crate::{

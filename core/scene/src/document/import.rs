@@ -12,7 +12,7 @@ use tatu_plugins::{
 };
 
 use super::{
-    Builder, Made,
+    Builder, Made, Report,
     import_files::{MOST_BYTES, Source},
     plugin_builder::{Asked, Failed, run},
     sources::Sources,

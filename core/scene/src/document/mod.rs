@@ -29,7 +29,7 @@ mod toml;
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 use nalgebra::Isometry3;
-use tatu_plugin_api::safe::Value;
+use tatu_plugin_api::{abi::TATU_REPORT_NOTE, safe::Value};
 
 pub use build::Builder;
 pub use import_files::normal;

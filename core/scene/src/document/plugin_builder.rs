@@ -17,7 +17,7 @@ use tatu_plugins::{
     watchdog::Call,
 };
 
-use super::{Builder, Made, SCRIPT_KINDS, ScriptSpec, import_files::Source};
+use super::{Builder, Made, Report, SCRIPT_KINDS, ScriptSpec, import_files::Source};
 
 /// One build: the builder, and what has gone wrong so far.
 struct Build<'b, 'a> {

@@ -44,7 +44,7 @@ impl Scripts {
         let local = nalgebra::Isometry3::identity();
         let mut scene = world.state.scene.try_borrow_mut().ok()?;
         // Where scripts are objects, their file names them; other names are those of text files, or of their owners.
-        let is_owners = scene.get(owner).is_some_and(|o| o.alias == spec.name);
+        let is_owners = scene.get(owner).is_some_and(|o| o.alias() == spec.name);
         let is_own = is_alias(&spec.name) && !spec.name.contains('.') && !is_owners;
         let of_object = matches!(kind, Kind::Child | Kind::Customization);
         let alias = if is_own && of_object { spec.name.as_str() } else { "script" };

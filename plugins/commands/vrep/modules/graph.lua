@@ -4,24 +4,30 @@ local graph = {}
 _S = _S or {}
 _S.graph = graph
 
--- The graph at or above the script, which is an object of its own since 4.7.
+-- The graph at or above what the script belongs to; nil: there is none.
 local function model()
-    local at = sim.getObject('.')
+    local at = sim.getObjectAssociatedWithScript(sim.handle_self)
     while at ~= -1 and sim.getObjectType(at) ~= sim.object_graph_type do
         at = sim.getObjectParent(at)
     end
-    return at
+    return at ~= -1 and at or nil
 end
 
 function graph.init() end
 
 -- Records now; without a time, for the end of the step.
 function graph.handle(time)
-    sim.handleGraph(model(), time or sim.getSimulationTime() + sim.getSimulationTimeStep())
+    local own = model()
+    if own then
+        sim.handleGraph(own, time or sim.getSimulationTime() + sim.getSimulationTimeStep())
+    end
 end
 
 function graph.reset()
-    sim.resetGraph(model())
+    local own = model()
+    if own then
+        sim.resetGraph(own)
+    end
 end
 
 function graph.updateCurves() end

@@ -39,10 +39,10 @@ pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
         let node = object(builder, (file, &tree, &meant), o, nodes.get(&o.common.parent).copied(), &mut report)?;
         nodes.insert(o.common.id, node);
     }
-    report.all("kept without effect", "images on shapes are not drawn yet", file.textures.len());
+    report.all("without", "images on shapes", file.textures.len());
     scripts::attach(builder, file, &nodes, &mut report)?;
-    report.all("kept without effect", "groups for inverse kinematics are not solved", file.ik_groups.len());
-    report.all("kept without effect", "old windows of buttons are not shown", file.windows.len());
+    report.all("without", "the solver of groups for inverse kinematics", file.ik_groups.len());
+    report.all("without", "old windows of buttons", file.windows.len());
     for (path, unknown) in &file.unknown.all {
         let first = unknown.spans.first().map_or(0, |span| span.at);
         report.all(
@@ -67,11 +67,16 @@ fn tell(builder: &Builder<'_>, report: &Report) {
         let names: Vec<&str> = of.iter().take(8).map(|(_, alias)| alias.as_str()).collect();
         let more = if of.len() > 8 { format!(" and {} more", of.len() - 8) } else { String::new() };
         let severity = match *what {
-            "cannot run" => TATU_REPORT_LACK,
-            "refused" | "kept without effect" => TATU_REPORT_WARNING,
+            "without a script" => TATU_REPORT_LACK,
+            "refused" | "without" => TATU_REPORT_WARNING,
             _ => TATU_REPORT_NOTE,
         };
-        builder.report(severity, None, &format!("{what}: {}{more}: {why}", names.join(", ")));
+        let objects = format!("{}{more}", names.join(", "));
+        let text = match *what {
+            "refused" | "replaced" | "kept" | "not understood" => format!("{what}: {objects}: {why}"),
+            _ => format!("{what} {why} ({objects})"),
+        };
+        builder.report(severity, None, &text);
     }
 }
 
@@ -152,7 +157,7 @@ fn object<'a>(
         Kind::Light(l) => views::light(l, node)?,
         Kind::Path(p) => views::path(p, node)?,
         Kind::Dummy(d) => dynamics::link(tree, d, o, node, report)?,
-        _ => report.add("kept without effect", format!("a {} is a dummy here", o.word()), o),
+        _ => report.add("without", format!("what a {} does: it is a dummy here", o.word()), o),
     }
     Ok(node)
 }
@@ -196,7 +201,7 @@ fn shape<'a>(
     // Lines on a surface lie in it: drawn as a surface they would shine through.
     let is_lines = |leaf: &Leaf| leaf.bits & WIRE_FRAME != 0 && !s.respondable && leaves.len() > 1;
     if leaves.iter().any(|l| is_lines(l.leaf)) {
-        report.add("kept without effect", "a part that is drawn as lines", o);
+        report.add("without", "a picture of a part that is drawn as lines", o);
     }
     for leaf in leaves.iter().filter(|l| !is_lines(l.leaf)) {
         let surface = file.surface(leaf.leaf, s.shared.as_ref(), o.section.at);
@@ -236,7 +241,7 @@ fn shape<'a>(
     // One that is nothing but lines would lie as a surface in another one.
     let lines_only = !s.respondable && leaves.iter().all(|l| l.leaf.bits & WIRE_FRAME != 0);
     if lines_only {
-        report.add("kept without effect", "it is drawn as lines: it is not drawn here", o);
+        report.add("without", "a picture of what is drawn as lines", o);
     }
     if overrides.not_visible() || lines_only {
         node.set("object.visible", false)?;

@@ -213,7 +213,7 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
                     .set("joint.follow_factor", factor)?
                     .set("joint.follow_offset", offset)?;
             }
-            None => report.add("kept without effect", "it depends on a joint that is not in the file", o),
+            None => report.add("without", "a joint that it depends on: the file does not hold it", o),
         }
     }
     Ok(())
@@ -249,7 +249,7 @@ pub fn link(tree: &Tree<'_>, d: &Dummy, o: &Object, node: Node<'_>, report: &mut
             None => Ok(()),
         },
         None => {
-            report.add("kept without effect", "it is linked to a dummy that is not in the file", o);
+            report.add("without", "a dummy that it is linked to: the file does not hold it", o);
             Ok(())
         }
     }

@@ -25,7 +25,7 @@ pub fn graph(g: &Graph, o: &Object, node: Node<'_>, report: &mut Report) -> Resu
         })
         .collect();
     if g.streams.iter().any(|s| s.old && s.object >= 0) {
-        report.add("kept without effect", "streams that the program recorded by itself: only scripts fill them", o);
+        report.add("without", "streams that the original filled by itself: only scripts fill them here", o);
     }
     node.set("graph.explicit", g.explicit)?
         .set("graph.buffer", i64::from(g.buffer.clamp(1, 1_000_000)))?

@@ -56,7 +56,7 @@ pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>
             script::CHILD => "child",
             script::CUSTOMIZATION => "customization",
             other => {
-                left("kept without effect", &format!("a script of the obsolete kind {other}"));
+                left("without", &format!("a script of the obsolete kind {other}"));
                 continue;
             }
         };
@@ -72,10 +72,10 @@ pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>
         if language != "lua" {
             let language = if language == "python" { "Python" } else { language.as_str() };
             left(
-                "cannot run",
+                "without a script",
                 &format!(
-                    "a script in {language}: only scripts in Lua run here; its text is kept with the scene. Let a program \
-                     of your own do what it does, through the service `zmq_remote` (docs/guide/remote-clients.md)"
+                    "in {language}: only scripts in Lua run here, and its text is kept. Let a program of your own do what \
+                     it does, through the service `zmq_remote`: docs/guide/remote-clients.md"
                 ),
             );
             continue;

@@ -60,7 +60,7 @@ pub fn proximity(
         "cone" => {
             node.set("angle", angle)?;
             if sound(v.inside, 0.0, 1.0) > 0.0 {
-                report.add("kept without effect", "the gap inside its cone", o);
+                report.add("without", "the gap inside its cone", o);
             }
         }
         "random_rays" => {
@@ -131,7 +131,7 @@ pub fn vision(of: (&File, &Tree<'_>), s: &Vision, o: &Object, node: Node<'_>, re
     };
     targets::declare(of, s.entity, o, node, report)?;
     if s.filters.iter().any(|f| !matches!(f, 1 | 4)) {
-        report.add("kept without effect", "filters of its image", o);
+        report.add("without", "filters of its image", o);
     }
     if matches!(s.mode, 2) {
         report.add("replaced", "it gives each object a colour of its own: here the object's colour", o);

@@ -110,7 +110,8 @@ mod tests {
     fn collections_have_members() {
         let all = OBJECTS.iter().map(|(id, _)| *id).collect();
         let members = |items: &[(i32, u8, bool)]| -> Vec<i32> {
-            let items = items.iter().map(|(object, kind, remove)| Item { object: *object, kind: *kind, remove: *remove });
+            let items =
+                items.iter().map(|(object, kind, remove)| Item { object: *object, kind: *kind, remove: *remove });
             let collection = Collection { items: items.collect(), ..Default::default() };
             members(&all, above, &collection).into_iter().collect()
         };

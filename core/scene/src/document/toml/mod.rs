@@ -27,7 +27,7 @@ use tatu_plugins::Registry;
 use toml_edit::{Item, TableLike};
 
 use super::{
-    Builder, Document, import, keys,
+    Builder, Document, Report, import, keys,
     overrides::{self, Override, ScriptOverride},
     services::{self, ServiceOverride},
     sources::Sources,

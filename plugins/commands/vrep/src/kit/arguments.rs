@@ -160,12 +160,16 @@ pub(crate) fn numbers_of<const N: usize>(v: ValueRef<'_>, i: usize) -> Result<[f
         )));
     }
     for (k, x) in out.iter_mut().enumerate() {
-        *x = v
-            .number(k)
+        *x = element(v, k)
             .filter(|x| x.is_finite())
             .ok_or_else(|| Fail::argument(format!("argument {}: element {} is not a finite number", i + 1, k + 1)))?;
     }
     Ok(out)
+}
+/// The number at place `k` of a table; like Lua's own functions, it takes texts that are numbers.
+pub(crate) fn element(v: ValueRef<'_>, k: usize) -> Option<f64> {
+    let from_text = || std::str::from_utf8(v.list()?.get(k)?.as_bytes()?).ok()?.trim().parse().ok();
+    v.number(k).or_else(from_text)
 }
 /// Whether a value is a table of numbers or values.
 pub(crate) fn is_table(v: ValueRef<'_>) -> bool {

@@ -143,7 +143,7 @@ fn facts(offer: &mut Offer<Vrep>) {
             let what = component(c.i64(2)?)?;
             if let Some(tag) = what {
                 // One number, of a transparency, is enough.
-                let given: Vec<f64> = (0..3).map(|i| c.arg(3).number(i).unwrap_or(0.0)).collect();
+                let given: Vec<f64> = (0..3).map(|i| element(c.arg(3), i).unwrap_or(0.0)).collect();
                 tags::set_private(c, shape, &tag, Some(&tables::pack(&Value::Floats(given))?))?;
                 return done(c);
             }

@@ -141,7 +141,8 @@ fn encode(picture: Picture, format: ImageFormat, quality: i64) -> Result<Vec<u8>
 /// The image in a file's content, with three or four bytes a pixel.
 fn decode(bytes: &[u8], each: usize) -> Result<Picture> {
     let unreadable = |e: ImageError| Fail::argument(format!("this is not an image that can be read: {e}"));
-    let mut reader = image::io::Reader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| unreadable(e.into()))?;
+    let mut reader =
+        image::io::Reader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| unreadable(e.into()))?;
     let mut limits = Limits::default();
     limits.max_alloc = Some(8 * MOST as u64);
     reader.limits(limits);
@@ -175,10 +176,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::string("image").text("bytes, the lowest row first"))
         .param(Param::any("resolution").text("{width, height}"))
         .param(Param::int("options").default(0).optional().text("1: with alpha"))
-        .param(
-            Param::string("file")
-                .text("in a folder that scripts may use; .png, .jpg, .bmp, .tiff or .ppm, which alone asks for the content"),
-        )
+        .param(Param::string("file").text(
+            "in a folder that scripts may use; .png, .jpg, .bmp, .tiff or .ppm, which alone asks for the content",
+        ))
         .param(Param::int("quality").default(-1).optional().text("of .jpg, 0 to 100; -1: 90"))
         .returns(Param::any("result").text("1, or the content"))
         .text("Writes an image to a file."),
