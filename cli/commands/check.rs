@@ -22,8 +22,8 @@ pub fn check(args: &Check) -> ExitCode {
         super::registry(Some(&args.scene), &Sources::default(), &args.changes.allow, &watchdog).and_then(|registry| {
             let document = super::load(&args.scene, &options?, &registry)?;
             let described = args.json.then(|| described(args, &document));
-            let missing = document.reports.iter().filter(|r| r.severity != TATU_REPORT_NOTE);
-            lacks = missing.map(|r| r.text.clone()).collect();
+            let warnings = document.reports.iter().filter(|r| r.severity != TATU_REPORT_NOTE);
+            lacks = warnings.map(|r| r.text.clone()).collect();
             let world = World::new(document, registry)?;
             // Told only of a scene that would start.
             if let Some(json) = described {
@@ -55,7 +55,7 @@ pub fn check(args: &Check) -> ExitCode {
 
 /// One line for people: whether it runs as it is, or without what.
 fn verdict(lacks: &[String], faults: &[Fault]) -> String {
-    let faults = faults.iter().filter(|f| !lacks.contains(&f.message)).map(|f| &f.message);
+    let faults = faults.iter().map(|f| &f.message);
     let all: Vec<String> = lacks.iter().chain(faults).map(|text| shortened(text)).collect();
     match all.as_slice() {
         [] => "runs".to_owned(),

@@ -16,7 +16,7 @@ use tatu_core::{
     errors::Error,
     plugins::{Copies, Registry, Search},
 };
-use tatu_plugin_api::abi::{TATU_REPORT_LACK, TATU_REPORT_WARNING};
+use tatu_plugin_api::abi::TATU_REPORT_WARNING;
 
 use crate::{report, watchdog::Watchdog};
 
@@ -124,8 +124,6 @@ pub fn load(scene: &Path, options: &Options, registry: &Registry) -> Result<Arc<
     for r in &document.reports {
         match r.severity {
             TATU_REPORT_WARNING => report::warned(&r.text),
-            // The world reports it when it starts.
-            TATU_REPORT_LACK => {}
             _ => report::note(&r.text),
         }
     }

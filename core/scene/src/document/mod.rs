@@ -144,7 +144,7 @@ pub struct ModelInstance {
 /// What a builder says of its source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Report {
-    /// `TATU_REPORT_*`, but for errors.
+    /// `TATU_REPORT_NOTE` or `_WARNING`: an error fails the build, and what is lacking is a setting.
     pub severity: u32,
     /// For people.
     pub text: String,

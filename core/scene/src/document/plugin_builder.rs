@@ -275,7 +275,10 @@ extern "C" fn report(t: Option<&tatu_builder>, severity: u32, object: u32, said:
         let whose = index(build, object).ok().and_then(|i| b.document.objects.get(i)).map(|o| o.alias.clone());
         let said = whose.map_or(said.clone(), |w| format!("`{w}`: {said}"));
         let text = build.source.name.as_ref().map_or(said.clone(), |f| format!("{f}: {said}"));
-        b.document.reports.push(Report { severity, text });
+        match severity {
+            TATU_REPORT_LACK => b.document.settings.lacks.push(text),
+            _ => b.document.reports.push(Report { severity, text }),
+        }
         Ok(())
     });
 }

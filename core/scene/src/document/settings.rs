@@ -80,6 +80,8 @@ pub struct Settings {
     pub friction_rule: FrictionRule,
     /// Friction by material.
     pub friction_pairs: Vec<FrictionPair>,
+    /// What its sources have that cannot run here, in words: each run reports them.
+    pub lacks: Vec<String>,
     /// Natural frequency (Hz) and damping ratio of contacts; `None`: as stiff as the sub-step can carry.
     pub contact_spring: Option<[f64; 2]>,
     /// m/s^2.
@@ -110,6 +112,7 @@ impl Default for Settings {
             sleep: true,
             friction_rule: FrictionRule::Product,
             friction_pairs: Vec::new(),
+            lacks: Vec::new(),
             contact_spring: None,
             gravity: Vector3::new(0.0, 0.0, -9.81),
             origin: [0.0; 3],
@@ -178,6 +181,7 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
             ..of("friction_rule", TATU_TEXT, None, any, 0)
         },
         of("friction_pairs", TATU_LIST, None, any, 0),
+        of("lacks", TATU_LIST, None, any, 0),
         Declared { highest: 1e6, ..of("contact_spring", TATU_F64S, None, 1e-3, 2) },
         Declared { highest: 1e6, ..of("gravity", TATU_F64S, Some("m/s^2"), -1e6, 3) },
         of("seed", TATU_I64, None, 0.0, 0),
@@ -204,6 +208,7 @@ pub(super) fn values(settings: &Settings) -> Vec<(&'static str, Value)> {
         ("sleep", Value::Bool(settings.sleep)),
         ("friction_rule", Value::text(rule)),
         ("friction_pairs", Value::List(settings.friction_pairs.iter().map(FrictionPair::to_value).collect())),
+        ("lacks", Value::List(settings.lacks.iter().map(Value::text).collect())),
         ("gravity", Value::Floats(settings.gravity.iter().copied().collect())),
         ("origin.lat", Value::Float(settings.origin[0])),
         ("origin.lon", Value::Float(settings.origin[1])),
@@ -231,6 +236,13 @@ pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) -> Result
         ("contact_spring", Value::Floats(v)) => settings.contact_spring = Some([v[0], v[1]]),
         ("friction_pairs", Value::List(pairs)) => {
             settings.friction_pairs = pairs.iter().map(FrictionPair::parse).collect::<Result<_>>()?;
+        }
+        ("lacks", Value::List(all)) => {
+            let text = |v: &Value| match v {
+                Value::Text(t) => Ok(String::from_utf8_lossy(t).into_owned()),
+                _ => Err(Error::new("E102", "`lacks`: not a list of texts").expected("what cannot run, in words")),
+            };
+            settings.lacks = all.iter().map(text).collect::<Result<_>>()?;
         }
         ("physics_substeps", Value::Int(i)) => settings.physics_substeps = *i as u32,
         ("gravity", Value::Floats(v)) => settings.gravity = Vector3::new(v[0], v[1], v[2]),

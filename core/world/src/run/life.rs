@@ -254,6 +254,6 @@ impl World {
 
 /// What of its sources cannot run here is a fault of each run, so that none of them passes for a whole one.
 fn report_lacks(world: &WorldCell) {
-    let lacks = world.model.document.reports.iter().filter(|r| r.severity == TATU_REPORT_LACK);
-    lacks.for_each(|r| world.report(Fault::new(FaultKind::Unsupported, r.text.as_str())));
+    let settings = &world.model.document.settings;
+    settings.lacks.iter().for_each(|text| world.report(Fault::new(FaultKind::Unsupported, text.as_str())));
 }

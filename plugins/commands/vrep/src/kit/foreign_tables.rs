@@ -1,8 +1,6 @@
 //! Tables that the original packed, in its own form and as CBOR: data of its scenes.
 //!
-//! Its own form was found in files. A byte 0, or 5 since 4.5, then a table: whether it is an array (1) or a map (0), the
-//! number of its values (of a map: keys and values), and each: a letter for its type and its bytes, little-endian. What
-//! follows the table since 4.5 tells texts from buffers, a byte for each.
+//! Its own form was found in files (tests/facts/script-api.md, 7): a byte 0, or 5 since 4.5, then the table.
 
 use tatu_plugin_api::safe::{MAX_DEPTH, Value};
 

@@ -130,11 +130,15 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
     let text = String::from_utf8_lossy(text).into_owned();
     let fail = match s.text.borrow().unknown(&text, &errors.unresolved) {
         Some(name) => {
-            let near = hints::nearest(&name, hints::commands(s).into_iter());
-            let help = near.map_or_else(
-                || "`tatu list commands` shows the commands of all plugins".to_owned(),
-                |near| format!("did you mean `{near}`?"),
-            );
+            let advice = || Some(s.text.borrow().rules.advice(name.as_bytes())?.into_owned());
+            let near = || Some(format!("did you mean `{}`?", hints::nearest(&name, hints::commands(s).into_iter())?));
+            // Of a module that is here only one of its names is wrong.
+            let root = format!("{}.", name.split('.').next().unwrap_or_default());
+            let is_here = hints::commands(s).into_iter().any(|c| c.starts_with(&root));
+            let advice = if is_here { None } else { advice() };
+            let help = advice
+                .or_else(near)
+                .unwrap_or_else(|| "`tatu list commands` shows the commands of all plugins".to_owned());
             Fail::with_code(TATU_ERR_UNKNOWN, unknown(&text, &name)).help(help)
         }
         None => {

@@ -1,6 +1,6 @@
 //! The text of a script, and the rules that preludes declare for it.
 
-use std::{collections::VecDeque, sync::Arc};
+use std::{borrow::Cow, collections::VecDeque, sync::Arc};
 
 use super::{field_names::FieldNames, rerun::Rerun};
 
@@ -50,6 +50,18 @@ pub(crate) struct Rules {
     pub result_names: FieldNames,
     /// Script orders by dialect: (first version, order), oldest first.
     pub orders: Vec<(String, String)>,
+}
+
+impl Rules {
+    /// What to do without a module that is known and that no plugin offers; `None`: nobody knows it. "arm-2" and
+    /// "arm.tools" belong to the module "arm".
+    pub fn advice(&self, module: &[u8]) -> Option<Cow<'_, str>> {
+        let root = module.split(|b| b"-.".contains(b)).next().unwrap_or_default();
+        self.missing_modules.iter().find_map(|m| match m.strip_prefix(root)? {
+            [] => Some("`tatu list commands` shows what plugins offer".into()),
+            rest => rest.strip_prefix(b": ").map(String::from_utf8_lossy),
+        })
+    }
 }
 
 /// Properties of the loaded text.

@@ -220,13 +220,8 @@ unsafe fn missing(l: *mut lua_State) -> i32 {
 }
 
 fn not_found(s: &State, name: &[u8]) -> Fail {
-    // "arm-2" and "arm.tools" belong to the module "arm".
-    let root = name.split(|b| b"-.".contains(b)).next().unwrap_or_default();
     let text = s.text.borrow();
-    let advice = text.rules.missing_modules.iter().find_map(|m| match m.strip_prefix(root)? {
-        [] => Some("`tatu list commands` shows what plugins offer".into()),
-        rest => rest.strip_prefix(b": ").map(String::from_utf8_lossy),
-    });
+    let advice = text.rules.advice(name);
     let name = String::from_utf8_lossy(name);
     if let Some(advice) = advice {
         return Fail::unsupported(format!("the module `{name}` of the original is not available")).help(advice);
