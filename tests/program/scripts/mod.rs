@@ -16,6 +16,7 @@ mod nesting;
 mod options;
 pub mod order;
 mod returns;
+pub mod ros_actions;
 mod script_errors;
 mod side_by_side;
 mod stand_ins;
