@@ -1,4 +1,5 @@
-//! Scripts: when each is called, what the eras find as it was, what commands return, what one cannot do to another.
+//! Scripts: when each is called, what the eras find as it was, what commands return, what windows hold, what one cannot do
+//! to another.
 
 mod addons;
 mod cascades;
@@ -23,3 +24,4 @@ mod stand_ins;
 mod stores;
 mod talk;
 mod threads;
+mod windows;
