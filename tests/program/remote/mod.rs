@@ -5,4 +5,5 @@ pub mod legacy_remote;
 mod masters;
 mod next_scene;
 pub mod rosbridge;
+mod rosbridge_scripts;
 pub mod zmq_remote;

@@ -18,7 +18,7 @@ use crate::{
 
 const SCENE: &str = "scenes/first/pioneer_for_ros.toml";
 
-type Socket = WebSocket<MaybeTlsStream<TcpStream>>;
+pub type Socket = WebSocket<MaybeTlsStream<TcpStream>>;
 
 fn served() -> Served {
     Served::with("rosbridge", SCENE, &["--realtime"])
@@ -56,16 +56,16 @@ fn client(python: &PathBuf, served: &Served, program: &str) -> Output {
     Command::new(python).args(["-c", &program]).output().unwrap()
 }
 
-fn socket(served: &Served) -> Socket {
+pub fn socket(served: &Served) -> Socket {
     tungstenite::connect(format!("ws://127.0.0.1:{}/", served.port)).unwrap().0
 }
 
-fn say(socket: &mut Socket, message: &Value) {
+pub fn say(socket: &mut Socket, message: &Value) {
     socket.send(Message::text(message.to_string())).unwrap();
 }
 
 /// The next message that is text.
-fn hear(socket: &mut Socket) -> Value {
+pub fn hear(socket: &mut Socket) -> Value {
     loop {
         if let Message::Text(text) = socket.read().unwrap() {
             return serde_json::from_str(&text).unwrap();

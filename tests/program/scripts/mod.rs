@@ -1,4 +1,5 @@
-//! Scripts: when each is called, what the eras find as it was, what commands return, what one cannot do to another.
+//! Scripts: when each is called, what the eras find as it was, what commands return, what windows hold, what one cannot do
+//! to another.
 
 mod addons;
 mod cascades;
@@ -16,9 +17,11 @@ mod nesting;
 mod options;
 pub mod order;
 mod returns;
+pub mod ros_actions;
 mod script_errors;
 mod side_by_side;
 mod stand_ins;
 mod stores;
 mod talk;
 mod threads;
+mod windows;

@@ -126,6 +126,111 @@ end
     assert!((number("parcel") - number("pos")).abs() < 0.03 && number("pos") > 0.3, "{line}");
 }
 
+/// Runs a script of a dummy `d` that has a joint and a box below it; what it prints.
+fn printed(script: &str) -> String {
+    let scene = format!(
+        "[[object]]\nkind = \"dummy\"\nalias = \"d\"\nscript = {{ text = '''{script}''' }}\n\
+         [[object]]\nkind = \"joint\"\nalias = \"hinge\"\nparent = \"d\"\nposition_m = [0, 0, 1]\n\
+         [[object]]\nkind = \"shape\"\nalias = \"box\"\nparent = \"hinge\"\ndynamic = true\nmass_kg = 3.0\n"
+    );
+    Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "1"]).good().out
+}
+
+/// tests/facts/script-api.md, 10; lengths of arcs are angle times radius.
+#[test]
+fn programs_of_machine_tools_become_ways() {
+    let script = r#"
+require 'gcode'
+loglevel = LOG.ERROR
+local g = GCodeInterpreter:new()
+local function run(text) return g:runProgram(text) end
+local function near(a, b) if math.abs(a - b) > 1e-9 then error(a .. ' is not ' .. b, 2) end end
+-- The last point of a way; its longest step.
+local function last(way) return table.unpack(way[2], #way[2] - 5) end
+local function step(way)
+    local most, p = 0, way[2]
+    for i = 7, #p, 6 do most = math.max(most, math.sqrt((p[i] - p[i - 6]) ^ 2 + (p[i + 1] - p[i - 5]) ^ 2)) end
+    return most
+end
+-- 2 inches at 60 inches a minute, relative, with angles.
+local ways = run('G20 G91 F60\nG1 X1 (one)\n  x1 C90\nG4 P250')
+near(last(ways[1]), 0.0254)
+near(last(ways[2]), 0.0508)
+near(select(6, last(ways[2])), math.pi / 2)
+near(ways[1][1], 1)
+assert(#ways == 3 and ways[3][1] == 0.25 and #ways[3][2] == 6)
+-- A quarter to the left about (0, 0), and the long way round to the right; then a whole turn.
+ways = run('G1 X100 F6000\nG3 X0 Y100 I-100 J0\nG2 X100 Y0 I0 J-100\nG2 I-100')
+near(ways[2][1], math.pi / 2)
+near(ways[3][1], math.pi / 2)
+near(ways[4][1], 2 * math.pi)
+local x, y = last(ways[4])
+near(x, 0.1) near(y, 0)
+for _, way in ipairs(ways) do assert(step(way) <= 1 / 150 + 1e-12) end
+for _, way in ipairs{ways[2], ways[4]} do
+    for i = 1, #way[2], 6 do near(way[2][i] ^ 2 + way[2][i + 1] ^ 2, 0.01) end
+end
+-- By radius: half a turn about (100, 0), and three quarters of one.
+ways = run('F60\nG3 X200 R100\nG0 X0 Y0\nG2 X100 Y100 R-100')
+near(ways[1][1], math.pi * 100)
+near(ways[3][1], 1.5 * math.pi * 100)
+assert(#run('G0 X10 Y20 Z30\nG28') == 2 and last(run('G0 X10\nG28')[2]) == 0)
+for text, told in pairs{
+    ['G1 X1\nG2 X50 I10'] = 'line 2', ['G3 X10 Z5 I5'] = 'cannot change Z', ['G2 X0 R5'] = 'ends where it begins',
+    ['G2 X100 R10'] = 'too small', ['G1 X1.2.3'] = "expected a number behind X, found '1.2.3'", ['G1 X'] = 'expected a number',
+} do
+    local ok, e = pcall(run, text)
+    assert(not ok and e:find(told, 1, true), tostring(e))
+end
+local _, green, red, blue = g:runProgram('G0 X10\nG1 Y10', true)
+assert(green and red and blue and green ~= red)
+print('all')
+"#;
+    assert!(printed(script).contains("all"));
+}
+
+/// tests/facts/script-api.md, 10.
+#[test]
+fn objects_stand_in_place_of_handles() {
+    let script = r#"
+local plain = sim
+local sim = require 'sim-2'
+function sysCall_init()
+    local d, hinge, box = sim.scene:getObject('/d'), sim.scene:getObject('/d/hinge'), sim.scene:getObject('/d/hinge/box')
+    assert(sim.self.parent == d and d.parent == nil and box.parent == hinge and hinge ~= box)
+    assert(d:getObject('./hinge/box') == box and d.children[1] == hinge and #box.children == 0)
+    assert(box.handle == plain.getObject('/d/hinge/box') and tostring(box):find("'/d/hinge/box'"))
+    -- Properties of either name, with the type that they have.
+    assert(box.mass == 3 and box.dynamic == true and box.alias == 'box' and box.worldPosition[3] == 1)
+    box.mass, box.alias = 2, 'cube'
+    assert(plain.getShapeMass(box.handle) == 2 and plain.getObject('/cube') == box.handle)
+    box.worldPosition = {1, 2, 3}
+    assert(box:getPosition(d)[3] == 3 and box.worldPose[2] == 2)
+    box.customData.n, sim.scene.signal.n = 7, 8
+    assert(box.customData.n == 7 and plain.getInt32Signal('n') == 8 and box.customData.m == nil)
+    -- Methods by their names for what the object is.
+    hinge:setTargetVelocity(0.5)
+    assert(plain.getJointTargetVelocity(hinge.handle) == 0.5 and hinge.targetVelocity == 0.5)
+    box:setParent(d, true)
+    assert(box.parent == d)
+    box.parent = nil
+    assert(box.parent == nil)
+    -- Functions take objects.
+    assert(sim.getObjectAlias(box) == 'cube' and sim.Object(box.handle) == box)
+    assert(sim.scene.simulationTime == 0 and sim.app.platform == 2 and sim.version == 2)
+    assert(#sim.scene:getObjects() >= 3)
+    for _, f in ipairs{function() return box.colour end, function() box.colour = 1 end, function() return sim.scene.colour end} do
+        local ok, e = pcall(f)
+        assert(not ok and tostring(e):find('colour'), tostring(e))
+    end
+    box:remove()
+    assert(plain.getObject('/cube', {noError = true}) == -1)
+    print('all')
+end
+"#;
+    assert!(printed(script).contains("all"));
+}
+
 #[test]
 fn modules_that_cannot_be_here_say_what_to_do() {
     for (module, advice) in [("simZMQ", "--service zmq_remote"), ("simSubprocess", "--allow exec")] {

@@ -321,3 +321,72 @@ fn what_is_no_vision_sensor_is_refused() {
     let errors = see("function sysCall_sensing() sim.readVisionSensor(sim.getObject('/wall')) end").errors();
     assert!(errors[0].to_string().contains("is not a vision sensor"), "{errors:?}");
 }
+
+/// Six cameras of 90 degrees at one place, with walls around them at distances that tell them apart: the image of all
+/// around shows each wall where it is, from left to right and from the bottom to the top.
+#[test]
+fn six_sensors_make_an_image_of_all_around() {
+    let mut scene = String::new();
+    let eye = |alias: &str, sides: [u32; 2], orientation: [i32; 3]| {
+        format!(
+            "[[object]]\nkind = \"sensor\"\nalias = \"{alias}\"\nsensor = \"depth_camera\"\ncolumns = {}\nrows = {}\n\
+             perspective_angle_deg = 90\nnear_m = 0.1\nfar_m = 10.1\norientation_deg = {orientation:?}\n",
+            sides[0], sides[1]
+        )
+    };
+    // z is where they look, y is up in the image: ahead is +x of the world, left +y, up +z.
+    for (alias, orientation) in [
+        ("front", [0, 90, 90]),
+        ("top", [0, 0, -90]),
+        ("back", [0, -90, -90]),
+        ("bottom", [180, 0, -90]),
+        ("left", [-90, 0, 180]),
+        ("right", [90, 0, 0]),
+    ] {
+        scene += &eye(alias, [33, 33], orientation);
+    }
+    scene += &eye("all", [9, 5], [0, 0, 0]);
+    scene += &eye("far", [9, 5], [0, 0, 0]);
+    for (alias, size, at) in [
+        ("ahead", [0.02, 40.0, 40.0], [1.01, 0.0, 0.0]),
+        ("leftward", [40.0, 0.02, 40.0], [0.0, 2.01, 0.0]),
+        ("behind", [0.02, 40.0, 40.0], [-3.01, 0.0, 0.0]),
+        ("rightward", [40.0, 0.02, 40.0], [0.0, -4.01, 0.0]),
+        ("above", [40.0, 40.0, 0.02], [0.0, 0.0, 5.01]),
+        ("below", [40.0, 40.0, 0.02], [0.0, 0.0, -6.01]),
+    ] {
+        scene += &cuboid(alias, size, at, "");
+    }
+    scene += &watcher(
+        "script",
+        "simVision = require 'simVision'
+        function sysCall_sensing()
+            local six = {}
+            for i, name in ipairs{'front', 'top', 'back', 'bottom', 'left', 'right'} do six[i] = sim.getObject('/' .. name) end
+            local all, far = sim.getObject('/all'), sim.getObject('/far')
+            assert(simVision.handleSpherical(all, six, 2 * math.pi, math.pi, far) == 1)
+            local grey = sim.getVisionSensorImg(far)
+            -- Distances in m, 0.1 to 10.1 in 255 parts; columns are 45 degrees apart, and so are rows.
+            local function at(column, row) return 0.1 + grey:byte(3 * (9 * row + column) + 1) / 255 * 10 end
+            local function near(x, y) if math.abs(x - y) > 0.03 then error(x .. ' is not ' .. y, 2) end end
+            near(at(4, 2), 1)
+            near(at(2, 2), 2)
+            near(at(0, 2), 3)
+            near(at(8, 2), 3)
+            near(at(6, 2), 4)
+            near(at(4, 4), 5)
+            near(at(4, 0), 6)
+            -- At 45 degrees it is farther by the root of 2.
+            near(at(4, 3), math.sqrt(2))
+            -- One angle, seen by the front sensor alone: the others are not handled.
+            sim.resetVisionSensor(six[3])
+            assert(simVision.handleSpherical(-1, six, math.pi / 3, 0.1, far) == 1)
+            assert(sim.readVisionSensor(six[3]) == -1)
+            local function why(...) local ok, e = pcall(simVision.handleSpherical, ...) assert(not ok) return e end
+            assert(why(-1, six, 1, 1):find('neither'))
+            assert(why(all, {1}, 1, 1):find('6 numbers'))
+            assert(why(all, six, 1, 1, six[1]):find('33 x 33: expected the same'))
+        end",
+    );
+    Place::scene(&scene).run(&["--steps", "2"]).good();
+}

@@ -2,7 +2,7 @@
 //! by the event `ui.window`, shows it, and tells by `tatu.actOnWindow` what somebody did to it.
 //!
 //! - `xml`: the description; `window`: what is kept (`node`: its parts), and the event; `acts`: what people do, and callbacks into scripts;
-//! - `program`: whole windows; `fields`: a value of a widget; `lists`: boxes, tables and trees; `plots`: curves and images;
+//! - `program`: whole windows; `fields`: a value of a widget; `lists`: boxes, tables and trees; `plots`: curves and images; `svg`: drawings;
 //! - `neutral`: what is taken and does nothing.
 
 mod acts;
@@ -13,6 +13,7 @@ mod node;
 mod plots;
 mod plugin;
 mod program;
+mod svg;
 mod window;
 mod xml;
 
@@ -63,6 +64,7 @@ impl Plugin for SimUi {
         offer.subject("simui", acts::offer);
         offer.subject("widgets", fields::offer);
         offer.subject("plots", plots::offer);
+        offer.subject("plots", svg::offer);
         offer.subject("lists", lists::offer);
         offer.subject("stubs", neutral::offer);
         offer.each_command(|c| c.old_names_until(OLD_NAMES_RAISE));

@@ -5,6 +5,7 @@ use tatu_plugin_api::safe::{Offer, Param, Result};
 
 use crate::{
     plugin::{Ctx, MINUS, NIL, SimUi, both},
+    svg,
     window::{Window, all, get, opened, set, tell, window},
     xml,
 };
@@ -24,7 +25,8 @@ fn done(c: &mut Ctx<'_>) -> Result {
 pub(crate) fn offer(offer: &mut Offer<SimUi>) {
     offer.command(
         both("simUI.create", MINUS, |c| {
-            let nodes = xml::read(&c.text(0)?)?;
+            let mut nodes = xml::read(&c.text(0)?)?;
+            svg::load(c, &mut nodes);
             let script = c.caller_script();
             let made = all(c)?.add(Window { script, nodes })?;
             opened(c, made)?;
@@ -38,7 +40,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         )
         .notes(
             "Elements: ui, label, group, button, hslider, vslider, checkbox, radiobutton, spinbox, edit, progressbar, \
-             combobox, tabs and tab, table, tree, image, plot, text-browser, br, stretch.",
+             combobox, tabs and tab, table, tree, image, svg, plot, text-browser, br, stretch.",
         )
         .example("local ui = simUI.create('<ui><button id=\"1\" text=\"Go\" on-click=\"go\"/></ui>')\nassert(ui > 0)"),
     );

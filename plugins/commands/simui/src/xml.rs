@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result};
-use xml::{ParserConfig, common::Position, reader::XmlEvent};
+use xml::{EmitterConfig, EventWriter, ParserConfig, common::Position, reader::XmlEvent};
 
 use crate::node::Node;
 
@@ -49,10 +49,21 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
     let text = escaped(text.trim_start());
     let mut reader = config.add_entity("nbsp", "\u{a0}").create_reader(text.as_bytes());
     let (mut nodes, mut open): (Vec<Node>, Vec<usize>) = (Vec::new(), Vec::new());
+    // A drawing within a widget is kept as it is written.
+    let mut drawing: Option<Drawing> = None;
     loop {
         let event = reader.next();
         let line = reader.position().row + 1;
         let event = event.map_err(|e| Fail::argument(format!("line {line} of the window: not XML: {}", e.msg())))?;
+        let within = open.last().is_some_and(|n| nodes[*n].element == "svg");
+        if within && (drawing.is_some() || matches!(event, XmlEvent::StartElement { .. })) {
+            let now = drawing.get_or_insert_with(Drawing::new);
+            if now.take(&event, open.len(), line)? {
+                let text = drawing.take().map(Drawing::text).unwrap_or_default();
+                nodes.last_mut().into_iter().for_each(|n| drop(n.values.insert("data".into(), json!(text))));
+            }
+            continue;
+        }
         match event {
             XmlEvent::StartElement { name, attributes, .. } => {
                 if open.len() >= MOST_DEPTH || nodes.len() >= MOST_NODES {
@@ -90,6 +101,38 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
     }
     gather(&mut nodes);
     Ok(nodes)
+}
+
+/// A drawing that is being read.
+struct Drawing {
+    writer: EventWriter<Vec<u8>>,
+    depth: usize,
+}
+
+impl Drawing {
+    fn new() -> Self {
+        let config = EmitterConfig::new().write_document_declaration(false);
+        Drawing { writer: config.create_writer(Vec::new()), depth: 0 }
+    }
+    /// Takes a part of it; whether that was the last one.
+    fn take(&mut self, event: &XmlEvent, above: usize, line: u64) -> Result<bool> {
+        match event {
+            XmlEvent::StartElement { .. } => self.depth += 1,
+            XmlEvent::EndElement { .. } => self.depth -= 1,
+            _ => {}
+        }
+        if self.depth + above > MOST_DEPTH {
+            return Err(Fail::argument(format!("line {line} of the window: elements nest at most {MOST_DEPTH} deep")));
+        }
+        if let Some(event) = event.as_writer_event() {
+            let written = self.writer.write(event);
+            written.map_err(|e| Fail::argument(format!("line {line} of the window: no drawing: {e}")))?;
+        }
+        Ok(self.depth == 0)
+    }
+    fn text(self) -> String {
+        String::from_utf8_lossy(&self.writer.into_inner()).into_owned()
+    }
 }
 
 fn attribute(node: &mut Node, name: &str, value: String) {
@@ -240,6 +283,19 @@ mod tests {
         assert_eq!((&all[2].values["value"], all[2].id.as_str()), (&json!(-5.0), "2"));
         assert_eq!(all[3].values["items"], json!(["x", "y"]));
         assert!(all.iter().any(|n| n.values.get("text") == Some(&json!("inside"))));
+    }
+
+    #[test]
+    fn a_drawing_within_a_widget_is_kept_as_it_is() {
+        let drawing = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"9\"><g><text>a &lt; b</text></g></svg>";
+        let all =
+            read(&format!("<ui><svg id='1'>{drawing}</svg><svg id='2' file='a.svg'/><label text='c'/></ui>")).unwrap();
+        assert_eq!(all.len(), 4);
+        assert_eq!((all[1].values["data"].as_str(), all[1].id.as_str()), (Some(drawing), "1"));
+        assert_eq!((&all[2].values["file"], all[2].values.get("data")), (&json!("a.svg"), None));
+        assert_eq!((all[3].values["text"].as_str(), all[3].above), (Some("c"), Some(0)));
+        let deep = format!("<ui><svg>{}", "<g>".repeat(70));
+        assert!(read(&deep).unwrap_err().text().contains("deep"));
     }
 
     #[test]

@@ -236,6 +236,15 @@ assert(sim.getFloatProperty(sim.createPureShape(0, 16, {1, 1, 1}, 2), 'shape.mas
 local box = sim.createPureShape(0, 16, {1, 1, 1}, 2)
 sim.setFloatProperty(box, 'shape.friction', 0.25)
 assert(sim.getFloatProperty(box, 'shape.friction') == 0.25)
+--- sim.getProperty
+local box = sim.createPureShape(0, 16, {1, 1, 1}, 2)
+assert(sim.getProperty(box, 'mass') == 2 and sim.getProperty(box, 'dynamic') == false)
+assert(sim.getProperty(box, 'customData.colour', {noError = true}) == nil)
+--- sim.setProperty
+local box = sim.createPureShape(0, 16, {1, 1, 1}, 2)
+sim.setProperty(box, 'customData.colour', 'red')
+sim.setProperty(box, 'friction', 0.25)
+assert(sim.getProperty(box, 'customData.colour') == 'red' and sim.getProperty(box, 'friction') == 0.25)
 --- sim.getIntProperty
 assert(sim.getIntProperty(sim.createDummy(0.01), 'object.layer') == 1)
 --- sim.setIntProperty

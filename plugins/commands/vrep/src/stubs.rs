@@ -220,8 +220,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     ] {
         add(offer, name, None, gives, "there is no ROS node");
     }
-    offer.prelude("lua", "sim-1", "return sim");
-    offer.prelude("lua", "sim-2", "return sim");
 }
 
 fn add(offer: &mut Offer<Vrep>, name: &str, flat: Option<(&str, [Value; 1])>, gives: Gives, why: &str) {

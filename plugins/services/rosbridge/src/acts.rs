@@ -20,12 +20,6 @@ use crate::{
 
 /// Messages of one client in one turn.
 const AT_ONCE: usize = 1000;
-/// Services that start and stop the simulation.
-const CONTROL: &[(&str, u32)] = &[
-    ("/simulation/start", TATU_REQUEST_START),
-    ("/simulation/pause", TATU_REQUEST_PAUSE),
-    ("/simulation/stop", TATU_REQUEST_STOP),
-];
 
 impl State {
     /// Does what clients sent.
@@ -89,21 +83,19 @@ impl State {
             Ask::Unsubscribe { topic, id } => peer.unsubscribe(&topic, id.as_deref()),
             Ask::Level(level) => peer.told = level != "none",
             Ask::Call { service, args } => self.call(turn, p, number, id, &service, &args)?,
-            Ask::Serve { service, .. } if is_own(&service) => {
+            Ask::Serve { service, .. } if rosapi::is_own(&service) => {
                 return Err(Fail::unsupported(format!("{service} is offered here already")));
             }
             Ask::Serve { service, kind } => drop(self.relay.services.insert(service, (number, kind))),
             Ask::Unserve { service } => self.relay.services.retain(|s, (peer, _)| *s != service || *peer != number),
             Ask::Answer { id, values, good } => self.relay.answered(&self.peers, number, &id, &values, good),
-            Ask::OfferAction { action, kind } => self.relay.offer_action(action, Some(kind), number),
-            Ask::WithdrawAction { action } => self.relay.offer_action(action, None, number),
-            Ask::Goal { action, whole } => {
-                if !self.relay.goal(&self.peers, number, id, &action, whole) {
-                    return Err(Fail::missing(format!("nobody offers the action {action}")));
-                }
+            Ask::OfferAction { action, kind } => self.offer_action(number, action, kind)?,
+            Ask::WithdrawAction { action } => self.relay.withdraw_action(&action, number),
+            Ask::Goal { action, whole } => self.goal(turn, number, id, &action, whole)?,
+            Ask::Cancel { id } => self.cancel(turn, number, &id)?,
+            Ask::Progress { id, values, status, good } => {
+                self.relay.progress(&self.peers, number, &id, status, values, good);
             }
-            Ask::Cancel { id, whole } => self.relay.cancel(&self.peers, number, &id, whole),
-            Ask::Progress { id, whole, last } => self.relay.progress(&self.peers, number, &id, whole, last),
         }
         Ok(())
     }
@@ -148,16 +140,21 @@ impl State {
             }
             ("server", true) => drop(self.relay.services.insert(name, (SCRIPTS, kind))),
             ("server", false) => self.relay.services.retain(|s, (server, _)| *s != name || *server != SCRIPTS),
+            ("action server", true) => drop(self.relay.actions.insert(name, (SCRIPTS, kind))),
+            ("action server", false) => self.relay.withdraw_action(&name, SCRIPTS),
             _ => {}
         }
     }
 
     /// Passes calls of scripts on to clients, and what came back to scripts.
-    pub(crate) fn asked_by_scripts(&mut self, turn: &Turn<'_>) -> Result {
+    pub(crate) fn asked_by_scripts(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         for (number, service, args) in std::mem::take(&mut self.requests) {
             if !self.relay.call(&self.peers, SCRIPTS, Some(number.to_string()), &service, &args) {
-                let text = format!("there is no service {service}");
-                self.relay.answers.push((number.to_string(), Json::String(text), false));
+                let (values, good) = match self.own(turn, p, &service, &args) {
+                    Ok(values) => (values, true),
+                    Err(fail) => (json!(fail.text()), false),
+                };
+                self.relay.answers.push((number.to_string(), values, good));
             }
         }
         for (number, values, good) in std::mem::take(&mut self.relay.answers) {
@@ -205,7 +202,7 @@ impl State {
 
     /// The services that are there by themselves.
     fn own(&mut self, turn: &Turn<'_>, p: &Props, service: &str, args: &Json) -> Result<Json> {
-        if let Some((_, request)) = CONTROL.iter().find(|(name, _)| *name == service) {
+        if let Some((_, request)) = rosapi::CONTROL.iter().find(|(name, _)| *name == service) {
             turn.request(*request)?;
             return Ok(json!({ "success": true, "message": "" }));
         }
@@ -219,7 +216,7 @@ impl State {
         kinds.extend(self.relay.of_scripts.clone());
         let mut services: BTreeMap<String, String> =
             rosapi::SERVICES.iter().map(|(s, k)| ((*s).to_owned(), (*k).to_owned())).collect();
-        services.extend(CONTROL.iter().map(|(s, _)| ((*s).to_owned(), "std_srvs/Trigger".to_owned())));
+        services.extend(rosapi::CONTROL.iter().map(|(s, _)| ((*s).to_owned(), "std_srvs/Trigger".to_owned())));
         services.extend(self.relay.services.iter().map(|(s, (_, kind))| (s.clone(), kind.clone())));
         let graph = rosapi::Graph {
             topics: &kinds,
@@ -232,11 +229,6 @@ impl State {
         rosapi::call(&graph, &mut self.params, service, args)
             .unwrap_or_else(|| Err(Fail::missing(format!("there is no service {service}"))))
     }
-}
-
-/// Whether a service is there by itself.
-fn is_own(service: &str) -> bool {
-    rosapi::SERVICES.iter().any(|(s, _)| *s == service) || CONTROL.iter().any(|(s, _)| *s == service)
 }
 
 /// Calls a service that a script offers.

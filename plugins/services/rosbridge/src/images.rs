@@ -11,7 +11,7 @@ use crate::{
 
 pub(crate) fn images(offer: &mut Offer<Plugin>) {
     let image = |c: &mut Ctx<'_>, ros| {
-        let endpoint = Endpoint::new(Role::Publisher, &c.text(0)?, "sensor_msgs/Image", ros, Callback::default())?;
+        let endpoint = Endpoint::new(Role::Publisher, &c.text(0)?, "sensor_msgs/Image", ros, Vec::new())?;
         let made = c.instance().open(&c.world(), c.caller_script(), endpoint)?;
         c.ret(made);
         Ok(())
@@ -67,11 +67,52 @@ pub(crate) fn images(offer: &mut Offer<Plugin>) {
                 .example(format!("{module}.imageTransportPublish({}, string.rep('\\0', 12), 2, 2)", opened(ros)))
         },
     );
-    let close = |c: &mut Ctx<'_>, _| c.instance().close(c, c.i64(0)?, Role::Publisher);
-    add(offer, ["imageTransportShutdownPublisher"; 2], close, |cmd, ros| {
+    let listen = |c: &mut Ctx<'_>, ros| {
+        let callback = Callback::read(c, 1)?;
+        let mut endpoint = Endpoint::new(Role::Subscriber, &c.text(0)?, "sensor_msgs/Image", ros, vec![callback])?;
+        endpoint.pixels = true;
+        let made = c.instance().open(&c.world(), c.caller_script(), endpoint)?;
+        c.ret(made);
+        Ok(())
+    };
+    add(offer, ["imageTransportSubscribe", "imageTransportCreateSubscription"], listen, |cmd, ros| {
         let module = words(ros, "simROS", "simROS2");
-        cmd.param(handle())
-            .text("Gives a publisher of images up.")
-            .example(format!("{module}.imageTransportShutdownPublisher({})", opened(ros)))
+        let name = words(ros, "imageTransportSubscribe", "imageTransportCreateSubscription");
+        cmd.param(Param::string("topic"))
+            .param(Param::any("callback").text(
+                "a function of the script or its name, called with data, width and height: red, green, blue of each \
+                 pixel, the lowest row first",
+            ))
+            .param(Param::any("queue").optional())
+            .returns(handle())
+            .text("Listens to images.")
+            .notes("Encodings are rgb8, bgr8, rgba8, bgra8 and mono8; others are an error.")
+            .example(format!(
+                "function seen(data, width, height) first, size = data:byte(1), width * height end\n\
+                 {module}.{name}('/eye', 'seen')\n\
+                 {module}.imageTransportPublish({}, '\\1\\2\\3\\4\\5\\6', 1, 2)\nassert(first == 1 and size == 2)",
+                opened(ros)
+            ))
     });
+    for (names, role, what, open) in [
+        (["imageTransportShutdownPublisher"; 2], Role::Publisher, "publisher of", opened as fn(Ros) -> String),
+        (
+            ["imageTransportShutdownSubscriber", "imageTransportShutdownSubscription"],
+            Role::Subscriber,
+            "listener to",
+            |ros| {
+                words(
+                    ros,
+                    "simROS.imageTransportSubscribe('/eye', 'f')",
+                    "simROS2.imageTransportCreateSubscription('/eye', 'f')",
+                )
+            },
+        ),
+    ] {
+        let close = move |c: &mut Ctx<'_>, _| c.instance().close(c, c.i64(0)?, role);
+        add(offer, names, close, |cmd, ros| {
+            let name = words(ros, &format!("simROS.{}", names[0]), &format!("simROS2.{}", names[1]));
+            cmd.param(handle()).text(format!("Gives a {what} images up.")).example(format!("{name}({})", open(ros)))
+        });
+    }
 }

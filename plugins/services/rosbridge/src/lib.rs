@@ -6,16 +6,25 @@
 //! - `topics`: which topics there are by themselves; `messages`: what they contain;
 //! - `protocol`: what clients ask; `peers`: what each has asked for; `relay`: what clients offer each other;
 //! - `acts`: what is done for clients; `rosapi`: what there is; `service`: the barrier;
-//! - `scripts`: `simROS` and `simROS2`, by which scripts take part; `times`, `images`, `params`: more of them; `node`:
-//!   what they have open.
+//! - `scripts`: `simROS` and `simROS2`, by which scripts take part; `times`, `images`, `pixels`, `bytes`, `params`: more of
+//!   them; `node`: what they have open;
+//! - `goals`: what a goal of an action is; `actions`: commands for them; `between`: those that the service calls;
+//!   `goals_of_scripts`, `goals_of_clients`: what is done with them.
 
+mod actions;
 mod acts;
+mod between;
+mod bytes;
 mod convert;
+mod goals;
+mod goals_of_clients;
+mod goals_of_scripts;
 mod images;
 mod messages;
 mod node;
 mod params;
 mod peers;
+mod pixels;
 mod plugin;
 mod poses;
 mod protocol;
@@ -52,7 +61,7 @@ impl Plugin for Ros {
         node.end_run(world)
     }
 
-    const STATE_VERSION: u32 = 1;
+    const STATE_VERSION: u32 = 2;
     fn save(node: &node::Node) -> Result<Vec<u8>> {
         node.write()
     }
@@ -70,11 +79,16 @@ impl Plugin for Ros {
         offer.service::<Rosbridge>();
         offer.subject("ros2", |offer| {
             scripts::offer(offer);
+            actions::offer(offer);
+            bytes::offer(offer);
             images::images(offer);
             params::params(offer);
             times::times(offer);
         });
-        offer.subject("rosbridge", scripts::between);
+        offer.subject("rosbridge", |offer| {
+            scripts::between(offer);
+            between::offer(offer);
+        });
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::{
     cell::{RefCell, RefMut},
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
 };
 
 use serde::{Deserialize, Serialize};
@@ -14,6 +14,8 @@ use tatu_plugin_api::{
 
 use crate::{
     Ctx, convert,
+    goals::Goal,
+    pixels, rosapi,
     types::{self, Ros},
 };
 
@@ -24,9 +26,27 @@ pub(crate) const MESSAGE: &str = "ros.message";
 /// Told when a script calls a service that no script offers.
 pub(crate) const REQUEST: &str = "ros.request";
 
-/// What a script gave to be called: a name, or a function.
-#[derive(Default)]
-pub(crate) struct Callback(pub(crate) String, pub(crate) Option<tatu_func>);
+/// What a script gave to be called: a function of it by its name, or kept. With neither nothing is called.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Callback {
+    name: String,
+    /// No snapshot has it.
+    #[serde(skip)]
+    function: Option<tatu_func>,
+}
+
+impl Callback {
+    /// What argument `i` of a call says.
+    pub(crate) fn read(c: &Ctx<'_>, i: usize) -> Result<Callback> {
+        Ok(match c.arg(i).as_func() {
+            Some(function) => Callback { name: String::new(), function: Some(c.keep_func(function)?) },
+            None => Callback { name: c.text(i)?, function: None },
+        })
+    }
+    fn is_none(&self) -> bool {
+        self.name.is_empty() && self.function.is_none()
+    }
+}
 
 /// What a handle of a script stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -35,6 +55,8 @@ pub(crate) enum Role {
     Subscriber,
     Client,
     Server,
+    ActionClient,
+    ActionServer,
 }
 
 impl Role {
@@ -45,6 +67,8 @@ impl Role {
             Role::Subscriber => "subscriber",
             Role::Client => "client",
             Role::Server => "server",
+            Role::ActionClient => "action client",
+            Role::ActionServer => "action server",
         }
     }
 }
@@ -54,17 +78,16 @@ impl Role {
 pub(crate) struct Endpoint {
     pub(crate) role: Role,
     pub(crate) name: String,
-    /// The type, with the name of ROS 1; of a service without `Request`.
+    /// The type, with the name of ROS 1; of a service without `Request`, of an action without `Goal`.
     pub(crate) kind: String,
     /// Whether the script has names and times of ROS 2.
     pub(crate) two: bool,
-    /// The function that is called, by its name,
-    pub(crate) callback: String,
-    /// or kept; no snapshot has it.
-    #[serde(skip)]
-    pub(crate) function: Option<tatu_func>,
+    /// What is called: one function, or those of an action in the order in which they were given.
+    callbacks: Vec<Callback>,
     /// Whether arrays of bytes are texts for the script.
     pub(crate) bytes_as_text: bool,
+    /// Whether the script gets the pixels of images, not messages.
+    pub(crate) pixels: bool,
     script: tatu_object,
 }
 
@@ -78,13 +101,39 @@ impl Endpoint {
 #[derive(Default, Serialize, Deserialize)]
 pub(crate) struct All {
     made: i64,
-    open: BTreeMap<i64, Endpoint>,
+    pub(crate) open: BTreeMap<i64, Endpoint>,
     /// Parameters that scripts set.
     pub(crate) params: BTreeMap<String, Json>,
     asked: u64,
     /// The handles of clients whose calls wait.
     waiting: BTreeMap<u64, i64>,
     answers: BTreeMap<u64, (String, bool)>,
+    /// What clients of the service offer.
+    pub(crate) offered: Offered,
+    /// Goals that have no result yet, by their ids.
+    pub(crate) goals: BTreeMap<String, Goal>,
+    /// Goals that were ever given, counted.
+    pub(crate) given: u64,
+    /// Threads that wait until somebody offers something, by number.
+    pub(crate) waits: BTreeMap<u64, Wait>,
+}
+
+/// What clients of rosbridge offer scripts.
+#[derive(Debug, Default, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Offered {
+    pub(crate) services: BTreeSet<String>,
+    pub(crate) actions: BTreeSet<String>,
+}
+
+/// A thread that waits until somebody offers what it asks.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Wait {
+    /// The handle by which it asks.
+    pub(crate) handle: i64,
+    /// What it will send.
+    pub(crate) json: Json,
+    /// Simulation time at which it gives up, s.
+    pub(crate) until: f64,
 }
 
 /// The node of a world. Commands may enter each other: borrow briefly, never across a call to the host.
@@ -95,7 +144,7 @@ impl Node {
     /// As bytes, for snapshots; an error: functions cannot be written.
     pub(crate) fn write(&self) -> Result<Vec<u8>> {
         let all = self.all()?;
-        if all.open.values().any(|e| e.function.is_some()) {
+        if all.open.values().flat_map(|e| &e.callbacks).any(|f| f.function.is_some()) {
             return Err(Fail::unsupported("callbacks given as functions cannot be saved: give names of functions"));
         }
         serde_json::to_vec(&*all).map_err(|e| Fail::new(format!("what scripts have open cannot be written: {e}")))
@@ -114,7 +163,9 @@ impl Node {
         }
         // The next run numbers its own as this one did.
         let made = kept.keys().next_back().copied().unwrap_or(0);
-        *self.all()? = All { made, open: kept, ..All::default() };
+        let mut all = self.all()?;
+        let offered = std::mem::take(&mut all.offered);
+        *all = All { made, open: kept, offered, ..All::default() };
         Ok(())
     }
 
@@ -131,7 +182,7 @@ impl Node {
     /// Closes one.
     pub(crate) fn close(&self, c: &Ctx<'_>, handle: i64, role: Role) -> Result {
         let endpoint = self.of(handle, role)?;
-        endpoint.function.into_iter().for_each(|f| c.drop_func(f));
+        endpoint.callbacks.iter().filter_map(|f| f.function).for_each(|f| c.drop_func(f));
         let last = {
             let mut all = self.all()?;
             all.open.remove(&handle);
@@ -152,11 +203,12 @@ impl Node {
         }
         Ok(())
     }
-    /// Those of a role and a name whose script is still there, in order of their making.
-    fn alive(&self, world: &World<'_>, role: Role, name: &str) -> Result<Vec<Endpoint>> {
+    /// Those of a role and a name whose script is still there, in order of their making, with their handles.
+    pub(crate) fn alive(&self, world: &World<'_>, role: Role, name: &str) -> Result<Vec<(i64, Endpoint)>> {
         let mut all = self.all()?;
         all.open.retain(|_, e| world.look(e.script).is_ok());
-        Ok(all.open.values().filter(|e| e.role == role && e.name == name).cloned().collect())
+        let found = all.open.iter().filter(|(_, e)| e.role == role && e.name == name);
+        Ok(found.map(|(handle, e)| (*handle, e.clone())).collect())
     }
 
     /// A script publishes: other scripts of the world get it at once, clients by the service.
@@ -174,18 +226,20 @@ impl Node {
     }
     /// Scripts that listen get a message.
     pub(crate) fn deliver(&self, c: &mut Ctx<'_>, topic: &str, json: &Json) -> Result {
-        for to in self.alive(&c.world(), Role::Subscriber, topic)? {
-            let message = for_script(convert::value(json, &to.kind, to.ros())?, to.bytes_as_text);
-            to.call(c, message)?;
+        for (_, to) in self.alive(&c.world(), Role::Subscriber, topic)? {
+            let message = convert::value(json, &to.kind, to.ros())?;
+            let arguments = if to.pixels { pixels::pixels(&message)?.to_vec() } else { vec![to.given(message)] };
+            to.call(c, 0, &arguments)?;
         }
         Ok(())
     }
     /// Calls a service that a script offers; `None`: none does.
     pub(crate) fn serve(&self, c: &mut Ctx<'_>, service: &str, request: &Json) -> Result<Option<Json>> {
-        let Some(server) = self.alive(&c.world(), Role::Server, service)?.into_iter().next() else { return Ok(None) };
+        let Some((_, server)) = self.alive(&c.world(), Role::Server, service)?.into_iter().next() else {
+            return Ok(None);
+        };
         let request = convert::value(request, &format!("{}Request", server.kind), server.ros())?;
-        let request = for_script(request, server.bytes_as_text);
-        let results = server.call(c, request)?;
+        let results = server.call(c, 0, &[server.given(request)])?;
         let response = results.first().unwrap_or(&Value::Nil);
         Ok(Some(convert::node(response, &format!("{}Response", server.kind), server.ros())?.json()))
     }
@@ -207,6 +261,20 @@ impl Node {
         world.publish_value(REQUEST, &payload)?;
         Ok(number)
     }
+    /// A thread waits; its number.
+    pub(crate) fn wait(&self, wait: Wait) -> Result<u64> {
+        let mut all = self.all()?;
+        all.asked += 1;
+        let number = all.asked;
+        all.waits.insert(number, wait);
+        Ok(number)
+    }
+    /// Whether a script or a client offers a service.
+    pub(crate) fn has_service(&self, world: &World<'_>, name: &str) -> Result<bool> {
+        Ok(self.all()?.offered.services.contains(name)
+            || !self.alive(world, Role::Server, name)?.is_empty()
+            || rosapi::is_own(name) && world.is_wanted(REQUEST))
+    }
     /// An answer came.
     pub(crate) fn answered(&self, number: u64, json: String, good: bool) -> Result {
         self.all()?.answers.insert(number, (json, good));
@@ -225,15 +293,20 @@ impl Node {
 }
 
 impl Endpoint {
-    /// Calls the script's function.
-    fn call(&self, c: &mut Ctx<'_>, argument: Value) -> Result<Vec<Value>> {
-        match self.function {
-            Some(function) => c.call_func(function, &[argument]),
-            None => c.world().call_function(self.script, &self.callback, &[argument]),
+    /// Calls the script's function of a number; without one there is no result.
+    pub(crate) fn call(&self, c: &mut Ctx<'_>, n: usize, arguments: &[Value]) -> Result<Vec<Value>> {
+        let Some(callback) = self.callbacks.get(n).filter(|f| !f.is_none()) else { return Ok(Vec::new()) };
+        match callback.function {
+            Some(function) => c.call_func(function, arguments),
+            None => c.world().call_function(self.script, &callback.name, arguments),
         }
     }
+    /// A message as the script gets it.
+    pub(crate) fn given(&self, message: Value) -> Value {
+        for_script(message, self.bytes_as_text)
+    }
     /// One that is to be opened.
-    pub(crate) fn new(role: Role, name: &str, kind: &str, ros: Ros, callback: Callback) -> Result<Endpoint> {
+    pub(crate) fn new(role: Role, name: &str, kind: &str, ros: Ros, callbacks: Vec<Callback>) -> Result<Endpoint> {
         if name.is_empty() || kind.is_empty() {
             return Err(Fail::argument("a name and a type are needed: '/cmd_vel', 'geometry_msgs/Twist'"));
         }
@@ -243,9 +316,9 @@ impl Endpoint {
             name: format!("/{}", name.trim_start_matches('/')),
             kind: types::plain(kind),
             two: ros == Ros::Two,
-            callback: callback.0,
-            function: callback.1,
+            callbacks,
             bytes_as_text: false,
+            pixels: false,
             script: 0,
         })
     }

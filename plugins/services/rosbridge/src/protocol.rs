@@ -36,9 +36,9 @@ pub enum Ask {
     /// It gives a goal; the whole message is passed on.
     Goal { action: String, whole: Json },
     /// It takes a goal back,
-    Cancel { id: String, whole: Json },
-    /// reports one, or ends it.
-    Progress { id: String, whole: Json, last: bool },
+    Cancel { id: String },
+    /// reports one, or, with a status, ends it.
+    Progress { id: String, values: Json, status: Option<i64>, good: bool },
     /// Which errors are reported to it.
     Level(String),
 }
@@ -99,9 +99,14 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
         "advertise_action" => Ask::OfferAction { action: text("action")?, kind: or_empty("type") },
         "unadvertise_action" => Ask::WithdrawAction { action: text("action")? },
         "send_action_goal" => Ask::Goal { action: text("action")?, whole: message.clone() },
-        "cancel_action_goal" => Ask::Cancel { id: known()?, whole: message.clone() },
-        "action_feedback" => Ask::Progress { id: known()?, whole: message.clone(), last: false },
-        "action_result" => Ask::Progress { id: known()?, whole: message.clone(), last: true },
+        "cancel_action_goal" => Ask::Cancel { id: known()? },
+        "action_feedback" => Ask::Progress { id: known()?, values: any("values"), status: None, good: true },
+        "action_result" => {
+            let good = message.get("result").and_then(Json::as_bool).unwrap_or(true);
+            // Who does not say how it ended has reached it, or failed.
+            let status = message.get("status").and_then(Json::as_i64).unwrap_or(if good { 4 } else { 6 });
+            Ask::Progress { id: known()?, values: any("values"), status: Some(status.max(0)), good }
+        }
         "set_level" | "status_level" => Ask::Level(text("level")?),
         other => return Err(Fail::unsupported(format!("there is no operation `{other}`"))),
     };

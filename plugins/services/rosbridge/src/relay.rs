@@ -1,11 +1,11 @@
-//! What clients offer each other: topics that they publish, services and actions that they serve. Calls go to whoever
-//! serves, under a number of ours, and answers back to whoever asked.
+//! What clients and scripts offer each other: topics that they publish, services and actions that they serve. Calls and
+//! goals go to whoever serves, under a number of ours, and answers back to whoever asked.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Value as Json, json};
 
-use crate::peers::Peer;
+use crate::{peers::Peer, types::Ros};
 
 /// Something that a client waits for.
 struct Waiting {
@@ -17,7 +17,43 @@ struct Waiting {
     of: String,
     /// and whom.
     server: u64,
+    /// Whether it wants to hear how far a goal is.
+    feedback: bool,
 }
+
+/// What came of a goal of a script.
+pub struct Report {
+    /// The goal's id.
+    pub id: String,
+    /// As `action_msgs/GoalStatus` counts; `None`: it is under way.
+    pub status: Option<i64>,
+    /// Feedback, or the result.
+    pub values: Json,
+}
+
+/// What scripts ask of clients, until the next barrier.
+#[derive(Default)]
+pub struct GoalsOfScripts {
+    /// Goals: id, action, and the message for whoever takes it.
+    pub given: Vec<(String, String, Json)>,
+    /// Ids of those that are taken back.
+    pub taken_back: Vec<String>,
+}
+
+impl GoalsOfScripts {
+    /// A script gives a goal.
+    pub fn give(&mut self, id: String, action: String, plain: &str, args: Json) {
+        let kind = Ros::Two.name(plain).replace("/msg/", "/action/");
+        let message = json!({
+            "op": "send_action_goal", "action": action, "action_type": kind, "args": args, "feedback": true,
+        });
+        self.given.push((id, action, message));
+    }
+}
+
+/// Goals that end without a result, as `action_msgs/GoalStatus` counts: nobody knows, or given up.
+pub const UNKNOWN: i64 = 0;
+pub const ABORTED: i64 = 6;
 
 /// What is offered, and what is under way.
 #[derive(Default)]
@@ -30,7 +66,10 @@ pub struct Relay {
     pub of_scripts: BTreeMap<String, String>,
     /// Answers for scripts: the number of the call, what came, and whether it went well.
     pub answers: Vec<(String, Json, bool)>,
-    actions: BTreeMap<String, (u64, String)>,
+    /// The same for goals of scripts.
+    pub reports: Vec<Report>,
+    /// Who takes goals of an action, and its type.
+    pub actions: BTreeMap<String, (u64, String)>,
     calls: BTreeMap<String, Waiting>,
     goals: BTreeMap<String, Waiting>,
     count: u64,
@@ -57,12 +96,9 @@ impl Relay {
         format!("{what}:{}", self.count)
     }
 
-    /// Offers an action, or takes it back.
-    pub fn offer_action(&mut self, action: String, kind: Option<String>, peer: u64) {
-        match kind {
-            Some(kind) => drop(self.actions.insert(action, (peer, kind))),
-            None => self.actions.retain(|a, (p, _)| *a != action || *p != peer),
-        }
+    /// Offers an action no more.
+    pub fn withdraw_action(&mut self, action: &str, peer: u64) {
+        self.actions.retain(|a, (p, _)| a != action || *p != peer);
     }
 
     /// Passes a call on to the client that serves it; false: none does.
@@ -71,7 +107,7 @@ impl Relay {
         let Some(peer) = peers.get(&server) else { return false };
         let own = self.number("call");
         peer.send(&json!({ "op": "call_service", "id": own, "service": service, "args": args }));
-        self.calls.insert(own, Waiting { asker, id, of: service.to_owned(), server });
+        self.calls.insert(own, Waiting { asker, id, of: service.to_owned(), server, feedback: false });
         true
     }
 
@@ -94,43 +130,75 @@ impl Relay {
     }
 
     /// The scripts have ended, and what they offered with them.
-    pub fn scripts_gone(&mut self) {
+    pub fn scripts_gone(&mut self, peers: &Peers) {
         self.services.retain(|_, (server, _)| *server != SCRIPTS);
+        self.actions.retain(|_, (server, _)| *server != SCRIPTS);
+        self.end_goals(peers, SCRIPTS, &json!("the simulation has stopped"));
+        self.reports.clear();
         self.of_scripts.clear();
         self.answers.clear();
         self.calls.retain(|_, w| w.asker != SCRIPTS);
     }
 
-    /// Passes a goal on; false: nobody takes it.
+    /// Notes a goal under a number of ours.
+    pub fn note_goal(&mut self, asker: u64, id: Option<String>, action: &str, server: u64, feedback: bool) -> String {
+        let own = self.number("goal");
+        self.goals.insert(own.clone(), Waiting { asker, id, of: action.to_owned(), server, feedback });
+        own
+    }
+
+    /// Passes a goal on to the client that takes it; false: none does.
     pub fn goal(&mut self, peers: &Peers, asker: u64, id: Option<String>, action: &str, mut whole: Json) -> bool {
         let Some((server, _)) = self.actions.get(action).cloned() else { return false };
         let Some(peer) = peers.get(&server) else { return false };
-        let own = self.number("goal");
-        whole["id"] = json!(own);
+        let feedback = whole.get("feedback").and_then(Json::as_bool).unwrap_or(false);
+        whole["id"] = json!(self.note_goal(asker, id, action, server, feedback));
         peer.send(&whole);
-        self.goals.insert(own, Waiting { asker, id, of: action.to_owned(), server });
         true
     }
 
-    /// Passes feedback or the result of a goal back.
-    pub fn progress(&mut self, peers: &Peers, server: u64, id: &str, mut whole: Json, last: bool) {
-        let Some(waiting) = self.goals.get(id).filter(|w| w.server == server) else { return };
-        whole["id"] = json!(waiting.id);
-        if let Some(asker) = peers.get(&waiting.asker) {
-            asker.send(&whole);
+    /// Passes feedback, or with a status the result, back to whoever gave the goal.
+    pub fn progress(&mut self, peers: &Peers, server: u64, own: &str, status: Option<i64>, values: Json, good: bool) {
+        let Some(waiting) = self.goals.get(own).filter(|w| w.server == server) else { return };
+        if waiting.asker == SCRIPTS {
+            self.reports.extend(waiting.id.clone().map(|id| Report { id, status, values }));
+        } else if let Some(asker) = peers.get(&waiting.asker)
+            && (status.is_some() || waiting.feedback)
+        {
+            let op = if status.is_some() { "action_result" } else { "action_feedback" };
+            let mut message = json!({ "op": op, "action": waiting.of, "values": values });
+            if let Some(id) = &waiting.id {
+                message["id"] = json!(id);
+            }
+            if let Some(status) = status {
+                message["status"] = json!(status);
+                message["result"] = json!(good);
+            }
+            asker.send(&message);
         }
-        if last {
-            self.goals.remove(id);
+        if status.is_some() {
+            self.goals.remove(own);
         }
     }
 
-    /// Passes on that a goal is taken back.
-    pub fn cancel(&mut self, peers: &Peers, asker: u64, id: &str, mut whole: Json) {
-        let found = self.goals.iter().find(|(_, w)| w.asker == asker && w.id.as_deref() == Some(id));
-        let Some((own, waiting)) = found else { return };
-        whole["id"] = json!(own);
+    /// Passes on that a goal is taken back; the number of one that a script works on.
+    pub fn cancel(&mut self, peers: &Peers, asker: u64, id: &str) -> Option<String> {
+        let (own, waiting) = self.goals.iter().find(|(_, w)| w.asker == asker && w.id.as_deref() == Some(id))?;
+        if waiting.server == SCRIPTS {
+            return Some(own.clone());
+        }
         if let Some(server) = peers.get(&waiting.server) {
-            server.send(&whole);
+            server.send(&json!({ "op": "cancel_action_goal", "id": own, "action": waiting.of }));
+        }
+        None
+    }
+
+    /// Ends all goals of a server that will not end them, and forgets those of an asker.
+    fn end_goals(&mut self, peers: &Peers, of: u64, why: &Json) {
+        self.goals.retain(|_, w| w.asker != of);
+        let over: Vec<String> = self.goals.iter().filter(|(_, w)| w.server == of).map(|(own, _)| own.clone()).collect();
+        for own in over {
+            self.progress(peers, of, &own, Some(ABORTED), why.clone(), false);
         }
     }
 
@@ -147,22 +215,7 @@ impl Relay {
                 self.calls.insert(own, waiting);
             }
         }
-        let mut over = Vec::new();
-        self.goals.retain(|_, w| {
-            if w.server == peer {
-                // 6: aborted, as `action_msgs/GoalStatus` counts.
-                over.push((
-                    w.asker,
-                    json!({ "op": "action_result", "id": w.id, "action": w.of, "values": lost, "status": 6, "result": false }),
-                ));
-            }
-            w.server != peer && w.asker != peer
-        });
-        for (asker, message) in over {
-            if let Some(asker) = peers.get(&asker) {
-                asker.send(&message);
-            }
-        }
+        self.end_goals(peers, peer, &lost);
         self.forget(peers);
     }
 

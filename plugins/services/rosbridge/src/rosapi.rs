@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 
 use serde_json::{Value as Json, json};
-use tatu_plugin_api::safe::{Fail, Result};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Fail, Result},
+};
 
 use crate::types::{self, Many, Ros};
 
@@ -44,6 +47,18 @@ pub const SERVICES: &[(&str, &str)] = &[
     ("/rosapi/delete_param", "rosapi/DeleteParam"),
     ("/rosapi/get_param_names", "rosapi/GetParamNames"),
 ];
+
+/// Services that start and stop the simulation.
+pub const CONTROL: &[(&str, u32)] = &[
+    ("/simulation/start", TATU_REQUEST_START),
+    ("/simulation/pause", TATU_REQUEST_PAUSE),
+    ("/simulation/stop", TATU_REQUEST_STOP),
+];
+
+/// Whether a service is there by itself.
+pub fn is_own(service: &str) -> bool {
+    SERVICES.iter().any(|(s, _)| *s == service) || CONTROL.iter().any(|(s, _)| *s == service)
+}
 
 /// Answers a call of a service of `/rosapi`; `None`: there is no such service.
 pub fn call(g: &Graph<'_>, params: &mut BTreeMap<String, String>, service: &str, args: &Json) -> Option<Result<Json>> {

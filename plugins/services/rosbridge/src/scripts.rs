@@ -18,7 +18,7 @@ pub(crate) const ANSWER: &str = "rosbridge.answer";
 
 const HANDLE: &str = "what opening it gave";
 
-fn parse(c: &Ctx<'_>, i: usize) -> Result<Json> {
+pub(crate) fn parse(c: &Ctx<'_>, i: usize) -> Result<Json> {
     serde_json::from_slice(c.bytes(i)?).map_err(|e| Fail::argument(format!("no JSON: {e}")))
 }
 
@@ -28,14 +28,13 @@ pub(crate) fn handle() -> Param {
 
 /// Opens an endpoint by argument 0, its name, and 1, its type.
 fn open(c: &mut Ctx<'_>, role: Role, ros: Ros, callback: Option<usize>) -> Result {
-    let callback = match callback {
-        None => Callback::default(),
-        Some(i) => match c.arg(i).as_func() {
-            Some(function) => Callback(String::new(), Some(c.keep_func(function)?)),
-            None => Callback(c.text(i)?, None),
-        },
-    };
-    let endpoint = Endpoint::new(role, &c.text(0)?, &c.text(1)?, ros, callback)?;
+    let callbacks = callback.map(|i| Callback::read(c, i)).transpose()?;
+    open_with(c, role, ros, callbacks.into_iter().collect())
+}
+
+/// The same, with what will be called.
+pub(crate) fn open_with(c: &mut Ctx<'_>, role: Role, ros: Ros, callbacks: Vec<Callback>) -> Result {
+    let endpoint = Endpoint::new(role, &c.text(0)?, &c.text(1)?, ros, callbacks)?;
     let made = c.instance().open(&c.world(), c.caller_script(), endpoint)?;
     c.ret(made);
     Ok(())
@@ -44,7 +43,7 @@ fn open(c: &mut Ctx<'_>, role: Role, ros: Ros, callback: Option<usize>) -> Resul
 /// What a service answered, as its caller gets it.
 fn response(c: &mut Ctx<'_>, client: &Endpoint, json: &Json) -> Result<Outcome> {
     let value = convert::value(json, &format!("{}Response", client.kind), client.ros())?;
-    c.ret(value);
+    c.ret(client.given(value));
     Ok(Outcome::Done)
 }
 
@@ -83,7 +82,7 @@ fn call(c: &mut Ctx<'_>) -> Result<Outcome> {
 }
 
 fn transforms(c: &mut Ctx<'_>, ros: Ros, all: Vec<Value>) -> Result {
-    let endpoint = Endpoint::new(Role::Publisher, "/tf", "tf2_msgs/TFMessage", ros, Callback::default())?;
+    let endpoint = Endpoint::new(Role::Publisher, "/tf", "tf2_msgs/TFMessage", ros, Vec::new())?;
     let message = Value::Map(vec![(Value::text("transforms"), Value::List(all))]);
     c.instance().publish(c, &endpoint, &message)
 }
@@ -230,27 +229,6 @@ fn topics(offer: &mut Offer<Plugin>) {
             ))
         });
     }
-    for (names, role, one, two) in [
-        (
-            ["publisherTreatUInt8ArrayAsString"; 2],
-            Role::Publisher,
-            "advertise('/a', 'sensor_msgs/Image')",
-            "createPublisher('/a', 'sensor_msgs/msg/Image')",
-        ),
-        (
-            ["subscriberTreatUInt8ArrayAsString", "subscriptionTreatUInt8ArrayAsString"],
-            Role::Subscriber,
-            "subscribe('/a', 'sensor_msgs/Image', 'f')",
-            "createSubscription('/a', 'sensor_msgs/msg/Image', 'f')",
-        ),
-    ] {
-        let set = move |c: &mut Ctx<'_>, _| c.instance().bytes_as_text(c.i64(0)?, role);
-        add(offer, names, set, |cmd, ros| {
-            cmd.param(handle()).text("Arrays of bytes are texts from now on, in place of tables of numbers; published they may be either.").example(
-                words(ros, &format!("simROS.{}(simROS.{one})", names[0]), &format!("simROS2.{}(simROS2.{two})", names[1])),
-            )
-        });
-    }
     let one = "{child_frame_id = 'a', header = {frame_id = 'map'}}";
     add(
         offer,
@@ -379,7 +357,7 @@ pub(crate) fn between(offer: &mut Offer<Plugin>) {
     offer.event(
         Event::new(ENDPOINT)
             .text("A script begins or ends to publish, to listen, to call or to serve.")
-            .field(Param::string("role").text("publisher, subscriber, client, server"))
+            .field(Param::string("role").text("publisher, subscriber, client, server, action client, action server"))
             .field(Param::string("name"))
             .field(Param::string("type"))
             .field(Param::bool("open")),

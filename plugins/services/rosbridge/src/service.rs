@@ -16,10 +16,11 @@ use tatu_services_common::listener::{Listener, Settings};
 use crate::{
     Props, Ros as Plugin,
     convert::{self, Node},
+    goals::{CANCEL, GOAL, PROGRESS},
     messages::Source,
-    node::{ENDPOINT, MESSAGE, REQUEST},
+    node::{ENDPOINT, MESSAGE, Offered, REQUEST},
     peers::{Peer, Written},
-    relay::{Peers, Relay},
+    relay::{GoalsOfScripts, Peers, Relay},
     robots::Scene,
     topics::{self, Topic},
     types::Ros,
@@ -48,6 +49,10 @@ pub(crate) struct State {
     pub(crate) heard: BTreeSet<String>,
     /// Calls of scripts for services of clients: number, service, arguments.
     pub(crate) requests: Vec<(u64, String, Json)>,
+    /// Goals that scripts give to clients.
+    pub(crate) of_scripts: GoalsOfScripts,
+    /// What scripts know that clients offer; `None`: they may have forgotten.
+    pub(crate) known: Option<Offered>,
     /// The time for which the scene was published.
     pub(crate) time: Option<f64>,
     /// How long a robot goes on after a command, s.
@@ -60,7 +65,7 @@ impl Service for Rosbridge {
     type Plugin = Plugin;
     const ID: &'static str = "rosbridge";
     const TEXT: &'static str = "rosbridge: clients of ROS read sensors as topics and steer robots by velocities.";
-    const EVENTS: &'static [&'static str] = &["started", "stopped", ENDPOINT, MESSAGE, REQUEST];
+    const EVENTS: &'static [&'static str] = &["started", "stopped", ENDPOINT, MESSAGE, REQUEST, GOAL, CANCEL, PROGRESS];
 
     fn params() -> Vec<Param> {
         vec![
@@ -115,6 +120,8 @@ impl Service for Rosbridge {
             told: BTreeMap::new(),
             heard: BTreeSet::new(),
             requests: Vec::new(),
+            of_scripts: GoalsOfScripts::default(),
+            known: Some(Offered::default()),
             time: None,
             patience: params.f64("timeout")?,
             ros: if params.i64("ros")? == 2 { Ros::Two } else { Ros::One },
@@ -130,7 +137,9 @@ impl Service for Rosbridge {
             state.come();
             state.look(turn, &self.p)?;
             state.hear(turn, &self.p);
-            state.asked_by_scripts(turn)?;
+            state.tell_offers(turn)?;
+            state.asked_by_scripts(turn, &self.p)?;
+            state.goals_of_scripts(turn);
             state.tell(turn, &self.p)?;
         }
         Ok(safe::Answer::Go)
@@ -155,14 +164,26 @@ impl Service for Rosbridge {
                 let id = payload.get("id").and_then(|v| v.as_i64()).unwrap_or(0) as u64;
                 state.requests.push((id, text("service"), serde_json::from_str(&text("json")).unwrap_or_default()));
             }
+            GOAL => {
+                let args = serde_json::from_str(&text("json")).unwrap_or_default();
+                state.of_scripts.give(text("id"), text("action"), &text("type"), args);
+            }
+            CANCEL => state.of_scripts.taken_back.push(text("id")),
+            PROGRESS => {
+                let status = payload.get("status").and_then(|v| v.as_i64()).filter(|status| *status >= 0);
+                state.reported(&text("id"), status, serde_json::from_str(&text("json")).unwrap_or_default());
+            }
             _ => {
                 // What wheels have driven is counted from the start.
                 state.scene = Scene::default();
                 state.told.clear();
                 state.time = None;
+                state.known.take_if(|known| *known != Offered::default());
                 if name == "stopped" {
                     state.heard.clear();
-                    state.relay.scripts_gone();
+                    state.of_scripts = GoalsOfScripts::default();
+                    let State { relay, peers, .. } = &mut *state;
+                    relay.scripts_gone(peers);
                 }
             }
         }

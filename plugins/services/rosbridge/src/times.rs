@@ -5,7 +5,7 @@ use tatu_plugin_api::safe::{Fail, Offer, Param};
 
 use crate::{
     Ros as Plugin, convert,
-    scripts::{Cmd, handle, split, time},
+    scripts::{Cmd, split, time},
     types::{self, Ros},
 };
 
@@ -90,15 +90,4 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
     ] {
         offer.command(Cmd::new(name, |_| Ok(())).param(Param::any("type").optional()).text("Does nothing.").stub(why));
     }
-    offer.command(
-        Cmd::new("simROS2.waitForService", |c| {
-            c.ret(true);
-            Ok(())
-        })
-        .param(handle())
-        .param(Param::any("timeout").optional())
-        .returns(Param::bool("there"))
-        .text("Tells that a service is there.")
-        .stub("nothing is waited for: a call tells whether it is there"),
-    );
 }

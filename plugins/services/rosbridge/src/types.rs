@@ -79,6 +79,9 @@ std_srvs/TriggerRequest:
 std_srvs/TriggerResponse: bool success, string message
 example_interfaces/AddTwoIntsRequest: int64 a, int64 b
 example_interfaces/AddTwoIntsResponse: int64 sum
+example_interfaces/FibonacciGoal: int32 order
+example_interfaces/FibonacciResult: int32[] sequence
+example_interfaces/FibonacciFeedback: int32[] sequence
 ";
 
 /// What one element is.
@@ -189,7 +192,7 @@ impl Ros {
 
 /// The name of a type as [`fields`] knows it.
 pub fn plain(name: &str) -> String {
-    name.replace("/msg/", "/").replace("/srv/", "/")
+    name.replace("/msg/", "/").replace("/srv/", "/").replace("/action/", "/")
 }
 
 #[cfg(test)]

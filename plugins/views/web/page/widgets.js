@@ -94,6 +94,7 @@ const WIDGETS = {
     },
   },
   image: { make: () => make("canvas", { width: 1, height: 1 }), set: paint },
+  svg: { make: () => make("img", { alt: "" }), set: draw },
   plot: {
     make: () => make("canvas", { width: 320, height: 200 }),
     set: (e, v) => plot(e, (v.curves ?? []).map((c) => ({
@@ -144,6 +145,20 @@ function paint(e, v) {
     image.data[4 * i + 3] = 255;
   }
   e.getContext("2d").putImageData(image, 0, 0);
+}
+
+/** A drawing: as an image, so that nothing in it runs or loads. What is none is not shown. */
+function draw(e, v) {
+  const named = "http://www.w3.org/2000/svg";
+  const text = String(v.data ?? "");
+  e.onerror = () => { e.style.display = "none"; };
+  e.onload = () => { e.style.display = ""; };
+  const whole = text.includes(named) ? text : text.replace(/<svg\b/, `<svg xmlns="${named}"`);
+  if (text) e.src = `data:image/svg+xml,${encodeURIComponent(whole)}`;
+  else {
+    e.removeAttribute("src");
+    e.style.display = "none";
+  }
 }
 
 /** A tab shows one of its pages. */

@@ -21,7 +21,77 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         v.as_bytes().map(|b| Value::Bytes(b.to_vec()))
     });
     let names = ["sim.getFloatArrayProperty", "sim.setFloatArrayProperty"];
+    of_any_type(offer);
     family(offer, "floatarray", names, Param::floats("value", 0), "{0, 0, 1}", |v| v.numbers().map(Value::Floats));
+}
+
+/// Types of what scripts keep under names of their own, in the order in which they are looked for.
+const TYPES: [&str; 6] = ["string", "buffer", "int", "float", "bool", "floatarray"];
+
+/// Reading and setting properties of the type that they have.
+fn of_any_type(offer: &mut Offer<Vrep>) {
+    let any = |v: ValueRef<'_>| v.to_value().ok();
+    offer.command(
+        Cmd::new("sim.getProperty", move |c| {
+            let name = c.text(1)?;
+            let own = TYPES.iter().find(|of| kept(&name, of).is_some_and(|_| find(c, &name, of, any).is_ok()));
+            match find(c, &name, own.unwrap_or(&"string"), any) {
+                Ok(Value::Object(id)) => c.ret(handle(id)),
+                Ok(v) => c.ret(v),
+                Err(e) if e.code() == TATU_ERR_MISSING && no_error(c) => c.ret(Value::Nil),
+                Err(e) => return Err(e),
+            }
+            Ok(())
+        })
+        .param(target())
+        .param(key())
+        .param(Param::any("options").optional().text("{noError = true}: nil where it is missing"))
+        .returns(Param::any("value"))
+        .text("Gives a property by its name, with the type that it has.")
+        .example("value = sim.getProperty(object, name)"),
+    );
+    offer.command(
+        Cmd::new("sim.setProperty", |c| {
+            let value = c.arg(2).to_value()?;
+            let of = match value {
+                Value::Text(_) => "string",
+                Value::Bytes(_) => "buffer",
+                Value::Int(_) => "int",
+                Value::Float(_) => "float",
+                Value::Bool(_) => "bool",
+                _ => "floatarray",
+            };
+            change(c, of, &value)
+        })
+        .param(target())
+        .param(key())
+        .param(Param::any("value"))
+        .param(Param::any("options").optional().text("ignored"))
+        .text("Sets a property by its name; at the end of the simulation it is what it was.")
+        .example("sim.setProperty(object, name, 0.5)"),
+    );
+}
+
+fn target() -> Param {
+    Param::int("target").text("a handle; sim.handle_scene or sim.handle_app: the world itself")
+}
+fn key() -> Param {
+    Param::string("name").text(
+        "`<kind>.<key>` (`joint.max_force`, `thruster.thrust`), a name of the original, `customData.NAME` or `signal.NAME`",
+    )
+}
+
+/// Sets the property of arguments 0 and 1.
+fn change(c: &Ctx<'_>, of: &str, value: &Value) -> Result {
+    let name = c.text(1)?;
+    let id = target_of(c)?;
+    if let Some(own) = kept(&name, of) {
+        return put(c, id, own, value);
+    }
+    // The key that the object has; an unknown one is reported as it was given.
+    let keys = candidates(c, id, &name)?;
+    let known = keys.iter().find(|key| c.world().get(id, c.world().host().prop(key)).is_ok()).unwrap_or(&name);
+    c.world().set(id, c.world().host().prop(known), value)
 }
 
 /// Reading and setting properties of one type.
@@ -33,11 +103,6 @@ fn family(
     sample: &str,
     read: fn(ValueRef<'_>) -> Option<Value>,
 ) {
-    let target = || Param::int("target").text("a handle; sim.handle_scene or sim.handle_app: the world itself");
-    let key = || {
-        Param::string("name")
-            .text("`<kind>.<key>` (`joint.max_force`, `thruster.thrust`), a name of the original, `customData.NAME` or `signal.NAME`")
-    };
     offer.command(
         Cmd::new(get, move |c| {
             let name = c.text(1)?;
@@ -57,16 +122,8 @@ fn family(
     );
     offer.command(
         Cmd::new(set, move |c| {
-            let name = c.text(1)?;
             let value = read(c.arg(2)).ok_or_else(|| Fail::argument("argument 3 is of another type"))?;
-            let id = target_of(c)?;
-            if let Some(own) = kept(&name, of) {
-                return put(c, id, own, &value);
-            }
-            // The key that the object has; an unknown one is reported as it was given.
-            let keys = candidates(c, id, &name)?;
-            let known = keys.iter().find(|key| c.world().get(id, c.world().host().prop(key)).is_ok()).unwrap_or(&name);
-            c.world().set(id, c.world().host().prop(known), &value)
+            change(c, of, &value)
         })
         .param(target())
         .param(key())
@@ -187,6 +244,7 @@ const RENAMED: &[(&str, &str)] = &[
     ("scenePath", "scene.file"),
     ("path", "scene.file"),
     ("modelBase", "object.model_base"),
+    ("jointPosition", "joint.position"),
     ("targetForce", "joint.max_force"),
     ("maxForce", "joint.max_force"),
     ("restitution", "shape.restitution"),

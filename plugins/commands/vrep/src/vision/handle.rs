@@ -104,7 +104,7 @@ fn packets_of(map: &Value) -> Vec<Vec<f64>> {
 }
 
 /// Lets a sensor take an image now, of one object or all.
-fn take(c: &Ctx<'_>, id: tatu_object, only: tatu_object) -> Result<(View, Seen)> {
+pub(super) fn take(c: &Ctx<'_>, id: tatu_object, only: tatu_object) -> Result<(View, Seen)> {
     if is_one(c, id) {
         c.world().sense_now(id, only)?;
     }

@@ -6,6 +6,7 @@
 //! - `handle`: taking an image, and what was found in it (`seen`); `callbacks`: what scripts of the sensor make of it; `set`: images from elsewhere;
 //! - `filters`: the chains that sensors had before 4.0, on a working image (`work`);
 //! - `module`: the same filters one by one, as `simVision` has them;
+//! - `spherical`: images of six sensors as one of all around;
 //! - `parameters`: resolution, planes and angles by number.
 //!
 //! Rows run from the bottom to the top, depths from 0 at the near plane to 1 at the far one. A dummy or camera that stands
@@ -22,6 +23,7 @@ mod saving;
 pub(crate) mod seen;
 pub(crate) mod sensors;
 mod set;
+mod spherical;
 mod view;
 pub(crate) mod work;
 
@@ -35,4 +37,5 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     saving::offer(offer);
     set::offer(offer);
     module::offer(offer);
+    spherical::offer(offer);
 }

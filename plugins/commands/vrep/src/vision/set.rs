@@ -75,7 +75,7 @@ fn set_image(command: Cmd) -> Cmd {
 }
 
 /// Shows a sensor an image; whether something was detected in it.
-fn put(c: &Ctx<'_>, view: &View, rgb: Vec<u8>, depth: Option<Vec<f32>>) -> Result<bool> {
+pub(super) fn put(c: &Ctx<'_>, view: &View, rgb: Vec<u8>, depth: Option<Vec<f32>>) -> Result<bool> {
     Ok(look_at(c, view, Seen::given(rgb, depth))?.trigger)
 }
 

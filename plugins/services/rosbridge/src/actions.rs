@@ -1,0 +1,390 @@
+//! Actions of scripts, which ROS 2 has: goals that take time, with feedback and a result.
+
+use serde_json::Value as Json;
+use tatu_plugin_api::safe::{Constant, Fail, IntoResult, Offer, Outcome, Param, Result, Value};
+
+use crate::{
+    Ctx, Ros as Plugin, convert,
+    goals::{self, Stage},
+    node::{Callback, Endpoint, Role, Wait},
+    scripts::{Cmd, add, handle, open_with, time},
+    types::Ros,
+};
+
+/// How long a goal waits for somebody who offers its action, s.
+const PATIENCE: f64 = 5.0;
+
+/// What an example begins with: an action of a name of its own, that scripts offer and use, and a goal of it.
+fn begin(name: &str) -> String {
+    format!(
+        "simROS2 = require 'simROS2'\n\
+         function take(id, goal) current = id return simROS2.goal_response.accept_and_execute end\n\
+         function stop(id, goal) return simROS2.cancel_response.accept end\n\
+         function told(id, feedback) heard = feedback.sequence end\n\
+         function over(id, code, result) ended, got = code, result.sequence end\n\
+         local kind = 'example_interfaces/action/Fibonacci'\n\
+         local server = simROS2.createActionServer('/{name}', kind, take, stop)\n\
+         local client = simROS2.createActionClient('/{name}', kind, '', 'told', 'over')\n\
+         simROS2.sendGoal(client, {{order = 3}})\n"
+    )
+}
+
+/// The rest of an example behind its beginning.
+fn example(name: &str, text: &str) -> String {
+    begin(name) + text
+}
+
+fn open(c: &mut Ctx<'_>, role: Role) -> Result {
+    let callbacks = (2..5).map(|i| if c.has(i) { Callback::read(c, i) } else { Ok(Callback::default()) });
+    let callbacks = callbacks.collect::<Result<Vec<_>>>()?;
+    open_with(c, role, Ros::Two, callbacks)
+}
+
+/// Gives a goal; a thread waits for somebody who offers the action.
+fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
+    let nobody = |client: &Endpoint, how: &str| {
+        Fail::missing(format!("no script and no client of `rosbridge` offers the action {}{how}", client.name))
+    };
+    if c.resumed() != 0 {
+        let number = c.resumed();
+        let wait = c.instance().all()?.waits.get(&number).cloned();
+        let Some(wait) = wait else { return Err(Fail::new("this goal is not waited for")) };
+        let client = c.instance().of(wait.handle, Role::ActionClient);
+        let late = time(c, "scene.time")? >= wait.until;
+        let done = client.and_then(|client| match c.instance().send_goal(c, wait.handle, &client, &wait.json) {
+            Ok(false) if late => Err(nobody(&client, &format!(": waited {PATIENCE} s"))),
+            other => other,
+        });
+        if matches!(done, Ok(false)) {
+            return c.wait_poll(number);
+        }
+        c.instance().all()?.waits.remove(&number);
+        c.ret(done?);
+        return Ok(Outcome::Done);
+    }
+    let handle = c.i64(0)?;
+    let client = c.instance().of(handle, Role::ActionClient)?;
+    let given = c.arg(1).to_value()?;
+    let json = convert::node(&given, &format!("{}Goal", client.kind), client.ros())?.json();
+    if c.instance().send_goal(c, handle, &client, &json)? {
+        c.ret(true);
+        return Ok(Outcome::Done);
+    }
+    if !c.can_wait() {
+        return Err(
+            nobody(&client, ", and this script cannot wait for one").help("send the goal in a thread, or later")
+        );
+    }
+    let wait = Wait { handle, json, until: time(c, "scene.time")? + PATIENCE };
+    let number = c.instance().wait(wait)?;
+    c.wait_poll(number)
+}
+
+/// Waits until somebody offers a service, as long as argument 1 says.
+fn wait_for_service(c: &mut Ctx<'_>) -> Result<Outcome> {
+    let now = time(c, "scene.time")?;
+    let (number, wait) = match c.resumed() {
+        0 => {
+            let seconds = if c.has(1) { c.f64(1)? } else { 0.0 };
+            (0, Wait { handle: c.i64(0)?, json: Json::Null, until: now + seconds })
+        }
+        number => {
+            let wait = c.instance().all()?.waits.get(&number).cloned();
+            (number, wait.ok_or_else(|| Fail::new("this service is not waited for"))?)
+        }
+    };
+    let client = c.instance().of(wait.handle, Role::Client)?;
+    let there = c.instance().has_service(&c.world(), &client.name)?;
+    if there || now >= wait.until || !c.can_wait() {
+        c.instance().all()?.waits.remove(&number);
+        c.ret(there);
+        return Ok(Outcome::Done);
+    }
+    let number = if number == 0 { c.instance().wait(wait)? } else { number };
+    c.wait_poll(number)
+}
+
+/// A server's goal by arguments 0 and 1, and the server.
+fn of_server(c: &Ctx<'_>) -> Result<(Endpoint, String, goals::Goal)> {
+    let (handle, id) = (c.i64(0)?, c.text(1)?);
+    let server = c.instance().of(handle, Role::ActionServer)?;
+    let goal = c.instance().goal(handle, &id)?;
+    Ok((server, id, goal))
+}
+
+/// Reports argument 2 to whoever gave the goal: as feedback, or as the result with a code.
+fn report(c: &mut Ctx<'_>, ended: Option<i64>) -> Result {
+    let (server, id, goal) = of_server(c)?;
+    let refused = match (goal.stage, ended) {
+        (Stage::Deferred, _) => "it was deferred: begin it by actionServerExecute",
+        (Stage::Executing, Some(goals::CANCELED)) => "whoever gave it does not want it back: end it as aborted",
+        _ => "",
+    };
+    if !refused.is_empty() {
+        return Err(Fail::unsupported(format!("goal '{id}' of {}: {refused}", server.name)));
+    }
+    let part = if ended.is_some() { "Result" } else { "Feedback" };
+    let json = convert::node(&c.arg(2).to_value()?, &format!("{}{part}", server.kind), server.ros())?.json();
+    c.instance().report(c, &id, ended, &json)
+}
+
+pub(crate) fn offer(offer: &mut Offer<Plugin>) {
+    let named = |pairs: &[(&str, i64)]| {
+        Value::Map(pairs.iter().map(|(name, value)| (Value::text(*name), Value::Int(*value))).collect())
+    };
+    for (name, value) in [
+        (
+            "action_result_code",
+            named(&[
+                ("succeeded", goals::SUCCEEDED),
+                ("aborted", goals::ABORTED),
+                ("canceled", goals::CANCELED),
+                ("unknown", goals::UNKNOWN),
+            ]),
+        ),
+        (
+            "goal_response",
+            named(&[
+                ("reject", goals::REJECT),
+                ("accept_and_execute", goals::EXECUTE),
+                ("accept_and_defer", goals::DEFER),
+            ]),
+        ),
+        ("cancel_response", named(&[("reject", goals::GO_ON), ("accept", goals::ACCEPT_CANCEL)])),
+        ("clock_type", named(&[("ros", 4872), ("system", 4873), ("steady", 4874)])),
+        ("qos_history_policy", named(&[("system_default", 12300), ("keep_last", 12301), ("keep_all", 12302)])),
+        ("qos_reliability_policy", named(&[("system_default", 12400), ("reliable", 12401), ("best_effort", 12402)])),
+        ("qos_durability_policy", named(&[("system_default", 12500), ("transient_local", 12501), ("volatile", 12502)])),
+        (
+            "qos_liveliness_policy",
+            named(&[("system_default", 12600), ("automatic", 12601), ("manual_by_topic", 12602)]),
+        ),
+    ] {
+        offer.constant(Constant::new(format!("simROS2.{name}"), value));
+    }
+    clients(offer);
+    servers(offer);
+    goals_of_servers(offer);
+}
+
+fn callback(name: &str, text: &str) -> Param {
+    Param::any(name).optional().text(format!("a function of the script or its name: {text}"))
+}
+
+/// A command of ROS 2 alone, on a page of its own.
+fn add_action<T: IntoResult + 'static>(
+    offer: &mut Offer<Plugin>,
+    name: &str,
+    f: impl Fn(&mut Ctx<'_>) -> Result<T> + Send + Sync + 'static,
+    finish: impl Fn(Cmd) -> Cmd,
+) {
+    offer.command(finish(Cmd::new(format!("simROS2.{name}"), f)).subject("actions"));
+}
+
+fn clients(offer: &mut Offer<Plugin>) {
+    let kind = || Param::string("type").text("example_interfaces/action/Fibonacci");
+    add_action(
+        offer,
+        "createActionClient",
+        |c| open(c, Role::ActionClient),
+        |cmd| {
+            cmd.param(Param::string("action"))
+                .param(kind())
+                .param(callback("goalResponse", "(goal id, whether it is accepted)"))
+                .param(callback("feedback", "(goal id, table)"))
+                .param(callback("result", "(goal id, simROS2.action_result_code..., table)"))
+                .returns(handle())
+                .text(
+                    "Will give goals to whoever offers an action: a script of this world, or a client of `rosbridge`.",
+                )
+                .example(example(
+                    "client",
+                    "simROS2.actionServerActionSucceed(server, current, {sequence = {0, 1, 1, 2}})\n\
+                     assert(ended == simROS2.action_result_code.succeeded and got[4] == 2)",
+                ))
+        },
+    );
+    add_action(offer, "sendGoal", send, |cmd| {
+        cmd.param(handle())
+            .param(Param::any("goal").optional().text("a table with the fields of the goal"))
+            .returns(Param::bool("answered"))
+            .text(
+                "Gives a goal. True once it is answered, also by a no: goalResponse tells which. A thread waits up \
+                     to 5 s of simulation time for somebody who offers the action; then it is an error.",
+            )
+            .no_wait("nobody who offers the action is an error at once")
+            .example(example("sent", "assert(#current == 32)"))
+    });
+    add_action(
+        offer,
+        "cancelLastGoal",
+        |c| {
+            let handle = c.i64(0)?;
+            c.instance().of(handle, Role::ActionClient)?;
+            let asked = match c.instance().last_goal(handle)? {
+                Some(id) => c.instance().cancel(c, &id)?,
+                None => false,
+            };
+            c.ret(asked);
+            Ok(())
+        },
+        |cmd| {
+            cmd.param(handle())
+                .returns(Param::bool("answered").text("false: no goal is without its result"))
+                .text("Wants the last goal back. Its server decides, and its result tells what came of it.")
+                .example(example(
+                    "wanted_back",
+                    "assert(simROS2.cancelLastGoal(client))\n\
+                     assert(simROS2.actionServerIsCanceling(server, current))",
+                ))
+        },
+    );
+    add_action(
+        offer,
+        "shutdownActionClient",
+        |c| c.instance().close(c, c.i64(0)?, Role::ActionClient),
+        |cmd| {
+            cmd.param(handle())
+                .text("Gives an action client up: it hears no more of its goals.")
+                .example(example("given_up", "simROS2.shutdownActionClient(client)"))
+        },
+    );
+    add(
+        offer,
+        ["", "waitForService"],
+        |c, _| wait_for_service(c),
+        |cmd, _| {
+            cmd.param(handle())
+                .param(Param::float("timeout").unit("s").optional().text("of simulation time that a thread waits"))
+                .returns(Param::bool("there"))
+                .text("Tells whether a script or a client offers the service of a client, and waits until one does.")
+                .no_wait("tells at once")
+                .example(
+                    "local client = simROS2.createClient('/bell', 'std_srvs/srv/SetBool')\n\
+                     assert(not simROS2.waitForService(client, 0))\n\
+                     simROS2.createService('/bell', 'std_srvs/srv/SetBool', function(r) return {success = r.data} end)\n\
+                     assert(simROS2.waitForService(client, 0))",
+                )
+        },
+    );
+}
+
+fn servers(offer: &mut Offer<Plugin>) {
+    add_action(
+        offer,
+        "createActionServer",
+        |c| open(c, Role::ActionServer),
+        |cmd| {
+            cmd.param(Param::string("action"))
+                .param(Param::string("type").text("example_interfaces/action/Fibonacci"))
+                .param(callback("handleGoal", "(goal id, goal); gives simROS2.goal_response..."))
+                .param(callback("handleCancel", "(goal id, goal); gives simROS2.cancel_response..."))
+                .param(callback("handleAccepted", "(goal id, goal), and must return at once"))
+                .returns(handle())
+                .text("Offers an action, to scripts of this world and to clients of `rosbridge`.")
+                .example(example("served", "assert(simROS2.actionServerIsActive(server, current))"))
+        },
+    );
+    add_action(
+        offer,
+        "shutdownActionServer",
+        |c| {
+            let handle = c.i64(0)?;
+            c.instance().of(handle, Role::ActionServer)?;
+            c.instance().abort_all(c, handle)?;
+            c.instance().close(c, handle, Role::ActionServer)
+        },
+        |cmd| {
+            cmd.param(handle()).text("Offers an action no more; goals that are under way end as aborted.").example(
+                example(
+                    "closed",
+                    "simROS2.shutdownActionServer(server)\nassert(ended == simROS2.action_result_code.aborted)",
+                ),
+            )
+        },
+    );
+}
+
+fn goals_of_servers(offer: &mut Offer<Plugin>) {
+    let goal = || Param::string("goal").text("its id");
+    let list = "{sequence = {0, 1}}";
+    for (name, ended, text, example) in [
+        (
+            "PublishFeedback",
+            None,
+            "Tells whoever gave a goal how far it is.",
+            format!("simROS2.actionServerPublishFeedback(server, current, {list})\nassert(heard[2] == 1)"),
+        ),
+        (
+            "ActionSucceed",
+            Some(goals::SUCCEEDED),
+            "Ends a goal that is reached.",
+            format!("simROS2.actionServerActionSucceed(server, current, {list})\nassert(got[2] == 1)"),
+        ),
+        (
+            "ActionAbort",
+            Some(goals::ABORTED),
+            "Ends a goal that is given up.",
+            "simROS2.actionServerActionAbort(server, current, {})\nassert(ended == simROS2.action_result_code.aborted)"
+                .to_owned(),
+        ),
+        (
+            "ActionCanceled",
+            Some(goals::CANCELED),
+            "Ends a goal that whoever gave it wants back.",
+            "simROS2.cancelLastGoal(client)\nsimROS2.actionServerActionCanceled(server, current, {})\n\
+             assert(ended == simROS2.action_result_code.canceled)"
+                .to_owned(),
+        ),
+    ] {
+        let run = move |c: &mut Ctx<'_>| report(c, ended);
+        add_action(offer, &format!("actionServer{name}"), run, |cmd| {
+            let what = if ended.is_some() { "result" } else { "feedback" };
+            cmd.param(handle())
+                .param(goal())
+                .param(Param::any(what).optional().text(format!("a table with the fields of the {what}")))
+                .text(text)
+                .example(self::example(name, &example))
+        });
+    }
+    add_action(
+        offer,
+        "actionServerExecute",
+        |c| {
+            let (server, id, goal) = of_server(c)?;
+            if goal.stage != Stage::Deferred {
+                let text = format!("goal '{id}' of {} is under way already: only a deferred one is begun", server.name);
+                return Err(Fail::unsupported(text));
+            }
+            c.instance().set_stage(&id, Stage::Executing)
+        },
+        |cmd| {
+            let begin = begin("deferred").replace("accept_and_execute", "accept_and_defer");
+            cmd.param(handle()).param(goal()).text("Begins a goal that was deferred.").example(format!(
+                "{begin}assert(not simROS2.actionServerIsExecuting(server, current))\n\
+                 simROS2.actionServerExecute(server, current)\n\
+                 assert(simROS2.actionServerIsExecuting(server, current))"
+            ))
+        },
+    );
+    for (name, stage, text) in [
+        ("IsActive", None, "Tells whether a goal has no result yet."),
+        ("IsExecuting", Some(Stage::Executing), "Tells whether a goal is under way and nobody wants it back."),
+        ("IsCanceling", Some(Stage::Canceling), "Tells whether it was accepted that a goal ends early."),
+    ] {
+        let run = move |c: &mut Ctx<'_>| {
+            let (_, _, goal) = of_server(c)?;
+            c.ret(stage.is_none_or(|s| s == goal.stage));
+            Ok(())
+        };
+        add_action(offer, &format!("actionServer{name}"), run, |cmd| {
+            let not = if stage == Some(Stage::Canceling) { "not " } else { "" };
+            cmd.param(handle())
+                .param(goal())
+                .returns(Param::bool("so"))
+                .text(text)
+                .notes("Of a goal that has ended it is an error.")
+                .example(example(name, &format!("assert({not}simROS2.actionServer{name}(server, current))")))
+        });
+    }
+}

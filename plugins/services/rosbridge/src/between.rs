@@ -1,0 +1,85 @@
+//! What the service calls for actions, so that it stands in the log of inputs; and what it hears of them.
+
+use tatu_plugin_api::safe::{Event, Fail, Offer, Param};
+
+use crate::{
+    Ros as Plugin,
+    goals::{self, CANCEL, GOAL, PROGRESS},
+    scripts::{Cmd, parse},
+};
+
+/// Between scripts and the service; no script calls these.
+pub(crate) const OFFERS: &str = "rosbridge.offers";
+pub(crate) const ASK_GOAL: &str = "rosbridge.goal";
+pub(crate) const TAKE_BACK: &str = "rosbridge.cancel";
+pub(crate) const REPORT: &str = "rosbridge.report";
+
+pub(crate) fn offer(offer: &mut Offer<Plugin>) {
+    let json = |text: &str| Param::string("json").text(text);
+    let number = || Param::string("number").text("of the goal, at the service");
+    offer.command(
+        Cmd::new(OFFERS, |c| {
+            let offered = serde_json::from_slice(c.bytes(0)?);
+            let offered = offered.map_err(|e| Fail::argument(format!("no JSON with services and actions: {e}")))?;
+            c.instance().all()?.offered = offered;
+            Ok(())
+        })
+        .param(json("the names of `services` and `actions`, as JSON"))
+        .text("Tells scripts what clients offer.")
+        .example(
+            "rosbridge.offers('{\"services\": [\"/gong\"], \"actions\": []}')\n\
+             assert(simROS2.waitForService(simROS2.createClient('/gong', 'std_srvs/srv/SetBool')))",
+        ),
+    );
+    offer.command(
+        Cmd::new(ASK_GOAL, |c| {
+            let (action, number, json) = (c.text(0)?, c.text(1)?, parse(c, 2)?);
+            let accepted = c.instance().goal_from_outside(c, &action, &number, &json)?;
+            c.ret(accepted);
+            Ok(())
+        })
+        .param(Param::string("action"))
+        .param(number())
+        .param(json("the goal, as JSON"))
+        .returns(Param::bool("accepted"))
+        .text("Gives a client's goal to the script that offers the action.")
+        .example("assert(not pcall(rosbridge.goal, '/nowhere', 'goal:1', '{}'))"),
+    );
+    offer.command(
+        Cmd::new(TAKE_BACK, |c| match c.instance().goal_of_outside(&c.text(0)?)? {
+            Some(id) => c.instance().cancel(c, &id).map(drop),
+            None => Ok(()),
+        })
+        .param(number())
+        .text("Tells the script that works on a client's goal that the client wants it back.")
+        .example("rosbridge.cancel('goal:1')"),
+    );
+    offer.command(
+        Cmd::new(REPORT, |c| {
+            let (id, status, json) = (c.text(0)?, c.i64(1)?, parse(c, 2)?);
+            let ended = (status >= 0).then(|| goals::code(status));
+            c.instance().report(c, &id, ended, &json)
+        })
+        .param(Param::string("goal"))
+        .param(Param::int("status").text("as in action_msgs/GoalStatus; below 0 for feedback"))
+        .param(json("the feedback or the result, as JSON"))
+        .text("Gives a client's feedback or result to the script that gave the goal.")
+        .example("rosbridge.report(string.rep('0', 32), 4, '{}')"),
+    );
+    offer.event(
+        Event::new(GOAL)
+            .text("A script gives a goal to a client.")
+            .field(Param::string("id"))
+            .field(Param::string("action"))
+            .field(Param::string("type"))
+            .field(Param::string("json")),
+    );
+    offer.event(Event::new(CANCEL).text("A script wants a goal back from a client.").field(Param::string("id")));
+    offer.event(
+        Event::new(PROGRESS)
+            .text("A script reports on a client's goal.")
+            .field(Param::string("id").text("the service's number of it"))
+            .field(Param::string("json"))
+            .field(Param::int("status").text("as in action_msgs/GoalStatus; below 0 for feedback")),
+    );
+}

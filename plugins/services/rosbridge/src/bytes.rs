@@ -1,0 +1,114 @@
+//! Arrays of bytes, which scripts get as tables or as texts; and numbers that types of messages have names for.
+
+use tatu_plugin_api::safe::{Fail, Offer, Param, Value};
+
+use crate::{
+    Ctx, Ros as Plugin,
+    node::Role,
+    scripts::{Cmd, add, handle, words},
+    types,
+};
+
+/// Named numbers of message definitions, by type. Public definitions of ROS.
+const CONSTANTS: &[(&str, &[(&str, i64)])] = &[
+    (
+        "sensor_msgs/PointField",
+        &[
+            ("INT8", 1),
+            ("UINT8", 2),
+            ("INT16", 3),
+            ("UINT16", 4),
+            ("INT32", 5),
+            ("UINT32", 6),
+            ("FLOAT32", 7),
+            ("FLOAT64", 8),
+        ],
+    ),
+    ("sensor_msgs/Range", &[("ULTRASOUND", 0), ("INFRARED", 1)]),
+    (
+        "sensor_msgs/NavSatStatus",
+        &[
+            ("STATUS_NO_FIX", -1),
+            ("STATUS_FIX", 0),
+            ("STATUS_SBAS_FIX", 1),
+            ("STATUS_GBAS_FIX", 2),
+            ("SERVICE_GPS", 1),
+            ("SERVICE_GLONASS", 2),
+            ("SERVICE_COMPASS", 4),
+            ("SERVICE_GALILEO", 8),
+        ],
+    ),
+    (
+        "sensor_msgs/NavSatFix",
+        &[
+            ("COVARIANCE_TYPE_UNKNOWN", 0),
+            ("COVARIANCE_TYPE_APPROXIMATED", 1),
+            ("COVARIANCE_TYPE_DIAGONAL_KNOWN", 2),
+            ("COVARIANCE_TYPE_KNOWN", 3),
+        ],
+    ),
+];
+
+/// What opens each of them, in either interface, and the names of the commands.
+const TREAT: &[(Role, [&str; 2], [&str; 2])] = &[
+    (
+        Role::Publisher,
+        ["publisherTreatUInt8ArrayAsString"; 2],
+        ["advertise('/a', 'sensor_msgs/Image')", "createPublisher('/a', 'sensor_msgs/msg/Image')"],
+    ),
+    (
+        Role::Subscriber,
+        ["subscriberTreatUInt8ArrayAsString", "subscriptionTreatUInt8ArrayAsString"],
+        ["subscribe('/a', 'sensor_msgs/Image', 'f')", "createSubscription('/a', 'sensor_msgs/msg/Image', 'f')"],
+    ),
+    (
+        Role::Client,
+        ["serviceClientTreatUInt8ArrayAsString", "clientTreatUInt8ArrayAsString"],
+        ["serviceClient('/a', 'std_srvs/Empty')", "createClient('/a', 'std_srvs/srv/Empty')"],
+    ),
+    (
+        Role::Server,
+        ["serviceServerTreatUInt8ArrayAsString", "serviceTreatUInt8ArrayAsString"],
+        ["advertiseService('/a', 'std_srvs/Empty', 'f')", "createService('/a', 'std_srvs/srv/Empty', 'f')"],
+    ),
+    (
+        Role::ActionClient,
+        ["", "actionClientTreatUInt8ArrayAsString"],
+        ["", "createActionClient('/a', 'example_interfaces/action/Fibonacci')"],
+    ),
+    (
+        Role::ActionServer,
+        ["", "actionServerTreatUInt8ArrayAsString"],
+        ["", "createActionServer('/b', 'example_interfaces/action/Fibonacci')"],
+    ),
+];
+
+pub(crate) fn offer(offer: &mut Offer<Plugin>) {
+    for (role, names, opens) in TREAT {
+        let set = move |c: &mut Ctx<'_>, _| c.instance().bytes_as_text(c.i64(0)?, *role);
+        add(offer, *names, set, |cmd, ros| {
+            let one = format!("simROS.{}(simROS.{})", names[0], opens[0]);
+            let two = format!("simROS2.{}(simROS2.{})", names[1], opens[1]);
+            cmd.param(handle())
+                .text(
+                    "Arrays of bytes are texts from now on, in place of tables of numbers; published they may be either.",
+                )
+                .example(words(ros, &one, &two))
+        });
+    }
+    offer.command(
+        Cmd::new("simROS2.getInterfaceConstants", |c| {
+            let plain = types::plain(&c.text(0)?);
+            if types::fields(&plain).is_none() {
+                return Err(Fail::missing(format!("the type `{plain}` is not known")));
+            }
+            let of = CONSTANTS.iter().find(|(name, _)| *name == plain).map_or(&[][..], |(_, of)| of);
+            c.ret(Value::Map(of.iter().map(|(name, value)| (Value::text(*name), Value::Int(*value))).collect()));
+            Ok(())
+        })
+        .param(Param::string("type").text("sensor_msgs/msg/PointField"))
+        .returns(Param::map("constants"))
+        .text("Gives the named numbers of a type of message.")
+        .example("assert(simROS2.getInterfaceConstants('sensor_msgs/msg/PointField').FLOAT32 == 7)"),
+    );
+}

@@ -1,0 +1,99 @@
+//! What a goal of an action is, which takes time: who gave it, how far it is, how it ended.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value as Json;
+
+/// Told when a script gives a goal to a client.
+pub(crate) const GOAL: &str = "ros.goal";
+/// Told when a script takes one back.
+pub(crate) const CANCEL: &str = "ros.cancel";
+/// Told when a script reports on a client's goal, or ends it.
+pub(crate) const PROGRESS: &str = "ros.progress";
+
+/// Answers to a goal: no; yes; yes, but later.
+pub(crate) const REJECT: i64 = 12856;
+pub(crate) const EXECUTE: i64 = REJECT + 1;
+pub(crate) const DEFER: i64 = REJECT + 2;
+/// Answers to a wish to end it: no; yes.
+pub(crate) const GO_ON: i64 = 16099;
+pub(crate) const ACCEPT_CANCEL: i64 = GO_ON + 1;
+/// How a goal ended, for scripts: reached, given up, taken back, nobody knows.
+pub(crate) const SUCCEEDED: i64 = 8564;
+pub(crate) const ABORTED: i64 = SUCCEEDED + 1;
+pub(crate) const CANCELED: i64 = SUCCEEDED + 2;
+pub(crate) const UNKNOWN: i64 = SUCCEEDED + 3;
+
+/// How a goal ended, with the number that `action_msgs/GoalStatus` has for it.
+pub(crate) fn status(code: i64) -> i64 {
+    match code {
+        SUCCEEDED => 4,
+        CANCELED => 5,
+        ABORTED => 6,
+        _ => 0,
+    }
+}
+
+/// The same for scripts.
+pub(crate) fn code(status: i64) -> i64 {
+    [SUCCEEDED, ABORTED, CANCELED].into_iter().find(|c| self::status(*c) == status).unwrap_or(UNKNOWN)
+}
+
+/// Who gave a goal.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) enum Asker {
+    /// A script, by the handle of its client.
+    Script(i64),
+    /// A client of the service, by the service's number of the goal.
+    Outside(String),
+}
+
+/// How far a goal is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Stage {
+    /// Accepted, to be begun later.
+    Deferred,
+    /// Under way.
+    Executing,
+    /// Under way to its end, for whoever gave it wants it back.
+    Canceling,
+}
+
+/// A goal that has no result yet.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Goal {
+    /// Which it is of all that were ever given.
+    pub(crate) number: u64,
+    /// Who reaches it: the handle of a script's server; `None`: a client of the service.
+    pub(crate) server: Option<i64>,
+    pub(crate) asker: Asker,
+    pub(crate) stage: Stage,
+    pub(crate) json: Json,
+}
+
+/// The id of the goal of a number: 32 digits that look like those of ROS, and are the same in each run.
+pub(crate) fn id(number: u64) -> String {
+    let mix = |x: u64| {
+        let x = x.wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB)
+    };
+    format!("{:016x}{:016x}", mix(2 * number + 1), mix(2 * number + 2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ids_are_32_digits_and_codes_are_those_of_either_side() {
+        let all: std::collections::BTreeSet<String> = (0..1000).map(id).collect();
+        assert_eq!(all.len(), 1000);
+        for id in all {
+            assert!(id.len() == 32 && id.chars().all(|c| c.is_ascii_digit() || ('a'..='f').contains(&c)), "{id}");
+        }
+        for c in [SUCCEEDED, ABORTED, CANCELED, UNKNOWN] {
+            assert_eq!(code(status(c)), c);
+        }
+        assert_eq!(code(2), UNKNOWN);
+    }
+}

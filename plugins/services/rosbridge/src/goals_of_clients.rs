@@ -1,0 +1,103 @@
+//! Goals of actions between clients and scripts: what the service does with them.
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Called, Fail, Result, Turn, Value},
+};
+
+use crate::{
+    between,
+    node::Offered,
+    relay::{GoalsOfScripts, Report, SCRIPTS, UNKNOWN},
+    service::State,
+};
+
+impl State {
+    /// A client offers an action.
+    pub(crate) fn offer_action(&mut self, number: u64, action: String, kind: String) -> Result {
+        if self.relay.actions.get(&action).is_some_and(|(server, _)| *server == SCRIPTS) {
+            return Err(Fail::unsupported(format!("a script offers the action {action} already")));
+        }
+        self.relay.actions.insert(action, (number, kind));
+        Ok(())
+    }
+
+    /// A client gives a goal.
+    pub(crate) fn goal(
+        &mut self,
+        turn: &Turn<'_>,
+        number: u64,
+        id: Option<String>,
+        action: &str,
+        whole: Json,
+    ) -> Result {
+        let server = self.relay.actions.get(action).map(|(server, _)| *server);
+        if server != Some(SCRIPTS) {
+            return match self.relay.goal(&self.peers, number, id, action, whole) {
+                true => Ok(()),
+                false => Err(Fail::missing(format!("nobody offers the action {action}"))),
+            };
+        }
+        let feedback = whole.get("feedback").and_then(Json::as_bool).unwrap_or(false);
+        let args = whole.get("args").cloned().unwrap_or_else(|| json!({}));
+        let own = self.relay.note_goal(number, id, action, SCRIPTS, feedback);
+        let asked = [Value::text(action), Value::text(&own), Value::text(args.to_string())];
+        let why = match turn.call(between::ASK_GOAL, &asked, 0) {
+            Ok(Called::Done(answer)) if answer.first() == Some(&Value::Bool(true)) => return Ok(()),
+            Ok(_) => "the goal was rejected".to_owned(),
+            Err(fail) => fail.text().to_owned(),
+        };
+        self.relay.progress(&self.peers, SCRIPTS, &own, Some(UNKNOWN), json!(why), false);
+        Ok(())
+    }
+
+    /// A client wants a goal back.
+    pub(crate) fn cancel(&mut self, turn: &Turn<'_>, number: u64, id: &str) -> Result {
+        match self.relay.cancel(&self.peers, number, id) {
+            Some(own) => turn.call(between::TAKE_BACK, &[Value::text(own)], 0).map(drop),
+            None => Ok(()),
+        }
+    }
+
+    /// A script reports on a client's goal, or with a status ends it.
+    pub(crate) fn reported(&mut self, own: &str, status: Option<i64>, values: Json) {
+        self.relay.progress(&self.peers, SCRIPTS, own, status, values, true);
+    }
+
+    /// Tells scripts what clients offer, where that has changed.
+    pub(crate) fn tell_offers(&mut self, turn: &Turn<'_>) -> Result {
+        let names = |all: &std::collections::BTreeMap<String, (u64, String)>| {
+            all.iter().filter(|(_, (server, _))| *server != SCRIPTS).map(|(name, _)| name.clone()).collect()
+        };
+        let now = Offered { services: names(&self.relay.services), actions: names(&self.relay.actions) };
+        if self.known.as_ref() != Some(&now) {
+            let text = json!({ "services": now.services, "actions": now.actions }).to_string();
+            turn.call(between::OFFERS, &[Value::text(text)], 0)?;
+            self.known = Some(now);
+        }
+        Ok(())
+    }
+
+    /// Passes goals of scripts on to clients, and what came of them back.
+    pub(crate) fn goals_of_scripts(&mut self, turn: &Turn<'_>) {
+        let GoalsOfScripts { given, taken_back } = std::mem::take(&mut self.of_scripts);
+        for (id, action, message) in given {
+            if !self.relay.goal(&self.peers, SCRIPTS, Some(id.clone()), &action, message) {
+                // Whoever offered it has gone since.
+                self.relay.reports.push(Report { id, status: Some(UNKNOWN), values: json!({}) });
+            }
+        }
+        for id in taken_back {
+            self.relay.cancel(&self.peers, SCRIPTS, &id);
+        }
+        for Report { id, status, values } in std::mem::take(&mut self.relay.reports) {
+            // What is no message, such as the reason of an error, has no fields.
+            let values = if values.is_object() { values } else { json!({}) };
+            let report = [Value::text(&id), Value::Int(status.unwrap_or(-1)), Value::text(values.to_string())];
+            if let Err(fail) = turn.call(between::REPORT, &report, 0) {
+                turn.host().log(TATU_LOG_WARNING, &format!("rosbridge: a report on the goal {id}: {}", fail.text()));
+            }
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! What scripts do with goals of actions: give them to scripts and clients, work on them, report.
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::safe::{Fail, Result, Value, keys};
+
+use crate::{
+    Ctx, convert,
+    goals::{self, ABORTED, ACCEPT_CANCEL, Asker, CANCEL, DEFER, EXECUTE, GOAL, Goal, PROGRESS, Stage},
+    node::{Endpoint, Node, Role},
+};
+
+/// Callbacks of a server by their place among its arguments,
+const HANDLE_GOAL: usize = 0;
+const HANDLE_CANCEL: usize = 1;
+const HANDLE_ACCEPTED: usize = 2;
+/// and of a client.
+const RESPONSE: usize = 0;
+const FEEDBACK: usize = 1;
+const RESULT: usize = 2;
+
+impl Node {
+    fn keep(&self, server: Option<i64>, asker: Asker, json: &Json) -> Result<String> {
+        let mut all = self.all()?;
+        all.given += 1;
+        let (number, id) = (all.given, goals::id(all.given));
+        all.goals.insert(id.clone(), Goal { number, server, asker, stage: Stage::Executing, json: json.clone() });
+        Ok(id)
+    }
+
+    /// A goal of a server of this world.
+    pub(crate) fn goal(&self, server: i64, id: &str) -> Result<Goal> {
+        let found = self.all()?.goals.get(id).filter(|g| g.server == Some(server)).cloned();
+        found.ok_or_else(|| {
+            Fail::missing(format!("action server {server} has no goal '{id}': it was never accepted, or it has ended"))
+        })
+    }
+    pub(crate) fn set_stage(&self, id: &str, stage: Stage) -> Result {
+        if let Some(goal) = self.all()?.goals.get_mut(id) {
+            goal.stage = stage;
+        }
+        Ok(())
+    }
+
+    /// Asks a script's server whether it takes a goal; its id, `None`: it does not.
+    fn ask_server(
+        &self,
+        c: &mut Ctx<'_>,
+        server: &(i64, Endpoint),
+        asker: Asker,
+        json: &Json,
+    ) -> Result<Option<String>> {
+        let (handle, of) = server;
+        let given = of.given(convert::value(json, &format!("{}Goal", of.kind), of.ros())?);
+        let id = self.keep(Some(*handle), asker, json)?;
+        let asked = of.call(c, HANDLE_GOAL, &[Value::text(&id), given]);
+        let answer = match asked.map(|all| all.into_iter().next()) {
+            Ok(Some(Value::Int(answer))) => answer,
+            // Who says nothing of it takes it.
+            Ok(None | Some(Value::Nil)) => EXECUTE,
+            other => {
+                self.all()?.goals.remove(&id);
+                let text = format!(
+                    "what handles goals of {} gave neither simROS2.goal_response.reject nor accept_and_execute nor \
+                     accept_and_defer",
+                    of.name
+                );
+                return other.and(Err(Fail::argument(text)));
+            }
+        };
+        match answer {
+            EXECUTE => {}
+            DEFER => self.set_stage(&id, Stage::Deferred)?,
+            _ => {
+                self.all()?.goals.remove(&id);
+                return Ok(None);
+            }
+        }
+        Ok(Some(id))
+    }
+    /// Tells a script's server of a goal that it has taken.
+    fn accepted(&self, c: &mut Ctx<'_>, of: &Endpoint, id: &str, json: &Json) -> Result {
+        let given = of.given(convert::value(json, &format!("{}Goal", of.kind), of.ros())?);
+        of.call(c, HANDLE_ACCEPTED, &[Value::text(id), given]).map(drop)
+    }
+
+    /// A script gives a goal: to a script at once, to a client by the service; false: nobody offers the action.
+    pub(crate) fn send_goal(&self, c: &mut Ctx<'_>, handle: i64, client: &Endpoint, json: &Json) -> Result<bool> {
+        let asker = Asker::Script(handle);
+        if let Some(server) = self.alive(&c.world(), Role::ActionServer, &client.name)?.into_iter().next() {
+            let id = self.ask_server(c, &server, asker, json)?;
+            let answer = [Value::text(id.as_deref().unwrap_or("")), Value::Bool(id.is_some())];
+            // Before the goal is begun: it may end at once, and its result follows its acceptance.
+            client.call(c, RESPONSE, &answer)?;
+            if let Some(id) = id {
+                self.accepted(c, &server.1, &id, json)?;
+            }
+            return Ok(true);
+        }
+        if !self.all()?.offered.actions.contains(&client.name) {
+            return Ok(false);
+        }
+        let id = self.keep(None, asker, json)?;
+        let payload = keys([
+            ("id", Value::text(&id)),
+            ("action", Value::text(&client.name)),
+            ("type", Value::text(&client.kind)),
+            ("json", Value::text(json.to_string())),
+        ]);
+        c.world().publish_value(GOAL, &payload)?;
+        // rosbridge has no message by which a client could refuse.
+        client.call(c, RESPONSE, &[Value::text(&id), Value::Bool(true)])?;
+        Ok(true)
+    }
+
+    /// A client of the service gives a goal to a script; whether it was accepted.
+    pub(crate) fn goal_from_outside(&self, c: &mut Ctx<'_>, action: &str, number: &str, json: &Json) -> Result<bool> {
+        let server = self.alive(&c.world(), Role::ActionServer, action)?.into_iter().next();
+        let server = server.ok_or_else(|| Fail::missing(format!("no script offers the action {action}")))?;
+        let id = self.ask_server(c, &server, Asker::Outside(number.to_owned()), json)?;
+        if let Some(id) = &id {
+            self.accepted(c, &server.1, id, json)?;
+        }
+        Ok(id.is_some())
+    }
+
+    /// Whoever gave a goal wants it back: a client by the service's number of the goal, or a script by its last goal.
+    pub(crate) fn cancel(&self, c: &mut Ctx<'_>, id: &str) -> Result<bool> {
+        let goal = self.all()?.goals.get(id).cloned();
+        let Some(goal) = goal else { return Ok(false) };
+        let Some(handle) = goal.server else {
+            c.world().publish_value(CANCEL, &keys([("id", Value::text(id))]))?;
+            return Ok(true);
+        };
+        let server = self.of(handle, Role::ActionServer)?;
+        let given = server.given(convert::value(&goal.json, &format!("{}Goal", server.kind), server.ros())?);
+        let answer = server.call(c, HANDLE_CANCEL, &[Value::text(id), given])?;
+        if answer.first() == Some(&Value::Int(ACCEPT_CANCEL)) {
+            self.set_stage(id, Stage::Canceling)?;
+        }
+        Ok(true)
+    }
+    /// The id of the last goal that a script gave by a client and that has no result yet.
+    pub(crate) fn last_goal(&self, client: i64) -> Result<Option<String>> {
+        let all = self.all()?;
+        let own = all.goals.iter().filter(|(_, g)| matches!(g.asker, Asker::Script(handle) if handle == client));
+        Ok(own.max_by_key(|(_, g)| g.number).map(|(id, _)| id.clone()))
+    }
+    /// The id of a goal of a client of the service.
+    pub(crate) fn goal_of_outside(&self, number: &str) -> Result<Option<String>> {
+        let all = self.all()?;
+        let found = all.goals.iter().find(|(_, g)| matches!(&g.asker, Asker::Outside(n) if n == number));
+        Ok(found.map(|(id, _)| id.clone()))
+    }
+
+    /// Feedback, or with a code the result, for whoever gave a goal.
+    pub(crate) fn report(&self, c: &mut Ctx<'_>, id: &str, ended: Option<i64>, json: &Json) -> Result {
+        let goal = self.all()?.goals.get(id).cloned();
+        let Some(goal) = goal else { return Ok(()) };
+        if ended.is_some() {
+            self.all()?.goals.remove(id);
+        }
+        match goal.asker {
+            Asker::Outside(number) => c.world().publish_value(
+                PROGRESS,
+                &keys([
+                    ("id", Value::text(number)),
+                    ("json", Value::text(json.to_string())),
+                    // Less than 0: there is no result yet.
+                    ("status", Value::Int(ended.map_or(-1, goals::status))),
+                ]),
+            ),
+            Asker::Script(handle) => {
+                // A client that was given up hears nothing any more.
+                let Ok(client) = self.of(handle, Role::ActionClient) else { return Ok(()) };
+                if !self.alive(&c.world(), Role::ActionClient, &client.name)?.iter().any(|(h, _)| *h == handle) {
+                    return Ok(());
+                }
+                let part = if ended.is_some() { "Result" } else { "Feedback" };
+                let message = client.given(convert::value(json, &format!("{}{part}", client.kind), client.ros())?);
+                match ended {
+                    None => client.call(c, FEEDBACK, &[Value::text(id), message]),
+                    Some(code) => client.call(c, RESULT, &[Value::text(id), Value::Int(code), message]),
+                }
+                .map(drop)
+            }
+        }
+    }
+
+    /// A server ends: goals that it has not reached are given up.
+    pub(crate) fn abort_all(&self, c: &mut Ctx<'_>, server: i64) -> Result {
+        let left: Vec<String> = {
+            let all = self.all()?;
+            all.goals.iter().filter(|(_, g)| g.server == Some(server)).map(|(id, _)| id.clone()).collect()
+        };
+        for id in left {
+            self.report(c, &id, Some(ABORTED), &json!({}))?;
+        }
+        Ok(())
+    }
+}

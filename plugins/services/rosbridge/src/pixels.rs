@@ -1,0 +1,94 @@
+//! Messages of images as scripts get them.
+
+use tatu_plugin_api::safe::{Fail, Result, Value};
+
+/// An image as scripts get it: red, green, blue of each pixel, the lowest row first; width; height.
+pub(crate) fn pixels(message: &Value) -> Result<[Value; 3]> {
+    let field = |key: &str| match message {
+        Value::Map(entries) => entries.iter().find(|(k, _)| *k == Value::text(key)).map(|(_, v)| v),
+        _ => None,
+    };
+    let whole = |key: &str| match field(key) {
+        Some(Value::Int(i)) => usize::try_from(*i).unwrap_or(0),
+        _ => 0,
+    };
+    let (width, height) = (whole("width"), whole("height"));
+    let encoding = match field("encoding") {
+        Some(Value::Text(text)) => String::from_utf8_lossy(text).into_owned(),
+        _ => String::new(),
+    };
+    // How many bytes a pixel has, and which of them are red, green and blue.
+    let (bytes, colors) = match encoding.as_str() {
+        "rgb8" => (3, [0, 1, 2]),
+        "bgr8" => (3, [2, 1, 0]),
+        "rgba8" => (4, [0, 1, 2]),
+        "bgra8" => (4, [2, 1, 0]),
+        "mono8" | "8UC1" => (1, [0, 0, 0]),
+        other => {
+            return Err(Fail::unsupported(format!(
+                "an image has the encoding `{other}`, and scripts get rgb8, bgr8, rgba8, bgra8 and mono8"
+            )));
+        }
+    };
+    let row = width.saturating_mul(bytes);
+    let step = match whole("step") {
+        0 => row,
+        step => step,
+    };
+    let data: &[u8] = match field("data") {
+        Some(Value::Bytes(data)) => data,
+        _ => &[],
+    };
+    // Every row but the last is as long as a step.
+    let needed = if height == 0 { 0 } else { step.saturating_mul(height - 1).saturating_add(row) };
+    if step < row || data.len() < needed || width == 0 && height > 0 {
+        return Err(Fail::argument(format!(
+            "an image of {width} x {height} pixels in {encoding}, {step} bytes a row, has {} bytes",
+            data.len()
+        )));
+    }
+    let mut out = Vec::with_capacity(if needed == 0 { 0 } else { width * height * 3 });
+    for line in (0..height).rev() {
+        let line = &data[line * step..line * step + row];
+        out.extend(line.chunks_exact(bytes).flat_map(|pixel| colors.map(|i| pixel[i])));
+    }
+    Ok([Value::Text(out), Value::Int(width as i64), Value::Int(height as i64)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(encoding: &str, size: [i64; 2], step: i64, data: &[u8]) -> Value {
+        let pair = |key: &str, value: Value| (Value::text(key), value);
+        Value::Map(vec![
+            pair("width", Value::Int(size[0])),
+            pair("height", Value::Int(size[1])),
+            pair("encoding", Value::text(encoding)),
+            pair("step", Value::Int(step)),
+            pair("data", Value::Bytes(data.to_vec())),
+        ])
+    }
+
+    #[test]
+    fn rows_are_turned_over_and_colors_put_in_order() {
+        let rgb = |message: &Value| {
+            let [Value::Text(data), _, _] = pixels(message).unwrap() else { unreachable!() };
+            data
+        };
+        assert_eq!(rgb(&image("rgb8", [1, 2], 3, &[1, 2, 3, 4, 5, 6])), [4, 5, 6, 1, 2, 3]);
+        assert_eq!(rgb(&image("bgr8", [1, 1], 0, &[1, 2, 3])), [3, 2, 1]);
+        assert_eq!(rgb(&image("rgba8", [1, 1], 4, &[1, 2, 3, 9])), [1, 2, 3]);
+        // Rows may end with bytes that are no pixels.
+        assert_eq!(rgb(&image("mono8", [1, 2], 2, &[7, 0, 8])), [8, 8, 8, 7, 7, 7]);
+        assert!(rgb(&image("rgb8", [0, 0], 0, &[])).is_empty());
+        for (wrong, told) in [
+            (image("32FC1", [1, 1], 4, &[0; 4]), "32FC1"),
+            (image("rgb8", [2, 2], 6, &[0; 11]), "11 bytes"),
+            (image("rgb8", [2, 1], 3, &[0; 6]), "3 bytes a row"),
+            (image("rgb8", [i64::MAX, i64::MAX], 0, &[]), "0 bytes"),
+        ] {
+            assert!(pixels(&wrong).unwrap_err().text().contains(told), "{wrong:?}");
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! Actions and images between scripts and clients of rosbridge, as messages on the wire: tests/facts/script-api.md, 8.
+
+use std::{path::Path, time::Duration};
+
+use serde_json::{Value, json};
+
+use crate::{
+    kit::{served::Served, *},
+    remote::rosbridge::{Socket, hear, say, socket},
+};
+
+const FIBONACCI: &str = "example_interfaces/action/Fibonacci";
+
+/// A program with a script, and a client of it, when the simulation runs.
+fn started(place: &Place, kind: &str, script: &str) -> (Served, Socket) {
+    place.write(
+        "scene.toml",
+        &format!(
+            "format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"scripted\"\nscript = {{ kind = \"{kind}\", text = '''{script}''' }}\n"
+        ),
+    );
+    let served = Served::with("rosbridge", scene(place.path()).as_str(), &["--realtime"]);
+    let socket = socket(&served);
+    (served, socket)
+}
+
+fn scene(folder: &Path) -> String {
+    folder.join("scene.toml").to_str().unwrap().to_owned()
+}
+
+fn start(socket: &mut Socket) {
+    say(socket, &json!({ "op": "call_service", "id": "start", "service": "/simulation/start" }));
+    assert_eq!(hear(socket)["id"], "start");
+}
+
+/// What a client says again until it is heard: scripts begin after the simulation.
+fn again(socket: &mut Socket, message: &Value, is_failure: impl Fn(&Value) -> bool) -> Value {
+    for _ in 0..400 {
+        say(socket, message);
+        let answer = hear(socket);
+        if !is_failure(&answer) {
+            return answer;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    panic!("not heard within 20 s: {message}");
+}
+
+#[test]
+fn a_client_gives_goals_to_a_script() {
+    let place = Place::new();
+    let (_served, mut client) = started(&place, "child", crate::scripts::ros_actions::SERVER);
+    start(&mut client);
+    let goal = |id: &str, order: i64, feedback: bool| {
+        json!({ "op": "send_action_goal", "id": id, "action": "/fib", "action_type": FIBONACCI,
+            "args": { "order": order }, "feedback": feedback })
+    };
+    let first = again(&mut client, &goal("a", 4, true), |m| m["op"] == "status");
+    assert_eq!(
+        (&first["op"], &first["id"], &first["action"]),
+        (&json!("action_feedback"), &json!("a"), &json!("/fib"))
+    );
+    assert_eq!(first["values"]["sequence"], json!([0, 1, 1]));
+    assert_eq!(hear(&mut client)["values"]["sequence"], json!([0, 1, 1, 2]));
+    assert_eq!(hear(&mut client)["values"]["sequence"], json!([0, 1, 1, 2, 3]));
+    let result = hear(&mut client);
+    assert_eq!(
+        result,
+        json!({ "op": "action_result", "id": "a", "action": "/fib", "values": { "sequence": [0, 1, 1, 2, 3] },
+            "status": 4, "result": true })
+    );
+    // Who does not want feedback gets none.
+    say(&mut client, &goal("b", 4, false));
+    assert_eq!(hear(&mut client)["op"], "action_result");
+    say(&mut client, &goal("c", -1, true));
+    let rejected = hear(&mut client);
+    assert_eq!((&rejected["op"], &rejected["result"]), (&json!("action_result"), &json!(false)), "{rejected}");
+    assert!(rejected["values"].as_str().unwrap().contains("rejected"), "{rejected}");
+    say(&mut client, &json!({ "op": "send_action_goal", "id": "d", "action": "/fib", "args": { "ordre": 1 } }));
+    assert!(hear(&mut client)["values"].as_str().unwrap().contains("`ordre`"));
+    // One that would take long is taken back.
+    say(&mut client, &goal("e", 100_000, true));
+    assert_eq!(hear(&mut client)["op"], "action_feedback");
+    say(&mut client, &json!({ "op": "cancel_action_goal", "id": "e", "action": "/fib" }));
+    let canceled = loop {
+        let message = hear(&mut client);
+        if message["op"] == "action_result" {
+            break message;
+        }
+    };
+    assert_eq!((&canceled["id"], &canceled["status"]), (&json!("e"), &json!(5)));
+    // Another client cannot offer what the script offers, and a stop ends what is under way.
+    say(&mut client, &json!({ "op": "advertise_action", "action": "/fib", "type": FIBONACCI }));
+    assert!(hear(&mut client)["msg"].as_str().unwrap().contains("a script offers the action /fib already"));
+    say(&mut client, &goal("f", 100_000, false));
+    say(&mut client, &json!({ "op": "call_service", "id": "stop", "service": "/simulation/stop" }));
+    assert_eq!(hear(&mut client)["id"], "stop");
+    let aborted = hear(&mut client);
+    assert_eq!((&aborted["id"], &aborted["status"], &aborted["result"]), (&json!("f"), &json!(6), &json!(false)));
+}
+
+#[test]
+fn a_script_gives_goals_to_a_client() {
+    let place = Place::new();
+    let script = r#"
+simROS2 = require 'simROS2'
+function sysCall_thread()
+    local said = simROS2.createPublisher('/said', 'std_msgs/msg/String')
+    local function say(...) simROS2.publish(said, {data = table.concat({...}, ' ')}) end
+    local client = simROS2.createActionClient('/fib', 'example_interfaces/action/Fibonacci',
+        function(id, accepted) goal = id say('answer', tostring(accepted)) end,
+        function(id, feedback) assert(id == goal) say('feedback', table.concat(feedback.sequence, ',')) cancel = true end,
+        function(id, code, result)
+            say('result', code - simROS2.action_result_code.succeeded, table.concat(result.sequence, ','))
+            done = true
+        end)
+    -- In a thread this waits for whoever offers the action.
+    assert(simROS2.sendGoal(client, {order = 3}))
+    while not done do sim.wait(0.05) end
+    done, cancel = false, false
+    simROS2.sendGoal(client, {order = 99})
+    while not cancel do sim.wait(0.05) end
+    assert(simROS2.cancelLastGoal(client))
+    while not done do sim.wait(0.05) end
+    done = false
+    simROS2.sendGoal(client, {order = 5})
+    while not done do sim.wait(0.05) end
+    local ok, why = pcall(simROS2.sendGoal, client, {order = 6})
+    say(tostring(why))
+end
+"#;
+    let (served, mut client) = started(&place, "child", script);
+    let mut server = socket(&served);
+    say(&mut client, &json!({ "op": "subscribe", "topic": "/said", "type": "std_msgs/msg/String" }));
+    start(&mut client);
+    say(&mut server, &json!({ "op": "advertise_action", "action": "/fib", "type": FIBONACCI }));
+    let mut heard = || hear(&mut client)["msg"]["data"].as_str().unwrap().to_owned();
+    let goal = hear(&mut server);
+    assert_eq!(
+        (&goal["op"], &goal["action"], &goal["action_type"], &goal["args"], &goal["feedback"]),
+        (&json!("send_action_goal"), &json!("/fib"), &json!(FIBONACCI), &json!({ "order": 3 }), &json!(true))
+    );
+    assert_eq!(heard(), "answer true");
+    let feedback =
+        |goal: &Value, of: Value| json!({ "op": "action_feedback", "id": goal["id"], "action": "/fib", "values": of });
+    let result = |goal: &Value, status: i64, of: Value| json!({ "op": "action_result", "id": goal["id"], "action": "/fib", "values": of, "status": status, "result": true });
+    say(&mut server, &feedback(&goal, json!({ "sequence": [0, 1] })));
+    assert_eq!(heard(), "feedback 0,1");
+    say(&mut server, &result(&goal, 4, json!({ "sequence": [0, 1, 1] })));
+    assert_eq!(heard(), "result 0 0,1,1");
+    // The next one is taken back.
+    let goal = hear(&mut server);
+    assert_eq!(heard(), "answer true");
+    say(&mut server, &feedback(&goal, json!({ "sequence": [0] })));
+    assert_eq!(heard(), "feedback 0");
+    assert_eq!(hear(&mut server), json!({ "op": "cancel_action_goal", "id": goal["id"], "action": "/fib" }));
+    say(&mut server, &result(&goal, 5, json!({})));
+    assert_eq!(heard(), "result 2 ");
+    // Whoever works on the last one dies: it is aborted. And then nobody is there any more.
+    hear(&mut server);
+    assert_eq!(heard(), "answer true");
+    drop(server);
+    assert_eq!(heard(), "result 1 ");
+    let told = heard();
+    assert!(told.contains("offers the action /fib: waited 5 s"), "{told}");
+}
+
+#[test]
+fn images_of_scripts_and_clients_have_their_rows_turned_over() {
+    let place = Place::new();
+    let script = r#"
+function sysCall_init()
+    eye = simROS2.imageTransportCreatePublisher('/eye')
+    old = simROS.imageTransportAdvertise('/old')
+    simROS2.imageTransportCreateSubscription('/shown', function(data, width, height)
+        -- Back as it came, by the older interface.
+        simROS.imageTransportPublish(old, data, width, height, 'lens')
+    end)
+end
+function sysCall_sensing()
+    -- Two rows: the lower one red, the upper one blue.
+    simROS2.imageTransportPublish(eye, '\xff\0\0\0\0\xff', 1, 2, 'lens')
+end
+"#;
+    let (_served, mut client) = started(&place, "child", script);
+    say(&mut client, &json!({ "op": "subscribe", "id": "eye", "topic": "/eye", "type": "sensor_msgs/msg/Image" }));
+    start(&mut client);
+    let message = hear(&mut client);
+    let image = &message["msg"];
+    assert_eq!(
+        (&image["encoding"], &image["width"], &image["height"], &image["step"], &image["is_bigendian"]),
+        (&json!("rgb8"), &json!(1), &json!(2), &json!(3), &json!(0))
+    );
+    assert_eq!(image["header"]["frame_id"], "lens");
+    // Blue on top, then red, as base64.
+    assert_eq!(image["data"], "AAD//wAA");
+    say(&mut client, &json!({ "op": "unsubscribe", "id": "eye", "topic": "/eye" }));
+    say(&mut client, &json!({ "op": "subscribe", "topic": "/old", "type": "sensor_msgs/Image" }));
+    // What a client shows comes to the script, and back; in another order of colors, too.
+    for (encoding, data) in [("rgb8", "AAD//wAA"), ("bgr8", "/wAAAAD/")] {
+        say(
+            &mut client,
+            &json!({ "op": "publish", "topic": "/shown", "msg": {
+                "width": 1, "height": 2, "encoding": encoding, "step": 3, "data": data } }),
+        );
+        let back = loop {
+            let message = hear(&mut client);
+            if message["topic"] == "/old" {
+                break message;
+            }
+        };
+        assert_eq!(back["msg"]["data"], "AAD//wAA", "{encoding}: {back}");
+        assert!(back["msg"]["header"]["stamp"]["secs"].is_i64(), "{back}");
+    }
+    say(&mut client, &json!({ "op": "publish", "topic": "/shown", "msg": { "encoding": "yuv422" } }));
+    assert!(hear(&mut client)["msg"].as_str().unwrap().contains("yuv422"));
+}
