@@ -51,7 +51,7 @@ def listen(topic, kind, **more):
     return t
 "#;
 
-fn client(python: &PathBuf, served: &Served, program: &str) -> Output {
+pub fn client(python: &PathBuf, served: &Served, program: &str) -> Output {
     let program = format!("{BEGIN}{program}\nros.terminate()").replace("PORT", &served.port.to_string());
     Command::new(python).args(["-c", &program]).output().unwrap()
 }

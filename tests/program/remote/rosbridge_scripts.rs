@@ -5,8 +5,11 @@ use std::{path::Path, time::Duration};
 use serde_json::{Value, json};
 
 use crate::{
-    kit::{served::Served, *},
-    remote::rosbridge::{Socket, hear, say, socket},
+    kit::{
+        served::{Served, good},
+        *,
+    },
+    remote::rosbridge::{Socket, client, hear, python, say, socket},
 };
 
 const FIBONACCI: &str = "example_interfaces/action/Fibonacci";
@@ -49,54 +52,92 @@ fn again(socket: &mut Socket, message: &Value, is_failure: impl Fn(&Value) -> bo
 #[test]
 fn a_client_gives_goals_to_a_script() {
     let place = Place::new();
-    let (_served, mut client) = started(&place, "child", crate::scripts::ros_actions::SERVER);
-    start(&mut client);
+    let (_served, mut peer) = started(&place, "child", crate::scripts::ros_actions::SERVER);
+    start(&mut peer);
     let goal = |id: &str, order: i64, feedback: bool| {
         json!({ "op": "send_action_goal", "id": id, "action": "/fib", "action_type": FIBONACCI,
             "args": { "order": order }, "feedback": feedback })
     };
-    let first = again(&mut client, &goal("a", 4, true), |m| m["op"] == "status");
+    let first = again(&mut peer, &goal("a", 4, true), |m| m["op"] == "status");
     assert_eq!(
         (&first["op"], &first["id"], &first["action"]),
         (&json!("action_feedback"), &json!("a"), &json!("/fib"))
     );
     assert_eq!(first["values"]["sequence"], json!([0, 1, 1]));
-    assert_eq!(hear(&mut client)["values"]["sequence"], json!([0, 1, 1, 2]));
-    assert_eq!(hear(&mut client)["values"]["sequence"], json!([0, 1, 1, 2, 3]));
-    let result = hear(&mut client);
+    assert_eq!(hear(&mut peer)["values"]["sequence"], json!([0, 1, 1, 2]));
+    assert_eq!(hear(&mut peer)["values"]["sequence"], json!([0, 1, 1, 2, 3]));
+    let result = hear(&mut peer);
     assert_eq!(
         result,
         json!({ "op": "action_result", "id": "a", "action": "/fib", "values": { "sequence": [0, 1, 1, 2, 3] },
             "status": 4, "result": true })
     );
     // Who does not want feedback gets none.
-    say(&mut client, &goal("b", 4, false));
-    assert_eq!(hear(&mut client)["op"], "action_result");
-    say(&mut client, &goal("c", -1, true));
-    let rejected = hear(&mut client);
+    say(&mut peer, &goal("b", 4, false));
+    assert_eq!(hear(&mut peer)["op"], "action_result");
+    say(&mut peer, &goal("c", -1, true));
+    let rejected = hear(&mut peer);
     assert_eq!((&rejected["op"], &rejected["result"]), (&json!("action_result"), &json!(false)), "{rejected}");
     assert!(rejected["values"].as_str().unwrap().contains("rejected"), "{rejected}");
-    say(&mut client, &json!({ "op": "send_action_goal", "id": "d", "action": "/fib", "args": { "ordre": 1 } }));
-    assert!(hear(&mut client)["values"].as_str().unwrap().contains("`ordre`"));
+    say(&mut peer, &json!({ "op": "send_action_goal", "id": "d", "action": "/fib", "args": { "ordre": 1 } }));
+    assert!(hear(&mut peer)["values"].as_str().unwrap().contains("`ordre`"));
     // One that would take long is taken back.
-    say(&mut client, &goal("e", 100_000, true));
-    assert_eq!(hear(&mut client)["op"], "action_feedback");
-    say(&mut client, &json!({ "op": "cancel_action_goal", "id": "e", "action": "/fib" }));
+    say(&mut peer, &goal("e", 100_000, true));
+    assert_eq!(hear(&mut peer)["op"], "action_feedback");
+    say(&mut peer, &json!({ "op": "cancel_action_goal", "id": "e", "action": "/fib" }));
     let canceled = loop {
-        let message = hear(&mut client);
+        let message = hear(&mut peer);
         if message["op"] == "action_result" {
             break message;
         }
     };
     assert_eq!((&canceled["id"], &canceled["status"]), (&json!("e"), &json!(5)));
     // Another client cannot offer what the script offers, and a stop ends what is under way.
-    say(&mut client, &json!({ "op": "advertise_action", "action": "/fib", "type": FIBONACCI }));
-    assert!(hear(&mut client)["msg"].as_str().unwrap().contains("a script offers the action /fib already"));
-    say(&mut client, &goal("f", 100_000, false));
-    say(&mut client, &json!({ "op": "call_service", "id": "stop", "service": "/simulation/stop" }));
-    assert_eq!(hear(&mut client)["id"], "stop");
-    let aborted = hear(&mut client);
+    say(&mut peer, &json!({ "op": "advertise_action", "action": "/fib", "type": FIBONACCI }));
+    assert!(hear(&mut peer)["msg"].as_str().unwrap().contains("a script offers the action /fib already"));
+    say(&mut peer, &goal("f", 100_000, false));
+    say(&mut peer, &json!({ "op": "call_service", "id": "stop", "service": "/simulation/stop" }));
+    assert_eq!(hear(&mut peer)["id"], "stop");
+    let aborted = hear(&mut peer);
     assert_eq!((&aborted["id"], &aborted["status"], &aborted["result"]), (&json!("f"), &json!(6), &json!(false)));
+}
+
+#[test]
+#[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
+fn the_real_client_gives_goals_to_a_script() {
+    let python = python();
+    let place = Place::new();
+    let (served, _) = started(&place, "child", crate::scripts::ros_actions::SERVER);
+    good(&client(
+        &python,
+        &served,
+        r#"
+call('/simulation/start')
+fib = roslibpy.ActionClient(ros, '/fib', 'example_interfaces/action/Fibonacci')
+ended, heard, failed = [], [], []
+def give(order):
+    return fib.send_goal(roslibpy.Goal({'order': order}), ended.append, heard.append, failed.append)
+def given():
+    # Before the script has begun nobody offers the action.
+    if not heard:
+        give(4)
+        time.sleep(0.2)
+    return heard
+until('feedback', given)
+until('a result', lambda: ended)
+assert ended[0]['values']['sequence'] == [0, 1, 1, 2, 3] and ended[0]['status'] == roslibpy.GoalStatus.SUCCEEDED, ended
+assert heard[0]['sequence'] == [0, 1, 1], heard
+del ended[:]
+goal = give(100000)
+count = len(heard)
+until('feedback', lambda: len(heard) > count)
+fib.cancel_goal(goal)
+until('it is taken back', lambda: any(r['status'] == roslibpy.GoalStatus.CANCELED for r in ended))
+give(-1)
+until('a no', lambda: failed)
+assert 'rejected' in str(failed[0]), failed
+"#,
+    ));
 }
 
 #[test]
@@ -129,12 +170,12 @@ function sysCall_thread()
     say(tostring(why))
 end
 "#;
-    let (served, mut client) = started(&place, "child", script);
+    let (served, mut peer) = started(&place, "child", script);
     let mut server = socket(&served);
-    say(&mut client, &json!({ "op": "subscribe", "topic": "/said", "type": "std_msgs/msg/String" }));
-    start(&mut client);
+    say(&mut peer, &json!({ "op": "subscribe", "topic": "/said", "type": "std_msgs/msg/String" }));
+    start(&mut peer);
     say(&mut server, &json!({ "op": "advertise_action", "action": "/fib", "type": FIBONACCI }));
-    let mut heard = || hear(&mut client)["msg"]["data"].as_str().unwrap().to_owned();
+    let mut heard = || hear(&mut peer)["msg"]["data"].as_str().unwrap().to_owned();
     let goal = hear(&mut server);
     assert_eq!(
         (&goal["op"], &goal["action"], &goal["action_type"], &goal["args"], &goal["feedback"]),
@@ -182,10 +223,10 @@ function sysCall_sensing()
     simROS2.imageTransportPublish(eye, '\xff\0\0\0\0\xff', 1, 2, 'lens')
 end
 "#;
-    let (_served, mut client) = started(&place, "child", script);
-    say(&mut client, &json!({ "op": "subscribe", "id": "eye", "topic": "/eye", "type": "sensor_msgs/msg/Image" }));
-    start(&mut client);
-    let message = hear(&mut client);
+    let (_served, mut peer) = started(&place, "child", script);
+    say(&mut peer, &json!({ "op": "subscribe", "id": "eye", "topic": "/eye", "type": "sensor_msgs/msg/Image" }));
+    start(&mut peer);
+    let message = hear(&mut peer);
     let image = &message["msg"];
     assert_eq!(
         (&image["encoding"], &image["width"], &image["height"], &image["step"], &image["is_bigendian"]),
@@ -194,17 +235,17 @@ end
     assert_eq!(image["header"]["frame_id"], "lens");
     // Blue on top, then red, as base64.
     assert_eq!(image["data"], "AAD//wAA");
-    say(&mut client, &json!({ "op": "unsubscribe", "id": "eye", "topic": "/eye" }));
-    say(&mut client, &json!({ "op": "subscribe", "topic": "/old", "type": "sensor_msgs/Image" }));
+    say(&mut peer, &json!({ "op": "unsubscribe", "id": "eye", "topic": "/eye" }));
+    say(&mut peer, &json!({ "op": "subscribe", "topic": "/old", "type": "sensor_msgs/Image" }));
     // What a client shows comes to the script, and back; in another order of colors, too.
     for (encoding, data) in [("rgb8", "AAD//wAA"), ("bgr8", "/wAAAAD/")] {
         say(
-            &mut client,
+            &mut peer,
             &json!({ "op": "publish", "topic": "/shown", "msg": {
                 "width": 1, "height": 2, "encoding": encoding, "step": 3, "data": data } }),
         );
         let back = loop {
-            let message = hear(&mut client);
+            let message = hear(&mut peer);
             if message["topic"] == "/old" {
                 break message;
             }
@@ -212,6 +253,6 @@ end
         assert_eq!(back["msg"]["data"], "AAD//wAA", "{encoding}: {back}");
         assert!(back["msg"]["header"]["stamp"]["secs"].is_i64(), "{back}");
     }
-    say(&mut client, &json!({ "op": "publish", "topic": "/shown", "msg": { "encoding": "yuv422" } }));
-    assert!(hear(&mut client)["msg"].as_str().unwrap().contains("yuv422"));
+    say(&mut peer, &json!({ "op": "publish", "topic": "/shown", "msg": { "encoding": "yuv422" } }));
+    assert!(hear(&mut peer)["msg"].as_str().unwrap().contains("yuv422"));
 }
