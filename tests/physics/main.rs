@@ -12,6 +12,7 @@ mod contacts;
 mod flight;
 mod grippers;
 mod mechanisms;
+mod overlaps;
 mod parts;
 mod scenes;
 mod stacks;

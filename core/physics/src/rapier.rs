@@ -9,7 +9,7 @@
 //! `state` is all that the engine knows, `records` what it knows of each body and joint, `shapes` their forms.
 //! `bodies` makes bodies and colliders, `joints` joints, `drives` drives them, `reduced` has joints that cannot come apart,
 //! `gears` couples them, `load` says what they carry, `respond` says who collides, `grip` has friction by axis and against
-//! rolling, `report` reads contacts, `velocity` velocities, `spin` turns free bodies, `sleep` says who may
+//! rolling, `overlap` lets part what is made overlapping, `report` reads contacts, `velocity` velocities, `spin` turns free bodies, `sleep` says who may
 //! sleep, `turns` counts turns, `snapshot` keeps and takes back the whole state.
 
 mod bodies;
@@ -18,6 +18,7 @@ mod gears;
 mod grip;
 mod joints;
 mod load;
+mod overlap;
 mod push;
 mod records;
 mod reduced;
@@ -330,11 +331,14 @@ impl Engine for Rapier {
         let spun = self.spin(0.5);
         self.see_velocities();
         self.choose_substeps();
+        self.find_overlaps();
         self.weigh();
         self.couple();
         self.grip();
-        let Tables { pairs, surfaces, materials, .. } = &self.tables;
-        self.world.step_with_events(&PairFilter { pairs, surfaces, materials }, &());
+        let deepest = self.parting_depths();
+        let Tables { pairs, surfaces, materials, partings, .. } = &self.tables;
+        self.world.step_with_events(&PairFilter { pairs, surfaces, materials, partings, deepest }, &());
+        self.follow_overlaps();
         self.measure_loads();
         self.spin_on(spun);
         self.take_back(carried);

@@ -12,7 +12,7 @@ use super::{
     records::{BodyRecord, JointRecord},
     respond::{self, Tag},
     sleep,
-    state::{Rapier, finite},
+    state::{Rapier, Tables, finite},
 };
 use crate::{BodyDesc, BodyId, Engine, FrictionRule, JointId, MassProps, Motion, Surface, convert};
 
@@ -62,6 +62,10 @@ impl Rapier {
         if desc.respond.mask != 0 {
             self.add_colliders(id, desc);
             self.join_tree(id);
+            self.tables.fresh.push(id);
+            if self.may_stick(id) {
+                self.watch_contacts(id);
+            }
             if desc.surface != Surface::default() {
                 self.tables.surfaces.insert(id, desc.surface);
                 self.watch_pairs(id);
@@ -148,11 +152,39 @@ impl Rapier {
 
     /// Lets the filter decide about a body that is one of a pair with a rule, and about its contacts.
     pub(super) fn watch_pairs(&mut self, id: BodyId) {
+        self.set_hooks(id, |h| h | ActiveHooks::FILTER_CONTACT_PAIRS | ActiveHooks::MODIFY_SOLVER_CONTACTS);
+    }
+
+    /// Lets the filter change the contacts of a body.
+    pub(super) fn watch_contacts(&mut self, id: BodyId) {
+        self.set_hooks(id, |h| h | ActiveHooks::MODIFY_SOLVER_CONTACTS);
+    }
+
+    /// The contrary, if nothing else needs it.
+    pub(super) fn unwatch_contacts(&mut self, id: BodyId) {
+        let Tables { surfaces, pairs, partings, .. } = &self.tables;
+        let in_pair = |(a, b): &(BodyId, BodyId)| *a == id || *b == id;
+        if !self.may_stick(id)
+            && !surfaces.contains_key(&id)
+            && !pairs.keys().any(in_pair)
+            && !partings.keys().any(in_pair)
+        {
+            self.set_hooks(id, |h| h & !ActiveHooks::MODIFY_SOLVER_CONTACTS);
+        }
+    }
+
+    /// Whether its friction with something may be more than that of any pair.
+    fn may_stick(&self, id: BodyId) -> bool {
+        let colliders = self.record(id).map(|r| self.world.bodies[r.handle].colliders());
+        let mut colliders = colliders.into_iter().flatten().filter_map(|c| self.world.colliders.get(*c));
+        colliders.any(|c| c.friction() > respond::MOST_FRICTION)
+    }
+
+    fn set_hooks(&mut self, id: BodyId, change: impl Fn(ActiveHooks) -> ActiveHooks) {
         let Some(handle) = self.record(id).map(|r| r.handle) else { return };
-        let hooks = ActiveHooks::FILTER_CONTACT_PAIRS | ActiveHooks::MODIFY_SOLVER_CONTACTS;
         for &collider in self.world.bodies[handle].colliders() {
             if let Some(collider) = self.world.colliders.get_mut(collider) {
-                collider.set_active_hooks(collider.active_hooks() | hooks);
+                collider.set_active_hooks(change(collider.active_hooks()));
             }
         }
     }
@@ -172,6 +204,8 @@ impl Rapier {
         self.forget_velocity(body);
         self.tables.moving.remove(&body);
         self.tables.pairs.retain(|(a, b), _| *a != body && *b != body);
+        self.tables.partings.retain(|(a, b), _| *a != body && *b != body);
+        self.tables.fresh.retain(|id| *id != body);
         if let Some(tree) = self.tables.trees.get_mut(&record.respond.tree) {
             tree.members.retain(|id| *id != body);
             if tree.members.is_empty() {

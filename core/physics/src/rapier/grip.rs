@@ -10,7 +10,7 @@ use rapier3d::{
 };
 use std::collections::BTreeMap;
 
-use super::{joints, records::Grip, report, state::Rapier};
+use super::{joints, records::Grip, report, respond::MOST_FRICTION, state::Rapier};
 use crate::{BodyId, Surface, convert};
 
 /// All contact of a pair in one place.
@@ -98,7 +98,7 @@ impl Rapier {
             return friction;
         }
         let of = |c| self.world.colliders.get(c).map_or(0.0, |c| c.friction());
-        self.tables.friction_rule.of(of(a), of(b))
+        self.tables.friction_rule.of(of(a), of(b)).min(MOST_FRICTION)
     }
 
     fn set_grip(&mut self, pair: (BodyId, BodyId), touch: &Touch) {

@@ -12,6 +12,7 @@ use rapier3d::{
     pipeline::{ContactModificationContext, PairFilterContext, PhysicsHooks},
 };
 
+use super::overlap::Partings;
 use crate::{BodyId, MaterialPair, PairRule, Respond, Surface, convert};
 
 /// What the filter must know of a collider, kept in its user data: body id, tree and mask.
@@ -30,6 +31,10 @@ impl Tag {
         Self { body: data as u32, respond: Respond { mask: (data >> 64) as u16, tree: (data >> 32) as u32 } }
     }
 }
+
+/// Greatest friction of a pair, as Bullet has it: what a wheel of friction 100 would add to that is a twist that holds it
+/// against turning on the spot.
+pub(super) const MOST_FRICTION: f64 = 10.0;
 
 /// Whether the masks let the two collide.
 pub(super) fn responds(a: Respond, b: Respond) -> bool {
@@ -56,6 +61,9 @@ pub(super) struct PairFilter<'a> {
     pub pairs: &'a BTreeMap<(BodyId, BodyId), PairRule>,
     pub surfaces: &'a BTreeMap<BodyId, Surface>,
     pub materials: &'a [MaterialPair],
+    pub partings: &'a Partings,
+    /// Of [`Rapier::parting_depths`](super::Rapier).
+    pub deepest: [f64; 2],
 }
 
 impl PairFilter<'_> {
@@ -95,6 +103,13 @@ impl PhysicsHooks for PairFilter<'_> {
         let rule = self.rule(a, b).copied();
         let (bodies, handles) = (context.bodies, [context.rigid_body1, context.rigid_body2]);
         let Some(face) = context.rigid_mut() else { return };
+        if let Some(parting) = self.partings.get(&(BodyId(a.body.min(b.body)), BodyId(a.body.max(b.body)))) {
+            let moves =
+                |h: Option<RigidBodyHandle>| h.and_then(|h| bodies.get(h)).is_some_and(|b| b.is_dynamic_or_kinematic());
+            let deepest = self.deepest[usize::from(!handles.into_iter().all(moves))];
+            face.solver_contacts.iter_mut().for_each(|c| c.dist = parting.told(c.dist, deepest));
+        }
+        *face.friction = face.friction.min(MOST_FRICTION);
         let material = |s: Option<&Surface>| s.map_or(0, |s| s.material);
         if let Some(pair) = of_materials(self.materials, material(first), material(second)) {
             *face.friction = pair.friction;

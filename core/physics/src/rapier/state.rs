@@ -7,6 +7,7 @@ use rapier3d::{math::Pose, pipeline::PhysicsWorld};
 use serde::{Deserialize, Serialize};
 
 use super::{
+    overlap::Partings,
     records::{BodyRecord, Grips, JointRecord, Measured, Seen, Tree},
     shapes::ShapeCache,
 };
@@ -83,6 +84,10 @@ pub(super) struct Tables {
     pub(super) grips: Grips,
     /// Pairs, lower id first, that meet other than their bodies' numbers say.
     pub(super) pairs: BTreeMap<(BodyId, BodyId), PairRule>,
+    /// Bodies that were made since the last step, and collide.
+    pub(super) fresh: Vec<BodyId>,
+    /// Pairs that overlapped when they were made.
+    pub(super) partings: Partings,
 }
 
 impl Rapier {

@@ -3,6 +3,7 @@
 mod bodies;
 mod drives;
 mod economy;
+mod overlap;
 mod push;
 mod respond;
 mod state;

@@ -1,0 +1,200 @@
+//! What overlaps when it is made: it parts slowly, or stays as it was drawn.
+//!
+//! The engine pushes bodies apart the faster the deeper they overlap. Where a joint holds them together that push moves
+//! nothing, and grows in each sub-step; the least tilt then turns it into a kick of hundreds of m/s along whatever the joint
+//! leaves free. So the contacts of such pairs are told a smaller depth than they have, until the two have parted.
+
+use std::collections::BTreeMap;
+
+use rapier3d::{
+    geometry::{ColliderHandle, PairContacts},
+    parry::{bounding_volume::Aabb, query},
+};
+use serde::{Deserialize, Serialize};
+
+use super::{respond, state::Rapier};
+use crate::{BodyId, Motion};
+
+/// Speed at which they part, m/s.
+const PARTING_SPEED: f64 = 0.2;
+
+/// Depth in metres from which bodies of one mechanism are taken as drawn into each other.
+const FITTED: f64 = 1e-4;
+
+/// Time in which a pair that is not held must have come apart by a tenth of the way at that speed, s.
+const PATIENCE_S: f64 = 0.1;
+
+/// A pair that overlapped when it was made.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Parting {
+    /// Depth up to which the two are left as they are, m.
+    fit: f64,
+    /// Whether joints hold them together.
+    held: bool,
+    /// Depth, m, when it was last asked whether they come apart, and the time since then, s.
+    asked: (f64, f64),
+}
+
+pub(super) type Partings = BTreeMap<(BodyId, BodyId), Parting>;
+
+impl Parting {
+    /// The distance that a contact is told.
+    pub(super) fn told(&self, distance: f64, deepest: f64) -> f64 {
+        if distance < 0.0 { (distance + self.fit).min(0.0).max(-deepest) } else { distance }
+    }
+}
+
+/// A collider that may be in the way of others.
+struct Placed {
+    collider: ColliderHandle,
+    body: BodyId,
+    moved: bool,
+    fresh: bool,
+    bounds: Aabb,
+}
+
+impl Rapier {
+    /// Depth at which the engine pushes as fast as things are to part, m: between bodies that move, and with one that never does.
+    pub(super) fn parting_depths(&self) -> [f64; 2] {
+        let numbers = &self.world.integration_parameters;
+        [&numbers.contact_softness, &numbers.static_contact_softness]
+            .map(|spring| PARTING_SPEED / spring.erp_inv_dt(self.substep()))
+    }
+
+    /// Before a step: finds what new bodies overlap with.
+    pub(super) fn find_overlaps(&mut self) {
+        if self.tables.fresh.is_empty() {
+            return;
+        }
+        let fresh = std::mem::take(&mut self.tables.fresh);
+        let mut placed = self.placed(&fresh);
+        placed.sort_by(|a, b| a.bounds.mins.x.total_cmp(&b.bounds.mins.x));
+        let depths = self.parting_depths();
+        let mechanisms = self.mechanisms();
+        let mut found = BTreeMap::new();
+        for (i, a) in placed.iter().enumerate() {
+            for b in placed[i + 1..].iter().take_while(|b| b.bounds.mins.x <= a.bounds.maxs.x) {
+                let pair = (a.body.min(b.body), a.body.max(b.body));
+                let may = a.body != b.body && (a.moved || b.moved) && (a.fresh || b.fresh);
+                if !may || found.contains_key(&pair) || !self.may_collide(a.body, b.body) {
+                    continue;
+                }
+                let held = mechanisms.get(&a.body).is_some_and(|m| mechanisms.get(&b.body) == Some(m));
+                let least = if held { FITTED } else { depths[usize::from(!(a.moved && b.moved))] };
+                if self.depth_of(a, b) > least {
+                    let fit = if held { f64::MAX } else { 0.0 };
+                    found.insert(pair, Parting { fit, held, asked: (f64::MAX, 0.0) });
+                }
+            }
+        }
+        for (pair, parting) in found {
+            self.tables.partings.insert(pair, parting);
+            self.watch_contacts(pair.0);
+            self.watch_contacts(pair.1);
+        }
+    }
+
+    fn placed(&self, fresh: &[BodyId]) -> Vec<Placed> {
+        let mut placed = Vec::new();
+        for (id, record) in (0..).map(BodyId).zip(&self.tables.bodies) {
+            let Some(record) = record else { continue };
+            let body = &self.world.bodies[record.handle];
+            for &collider in body.colliders() {
+                let Some(c) = self.world.colliders.get(collider) else { continue };
+                placed.push(Placed {
+                    collider,
+                    body: id,
+                    moved: record.motion == Motion::Dynamic && body.is_enabled(),
+                    fresh: fresh.binary_search(&id).is_ok(),
+                    bounds: c.compute_aabb(),
+                });
+            }
+        }
+        placed
+    }
+
+    fn may_collide(&self, a: BodyId, b: BodyId) -> bool {
+        let (Some(first), Some(second)) = (self.record(a), self.record(b)) else { return false };
+        let rule = self.tables.pairs.get(&(a.min(b), a.max(b)));
+        respond::responds(first.respond, second.respond) && rule.is_none_or(|r| r.responds)
+    }
+
+    /// How deep two colliders overlap, m; less than 0 where they do not.
+    fn depth_of(&self, a: &Placed, b: &Placed) -> f64 {
+        let colliders = &self.world.colliders;
+        let (Some(first), Some(second)) = (colliders.get(a.collider), colliders.get(b.collider)) else { return -1.0 };
+        if !a.bounds.mins.cmple(b.bounds.maxs).all() || !b.bounds.mins.cmple(a.bounds.maxs).all() {
+            return -1.0;
+        }
+        let met = query::contact(first.position(), first.shape(), second.position(), second.shape(), 0.0);
+        met.ok().flatten().map_or(-1.0, |c| -c.dist)
+    }
+
+    /// Bodies that joints connect, by the least id among them.
+    fn mechanisms(&self) -> BTreeMap<BodyId, BodyId> {
+        let mut above: BTreeMap<BodyId, BodyId> = BTreeMap::new();
+        fn root(above: &BTreeMap<BodyId, BodyId>, mut id: BodyId) -> BodyId {
+            while let Some(next) = above.get(&id).filter(|n| **n != id) {
+                id = *next;
+            }
+            id
+        }
+        for record in self.tables.joints.iter().flatten() {
+            let (a, b) = (root(&above, record.bodies.0), root(&above, record.bodies.1));
+            above.insert(a.max(b), a.min(b));
+            above.entry(a.min(b)).or_insert(a.min(b));
+        }
+        above.keys().map(|id| (*id, root(&above, *id))).collect()
+    }
+
+    /// After a step: how far pairs have come apart; those that have are pairs like all others from then on.
+    pub(super) fn follow_overlaps(&mut self) {
+        if self.tables.partings.is_empty() {
+            return;
+        }
+        let (step, depths) = (self.world.integration_parameters.dt, self.parting_depths());
+        let mut parted = Vec::new();
+        let mut partings = std::mem::take(&mut self.tables.partings);
+        partings.retain(|pair, parting| {
+            let depth = self.contact_depth(*pair);
+            let still = [pair.0, pair.1].iter().any(|id| self.record(*id).is_none_or(|r| r.motion != Motion::Dynamic));
+            let least = if parting.held { FITTED } else { depths[usize::from(still)] };
+            if depth <= least {
+                parted.push(*pair);
+                return false;
+            }
+            parting.fit = parting.fit.min(depth);
+            parting.asked.1 += step;
+            if parting.asked.1 >= PATIENCE_S {
+                // What cannot come apart stays as it is.
+                if parting.asked.0 - depth < 0.1 * PARTING_SPEED * parting.asked.1 {
+                    parting.fit = depth;
+                }
+                parting.asked = (depth, 0.0);
+            }
+            true
+        });
+        self.tables.partings = partings;
+        for id in parted.into_iter().flat_map(|(a, b)| [a, b]) {
+            self.unwatch_contacts(id);
+        }
+    }
+
+    /// How deep two bodies overlapped when contacts were last looked for, m.
+    fn contact_depth(&self, (a, b): (BodyId, BodyId)) -> f64 {
+        let (Some(first), Some(second)) = (self.record(a), self.record(b)) else { return 0.0 };
+        let of_second = self.world.bodies[second.handle].colliders();
+        let mut depth = 0.0f64;
+        for collider in self.world.bodies[first.handle].colliders() {
+            for pair in self.world.narrow_phase.contact_pairs_with(*collider) {
+                let PairContacts::Rigid(rigid) = &pair.contacts else { continue };
+                let other = if pair.collider1 == *collider { pair.collider2 } else { pair.collider1 };
+                if of_second.contains(&other) {
+                    let points = rigid.solver_manifolds().iter().flat_map(|m| &m.points);
+                    depth = points.fold(depth, |d, p| d.max(-p.dist));
+                }
+            }
+        }
+        depth
+    }
+}
