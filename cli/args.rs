@@ -94,7 +94,7 @@ pub struct Run {
     /// Threads; the results do not depend on them.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: u16,
-    /// Press keys: lines `TIME KEY`, a character, a name such as `up`, or the API's code.
+    /// Read key presses from a file with lines `TIME KEY`; KEY is a character, a name such as `up`, or the API's code.
     #[arg(long, value_name = "FILE", conflicts_with = "replay")]
     pub keys: Option<PathBuf>,
     /// Run as fast as the clock, which scripts then read.

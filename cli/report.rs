@@ -140,7 +140,7 @@ fn line_of(text: &str, line: usize) -> std::ops::Range<usize> {
 
 /// Takes what the host and its plugins log outside of any world: services that say where they listen, for instance.
 pub fn listen() {
-    // Nobody else has set one in this program; if so, its lines go there.
+    // Fails only if a subscriber is already set, which nothing else in this program does.
     let _ = tracing::subscriber::set_global_default(Lines);
 }
 

@@ -75,7 +75,7 @@ impl Watchdog {
     fn known(&self) -> MutexGuard<'_, Known> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    /// Whose lines are to be printed; `prints`: those of the status bar on standard output.
+    /// The world whose log lines are printed; `prints`: whether status bar lines go to standard output.
     pub fn world(&self, world: &World, prints: bool) {
         let mut known = self.known();
         (known.lines, known.prints) = (Some(world.lines()), prints);
@@ -117,7 +117,7 @@ impl Watchdog {
     pub fn close(&self, fault: &Fault) -> i32 {
         let Some(known) = peek(&self.known) else { return 1 };
         for file in &known.files {
-            // Whoever is stuck is in a plugin and not in the middle of a line; if not, the file ends there.
+            // The stuck thread is in a plugin, so no line is half-written; if it is, the file ends there.
             if let Some(mut file) = peek(file) {
                 let _ = file.flush();
             }

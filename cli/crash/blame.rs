@@ -1,4 +1,4 @@
-//! Whose fault a crash is, in words.
+//! Describes which plugin caused a crash.
 
 use std::{ffi::CStr, fs, path::Path};
 

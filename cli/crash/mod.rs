@@ -120,16 +120,16 @@ pub fn listen() {
         for signal in SIGNALS {
             let mut before: libc::sigaction = std::mem::zeroed();
             libc::sigaction(signal, std::ptr::null(), &raw mut before);
-            // Whoever started the program may want it to ignore some.
+            // Signals that the parent process set to be ignored stay ignored.
             if before.sa_sigaction != libc::SIG_IGN {
                 libc::sigaction(signal, &raw const action, std::ptr::null_mut());
             }
         }
-        // A file that grows over the limit of the system is an error of whoever writes it.
+        // Exceeding the file size limit should fail the write, not kill the process.
         libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
         libc::atexit(exited);
         libc::pthread_atfork(None, Some(forked), Some(is_child));
-        // What the first one loads may not be loaded in a handler.
+        // The first call loads a library, which is not allowed in a signal handler.
         let mut one = [std::ptr::null_mut(); 1];
         backtrace(one.as_mut_ptr(), 1);
     }

@@ -61,8 +61,8 @@ impl Pace {
         })
     }
 
-    /// Waits for the next step's time, and puts in what came meanwhile; `false`: whoever sits before the terminal wants
-    /// the run to end.
+    /// Waits until the next step is due, and passes on the input that arrived meanwhile. `false`: the user at the
+    /// terminal has asked to end the run.
     pub fn before_step(&mut self, world: &World, interrupted: &AtomicBool) -> bool {
         loop {
             while let Some(button) = self.terminal.as_mut().and_then(|t| t.next(Duration::ZERO)) {

@@ -150,7 +150,7 @@ impl CylinderSide {
         [front.then_some((toward - edge, toward + edge)), back.then_some((toward + edge, toward + TAU - edge))]
     }
 
-    /// Takes the nearest point on the straight line at one angle.
+    /// Considers the nearest point on the straight line along the surface at one angle.
     fn sample(&self, angle: f64, best: &mut OnCylinderSide) {
         let sight = &self.cone.sight;
         let normal = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0);

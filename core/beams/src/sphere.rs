@@ -14,7 +14,8 @@ const SLACK: f64 = 1e-12;
 
 /// The nearest point of a sphere that counts; `centre` relative to the apex.
 ///
-/// With `half`, only the part on that side of the centre. Its rim is then left to whoever continues the surface there.
+/// With `half`, only the part on that side of the centre. Its rim is then left to the part that continues the surface
+/// there.
 pub(super) fn sphere(
     cone: &Cone,
     centre: &Vector3<f64>,

@@ -25,6 +25,6 @@ impl<T> ThreadGrant<T> {
     }
 }
 
-// SAFETY: whoever made it has promised that plugins have declared the flag that lets this thread call them, and that
-// nobody changes what the value refers to meanwhile (`ThreadGrant::new`).
+// SAFETY: the caller of `ThreadGrant::new` has promised that plugins have declared the flag that lets this thread call
+// them, and that nothing changes what the value refers to meanwhile.
 unsafe impl<T> Send for ThreadGrant<T> {}

@@ -97,8 +97,8 @@ pub(super) fn hazed(color: Color, distance: f64, eye_height: f64) -> Color {
 /// Lines of the floor's grid: distance between them, m, their width, m, and how much darker they are.
 const GRID: [(f64, f64, f64); 2] = [(1.0, 0.012, 0.34), (0.1, 0.004, 0.14)];
 
-/// How much darker the grid makes a point of the floor, 0 to 1. `reach`: how much of x and of y a pixel covers there, m;
-/// where it covers a good part of what is between lines, these fade.
+/// How much darker the grid makes a point of the floor, 0 to 1. `reach`: extent of a pixel there along x and y, m;
+/// lines fade where it is a large part of their spacing.
 pub(super) fn grid(point: &Point3<f64>, reach: [f64; 2]) -> f64 {
     let mut darker: f64 = 0.0;
     for (step, width, strength) in GRID {
@@ -108,7 +108,8 @@ pub(super) fn grid(point: &Point3<f64>, reach: [f64; 2]) -> f64 {
             let reach = reach.max(1e-6);
             let covered = (off + reach / 2.0).min(width / 2.0) - (off - reach / 2.0).max(-width / 2.0);
             let share = (covered / reach).max(0.0);
-            // Narrow lines are drawn wider than they are, so that they do not break up, until they are too close.
+            // Lines narrower than a pixel are drawn wider and fainter, so that they do not break up, and fade out where
+            // they get too close together.
             let seen =
                 if width < reach { (1.0 - (off.abs() / reach)).max(0.0) * (width / reach).sqrt() } else { share };
             let fade = (1.0 - 5.0 * reach / step).clamp(0.0, 1.0);

@@ -13,13 +13,13 @@ use super::{
     document::Settings,
 };
 
-/// Most of one body's mass over that of another on the same joint for which joints and contacts were tried.
+/// Largest mass ratio of two bodies on one joint for which joints and contacts have been tested.
 const MOST_RATIO: f64 = 1000.0;
 
-/// Longest sub-step at which ten boxes on each other stand, s: they shift by 0.4 mm; at twice that they sink by 70 mm.
+/// Longest sub-step at which a stack of ten boxes stands, s: they shift by 0.4 mm; at twice that they sink by 70 mm.
 const COARSEST: f64 = 0.005;
 
-/// By how much a sum of moments may fall short by rounding.
+/// Relative rounding tolerance in the triangle inequality of principal moments of inertia.
 const ROUNDING: f64 = 1e-6;
 
 /// What is wrong or hard, one sentence each, in order of objects.

@@ -32,7 +32,7 @@ impl Moves {
         if self.noted[at] > self.seen.load(Relaxed) {
             return;
         }
-        // Whoever has not looked for so long goes through all instead.
+        // A reader that has fallen so far behind visits all objects instead.
         if self.list.len() >= FEWEST.max(2 * self.noted.len()) {
             self.gone += self.list.len() as u64;
             self.list.clear();

@@ -16,13 +16,13 @@ pub(super) struct Link {
     pub parent: u32,
     /// When `before` was noted last.
     noted: u32,
-    /// It was made when `noted` says: it was nowhere before.
+    /// It was created at the time in `noted`, so it has no earlier pose.
     new: bool,
     /// Its place in the world is not kept.
     pub hangs: bool,
     /// Its children hang on a frame that its joint moves.
     pub joint: bool,
-    /// Its moves are noted for those who follow shapes.
+    /// Its moves are recorded for readers that track shapes.
     pub shape: bool,
     /// It is the base of a model.
     pub model_base: bool,

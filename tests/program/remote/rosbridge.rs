@@ -302,14 +302,14 @@ fn what_is_wrong_costs_only_whoever_sends_it() {
     assert_eq!(hear(&mut good)["result"], true);
     // Each is told what is wrong, and goes on.
     for (message, told) in [
-        ("nonsense", "no JSON"),
+        ("nonsense", "not valid JSON"),
         ("[1]", "`op`"),
         (r#"{"op": "dance", "id": "d"}"#, "`dance`"),
         (r#"{"op": "publish", "topic": "/cmd_vel", "msg": {"linaer": {}}}"#, "has no field `linaer`"),
         (r#"{"op": "publish", "topic": "/cmd_vel", "msg": {"linear": {"x": "fast"}}}"#, "a number"),
-        (r#"{"op": "publish", "topic": "/odom", "msg": {}}"#, "by nobody else"),
+        (r#"{"op": "publish", "topic": "/odom", "msg": {}}"#, "clients cannot publish it"),
         (r#"{"op": "advertise", "topic": "/scan", "type": "std_msgs/String"}"#, "has the type sensor_msgs/LaserScan"),
-        (r#"{"op": "advertise_service", "service": "/rosapi/topics", "type": "a/B"}"#, "offered here already"),
+        (r#"{"op": "advertise_service", "service": "/rosapi/topics", "type": "a/B"}"#, "already provided"),
         (r#"{"op": "subscribe", "topic": "/scan", "compression": "cbor-raw"}"#, "`cbor-raw`"),
         (r#"{"op": "fragment", "id": "a", "num": 0, "total": 1, "data": "{"}"#, "valid JSON"),
     ] {

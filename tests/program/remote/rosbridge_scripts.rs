@@ -94,7 +94,7 @@ fn a_client_gives_goals_to_a_script() {
     assert_eq!((&canceled["id"], &canceled["status"]), (&json!("e"), &json!(5)));
     // Another client cannot offer what the script offers, and a stop ends what is under way.
     say(&mut peer, &json!({ "op": "advertise_action", "action": "/fib", "type": FIBONACCI }));
-    assert!(hear(&mut peer)["msg"].as_str().unwrap().contains("a script offers the action /fib already"));
+    assert!(hear(&mut peer)["msg"].as_str().unwrap().contains("a script already offers the action /fib"));
     say(&mut peer, &goal("f", 100_000, false));
     say(&mut peer, &json!({ "op": "call_service", "id": "stop", "service": "/simulation/stop" }));
     assert_eq!(hear(&mut peer)["id"], "stop");

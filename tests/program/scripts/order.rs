@@ -1,5 +1,5 @@
-//! Which script is called when: tests/facts/call-order.md, 1 and 2, line by line; what is called otherwise here
-//! stands in docs/guide/coming-from-vrep.md, "Order of calls".
+//! The order in which scripts are called, checked line by line against tests/facts/call-order.md, sections 1 and 2.
+//! Deliberate differences are listed in docs/guide/coming-from-vrep.md, "Order of calls".
 
 use std::sync::Arc;
 

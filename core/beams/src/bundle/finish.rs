@@ -1,4 +1,5 @@
-//! From packets to answers: in the order of the bundle, in 64 bits, with as much as is asked for.
+//! Turns the results of packets into answers: in the order of the bundle, in 64 bits, and only the fields that were
+//! asked for.
 
 use nalgebra::{Point3, Vector3};
 use tatu_geometry::Form;
@@ -40,7 +41,7 @@ pub(super) fn finish(scene: &BeamScene, cast: &BundleCast<'_>, part: &PacketGrou
         if best.margin.0[lane] < 0.0 {
             distance = again(scene, cast, index as usize, primitive, direction, distance);
         }
-        // What 32 bits have moved across a limit stands on it.
+        // Rounding to 32 bits may have moved the distance past a limit: clamp it.
         distance = distance.min(far).max(near);
         put(hits.distance, ray, distance);
         put(hits.object, ray, scene.targets[index as usize].object);

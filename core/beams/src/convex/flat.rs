@@ -6,7 +6,7 @@ use nalgebra::{Vector2, Vector3};
 use super::{Convex, Half, TOUCH};
 use crate::planar::any_perpendicular;
 
-/// Cuts after which the rest is within rounding.
+/// Number of cuts after which the remaining error is within rounding.
 const CUTS: usize = 56;
 /// Corners of a face after all cuts.
 const CORNERS: usize = 4 + 6 + CUTS + 2;

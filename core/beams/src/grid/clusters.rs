@@ -24,7 +24,7 @@ pub(crate) struct Clusters {
     /// Their numbers in the mesh; apart, since most images do not need them.
     pub(super) primitives: Vec<[u32; WIDE]>,
     pub(super) groups: Vec<Groups>,
-    /// Whether whoever looks from outside sees only fronts.
+    /// Whether only front faces are visible from outside.
     pub(super) closed: bool,
 }
 

@@ -250,7 +250,7 @@ fn hand_over(
     error.fresh();
     // SAFETY: one status per instance.
     let before = unsafe { std::slice::from_raw_parts(batch.status, batch.n as usize) };
-    // Who failed in an earlier call; hardly ever anybody.
+    // Instances that failed in an earlier call; nearly always none.
     let known = if before.iter().any(|s| *s < 0) { before.to_vec() } else { Vec::new() };
     let first = job.devices.first().map_or(0, |i| all[*i].slot);
     let before = around.watch.enter_batch(call, kind_info.plugin, first, job.devices.len());

@@ -86,7 +86,7 @@ impl Registry {
         let tie = (ids.len() > 1).then(|| {
             format!("the importers {} read it; `{}` is used, choose with `importer = \"...\"`", ids.join(", "), ids[0])
         });
-        // Those that fail are not asked to read it; whoever does not need them is not stopped.
+        // Importers that failed are only noted, so that they do not stop files that do not need them.
         let notes = failed.into_iter().map(|e| e.text).chain(tie).collect();
         Ok(Some(Choice { importer: first, notes }))
     }

@@ -1,8 +1,8 @@
 //! A registry in which one plugin is replaced by another version of itself.
 //!
 //! Worlds, documents and scripts hold numbers of what plugins offer. So everything keeps its number: what is new comes
-//! last, and a new version that lacks something of the old one is refused. Commands may vanish: whoever still has their
-//! number gets an error.
+//! last, and a new version that lacks something of the old one is refused. Commands may vanish: calls by their old
+//! number fail with an error.
 
 use std::sync::Arc;
 

@@ -94,7 +94,7 @@ fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {
                 _ => Value::List(items),
             }
         }
-        // What has a name is no part: whoever reads it knows its keys.
+        // A table with a name is not a part: its reader knows its keys.
         T::InlineTable(t) if t.contains_key("name") => {
             let entries = t.iter().map(|(k, v)| Ok((Value::text(k), value(v, 1.0)?)));
             Value::Map(entries.collect::<Result<_>>()?)

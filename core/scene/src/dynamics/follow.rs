@@ -1,8 +1,8 @@
 //! Joints that follow others: gears, linkages and cams. The place of one is a function of another's place, or its speed
 //! is a multiple of another's.
 //!
-//! Whoever follows is driven by its own motor, with its own limit of force, towards what the other did by the end of
-//! the last step; nothing pushes back on the other one. A joint that is geared moves with the other one as one.
+//! A follower is driven by its own motor, with its own force limit, towards the leader's position at the end of the
+//! last step; nothing acts back on the leader. A geared joint and its leader move as one.
 
 use crate::{
     object::{Control, Data},

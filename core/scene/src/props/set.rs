@@ -59,7 +59,7 @@ pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<
                     _ => &mut j.passive.stiffness,
                 };
                 if *x < 0.0 {
-                    return Some(refuse(TATU_ERR_ARGUMENT, format!("`{}` is not negative", row.info().key)));
+                    return Some(refuse(TATU_ERR_ARGUMENT, format!("`{}` must not be negative", row.info().key)));
                 }
                 if replace(place, *x) {
                     scene.touch(slot);
@@ -261,12 +261,12 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
         }
         (Row::Color, _) => return refuse(TATU_ERR_ARGUMENT, "a color must be red, green and blue, each from 0 to 1"),
         (Row::Mass, Value::Float(m)) if *m > 0.0 => s.mass = Some(*m),
-        (Row::Mass, _) => return refuse(TATU_ERR_ARGUMENT, "a mass must be greater than 0"),
+        (Row::Mass, _) => return refuse(TATU_ERR_ARGUMENT, "mass must be greater than 0"),
         (Row::Inertia, Value::Floats(v)) => {
             s.inertia = Some(match v.as_slice() {
                 [x, y, z] => [*x, 0.0, 0.0, 0.0, *y, 0.0, 0.0, 0.0, *z],
                 v if v.len() == 9 => std::array::from_fn(|i| v[i]),
-                _ => return refuse(TATU_ERR_ARGUMENT, "an inertia must be 3 or 9 numbers"),
+                _ => return refuse(TATU_ERR_ARGUMENT, "inertia must be 3 or 9 numbers"),
             });
         }
         (Row::Convex, Value::Bool(b)) => s.convex = *b,
@@ -276,9 +276,9 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
         (Row::DetectableMask, Value::Int(i)) => s.detectable_mask = *i as u16,
         (Row::RespondableMask, Value::Int(i)) => s.mask = *i as u16,
         (Row::Friction, Value::Float(f)) if *f >= 0.0 => s.friction = *f,
-        (Row::Friction, _) => return refuse(TATU_ERR_ARGUMENT, "a friction must not be negative"),
+        (Row::Friction, _) => return refuse(TATU_ERR_ARGUMENT, "friction must not be negative"),
         (Row::Restitution, Value::Float(f)) if (0.0..=1.0).contains(f) => s.restitution = *f,
-        (Row::Restitution, _) => return refuse(TATU_ERR_ARGUMENT, "a restitution must be from 0 to 1"),
+        (Row::Restitution, _) => return refuse(TATU_ERR_ARGUMENT, "restitution must be from 0 to 1"),
         (Row::Bullet, Value::Bool(b)) => s.bullet = *b,
         (Row::InitialVelocity | Row::InitialAngularVelocity, Value::Floats(v)) => {
             let [x, y, z] = v.as_slice() else { return refuse(TATU_ERR_ARGUMENT, "expected 3 numbers") };
@@ -288,7 +288,7 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
         (Row::LinearDamping, Value::Float(x)) if *x >= 0.0 => s.damping[0] = *x,
         (Row::AngularDamping, Value::Float(x)) if *x >= 0.0 => s.damping[1] = *x,
         (Row::LinearDamping | Row::AngularDamping, _) => {
-            return refuse(TATU_ERR_ARGUMENT, "a damping must not be negative");
+            return refuse(TATU_ERR_ARGUMENT, "damping must not be negative");
         }
         (Row::SurfaceVelocity | Row::FrictionAxis, Value::Floats(v)) => {
             let [x, y, z] = v.as_slice() else { return refuse(TATU_ERR_ARGUMENT, "expected 3 numbers") };
@@ -312,7 +312,7 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
             return Ok(Some(Changed::Drive));
         }
         (Row::AxisFriction | Row::RollingFriction | Row::SpinningFriction, _) => {
-            return refuse(TATU_ERR_ARGUMENT, "a friction must not be negative");
+            return refuse(TATU_ERR_ARGUMENT, "friction must not be negative");
         }
         (Row::Material, _) => {
             text.clone_into(&mut s.material);

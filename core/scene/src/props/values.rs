@@ -46,12 +46,14 @@ pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
 
 /// Free data from a map of texts.
 pub fn notes(value: &Value) -> Result<BTreeMap<Vec<u8>, Vec<u8>>, Refusal> {
-    let Value::Map(pairs) = value else { return refuse(TATU_ERR_ARGUMENT, "free data must be texts by tag") };
+    let Value::Map(pairs) = value else {
+        return refuse(TATU_ERR_ARGUMENT, "free data must be a map from tags to texts");
+    };
     pairs
         .iter()
         .map(|(k, v)| match (k, v) {
             (Value::Text(k) | Value::Bytes(k), Value::Text(v) | Value::Bytes(v)) => Ok((k.clone(), v.clone())),
-            _ => refuse(TATU_ERR_ARGUMENT, "free data must be texts by tag"),
+            _ => refuse(TATU_ERR_ARGUMENT, "free data must be a map from tags to texts"),
         })
         .collect()
 }

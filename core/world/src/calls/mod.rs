@@ -157,7 +157,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         );
     }
     if !calls.arena.try_borrow().is_ok_and(|arena| arena.is_whole_since(mark)) {
-        // What it gave is given up with it, so that whoever called it is not found to have done it, too.
+        // Its results are released as well, so that the caller is not blamed for the same damage.
         if let Ok(mut arena) = calls.arena.try_borrow_mut() {
             arena.release(mark);
         }

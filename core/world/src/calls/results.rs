@@ -22,8 +22,7 @@ pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
     Ok(())
 }
 
-/// Results of a command as far as they lie in lists, maps and spans: whoever reads them could not name the plugin any
-/// more.
+/// Checks the results of a command inside lists, maps and spans now: when they are read, the plugin is no longer known.
 pub(super) fn check_nested(f: &tatu_call) -> Result<(), String> {
     for i in 0..f.n_results as usize {
         // SAFETY: within the caller's array, whose results have been checked.

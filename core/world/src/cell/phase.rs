@@ -5,8 +5,8 @@
 //!                     running -> last before pause -> paused -> first after pause -> running
 //! ```
 //!
-//! A stop or a pause is a request. A phase changes after a pass only, so the pass in which a script asks is an ordinary
-//! one to its end, and whoever looks at the phase learns of a stop two passes before the end.
+//! A stop or a pause is a request. A phase changes only after a pass, so the pass in which a script asks is an ordinary
+//! one to its end, and readers of the phase learn of a stop two passes before the end.
 
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::*;

@@ -1,5 +1,5 @@
-//! Room for the results of a command: the host's own, with a guard on each side, whoever calls. A command that writes
-//! beside it is blamed itself, and what its caller keeps beside its own array is not touched.
+//! Memory for the results of a command: always the host's own, with a guard on each side. A command that writes out of
+//! bounds is blamed itself, and does not damage what its caller keeps beside its own array.
 
 use std::ptr::null_mut;
 

@@ -1,8 +1,8 @@
-//! What a plugin may ask of the host, by the call that it is in: known to the host, and checked by it in every function
-//! of a table that gets a world.
+//! What a plugin may ask of the host depends on the call that it is in. The host checks this in every function that
+//! takes a world.
 //!
-//! A world belongs to the thread that made it. A pointer that no living world of this thread has is refused before
-//! anything is read through it: it came from a thread of the plugin's own, or was kept for longer than its world lived.
+//! A world belongs to the thread that made it. A pointer that belongs to no living world of this thread is refused
+//! before it is read: it is used on a thread of the plugin's own, or was kept after its world ended.
 
 use std::{
     collections::BTreeSet,
@@ -38,7 +38,7 @@ impl Function {
     }
 }
 
-/// What a call may use: each has what those before it have.
+/// What a call may use. Each level includes the previous ones.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Scope {
     /// Nothing that needs a world.
@@ -49,7 +49,7 @@ enum Scope {
     Act,
 }
 
-/// By the number of a call, as a note has it.
+/// Scopes, indexed by the number of a call in the watchdog's notes.
 static SCOPES: [Scope; Call::ALL.len()] = {
     let mut all = [Scope::Nothing; Call::ALL.len()];
     let mut i = 0;
@@ -62,9 +62,10 @@ static SCOPES: [Scope; Call::ALL.len()] = {
 
 const fn scope(call: Option<Call>) -> Scope {
     match call {
-        // Several at once, on any thread, while the world is in the middle of a stage.
+        // These run in parallel, on any thread, in the middle of a stage.
         Some(Call::Aim | Call::Measure | Call::Finish | Call::Apply) | None => Scope::Nothing,
-        // A snapshot, a restore or a change of parameters that changed anything else could not be gone on from.
+        // A snapshot, a restore or a change of parameters must not change anything else, or the run could not continue
+        // from it.
         Some(
             Call::Create
             | Call::Destroy
@@ -99,12 +100,13 @@ impl WorldCell {
     pub fn at<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
         let world = ptr.cast::<WorldCell>().cast_const();
         if living::is_last(ptr) {
-            // SAFETY: it lives, on this thread, which is in no worker: whoever ends it or enters a worker forgets it.
+            // SAFETY: it is alive on this thread, and the thread is not in a worker: ending the world or entering a
+            // worker clears the entry that `is_last` compares with.
             return unsafe { world.as_ref() };
         }
         match script_worker::of_this_thread() {
             None if living::has(ptr) => {
-                // SAFETY: it lives, and on this thread: the list says so.
+                // SAFETY: the list holds only worlds that are alive on this thread.
                 unsafe { world.as_ref() }
             }
             None => None,

@@ -131,7 +131,8 @@ impl World {
     }
 
     /// The program goes on with another scene when a service asks for one: see [`next_scene`](Self::next_scene). `read`
-    /// reads it, for an empty path the present one again; its error goes to whoever asked, and this world goes on.
+    /// reads it (an empty path means the current scene); its error is returned to the service that asked, and this
+    /// world continues.
     pub fn take_scenes(&self, read: impl Fn(&Path) -> Result<Arc<Document>> + 'static) {
         *self.cell.run.outside.scene_reader.borrow_mut() = Some(Rc::new(read));
     }

@@ -111,7 +111,7 @@ impl Scripts {
 }
 
 impl Script {
-    /// What its language writes. A script that has not begun, or never will again, has nothing to save.
+    /// The state that its language saves. A script that is not initialised, or is dead, has none.
     pub(super) fn save(&self, world: &WorldCell) -> Result<InstanceImage, String> {
         if !self.initialised.get() || self.dead.get() || self.data.get().is_null() {
             return Ok(InstanceImage::default());

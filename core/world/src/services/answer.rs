@@ -215,6 +215,6 @@ pub(super) fn give<'a>(answer: impl Into<Answer<'a>>, value: &Value, out: Option
             *out = unsafe { ValueRef::new(raw) };
             Ok(())
         }
-        None => Err(answer.calls.refuse(TATU_ERR_SPACE, "the value does not fit into memory")),
+        None => Err(answer.calls.refuse(TATU_ERR_SPACE, "not enough memory for the value")),
     }
 }

@@ -86,7 +86,7 @@ fn pass(world: &WorldCell, session: &SessionCell) {
         tell_holder(session, by, &mut holder);
         let held = by.is_some();
         let paused = world.state.phase.get() == Phase::Paused;
-        // Whoever could lift a pause may have failed meanwhile.
+        // The service that could lift a pause may have failed meanwhile.
         if !session.any_service() || !held && !paused {
             return;
         }

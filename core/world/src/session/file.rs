@@ -181,13 +181,13 @@ fn check_of(before: u64, line: &[u8]) -> u64 {
     xxhash_rust::xxh3::xxh3_64_with_seed(line, before)
 }
 
-/// The check of a line of a file, if it is the right one.
+/// The checksum of a line, if it matches the one written in the line.
 fn verified(before: u64, line: &[u8]) -> Option<u64> {
     let rest = line.strip_suffix(b"\"}")?;
     let (rest, digits) = rest.split_at_checked(rest.len().checked_sub(16)?)?;
     let found = u64::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok()?;
     let right = check_of(before, rest.strip_suffix(CHECK.as_bytes())?);
-    // Capitals would be read as the same number.
+    // Upper-case digits would parse as the same number, but are never written.
     (found == right && !digits.iter().any(u8::is_ascii_uppercase)).then_some(right)
 }
 
@@ -282,7 +282,8 @@ impl Log {
     }
 }
 
-/// Bytes of the longest input log and snapshot that is read: what the program wrote itself may be large.
+/// Size of the largest input log or snapshot that is read, in bytes. The limit is generous because the program writes
+/// these files itself.
 pub(crate) const MOST_OWN: u64 = 4 << 30;
 
 /// Reads a log. E105: the file cannot be read; E116: it is no log, or damaged.

@@ -1,4 +1,4 @@
-//! Requests, passes while time stands, and feeding an input log to a world again.
+//! Requests, passes while simulation time is stopped, and the replay of an input log.
 
 use std::sync::Arc;
 
@@ -86,7 +86,7 @@ fn feed_one(world: &WorldCell, record: Record) {
         }
         Input::Event { kind, text } => put_in(world, &kind, &text),
         Input::Pass => stand(world),
-        // Whoever observed it asks for it in its turn.
+        // The service that observed it asks for it in its turn.
         Input::Observed { .. } => {}
         Input::Call { name, args, waits } => match world.model.registry.command(&name) {
             None => {

@@ -114,7 +114,7 @@ impl Session {
     /// Wakes a session that waits at its barrier.
     pub fn wake(&self) {
         let Some(wake) = self.host.session.and_then(|s| s.wake) else { return };
-        // SAFETY: the session lives as long as the service, and this only while it has not ended.
+        // SAFETY: the session outlives the service, and `end` clears the pointer, under the lock that `with` holds.
         self.with(|session| unsafe { wake(session) });
     }
     /// Writes a line to the host's log; `level` is one of `TATU_LOG_*`.

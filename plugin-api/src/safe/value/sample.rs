@@ -121,11 +121,11 @@ impl<'a> Sample<'a> {
         first: u64,
         out: &mut [f64],
     ) {
-        // SAFETY: the host's generator, or null from a host that has none: then the numbers stay as they are.
+        // SAFETY: null, or the host's generator, which is valid for this call. Without one `out` is left as it is.
         if let Some(random) = unsafe { self.batch.random.as_ref() }
             && let Some(fill) = fill(random)
         {
-            // SAFETY: `out` has as many places as asked for.
+            // SAFETY: `out` has room for the count that is passed.
             unsafe { fill(random, self.i as u32, first, out.len() as u64, out.as_mut_ptr()) };
         }
     }

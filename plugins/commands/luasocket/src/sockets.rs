@@ -1,4 +1,4 @@
-//! Sockets by number, on the standard library. Whatever blocks looks often whether the run is to end.
+//! Sockets by number, on top of the standard library. Blocking calls check regularly whether the run is about to end.
 
 use std::{
     collections::BTreeMap,
@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// How long is waited before somebody looks whether the run is to end.
+/// How long a call blocks before it checks whether the run is about to end.
 const SLICE: Duration = Duration::from_millis(50);
 /// How long is slept between two looks at what does not block.
 const LOOK: Duration = Duration::from_millis(1);

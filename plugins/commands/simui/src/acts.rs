@@ -116,7 +116,7 @@ fn act(c: &mut Ctx<'_>) -> Result {
             set(c, at, &[("visible", json!(false))])?;
             call(c, at, "on-close", &[])
         }
-        _ => Err(Fail::argument(format!("nobody can {what} a {element}"))),
+        _ => Err(Fail::argument(format!("a {element} has no action `{what}`"))),
     }
 }
 

@@ -72,7 +72,7 @@ impl Windows {
     fn all(&self) -> Result<RefMut<'_, All>> {
         self.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the windows are in use"))
     }
-    /// The run has ended: windows stay whose script does.
+    /// At the end of a run: closes all windows except those whose script outlives it.
     pub(crate) fn end_run(&self, world: &World<'_>) -> Result {
         let scripts: Vec<_> = self.all()?.open.iter().map(|(window, of)| (*window, of.script)).collect();
         for (window, _) in scripts.iter().filter(|(_, script)| !world.outlives_runs(*script)) {

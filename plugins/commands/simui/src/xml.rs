@@ -43,7 +43,7 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
         )));
     }
     if text.contains("<!DOCTYPE") {
-        return Err(Fail::argument("a document type is not read: descriptions of windows need none"));
+        return Err(Fail::argument("document type declarations are not supported: descriptions of windows need none"));
     }
     let config = ParserConfig::new().trim_whitespace(true).cdata_to_characters(true).ignore_comments(true);
     let text = escaped(text.trim_start());

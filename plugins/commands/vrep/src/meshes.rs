@@ -138,7 +138,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         || table("transformation", "a matrix of 12 numbers, in which inertia and centre of mass stand").optional();
     let inertia_of = |c: &Ctx<'_>, shape: tatu_object| -> Result<[f64; 9]> {
         let v = c.world().get(shape, c.plugin().p.inertia)?;
-        v.array::<9>().ok_or_else(|| Fail::new("the host gave no inertia"))
+        v.array::<9>().ok_or_else(|| Fail::new("the host returned no inertia"))
     };
     offer.command(
         both(["sim.getShapeMassAndInertia", "simGetShapeMassAndInertia"], NIL, move |c| {

@@ -164,7 +164,7 @@ fn sources(folder: &std::path::Path) -> String {
         .collect()
 }
 
-/// Whoever looks for `"sim.getJointPosition"` finds its declaration.
+/// A search for `"sim.getJointPosition"` finds its declaration.
 #[test]
 fn names_stand_in_the_source_as_scripts_write_them() {
     let source = sources(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));

@@ -114,7 +114,7 @@ fn joint<'a>(
     if joint.joint_type != JointType::Continuous && (limit.lower.is_finite() || limit.upper.is_finite()) {
         if limit.lower > limit.upper {
             let text = format!("{what}: from {} to {}", limit.lower, limit.upper);
-            return Err(Fail::argument(text).help("`lower` is at most `upper`").at("", line));
+            return Err(Fail::argument(text).help("`lower` must not be greater than `upper`").at("", line));
         }
         if limit.lower == limit.upper {
             builder.report(TATU_REPORT_WARNING, Some(node), "its limits leave it no way to move");

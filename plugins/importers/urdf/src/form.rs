@@ -11,10 +11,10 @@ use crate::{
     tree::finite,
 };
 
-/// A geometry that has been checked and stands in the frame of a body.
+/// A checked geometry, placed in the frame of a body.
 #[derive(Debug, Clone)]
 pub struct Solid {
-    /// Where its centre stands.
+    /// Pose of its centre.
     pub pose: Isometry3<f64>,
     /// What it is.
     pub form: Form,
@@ -44,7 +44,7 @@ impl Solid {
         let positive = |numbers: &[f64]| {
             finite(numbers, what, line)?;
             match numbers.iter().find(|x| **x <= 0.0) {
-                Some(x) => Err(Fail::argument(format!("{what}: {x} is not a length")).at("", line)),
+                Some(x) => Err(Fail::argument(format!("{what}: {x} is not a length greater than 0")).at("", line)),
                 None => Ok(()),
             }
         };

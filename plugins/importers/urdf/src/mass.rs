@@ -29,7 +29,7 @@ impl Mass {
         let mass = link.inertial.mass.value;
         finite(&[mass, i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz], &what, line)?;
         if mass < 0.0 {
-            return Err(Fail::argument(format!("{what}: a mass of {mass} kg")).at("", line));
+            return Err(Fail::argument(format!("{what}: a mass of {mass} kg is negative")).at("", line));
         }
         if mass == 0.0 {
             return Ok(Mass::NONE);

@@ -49,7 +49,7 @@ pub fn read(text: &str) -> Result<Outline> {
     };
     if let Some(at) = text.find("<!DOCTYPE") {
         let line = text[..at].matches('\n').count() as u64 + 1;
-        return Err(Fail::argument("a document type is not read: URDF files need none").at("", line));
+        return Err(Fail::argument("document type declarations are not supported: URDF files need none").at("", line));
     }
     let mut outline = Outline::default();
     let mut depth = 0;
@@ -68,7 +68,7 @@ pub fn read(text: &str) -> Result<Outline> {
                     return Err(Fail::argument(format!("elements nest more than {MOST_DEPTH} deep")).at("", line));
                 }
                 if name.namespace.as_deref().is_some_and(|n| n.contains("xacro")) || name.local_name == "macro" {
-                    return Err(Fail::unsupported("this is a xacro file, from which a URDF file is made")
+                    return Err(Fail::unsupported("this is a xacro file, not a URDF file")
                         .help("run `xacro robot.urdf.xacro > robot.urdf` first")
                         .at("", line));
                 }
@@ -123,7 +123,7 @@ impl Outline {
         })?;
         // The lines are found by order.
         if (robot.links.len(), robot.joints.len()) != (self.links.len(), self.joints.len()) {
-            return Err(Fail::argument("links or joints stand inside of other elements").at("", 1));
+            return Err(Fail::argument("links and joints must be direct children of <robot>").at("", 1));
         }
         Ok(robot)
     }

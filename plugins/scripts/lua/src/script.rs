@@ -21,9 +21,10 @@ pub(crate) struct Script {
     state: Box<State>,
 }
 
-// SAFETY: what its pointers lead to (the Lua state, its memory, its files) belongs to this script alone, and is used by whoever
-// has the script, one thread at a time. Nothing in Lua or in this plugin is shared between scripts but what never changes and
-// what stands behind a lock. The world's pointer is handed to functions of the host only, which know on which thread they run.
+// SAFETY: what its pointers lead to (the Lua state, its memory, its files) belongs to this script alone, and is used by
+// the owner of the script, one thread at a time. Scripts share nothing in Lua or in this plugin except what is
+// immutable or behind a lock. The world's pointer is only passed to functions of the host, which check the thread that
+// they run on.
 unsafe impl Send for Script {}
 
 impl Deref for Script {
@@ -48,7 +49,7 @@ impl Script {
         // SAFETY: the slot is boxed and outlives the state.
         let main = unsafe { lua_newstate(lua_alloc, (&raw const *slot).cast_mut().cast()) };
         if main.is_null() {
-            return Err(Fail::new("no memory for a Lua state"));
+            return Err(Fail::new("not enough memory for a Lua state"));
         }
         let state = Box::new(State {
             main,

@@ -240,7 +240,7 @@ fn calls_cost_what_they_do() {
     }
 }
 
-/// Tables with weak keys that keep one another alive, in the worst order for the collector: it ends.
+/// Collection terminates for tables with weak keys that keep one another alive, in the worst order for the collector.
 #[test]
 fn the_collector_ends() {
     let h = host();

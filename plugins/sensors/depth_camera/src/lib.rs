@@ -1,7 +1,8 @@
-//! Depth and colour cameras: the ideal one, and those of devices.
+//! Depth and colour cameras: an ideal one, and models of real devices.
 //!
-//! The core draws the image; `camera` says which one and what its pixels mean, `settings` what scenes write, `presets`
-//! the devices, `optics` what structured light and time of flight make of edges, shadows and slanted surfaces.
+//! The core renders the image. `camera` declares which image and what its pixels mean, `settings` holds the parameters
+//! that scenes set, `presets` the devices, and `optics` the effects of structured light and time of flight at edges, in
+//! shadows and on slanted surfaces.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 

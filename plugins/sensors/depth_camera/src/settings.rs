@@ -105,9 +105,10 @@ impl Settings {
     pub fn read(p: &Params<'_>) -> Result<Self> {
         let count = |key: &str| -> Result<u32> {
             let n = p.i64(key)?;
-            u32::try_from(n).ok().filter(|n| *n > 0 && f64::from(*n) <= MOST_PIXELS).ok_or_else(|| {
-                Fail::argument(format!("`{key}` is {n}; an image has 1 to {MOST_PIXELS} pixels each way"))
-            })
+            u32::try_from(n)
+                .ok()
+                .filter(|n| *n > 0 && f64::from(*n) <= MOST_PIXELS)
+                .ok_or_else(|| Fail::argument(format!("`{key}` is {n}; expected 1 to {MOST_PIXELS} pixels")))
         };
         let optics = Optics {
             least_cosine: match p.f64("max_incidence")? {
@@ -119,7 +120,7 @@ impl Settings {
                 "exact" => Edges::Exact,
                 "lost" => Edges::Lost,
                 "mixed" => Edges::Mixed,
-                other => return refuse(format!("`edges` is `{other}`; it may be `exact`, `lost` or `mixed`")),
+                other => return refuse(format!("`edges` is `{other}`; expected `exact`, `lost` or `mixed`")),
             },
             lateral_sigma: p.f64("lateral_sigma")?,
         };
@@ -138,7 +139,7 @@ impl Settings {
             empty: match p.string("empty")?.as_str() {
                 "infinity" => f32::INFINITY,
                 "zero" => 0.0,
-                other => return refuse(format!("`empty` is `{other}`; it may be `infinity` or `zero`")),
+                other => return refuse(format!("`empty` is `{other}`; expected `infinity` or `zero`")),
             },
             optics,
         }
@@ -162,12 +163,12 @@ impl Settings {
         }
         if self.ortho_size == 0.0 && !(self.perspective_angle > 0.0 && self.perspective_angle < PI) {
             return refuse(format!(
-                "`perspective_angle` is {} rad; an image opens by more than 0 and less than half a turn",
+                "`perspective_angle` is {} rad; expected more than 0 and less than pi",
                 self.perspective_angle
             ));
         }
         if o.projector != 0.0 && self.ortho_size > 0.0 {
-            return refuse("a camera with a projector has an image in perspective: leave `ortho_size` out".into());
+            return refuse("a camera with a projector must be perspective: leave `ortho_size` out".into());
         }
         Ok(self)
     }

@@ -90,7 +90,7 @@ impl Settings {
         let (layers, field) = (p.i64("layers")?, p.f64("vertical_field")?);
         let elevations = match (listed.is_empty(), layers) {
             (false, _) => listed,
-            (true, ..=0) => return refuse(format!("`layers` is {layers}; there is at least one")),
+            (true, ..=0) => return refuse(format!("`layers` is {layers}; expected at least 1")),
             (true, 1) => vec![0.0],
             (true, n) => (0..n).map(|i| field * (i as f64 / (n - 1) as f64 - 0.5)).collect(),
         };
@@ -125,7 +125,7 @@ impl Settings {
             ));
         }
         if let Some(e) = s.elevations.iter().find(|e| e.abs() > FRAC_PI_2) {
-            return refuse(format!("a layer at {e} rad; expected -pi/2 to pi/2"));
+            return refuse(format!("a layer is at {e} rad; expected -pi/2 to pi/2"));
         }
         if s.near < 0.0 || s.min_range < 0.0 || s.range <= s.near || s.range <= s.min_range {
             return refuse(format!(

@@ -168,7 +168,7 @@ impl Settings {
             return refuse("with neither `front_faces` nor `back_faces` the sensor sees nothing".into());
         }
         let Some((_, waves)) = WAVES.iter().find(|(name, _)| *name == self.waves) else {
-            return refuse(format!("`waves` is `{}`; it may be {}", self.waves, WAVE_NAMES.join(", ")));
+            return refuse(format!("`waves` is `{}`; expected one of {}", self.waves, WAVE_NAMES.join(", ")));
         };
         Ok(Beams {
             form: self.form()?,
@@ -196,7 +196,7 @@ impl Settings {
             && !(self.angle > 0.0 && self.angle <= TAU + 1e-9)
         {
             return refuse(format!(
-                "`angle` is {} rad; a {} opens by more than 0 and at most a full turn",
+                "`angle` is {} rad; for a {} expected more than 0 and at most 2 pi",
                 self.angle, self.volume
             ));
         }
@@ -208,7 +208,7 @@ impl Settings {
                 let ([x, y], [u, v]) = (self.size_near, self.size_far);
                 if [x, y, u, v].iter().any(|s| *s < 0.0) || x.max(u) <= 0.0 || y.max(v) <= 0.0 {
                     return refuse(format!(
-                        "`size_near` is {:?} m and `size_far` {:?} m; a pyramid has some width along x and along y",
+                        "`size_near` is {:?} m and `size_far` {:?} m; a pyramid needs a width along x and y",
                         self.size_near, self.size_far
                     ));
                 }
@@ -218,7 +218,7 @@ impl Settings {
                 let (near, far) = (self.radius_near, self.radius_far);
                 if near < 0.0 || far < 0.0 || near.max(far) <= 0.0 {
                     return refuse(format!(
-                        "`radius_near` is {near} m and `radius_far` {far} m; one of them is more than 0, none less"
+                        "`radius_near` is {near} m and `radius_far` {far} m; expected none negative, one above 0"
                     ));
                 }
                 volume(TATU_BEAMS_CYLINDER, &[near, far])
@@ -242,7 +242,7 @@ impl Settings {
                 }
                 Ok(Form::Rays(vec![ahead; self.samples as usize]))
             }
-            other => refuse(format!("`volume` is `{other}`; it may be {}", VOLUMES.join(", "))),
+            other => refuse(format!("`volume` is `{other}`; expected one of {}", VOLUMES.join(", "))),
         }
     }
 }

@@ -1,9 +1,9 @@
 //! A port of this machine that serves files and WebSockets.
 //!
-//! Who connects must name the address that it reached (`Host`), a page must come from here (`Origin`) or from where it
-//! is expected, and a WebSocket must bring the token if one is asked for. All else costs only whoever sends it: heads,
-//! messages, connections and times have bounds. Each connection has a thread of its own, which never touches a world:
-//! what comes in waits in an inbox.
+//! A client must name the address that it connected to (`Host`), a page must come from this server or an expected one
+//! (`Origin`), and a WebSocket must carry the token if one is required. Heads, messages, connections and times are
+//! bounded, so that a bad client only harms itself. Each connection has its own thread, which never touches a world:
+//! incoming messages wait in an inbox.
 
 use std::{
     collections::VecDeque,

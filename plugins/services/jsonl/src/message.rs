@@ -49,7 +49,9 @@ impl Message {
     pub fn parse(line: &[u8]) -> Message {
         let json: Json = match serde_json::from_slice(line) {
             Ok(json) => json,
-            Err(e) => return Message { no_json: true, ..Message::wrong(Fail::argument(format!("no JSON: {e}"))) },
+            Err(e) => {
+                return Message { no_json: true, ..Message::wrong(Fail::argument(format!("not valid JSON: {e}"))) };
+            }
         };
         Message { id: json.get("id").cloned().unwrap_or_default(), ask: ask(&json), no_json: !json.is_object() }
     }

@@ -6,6 +6,6 @@ use tatu_plugin_api::safe::{Called, Fail, Result, Turn, Value};
 pub fn ask(turn: &Turn<'_>, name: &str, args: &[Value]) -> Result<Vec<Value>> {
     match turn.call(name, args, 0)? {
         Called::Done(values) => Ok(values),
-        Called::Waits => Err(Fail::unsupported(format!("`{name}` waits, which a remote call cannot do"))),
+        Called::Waits => Err(Fail::unsupported(format!("`{name}` waits, which is not possible in a remote call"))),
     }
 }

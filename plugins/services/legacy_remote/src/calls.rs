@@ -32,7 +32,7 @@ pub fn call(turn: &Turn<'_>, files: &mut Files, raw: u16, of: &[u8], data: &[u8]
 }
 
 fn unknown(raw: u16) -> Fail {
-    Fail::unsupported(format!("the command {raw:#06x} is not there"))
+    Fail::unsupported(format!("the command {raw:#06x} is not supported"))
 }
 
 /// Nothing but that it was done.
@@ -276,7 +276,7 @@ fn of_file(turn: &Turn<'_>, files: &mut Files, raw: u16, name: &[u8], data: &mut
         0x3003 => load("sim.loadModel").and_then(integer),
         0x3004 => files.transfer(turn, name, data.0).and_then(|()| done(Vec::new())),
         0x3006 => files.erase(turn, name).and_then(|()| done(Vec::new())),
-        _ => Err(Fail::unsupported("windows of buttons are not loaded from files: that format is not read")
+        _ => Err(Fail::unsupported("windows of buttons cannot be loaded from files: the format is not supported")
             .help("windows come with a scene of V-REP (`.ttt`), or a script makes them by `simCreateUI`")),
     }
 }
@@ -344,7 +344,7 @@ fn script(turn: &Turn<'_>, of: &mut In<'_>, data: &mut In<'_>) -> Result<Vec<u8>
     let (kind, owner, function) = (of.int()?, of.text()?, of.text()?);
     let mut counts = [0_usize; 4];
     for n in &mut counts {
-        *n = usize::try_from(data.i32()?).map_err(|_| Fail::argument("a count below zero"))?;
+        *n = usize::try_from(data.i32()?).map_err(|_| Fail::argument("a count must not be negative"))?;
     }
     let [ints, numbers, texts, buffer] = counts;
     let ints = data.take(ints.saturating_mul(4)).and_then(|b| In(b).ints())?;
@@ -355,7 +355,7 @@ fn script(turn: &Turn<'_>, of: &mut In<'_>, data: &mut In<'_>) -> Result<Vec<u8>
     let name = [function, owner].join(&b'@');
     let v = ask(turn, "sim.callScriptFunction", &[Value::Text(name), kind, ints, numbers, texts, buffer])?;
     if v.len() < 4 {
-        return Err(Fail::argument("the function gives integers, numbers, texts and bytes: four values"));
+        return Err(Fail::argument("the function must return four values: integers, numbers, texts and bytes"));
     }
     let empty = |v: &Value| matches!(v, Value::Nil) || matches!(v, Value::Map(m) if m.is_empty());
     let list = |v: &Value| if empty(v) { Ok(Vec::new()) } else { floats(Some(v)) };

@@ -67,7 +67,7 @@ impl Client {
         }
         let key = (command.raw(), command.of.clone());
         if full > crate::packet::MOST {
-            return Err(Fail::argument(format!("a command of {full} bytes: one has {} at most", crate::packet::MOST)));
+            return Err(Fail::argument(format!("a command has {full} bytes; the limit is {}", crate::packet::MOST)));
         }
         if at == 0 {
             if self.parts.len() >= MOST_PARTS {
@@ -76,7 +76,7 @@ impl Client {
             self.parts.insert(key.clone(), Vec::new());
         }
         let data = self.parts.get_mut(&key).filter(|d| d.len() == at);
-        let data = data.ok_or_else(|| Fail::argument("a part of a command whose first part is missing"))?;
+        let data = data.ok_or_else(|| Fail::argument("received part of a command without its first part"))?;
         data.extend_from_slice(&command.data);
         if data.len() > crate::packet::MOST {
             self.parts.remove(&key);
@@ -91,7 +91,7 @@ impl Client {
     /// A command is to be done again and again.
     pub fn stream(&mut self, command: &Command) -> Result {
         if self.streams.len() >= MOST_STREAMS {
-            return Err(Fail::argument(format!("a client has {MOST_STREAMS} streams at most")));
+            return Err(Fail::argument(format!("a client can have at most {MOST_STREAMS} streams")));
         }
         self.streams.insert((command.raw(), command.of.clone()), (command.clone(), f64::NEG_INFINITY));
         Ok(())

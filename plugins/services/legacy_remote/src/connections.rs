@@ -137,7 +137,7 @@ fn serve(mut stream: TcpStream, number: u64, shared: &Shared, events: &Sender<Ev
     loop {
         let bytes = packet::read(&mut stream)?;
         let (head, commands) = message::read(&bytes)?;
-        // Who has said nothing that can be read is no client.
+        // A connection counts as a client once it has sent a valid packet.
         if !std::mem::replace(&mut told, true) {
             let _ = events.send(Event::Come(number, out.clone()));
         }

@@ -50,10 +50,10 @@ impl Files {
         let name = checked(name)?;
         if bytes.len() > MOST {
             let size = bytes.len();
-            return Err(Fail::argument(format!("`{name}` has {size} bytes: a transferred file has {MOST} at most")));
+            return Err(Fail::argument(format!("`{name}` has {size} bytes; transferred files are limited to {MOST}")));
         }
         if LIBRARIES.contains(&parts(name).1.to_lowercase().as_str()) {
-            return Err(Fail::unsupported(format!("`{name}` is a native library, and those are not transferred"))
+            return Err(Fail::unsupported(format!("`{name}` is a native library, which cannot be transferred"))
                 .help("plugins are installed by whoever runs the simulator"));
         }
         let mut folder = Folder::open(turn)?;
@@ -181,7 +181,7 @@ impl Folder {
                 }
             };
         }
-        Err(Fail::new(format!("the folder `{FOLDER}` has {MOST_ALIKE} files `{name}` already"))
+        Err(Fail::new(format!("the folder `{FOLDER}` already has {MOST_ALIKE} files named `{name}`"))
             .help("remove those that no input log needs"))
     }
 }

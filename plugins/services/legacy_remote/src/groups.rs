@@ -113,7 +113,7 @@ fn one(turn: &Turn<'_>, object: i64, what: i64, group: &mut Group) -> Result {
                 group.numbers.extend(angular);
             }
         }
-        _ => return Err(Fail::unsupported(format!("there are no data of type {what} of objects"))),
+        _ => return Err(Fail::unsupported(format!("objects have no data of type {what}"))),
     }
     Ok(())
 }

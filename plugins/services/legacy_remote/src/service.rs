@@ -230,16 +230,18 @@ fn act(turn: &Turn<'_>, client: &mut Client, files: &mut Files, command: &Comman
         }
         // Else a file would be loaded in each step.
         mode::STREAMING | mode::STREAMING_SPLIT if FILES.contains(&command.raw()) => {
-            return Err(Fail::argument("a file is transferred, loaded or erased once: not in a streaming mode"));
+            return Err(Fail::argument(
+                "commands that transfer, load or erase files cannot be streamed: send them once",
+            ));
         }
         mode::STREAMING | mode::STREAMING_SPLIT => client.stream(command)?,
         mode::ONESHOT | mode::BLOCKING | mode::ONESHOT_SPLIT => {}
-        other => return Err(Fail::argument(format!("a command is never sent in mode {other}"))),
+        other => return Err(Fail::argument(format!("commands cannot be sent in mode {other}"))),
     }
     match command.raw() {
         SYNCHRONOUS | FREE => client.synchronous = command.raw() == SYNCHRONOUS,
         TRIGGER if !client.synchronous || turn.state() != TATU_RUNNING => {
-            return Err(Fail::argument("a trigger without synchronous operation, or while nothing runs"));
+            return Err(Fail::argument("a trigger needs synchronous operation and a running simulation"));
         }
         TRIGGER => client.until = Some(client.until.unwrap_or(step) + 1),
         ERRORS => {

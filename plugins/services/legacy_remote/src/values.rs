@@ -12,7 +12,7 @@ impl<'a> In<'a> {
     /// The next bytes.
     pub fn take(&mut self, n: usize) -> Result<&'a [u8]> {
         if n > self.0.len() {
-            return Err(Fail::argument("the command holds less than it should"));
+            return Err(Fail::argument("the command is too short"));
         }
         let (now, rest) = self.0.split_at(n);
         self.0 = rest;

@@ -48,7 +48,7 @@ fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
     if c.resumed() != 0 {
         let number = c.resumed();
         let wait = c.instance().all()?.waits.get(&number).cloned();
-        let Some(wait) = wait else { return Err(Fail::new("this goal is not waited for")) };
+        let Some(wait) = wait else { return Err(Fail::new("nothing waits to send this goal")) };
         let client = c.instance().of(wait.handle, Role::ActionClient);
         let late = time(c, "scene.time")? >= wait.until;
         let done = client.and_then(|client| match c.instance().send_goal(c, wait.handle, &client, &wait.json) {
@@ -90,7 +90,7 @@ fn wait_for_service(c: &mut Ctx<'_>) -> Result<Outcome> {
         }
         number => {
             let wait = c.instance().all()?.waits.get(&number).cloned();
-            (number, wait.ok_or_else(|| Fail::new("this service is not waited for"))?)
+            (number, wait.ok_or_else(|| Fail::new("nothing waits for this service"))?)
         }
     };
     let client = c.instance().of(wait.handle, Role::Client)?;
@@ -112,7 +112,7 @@ fn of_server(c: &Ctx<'_>) -> Result<(Endpoint, String, goals::Goal)> {
     Ok((server, id, goal))
 }
 
-/// Reports argument 2 to whoever gave the goal: as feedback, or as the result with a code.
+/// Reports argument 2 to the sender of the goal: as feedback, or as the result with a code.
 fn report(c: &mut Ctx<'_>, ended: Option<i64>) -> Result {
     let (server, id, goal) = of_server(c)?;
     let refused = match (goal.stage, ended) {

@@ -30,10 +30,11 @@ impl State {
             for _ in 0..AT_ONCE {
                 let Some(text) = self.peers.get(&number).and_then(|peer| peer.client.next()) else { break };
                 let parsed = serde_json::from_str::<Json>(&text);
-                let done = parsed.map_err(|e| (None, Fail::argument(format!("no JSON: {e}")))).and_then(|message| {
-                    let id = message.get("id").and_then(Json::as_str).map(str::to_owned);
-                    self.act(turn, p, number, message).map_err(|fail| (id, fail))
-                });
+                let done =
+                    parsed.map_err(|e| (None, Fail::argument(format!("not valid JSON: {e}")))).and_then(|message| {
+                        let id = message.get("id").and_then(Json::as_str).map(str::to_owned);
+                        self.act(turn, p, number, message).map_err(|fail| (id, fail))
+                    });
                 if let (Err((id, fail)), Some(peer)) = (done, self.peers.get(&number)) {
                     peer.status(id.as_deref(), fail.text());
                 }
@@ -84,7 +85,7 @@ impl State {
             Ask::Level(level) => peer.told = level != "none",
             Ask::Call { service, args } => self.call(turn, p, number, id, &service, &args)?,
             Ask::Serve { service, .. } if rosapi::is_own(&service) => {
-                return Err(Fail::unsupported(format!("{service} is offered here already")));
+                return Err(Fail::unsupported(format!("{service} is already provided by this server")));
             }
             Ask::Serve { service, kind } => drop(self.relay.services.insert(service, (number, kind))),
             Ask::Unserve { service } => self.relay.services.retain(|s, (peer, _)| *s != service || *peer != number),
@@ -117,7 +118,7 @@ impl State {
         }
         if let Some(known) = self.topics.get(topic) {
             return Err(Fail::unsupported(format!(
-                "{topic} ({}) is published by the scene, and by nobody else",
+                "{topic} ({}) is published by the scene; clients cannot publish it",
                 known.kind
             )));
         }
@@ -234,7 +235,7 @@ impl State {
 /// Calls a service that a script offers.
 fn script(turn: &Turn<'_>, service: &str, args: &Json) -> Result<Json> {
     let done = turn.call(scripts::SERVE, &[Value::text(service), Value::text(args.to_string())], 0)?;
-    let safe::Called::Done(values) = done else { return Err(Fail::unsupported("its script waits")) };
+    let safe::Called::Done(values) = done else { return Err(Fail::unsupported("the script of the service waits")) };
     let Some(Value::Text(text)) = values.first() else { return Ok(Json::Null) };
     serde_json::from_slice(text).map_err(|e| Fail::new(e.to_string()))
 }

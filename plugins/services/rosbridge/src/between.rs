@@ -20,7 +20,8 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
     offer.command(
         Cmd::new(OFFERS, |c| {
             let offered = serde_json::from_slice(c.bytes(0)?);
-            let offered = offered.map_err(|e| Fail::argument(format!("no JSON with services and actions: {e}")))?;
+            let offered =
+                offered.map_err(|e| Fail::argument(format!("services and actions are not valid JSON: {e}")))?;
             c.instance().all()?.offered = offered;
             Ok(())
         })

@@ -38,7 +38,7 @@ pub(crate) fn code(status: i64) -> i64 {
     [SUCCEEDED, ABORTED, CANCELED].into_iter().find(|c| self::status(*c) == status).unwrap_or(UNKNOWN)
 }
 
-/// Who gave a goal.
+/// The sender of a goal.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) enum Asker {
     /// A script, by the handle of its client.
@@ -54,16 +54,16 @@ pub(crate) enum Stage {
     Deferred,
     /// Under way.
     Executing,
-    /// Under way to its end, for whoever gave it wants it back.
+    /// Being cancelled, as its sender has asked.
     Canceling,
 }
 
 /// A goal that has no result yet.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Goal {
-    /// Which it is of all that were ever given.
+    /// Serial number among all goals of the run.
     pub(crate) number: u64,
-    /// Who reaches it: the handle of a script's server; `None`: a client of the service.
+    /// Who works on it: the handle of a script's action server; `None`: a client of the service.
     pub(crate) server: Option<i64>,
     pub(crate) asker: Asker,
     pub(crate) stage: Stage,

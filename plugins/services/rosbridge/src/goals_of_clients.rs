@@ -17,7 +17,7 @@ impl State {
     /// A client offers an action.
     pub(crate) fn offer_action(&mut self, number: u64, action: String, kind: String) -> Result {
         if self.relay.actions.get(&action).is_some_and(|(server, _)| *server == SCRIPTS) {
-            return Err(Fail::unsupported(format!("a script offers the action {action} already")));
+            return Err(Fail::unsupported(format!("a script already offers the action {action}")));
         }
         self.relay.actions.insert(action, (number, kind));
         Ok(())
@@ -84,7 +84,7 @@ impl State {
         let GoalsOfScripts { given, taken_back } = std::mem::take(&mut self.of_scripts);
         for (id, action, message) in given {
             if !self.relay.goal(&self.peers, SCRIPTS, Some(id.clone()), &action, message) {
-                // Whoever offered it has gone since.
+                // The client that offered it has disconnected since.
                 self.relay.reports.push(Report { id, status: Some(UNKNOWN), values: json!({}) });
             }
         }

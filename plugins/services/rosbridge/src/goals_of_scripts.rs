@@ -1,4 +1,4 @@
-//! What scripts do with goals of actions: give them to scripts and clients, work on them, report.
+//! Goals of actions, on the side of scripts: sending them to scripts and clients, working on them, reporting.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result, Value, keys};
@@ -9,11 +9,11 @@ use crate::{
     node::{Endpoint, Node, Role},
 };
 
-/// Callbacks of a server by their place among its arguments,
+/// Indices of a server's callbacks.
 const HANDLE_GOAL: usize = 0;
 const HANDLE_CANCEL: usize = 1;
 const HANDLE_ACCEPTED: usize = 2;
-/// and of a client.
+/// Indices of a client's callbacks.
 const RESPONSE: usize = 0;
 const FEEDBACK: usize = 1;
 const RESULT: usize = 2;
@@ -55,7 +55,7 @@ impl Node {
         let asked = of.call(c, HANDLE_GOAL, &[Value::text(&id), given]);
         let answer = match asked.map(|all| all.into_iter().next()) {
             Ok(Some(Value::Int(answer))) => answer,
-            // Who says nothing of it takes it.
+            // A callback that returns nothing about it accepts the goal.
             Ok(None | Some(Value::Nil)) => EXECUTE,
             other => {
                 self.all()?.goals.remove(&id);
@@ -123,7 +123,7 @@ impl Node {
         Ok(id.is_some())
     }
 
-    /// Whoever gave a goal wants it back: a client by the service's number of the goal, or a script by its last goal.
+    /// The sender of a goal cancels it: a client by the service's number of the goal, or a script by its last goal.
     pub(crate) fn cancel(&self, c: &mut Ctx<'_>, id: &str) -> Result<bool> {
         let goal = self.all()?.goals.get(id).cloned();
         let Some(goal) = goal else { return Ok(false) };
@@ -152,7 +152,7 @@ impl Node {
         Ok(found.map(|(id, _)| id.clone()))
     }
 
-    /// Feedback, or with a code the result, for whoever gave a goal.
+    /// Sends feedback, or with a code the result, to the sender of a goal.
     pub(crate) fn report(&self, c: &mut Ctx<'_>, id: &str, ended: Option<i64>, json: &Json) -> Result {
         let goal = self.all()?.goals.get(id).cloned();
         let Some(goal) = goal else { return Ok(()) };

@@ -129,7 +129,7 @@ impl Source<'_> {
     fn odometry(&self, robot: &Robot) -> Result<Value> {
         let at = self.driven(robot).unwrap_or(HERE);
         let [vx, vy, wz] = robot.odometry.velocity;
-        // Of the base's origin, which swings about the axle.
+        // The twist is that of the base's origin, which moves sideways when the robot turns about its axle.
         let vy = vy - wz * robot.train.as_ref().map_or(0.0, |t| t.axle);
         let twist = keys([("linear", vector([vx, vy, 0.0])), ("angular", vector([0.0, 0.0, wz]))]);
         Ok(keys([

@@ -145,12 +145,12 @@ impl Node {
     pub(crate) fn write(&self) -> Result<Vec<u8>> {
         let all = self.all()?;
         if all.open.values().flat_map(|e| &e.callbacks).any(|f| f.function.is_some()) {
-            return Err(Fail::unsupported("callbacks given as functions cannot be saved: give names of functions"));
+            return Err(Fail::unsupported("callbacks given as functions cannot be saved: use names of functions"));
         }
-        serde_json::to_vec(&*all).map_err(|e| Fail::new(format!("what scripts have open cannot be written: {e}")))
+        serde_json::to_vec(&*all).map_err(|e| Fail::new(format!("the ROS state of scripts cannot be written: {e}")))
     }
     pub(crate) fn all(&self) -> Result<RefMut<'_, All>> {
-        self.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "what scripts do with ROS is in use"))
+        self.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the ROS state of scripts is in use"))
     }
 
     /// The run has ended: what scripts that outlive it have open stays, and the service, which forgets all at a stop,

@@ -26,7 +26,7 @@ pub(crate) fn pixels(message: &Value) -> Result<[Value; 3]> {
         "mono8" | "8UC1" => (1, [0, 0, 0]),
         other => {
             return Err(Fail::unsupported(format!(
-                "an image has the encoding `{other}`, and scripts get rgb8, bgr8, rgba8, bgra8 and mono8"
+                "image encoding `{other}` is not supported: expected rgb8, bgr8, rgba8, bgra8 or mono8"
             )));
         }
     };

@@ -103,7 +103,7 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
         "action_feedback" => Ask::Progress { id: known()?, values: any("values"), status: None, good: true },
         "action_result" => {
             let good = message.get("result").and_then(Json::as_bool).unwrap_or(true);
-            // Who does not say how it ended has reached it, or failed.
+            // A result without a status means that the goal succeeded, or failed.
             let status = message.get("status").and_then(Json::as_i64).unwrap_or(if good { 4 } else { 6 });
             Ask::Progress { id: known()?, values: any("values"), status: Some(status.max(0)), good }
         }
@@ -148,13 +148,13 @@ impl Fragments {
         let (Some(num), Some(total), Some(data)) =
             (number("num"), number("total"), message.get("data").and_then(Json::as_str))
         else {
-            return Err(Fail::argument("a fragment has `num`, `total` and `data`"));
+            return Err(Fail::argument("a fragment must have `num`, `total` and `data`"));
         };
         self.bytes += data.len();
         if self.bytes > MOST_FRAGMENTS {
             *self = Fragments::default();
             return Err(Fail::argument(format!(
-                "fragments of more than {MOST_FRAGMENTS} bytes wait for their rest: all are dropped"
+                "incomplete messages exceed {MOST_FRAGMENTS} bytes: all fragments are dropped"
             )));
         }
         let parts = self.parts.entry(id.clone()).or_default();

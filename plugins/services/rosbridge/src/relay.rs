@@ -1,5 +1,5 @@
 //! What clients and scripts offer each other: topics that they publish, services and actions that they serve. Calls and
-//! goals go to whoever serves, under a number of ours, and answers back to whoever asked.
+//! goals are forwarded to the server under a number of our own, and answers back to the caller.
 
 use std::collections::BTreeMap;
 
@@ -34,7 +34,7 @@ pub struct Report {
 /// What scripts ask of clients, until the next barrier.
 #[derive(Default)]
 pub struct GoalsOfScripts {
-    /// Goals: id, action, and the message for whoever takes it.
+    /// Goals: id, action, and the message for the action's server.
     pub given: Vec<(String, String, Json)>,
     /// Ids of those that are taken back.
     pub taken_back: Vec<String>,
@@ -120,7 +120,7 @@ impl Relay {
         }
     }
 
-    /// An answer for whoever asked.
+    /// Sends an answer to the caller.
     fn give(&mut self, peers: &Peers, to: &Waiting, values: &Json, good: bool) {
         if to.asker == SCRIPTS {
             self.answers.extend(to.id.clone().map(|id| (id, values.clone(), good)));
@@ -157,7 +157,7 @@ impl Relay {
         true
     }
 
-    /// Passes feedback, or with a status the result, back to whoever gave the goal.
+    /// Passes feedback, or with a status the result, back to the sender of the goal.
     pub fn progress(&mut self, peers: &Peers, server: u64, own: &str, status: Option<i64>, values: Json, good: bool) {
         let Some(waiting) = self.goals.get(own).filter(|w| w.server == server) else { return };
         if waiting.asker == SCRIPTS {
@@ -202,7 +202,7 @@ impl Relay {
         }
     }
 
-    /// A client has disconnected: whoever waits for it gets an error, and what it waited for is dropped.
+    /// A client has disconnected: those that wait for it get an error, and what it waited for is dropped.
     pub fn gone(&mut self, peers: &Peers, peer: u64) {
         self.services.retain(|_, (server, _)| *server != peer);
         self.actions.retain(|_, (server, _)| *server != peer);

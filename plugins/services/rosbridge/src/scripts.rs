@@ -19,7 +19,7 @@ pub(crate) const ANSWER: &str = "rosbridge.answer";
 const HANDLE: &str = "what opening it gave";
 
 pub(crate) fn parse(c: &Ctx<'_>, i: usize) -> Result<Json> {
-    serde_json::from_slice(c.bytes(i)?).map_err(|e| Fail::argument(format!("no JSON: {e}")))
+    serde_json::from_slice(c.bytes(i)?).map_err(|e| Fail::argument(format!("not valid JSON: {e}")))
 }
 
 pub(crate) fn handle() -> Param {

@@ -199,7 +199,7 @@ impl Remote {
         let none = || Ok(Done::Now(Vec::new()));
         let text = || match args.first() {
             Some(Value::Text(t)) => Ok(String::from_utf8_lossy(t).into_owned()),
-            _ => Err(Fail::argument("the name of a module is expected")),
+            _ => Err(Fail::argument("expected the name of a module")),
         };
         let mut state = self.state()?;
         let state = &mut *state;
@@ -224,12 +224,9 @@ impl Remote {
                 client.level = if on { before + 1 } else { (before - 1).max(0) };
                 Ok(Done::Now(vec![Cbor::Integer(before.into())]))
             }
-            "sim.step" | "sim.switchThread" | "sim.yield" | "step" if running && state.talks > 0 => {
-                Err(Fail::with_code(
-                    TATU_ERR_BUSY,
-                    "a function that was called back cannot step: time stands until it has returned",
-                ))
-            }
+            "sim.step" | "sim.switchThread" | "sim.yield" | "step" if running && state.talks > 0 => Err(
+                Fail::with_code(TATU_ERR_BUSY, "a callback cannot step: simulation time is stopped until it returns"),
+            ),
             "sim.step" | "sim.switchThread" | "sim.yield" if running => {
                 client.until.push((step + 1, Some(pending.answer)));
                 Ok(Done::Later)
@@ -295,10 +292,7 @@ impl Remote {
             let next = {
                 let state = &mut *self.state()?;
                 if turn.is_interrupted() {
-                    return Err(Fail::with_code(
-                        TATU_ERR_GONE,
-                        "the run ends before a function of a client has returned",
-                    ));
+                    return Err(Fail::with_code(TATU_ERR_GONE, "the run ended before a function of a client returned"));
                 }
                 state.wait(&self.session);
                 state.clients.of_connection(connection).ok_or_else(gone)?;

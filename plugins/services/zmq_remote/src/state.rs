@@ -91,7 +91,7 @@ pub(crate) enum Done {
 
 /// The client of a function, or of a request, is not there any more.
 pub(crate) fn gone() -> Fail {
-    Fail::with_code(TATU_ERR_GONE, "the function's client has gone")
+    Fail::with_code(TATU_ERR_GONE, "the function's client has disconnected")
 }
 
 impl State {

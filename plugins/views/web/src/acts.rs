@@ -56,7 +56,7 @@ pub fn call(turn: &Turn<'_>, name: &str, args: &[Json]) -> Result<Json> {
     let args = args.iter().map(json::read).collect::<Result<Vec<_>>>()?;
     match turn.call(name, &args, 0)? {
         Called::Done(values) => Ok(values.iter().map(json::write).collect()),
-        Called::Waits => Err(Fail::unsupported(format!("`{name}` waits, which a page cannot do"))),
+        Called::Waits => Err(Fail::unsupported(format!("`{name}` waits, which is not possible from the page"))),
     }
 }
 

@@ -35,7 +35,7 @@ impl Dropped {
         }
         if !ENDINGS.contains(&ending.as_str()) {
             return Err(Fail::argument(format!(
-                "`{name}` is not a scene, model or robot file; those end with {}",
+                "`{name}` is not a scene, model or robot file: expected a name that ends with {}",
                 ENDINGS.join(", ")
             )));
         }
@@ -44,7 +44,7 @@ impl Dropped {
 
     /// Takes a part.
     pub fn take(&mut self, part: &str) -> Result {
-        let bytes = STANDARD.decode(part).map_err(|_| Fail::argument("a part of a file in base64 is expected"))?;
+        let bytes = STANDARD.decode(part).map_err(|_| Fail::argument("expected part of a file in base64"))?;
         if self.bytes.len() + bytes.len() > MOST {
             return Err(Fail::argument(format!("`{}` is larger than {MOST} bytes", self.name)));
         }
@@ -70,7 +70,7 @@ impl Dropped {
                 Err(e) => Err(Fail::new(format!("`{name}` cannot be written: {e}"))),
             };
         }
-        Err(Fail::new(format!("there are {MOST_ALIKE} files `{}` already", self.name)))
+        Err(Fail::new(format!("there are already {MOST_ALIKE} files named `{}`", self.name)))
     }
 }
 

@@ -25,7 +25,7 @@ pub fn check() -> Result {
     if WHOLE {
         return Ok(());
     }
-    Err(Fail::unsupported("this program was built without the libraries of its page, which a film holds")
+    Err(Fail::unsupported("this program was built without the libraries of its page, which films need")
         .help("run `npm ci` in plugins/views/web/page, and build the program again"))
 }
 

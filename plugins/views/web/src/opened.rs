@@ -1,5 +1,6 @@
-//! How a browser gets the address. The token of whoever may act must not stand among the arguments of a program, which
-//! every user of the machine can read: a file that only its owner can read leads there.
+//! How a browser gets the address. The token that grants control must not appear in a program's arguments, which every
+//! user of the machine can read. So the browser opens a file, readable only by its owner, that redirects to the
+//! address.
 
 use std::{
     fs,
@@ -32,7 +33,7 @@ impl Opened {
 
 impl Drop for Opened {
     fn drop(&mut self) {
-        // It may have been removed by whoever cleans up there.
+        // It may have been cleaned up by the system already.
         let _ = fs::remove_dir_all(&self.0);
     }
 }

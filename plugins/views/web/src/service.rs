@@ -216,7 +216,7 @@ impl State {
             if acts {
                 self.opened = None;
             }
-            // A link to look only is for whoever may act to pass on.
+            // Only clients with control get the view-only link, to pass on.
             let look = acts.then(|| format!("http://{}/?token={}", self.listener.address, self.listener.look_token));
             let hello =
                 json!({ "hello": { "version": VERSION, "acts": acts, "look": look, "speed": self.pace.speed } });

@@ -81,7 +81,7 @@ impl State {
         let redrawn = drawn != self.drawn;
         for guest in &self.guests {
             let out = &guest.client.out;
-            // Who has not read the last ones yet gets the next ones.
+            // A viewer that has not read the last messages yet is skipped, and gets the next ones.
             if out.waits() {
                 continue;
             }

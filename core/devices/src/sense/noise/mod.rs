@@ -85,7 +85,7 @@ impl Noise {
         }
         let mut memory = now.take().map(|n| n.memory).unwrap_or_default();
         let Some(spec) = spec else {
-            // What is under way is shown by whoever holds the fields; there is no delay any more.
+            // Delayed readings are published by the owner of the fields; there is no delay any more.
             if !memory.held.is_empty() {
                 memory.walks.clear();
                 *now = Some(Box::new(Noise { memory, ..Default::default() }));

@@ -117,7 +117,8 @@ impl<'a> FieldNumbersMut<'a> {
         }
     }
 
-    /// Puts numbers where `put` says so, from `first` on. Integers take the nearest that they can hold, halves to even.
+    /// Stores the numbers that `put` selects, from element `first` on. Integer fields take the nearest value in their
+    /// range, with halves rounded to even.
     pub fn store(&mut self, first: usize, from: &[f64], put: &[bool]) {
         fn copy<T: Copy>(to: &mut [T], from: &[f64], put: &[bool], cast: impl Fn(f64) -> T) {
             for ((to, x), put) in to.iter_mut().zip(from).zip(put) {
@@ -127,7 +128,7 @@ impl<'a> FieldNumbersMut<'a> {
         match self {
             FieldNumbersMut::F64(v) => copy(&mut v[first..], from, put, |x| x),
             FieldNumbersMut::F32(v) => copy(&mut v[first..], from, put, |x| x as f32),
-            // Casts to integers stop at the ends of their range.
+            // Casts to integers saturate.
             FieldNumbersMut::I32(v) => copy(&mut v[first..], from, put, |x| rounded(x) as i32),
             FieldNumbersMut::U16(v) => copy(&mut v[first..], from, put, |x| rounded(x) as u16),
             FieldNumbersMut::U8(v) => copy(&mut v[first..], from, put, |x| rounded(x) as u8),
@@ -146,8 +147,8 @@ impl<'a> FieldNumbersMut<'a> {
     }
 }
 
-/// The nearest whole number, halves to the even one. Two additions, which compilers do on several at once, and which are
-/// the same everywhere: the sum has no room for fractions.
+/// The nearest integer, with halves rounded to even. Two additions, which vectorise and give the same result on every
+/// platform: the sum is too large to hold a fraction.
 #[inline(always)]
 pub(super) fn rounded(x: f64) -> f64 {
     const ROOM: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52

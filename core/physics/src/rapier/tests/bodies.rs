@@ -139,7 +139,7 @@ fn rolls() {
     assert!((contacts[0].point - below).norm() < 0.002, "{} is not {below}", contacts[0].point);
 }
 
-/// Every form lies on the floor with its lowest point, and the contact carries its weight.
+/// Every form rests on the floor at its lowest point, and the contact carries its weight.
 #[test]
 fn forms_rest_where_they_end() {
     let corners = |h: f64| {

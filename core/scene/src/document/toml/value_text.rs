@@ -70,7 +70,7 @@ fn units_of(entries: &[(Value, Value)], known: &[(&str, &str)]) -> Option<String
     Some(format!("{{ {} }}", there.map(entry).collect::<Option<Vec<_>>>()?.join(", ")))
 }
 
-/// Free data by tag. `None`: it is no map, or a tag is no text.
+/// Free data as an inline table, keyed by tag. `None` if the value is not a map or a tag is not text.
 pub fn free_data(value: &Value) -> Option<String> {
     let Value::Map(entries) = value else { return None };
     let entry = |(tag, data): &(Value, Value)| match (tag, data) {
@@ -86,12 +86,12 @@ pub fn free_data(value: &Value) -> Option<String> {
     Some(format!("{{ {} }}", entries.iter().map(entry).collect::<Option<Vec<_>>>()?.join(", ")))
 }
 
-/// A number as TOML has it, with as many digits as it needs.
+/// A number as TOML writes it, with as many digits as are needed to read back the same value.
 fn number(x: f64) -> String {
     if x.is_nan() { "nan".into() } else { format!("{x:?}") }
 }
 
-/// The shortest number that gives `x` again when it is multiplied by a factor; `None`: there is none.
+/// The shortest number that gives `x` when multiplied by a factor; `None` if there is none.
 pub fn divided(x: f64, factor: f64) -> Option<f64> {
     if factor == 1.0 {
         return Some(x);

@@ -129,7 +129,7 @@ pub(crate) fn path(c: &Shared<'_>, id: tatu_object) -> String {
 /// A property that is a text.
 pub(crate) fn text_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<String> {
     let v = c.world().get(id, prop).map_err(|e| explain_any(c, id, e))?;
-    v.as_str().map(|s| s.into_owned()).ok_or_else(|| Fail::new("the host gave no text"))
+    v.as_str().map(|s| s.into_owned()).ok_or_else(|| Fail::new("the host returned a value that is not text"))
 }
 /// A property that is true or false.
 pub(crate) fn bool_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<bool> {
@@ -137,7 +137,7 @@ pub(crate) fn bool_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<boo
 }
 /// A property that is an integer.
 pub(crate) fn int_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<i64> {
-    c.world().get(id, prop)?.as_i64().ok_or_else(|| Fail::new("the host gave no integer"))
+    c.world().get(id, prop)?.as_i64().ok_or_else(|| Fail::new("the host returned a value that is not an integer"))
 }
 /// The parent; 0: none.
 pub(crate) fn parent(c: &Shared<'_>, id: tatu_object) -> Result<tatu_object> {

@@ -26,8 +26,8 @@ pub(crate) fn of(c: &Ctx<'_>, what: i64, i: usize) -> Result<Vec<tatu_object>> {
         -6 => w.list(living(c, i)?.id, 0, 0)?,
         -7 => chain(c, living(c, i)?.id)?,
         n => {
-            return Err(Fail::argument(format!("argument: {n} does not say which objects are meant"))
-                .help("sim.handle_single, sim.handle_all, sim.handle_tree and sim.handle_chain do"));
+            return Err(Fail::argument(format!("argument: {n} is not a set of objects"))
+                .help("use sim.handle_single, sim.handle_all, sim.handle_tree or sim.handle_chain"));
         }
     })
 }

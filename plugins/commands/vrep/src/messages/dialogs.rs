@@ -71,7 +71,7 @@ fn answer(c: &mut Ctx<'_>) -> Result {
                 let at = usize::try_from(n - 3).ok().and_then(|i| buttons(dialog.style).get(i));
                 dialog.result = at.ok_or_else(|| Fail::argument("the dialog has no such button"))?.1;
             }
-            other => return Err(Fail::argument(format!("nobody can {other} a dialog"))),
+            other => return Err(Fail::argument(format!("a dialog has no action `{other}`"))),
         }
         dialog.result != 0
     };

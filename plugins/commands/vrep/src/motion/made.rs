@@ -63,7 +63,7 @@ pub(super) fn config(c: &Ctx<'_>) -> Result<Motion> {
     }
     let target = several(of("targetPos", 7), n);
     if target.len() < n {
-        return Err(Fail::argument(format!("targetPos has {} numbers where {n} are needed", target.len())));
+        return Err(Fail::argument(format!("targetPos has {} numbers; expected {n}", target.len())));
     }
     let limits = [several(of("maxVel", 4), n), several(of("maxAccel", 5), n), several(of("maxJerk", 6), n)];
     Ok(Motion {

@@ -175,7 +175,7 @@ type Make = fn(&Ctx<'_>) -> Result<Motion>;
 
 fn number_of(c: &Ctx<'_>) -> Result<i64> {
     let number = c.arg(0).get("motion").and_then(|v| v.as_i64());
-    number.ok_or_else(|| Fail::argument("argument 1: expected what the first part of the motion gave"))
+    number.ok_or_else(|| Fail::argument("argument 1: expected the result of the motion's `_init` function"))
 }
 
 fn keep(c: &Ctx<'_>, motion: Motion) -> Result<i64> {

@@ -66,7 +66,7 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>
             if !write(c)? {
                 let (o, n) = (living(c, 0)?, c.i64(1)?);
                 return Err(Fail::argument(format!(
-                    "object {} `{}` has no parameter {n} that could be set",
+                    "object {} `{}` has no parameter {n} that can be set",
                     o.handle(),
                     path(c, o.id)
                 )));

@@ -322,7 +322,7 @@ fn follow(c: &mut Ctx<'_>) -> Result<Outcome> {
         word => word as i64,
     };
     let found = crate::state::state(c)?.follows.get(&word).copied();
-    let Some((object, path, what, along, v)) = found else { return Err(Fail::new("the motion is gone")) };
+    let Some((object, path, what, along, v)) = found else { return Err(Fail::new("the motion has ended")) };
     let length = read(c, path)?.length();
     let next = if length > 0.0 { along + v * dt / length } else { 1.0 };
     let at = al::compose(&w.pose(path, 0)?, &read(c, path)?.at(next));

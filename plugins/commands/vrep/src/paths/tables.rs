@@ -108,7 +108,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getConfigDistance", |c| {
             let (a, b) = (floats(c, 0)?, floats(c, 1)?);
             if a.len() != b.len() {
-                return Err(Fail::argument("the configurations differ in their count of numbers"));
+                return Err(Fail::argument("the configurations differ in length"));
             }
             let (metric, types) = (c.arg(2).numbers().unwrap_or_default(), c.arg(3).numbers().unwrap_or_default());
             let sum: f64 = (0..a.len())

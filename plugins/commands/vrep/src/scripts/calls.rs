@@ -201,7 +201,8 @@ fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object>
     };
     let found = all.iter().find(of_kind).copied();
     if found.is_none() && owner != 0 && kind == "child" {
-        // Without its scene an object has no script; if it is missed, the next run has one.
+        // A run of a script without its scene starts with no scripts on other objects. Recording the miss gives the
+        // object a script in the next attempt.
         c.world().missed_script(owner);
     }
     Ok(found.unwrap_or(0))

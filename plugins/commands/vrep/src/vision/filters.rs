@@ -161,7 +161,7 @@ pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut F
             work.keep(bit(4), |_, _, p| (0..3).all(|k| (p[k] - color[k]).abs() <= tolerance[k]) == keep);
         }
         27 if bit(2) => work.scale_and_offset(three(0, 0.0), three(3, 1.0), three(6, 0.0)),
-        26 | 27 => return Err(Fail::unsupported("filters of colours work in red, green and blue here, not by hue")),
+        26 | 27 => return Err(Fail::unsupported("colour filters by hue are not supported: use red, green and blue")),
         28 => {
             work.binary(float(0, 0.5));
             let found_here = work.moments();
@@ -197,7 +197,7 @@ pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut F
         }
         38 => found.depth = Some(work.depth()),
         kind => {
-            return Err(Fail::unsupported(format!("there are no filters of type {kind} here"))
+            return Err(Fail::unsupported(format!("filters of type {kind} are not supported"))
                 .help("take it out of the sensor's data `vision.filters`, or do its work in sysCall_vision"));
         }
     }

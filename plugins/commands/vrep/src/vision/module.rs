@@ -347,7 +347,7 @@ fn filter(c: &Ctx<'_>, function: &Function) -> Result<Filter> {
         out.ints.push(whole);
     }
     if function.kind == 28 && out.floats.len() > 1 {
-        // A chain has three numbers between the threshold and what is wanted.
+        // In a chain, three numbers that are not used here stand between the threshold and the wanted values.
         out.floats.splice(1..1, [0.0; 3]);
     }
     out.floats.extend(factor);

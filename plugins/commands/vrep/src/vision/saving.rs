@@ -13,11 +13,11 @@ use image::{
 use super::view::pair;
 use crate::kit::*;
 
-/// Options of an image: four bytes a pixel.
+/// Bit of an image's options: four bytes per pixel.
 const ALPHA: i64 = 1;
-/// No image has more pixels.
+/// Largest number of pixels of an image.
 const MOST: i64 = 1 << 26;
-/// Bytes of the longest file that is read.
+/// Size of the largest file that is read, in bytes.
 const MOST_BYTES: u64 = 256 << 20;
 
 /// An image that a script gave: its bytes, columns, rows and bytes a pixel.
@@ -74,7 +74,7 @@ impl Picture {
         let bytes = pixels.flat_map(|p| [p[0], p[1], p[2], 255].into_iter().take(each)).collect();
         Picture { each, bytes, ..self }
     }
-    /// The value at a place between pixels: that of the nearest, or of the four around it, mixed.
+    /// The pixels resampled to another size: bilinear if `smooth`, otherwise nearest neighbour.
     fn scaled(&self, columns: usize, rows: usize, smooth: bool) -> Vec<u8> {
         let mut out = Vec::with_capacity(columns * rows * self.each);
         let place = |i: usize, n: usize, side: usize| {
@@ -140,7 +140,7 @@ fn encode(picture: Picture, format: ImageFormat, quality: i64) -> Result<Vec<u8>
 
 /// The image in a file's content, with three or four bytes a pixel.
 fn decode(bytes: &[u8], each: usize) -> Result<Picture> {
-    let unreadable = |e: ImageError| Fail::argument(format!("this is not an image that can be read: {e}"));
+    let unreadable = |e: ImageError| Fail::argument(format!("the image cannot be read: {e}"));
     let mut reader =
         image::io::Reader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| unreadable(e.into()))?;
     let mut limits = Limits::default();

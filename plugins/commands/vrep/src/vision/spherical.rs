@@ -83,9 +83,7 @@ fn run(c: &mut Ctx<'_>) -> Result {
     let own = |c: &Ctx<'_>, i: usize| if c.has(i) && c.i64(i)? != -1 { View::of(c, i).map(Some) } else { Ok(None) };
     let (color, depth) = (own(c, 0)?, own(c, 4)?);
     let Some(first) = color.or(depth) else {
-        return Err(Fail::argument(
-            "arguments 1 and 5: a sensor for colours or one for depths is needed, found neither",
-        ));
+        return Err(Fail::argument("arguments 1 and 5: expected a sensor for colours or for depths, found neither"));
     };
     if let (Some(a), Some(b)) = (color, depth)
         && (a.columns, a.rows) != (b.columns, b.rows)

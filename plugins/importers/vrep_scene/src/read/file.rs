@@ -275,7 +275,7 @@ impl File {
                 return Err(Broken::new(o.section.at, text));
             }
         }
-        // Whoever is reached from the top hangs well; what is left over hangs in a circle.
+        // Objects that can be reached from the top are fine; the rest form a cycle.
         let parents: Vec<Option<usize>> = self.objects.iter().map(|o| places.get(&o.common.parent).copied()).collect();
         let mut state = vec![0_u8; parents.len()];
         for start in 0..parents.len() {

@@ -132,7 +132,8 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
         Some(name) => {
             let advice = || Some(s.text.borrow().rules.advice(name.as_bytes())?.into_owned());
             let near = || Some(format!("did you mean `{}`?", hints::nearest(&name, hints::commands(s).into_iter())?));
-            // Of a module that is here only one of its names is wrong.
+            // If the module is available, only this name in it is wrong, and advice about missing modules does not
+            // apply.
             let root = format!("{}.", name.split('.').next().unwrap_or_default());
             let is_here = hints::commands(s).into_iter().any(|c| c.starts_with(&root));
             let advice = if is_here { None } else { advice() };

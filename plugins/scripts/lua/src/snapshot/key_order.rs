@@ -149,7 +149,7 @@ unsafe fn is_restored(
         Key::Int(x) => key == Val::Int(x),
         Key::Float(x) => key == Val::Float(x),
         Key::Text(x) => lua_type(l, -1) == LUA_TSTRING && stack::bytes(l, -1) == x,
-        // The only object key of its table: `save` refuses others.
+        // `save` accepts an object as a key only if it is the only key of its table.
         Key::Object => matches!(key, Val::Object(_)) && table.nodes.len() == 1,
         Key::Nil | Key::Dead => false,
     };

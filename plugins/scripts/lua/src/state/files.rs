@@ -109,7 +109,7 @@ impl Open {
     fn fill(&mut self) -> io::Result<bool> {
         if self.out.len() > MOST {
             self.out = Vec::new();
-            return Err(io::Error::new(io::ErrorKind::OutOfMemory, "more than a script has memory for"));
+            return Err(io::Error::new(io::ErrorKind::OutOfMemory, "the result exceeds the script's memory limit"));
         }
         if self.at < self.ahead.len() {
             return Ok(true);
