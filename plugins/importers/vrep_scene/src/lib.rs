@@ -14,6 +14,7 @@ pub mod read;
 mod report;
 mod scripts;
 mod sensors;
+mod turned;
 mod views;
 
 use tatu_plugin_api::{
