@@ -45,6 +45,23 @@ fn rolls() {
     }
 }
 
+/// On a floor with a flat side nothing drives it on, and nothing stops it.
+#[test]
+fn rolls_evenly() {
+    let board = "[[object]]\nkind = \"shape\"\nalias = \"board\"\nprimitive = \"box\"\nsize_m = [4, 4, 0.2]\n\
+                 position_m = [0, 0, -0.1]\nrespondable = true\n";
+    for (primitive, size) in [("sphere", [0.06; 3]), ("cylinder", [0.06, 0.06, 0.15])] {
+        for v in [0.02, 0.2] {
+            let more = format!(
+                "respondable = true\nposition_m = [0, 0, 0.03]\norientation_deg = [90, 0, 0]\n{}",
+                starts([v, 0.0, 0.0], [0.0, v / 0.03, 0.0])
+            );
+            let lines = watch_run(&(String::from(board) + &body("b", "", primitive, size, 0.2, &more)), &["/b"], 6.0);
+            near(primitive, speed(&lines[lines.len() - 1], "/b") / v, 1.0, 1e-3);
+        }
+    }
+}
+
 /// What is read is what moves it: a ball that rolls on the level does not move up or down.
 #[test]
 fn velocities_are_those_of_the_motion() {

@@ -9,10 +9,12 @@
 //! `state` is all that the engine knows, `records` what it knows of each body and joint, `shapes` their forms.
 //! `bodies` makes bodies and colliders, `joints` joints, `drives` drives them, `reduced` has joints that cannot come apart,
 //! `gears` couples them, `load` says what they carry, `respond` says who collides, `grip` has friction by axis and against
-//! rolling, `overlap` lets part what is made overlapping, `report` reads contacts, `velocity` velocities, `spin` turns free bodies, `sleep` says who may
-//! sleep, `turns` counts turns, `snapshot` keeps and takes back the whole state.
+//! rolling, `overlap` lets part what was made overlapping, `curved` has cylinders roll, `report` reads contacts, `velocity`
+//! velocities, `spin` turns free bodies, `sleep` says who may sleep, `turns` counts turns, `snapshot` keeps and takes back
+//! the whole state.
 
 mod bodies;
+mod curved;
 mod drives;
 mod gears;
 mod grip;
@@ -71,6 +73,7 @@ impl Rapier {
         let world =
             PhysicsWorld { integration_parameters: IntegrationParameters::default(), ..PhysicsWorld::default() };
         let mut engine = Self { world, tables: Tables::default(), shapes: ShapeCache::default() };
+        curved::look_anew(&mut engine.world);
         engine.configure(settings);
         engine
     }
@@ -441,6 +444,7 @@ impl Engine for Rapier {
     fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
         let (mut world, tables) = snapshot::read(bytes)?;
         world.set_thread_pool(self.world.thread_pool());
+        curved::look_anew(&mut world);
         (self.world, self.tables) = (world, tables);
         Ok(())
     }

@@ -9,6 +9,7 @@ use rapier3d::{
 };
 
 use super::{
+    curved,
     records::{BodyRecord, JointRecord},
     respond::{self, Tag},
     sleep,
@@ -100,6 +101,7 @@ impl Rapier {
                 })
                 .restitution(desc.restitution)
                 .restitution_combine_rule(CoefficientCombineRule::Multiply)
+                .active_hooks(curved::hooks(&part.form))
                 .collision_groups(respond::groups(desc.respond.mask, false))
                 .user_data(Tag { body: id.0, respond: desc.respond }.pack());
             self.world.insert_collider(collider, Some(record.handle));

@@ -10,9 +10,8 @@ use rapier3d::{
     geometry::{ColliderHandle, PairContacts},
     parry::{bounding_volume::Aabb, query},
 };
-use serde::{Deserialize, Serialize};
 
-use super::{respond, state::Rapier};
+use super::{records::Parting, respond, state::Rapier};
 use crate::{BodyId, Motion};
 
 /// Speed at which they part, m/s.
@@ -23,26 +22,6 @@ const FITTED: f64 = 1e-4;
 
 /// Time in which a pair that is not held must have come apart by a tenth of the way at that speed, s.
 const PATIENCE_S: f64 = 0.1;
-
-/// A pair that overlapped when it was made.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Parting {
-    /// Depth up to which the two are left as they are, m.
-    fit: f64,
-    /// Whether joints hold them together.
-    held: bool,
-    /// Depth, m, when it was last asked whether they come apart, and the time since then, s.
-    asked: (f64, f64),
-}
-
-pub(super) type Partings = BTreeMap<(BodyId, BodyId), Parting>;
-
-impl Parting {
-    /// The distance that a contact is told.
-    pub(super) fn told(&self, distance: f64, deepest: f64) -> f64 {
-        if distance < 0.0 { (distance + self.fit).min(0.0).max(-deepest) } else { distance }
-    }
-}
 
 /// A collider that may be in the way of others.
 struct Placed {

@@ -176,3 +176,24 @@ pub(super) struct Seen {
     pub linear: Vector,
     pub angular: Vector,
 }
+
+/// Pairs, lower id first, that overlapped when they were made.
+pub(super) type Partings = BTreeMap<(BodyId, BodyId), Parting>;
+
+/// How such a pair parts.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Parting {
+    /// Depth up to which the two are left as they are, m.
+    pub fit: f64,
+    /// Whether joints hold them together.
+    pub held: bool,
+    /// Depth, m, when it was last asked whether they come apart, and the time since then, s.
+    pub asked: (f64, f64),
+}
+
+impl Parting {
+    /// The distance that a contact is told, which is no deeper than `deepest`.
+    pub fn told(&self, distance: f64, deepest: f64) -> f64 {
+        if distance < 0.0 { (distance + self.fit).min(0.0).max(-deepest) } else { distance }
+    }
+}

@@ -12,7 +12,7 @@ use rapier3d::{
     pipeline::{ContactModificationContext, PairFilterContext, PhysicsHooks},
 };
 
-use super::overlap::Partings;
+use super::records::Partings;
 use crate::{BodyId, MaterialPair, PairRule, Respond, Surface, convert};
 
 /// What the filter must know of a collider, kept in its user data: body id, tree and mask.
@@ -62,7 +62,7 @@ pub(super) struct PairFilter<'a> {
     pub surfaces: &'a BTreeMap<BodyId, Surface>,
     pub materials: &'a [MaterialPair],
     pub partings: &'a Partings,
-    /// Of [`Rapier::parting_depths`](super::Rapier).
+    /// Depth that they are told at most: between bodies that move, and with one that never does.
     pub deepest: [f64; 2],
 }
 

@@ -7,8 +7,7 @@ use rapier3d::{math::Pose, pipeline::PhysicsWorld};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    overlap::Partings,
-    records::{BodyRecord, Grips, JointRecord, Measured, Seen, Tree},
+    records::{BodyRecord, Grips, JointRecord, Measured, Partings, Seen, Tree},
     shapes::ShapeCache,
 };
 use crate::{BodyId, FrictionRule, Gear, JointId, MaterialPair, PairRule, Surface};

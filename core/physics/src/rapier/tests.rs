@@ -1,6 +1,7 @@
 //! The engine against closed forms.
 
 mod bodies;
+mod curved;
 mod drives;
 mod economy;
 mod overlap;

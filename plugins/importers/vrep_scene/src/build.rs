@@ -20,7 +20,9 @@ use crate::{
         surface::leaves,
     },
     report::Report,
-    scripts, sensors, views,
+    scripts, sensors,
+    turned::turned,
+    views,
 };
 
 /// Builds everything; the report, object by object.
@@ -196,6 +198,7 @@ fn shape<'a>(
         report.add("refused", "it has no mesh", o);
         return node.set("shape.detectable", false).map(drop);
     };
+    let dynamic = s.dynamic && !overrides.not_dynamic();
     let mut parts = Vec::new();
     let leaves = leaves(root);
     // Lines on a surface lie in it: drawn as a surface they would shine through.
@@ -212,13 +215,24 @@ fn shape<'a>(
         let color = Value::from(leaf.leaf.color.diffuse);
         let convex = leaf.leaf.convex || leaf.part.convex;
         let round = || if convex { forms::round(&surface) } else { None };
-        if let Some((form, size, place)) = forms::pure(leaf.leaf, &surface).or_else(round) {
+        let form_part = |(form, size, place): forms::Form| {
             let place = leaf.frame * place;
             let q = place.rotation.coords;
             let (at, turn) = (<[f64; 3]>::from(place.translation.vector), [q.x, q.y, q.z, q.w]);
-            parts.push(map! { "primitive": form, "size": size, "position": at, "quaternion": turn, "color": color });
+            map! { "primitive": form, "size": size, "position": at, "quaternion": turn, "color": color.clone() }
+        };
+        if let Some(form) = forms::pure(leaf.leaf, &surface).or_else(round) {
+            parts.push(form_part(form));
             continue;
         }
+        let rolls = convex && dynamic && s.respondable;
+        let surface = match rolls.then(|| turned(&surface)).flatten() {
+            Some((forms, behind)) => {
+                parts.extend(forms.into_iter().map(form_part));
+                behind
+            }
+            None => surface,
+        };
         let surface = surface.moved(&leaf.frame);
         let number = builder.mesh(&surface.points, &surface.triangles)?;
         parts.push(map! { "primitive": "mesh", "mesh": number, "convex": convex, "color": color });
@@ -230,7 +244,6 @@ fn shape<'a>(
         node.set("shape.primitive", "compound")?.set("shape.parts", Value::List(parts))?;
     }
     let waves = o.common.special_property.unwrap_or(0x1F0) & 0x1F0;
-    let dynamic = s.dynamic && !overrides.not_dynamic();
     node.set("shape.respondable", s.respondable && !overrides.not_respondable())?
         .set("shape.respondable_mask", i64::from(s.mask))?
         .set("shape.dynamic", dynamic)?

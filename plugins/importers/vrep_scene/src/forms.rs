@@ -34,7 +34,7 @@ pub fn pure(leaf: &Leaf, surface: &Surface) -> Option<Form> {
 }
 
 /// Fewest points of a circle that is meant to be round.
-const FEWEST: usize = 12;
+pub const FEWEST: usize = 12;
 
 /// A convex mesh of points on two circles, or all equally far from its middle: a wheel or a ball that was drawn with flat
 /// sides, on which it would roll with bumps. Only along the axes of its frame.
@@ -57,13 +57,17 @@ pub fn round(surface: &Surface) -> Option<Form> {
         let on_circle = |p: &&Vector3<f64>| even(radial(p), diameter / 2.0);
         let all = height > 0.0 && points.iter().all(|p| on_end(p) && (on_circle(&p) || radial(p) <= 0.01 * diameter));
         let count = points.iter().filter(on_circle).count();
-        let turn = match axis {
-            0 => UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2),
-            1 => UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -FRAC_PI_2),
-            _ => UnitQuaternion::identity(),
-        };
-        (all && count >= 2 * FEWEST).then(|| ("cylinder", [diameter, diameter, height], place(turn)))
+        (all && count >= 2 * FEWEST).then(|| ("cylinder", [diameter, diameter, height], place(axis_turn(axis))))
     })
+}
+
+/// Turns the z axis of a cylinder to an axis by its number.
+pub fn axis_turn(axis: usize) -> UnitQuaternion<f64> {
+    match axis {
+        0 => UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2),
+        1 => UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -FRAC_PI_2),
+        _ => UnitQuaternion::identity(),
+    }
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ mod report;
 mod scripts;
 mod sensors;
 mod targets;
+mod turned;
 mod views;
 
 use tatu_plugin_api::{
