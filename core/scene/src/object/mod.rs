@@ -135,7 +135,7 @@ pub enum Primitive {
 pub const PRIMITIVES: &[&str] = &["box", "sphere", "cylinder", "capsule", "plane", "mesh", "compound"];
 
 impl Primitive {
-    /// By its name in [`PRIMITIVES`].
+    /// By its name in `PRIMITIVES`.
     pub fn parse(name: &str) -> Option<Self> {
         use Primitive::*;
         let all = [Box, Sphere, Cylinder, Capsule, Plane, Mesh, Compound];
