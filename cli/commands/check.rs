@@ -1,4 +1,4 @@
-//! `tatu check`: would the scene start?
+//! `tatu check`: does the scene run, and without what?
 
 use std::process::ExitCode;
 
@@ -13,7 +13,7 @@ use tatu_plugin_api::abi::TATU_REPORT_NOTE;
 use super::describe::facts::to_json;
 use crate::{args::Check, report, watchdog::Watchdog};
 
-/// Exit code 0 if it would, else 2.
+/// Exit code 0 if the scene starts, else 2.
 pub fn check(args: &Check) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     let options = args.changes.options(&[]).map(|o| Options { describe: args.json, ..o });

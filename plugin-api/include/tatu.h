@@ -321,7 +321,8 @@ typedef struct tatu_writer {
 } tatu_writer;
 
 /* The life cycle of instances. All functions but `create` and `destroy` may be null; so may these two, together, if the
- * instance is only its state block (not for languages). Stopping and resetting a world recreates its instances, but see `end_run`. */
+ * instance is only its state block (not for languages). Stopping and resetting a world recreates its instances, but see
+ * `end_run`. */
 typedef struct tatu_life {
   uint32_t size;
   uint32_t state_bytes; /* size of the state block: without pointers; copied by snapshots, zeroed at reset */
@@ -729,7 +730,7 @@ enum {
   TATU_REPORT_WARNING = 1, /* the scene works, but not as the source says */
   TATU_REPORT_ERROR = 2,   /* the build fails */
   TATU_REPORT_LACK = 3     /* a part that cannot run here: the scene starts without it, and each run reports a fault;
-                              programs before revision 6 show it as a note */
+                              hosts that do not know this value show it as a note */
 };
 
 /* Writes a document, the description of a scene by a scene file, a model or an importer. Nothing in it is live yet. */

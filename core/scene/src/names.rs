@@ -112,7 +112,11 @@ impl Scene {
             }
             level = next;
         }
-        // Scripts are nobody's children: they are found where no other object is meant.
+        // Scripts are not among the children: a name that no other object has may be that of a script. A pattern is not
+        // extended to them, since scripts count what a pattern matches.
+        if wild {
+            return None;
+        }
         let is_below =
             |slot: u32| std::iter::successors(self.get(slot), |o| self.get(o.parent)).any(|o| o.parent == base);
         let mut scripts =

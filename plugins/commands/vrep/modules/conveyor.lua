@@ -3,20 +3,10 @@
 
 local conveyor = {}
 
--- The object above the script that holds the settings; else the one that the script belongs to.
+local model_with = require 'models.model_with'
+
 local function model()
-    local at, first = sim.getObject('.'), nil
-    while at ~= -1 do
-        if sim.getObjectType(at) ~= sim.object_script_type then
-            local data = sim.readCustomDataBlock(at, '__config__')
-            if data and #data > 0 then
-                return at
-            end
-            first = first or at
-        end
-        at = sim.getObjectParent(at)
-    end
-    return first
+    return model_with('__config__')
 end
 
 local function read(tag)

@@ -4,20 +4,10 @@ local path = {}
 _S = _S or {}
 _S.path = path
 
--- The object at or above the script that holds a path.
+local model_with = require 'models.model_with'
+
 local function model()
-    local at, first = sim.getObject('.'), nil
-    while at ~= -1 do
-        if sim.getObjectType(at) ~= sim.object_script_type then
-            local data = sim.readCustomDataBlock(at, 'PATH')
-            if data and #data > 0 then
-                return at
-            end
-            first = first or at
-        end
-        at = sim.getObjectParent(at)
-    end
-    return first
+    return model_with('PATH')
 end
 
 -- Control points: children that carry their index, in its order.

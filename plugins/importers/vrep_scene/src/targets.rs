@@ -38,7 +38,7 @@ pub fn declare(
             return Ok(());
         }
     };
-    let (targets, ignored) = match differences(&objects, &seen, all) {
+    let (mut targets, ignored) = match differences(&objects, &seen, all) {
         // Where something is a target, what is not named is none.
         (targets, _) if all && !targets.is_empty() => differences(&objects, &seen, false),
         both => both,
@@ -46,8 +46,9 @@ pub fn declare(
     let paths = |handles: &[i32]| -> Value {
         Value::List(handles.iter().filter_map(|h| tree.path(o.common.id, *h)).map(Value::text).collect())
     };
-    if targets.is_empty() && ignored.is_empty() && !all {
-        report.add("replaced", "it looks for nothing: here it sees everything", o);
+    if targets.is_empty() && !all {
+        // An empty list would mean everything; the sensor itself has nothing that could be seen.
+        targets.push(o.common.id);
     }
     if !targets.is_empty() {
         node.set("sensor.targets", paths(&targets))?;

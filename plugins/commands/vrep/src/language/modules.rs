@@ -16,6 +16,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ("sim-1", "return sim"),
         ("sim-2", include_str!("../../modules/sim_2.lua")),
         ("org.conman.cbor", include_str!("../../modules/cbor.lua")),
+        ("models.model_with", include_str!("../../modules/model_with.lua")),
         ("graph_customization", graph),
         ("models.graph_customization", graph),
         ("models.deprecated.graph_customization", graph),

@@ -35,13 +35,8 @@ fn of_any_type(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getProperty", move |c| {
             let name = c.text(1)?;
             let own = TYPES.iter().find(|of| kept(&name, of).is_some_and(|_| find(c, &name, of, any).is_ok()));
-            match find(c, &name, own.unwrap_or(&"string"), any) {
-                Ok(Value::Object(id)) => c.ret(handle(id)),
-                Ok(v) => c.ret(v),
-                Err(e) if e.code() == TATU_ERR_MISSING && no_error(c) => c.ret(Value::Nil),
-                Err(e) => return Err(e),
-            }
-            Ok(())
+            let found = find(c, &name, own.unwrap_or(&"string"), any);
+            give(c, found)
         })
         .param(target())
         .param(key())
@@ -81,6 +76,17 @@ fn key() -> Param {
     )
 }
 
+/// Returns a property, or nil where it is missing and the script asked for no error.
+fn give(c: &mut Ctx<'_>, found: Result<Value>) -> Result {
+    match found {
+        Ok(Value::Object(id)) => c.ret(handle(id)),
+        Ok(value) => c.ret(value),
+        Err(e) if e.code() == TATU_ERR_MISSING && no_error(c) => c.ret(Value::Nil),
+        Err(e) => return Err(e),
+    }
+    Ok(())
+}
+
 /// Sets the property of arguments 0 and 1.
 fn change(c: &Ctx<'_>, of: &str, value: &Value) -> Result {
     let name = c.text(1)?;
@@ -106,12 +112,8 @@ fn family(
     offer.command(
         Cmd::new(get, move |c| {
             let name = c.text(1)?;
-            match find(c, &name, of, read) {
-                Ok(v) => c.ret(v),
-                Err(e) if e.code() == TATU_ERR_MISSING && no_error(c) => c.ret(Value::Nil),
-                Err(e) => return Err(e),
-            }
-            Ok(())
+            let found = find(c, &name, of, read);
+            give(c, found)
         })
         .param(target())
         .param(key())

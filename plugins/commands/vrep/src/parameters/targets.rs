@@ -11,9 +11,9 @@ use crate::{
     lookup::entities,
 };
 
-/// Of the number that is kept.
+/// Tag under which the number is kept.
 const ENTITY: &str = "entity";
-/// Everything.
+/// The number that stands for everything.
 const ALL: i64 = -1;
 
 /// What it looks for.
@@ -25,17 +25,13 @@ pub(super) fn get(c: &Ctx<'_>, sensor: tatu_object) -> Result<i64> {
 pub(super) fn set(c: &Ctx<'_>, sensor: tatu_object, entity: i64) -> Result {
     let (w, p) = (c.world(), &c.plugin().p);
     let objects = w.list(0, 0, 0)?;
-    let (seen, all): (BTreeSet<tatu_object>, bool) = match entity {
-        ALL => (objects.iter().copied().collect(), true),
-        _ if entities::is_one(c, entity)? => {
-            let seen: BTreeSet<_> = entities::objects(c, entity)?.into_iter().collect();
-            // Nothing can be said of what is added later but by how many are seen now.
-            let all = 2 * seen.len() > objects.len();
-            (seen, all)
-        }
-        _ => (BTreeSet::from([living(c, 2)?.id]), false),
+    let seen: BTreeSet<tatu_object> = match entity {
+        ALL => objects.iter().copied().collect(),
+        _ if entities::is_one(c, entity)? => entities::objects(c, entity)?.into_iter().collect(),
+        _ => BTreeSet::from([living(c, 2)?.id]),
     };
-    let mut all = all;
+    // Objects that are added later are seen if most of those that are there are seen.
+    let mut all = 2 * seen.len() > objects.len() || entity == ALL;
     let mut lists = differences(c, &objects, &seen, all)?;
     if all && !lists.0.is_empty() {
         // Where something is a target, what is not named is none.
