@@ -21,7 +21,7 @@ use tatu_plugin_api::abi::TATU_REPORT_WARNING;
 use crate::{report, watchdog::Watchdog};
 
 /// Packages of plugins that belong to the program, as build.rs found them in the manifest.
-fn built() -> Vec<&'static str> {
+pub fn built() -> Vec<&'static str> {
     env!("TATU_BUILT_PLUGINS").split(',').filter(|s| !s.is_empty()).collect()
 }
 

@@ -54,7 +54,10 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
             && p.fallback != Value::Nil
             && let Err(e) = check_value(p, p.fallback.clone())
         {
-            say(format!("has an invalid default: {e}"));
+            match p.choices.is_empty() {
+                true => say(format!("has an invalid default: {e}")),
+                false => say(format!("has a default that is none of its choices: {e}")),
+            }
         }
         if !p.choices.is_empty() && !any && !matches!(p.kind, TATU_TEXT | TATU_BYTES) {
             say("has choices and is no text: they are not looked at".into());

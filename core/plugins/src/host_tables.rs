@@ -8,7 +8,7 @@ use std::{
 
 use tatu_plugin_api::abi::*;
 
-use crate::drafts;
+use crate::{drafts, guard_page};
 
 /// The table of host functions with an id, or null.
 pub type FindTable = fn(&CStr) -> *const c_void;
@@ -21,6 +21,8 @@ pub struct HostTables {
 /// What the host's entry function needs.
 struct Shared {
     find: FindTable,
+    /// Plugins of others get tables that end where their needs say.
+    cut: bool,
     keys: Mutex<Interner>,
 }
 
@@ -39,6 +41,8 @@ struct OwnHost {
     raw: tatu_host,
     shared: Weak<Shared>,
     holder: Holder,
+    /// Tables of which it gets so many bytes.
+    needs: Vec<(CString, u32)>,
 }
 
 /// # Safety
@@ -76,10 +80,17 @@ impl HostTables {
         for key in keys {
             interner.number(key);
         }
-        HostTables { shared: Arc::new(Shared { find, keys: Mutex::new(interner) }) }
+        HostTables { shared: Arc::new(Shared { find, cut: false, keys: Mutex::new(interner) }) }
     }
-    /// The host for a plugin.
-    pub(crate) fn own(&self, plugin: &str, of_program: bool) -> *const tatu_host {
+    /// Each plugin that does not come with the program gets copies of the tables that it needs, with as many bytes as
+    /// it states. A read beyond them ends the process. For validators: call it before anything is loaded.
+    pub fn cut_to_needs(&mut self) {
+        if let Some(shared) = Arc::get_mut(&mut self.shared) {
+            shared.cut = true;
+        }
+    }
+    /// The host for a plugin; `needs`: ids of tables and the bytes of them that it states.
+    pub(crate) fn own(&self, plugin: &str, of_program: bool, needs: Vec<(CString, u32)>) -> *const tatu_host {
         let raw = tatu_host {
             size: size_of::<tatu_host>() as u32,
             abi_minor: TATU_ABI_MINOR.into(),
@@ -87,7 +98,8 @@ impl HostTables {
             service: Some(service),
         };
         let holder = Holder { plugin: plugin.to_owned(), of_program };
-        let new = Box::into_raw(Box::new(OwnHost { raw, shared: Arc::downgrade(&self.shared), holder }));
+        let needs = if self.shared.cut && !of_program { needs } else { Vec::new() };
+        let new = Box::into_raw(Box::new(OwnHost { raw, shared: Arc::downgrade(&self.shared), holder, needs }));
         // SAFETY: just made, and never given back.
         unsafe {
             (*new).raw.ctx = new.cast();
@@ -143,8 +155,8 @@ impl Shared {
 
 unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *const c_void {
     // SAFETY: the plugin passes the host that it got.
-    let shared = unsafe { own(host) }.and_then(|h| h.shared.upgrade());
-    let Some(shared) = shared.filter(|_| !id.is_null()) else { return std::ptr::null() };
+    let Some(own) = (unsafe { own(host) }).filter(|_| !id.is_null()) else { return std::ptr::null() };
+    let Some(shared) = own.shared.upgrade() else { return std::ptr::null() };
     // SAFETY: NUL-terminated, by the contract.
     let id = unsafe { CStr::from_ptr(id) };
     let found = (shared.find)(id);
@@ -154,5 +166,24 @@ unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *cons
             keys.refused.push(id.to_string_lossy().into_owned());
         }
     }
-    found
+    match own.needs.iter().find(|(need, bytes)| need.as_c_str() == id && *bytes > 0) {
+        // SAFETY: a table of the host, which begins with its size.
+        Some((_, bytes)) if !found.is_null() => unsafe { cut(found, *bytes, id) },
+        _ => found,
+    }
+}
+
+/// A copy of the first bytes of a table, whose `size` says so; never given back.
+///
+/// # Safety
+/// `table` is one of the host's, which begins with its size.
+unsafe fn cut(table: *const c_void, bytes: u32, id: &CStr) -> *const c_void {
+    // SAFETY: the caller promises it.
+    let size = unsafe { *table.cast::<u32>() };
+    // Fields do not end within a pointer.
+    let bytes = bytes.min(size) & !7;
+    // SAFETY: at most as many bytes as the table has.
+    let mut copy = unsafe { std::slice::from_raw_parts(table.cast::<u8>(), bytes as usize) }.to_vec();
+    copy.splice(..4.min(copy.len()), bytes.to_ne_bytes());
+    guard_page::before_guard(&copy, &format!("the {bytes} bytes of `{}` that `needs` states", id.to_string_lossy()))
 }

@@ -6,7 +6,8 @@
 //! - [`HostTables`]: the host's functions that plugins ask for by id, and the keys that they interned;
 //! - [`thread_grant`]: instances on several threads;
 //! - [`guard`]: floating-point mode, locale and the like, which plugins must not change;
-//! - [`guarded`], [`state_block`]: memory that plugins write to;
+//! - [`guarded`], [`state_block`]: memory that plugins write to; [`guard_page`]: memory past which nothing can be read;
+//! - [`Inspector`]: what a validator watches at the ABI;
 //! - [`watchdog`]: which plugin call is running, and for how long;
 //! - `declared`: declarations (parameters, commands) as Rust types; `checks`: those that contradict themselves;
 //!   `names`: which names are valid, and whose name space they are in;
@@ -23,8 +24,10 @@ mod drafts;
 mod elf;
 pub mod events;
 pub mod guard;
+pub mod guard_page;
 pub mod guarded;
 mod host_tables;
+mod inspect;
 mod load;
 mod names;
 mod registry;
@@ -39,6 +42,7 @@ pub mod watchdog;
 
 pub use declared::{Declared, check_value, describe};
 pub use host_tables::{Holder, HostTables};
+pub use inspect::Inspector;
 pub use registry::{
     ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, KindMark, Language, MOST_ELEMENTS,
     Model, NameEntry, Plugin, Prelude, PresetInfo, Registry, SensorKind, ServiceKind, Status,

@@ -1,7 +1,7 @@
 //! Opens one library and reads its descriptor.
 
 use std::{
-    ffi::c_void,
+    ffi::{CStr, CString, c_void},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -173,7 +173,7 @@ impl Loaded {
             ));
         }
         watch.subject(&format!("{id} ({})", path.display()));
-        let own = host.own(&id, search.is_of_program(path));
+        let own = host.own(&id, search.is_of_program(path), needs_of(&raw));
         Self::check_needs(&raw, host, path, remarks).map_err(|unmet| {
             let help = if unmet.newer_host { UPDATE } else { REBUILD };
             fail(unmet.sentence(), help)
@@ -266,6 +266,15 @@ impl Loaded {
         // SAFETY: by the contract.
         self.raw.extension.map_or(std::ptr::null(), |f| unsafe { f(self.me, id.as_ptr()) }.cast())
     }
+}
+
+/// Ids of the tables that a plugin needs, and how many bytes of each.
+fn needs_of(raw: &tatu_plugin_t) -> Vec<(CString, u32)> {
+    // SAFETY: a null-terminated list of tables, by the contract.
+    let all = unsafe { tables::list(raw.needs) };
+    // SAFETY: NUL-terminated, by the contract.
+    let id = |need: &tatu_need| (!need.id.is_null()).then(|| unsafe { CStr::from_ptr(need.id) }.to_owned());
+    all.iter().filter_map(|(_, need)| Some((id(need)?, need.bytes))).collect()
 }
 
 /// The part of a need that this host does not meet, and why.

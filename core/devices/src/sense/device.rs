@@ -109,13 +109,17 @@ impl Device {
     #[inline]
     pub(super) fn kept_within(&self) -> bool {
         let fields = &*self.fields;
-        self.layout.ends.iter().all(|end| fields[*end as usize] == GUARD) && self.state.is_whole()
+        self.layout.ends.iter().all(|end| fields[*end as usize] == GUARD)
+            && self.layout.pads.iter().all(|pad| pad.is_empty(fields))
+            && self.state.is_whole()
     }
 
     /// Where it wrote out of bounds.
     #[cold]
     pub(super) fn wrote_too_far(&mut self, kind: &SensorKind) -> String {
-        match self.layout.ends.iter().position(|end| self.fields[*end as usize] != GUARD) {
+        let past = self.layout.ends.iter().position(|end| self.fields[*end as usize] != GUARD);
+        let pad = || self.layout.pads.iter().find(|pad| !pad.is_empty(&self.fields)).map(|pad| pad.field + 1);
+        match past.or_else(pad) {
             Some(0) => {
                 let name = kind.fields.first().map_or("", |f| &f.name);
                 format!("broke the contract: it wrote before the beginning of the field `{name}`")
@@ -275,6 +279,33 @@ pub struct Layout {
     pub lengths: Vec<u64>,
     /// The word before all fields, and of each the one behind it: guards.
     ends: Vec<u32>,
+    /// The bytes between the end of a field and its guard, where there are any.
+    pads: Vec<Pad>,
+}
+
+/// Bytes behind the last element of a field, in the word that holds it. They are 0 unless the plugin writes there.
+#[derive(Debug, PartialEq)]
+struct Pad {
+    field: usize,
+    word: u32,
+    /// The bits of the word that belong to no element.
+    mask: u64,
+}
+
+impl Pad {
+    /// Behind `bytes` bytes of a field that begins at a word; `None`: they fill their words.
+    fn new(field: usize, first: usize, bytes: usize) -> Option<Self> {
+        let used = bytes % 8;
+        if used == 0 && bytes > 0 {
+            return None;
+        }
+        let mut mask = [0xff; 8];
+        mask[..used].fill(0);
+        Some(Pad { field, word: (first + bytes / 8) as u32, mask: u64::from_ne_bytes(mask) })
+    }
+    fn is_empty(&self, fields: &[u64]) -> bool {
+        fields[self.word as usize] & self.mask == 0
+    }
 }
 
 impl Default for Layout {
@@ -286,6 +317,7 @@ impl Default for Layout {
             words: 0,
             lengths: Vec::new(),
             ends: Vec::new(),
+            pads: Vec::new(),
         }
     }
 }
@@ -295,16 +327,18 @@ impl Layout {
     pub fn new(plan: BeamPlan, kind: &SensorKind) -> Result<Self, String> {
         let dims: Vec<_> = kind.fields.iter().map(|f| plan.shape(f.dims)).collect();
         // One guard word before them and behind each, to detect writes out of bounds.
-        let (mut spans, mut words) = (Vec::new(), 1);
+        let (mut spans, mut pads, mut words) = (Vec::new(), Vec::new(), 1);
         for (f, dims) in kind.fields.iter().zip(&dims) {
             let elements = length(f, dims)?;
+            let bytes = elements * element_size(f.elem);
+            pads.extend(Pad::new(spans.len(), words, bytes));
             spans.push((words, elements));
-            words += (elements * element_size(f.elem)).div_ceil(8).max(1) + 1;
+            words += bytes.div_ceil(8).max(1) + 1;
         }
         let begins = spans.iter().skip(1).map(|(first, _)| *first).chain((!spans.is_empty()).then_some(words));
         let ends = std::iter::once(0).chain(begins.map(|next| (next - 1) as u32)).collect();
         let lengths = spans.iter().map(|(_, n)| *n as u64).collect();
-        Ok(Layout { plan, spans, dims, words, lengths, ends })
+        Ok(Layout { plan, spans, dims, words, lengths, ends, pads })
     }
 
     /// Empties the fields of a reading for a measure.

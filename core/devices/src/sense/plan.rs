@@ -9,7 +9,7 @@ use ::tatu_beams::{Faces, Grid, RayBundle, View, Volume};
 use nalgebra::{UnitQuaternion, Vector3};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
-    SensorKind,
+    Inspector, SensorKind,
     border::{ErrorSlot, answer},
     state_block::GUARD,
 };
@@ -96,7 +96,7 @@ impl BeamPlan {
     ///
     /// # Safety
     /// `data` is an instance of this kind that lives, and no borrow of its world is held.
-    pub unsafe fn ask(data: *mut c_void, kind: &SensorKind) -> Result<Self, String> {
+    pub unsafe fn ask(data: *mut c_void, kind: &SensorKind, inspector: Option<&dyn Inspector>) -> Result<Self, String> {
         let Some(ask) = kind.raw.beams else { return Ok(Self::NONE) };
         let raw = tatu_beams {
             size: size_of::<tatu_beams>() as u32,
@@ -123,6 +123,9 @@ impl BeamPlan {
         // SAFETY: by the contract, and the caller promises the instance; `[setup]`.
         if unsafe { answer(ask(data, &mut room.1, error.raw()), false, error.raw()) } < 0 {
             return Err(error.text());
+        }
+        if let Some(inspector) = inspector {
+            inspector.beams(kind, &room.1);
         }
         let Room(before, raw, behind) = room;
         if before != [GUARD; 8] || behind != [GUARD; 8] {

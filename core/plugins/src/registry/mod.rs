@@ -28,7 +28,7 @@ use super::{
     load::Remarks,
     watchdog::{Call, Watch, Watches},
 };
-use crate::HostTables;
+use crate::{HostTables, Inspector};
 pub use read::MOST_ELEMENTS;
 use tatu_errors::{Error, Result};
 pub use types::{
@@ -81,6 +81,8 @@ pub struct Registry {
     /// The plugins, last: they must outlive all that is above.
     pub plugins: Vec<Arc<Plugin>>,
     host: Arc<HostTables>,
+    /// Watches calls into plugins, if this is no ordinary run.
+    pub inspector: Option<Arc<dyn Inspector>>,
     /// Increases when commands are replaced.
     pub generation: u64,
 }
@@ -191,6 +193,7 @@ impl Registry {
             watches,
             plugins,
             host,
+            inspector: None,
             generation: 1,
         }
     }

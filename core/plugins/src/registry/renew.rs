@@ -48,6 +48,7 @@ impl Registry {
         plugins[plugin] = Arc::new(new);
         let (search, watches) = (self.search.clone(), self.watches.clone());
         let mut registry = Self::of(plugins, search, self.setup.clone(), watches, self.host.clone());
+        registry.inspector.clone_from(&self.inspector);
         registry.read();
         // What is wrong with a declaration leaves the rest of the plugin working.
         let new = registry.refused.iter().filter(|e| !self.known.contains(&e.text));

@@ -139,7 +139,11 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         calls.caller.set(Caller { kind: TATU_CALLER_NATIVE, ..caller });
         let outer = world.border.watch.command(f.command);
         // SAFETY: the plugin's function; no borrow of the world is alive here.
-        let cross = || unsafe { call(frame) };
+        let mut run = |frame: *mut tatu_call| unsafe { call(frame) };
+        let cross = || match &world.model.registry.inspector {
+            None => run(frame),
+            Some(inspector) => inspector.command(entry, frame, &mut run),
+        };
         let status = world.cross(entry.plugin, Call::Command, tatu_slot(caller.object), cross);
         world.border.watch.command(outer);
         status
@@ -356,7 +360,12 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
             }
         }
         match (*f.error).code {
-            TATU_OK => "failed and gave no reason".to_owned(),
+            TATU_OK => {
+                if let Some(inspector) = &world.model.registry.inspector {
+                    inspector.gave_no_reason(entry, status);
+                }
+                "failed and gave no reason".to_owned()
+            }
             _ => said(f.error).text.unwrap_or_default(),
         }
     };

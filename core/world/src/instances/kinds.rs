@@ -51,8 +51,9 @@ pub(crate) fn end_sensor(world: &WorldCell, sensor: Device) {
 /// Asks an instance for its beams. Must be called without any borrow of the world.
 pub(crate) fn ask_layout(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Layout>, String> {
     let kind = &world.model.registry.sensors[kind];
+    let inspector = world.model.registry.inspector.as_deref();
     // SAFETY: an instance of this kind; its caller has none of the world borrowed.
-    let asked = world.cross(kind.plugin, Call::Beams, slot, || unsafe { BeamPlan::ask(data, kind) });
+    let asked = world.cross(kind.plugin, Call::Beams, slot, || unsafe { BeamPlan::ask(data, kind, inspector) });
     let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
     let layout = Layout::new(plan, kind)?;
     let like_it = world.devices.sensing.try_borrow().ok().and_then(|s| s.like(&layout));

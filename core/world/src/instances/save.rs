@@ -89,9 +89,13 @@ pub(crate) fn load_instance(
     let Some(load) = life.load else {
         return if image.saved.is_empty() { Ok(()) } else { Err("it no longer restores state".to_owned()) };
     };
+    let (mut saved, mut version) = (std::borrow::Cow::Borrowed(&image.saved), image.version);
+    if let Some(inspector) = &world.model.registry.inspector {
+        inspector.loads(of.plugin, saved.to_mut(), &mut version);
+    }
     let mut error = ErrorSlot::new();
     // SAFETY: by the contract; the bytes live through the call.
-    let run = || unsafe { answer(load(of.data, raw(&image.saved), image.version, error.raw()), false, error.raw()) };
+    let run = || unsafe { answer(load(of.data, raw(&saved), version, error.raw()), false, error.raw()) };
     if world.cross(of.plugin, Call::Restore, of.slot, run) < 0 {
         let plugin = &world.model.registry.plugins[of.plugin].id;
         return Err(format!("{} [{} of `{plugin}`]", error.text(), Call::Restore.text()));

@@ -96,6 +96,13 @@ impl Script {
             error.name_plugin(status, &plugin.id, Call::ScriptLoad);
             return Err((status, error));
         }
+        let is_within = |text: tatu_str| {
+            text.ptr.addr() <= chosen.ptr.addr() && chosen.ptr.addr() < text.ptr.addr() + text.len as usize
+        };
+        if chosen.len > 0 && [text, name, dialect].into_iter().any(is_within) {
+            let what = "returned a dialect in `chosen` that lies within its arguments; it must own this text";
+            self.breach(world, Call::ScriptLoad, what);
+        }
         self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
         // SAFETY: by the contract.
         let traits = || language.raw.traits.map_or(0, |f| unsafe { f(data) });

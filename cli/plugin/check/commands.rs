@@ -1,0 +1,369 @@
+//! Commands: their examples, good and bad arguments, equal runs, other worlds.
+
+use std::{fmt::Write, path::Path, time::Duration};
+
+use tatu_core::{
+    World,
+    errors::Error,
+    plugins::{CommandEntry, Declared},
+};
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{
+    finding::{self, Line, error, note},
+    process::Ran,
+    stage,
+    subject::Subject,
+};
+
+/// Calls of one command with one bad argument each, at most.
+const MOST_CALLS: usize = 160;
+/// Time between two runs that are compared: more than the second that some clocks count in.
+const BETWEEN: Duration = Duration::from_millis(1100);
+/// Steps of a run.
+const STEPS: usize = 4;
+/// Lines of a script are marked so; all others are not compared.
+const MARK: &str = "@check ";
+
+/// The commands of the plugin.
+fn mine(subject: &Subject) -> impl Iterator<Item = &CommandEntry> {
+    subject.registry.commands.iter().filter(|c| c.plugin == subject.plugin)
+}
+
+/// The test `examples`.
+pub fn examples(file: &Path) -> Result<(), Error> {
+    let subject = Subject::load(file)?;
+    for c in mine(&subject).filter(|c| !c.example.trim().is_empty()) {
+        let place = super::inspector::place(c);
+        finding::at(&place, "when its example runs");
+        let script = format!("{TOOLS}\nreport(load({}, 'example'))\n", quoted(c.example.as_bytes()));
+        let said = run(&subject, &script, 1, 1)?;
+        if let Some(said) = said.first().filter(|l| l.starts_with("compile: ")) {
+            error(&place, format!("its example does not compile: {}", said.trim_start_matches("compile: ")));
+        } else if let Some(said) = said.first().filter(|l| l.starts_with("raise: ")) {
+            let why = said.trim_start_matches("raise: ");
+            note(&place, format!("its example raises an error in a scene that was not made for it: {why}"));
+        }
+    }
+    Ok(())
+}
+
+/// The test `arguments`.
+pub fn arguments(file: &Path) -> Result<(), Error> {
+    let subject = Subject::load(file)?;
+    let all: Vec<&CommandEntry> = mine(&subject).collect();
+    for c in all {
+        let mut script = format!("{TOOLS}\n");
+        for call in calls(c) {
+            let _ = writeln!(script, "{call}");
+        }
+        run(&subject, &script, STEPS, 1)?;
+    }
+    Ok(())
+}
+
+/// The test `repeat`: what a run prints depends neither on the time of day nor on the process.
+pub fn repeat(file: &Path) -> Result<(), Error> {
+    let subject = Subject::load(file)?;
+    if mine(&subject).next().is_none() {
+        return Ok(());
+    }
+    drop(subject);
+    if std::env::var_os(ONE_RUN).is_some() {
+        return transcript(file);
+    }
+    // SAFETY: no other thread of this process reads or sets the environment.
+    unsafe { std::env::set_var(ONE_RUN, "1") };
+    let run = || Ran::of("repeat", file, Duration::from_secs(60)).map_err(|e| Error::new("E105", e));
+    let first = run()?;
+    std::thread::sleep(BETWEEN);
+    let second = run()?;
+    let breaks = [&first, &second].into_iter().find_map(Ran::abnormal_end);
+    if let Some(f) = breaks {
+        finding::send(&Line::Found(f));
+        return Ok(());
+    }
+    compare(&first.transcript, &second.transcript, "two equal runs give different results");
+    Ok(())
+}
+
+/// Set in the processes whose transcripts are compared.
+const ONE_RUN: &str = "TATU_CHECK_ONE_RUN";
+
+fn transcript(file: &Path) -> Result<(), Error> {
+    let subject = Subject::load(file)?;
+    let lines = run(&subject, &ordinary(&subject), STEPS, 1)?;
+    finding::send(&Line::Transcript(lines.join("\n")));
+    Ok(())
+}
+
+/// The test `worlds`: one world after another in a process, and one beside another.
+pub fn worlds(file: &Path) -> Result<(), Error> {
+    let subject = Subject::load(file)?;
+    if mine(&subject).next().is_none() {
+        return Ok(());
+    }
+    let script = ordinary(&subject);
+    let first = run(&subject, &script, STEPS, 1)?.join("\n");
+    let second = run(&subject, &script, STEPS, 1)?.join("\n");
+    compare(&first, &second, "what one world has called changes the results in another: a global or static variable");
+    Ok(())
+}
+
+/// Reports the first line in which two transcripts differ.
+fn compare(first: &str, second: &str, what: &str) {
+    let mut pairs = first.lines().zip(second.lines());
+    let Some((a, b)) = pairs.find(|(a, b)| a != b) else { return };
+    let (name, a) = a.split_once(' ').unwrap_or(("", a));
+    let b = b.split_once(' ').map_or(b, |(_, b)| b);
+    error(&format!("command `{name}`"), format!("{what}: {a}, then {b}"));
+}
+
+/// Runs a script in a new world; the lines that it reported.
+fn run(subject: &Subject, script: &str, steps: usize, threads: usize) -> Result<Vec<String>, Error> {
+    let scene = stage::scene("", script);
+    let world = subject.world(&scene, &[("check.lua", script.as_bytes())], threads)?;
+    let lines = play(&world, steps);
+    subject.report_faults(&world);
+    world.end();
+    subject.report_faults(&world);
+    Ok(lines)
+}
+
+/// Starts a world, steps it; what its script reported.
+pub fn play(world: &World, steps: usize) -> Vec<String> {
+    world.start();
+    let mut lines = Vec::new();
+    for _ in 0..steps {
+        let goes_on = world.step();
+        lines.extend(reported(world));
+        if !goes_on {
+            break;
+        }
+    }
+    lines
+}
+
+/// What the script reported since.
+pub fn reported(world: &World) -> Vec<String> {
+    let lines = world.take_lines().into_iter();
+    lines.filter_map(|l| l.text.split_once(MARK).map(|(_, text)| text.to_owned())).collect()
+}
+
+/// A script that calls each command in each step with ordinary arguments, twice, and reports the results.
+pub fn ordinary(subject: &Subject) -> String {
+    let mut body = String::new();
+    for c in mine(subject) {
+        let args = good(c).join(", ");
+        for _ in 0..2 {
+            let _ = writeln!(body, "    try({}, 'ordinary', {args})", quoted(c.name().as_bytes()));
+        }
+    }
+    body = body.replace(", )", ")");
+    format!("{TOOLS}\nfunction sysCall_actuation()\n{body}end\n")
+}
+
+/// The same script, with a thread that calls each command with arguments that some commands wait for.
+pub fn waiting(subject: &Subject) -> String {
+    let mut body = String::new();
+    for c in mine(subject) {
+        let number = |p: &Declared| {
+            let free = p.fallback == Value::Nil && p.lowest.is_infinite() && p.flags & TATU_PARAM_ANY == 0;
+            if free && matches!(p.kind, TATU_I64 | TATU_F64) { FAR.to_owned() } else { ordinary_value(p) }
+        };
+        let args: Vec<String> = c.params.iter().filter(|p| p.flags & TATU_PARAM_REST == 0).map(number).collect();
+        let _ = writeln!(body, "    try({}, 'waits', {})", quoted(c.name().as_bytes()), args.join(", "));
+    }
+    format!("{}\nfunction sysCall_thread()\n{}end\n", ordinary(subject), body.replace(", )", ")"))
+}
+
+/// A number that is reached after some steps, where calls count something or time is waited for.
+const FAR: &str = "7";
+
+/// A script that calls one command so many times with ordinary arguments.
+pub fn one(c: &CommandEntry, times: usize) -> String {
+    let args = good(c).join(", ");
+    let call = format!("pcall(f, {args})").replace(", )", ")");
+    let name = quoted(c.name().as_bytes());
+    format!("{TOOLS}\nlocal f = find({name})\nfor _ = 1, f and {times} or 0 do {call} end\n")
+}
+
+/// Calls of a command, as lines of Lua: all good, some left out, then each argument replaced.
+fn calls(c: &CommandEntry) -> Vec<String> {
+    let name = quoted(c.name().as_bytes());
+    let good = good(c);
+    let call = |args: &[String]| match args {
+        [] => format!("try({name}, 'bad')"),
+        args => format!("try({name}, 'bad', {})", args.join(", ")),
+    };
+    let mut out = vec![call(&good)];
+    // Too few, from the end, and too many.
+    out.extend((0..good.len()).rev().map(|n| call(&good[..n])));
+    out.push(call(&[good.clone(), vec!["1".to_owned(), "'x'".to_owned()]].concat()));
+    for i in 0..good.len() {
+        for other in others(&c.params[i]) {
+            let mut args = good.clone();
+            args[i] = other;
+            out.push(call(&args));
+        }
+    }
+    // Afterwards it must still work.
+    out.truncate(MOST_CALLS);
+    out.push(call(&good));
+    out
+}
+
+/// Ordinary arguments of a command, in Lua.
+fn good(c: &CommandEntry) -> Vec<String> {
+    c.params.iter().filter(|p| p.flags & TATU_PARAM_REST == 0).map(ordinary_value).collect()
+}
+
+fn ordinary_value(p: &Declared) -> String {
+    if p.flags & TATU_PARAM_ANY != 0 {
+        return "'text'".into();
+    }
+    if let Some(value) = stage::good(p).first() {
+        return in_lua(value);
+    }
+    match p.kind {
+        TATU_OBJECT => "body".into(),
+        TATU_FUNC => "answer".into(),
+        TATU_LIST => "{'text', 1, {2, 3}}".into(),
+        TATU_MAP if p.keys.is_empty() => "{text = 'text', number = 1.5}".into(),
+        TATU_MAP => {
+            let keys = p.keys.iter().map(|k| format!("[{}] = {}", quoted(k.key.as_bytes()), ordinary_value(k)));
+            format!("{{{}}}", keys.collect::<Vec<_>>().join(", "))
+        }
+        TATU_BYTES => "'bytes\\0\\255'".into(),
+        _ => "1".into(),
+    }
+}
+
+/// What else is given for a parameter, in Lua: values that it may take, and such as it may not.
+fn others(p: &Declared) -> Vec<String> {
+    let mut out: Vec<String> = stage::good(p).iter().skip(1).map(in_lua).collect();
+    out.extend(ODD.iter().map(|s| (*s).to_owned()));
+    if p.flags & TATU_PARAM_ANY == 0 && p.kind == TATU_F64S && p.count > 0 {
+        out.insert(0, format!("{{{}}}", vec!["0/0"; p.count as usize].join(", ")));
+    }
+    let first: &[&str] = match p.kind {
+        TATU_TEXT | TATU_BYTES => TEXTS,
+        TATU_F64S | TATU_LIST | TATU_MAP => TABLES,
+        TATU_I64 | TATU_OBJECT => OBJECTS,
+        TATU_FUNC => FUNCTIONS,
+        _ => NUMBERS,
+    };
+    first.iter().map(|s| (*s).to_owned()).chain(out).collect()
+}
+
+const TEXTS: &[&str] =
+    &["''", "'12'", "'1.5e3'", "'\\255\\254'", "'a\\0b'", "'/body'", "'a=b,c'", "'{\"a\": [1]}'", "('x'):rep(70000)"];
+const TABLES: &[&str] = &[
+    "{}",
+    "{1}",
+    "{1, 2}",
+    "{-1e300, 1e300, 0/0}",
+    "{1/0, -1/0}",
+    "{'a', 'b'}",
+    "{a = 1}",
+    "{[1] = 1, [3] = 3}",
+    "many",
+    "deep",
+];
+const OBJECTS: &[&str] =
+    &["body", "eye", "hinge", "0", "-1", "1048575", "math.maxinteger", "math.mininteger", "2^53", "0.5"];
+const NUMBERS: &[&str] = &["0", "-1", "0/0", "1/0", "-1/0", "1e300", "-1e-300", "math.maxinteger", "math.mininteger"];
+const FUNCTIONS: &[&str] =
+    &["function() error('refused') end", "function(...) return ... end", "function() return {}, nil, 'x' end"];
+const ODD: &[&str] =
+    &["nil", "true", "0", "-1.5", "0/0", "''", "'text'", "{}", "{1, 2, 3}", "{a = {b = {}}}", "answer"];
+
+fn in_lua(value: &Value) -> String {
+    match value {
+        Value::Nil => "nil".into(),
+        Value::Bool(b) => b.to_string(),
+        Value::Int(i) => i.to_string(),
+        Value::Float(x) => number(*x),
+        Value::Text(t) | Value::Bytes(t) => quoted(t),
+        Value::Floats(all) => format!("{{{}}}", all.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", ")),
+        Value::Ints(all) => format!("{{{}}}", all.iter().map(i64::to_string).collect::<Vec<_>>().join(", ")),
+        Value::List(all) => format!("{{{}}}", all.iter().map(in_lua).collect::<Vec<_>>().join(", ")),
+        Value::Map(all) => {
+            let pairs = all.iter().map(|(k, v)| format!("[{}] = {}", in_lua(k), in_lua(v)));
+            format!("{{{}}}", pairs.collect::<Vec<_>>().join(", "))
+        }
+        _ => "nil".into(),
+    }
+}
+
+fn number(x: f64) -> String {
+    if x.is_finite() {
+        format!("{x:?}")
+    } else if x.is_nan() {
+        "0/0".into()
+    } else {
+        format!("{}1/0", if x < 0.0 { "-" } else { "" })
+    }
+}
+
+/// A text as Lua writes it, every byte of it.
+fn quoted(text: &[u8]) -> String {
+    let mut out = String::from("'");
+    for b in text {
+        match b {
+            b'\'' | b'\\' => {
+                out.push('\\');
+                out.push(char::from(*b));
+            }
+            0x20..=0x7e => out.push(char::from(*b)),
+            _ => {
+                let _ = write!(out, "\\x{b:02x}");
+            }
+        }
+    }
+    out + "'"
+}
+
+/// What the scripts begin with: objects of the scene, calls that cannot raise, results as text.
+const TOOLS: &str = r"
+local body, eye, hinge = sim.getObject('/body'), sim.getObject('/eye'), sim.getObject('/hinge')
+local many, deep = {}, {}
+for i = 1, 2000 do many[i] = i * 0.5 end
+do local d = deep for i = 1, 40 do d.next = {} d = d.next end end
+local function answer(...) return 1, 'two', {3} end
+
+local function shown(v, depth)
+    if math.type(v) == 'float' then return string.format('%a', v) end
+    if type(v) == 'string' then return string.format('%q', #v > 200 and v:sub(1, 200) or v) end
+    if type(v) ~= 'table' then return type(v) == 'function' and 'function' or tostring(v) end
+    if depth > 6 then return '...' end
+    local keys = {}
+    for k in pairs(v) do keys[#keys + 1] = k end
+    table.sort(keys, function(a, b) return tostring(a) < tostring(b) end)
+    for i, k in ipairs(keys) do keys[i] = shown(k, depth + 1) .. ' = ' .. shown(v[k], depth + 1) end
+    return '{' .. table.concat(keys, ', ') .. '}'
+end
+
+local function put(text) print('@check ' .. text:gsub('[\r\n]', ' ')) end
+
+function find(name)
+    local at = _G
+    for part in name:gmatch('[^.]+') do at = type(at) == 'table' and at[part] or nil end
+    return at
+end
+
+function try(name, label, ...)
+    local f = find(name)
+    if not f then return end
+    local got = table.pack(pcall(f, ...))
+    local out = {}
+    for i = 2, math.min(got.n, 20) do out[#out + 1] = shown(got[i], 0) end
+    put(name .. ' ' .. (got[1] and 'gives ' or 'fails with ') .. table.concat(out, ', '))
+end
+
+function report(f, why)
+    if not f then return put('compile: ' .. tostring(why)) end
+    local ok, why = pcall(f)
+    if not ok then put('raise: ' .. tostring(why)) end
+end
+";

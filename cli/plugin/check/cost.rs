@@ -1,0 +1,54 @@
+//! What calls cost, for information.
+
+use std::{path::Path, sync::atomic::Ordering::Relaxed, time::Instant};
+
+use tatu_core::errors::Error;
+
+use super::{commands, finding::note, stage, subject::Subject};
+
+/// Sensors of one kind that are measured together.
+const MANY: usize = 32;
+/// Steps of a run.
+const STEPS: usize = 50;
+
+/// The test `cost`.
+pub fn run(file: &Path) -> Result<(), Error> {
+    let subject = Subject::load(file)?;
+    subject.spy.guards.store(false, Relaxed);
+    for c in subject.registry.commands.iter().filter(|c| c.plugin == subject.plugin).take(200) {
+        subject.spy.calls.store(0, Relaxed);
+        subject.spy.nanoseconds.store(0, Relaxed);
+        let script = commands::one(c, 200);
+        let world = subject.world(&stage::scene("", &script), &[("check.lua", script.as_bytes())], 1)?;
+        commands::play(&world, 1);
+        let (calls, time) = (subject.spy.calls.load(Relaxed), subject.spy.nanoseconds.load(Relaxed));
+        if calls > 0 {
+            note(&super::inspector::place(c), format!("{} ns a call", time / calls));
+        }
+    }
+    let empty = stepped(&subject, "")?;
+    for s in subject.registry.sensors.iter().filter(|s| s.plugin == subject.plugin) {
+        let Some(lines) = stage::required(&s.params) else { continue };
+        let one = |i: usize| {
+            let place = stage::PLACES[i % 3];
+            format!("\n[[object]]\nkind = \"sensor\"\nsensor = \"{}\"\nalias = \"s{i}\"\n{place}{lines}", s.id)
+        };
+        let took = stepped(&subject, &(0..MANY).map(one).collect::<String>())? - empty;
+        note(&format!("sensor `{}`", s.id), format!("{:.1} us a measurement", 1e6 * took.max(0.0) / MANY as f64));
+    }
+    Ok(())
+}
+
+/// Seconds that a step takes.
+fn stepped(subject: &Subject, devices: &str) -> Result<f64, Error> {
+    let world = subject.world(&stage::scene(devices, ""), &[], 1)?;
+    world.start();
+    (0..5).for_each(|_| {
+        world.step();
+    });
+    let begin = Instant::now();
+    (0..STEPS).for_each(|_| {
+        world.step();
+    });
+    Ok(begin.elapsed().as_secs_f64() / STEPS as f64)
+}

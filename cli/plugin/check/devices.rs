@@ -1,0 +1,251 @@
+//! Sensors and actuators: the same on any number of threads and in each run, finite, and configured as declared.
+
+use std::path::Path;
+
+use tatu_core::{
+    Reading, World,
+    errors::Error,
+    plugins::{Declared, FieldInfo, SensorKind, schemas},
+};
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{
+    finding::{self, error, note},
+    stage,
+    subject::Subject,
+};
+
+/// Steps of a run.
+const STEPS: usize = 12;
+/// Bodies with an actuator.
+const BODIES: u32 = 7;
+/// Values of one parameter that are tried.
+const MOST_VALUES: usize = 4;
+
+/// The sensors of the plugin.
+fn sensors(subject: &Subject) -> impl Iterator<Item = &SensorKind> {
+    subject.registry.sensors.iter().filter(|s| s.plugin == subject.plugin)
+}
+
+/// A table for a device at a place, with further lines.
+fn device(kind: &str, id: &str, alias: &str, place: &str, lines: &str) -> String {
+    format!("\n[[object]]\nkind = \"{kind}\"\n{kind} = \"{id}\"\nalias = \"{alias}\"\n{place}{lines}")
+}
+
+/// The test `readings`.
+pub fn readings(file: &Path) -> Result<(), Error> {
+    let subject = Subject::load(file)?;
+    for s in sensors(&subject) {
+        let place = format!("sensor `{}`", s.id);
+        let Some(lines) = stage::required(&s.params) else {
+            note(&place, "it is not tried: a required parameter cannot be written in a scene");
+            continue;
+        };
+        let presets = s.presets.iter().map(|p| format!("preset = \"{}\"\n", p.id));
+        for preset in std::iter::once(String::new()).chain(presets) {
+            let with = if preset.is_empty() { "" } else { " with a preset" };
+            finding::at(&place, format!("when it measures{with}"));
+            let lines = format!("{lines}{preset}");
+            let all = stage::PLACES.iter().enumerate();
+            let devices: String = all.map(|(i, p)| device("sensor", &s.id, &format!("s{i}"), p, &lines)).collect();
+            let scene = stage::scene(&devices, "");
+            let one = measured(&subject, s, &scene, 1)?;
+            compare(&place, &one, &measured(&subject, s, &scene, 2)?, "readings on 2 threads differ from those on 1");
+            let again = "two equal runs give different readings: random numbers and time must be those of the batch";
+            compare(&place, &one, &measured(&subject, s, &scene, 1)?, again);
+        }
+    }
+    Ok(())
+}
+
+/// Runs a scene; all readings of all steps, in words that hold every bit.
+fn measured(subject: &Subject, kind: &SensorKind, scene: &str, threads: usize) -> Result<Vec<String>, Error> {
+    let world = subject.world(scene, &[], threads)?;
+    world.start();
+    let mut out = Vec::new();
+    for _ in 0..STEPS {
+        world.step();
+        for i in 0..stage::PLACES.len() {
+            let Some(reading) = world.reading(&format!("s{i}#0")).or_else(|| world.reading(&path(&world, i))) else {
+                continue;
+            };
+            judge(kind, &reading);
+            out.push(format!("{}: {:?}", reading.path, reading.fields));
+        }
+    }
+    subject.report_faults(&world);
+    Ok(out)
+}
+
+/// The path of the `i`-th sensor: below the body or at the top.
+fn path(world: &World, i: usize) -> String {
+    let end = format!("/s{i}");
+    world.sensors().into_iter().find(|p| p.ends_with(&end)).unwrap_or(end)
+}
+
+/// Reports numbers that are none where the sensor says that it has measured.
+fn judge(kind: &SensorKind, reading: &Reading) {
+    for (info, field) in kind.fields.iter().zip(&reading.fields) {
+        let Value::Floats(numbers) = &field.value else { continue };
+        let valid = valid_of(info).and_then(|name| reading.field(&name).map(|f| numbers_of(&f.value)));
+        let nothing = nothing_of(info);
+        let step = valid.as_ref().map_or(1, |v| (numbers.len() / v.len().max(1)).max(1));
+        for (i, x) in numbers.iter().enumerate() {
+            let says = valid.as_ref().and_then(|v| v.get(i / step)).copied();
+            let place = format!("sensor `{}`", kind.id);
+            if x.is_nan() {
+                error(&place, format!("`{}` is not a number (NaN)", info.name));
+            } else if x.is_infinite() && says.is_some_and(|v| v != 0.0) {
+                let which = valid_of(info).unwrap_or_default();
+                error(&place, format!("`{}` is infinite where `{which}` is 1: nothing was measured there", info.name));
+            } else if x.is_infinite() && says.is_none() && !nothing.contains("inf") {
+                error(&place, format!("`{}` is infinite, and neither `valid` nor `nothing` of it says why", info.name));
+            }
+        }
+    }
+}
+
+fn numbers_of(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Floats(f) => f.clone(),
+        Value::Ints(i) => i.iter().map(|i| *i as f64).collect(),
+        Value::Float(x) => vec![*x],
+        Value::Int(i) => vec![*i as f64],
+        Value::Bool(b) => vec![f64::from(u8::from(*b))],
+        _ => Vec::new(),
+    }
+}
+
+fn of_schema(field: &FieldInfo) -> Option<&'static schemas::SchemaField> {
+    schemas::known().iter().flat_map(|s| &s.fields).find(|f| f.name == field.name)
+}
+
+fn valid_of(field: &FieldInfo) -> Option<String> {
+    field.valid.clone().or_else(|| of_schema(field)?.valid.clone())
+}
+
+fn nothing_of(field: &FieldInfo) -> String {
+    field.nothing.clone().or_else(|| Some(of_schema(field)?.nothing.clone())).unwrap_or_default()
+}
+
+/// Reports the first of two lists of lines in which they differ.
+fn compare(place: &str, one: &[String], other: &[String], what: &str) {
+    if let Some((a, _)) = one.iter().zip(other).find(|(a, b)| a != b) {
+        let whose = a.split(':').next().unwrap_or_default();
+        error(place, format!("{what} ({whose})"));
+    }
+}
+
+/// The test `actuators`.
+pub fn actuators(file: &Path) -> Result<(), Error> {
+    let subject = Subject::load(file)?;
+    for a in subject.registry.actuators.iter().filter(|a| a.plugin == subject.plugin) {
+        let place = format!("actuator `{}`", a.id);
+        let Some(lines) = actuator_lines(a) else {
+            note(&place, "it is not tried: a required parameter cannot be written in a scene");
+            continue;
+        };
+        finding::at(&place, "when it acts");
+        let scene = actuator_scene(&a.id, &lines);
+        let one = acted(&subject, &scene, 1)?;
+        compare(&place, &one, &acted(&subject, &scene, 2)?, "what it does on 2 threads differs from what it does on 1");
+        compare(&place, &one, &acted(&subject, &scene, 1)?, "two equal runs end differently");
+    }
+    Ok(())
+}
+
+fn actuator_lines(a: &tatu_core::plugins::ActuatorKind) -> Option<String> {
+    let commands = a
+        .commands
+        .iter()
+        .filter_map(|c| stage::good(c).into_iter().nth(1).or(Some(Value::Float(1.0))).and_then(|v| stage::line(c, &v)));
+    Some(stage::required(&a.params)? + &commands.collect::<String>())
+}
+
+/// Bodies with an actuator each, and one on a joint.
+fn actuator_scene(id: &str, lines: &str) -> String {
+    let mut devices = String::new();
+    for i in 0..BODIES {
+        let at = [0.15 * f64::from(i) - 0.5, -0.8, 0.6];
+        devices += &format!(
+            "\n[[object]]\nkind = \"shape\"\nalias = \"b{i}\"\nsize_m = [0.1, 0.1, 0.1]\nposition_m = {at:?}\ndynamic = true\nrespondable = true\nmass_kg = 1.0\n"
+        );
+        devices += &device("actuator", id, &format!("a{i}"), &format!("parent = \"/b{i}\"\n"), lines);
+    }
+    devices += &device("actuator", id, "a_hinge", "parent = \"/hinge/lever\"\n", lines);
+    stage::scene(&devices, "")
+}
+
+fn acted(subject: &Subject, scene: &str, threads: usize) -> Result<Vec<String>, Error> {
+    let world = subject.world(scene, &[], threads)?;
+    world.start();
+    let mut out = Vec::new();
+    for _ in 0..STEPS {
+        world.step();
+        out.extend(
+            (0..BODIES).map(|i| format!("/b{i}: {:?}", world.observe(&format!("/b{i}")).map(|o| (o.pose, o.twist)))),
+        );
+    }
+    subject.report_faults(&world);
+    Ok(out)
+}
+
+/// The test `configure`: for each parameter that can be set while the device lives.
+pub fn configure(file: &Path) -> Result<(), Error> {
+    let subject = Subject::load(file)?;
+    let live = |p: &&Declared| p.flags & (TATU_PARAM_REBUILDS | TATU_PARAM_READ_ONLY) == 0;
+    for s in sensors(&subject) {
+        let place = format!("sensor `{}`", s.id);
+        let Some(lines) = stage::required(&s.params) else { continue };
+        for p in s.params.iter().filter(live) {
+            let without: String =
+                lines.lines().filter(|l| !l.starts_with(p.key.as_str())).map(|l| format!("{l}\n")).collect();
+            for value in stage::good(p).into_iter().skip(1).take(MOST_VALUES) {
+                let Some(line) = stage::line(p, &value) else { continue };
+                finding::at(&place, format!("when `{}` is changed", p.key));
+                let with = |lines: &str| {
+                    let all = stage::PLACES.iter().enumerate();
+                    all.map(|(i, at)| device("sensor", &s.id, &format!("s{i}"), at, lines)).collect::<String>()
+                };
+                let set = set_script(&s.id, p, &value);
+                let from_start = configured(&subject, &stage::scene(&with(&format!("{without}{line}")), ""), "");
+                let changed = configured(&subject, &stage::scene(&with(&lines), &set), &set);
+                let (Ok((from_start, _)), Ok((changed, accepted))) = (from_start, changed) else { continue };
+                if accepted && from_start != changed {
+                    let text = format!(
+                        "`configure` accepts a change of `{}`, but its readings are not those of a sensor made with that value",
+                        p.key
+                    );
+                    error(&place, text);
+                    break;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A script that sets a parameter of all sensors before the first measurement.
+fn set_script(id: &str, p: &Declared, value: &Value) -> String {
+    let value = match value {
+        Value::Text(t) => format!("{:?}", String::from_utf8_lossy(t)),
+        Value::Floats(f) => format!("{{{}}}", f.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ")),
+        Value::Float(x) => format!("{x:?}"),
+        Value::Int(i) => i.to_string(),
+        Value::Bool(b) => b.to_string(),
+        _ => "nil".into(),
+    };
+    let names = "{'/s0', '/s1', '/s2', '/s3', '/body/s4'}";
+    format!(
+        "function sysCall_init()\n  for _, name in ipairs({names}) do\n    local ok, why = pcall(tatu.set, sim.getObject(name), '{id}.{}', {value})\n    if not ok then print('@check refused ' .. why) end\n  end\nend\n",
+        p.key
+    )
+}
+
+/// The readings of the last of some steps, and whether each change was accepted.
+fn configured(subject: &Subject, scene: &str, script: &str) -> Result<(Vec<String>, bool), Error> {
+    let world = subject.world(scene, &[("check.lua", script.as_bytes())], 1)?;
+    let refused = !super::commands::play(&world, 4).is_empty();
+    let fields = |i: usize| world.reading(&path(&world, i)).map(|r| format!("{:?}", r.fields));
+    Ok(((0..stage::PLACES.len()).filter_map(fields).collect(), !refused))
+}

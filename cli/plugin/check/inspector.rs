@@ -1,0 +1,371 @@
+//! Watches the calls of the plugin under test: arguments lie before guard pages, answers are compared with the rules.
+
+use std::{
+    ffi::c_void,
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicBool, AtomicU64, Ordering::Relaxed},
+    },
+    time::Instant,
+};
+
+use tatu_core::plugins::{CommandEntry, Inspector, SensorKind, guard_page::Guarded};
+use tatu_plugin_api::abi::*;
+
+use super::finding;
+
+/// What begins the line about a guard page that was touched.
+pub const GUARD: &str = "tatu-guard ";
+
+/// Bytes of stack that are overwritten to see what still lies there.
+const SCRIBBLE: usize = 32 << 10;
+
+/// Watches one plugin.
+pub struct Spy {
+    plugin: usize,
+    state_bytes: u32,
+    /// Arguments are moved before guard pages.
+    pub guards: AtomicBool,
+    /// What `load` gets instead of what `save` wrote.
+    pub damage: Mutex<Damage>,
+    /// `load` was called with bytes that `save` wrote.
+    pub loaded: AtomicBool,
+    /// Calls of commands, and what they took, ns.
+    pub calls: AtomicU64,
+    pub nanoseconds: AtomicU64,
+}
+
+/// How the bytes for `load` are changed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Damage {
+    None,
+    /// This version in place of the writer's.
+    Version(u32),
+    /// Only this many of them, and the last one changed.
+    First(usize),
+}
+
+impl Spy {
+    pub fn new(plugin: usize, state_bytes: u32) -> Self {
+        Spy {
+            plugin,
+            state_bytes,
+            guards: AtomicBool::new(true),
+            damage: Mutex::new(Damage::None),
+            loaded: AtomicBool::new(false),
+            calls: AtomicU64::new(0),
+            nanoseconds: AtomicU64::new(0),
+        }
+    }
+
+    fn judge(&self, place: &str, frame: &tatu_call, status: tatu_status) {
+        // SAFETY: the host's own error object of this call.
+        let said = unsafe { frame.error.as_ref() }.map_or(TATU_OK, |e| e.code);
+        if status >= 0 && said != TATU_OK {
+            finding::error(place, format!("it sets an error in its error object and returns {}", name(status)));
+        }
+        if status == TATU_ERR_PANIC {
+            finding::error(place, "it panics: a panic was caught at the ABI");
+        }
+        if !frame.state.is_null() && self.state_bytes >= 8 {
+            let words = self.state_bytes as usize / 8;
+            // SAFETY: the state block of an instance of this plugin has that many bytes and is aligned to 16.
+            let words = unsafe { std::slice::from_raw_parts(frame.state.cast::<u64>(), words) };
+            if let Some(at) = words.iter().position(|w| is_address(*w)) {
+                let text = format!("its state block holds a pointer, at byte {}; it is saved and restored", at * 8);
+                finding::error(place, text);
+            }
+        }
+    }
+}
+
+/// The name of a status that is no error.
+fn name(status: tatu_status) -> &'static str {
+    if status == TATU_WAIT { "TATU_WAIT" } else { "TATU_OK" }
+}
+
+impl Inspector for Spy {
+    fn command(
+        &self,
+        command: &CommandEntry,
+        frame: *mut tatu_call,
+        run: &mut dyn FnMut(*mut tatu_call) -> tatu_status,
+    ) -> tatu_status {
+        if command.plugin != self.plugin {
+            return run(frame);
+        }
+        let place = place(command);
+        // SAFETY: the host's frame of this call; the plugin has not been called yet.
+        let (args, n) = unsafe { ((*frame).args, (*frame).n_args) };
+        // SAFETY: the caller's arguments are valid during the call.
+        let given = unsafe { slice(args, n) };
+        let mut pages = Pages::default();
+        if self.guards.load(Relaxed) {
+            finding::at(&place, format!("called with ({})", list(given)));
+            let moved = pages.arguments(command, given);
+            // SAFETY: as above; the arguments are put back below.
+            unsafe { (*frame).args = moved };
+        }
+        let begin = Instant::now();
+        let status = run(frame);
+        self.nanoseconds.fetch_add(begin.elapsed().as_nanos() as u64, Relaxed);
+        self.calls.fetch_add(1, Relaxed);
+        // SAFETY: the frame again, after the plugin has returned.
+        unsafe {
+            (*frame).args = args;
+            self.judge(&place, &*frame, status);
+        }
+        status
+    }
+
+    fn gave_no_reason(&self, command: &CommandEntry, status: tatu_status) {
+        if command.plugin == self.plugin && status != TATU_ERR_PANIC {
+            finding::error(
+                &place(command),
+                format!("it returns the status {status} without a message in its error object"),
+            );
+        }
+    }
+
+    fn beams(&self, kind: &SensorKind, beams: &tatu_beams) {
+        if kind.plugin != self.plugin || beams.directions.is_null() || beams.form != TATU_BEAMS_RAYS {
+            return;
+        }
+        let n = 3 * beams.count[0].min(1 << 20) as usize;
+        // SAFETY: 3 numbers per ray, by the contract; read before anything else is called.
+        let before = unsafe { std::slice::from_raw_parts(beams.directions, n) }.to_vec();
+        scribble();
+        // SAFETY: likewise: they belong to the instance until `beams` is called again.
+        let after = unsafe { std::slice::from_raw_parts(beams.directions, n) };
+        if before.iter().zip(after).any(|(a, b)| a.to_bits() != b.to_bits()) {
+            let text = "the `directions` from `beams` change once it has returned: they lie on its stack, and must be \
+                        the instance's own";
+            finding::error(&format!("sensor `{}`", kind.id), text);
+        }
+    }
+
+    fn loads(&self, plugin: usize, bytes: &mut Vec<u8>, version: &mut u32) {
+        if plugin != self.plugin {
+            return;
+        }
+        self.loaded.fetch_or(!bytes.is_empty(), Relaxed);
+        match *self.damage.lock().unwrap_or_else(PoisonError::into_inner) {
+            Damage::None => {}
+            Damage::Version(v) => *version = v,
+            Damage::First(n) => {
+                bytes.truncate(n);
+                if let Some(last) = bytes.last_mut() {
+                    *last ^= 0x55;
+                }
+            }
+        }
+    }
+}
+
+/// A command in findings.
+pub fn place(command: &CommandEntry) -> String {
+    format!("command `{}`", command.name())
+}
+
+/// Overwrites the stack below the caller, where the frames of the function that was called before lay.
+#[inline(never)]
+fn scribble() {
+    let mut room = [0u8; SCRIBBLE];
+    room.fill(0x5a);
+    std::hint::black_box(&mut room);
+}
+
+/// # Safety
+/// `n` values, or none.
+unsafe fn slice<'a>(first: *const tatu_value, n: u32) -> &'a [tatu_value] {
+    // SAFETY: the caller promises it.
+    if first.is_null() || n == 0 { &[] } else { unsafe { std::slice::from_raw_parts(first, n as usize) } }
+}
+
+/// Copies of arguments before guard pages, for the time of a call.
+#[derive(Default)]
+struct Pages(Vec<Guarded>);
+
+impl Pages {
+    fn keep(&mut self, bytes: &[u8], label: &str) -> *const c_void {
+        let guarded = Guarded::new(bytes, label);
+        let first = guarded.first().cast();
+        self.0.push(guarded);
+        first
+    }
+
+    fn arguments(&mut self, command: &CommandEntry, args: &[tatu_value]) -> *const tatu_value {
+        let moved: Vec<tatu_value> = args
+            .iter()
+            .enumerate()
+            .map(|(i, a)| {
+                let key = command.params.get(i).map_or("", |p| p.key.as_str());
+                self.value(a, &format!("its argument {} `{key}`", i + 1), 0)
+            })
+            .collect();
+        self.keep(bytes_of(&moved), "the array of its arguments, in which those omitted are missing").cast()
+    }
+
+    /// A value whose spans lie before guard pages. Empty spans have no address at all.
+    fn value(&mut self, v: &tatu_value, label: &str, depth: u32) -> tatu_value {
+        if !is_span(v.tag) {
+            return *v;
+        }
+        // SAFETY: the tag says that the value is a span.
+        let span = unsafe { v.u.s };
+        let n = span.len as usize;
+        let moved = if n == 0 || span.ptr.is_null() || depth > 32 {
+            std::ptr::null()
+        } else {
+            // SAFETY: `n` elements of the type that the tag says, valid during the call.
+            unsafe {
+                match v.tag {
+                    TATU_LIST => {
+                        let all: Vec<tatu_value> = std::slice::from_raw_parts(span.ptr.cast::<tatu_value>(), n)
+                            .iter()
+                            .map(|e| self.value(e, &format!("an element of {label}"), depth + 1))
+                            .collect();
+                        self.keep(bytes_of(&all), label)
+                    }
+                    TATU_MAP => {
+                        let all: Vec<tatu_pair> = std::slice::from_raw_parts(span.ptr.cast::<tatu_pair>(), n)
+                            .iter()
+                            .map(|p| tatu_pair {
+                                key: self.value(&p.key, &format!("a key of {label}"), depth + 1),
+                                value: self.value(&p.value, &format!("an entry of {label}"), depth + 1),
+                            })
+                            .collect();
+                        self.keep(bytes_of(&all), label)
+                    }
+                    tag => self.keep(std::slice::from_raw_parts(span.ptr.cast::<u8>(), n * width(tag)), label),
+                }
+            }
+        };
+        let mut out = *v;
+        out.u.s = tatu_span_t { ptr: moved, len: span.len };
+        out
+    }
+}
+
+fn bytes_of<T>(all: &[T]) -> &[u8] {
+    // SAFETY: values and pairs of the ABI have no padding, and live as long as the slice.
+    unsafe { std::slice::from_raw_parts(all.as_ptr().cast(), size_of_val(all)) }
+}
+
+fn is_span(tag: u32) -> bool {
+    (TATU_TEXT..=TATU_MAP).contains(&tag)
+}
+
+/// Bytes of an element of an array.
+fn width(tag: u32) -> usize {
+    match tag {
+        TATU_F64S | TATU_I64S => 8,
+        TATU_F32S | TATU_I32S => 4,
+        _ => 1,
+    }
+}
+
+/// Arguments in a few words.
+fn list(args: &[tatu_value]) -> String {
+    let words: Vec<String> = args.iter().map(shown).collect();
+    words.join(", ")
+}
+
+fn shown(v: &tatu_value) -> String {
+    // SAFETY: the tag says which member is set; texts are valid during the call.
+    unsafe {
+        match v.tag {
+            TATU_NIL => "nil".into(),
+            TATU_BOOL => (v.u.i != 0).to_string(),
+            TATU_I64 => v.u.i.to_string(),
+            TATU_F64 => format!("{:?}", v.u.f),
+            TATU_TEXT | TATU_BYTES if v.u.s.len <= 40 && !v.u.s.ptr.is_null() => {
+                let bytes = std::slice::from_raw_parts(v.u.s.ptr.cast::<u8>(), v.u.s.len as usize);
+                format!("\"{}\"", bytes.escape_ascii())
+            }
+            TATU_TEXT | TATU_BYTES => format!("a text of {} bytes", v.u.s.len),
+            TATU_LIST => format!("a list of {}", v.u.s.len),
+            TATU_MAP => format!("a map of {}", v.u.s.len),
+            TATU_FUNC => "a function".into(),
+            TATU_OBJECT => format!("object {}", tatu_slot(v.u.u)),
+            _ => format!("an array of {}", v.u.s.len),
+        }
+    }
+}
+
+/// Whether a word is an address in this process: in memory that is mapped now.
+fn is_address(word: u64) -> bool {
+    let user = 0x1_0000..1 << 47;
+    if !user.contains(&word) {
+        return false;
+    }
+    let Ok(maps) = std::fs::read_to_string("/proc/self/maps") else { return false };
+    maps.lines().any(|line| {
+        let range = line.split(' ').next().and_then(|r| r.split_once('-'));
+        let parsed =
+            range.and_then(|(a, b)| Some((u64::from_str_radix(a, 16).ok()?, u64::from_str_radix(b, 16).ok()?)));
+        parsed.is_some_and(|(begin, end)| (begin..end).contains(&word))
+    })
+}
+
+/// From now on a crash at a guard page says on standard output whose it is, before the program's own report.
+pub fn name_guard_pages() {
+    #[cfg(unix)]
+    handler::install();
+}
+
+#[cfg(unix)]
+mod handler {
+    use std::sync::OnceLock;
+
+    use libc::{c_int, c_void, siginfo_t};
+    use tatu_core::plugins::guard_page;
+
+    static BEFORE: OnceLock<[libc::sigaction; 2]> = OnceLock::new();
+    const SIGNALS: [c_int; 2] = [libc::SIGSEGV, libc::SIGBUS];
+
+    pub fn install() {
+        // SAFETY: `sigaction` only reads and fills the structures that it gets; the handler has the type that
+        // SA_SIGINFO asks for, and calls only what is allowed in one.
+        unsafe {
+            let mut before: [libc::sigaction; 2] = std::mem::zeroed();
+            let mut action: libc::sigaction = std::mem::zeroed();
+            let handler: extern "C" fn(c_int, *mut siginfo_t, *mut c_void) = caught;
+            action.sa_sigaction = handler as usize;
+            action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK;
+            for (signal, old) in SIGNALS.into_iter().zip(&mut before) {
+                libc::sigaction(signal, std::ptr::null(), old);
+            }
+            if BEFORE.set(before).is_ok() {
+                for signal in SIGNALS {
+                    libc::sigaction(signal, &raw const action, std::ptr::null_mut());
+                }
+            }
+        }
+    }
+
+    extern "C" fn caught(signal: c_int, info: *mut siginfo_t, context: *mut c_void) {
+        // SAFETY: the system passes a valid `info`; `write` may be called in a handler; the handler before had the
+        // type that its flags say.
+        unsafe {
+            if let Some((what, label)) = guard_page::blame((*info).si_addr().addr()) {
+                let newline: &[u8] = b"\n";
+                for part in [newline, super::GUARD.as_bytes(), what.as_bytes(), b" ", label, newline] {
+                    libc::write(1, part.as_ptr().cast(), part.len());
+                }
+            }
+            let before = BEFORE.get().and_then(|all| all.get(usize::from(signal == libc::SIGBUS)));
+            let of_program = before.filter(|b| b.sa_flags & libc::SA_SIGINFO != 0 && b.sa_sigaction > 1);
+            match of_program {
+                Some(b) => {
+                    let handler: extern "C" fn(c_int, *mut siginfo_t, *mut c_void) =
+                        std::mem::transmute(b.sa_sigaction);
+                    handler(signal, info, context);
+                }
+                None => {
+                    libc::signal(signal, libc::SIG_DFL);
+                }
+            }
+        }
+    }
+}

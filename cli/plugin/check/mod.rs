@@ -1,0 +1,192 @@
+//! `tatu plugin check`: tests a plugin against the rules of the ABI, each test in a process of its own.
+//!
+//! - here: the arguments, the list of tests, the verdict; `process`: runs one test in a child process;
+//! - `config`: `tatu-check.toml`; `report`: for people, as JSON, as annotations of GitHub;
+//! - `subject`: the plugin under test in the child; `finding`: what a test finds, and how the child says so;
+//! - `inspector`: watches calls at the ABI; `stage`: scenes and values to try a plugin with;
+//! - one file per group of tests: `declarations`, `commands`, `devices`, `snapshots`, `sources`, `services`, `cost`.
+
+mod commands;
+mod config;
+mod cost;
+mod declarations;
+mod devices;
+mod finding;
+mod inspector;
+mod process;
+mod report;
+mod services;
+mod snapshots;
+mod sources;
+mod stage;
+mod subject;
+
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use tatu_core::errors::{Error, nearest};
+
+use self::{config::Config, finding::Level, report::Outcome};
+use crate::report as told;
+
+/// Arguments of `tatu plugin check`.
+#[derive(clap::Args)]
+#[command(after_help = HELP)]
+pub struct Check {
+    /// The library of a plugin, or a folder that has it, itself or in `build`.
+    #[arg(required_unless_present = "list")]
+    pub file: Option<PathBuf>,
+    /// Run only these tests.
+    #[arg(long, value_name = "TEST", value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// Leave these tests out.
+    #[arg(long, value_name = "TEST", value_delimiter = ',')]
+    pub skip: Vec<String>,
+    /// List the tests, and end.
+    #[arg(long)]
+    pub list: bool,
+    /// Write the result as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// Also write findings as annotations of GitHub's workflows [default: if GITHUB_ACTIONS is set].
+    #[arg(long)]
+    pub github: bool,
+    /// Seconds after which a test is ended, and has failed.
+    #[arg(long, value_name = "S", default_value_t = 120)]
+    pub timeout: u64,
+    /// Run this test in this process: for the program itself.
+    #[arg(long, hide = true)]
+    pub run: Option<String>,
+}
+
+const HELP: &str = "The exit code is 0 if no test has found an error, and 1 otherwise; 2: there is no such plugin.
+
+A file tatu-check.toml beside the plugin, in its project's folder or in the working folder holds what else is to be
+skipped or allowed, with a reason:
+  skip = [\"cost\"]
+  [[allow]]
+  test = \"repeat\"
+  place = \"clock.now\"
+  reason = \"reads the clock, and records it as an input\"";
+
+/// A test: its name, what it tries, and its function in the child process.
+struct Test {
+    name: &'static str,
+    text: &'static str,
+    run: fn(&Path) -> Result<(), Error>,
+}
+
+/// All tests, in the order in which they run.
+const TESTS: &[Test] = &[
+    Test { name: "declarations", text: "what the plugin declares is complete and consistent", run: declarations::run },
+    Test { name: "examples", text: "the examples of commands compile, and run", run: commands::examples },
+    Test {
+        name: "arguments",
+        text: "commands withstand good and bad arguments, behind guard pages",
+        run: commands::arguments,
+    },
+    Test { name: "repeat", text: "equal runs in two processes give equal results", run: commands::repeat },
+    Test { name: "worlds", text: "what happens in one world changes nothing in another", run: commands::worlds },
+    Test {
+        name: "readings",
+        text: "readings are finite, and the same on 1 and 2 threads, bit for bit",
+        run: devices::readings,
+    },
+    Test { name: "actuators", text: "actuators act the same on 1 and 2 threads, bit for bit", run: devices::actuators },
+    Test {
+        name: "configure",
+        text: "a changed parameter acts as if it had been so from the start",
+        run: devices::configure,
+    },
+    Test {
+        name: "snapshots",
+        text: "a run that is saved, killed and restored goes on as if it had not been",
+        run: snapshots::go_on,
+    },
+    Test {
+        name: "reload",
+        text: "a plugin that is loaded again in a run goes on where it was",
+        run: snapshots::reload,
+    },
+    Test {
+        name: "load",
+        text: "`load` refuses bytes that it cannot know, and survives damaged ones",
+        run: snapshots::load,
+    },
+    Test { name: "models", text: "models can be built, and stand on the floor", run: sources::models },
+    Test { name: "importers", text: "malformed files give errors", run: sources::importers },
+    Test { name: "languages", text: "script languages keep their own memory", run: sources::languages },
+    Test { name: "services", text: "services never block, and their threads leave worlds alone", run: services::run },
+    Test { name: "cost", text: "what calls cost; finds nothing wrong", run: cost::run },
+];
+
+/// Runs the tests on a plugin.
+pub fn check(args: &Check) -> ExitCode {
+    if args.list {
+        TESTS.iter().for_each(|t| told::out!("{:<14}{}", t.name, t.text));
+        return ExitCode::SUCCESS;
+    }
+    let Some(file) = &args.file else { return ExitCode::from(2) };
+    let ready = process::library(file).and_then(|library| {
+        if let Some(name) = &args.run {
+            return Ok((library, Config::default(), vec![test(name)?]));
+        }
+        let config = Config::find(file)?;
+        let chosen = chosen(args, &config)?;
+        Ok((library, config, chosen))
+    });
+    let (library, config, tests) = match ready {
+        Ok(ready) => ready,
+        Err(e) => {
+            told::error(&e);
+            return ExitCode::from(2);
+        }
+    };
+    if args.run.is_some() {
+        return process::inside(tests[0], &library);
+    }
+    let mut outcomes = Vec::new();
+    for test in tests {
+        let mut outcome: Outcome = process::run(test, &library, args.timeout);
+        outcome.findings.retain(|f| !config.allows(test.name, f));
+        if !args.json {
+            report::print(&outcome);
+        }
+        outcomes.push(outcome);
+    }
+    if args.json {
+        report::print_json(&library, &outcomes);
+    } else {
+        report::sum_up(&library, &outcomes);
+    }
+    if args.github || std::env::var_os("GITHUB_ACTIONS").is_some() {
+        report::annotate(&library, &outcomes);
+    }
+    let failed = outcomes.iter().any(|o| o.findings.iter().any(|f| f.level == Level::Error));
+    if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+}
+
+/// The test of a name.
+fn test(name: &str) -> Result<&'static Test, Error> {
+    TESTS.iter().find(|t| t.name == name).ok_or_else(|| {
+        let names = TESTS.iter().map(|t| t.name);
+        let error = Error::new("E102", format!("there is no test `{name}`"));
+        match nearest(name, names) {
+            Some(near) => error.help(format!("did you mean `{near}`?")),
+            None => error.help("`tatu plugin check --list` shows them"),
+        }
+    })
+}
+
+fn chosen(args: &Check, config: &Config) -> Result<Vec<&'static Test>, Error> {
+    for name in args.only.iter().chain(&args.skip).chain(&config.skip) {
+        test(name)?;
+    }
+    let wanted = |t: &&Test| {
+        let is_in = |list: &[String]| list.iter().any(|n| n == t.name);
+        (args.only.is_empty() || is_in(&args.only)) && !is_in(&args.skip) && (is_in(&args.only) || !is_in(&config.skip))
+    };
+    Ok(TESTS.iter().filter(wanted).collect())
+}

@@ -1,0 +1,238 @@
+//! One test in a process of its own: started, watched, and what its end means.
+
+use std::{
+    collections::VecDeque,
+    io::{BufRead, BufReader, Read},
+    path::{Path, PathBuf},
+    process::{Child, Command, ExitCode, ExitStatus, Stdio},
+    sync::mpsc,
+    time::{Duration, Instant},
+};
+
+use tatu_core::errors::Error;
+
+use super::{
+    Test,
+    finding::{self, Finding, Level, Line, PREFIX},
+    inspector,
+    report::Outcome,
+};
+
+/// Lines of standard error that are kept of a test.
+const KEPT: usize = 400;
+
+/// The library that a file or folder means: the file itself, or the only one in the folder or in its `build`.
+pub fn library(given: &Path) -> Result<PathBuf, Error> {
+    let missing = |text: String| Error::new("E105", text).help("give a library, or a folder with one");
+    if given.is_file() {
+        return Ok(given.to_owned());
+    }
+    if !given.is_dir() {
+        return Err(missing(format!("there is no plugin {}", given.display())));
+    }
+    let libraries = |folder: PathBuf| {
+        let all = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path());
+        let is_library = |p: &PathBuf| p.to_string_lossy().ends_with(std::env::consts::DLL_SUFFIX) && p.is_file();
+        let mut all: Vec<_> = all.filter(is_library).collect();
+        all.sort();
+        all
+    };
+    let [built, here] = [libraries(given.join("build")), libraries(given.to_owned())];
+    let found = if built.is_empty() { here } else { built };
+    match found.as_slice() {
+        [one] => Ok(one.clone()),
+        [] => Err(missing(format!("there is no library in {}", given.display()))),
+        many => Err(missing(format!("there are {} libraries in {}", many.len(), given.display()))),
+    }
+}
+
+/// Runs a test in this process, the child.
+pub fn inside(test: &Test, library: &Path) -> ExitCode {
+    inspector::name_guard_pages();
+    match (test.run)(library) {
+        Ok(()) => {
+            finding::send(&Line::Done);
+            ExitCode::SUCCESS
+        }
+        Err(e) => {
+            let help = e.help.map_or(String::new(), |h| format!(" ({h})"));
+            finding::error("", format!("{}{help}", e.text));
+            finding::send(&Line::Done);
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Runs a test in a child process, and collects what it finds.
+pub fn run(test: &'static Test, library: &Path, timeout: u64) -> Outcome {
+    let begin = Instant::now();
+    let ran = Ran::of(test.name, library, Duration::from_secs(timeout));
+    let mut findings = ran.as_ref().map(|r| r.findings.clone()).unwrap_or_default();
+    match &ran {
+        Ok(ran) => findings.extend(ran.abnormal_end()),
+        Err(why) => findings.push(Finding { level: Level::Error, place: String::new(), text: why.clone() }),
+    }
+    findings.dedup();
+    Outcome { test: test.name, text: test.text, seconds: begin.elapsed().as_secs_f64(), findings }
+}
+
+/// A child process that has ended.
+pub struct Ran {
+    status: Option<ExitStatus>,
+    /// What it did last.
+    at: Option<(String, String)>,
+    pub findings: Vec<Finding>,
+    pub transcript: String,
+    done: bool,
+    /// What the guard page that it ran into belongs to.
+    guard: Option<String>,
+    errors: Vec<String>,
+}
+
+impl Ran {
+    /// Starts a child for a test, waits for its end, and reads what it wrote.
+    pub fn of(test: &str, library: &Path, timeout: Duration) -> Result<Self, String> {
+        let folder = tempfile::tempdir().map_err(|e| format!("cannot create a folder for the test: {e}"))?;
+        let program = std::env::current_exe().map_err(|e| format!("cannot find this program: {e}"))?;
+        let library = library.canonicalize().map_err(|e| format!("cannot read {}: {e}", library.display()))?;
+        let child = Command::new(program)
+            .args(["plugin", "check", "--run", test])
+            .arg(&library)
+            .current_dir(folder.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn();
+        let mut child = child.map_err(|e| format!("cannot start a process for the test: {e}"))?;
+        let mut ran = Ran {
+            status: None,
+            at: None,
+            findings: Vec::new(),
+            transcript: String::new(),
+            done: false,
+            guard: None,
+            errors: Vec::new(),
+        };
+        let (out, err) = (child.stdout.take(), child.stderr.take());
+        let (send, receive) = mpsc::channel();
+        let lines = read_lines(out, send);
+        let errors = std::thread::spawn(move || last_lines(err));
+        let end = Instant::now() + timeout;
+        loop {
+            match receive.recv_timeout(end.saturating_duration_since(Instant::now())) {
+                Ok(line) => ran.take(&line),
+                Err(mpsc::RecvTimeoutError::Disconnected) => break,
+                Err(mpsc::RecvTimeoutError::Timeout) => {
+                    let _ = child.kill();
+                    let _ = child.wait();
+                    ran.errors = errors.join().unwrap_or_default();
+                    return Ok(ran);
+                }
+            }
+        }
+        let _ = lines.join();
+        ran.status = wait(&mut child, end);
+        ran.errors = errors.join().unwrap_or_default();
+        Ok(ran)
+    }
+
+    fn take(&mut self, line: &str) {
+        if let Some(label) = line.strip_prefix(inspector::GUARD) {
+            self.guard = Some(label.to_owned());
+            return;
+        }
+        let Some(line) = line.strip_prefix(PREFIX).and_then(|json| serde_json::from_str(json).ok()) else { return };
+        match line {
+            Line::At { place, text } => self.at = Some((place, text)),
+            Line::Found(f) if self.findings.contains(&f) => {}
+            Line::Found(f) => self.findings.push(f),
+            Line::Transcript(text) => self.transcript += &text,
+            Line::Done => self.done = true,
+        }
+    }
+
+    /// What is wrong if the process did not come to its end: with what it did last.
+    pub fn abnormal_end(&self) -> Option<Finding> {
+        if self.done {
+            return None;
+        }
+        let (place, doing) = self.at.clone().unwrap_or_default();
+        let when = if doing.is_empty() { String::new() } else { format!(", {doing}") };
+        let what = match (&self.guard, &self.status) {
+            (Some(guard), _) => format!("it crashes: {guard}"),
+            (None, None) => "it has not returned in time".to_owned(),
+            (None, Some(status)) => self.ended(*status),
+        };
+        Some(Finding { level: Level::Error, place, text: format!("{what}{when}") })
+    }
+
+    /// In words, how a process ended that did not come to its end.
+    fn ended(&self, status: ExitStatus) -> String {
+        #[cfg(unix)]
+        if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
+            let name = match signal {
+                libc::SIGSEGV => "SIGSEGV",
+                libc::SIGBUS => "SIGBUS",
+                libc::SIGABRT => "SIGABRT",
+                libc::SIGFPE => "SIGFPE",
+                libc::SIGILL => "SIGILL",
+                _ => "a signal",
+            };
+            let crashed = self.first_error().map_or(String::new(), |e| format!(": {e}"));
+            // The host's functions, like those of C, end the process when an exception reaches them.
+            let foreign = ["terminate called", "panic in a function that cannot unwind"];
+            let exception = self.errors.iter().any(|l| foreign.iter().any(|f| l.contains(f)));
+            return match exception {
+                true => format!("an exception leaves it, which ends the process ({name})"),
+                false => format!("it crashes with the signal {name}{crashed}"),
+            };
+        }
+        let said = self.first_error().map_or(String::new(), |e| format!(": {e}"));
+        format!("it ended the process, with the exit code {}{said}", status.code().unwrap_or_default())
+    }
+
+    /// The first error that the program reported on its standard error.
+    fn first_error(&self) -> Option<&str> {
+        let text = self.errors.iter().find_map(|l| l.strip_prefix("error["))?;
+        let text = text.split_once("]: ").map(|(_, text)| text)?;
+        // What else it says is for the run of a scene.
+        Some(text.split_once(" (what was printed").map_or(text, |(text, _)| text))
+    }
+}
+
+fn read_lines(out: Option<impl Read + Send + 'static>, to: mpsc::Sender<String>) -> std::thread::JoinHandle<()> {
+    std::thread::spawn(move || {
+        let Some(out) = out else { return };
+        for line in BufReader::new(out).split(b'\n').map_while(Result::ok) {
+            if to.send(String::from_utf8_lossy(&line).into_owned()).is_err() {
+                return;
+            }
+        }
+    })
+}
+
+fn last_lines(err: Option<impl Read>) -> Vec<String> {
+    let mut kept = VecDeque::new();
+    for line in err.into_iter().flat_map(|e| BufReader::new(e).split(b'\n').map_while(Result::ok)) {
+        kept.push_back(String::from_utf8_lossy(&line).into_owned());
+        if kept.len() > KEPT {
+            kept.pop_front();
+        }
+    }
+    kept.into()
+}
+
+/// Waits for a process that has closed its output.
+fn wait(child: &mut Child, end: Instant) -> Option<ExitStatus> {
+    loop {
+        match child.try_wait() {
+            Ok(Some(status)) => return Some(status),
+            Ok(None) if Instant::now() < end => std::thread::sleep(Duration::from_millis(5)),
+            _ => {
+                let _ = child.kill();
+                let _ = child.wait();
+                return None;
+            }
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! The results of a check: for people, as JSON, and as annotations of GitHub's workflows.
+
+use std::path::Path;
+
+use serde::Serialize;
+use serde_json::json;
+
+use super::finding::{Finding, Level};
+use crate::report::out;
+
+/// What came of a test.
+#[derive(Debug, Serialize)]
+pub struct Outcome {
+    pub test: &'static str,
+    pub text: &'static str,
+    pub seconds: f64,
+    pub findings: Vec<Finding>,
+}
+
+impl Outcome {
+    fn count(&self, level: Level) -> usize {
+        self.findings.iter().filter(|f| f.level == level).count()
+    }
+    fn verdict(&self) -> &'static str {
+        match (self.count(Level::Error), self.count(Level::Warning)) {
+            (0, 0) => "pass",
+            (0, _) => "warn",
+            _ => "FAIL",
+        }
+    }
+}
+
+/// Prints a test, and what it found.
+pub fn print(outcome: &Outcome) {
+    out!("{}  {:<14}{}", outcome.verdict(), outcome.test, outcome.text);
+    for f in &outcome.findings {
+        let level = match f.level {
+            Level::Error => "error",
+            Level::Warning => "warning",
+            Level::Note => "note",
+        };
+        match f.place.as_str() {
+            "" => out!("        {level}: {}", f.text),
+            place => out!("        {level}: {place}: {}", f.text),
+        }
+    }
+}
+
+/// Prints how many tests passed.
+pub fn sum_up(library: &Path, outcomes: &[Outcome]) {
+    let failed = outcomes.iter().filter(|o| o.count(Level::Error) > 0).count();
+    let warned: usize = outcomes.iter().map(|o| o.count(Level::Warning)).sum();
+    let warned = match warned {
+        0 => String::new(),
+        n => format!(", {n} warning{}", if n == 1 { "" } else { "s" }),
+    };
+    out!("{}: {} of {} tests passed{warned}", library.display(), outcomes.len() - failed, outcomes.len());
+}
+
+/// Prints all as one JSON object.
+pub fn print_json(library: &Path, outcomes: &[Outcome]) {
+    let passed = outcomes.iter().all(|o| o.count(Level::Error) == 0);
+    out!("{}", json!({ "plugin": library.display().to_string(), "passed": passed, "tests": outcomes }));
+}
+
+/// Prints errors and warnings as commands of GitHub's workflows.
+pub fn annotate(library: &Path, outcomes: &[Outcome]) {
+    let escaped = |text: &str| text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A");
+    for (o, f) in outcomes.iter().flat_map(|o| o.findings.iter().map(move |f| (o, f))) {
+        let level = match f.level {
+            Level::Error => "error",
+            Level::Warning => "warning",
+            Level::Note => continue,
+        };
+        let place = if f.place.is_empty() { String::new() } else { format!("{}: ", f.place) };
+        let text = escaped(&format!("{place}{}", f.text));
+        out!("::{level} title=tatu plugin check {}: {}::{text}", library.display(), o.test);
+    }
+}

@@ -1,0 +1,143 @@
+//! What a plugin is tried with: scenes, and values for declared parameters.
+
+use tatu_core::plugins::{Declared, units};
+use tatu_plugin_api::{abi::*, safe::Value};
+
+/// A room of walls at different distances, a body that falls and slides, a joint that turns, a sensor, and a script
+/// that is called as scripts are. `devices` are further tables; `script` is the text of `check.lua`, or empty.
+pub fn scene(devices: &str, script: &str) -> String {
+    let mut out = String::from("format = 1\n[scene]\ntext = \"A plugin is checked\"\nseed = 7\n");
+    let wall = |alias: &str, at: [f64; 3], size: [f64; 3]| {
+        format!(
+            "\n[[object]]\nkind = \"shape\"\nalias = \"{alias}\"\nsize_m = {size:?}\nposition_m = {at:?}\nrespondable = true\n"
+        )
+    };
+    out += &wall("floor", [0.0, 0.0, -0.05], [8.0, 8.0, 0.1]);
+    out += &wall("ceiling", [0.0, 0.0, 2.0], [8.0, 8.0, 0.1]);
+    out += &wall("east", [1.1, 0.0, 1.0], [0.2, 4.0, 2.0]);
+    out += &wall("west", [-1.4, 0.0, 1.0], [0.2, 4.0, 2.0]);
+    out += &wall("north", [0.0, 1.7, 1.0], [4.0, 0.2, 2.0]);
+    out += &wall("south", [0.0, -2.0, 1.0], [4.0, 0.2, 2.0]);
+    out += BODIES;
+    out += devices;
+    if !script.is_empty() {
+        out += "\n[[object]]\nkind = \"dummy\"\nalias = \"checker\"\nscript = \"check.lua\"\n";
+    }
+    out
+}
+
+const BODIES: &str = r#"
+[[object]]
+kind = "shape"
+alias = "body"
+size_m = [0.2, 0.2, 0.2]
+position_m = [0.3, 0.4, 0.3]
+dynamic = true
+respondable = true
+mass_kg = 1.0
+
+[[object]]
+kind = "joint"
+alias = "hinge"
+position_m = [-0.5, 0.6, 0.5]
+
+[[object]]
+kind = "shape"
+alias = "lever"
+parent = "/hinge"
+size_m = [0.3, 0.05, 0.05]
+position_m = [0.15, 0.0, 0.0]
+dynamic = true
+mass_kg = 0.2
+
+[[object]]
+kind = "sensor"
+sensor = "proximity"
+alias = "eye"
+position_m = [0.0, 0.0, 0.5]
+orientation_deg = [0.0, 90.0, 0.0]
+"#;
+
+/// How sensors are placed, as lines of a table: towards walls, up, into nothing, and on a body that moves.
+pub const PLACES: [&str; 5] = [
+    "position_m = [0.0, 0.0, 0.5]\norientation_deg = [0.0, 90.0, 0.0]\n",
+    "position_m = [0.1, -0.2, 0.6]\norientation_deg = [90.0, 0.0, 20.0]\n",
+    "position_m = [0.0, 0.0, 0.4]\n",
+    "position_m = [0.0, 0.0, 500.0]\n",
+    "parent = \"/body\"\nposition_m = [0.0, 0.0, 0.15]\norientation_deg = [0.0, -80.0, 0.0]\n",
+];
+
+/// Values that a parameter takes, the most ordinary first; none: scenes cannot give it.
+pub fn good(p: &Declared) -> Vec<Value> {
+    let mut out = Vec::new();
+    if p.fallback != Value::Nil {
+        out.push(p.fallback.clone());
+    }
+    out.extend(p.choices.iter().map(Value::text));
+    let any = p.flags & TATU_PARAM_ANY != 0;
+    match p.kind {
+        _ if any || !p.choices.is_empty() => {}
+        TATU_BOOL => out.extend([Value::Bool(true), Value::Bool(false)]),
+        TATU_I64 => out.extend(between(p).into_iter().map(|x| Value::Int(x.ceil() as i64))),
+        TATU_F64 => out.extend(between(p).into_iter().map(Value::Float)),
+        TATU_TEXT => out.push(Value::text("text")),
+        TATU_F64S => {
+            let n = if p.count == 0 { 3 } else { p.count as usize };
+            out.extend(between(p).into_iter().map(|x| Value::Floats(vec![x; n])));
+        }
+        _ => {}
+    }
+    let allowed = |v: &Value| match v {
+        Value::Float(x) => (p.lowest..=p.highest).contains(x),
+        Value::Int(i) => (p.lowest..=p.highest).contains(&(*i as f64)),
+        _ => true,
+    };
+    out.retain(allowed);
+    let mut unique: Vec<Value> = Vec::new();
+    out.into_iter().for_each(|v| {
+        if !unique.contains(&v) {
+            unique.push(v);
+        }
+    });
+    unique
+}
+
+/// Numbers within the bounds of a parameter, near its default where it has one.
+fn between(p: &Declared) -> Vec<f64> {
+    let (low, high) = (p.lowest.is_finite().then_some(p.lowest), p.highest.is_finite().then_some(p.highest));
+    let middle = match (low, high) {
+        (Some(a), Some(b)) => vec![(a + b) / 2.0, a, b],
+        (Some(a), None) => vec![a + 1.0, a],
+        (None, Some(b)) => vec![b - 1.0, b],
+        (None, None) => vec![1.0, 2.0],
+    };
+    let near = match p.fallback {
+        Value::Float(x) => vec![x * 0.8, x * 1.25, x + 0.1],
+        Value::Int(i) => vec![i as f64 + 1.0, i as f64 - 1.0],
+        _ => Vec::new(),
+    };
+    near.into_iter().chain(middle).filter(|x| x.is_finite() && x.abs() < 1e9).collect()
+}
+
+/// A parameter as a line of a scene file; `None`: it cannot be written there.
+pub fn line(p: &Declared, value: &Value) -> Option<String> {
+    let unit = p.unit.as_deref();
+    let key = units::written(&p.key, unit);
+    let factor = units::factor(&key, &p.key, unit)?;
+    let number = |x: f64| format!("{:?}", x / factor);
+    let text = match value {
+        Value::Bool(b) => b.to_string(),
+        Value::Int(i) => i.to_string(),
+        Value::Float(x) => number(*x),
+        Value::Text(t) => format!("{:?}", String::from_utf8_lossy(t)),
+        Value::Floats(all) => format!("[{}]", all.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", ")),
+        _ => return None,
+    };
+    Some(format!("{key} = {text}\n"))
+}
+
+/// Lines for the parameters that a scene must give; `None`: one of them cannot be written.
+pub fn required(params: &[Declared]) -> Option<String> {
+    let all = params.iter().filter(|p| !p.optional());
+    all.map(|p| good(p).first().and_then(|v| line(p, v))).collect()
+}

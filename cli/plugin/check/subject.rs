@@ -1,0 +1,115 @@
+//! The plugin under test, loaded among the program's own, in the child process.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use tatu_core::{
+    World,
+    document::{self, Document, Options},
+    errors::{Error, Fault, FaultKind},
+    plugins::{Copies, Registry, Search},
+};
+
+use super::{finding, inspector::Spy};
+use crate::{commands::built, watchdog::Watchdog};
+
+/// Name of the copy that is loaded.
+const COPY: &str = "tatu_checked";
+
+/// The plugin under test.
+pub struct Subject {
+    pub registry: Arc<Registry>,
+    /// Its index in the registry.
+    pub plugin: usize,
+    /// Its id.
+    pub id: String,
+    /// What watches its calls.
+    pub spy: Arc<Spy>,
+    /// Errors and warnings of its loading.
+    pub refused: Vec<Error>,
+    /// The file that was asked for.
+    pub file: PathBuf,
+    /// Where its copy lies, and the scenes of the test.
+    folder: tempfile::TempDir,
+}
+
+impl Subject {
+    /// Loads a library under another name, as the plugin of a stranger: with tables that end where its needs say.
+    pub fn load(file: &Path) -> Result<Self, Error> {
+        let cannot = |e: std::io::Error| Error::new("E105", format!("cannot copy {}: {e}", file.display()));
+        let folder = tempfile::tempdir().map_err(cannot)?;
+        let name = format!("{}{COPY}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+        let copy = folder.path().join(name);
+        std::fs::copy(file, &copy).map_err(cannot)?;
+        finding::at("", "when it is loaded");
+        let exe = std::env::current_exe().ok();
+        let mut search = Search::standard(exe.as_deref(), Some(folder.path().as_os_str()), &built());
+        // So that it can be loaded again.
+        search.copies = Some(Arc::new(Copies::new()?));
+        let mut host = tatu_core::host_tables();
+        host.cut_to_needs();
+        let watchdog = Watchdog::start(0.0, false);
+        let mut registry = Registry::load_watched(search, host, watchdog.watches.clone());
+        // Where it takes the place of one of the program's own, that is meant.
+        let mine = |e: &Error| e.code != "E302" && e.text.contains(&copy.display().to_string());
+        let refused: Vec<Error> = registry.refused.iter().filter(|e| mine(e)).cloned().collect();
+        let Some(plugin) = registry.plugins.iter().position(|p| p.path == copy) else {
+            let why = refused.first().cloned();
+            let why = why.map(|e| Error { text: e.text.replace(&copy.display().to_string(), "it"), ..e });
+            return Err(why.unwrap_or_else(|| Error::new("E301", "it is not loaded")));
+        };
+        let id = registry.plugins[plugin].id.clone();
+        let lives = registry.world_lives.iter().find(|(p, _)| *p == plugin);
+        let spy = Arc::new(Spy::new(plugin, lives.map_or(0, |(_, life)| life.state_bytes)));
+        registry.inspector = Some(spy.clone());
+        Ok(Subject { registry: Arc::new(registry), plugin, id, spy, refused, file: file.to_owned(), folder })
+    }
+
+    /// A document from texts: the scene, and files that it names.
+    pub fn document(&self, scene: &str, files: &[(&str, &[u8])]) -> Result<Arc<Document>, Error> {
+        let file = self.folder.path().join("check.toml");
+        let all = files.iter().copied().chain([("check.toml", scene.as_bytes())]);
+        for (name, bytes) in all {
+            let cannot = |e: std::io::Error| Error::new("E105", format!("cannot write the scene of a test: {e}"));
+            std::fs::write(self.folder.path().join(name), bytes).map_err(cannot)?;
+        }
+        document::load(&file, &self.registry, &Options::default()).map(Arc::new)
+    }
+
+    /// A world of such a document.
+    pub fn world(&self, scene: &str, files: &[(&str, &[u8])], threads: usize) -> Result<World, Error> {
+        World::with_threads(self.document(scene, files)?, self.registry.clone(), threads)
+    }
+
+    /// Reports the faults of a world that are the plugin's.
+    pub fn report_faults(&self, world: &World) {
+        world
+            .faults()
+            .iter()
+            .filter(|f| self.is_mine(f))
+            .for_each(|f| finding::error(&finding::here(), self.readable(&f.message)));
+    }
+
+    /// A message without the name of the copy that was loaded.
+    pub fn readable(&self, text: &str) -> String {
+        let file = self.file.display().to_string();
+        let word = |word: &str| match word.contains(COPY) {
+            true => {
+                let end = word.trim_start_matches(|c: char| c != ')' && c != ',' && c != ':');
+                let begin = if word.starts_with('(') { "(" } else { "" };
+                format!("{begin}{file}{end}")
+            }
+            false => word.to_owned(),
+        };
+        text.split(' ').map(word).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Whether a fault is a breach by this plugin; errors that its commands raise are none.
+    pub fn is_mine(&self, fault: &Fault) -> bool {
+        // One without a plugin comes from a thread of it: the program's own plugins are tested for that.
+        let kind = matches!(fault.kind, FaultKind::Plugin | FaultKind::Stuck | FaultKind::Physics);
+        kind && fault.plugin.as_ref().is_none_or(|id| *id == self.id)
+    }
+}

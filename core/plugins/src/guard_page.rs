@@ -1,0 +1,178 @@
+//! Read-only copies of bytes that end where a page begins that cannot be accessed: a plugin that reads past the end of
+//! what it was given, or writes to it, crashes there, and [`blame`] says what it had in hand.
+
+use std::ffi::c_void;
+
+/// A read-only copy before an inaccessible page; unmapped on drop.
+#[derive(Debug)]
+pub struct Guarded {
+    first: *const u8,
+    #[cfg(unix)]
+    _mapping: mapped::Mapping,
+    #[cfg(not(unix))]
+    _bytes: Vec<u8>,
+}
+
+impl Guarded {
+    /// Copies `bytes`. `label` names them in [`blame`]. The copy is aligned to the largest power of 2, at most a page,
+    /// that divides their number.
+    pub fn new(bytes: &[u8], label: &str) -> Self {
+        #[cfg(unix)]
+        {
+            let (mapping, first) = mapped::Mapping::new(bytes, label);
+            Guarded { first, _mapping: mapping }
+        }
+        #[cfg(not(unix))]
+        {
+            let _ = label;
+            let copy = bytes.to_vec();
+            Guarded { first: copy.as_ptr(), _bytes: copy }
+        }
+    }
+    /// The first byte.
+    pub fn first(&self) -> *const u8 {
+        self.first
+    }
+}
+
+/// A copy as [`Guarded`] has it, for the rest of the process.
+pub fn before_guard(bytes: &[u8], label: &str) -> *const c_void {
+    let guarded = Guarded::new(bytes, label);
+    let first = guarded.first.cast();
+    std::mem::forget(guarded);
+    first
+}
+
+/// What an access to this address is, and to which label; may be called in a signal handler. `None`: it is
+/// none of these copies.
+pub fn blame(address: usize) -> Option<(&'static str, &'static [u8])> {
+    #[cfg(unix)]
+    return mapped::blame(address);
+    #[cfg(not(unix))]
+    {
+        let _ = address;
+        None
+    }
+}
+
+#[cfg(unix)]
+mod mapped {
+    use std::{
+        ptr,
+        sync::atomic::{AtomicPtr, AtomicUsize, Ordering::Acquire, Ordering::Release},
+    };
+
+    /// Copies that can exist at once and be named; those beyond have no label.
+    const MOST: usize = 4096;
+    /// Bytes of a label.
+    const LABEL: usize = 120;
+
+    /// What a signal handler finds: the first byte of a mapping (0: none), where its guard begins and ends, its label.
+    struct Slot {
+        begin: AtomicUsize,
+        guard: AtomicUsize,
+        end: AtomicUsize,
+        label: AtomicPtr<[u8; LABEL]>,
+    }
+    static SLOTS: [Slot; MOST] = [const {
+        Slot {
+            begin: AtomicUsize::new(0),
+            guard: AtomicUsize::new(0),
+            end: AtomicUsize::new(0),
+            label: AtomicPtr::new(ptr::null_mut()),
+        }
+    }; MOST];
+
+    #[derive(Debug)]
+    pub struct Mapping {
+        begin: *mut libc::c_void,
+        bytes: usize,
+        slot: Option<usize>,
+    }
+
+    impl Mapping {
+        pub fn new(bytes: &[u8], label: &str) -> (Self, *const u8) {
+            // SAFETY: a call without pointers.
+            let page = usize::try_from(unsafe { libc::sysconf(libc::_SC_PAGESIZE) }).unwrap_or(4096);
+            let data = bytes.len().div_ceil(page).max(1) * page;
+            // SAFETY: a new mapping of pages that nothing else uses.
+            let begin = unsafe {
+                let flags = libc::MAP_PRIVATE | libc::MAP_ANONYMOUS;
+                libc::mmap(ptr::null_mut(), data + page, libc::PROT_READ | libc::PROT_WRITE, flags, -1, 0)
+            };
+            assert!(begin != libc::MAP_FAILED, "no memory for guard pages");
+            let first = begin.cast::<u8>().wrapping_add(data - bytes.len());
+            // SAFETY: the mapping has `data` writable bytes, of which the last `bytes.len()` are filled; then the
+            // protection of the whole mapping is set.
+            unsafe {
+                ptr::copy_nonoverlapping(bytes.as_ptr(), first, bytes.len());
+                libc::mprotect(begin, data, libc::PROT_READ);
+                libc::mprotect(begin.cast::<u8>().add(data).cast(), page, libc::PROT_NONE);
+            }
+            let slot = take_slot(begin.addr(), begin.addr() + data, begin.addr() + data + page, label);
+            (Mapping { begin, bytes: data + page, slot }, first)
+        }
+    }
+
+    impl Drop for Mapping {
+        fn drop(&mut self) {
+            if let Some(slot) = self.slot {
+                SLOTS[slot].end.store(0, Release);
+                SLOTS[slot].begin.store(0, Release);
+            }
+            // SAFETY: this mapping's own pages, once.
+            unsafe { libc::munmap(self.begin, self.bytes) };
+        }
+    }
+
+    fn take_slot(begin: usize, guard: usize, end: usize, label: &str) -> Option<usize> {
+        let free = |slot: &Slot| slot.begin.compare_exchange(0, begin, Release, Acquire).is_ok();
+        let index = SLOTS.iter().position(free)?;
+        let slot = &SLOTS[index];
+        let mut room = slot.label.load(Acquire);
+        if room.is_null() {
+            // Kept for later labels of this slot, and for a handler that may be reading it.
+            room = Box::into_raw(Box::new([0; LABEL]));
+            slot.label.store(room, Release);
+        }
+        let mut bytes = [0; LABEL];
+        let n = label.len().min(LABEL - 1);
+        bytes[..n].copy_from_slice(&label.as_bytes()[..n]);
+        // SAFETY: this slot's own room, which is never freed.
+        unsafe { *room = bytes };
+        slot.guard.store(guard, Release);
+        slot.end.store(end, Release);
+        Some(index)
+    }
+
+    pub fn blame(address: usize) -> Option<(&'static str, &'static [u8])> {
+        let holds = |s: &&Slot| {
+            let begin = s.begin.load(Acquire);
+            begin != 0 && begin <= address && address < s.end.load(Acquire)
+        };
+        let slot = SLOTS.iter().find(holds)?;
+        let room = slot.label.load(Acquire);
+        // SAFETY: never freed, and the thread that filled it has stored its end since.
+        let label: &'static [u8; LABEL] = unsafe { room.as_ref()? };
+        let n = label.iter().position(|b| *b == 0).unwrap_or(LABEL);
+        let what = if address < slot.guard.load(Acquire) { "a write to" } else { "an access past the end of" };
+        Some((what, &label[..n]))
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_byte_behind_and_the_bytes_themselves_are_named() {
+        let guarded = Guarded::new(b"abc", "argument `name`");
+        let first = guarded.first().addr();
+        assert_eq!(blame(first + 3), Some(("an access past the end of", b"argument `name`".as_slice())));
+        assert_eq!(blame(first), Some(("a write to", b"argument `name`".as_slice())));
+        // SAFETY: three bytes that live as long as the copy.
+        assert_eq!(unsafe { std::slice::from_raw_parts(guarded.first(), 3) }, b"abc");
+        drop(guarded);
+        assert_eq!(blame(first), None);
+    }
+}
