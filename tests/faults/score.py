@@ -1,0 +1,65 @@
+#!/usr/bin/env python3
+"""Counts how many of the faulty plugins `tatu plugin check` finds, and whether it passes them without their faults.
+
+score.py PROGRAM [OUT]    builds all plugins below OUT, a temporary folder unless given, and checks each
+
+Prints a table, and ends with 1 if fewer than 38 faults are found or a plugin without a fault fails. A finding counts
+as README.md says.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+GOAL = 38
+AT_ONCE = 2
+
+
+def build(which, out):
+    """Builds faulty plugins (`all`) or those without faults (`none`); their libraries by name."""
+    subprocess.run([sys.executable, HERE / "faults.py", "make", which, out, "--rust"], check=True,
+                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    libraries = {}
+    for folder in sorted(out.iterdir()):
+        if folder.is_dir() and folder.name != "target":
+            built = [*folder.glob("*.so"), *(out / "target/debug").glob(f"libtatu_{folder.name}.so")]
+            libraries[folder.name] = built[0]
+    return libraries
+
+
+def findings(program, library):
+    """The errors that a check finds; the message of the program if the plugin is not loaded at all."""
+    ran = subprocess.run([program, "plugin", "check", library, "--json"], capture_output=True, text=True)
+    if ran.returncode not in (0, 1):
+        return [ran.stderr.strip() or f"exit code {ran.returncode}"]
+    tests = json.loads(ran.stdout)["tests"]
+    return [f"{f['place']}: {f['text']}" for t in tests for f in t["findings"] if f["level"] == "error"]
+
+
+def main():
+    program = Path(sys.argv[1]).resolve()
+    expected = json.loads((HERE / "expected.json").read_text())
+    with tempfile.TemporaryDirectory() as temporary:
+        out = Path(sys.argv[2]) if len(sys.argv) > 2 else Path(temporary)
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            good, faulty = build("none", out / "none"), build("all", out / "all")
+            of_good = dict(zip(good, pool.map(lambda library: findings(program, library), good.values())))
+            of_faulty = dict(zip(faulty, pool.map(lambda library: findings(program, library), faulty.values())))
+    wrong = {name: found for name, found in of_good.items() if found}
+    for name, found in wrong.items():
+        print(f"{name} has no fault, but: {found[0]}")
+    score = 0
+    for fault in expected:
+        found = of_faulty.get(fault["name"], [])
+        hits = [f for f in found if any(word.lower() in f.lower() for word in fault["words"])]
+        score += bool(hits)
+        print(f"{'found ' if hits else 'MISSED'}  {fault['name']:<26}{(hits or found or ['nothing'])[0][:140]}")
+    print(f"{score} of {len(expected)} faults are found; {len(wrong)} of {len(good)} plugins without a fault fail")
+    sys.exit(0 if score >= GOAL and not wrong else 1)
+
+
+main()
