@@ -1,4 +1,4 @@
-//! The tables of host functions that plugins get, and the keys that plugins interned.
+//! The tables of host functions for plugins, and interned property keys.
 
 use std::{
     collections::BTreeMap,
@@ -10,31 +10,31 @@ use tatu_plugin_api::abi::*;
 
 use crate::drafts;
 
-/// The table of host functions with an id, or null.
+/// Returns the table of host functions with an id, or null.
 pub type FindTable = fn(&CStr) -> *const c_void;
 
-/// The tables that plugins of one host get, and the keys that they interned.
+/// The host tables for plugins, and the interned keys.
 pub struct HostTables {
     shared: Arc<Shared>,
 }
 
-/// What the host's entry function needs.
+/// The data used by the host's entry function.
 struct Shared {
     find: FindTable,
     keys: Mutex<Interner>,
 }
 
-/// The owner of a host pointer.
+/// The plugin that a host pointer was given to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Holder {
     /// Id of the plugin.
     pub plugin: String,
-    /// Whether it comes with the program, whose plugins prefix their own log lines.
+    /// Whether the plugin comes with the program; such plugins prefix their log lines themselves.
     pub of_program: bool,
 }
 
-/// The host as one plugin sees it: its address identifies the plugin, on whatever thread it comes back. It is never
-/// given back, for a thread of the plugin may have the pointer for as long as the process lives.
+/// The host object of one plugin. Its address identifies the plugin on any thread. It is never freed, because a thread
+/// of the plugin may hold the pointer until the process ends.
 struct OwnHost {
     raw: tatu_host,
     shared: Weak<Shared>,
@@ -42,18 +42,18 @@ struct OwnHost {
 }
 
 /// # Safety
-/// `host` is null or one that [`HostTables`] gave out.
+/// `host` must be null or a pointer made by [`HostTables`].
 unsafe fn own(host: *const tatu_host) -> Option<&'static OwnHost> {
-    // SAFETY: the context of such a host is the `OwnHost` that it lies in.
+    // SAFETY: `ctx` of such a host points to the `OwnHost` that contains it, which is never freed.
     unsafe { host.as_ref()?.ctx.cast::<OwnHost>().as_ref() }
 }
 
-/// Keys and their numbers; those of the core's rows come first, in their order.
+/// Keys and their numbers. The keys of the core's rows come first, in order.
 #[derive(Default)]
 struct Interner {
     numbers: BTreeMap<String, u32>,
     keys: Vec<String>,
-    /// Tables that were requested and are not offered, since the last call of `forget_refused`.
+    /// Ids of tables that were requested but do not exist, since the last call of `forget_refused`.
     refused: Vec<String>,
 }
 
@@ -70,7 +70,7 @@ impl Interner {
 }
 
 impl HostTables {
-    /// Tables that `find` gives by id. `keys` get the numbers from 0, in their order.
+    /// Creates the host. `find` returns tables by id; `keys` are numbered from 0, in order.
     pub fn new<'a>(find: FindTable, keys: impl IntoIterator<Item = &'a str>) -> Self {
         let mut interner = Interner::default();
         for key in keys {
@@ -78,7 +78,7 @@ impl HostTables {
         }
         HostTables { shared: Arc::new(Shared { find, keys: Mutex::new(interner) }) }
     }
-    /// The host for a plugin.
+    /// Creates the host object for a plugin.
     pub(crate) fn own(&self, plugin: &str, of_program: bool) -> *const tatu_host {
         let raw = tatu_host {
             size: size_of::<tatu_host>() as u32,
@@ -88,49 +88,49 @@ impl HostTables {
         };
         let holder = Holder { plugin: plugin.to_owned(), of_program };
         let new = Box::into_raw(Box::new(OwnHost { raw, shared: Arc::downgrade(&self.shared), holder }));
-        // SAFETY: just made, and never given back.
+        // SAFETY: `new` was just allocated and is never freed.
         unsafe {
             (*new).raw.ctx = new.cast();
             &raw const (*new).raw
         }
     }
-    /// A table, or null.
+    /// Returns a table, or null.
     pub(crate) fn find(&self, id: &str) -> *const c_void {
         CString::new(id).map_or(std::ptr::null(), |id| (self.shared.find)(&id))
     }
-    /// Starts to record requests for unknown tables.
+    /// Clears the list of requests for unknown tables.
     pub(crate) fn forget_refused(&self) {
         if let Ok(mut k) = self.shared.keys.lock() {
             k.refused.clear();
         }
     }
-    /// The tables of another draft that were requested since, in words.
+    /// Describes the tables of other drafts that were requested since then.
     pub(crate) fn refused_drafts(&self) -> Vec<String> {
         let Ok(keys) = self.shared.keys.lock() else { return Vec::new() };
         keys.refused.iter().filter_map(|id| drafts::other_draft(id)).collect()
     }
-    /// The number of a key.
+    /// Returns the number of a key, interning it if it is new.
     pub fn number(&self, key: &str) -> u32 {
         self.shared.number(key)
     }
-    /// The key of a number.
+    /// Returns the key with a number.
     pub fn key(&self, number: u32) -> Option<String> {
         self.shared.keys.lock().ok()?.keys.get(number as usize).cloned()
     }
-    /// The number of a key, by the host pointer that plugins hold; `None` for null.
+    /// Returns the number of a key, by the host pointer that a plugin holds; `None` for null.
     ///
     /// # Safety
-    /// `host` is null or one that [`HostTables`] gave out.
+    /// `host` must be null or a pointer made by [`HostTables`].
     pub unsafe fn number_at(host: *const tatu_host, key: &str) -> Option<u32> {
-        // SAFETY: the caller promises it.
+        // SAFETY: `host` is valid by the caller's promise.
         Some(unsafe { own(host) }?.shared.upgrade()?.number(key))
     }
-    /// The owner of a host pointer; `None` for null.
+    /// Returns the plugin of a host pointer; `None` for null.
     ///
     /// # Safety
     /// As for [`number_at`](Self::number_at).
     pub unsafe fn holder_at(host: *const tatu_host) -> Option<&'static Holder> {
-        // SAFETY: the caller promises it.
+        // SAFETY: `host` is valid by the caller's promise.
         Some(&unsafe { own(host) }?.holder)
     }
 }
@@ -142,14 +142,14 @@ impl Shared {
 }
 
 unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *const c_void {
-    // SAFETY: the plugin passes the host that it got.
+    // SAFETY: the header requires `host` to be the pointer that the plugin was given.
     let shared = unsafe { own(host) }.and_then(|h| h.shared.upgrade());
     let Some(shared) = shared.filter(|_| !id.is_null()) else { return std::ptr::null() };
-    // SAFETY: NUL-terminated, by the contract.
+    // SAFETY: not null, and the header requires a NUL-terminated string.
     let id = unsafe { CStr::from_ptr(id) };
     let found = (shared.find)(id);
     if found.is_null() {
-        // A plugin that asks for ever must not fill the memory.
+        // The limit keeps a plugin that asks endlessly from exhausting memory.
         if let Some(mut keys) = shared.keys.lock().ok().filter(|k| k.refused.len() < 64) {
             keys.refused.push(id.to_string_lossy().into_owned());
         }

@@ -65,7 +65,7 @@ impl Rapier {
             return;
         }
         if let Some(multibody) = self.world.multibody_joints.get_multibody_mut(leader.0) {
-            // Rapier couples its own coordinates, which lack `zero` and whole turns.
+            // Rapier couples its own coordinates, in which positions are counted from each joint's `zero`.
             let offset = gear.offset + gear.ratio * leader.3 - joint.3;
             let [leader, joint] = [leader, joint].map(|(_, link, (dof, axis), _)| (link, dof, axis));
             add(multibody, leader, joint, gear.ratio, offset);
