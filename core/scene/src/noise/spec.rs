@@ -65,7 +65,7 @@ pub struct Walk {
 /// Errors that occur with a probability.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Outliers {
-    /// 0 to 1.
+    /// Probability, 0 to 1.
     pub probability: f64,
     /// Standard deviation of a normal error.
     pub sigma: Vec<f64>,
