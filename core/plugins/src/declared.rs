@@ -47,12 +47,12 @@ impl Declared {
     /// # Safety
     /// `list` must be null or a null-terminated list of valid tables.
     pub(super) unsafe fn read_list(list: *const *const tatu_param) -> Vec<Declared> {
-        // SAFETY: the list and its tables are valid by the caller's promise.
+        // SAFETY: the caller guarantees that the list and its tables are valid.
         unsafe { tables::list(list).into_iter().map(|(_, p)| Self::read(&p, 0, &mut 0)).collect() }
     }
     /// Reads the keys of a table; also returns whether some were left out, since a declaration may refer to itself.
     unsafe fn read_keys(list: *const *const tatu_param, depth: u32, read: &mut u32) -> (Vec<Declared>, bool) {
-        // SAFETY: the list is valid by the caller's promise.
+        // SAFETY: the caller guarantees that the list is valid.
         let all = unsafe { tables::list(list) };
         if all.is_empty() {
             return (Vec::new(), false);
@@ -61,7 +61,7 @@ impl Declared {
         if depth > DEEPEST_KEYS || *read > MOST_KEYS {
             return (Vec::new(), true);
         }
-        // SAFETY: the tables are valid by the caller's promise.
+        // SAFETY: the caller guarantees that the tables of the list are valid.
         let keys: Vec<_> = all.into_iter().map(|(_, p)| unsafe { Self::read(&p, depth, read) }).collect();
         let cut = keys.iter().any(|k| k.keys_cut);
         (keys, cut)

@@ -44,7 +44,8 @@ struct OwnHost {
 /// # Safety
 /// `host` must be null or a pointer made by [`HostTables`].
 unsafe fn own(host: *const tatu_host) -> Option<&'static OwnHost> {
-    // SAFETY: `ctx` of such a host points to the `OwnHost` that contains it, which is never freed.
+    // SAFETY: `host` is null or was made by `HostTables`, so its `ctx` points to the `OwnHost` that contains it, which
+    // is never freed.
     unsafe { host.as_ref()?.ctx.cast::<OwnHost>().as_ref() }
 }
 
@@ -122,7 +123,7 @@ impl HostTables {
     /// # Safety
     /// `host` must be null or a pointer made by [`HostTables`].
     pub unsafe fn number_at(host: *const tatu_host, key: &str) -> Option<u32> {
-        // SAFETY: `host` is valid by the caller's promise.
+        // SAFETY: the caller guarantees that `host` is valid.
         Some(unsafe { own(host) }?.shared.upgrade()?.number(key))
     }
     /// Returns the plugin of a host pointer; `None` for null.
@@ -130,7 +131,7 @@ impl HostTables {
     /// # Safety
     /// As for [`number_at`](Self::number_at).
     pub unsafe fn holder_at(host: *const tatu_host) -> Option<&'static Holder> {
-        // SAFETY: `host` is valid by the caller's promise.
+        // SAFETY: the caller guarantees that `host` is valid.
         Some(&unsafe { own(host) }?.holder)
     }
 }

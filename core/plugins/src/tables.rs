@@ -58,8 +58,8 @@ pub unsafe fn read<T: Table>(from: *const T) -> Option<T> {
     if from.is_null() {
         return None;
     }
-    // SAFETY: the table has `size` bytes by the caller's promise, at most so many are copied, and zeros are valid for
-    // the rest. Fields have 8 bytes or are pairs of 4-byte fields, so rounding down never splits a pointer.
+    // SAFETY: the caller guarantees that the table has `size` bytes; at most so many are copied, and zeros are valid
+    // for the rest. Fields have 8 bytes or are pairs of 4-byte fields, so rounding down never splits a pointer.
     unsafe {
         let size = (*from.cast::<u32>()) as usize;
         let mut to: T = std::mem::zeroed();
@@ -112,7 +112,7 @@ pub fn lacking(size: u32, required: &[Required]) -> Option<String> {
 /// # Safety
 /// `list` must be null or a null-terminated array of pointers to tables that are valid for [`read`].
 pub unsafe fn list<T: Table>(list: *const *const T) -> Vec<(*const T, T)> {
-    // SAFETY: the list and its tables are valid by the caller's promise.
+    // SAFETY: the caller guarantees that the list and its tables are valid.
     unsafe { pointers(list).into_iter().filter_map(|p| read(p).map(|t| (p, t))).collect() }
 }
 
@@ -141,7 +141,7 @@ pub unsafe fn pointers<T>(list: *const *const T) -> Vec<*const T> {
 /// # Safety
 /// `s` must be null or NUL-terminated.
 pub unsafe fn text(s: *const c_char) -> Option<String> {
-    // SAFETY: not null, and NUL-terminated by the caller's promise.
+    // SAFETY: `s` is not null, and the caller guarantees that it is NUL-terminated.
     (!s.is_null()).then(|| texts::clean(&unsafe { CStr::from_ptr(s) }.to_string_lossy()).into_owned())
 }
 
@@ -150,6 +150,6 @@ pub unsafe fn text(s: *const c_char) -> Option<String> {
 /// # Safety
 /// `s` must be null or NUL-terminated.
 pub unsafe fn label(s: *const c_char) -> Option<String> {
-    // SAFETY: not null, and NUL-terminated by the caller's promise.
+    // SAFETY: `s` is not null, and the caller guarantees that it is NUL-terminated.
     (!s.is_null()).then(|| texts::label(unsafe { CStr::from_ptr(s) }.to_bytes()))
 }

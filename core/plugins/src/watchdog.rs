@@ -125,8 +125,8 @@ impl ScriptPlace {
             return None;
         }
         let mut error = ErrorSlot::new();
-        // SAFETY: the number was made from a function pointer of this type in `new`; the script exists by the caller's
-        // promise.
+        // SAFETY: the number was made from a function pointer of this type in `new`; the caller guarantees that the
+        // script exists.
         unsafe {
             let place: unsafe extern "C" fn(*mut c_void, *mut tatu_error) = std::mem::transmute(self.0);
             place(self.1 as *mut c_void, error.fresh());

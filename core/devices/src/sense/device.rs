@@ -215,8 +215,8 @@ impl Device {
         let is_bad = |i: usize| {
             let (first, n) = self.layout.spans[i];
             let at = self.fields[first..].as_ptr();
-            // SAFETY: the field has `n` elements of this type at its first word, by its layout, and any bits are valid
-            // numbers.
+            // SAFETY: the layout reserves `n` elements of this type at the field's first word, and every bit pattern is
+            // a valid number.
             unsafe {
                 match kind.fields[i].elem {
                     TATU_ELEM_F64 => std::slice::from_raw_parts(at.cast::<f64>(), n).iter().any(|x| x.is_nan()),

@@ -120,7 +120,7 @@ impl BeamPlan {
         struct Room([u64; 8], tatu_beams, [u64; 8]);
         let mut room = Room([GUARD; 8], raw, [GUARD; 8]);
         let mut error = ErrorSlot::new();
-        // SAFETY: `data` is a live instance by the caller's promise; `room` and `error` live through the call. The
+        // SAFETY: the caller guarantees that `data` is a live instance; `room` and `error` live through the call. The
         // header declares the function as `[setup]`, so it may be called here.
         if unsafe { answer(ask(data, &mut room.1, error.raw()), false, error.raw()) } < 0 {
             return Err(error.text());

@@ -94,8 +94,8 @@ unsafe extern "C" fn normal(table: *const tatu_random, i: u32, first: u64, n: u6
 /// # Safety
 /// `table` must have been made by [`table`] from keys that are alive; `out` must be null or have room for `n` numbers.
 unsafe fn fill(table: *const tatu_random, i: u32, n: u64, out: *mut f64, numbers: impl Fn(Key, &mut [f64])) {
-    // SAFETY: `i` is less than the number of keys, and `out` is not null, so both accesses are in bounds by the
-    // caller's promise. The memory at `out` is initialised before a slice is made of it.
+    // SAFETY: the caller guarantees that the keys are alive and that `out` is null or has room for `n` numbers; `i` and
+    // `out` are checked before use. The memory at `out` is initialised before a slice is made of it.
     unsafe {
         if i < (*table).reserved && n > 0 && !out.is_null() {
             let key = *(*table).ctx.cast::<Key>().add(i as usize);

@@ -65,7 +65,7 @@ impl ErrorSlot {
     /// Fills it with an error.
     pub fn set(&mut self, status: tatu_status, text: &str) {
         let error = self.fresh();
-        // SAFETY: `error` is this object, which is live.
+        // SAFETY: `error` points to this object, which is live.
         unsafe { say(error, status, raw(text.as_bytes())) };
     }
     /// Returns a copy of its contents.
@@ -118,7 +118,7 @@ impl Said {
     /// # Safety
     /// `error` must be an error object of the host whose texts are alive.
     pub unsafe fn of(error: &tatu_error) -> Self {
-        // SAFETY: the texts are alive by the caller's promise.
+        // SAFETY: the caller guarantees that the texts are alive.
         let part = |s| Some(unsafe { crate::border::text(s) }.into_owned()).filter(|s| !s.is_empty());
         Said {
             text: part(error.text),
@@ -139,7 +139,7 @@ pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error
     if status == TATU_OK || status == TATU_WAIT && may_wait || (TATU_ERR_MEMORY..0).contains(&status) {
         return status;
     }
-    // SAFETY: `error` is live by the caller's promise.
+    // SAFETY: the caller guarantees that `error` is live.
     unsafe {
         let text = match status {
             // The message counts, whatever the number means.
@@ -158,7 +158,7 @@ pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error
 /// # Safety
 /// `error` must point to a live error object of the host.
 pub unsafe fn name_plugin(status: tatu_status, error: *mut tatu_error, plugin: &str, call: Call) {
-    // SAFETY: `error` and its texts are live by the caller's promise.
+    // SAFETY: the caller guarantees that `error` and its texts are live.
     unsafe {
         let said = crate::border::text((*error).text).into_owned();
         let placed = (*error).line > 0 || (*error).traceback.len > 0;
@@ -180,7 +180,7 @@ pub unsafe fn name_plugin(status: tatu_status, error: *mut tatu_error, plugin: &
 /// # Safety
 /// Both must point to live error objects of the host.
 pub unsafe fn copy(from: *const tatu_error, to: *mut tatu_error) {
-    // SAFETY: both are live by the caller's promise; `say` and `add` copy the texts.
+    // SAFETY: the caller guarantees that both are live; `say` and `add` copy the texts.
     unsafe {
         say(to, (*from).code, (*from).text);
         for (part, s) in

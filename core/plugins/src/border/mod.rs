@@ -11,7 +11,7 @@ pub use error_object::{ErrorSlot, Said, answer, copy as copy_error, name_plugin}
 /// # Safety
 /// `s` must point to `len` bytes that are valid for `'a`, or be empty.
 pub unsafe fn bytes<'a>(s: tatu_str) -> &'a [u8] {
-    // SAFETY: `s` is valid for `'a` by the caller's promise.
+    // SAFETY: the caller guarantees that `s` is valid for `'a`.
     unsafe { Lent::new(s) }.bytes()
 }
 
@@ -20,7 +20,7 @@ pub unsafe fn bytes<'a>(s: tatu_str) -> &'a [u8] {
 /// # Safety
 /// As for [`bytes`].
 pub unsafe fn text<'a>(s: tatu_str) -> std::borrow::Cow<'a, str> {
-    // SAFETY: `s` is valid for `'a` by the caller's promise.
+    // SAFETY: the caller guarantees that `s` is valid for `'a`.
     String::from_utf8_lossy(unsafe { bytes(s) })
 }
 
@@ -34,7 +34,7 @@ pub fn raw(s: &[u8]) -> tatu_str {
 /// # Safety
 /// `error` must be null or point to a live error object of the host.
 pub unsafe fn say(error: *mut tatu_error, status: tatu_status, text: &str) -> tatu_status {
-    // SAFETY: null or live, by the caller's promise.
+    // SAFETY: the caller guarantees that `error` is null or points to a live object.
     if let Some(say) = unsafe { error.as_ref() }.and_then(|e| e.say) {
         // SAFETY: `error` is live and is the object that `say` belongs to; the text is copied.
         unsafe { say(error, status, raw(text.as_bytes())) };

@@ -333,7 +333,7 @@ impl Registry {
 /// # Safety
 /// As for [`tables::pointers`].
 unsafe fn labels(list: *const *const c_char) -> Vec<String> {
-    // SAFETY: the list is valid by the caller's promise.
+    // SAFETY: the caller guarantees that the list is valid.
     unsafe { tables::pointers(list).into_iter().filter_map(|s| tables::label(s)).collect() }
 }
 

@@ -84,7 +84,7 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
 /// # Safety
 /// `frame` must point to a frame whose arrays are valid for the whole call.
 pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resume: u64) -> tatu_status {
-    // SAFETY: the caller promises a valid frame.
+    // SAFETY: the caller guarantees that `frame` points to a valid frame.
     let f = unsafe { &mut *frame };
     f.n_results = 0;
     let calls = &world.run.calls;
@@ -225,7 +225,7 @@ fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller
 ///
 /// `room` is used for up to `FEW` arguments that are single numbers; others go into the arena.
 fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: &mut Room) -> tatu_status {
-    // SAFETY: the frame's `args` points to `n_args` values, by the contract of `call_command`.
+    // SAFETY: the contract of `call_command` requires the frame's `args` to point to `n_args` values.
     let args = unsafe { ValueRef::slice(f.args, f.n_args as usize) };
     let as_it_is = |(i, p): (usize, &Declared)| match args.get(i) {
         Some(a) => is_exact(p, *a),
@@ -266,7 +266,7 @@ type Room = [tatu_value; FEW];
 fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bool {
     let Some(a) = a.copied() else { return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil };
     let raw = a.raw();
-    // SAFETY: `i` is read only where the tag is `TATU_I64`; any bits are a valid `i64`.
+    // SAFETY: `i` is used only if the tag is `TATU_I64`; every bit pattern is a valid `i64`.
     let int = unsafe { raw.u.i };
     *out = match (p.kind, a.tag()) {
         _ if is_exact(p, a) => raw,

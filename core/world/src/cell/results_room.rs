@@ -85,7 +85,7 @@ impl CallersRoom {
 /// `at` must point to an initialised value of a room.
 #[inline]
 unsafe fn is_guard(at: *const tatu_value) -> bool {
-    // SAFETY: `at` is valid by the caller's promise; all members of the payload union are plain data, and any bits are
-    // a valid `u64`.
+    // SAFETY: the caller guarantees that `at` is valid; all members of the payload union are plain data, and every bit
+    // pattern is a valid `u64`.
     unsafe { (*at).tag == GUARDS.tag && (*at).reserved == GUARDS.reserved && (*at).u.u == GUARD }
 }

@@ -40,7 +40,7 @@ impl SessionCell {
     pub unsafe fn wake(session: *mut tatu_session) {
         let cell = session.cast::<SessionCell>().cast_const();
         if !cell.is_null() {
-            // SAFETY: the pointer is to a living session by the caller's promise. Only `wake`, which is `Sync`, is
+            // SAFETY: the caller guarantees that the pointer is to a living session. Only `wake`, which is `Sync`, is
             // borrowed.
             let wake: &Wake = unsafe { &(*cell).wake };
             wake.wake();
@@ -51,7 +51,7 @@ impl SessionCell {
     /// # Safety
     /// `session` must be null or point to a living session of this host, and the call must be on the session's thread.
     pub unsafe fn of<'a>(session: *mut tatu_session) -> Option<&'a SessionCell> {
-        // SAFETY: the pointer is null or valid on this thread by the caller's promise.
+        // SAFETY: the caller guarantees that the pointer is null or valid on this thread.
         unsafe { session.cast::<SessionCell>().cast_const().as_ref() }
     }
     /// Returns the living worlds, in the order in which they joined.

@@ -111,7 +111,7 @@ pub(crate) fn owner_of_func(world: &WorldCell, func: tatu_func) -> Option<(Rc<Sc
 /// # Safety
 /// `frame` must point to a frame whose arrays are valid for the whole call.
 pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller promises a valid frame.
+    // SAFETY: the caller guarantees that `frame` points to a valid frame.
     let f = unsafe { &mut *frame };
     let Some((script, local)) = owner_of_func(world, func) else {
         f.n_results = 0;
@@ -131,7 +131,7 @@ pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut t
 /// # Safety
 /// `frame` must point to a frame whose arrays are valid for the whole call.
 pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller promises a valid frame.
+    // SAFETY: the caller guarantees that `frame` points to a valid frame.
     let f = unsafe { &mut *frame };
     f.n_results = 0;
     let refuse = |f: &mut tatu_call, status, text: &str| {

@@ -90,7 +90,7 @@ pub(super) unsafe fn list_of<'a, T>(
         return Ok(&[]);
     }
     needs(answer, what, pointer)?;
-    // SAFETY: not null, so it points to `n` valid elements by the caller's promise.
+    // SAFETY: the pointer is not null, so the caller guarantees that it points to `n` valid elements.
     Ok(unsafe { std::slice::from_raw_parts(pointer, n as usize) })
 }
 
@@ -108,7 +108,7 @@ pub(super) unsafe fn room_of<'a, T>(
         return Ok(&mut []);
     }
     needs(answer, what, pointer)?;
-    // SAFETY: not null, so it points to `n` elements that are not aliased, by the caller's promise.
+    // SAFETY: the pointer is not null, so the caller guarantees that it points to `n` elements that are not aliased.
     Ok(unsafe { std::slice::from_raw_parts_mut(pointer, n as usize) })
 }
 
@@ -180,7 +180,7 @@ pub(super) fn slot<'a>(
 /// `out` must be null or have room for `cap` elements.
 pub(super) unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: Option<&mut u32>) -> Done {
     if !out.is_null() {
-        // SAFETY: `out` has room for `cap` elements by the caller's promise, and does not overlap the host's list.
+        // SAFETY: the caller guarantees that `out` has room for `cap` elements; it does not overlap the host's list.
         unsafe { std::ptr::copy_nonoverlapping(all.as_ptr(), out, all.len().min(cap as usize)) };
     }
     if let Some(n) = n {

@@ -43,7 +43,7 @@ fn service_of(world: &WorldCell, func: tatu_func) -> Option<std::rc::Rc<cell::Ru
 /// # Safety
 /// `frame` must point to a frame whose arrays are valid for the whole call.
 pub(crate) unsafe fn call(world: &WorldCell, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller promises a valid frame.
+    // SAFETY: the caller guarantees that `frame` points to a valid frame.
     let f = unsafe { &mut *frame };
     f.n_results = 0;
     let Some(level) = world.run.calls.enter() else {

@@ -28,8 +28,8 @@ impl<'a> FieldNumbers<'a> {
     /// The elements must be valid and aligned, and must not be written to while the result is in use.
     pub unsafe fn at(at: *const u64, elem: u32, n: usize) -> Option<Self> {
         use std::slice::from_raw_parts as slice;
-        // SAFETY: the elements are valid, aligned and unmodified by the caller's promise, and any bits are valid
-        // numbers.
+        // SAFETY: the caller guarantees that the elements are valid, aligned and not modified, and every bit pattern is
+        // a valid number.
         unsafe {
             Some(match elem {
                 TATU_ELEM_F64 => FieldNumbers::F64(slice(at.cast(), n)),
@@ -75,8 +75,8 @@ impl<'a> FieldNumbersMut<'a> {
     /// As for [`FieldNumbers::at`]; in addition, the elements must not be read by others while the result is in use.
     pub unsafe fn at(at: *mut u64, elem: u32, n: usize) -> Option<Self> {
         use std::slice::from_raw_parts_mut as slice;
-        // SAFETY: the elements are valid, aligned and exclusively borrowed by the caller's promise, and any bits are
-        // valid numbers.
+        // SAFETY: the caller guarantees that the elements are valid, aligned and exclusively borrowed, and every bit
+        // pattern is a valid number.
         unsafe {
             Some(match elem {
                 TATU_ELEM_F64 => FieldNumbersMut::F64(slice(at.cast(), n)),
