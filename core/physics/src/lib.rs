@@ -29,11 +29,11 @@ pub struct JointId(pub u32);
 /// The way a body moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Motion {
-    /// It never moves; others collide with it.
+    /// The body never moves; others collide with it.
     Static,
-    /// It follows poses set from outside, and pushes dynamic bodies.
+    /// The body follows poses set from outside, and pushes dynamic bodies.
     Kinematic,
-    /// It moves by forces.
+    /// The body is moved by forces.
     Dynamic,
 }
 
@@ -154,9 +154,9 @@ pub enum JointKind {
     /// Rotation about z with a translation along z of this many metres per radian, like a nut on a thread. Always in
     /// reduced form.
     Screw(f64),
-    /// All rotations; it has no position and cannot be driven.
+    /// Rotation about any axis. The joint has no position and cannot be driven.
     Spherical,
-    /// None: rigid.
+    /// No degree of freedom: the bodies are rigidly connected.
     Fixed,
 }
 

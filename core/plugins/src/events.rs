@@ -23,7 +23,7 @@ pub struct EventInfo {
     pub plugin: Option<usize>,
     /// Its name.
     pub name: String,
-    /// When it is published, one sentence.
+    /// Description of when it is published, one sentence.
     pub text: String,
     /// The fields of its payload.
     pub fields: Vec<Declared>,

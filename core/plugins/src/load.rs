@@ -23,7 +23,7 @@ use crate::{HostTables, border::answer};
 pub struct Remarks {
     /// Warnings.
     pub warnings: Vec<Error>,
-    /// Notes.
+    /// Notes that do not call for action.
     pub notes: Vec<String>,
 }
 

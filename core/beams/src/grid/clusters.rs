@@ -31,7 +31,7 @@ pub(crate) struct Clusters {
 /// 16 triangles; the last vector of a mesh may be padded with triangles of zero area.
 #[derive(Debug, Clone)]
 pub(super) struct Sixteen {
-    /// For each corner: x, y, z.
+    /// The x, y and z coordinates of each corner.
     pub corners: [[[f32; WIDE]; 3]; 3],
 }
 

@@ -32,7 +32,7 @@ pub struct FrictionPair {
 }
 
 impl FrictionPair {
-    /// Returns it as a list.
+    /// Returns the pair as a list value.
     pub fn to_value(&self) -> Value {
         let [a, b] = &self.materials;
         let mut items = vec![Value::text(a), Value::text(b), Value::Float(self.friction)];

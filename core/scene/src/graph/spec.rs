@@ -141,7 +141,7 @@ impl StreamSpec {
 pub enum Axis {
     /// A stream, by name.
     Stream(String),
-    /// A constant.
+    /// A constant value.
     Always(f64),
 }
 

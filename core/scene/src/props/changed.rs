@@ -6,7 +6,7 @@ use tatu_plugin_api::abi::tatu_status;
 /// The effect of a change on physics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Changed {
-    /// None.
+    /// The change has no effect on physics.
     Value,
     /// The object and its descendants have moved.
     Moved,

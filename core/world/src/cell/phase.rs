@@ -14,12 +14,12 @@ use tatu_plugin_api::abi::*;
 /// What a world is doing: `TATU_PHASE_*`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Phase {
-    /// Not started.
+    /// The world has not been started.
     #[default]
     Stopped = TATU_PHASE_STOPPED as isize,
-    /// The first pass.
+    /// The first pass of a run.
     First = TATU_PHASE_FIRST as isize,
-    /// Any pass in between.
+    /// Any pass between the first and the last ones.
     Running = TATU_PHASE_RUNNING as isize,
     /// A pause was requested; time stands still after this pass.
     LastBeforePause = TATU_PHASE_LAST_BEFORE_PAUSE as isize,

@@ -41,11 +41,11 @@ impl Function {
 /// The host functions that a call may use. Each level includes the previous ones.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Scope {
-    /// None that needs a world.
+    /// Only functions that need no world.
     Nothing,
-    /// Those that change nothing.
+    /// Also functions that change nothing.
     Look,
-    /// All.
+    /// All functions.
     Act,
 }
 

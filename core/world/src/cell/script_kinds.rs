@@ -103,11 +103,11 @@ pub(crate) type CallbackIds = [u32; CALLBACKS.len()];
 /// The order in which scripts are called: see `script_order`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Order {
-    /// Down the trees, parents first.
+    /// Each tree from its root down, parents first.
     ParentsFirst,
-    /// By kind, up each tree.
+    /// By kind of script; within a kind, each tree from the leaves up.
     ByKind,
-    /// By depth over the whole scene, deepest first.
+    /// By depth in the whole scene, deepest first.
     #[default]
     DeepestFirst,
 }

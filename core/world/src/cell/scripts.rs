@@ -74,7 +74,7 @@ pub(crate) struct Scripts {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum ExitRequest {
     Nothing,
-    /// It failed: it is cleaned up and called no more.
+    /// The script failed: it is cleaned up and no longer called.
     Silence,
     Restart,
     End,

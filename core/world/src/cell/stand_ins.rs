@@ -19,10 +19,10 @@ const UNKNOWN: &str = "dummy";
 /// Maximum number of objects that are created.
 const MOST: usize = 2000;
 
-/// The parent stand-in, as an index into the list.
+/// A stand-in for an object that a script asked for and that does not exist.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StandIn {
-    /// The stand-in above, by its place in the list.
+    /// Index of the parent stand-in in the list; `None`: the world.
     pub parent: Option<usize>,
     /// Its alias.
     pub alias: String,

@@ -6,13 +6,13 @@ use tatu_plugin_api::abi::*;
 /// The condition of a wait.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Due {
-    /// At the start of this step.
+    /// The wait ends at the start of this step.
     Step(u64),
-    /// At this simulation time, s.
+    /// The wait ends at this simulation time, s.
     Time(f64),
-    /// When this signal exists, of any kind.
+    /// The wait ends when a signal of this name exists, of any kind.
     Signal(Vec<u8>),
-    /// In every step.
+    /// The command is resumed in every step.
     Poll,
 }
 

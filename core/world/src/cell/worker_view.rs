@@ -15,7 +15,7 @@ use super::lines::MAX_LINES;
 
 /// An effect of a parallel script, to be applied to the world.
 pub(crate) enum DeferredEffect {
-    /// Already applied.
+    /// An effect that has already been applied.
     Done,
     /// The script logged a line at this level.
     Line(u32, String),
@@ -126,9 +126,9 @@ impl WorkerView {
 
 /// A shared borrow of a part of the world.
 pub(crate) enum PartRef<'a, T> {
-    /// Taken by the world's own thread.
+    /// A borrow taken by the world's own thread.
     Own(Ref<'a, T>),
-    /// Taken by one of several worker threads.
+    /// A reference taken by one of several worker threads.
     Shared(&'a T),
 }
 

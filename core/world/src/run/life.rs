@@ -254,8 +254,8 @@ impl World {
     }
 }
 
-/// Reports parts of the document's sources that are not supported. It is a fault of each run, so that none passes for
-/// complete.
+/// Reports parts of the document's sources that are not supported. Each run reports them as faults, so that no result
+/// passes for that of the complete scene.
 fn report_lacks(world: &WorldCell) {
     let settings = &world.model.document.settings;
     settings.lacks.iter().for_each(|text| world.report(Fault::new(FaultKind::Unsupported, text.as_str())));

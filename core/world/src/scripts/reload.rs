@@ -18,9 +18,9 @@ pub(crate) type Written = Result<InstanceImage, String>;
 pub(crate) enum Handed {
     /// The new script continues with the state of the old one.
     Kept,
-    /// It starts from scratch, because there was no state to hand over.
+    /// The new script starts from scratch, because there was no state to hand over.
     Begun,
-    /// It starts from scratch, for this reason.
+    /// The new script starts from scratch, for this reason.
     Reset(String),
 }
 

@@ -68,7 +68,7 @@ impl Noise {
         Noise { memory, ..Default::default() }
     }
 
-    /// Returns its state.
+    /// Returns the state of the noise, for snapshots.
     pub fn memory(&self) -> &Memory {
         &self.memory
     }
