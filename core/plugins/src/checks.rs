@@ -43,7 +43,7 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
             ));
         }
         if p.keys_cut {
-            say("declares keys more than 4 tables deep, or more than 1000 of them: any are taken there".into());
+            say("declares keys more than 4 tables deep, or more than 1000 of them: the rest is not checked".into());
         }
         if p.unreadable_default {
             say("has a default that cannot be read: a value of unknown type, or nested too deep".into());
@@ -57,7 +57,7 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
             say(format!("has an invalid default: {e}"));
         }
         if !p.choices.is_empty() && !any && !matches!(p.kind, TATU_TEXT | TATU_BYTES) {
-            say("has choices and is no text: they are not looked at".into());
+            say("has choices, but is not a text: the choices are ignored".into());
         }
         let of_keys = parameters(&p.keys, false).into_iter();
         out.extend(of_keys.map(|flaw| format!("{name}: {}", flaw.replacen("its parameter", "its key", 1))));

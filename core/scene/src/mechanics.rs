@@ -65,10 +65,10 @@ fn impossible(shape: &Shape) -> Option<String> {
     let even = default_inertia(shape, mass(shape)).diagonal();
     let help = format!("a homogeneous body of its size and mass has {:.3e}, {:.3e}, {:.3e}", even.x, even.y, even.z);
     if *a <= 0.0 {
-        return Some(format!("a moment of inertia is {a:.3e} kg m^2, and not above 0; {help}"));
+        return Some(format!("a moment of inertia is {a:.3e} kg m^2, which is not above 0; {help}"));
     }
     (a + b < c * (1.0 - ROUNDING)).then(|| {
-        format!("no body has moments of inertia of {a:.3e}, {b:.3e} and {c:.3e} kg m^2: none is more than the other two together; {help}")
+        format!("no body has moments of inertia of {a:.3e}, {b:.3e} and {c:.3e} kg m^2: none can exceed the sum of the other two; {help}")
     })
 }
 

@@ -105,11 +105,11 @@ impl Registry {
         let mut plugins: Vec<Arc<Plugin>> = Vec::new();
         let (mut refused, mut closest, mut notes) = (Vec::new(), Vec::new(), Vec::new());
         for (folder, _) in search.folders.iter().filter(|(f, s)| *s == Source::Scene && !f.is_dir()) {
-            let text = format!("the scene names the plugin folder {}, which is not there", folder.display());
+            let text = format!("the scene names the plugin folder {}, which does not exist", folder.display());
             refused.push(Error::new("E311", text).help("paths in `plugins` start from the folder of the scene"));
         }
         for folder in search.folders.iter().filter(|(f, s)| *s == Source::Environment && !f.is_dir()).map(|(f, _)| f) {
-            let text = format!("TATU_PLUGIN_PATH names the folder {}, which is not there", folder.display());
+            let text = format!("TATU_PLUGIN_PATH names the folder {}, which does not exist", folder.display());
             refused.push(Error::new("E311", text).help("it is a list of folders, as PATH is"));
         }
         for file in search.misnamed() {

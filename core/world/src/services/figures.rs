@@ -77,7 +77,7 @@ extern "C" fn add(
                 }
                 all.draw(drawing)
             }
-            _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("there are no figures of sort {what}"))),
+            _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("there are no figures of kind {what}"))),
         })?;
         *out = id;
         Ok(())
@@ -210,7 +210,7 @@ unsafe extern "C" fn list(
                     TATU_FIGURE_STREAM => all.graph(scene, owner)?.streams.iter().map(|s| s.id).collect(),
                     TATU_FIGURE_CURVE => all.graph(scene, owner)?.curves.iter().map(|c| c.id).collect(),
                     TATU_FIGURE_DRAWING => all.drawings.keys().copied().collect(),
-                    _ => return Err(Refusal(TATU_ERR_ARGUMENT, format!("there are no figures of sort {what}"))),
+                    _ => return Err(Refusal(TATU_ERR_ARGUMENT, format!("there are no figures of kind {what}"))),
                 })
             })?;
             fill(&ids, out, cap, n)

@@ -129,7 +129,7 @@ extern "C" fn observed<'a>(w: WorldRef<'a>, kind: Lent<'_>, out: Option<&mut Len
     let found = match crate::cell::observed(world, &kind.text()) {
         None => return TATU_ERR_MISSING,
         Some(None) => {
-            let told = "the run that is replayed took fewer inputs from outside: this run diverges";
+            let told = "the recorded run took fewer inputs from outside: this run diverges";
             return world.run.calls.refuse(TATU_ERR_GONE, told);
         }
         Some(Some(found)) => found,
@@ -168,7 +168,7 @@ extern "C" fn function(w: WorldRef<'_>, local: u32, out: Option<&mut tatu_func>)
         match out {
             None => Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected a place for the function, found null")),
             Some(_) if !gives => {
-                let text = "only a service that has `call_func` gives functions, in its turn at the barrier";
+                let text = "only a service with `call_func` can register functions, in its turn at the barrier";
                 Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text))
             }
             Some(out) => {
@@ -189,8 +189,7 @@ extern "C" fn put_in(w: WorldRef<'_>, kind: Lent<'_>, what: Lent<'_>) -> tatu_st
 extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>) -> tatu_status {
     on(w, Function::acts("session.open"), |world| {
         let Some(read) = world.run.outside.scene_reader.borrow().clone() else {
-            let text =
-                "this program runs one scene, and no other: `tatu serve` and `tatu open` go from one to the next";
+            let text = "this program runs only one scene; `tatu serve` and `tatu open` can switch to another";
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         };
         let file = PathBuf::from(file.text().into_owned());

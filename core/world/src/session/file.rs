@@ -143,7 +143,7 @@ impl Header {
     pub fn differences(&self, registry: &Registry) -> Vec<String> {
         let here = versions(registry);
         let differs = |p: &PluginVersion| match here.iter().find(|h| h.id == p.id) {
-            None => Some(format!("the plugin `{}` {} is not here", p.id, p.version)),
+            None => Some(format!("the plugin `{}` {} is missing", p.id, p.version)),
             Some(h) if h.version != p.version => {
                 Some(format!("the plugin `{}` was of version {}, here it is {}", p.id, p.version, h.version))
             }

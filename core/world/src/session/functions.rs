@@ -94,7 +94,7 @@ fn again(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
     let step = world.state.clock.step.get();
     let place = world.run.outside.replay.borrow().as_ref().and_then(|r| r.place_of(step, kind));
     let Some(place) = place else {
-        let text = "the run that is repeated called functions of its clients less often: this run goes another way";
+        let text = "the recorded run called functions of its clients less often: this run diverges";
         return say(f.error, TATU_ERR_GONE, text);
     };
     log::feed_until(world, place);

@@ -91,7 +91,7 @@ fn feed_one(world: &WorldCell, record: Record) {
         Input::Call { name, args, waits } => match world.model.registry.command(&name) {
             None => {
                 let mut fault =
-                    Fault::new(FaultKind::UnknownFunction, format!("the input log calls `{name}`, which is not there"));
+                    Fault::new(FaultKind::UnknownFunction, format!("the input log calls `{name}`, which is unknown"));
                 fault.help = Some("load the plugin that offered it when the log was written".into());
                 world.report(fault);
             }
