@@ -155,7 +155,7 @@ pub struct Watch {
     script: [AtomicUsize; 2],
     /// Names of objects, by slot.
     names: Arc<Mutex<BTreeMap<u32, String>>>,
-    /// What is being loaded or built while there is no index yet, or the service whose turn it is.
+    /// Name of the file or model being loaded or built, which has no index yet, or of the service whose turn it is.
     subject: Mutex<String>,
 }
 
@@ -244,7 +244,7 @@ impl Watch {
         }
         self.names.lock().ok()?.get(&slot).cloned()
     }
-    /// Sets what is being loaded or built, or whose turn it is.
+    /// Sets the name of the file or model that is being loaded or built, or of the service whose turn it is.
     pub fn subject(&self, name: &str) {
         if let Ok(mut subject) = self.subject.lock() {
             name.clone_into(&mut subject);

@@ -1,4 +1,4 @@
-//! Outlines of what a sensor sends out, for pictures.
+//! Outlines of the beams of a sensor, for pictures.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! The engine's records of bodies and joints, beside rapier's own data.
+//! The engine's records of bodies and joints, in addition to rapier's own data.
 
 use std::collections::BTreeMap;
 

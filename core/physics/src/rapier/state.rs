@@ -1,4 +1,4 @@
-//! The complete state of the engine: rapier's world, and the tables beside it.
+//! The complete state of the engine: rapier's world, and the engine's own tables.
 
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ pub struct Rapier {
     pub(super) shapes: ShapeCache,
 }
 
-/// The state that the engine keeps beside rapier's world. Together the two are the complete state.
+/// The state that the engine keeps in addition to rapier's world. Together the two are the complete state.
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Tables {
     /// Bodies by id; removed ones leave a gap.

@@ -127,7 +127,7 @@ impl Status {
 }
 
 impl NameEntry {
-    /// Returns what it returns instead of an error to a caller with a dialect, if it does.
+    /// Returns the values that callers with this dialect get instead of an error, if any.
     pub fn instead_of_error(&self, dialect: &[u8]) -> Option<&Vec<Value>> {
         let modern = self.until.as_ref().is_some_and(|until| !dialect.is_empty() && version(dialect) >= *until);
         self.on_error.as_ref().filter(|_| !modern)
@@ -308,7 +308,7 @@ impl KindMark {
     }
 }
 
-/// A kind of service: a component that runs beside worlds.
+/// A kind of service: a component that runs alongside worlds.
 pub struct ServiceKind {
     /// Index of the plugin.
     pub plugin: usize,

@@ -172,7 +172,7 @@ pub struct Document {
     pub meshes: Vec<Arc<Mesh>>,
     /// Placed models, in order.
     pub models: Vec<ModelInstance>,
-    /// Services to start beside the world.
+    /// Services to start alongside the world.
     pub services: Vec<ServiceSpec>,
     /// Messages of builders.
     pub reports: Vec<Report>,
@@ -320,7 +320,7 @@ impl Document {
     }
 }
 
-/// A service to start beside the world.
+/// A service to start alongside the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ServiceSpec {
     /// Index of its kind.

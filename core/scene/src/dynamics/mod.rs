@@ -106,7 +106,7 @@ impl Dynamics {
     }
 
     /// Runs one of the engine steps that make up `dt`, counted from 0, with the same bits as in [`Dynamics::advance`].
-    /// What is moved by hand between them takes effect in the first step of the next advance.
+    /// Poses that are set by hand between them take effect in the first step of the next advance.
     pub fn advance_part(
         &mut self,
         scene: &mut Scene,

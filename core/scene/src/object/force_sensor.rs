@@ -1,4 +1,4 @@
-//! Force sensors: they connect what is below rigidly to what is above, measure the load, and break if it is too high.
+//! Force sensors: they rigidly connect their children to their parent, measure the load, and break if it is too high.
 
 use std::collections::VecDeque;
 

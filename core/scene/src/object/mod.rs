@@ -66,7 +66,7 @@ pub enum Data {
     Sensor(SensorData),
     /// An actuator.
     Actuator(ActuatorData),
-    /// Connects what is below rigidly to what is above.
+    /// A rigid connection between its parent and its children that measures their load.
     ForceSensor(Box<ForceSensor>),
     /// Records numbers over time.
     Graph(Box<GraphSpec>),

@@ -2,7 +2,7 @@
 //!
 //! - [`World`]: a scene that runs; `life`: start, step, stop; `addons`: scripts from outside the document;
 //! - [`Reading`]: a sensor's last reading; `snapshot`: saving and restoring the state;
-//! - [`Session`]: services that run beside worlds; `replay`: replaying an input log.
+//! - [`Session`]: services that run alongside worlds; `replay`: replaying an input log.
 
 mod addons;
 mod life;

@@ -42,7 +42,7 @@ pub struct Header {
     pub set: Vec<String>,
     /// The values of `--script` on the command line.
     pub scripts: Vec<String>,
-    /// Set if the scene was made of stand-ins for what a script asked for: the names of the values that stand in.
+    /// Set if stand-ins were created for missing objects: the names of values with neutral contents.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stand_ins: Option<Vec<String>>,
     /// Add-ons that ran, in order; their files are in `files`.

@@ -7,7 +7,7 @@ use crate::{
     instances::end_actuator,
 };
 
-/// Ends what was removed, and adds what is new.
+/// Ends removed objects, and adds new ones.
 pub(crate) fn barrier(world: &WorldCell) {
     world.run.calls.caller.set(Caller::HOST);
     let version = world.state.scene.try_borrow().map_or(0, |s| s.shape_version);

@@ -3,9 +3,9 @@
 //!
 //! ```text
 //! dyn       after = false
-//! joint     for each joint whose control is `callback`; what the first script answers drives it in this step
+//! joint     for each joint whose control is `callback`; the first script's answer drives it in this step
 //! (the engine's step)
-//! contact   for each pair that began to touch in it; what the first script answers holds from the next step on
+//! contact   for each pair that began to touch in it; the first script's answer applies from the next step on
 //! dyn       after = true
 //! ```
 
