@@ -1,19 +1,20 @@
-//! Boxes along the axes.
+//! Axis-aligned bounding boxes.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_geometry::Form;
 
-/// A box along the axes.
+/// An axis-aligned bounding box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Aabb {
     pub low: Vector3<f64>,
     pub high: Vector3<f64>,
 }
 
-/// Slack of every bound, in metres: far above rounding, far below what costs time.
+/// Tolerance added to every bound, in metres: far above rounding errors, and too small to slow the search.
 pub(super) const SLACK: f64 = 1e-9;
 
-/// The lowest and the highest coordinates of a form in the world; nothing for a form without end, or without places.
+/// Returns the minimum and the maximum coordinates of a form in the world; `None` for an unbounded form, or if they are
+/// not finite.
 pub fn bounds(form: &Form, pose: &Isometry3<f64>) -> Option<[Vector3<f64>; 2]> {
     let around = Aabb::of_form(form, pose).filter(Aabb::is_real)?;
     Some([around.low, around.high])
@@ -33,7 +34,7 @@ impl Aabb {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
-    /// The box around a form in the world; nothing for a form without end.
+    /// Returns the bounding box of a form in the world; `None` for an unbounded form.
     pub fn of_form(form: &Form, pose: &Isometry3<f64>) -> Option<Self> {
         let rotation = pose.rotation.to_rotation_matrix();
         let rotation = rotation.matrix();
@@ -56,14 +57,14 @@ impl Aabb {
         Some(Self { low: centre - half, high: centre + half })
     }
 
-    /// The box around this one after a motion.
+    /// Returns a box that contains this one after a rigid motion.
     pub fn moved(&self, pose: &Isometry3<f64>) -> Self {
         let centre = pose * nalgebra::Point3::from((self.low + self.high) * 0.5);
         let half = pose.rotation.to_rotation_matrix().matrix().abs() * ((self.high - self.low) * 0.5);
         Self { low: centre.coords - half, high: centre.coords + half }
     }
 
-    /// Whether there is such a box: neither turned inside out nor with corners that are no places.
+    /// Whether the box is non-empty and its corners are finite.
     pub fn is_real(&self) -> bool {
         (0..3).all(|i| self.low[i] <= self.high[i] && self.low[i].is_finite() && self.high[i].is_finite())
     }
@@ -72,7 +73,7 @@ impl Aabb {
         (self.low + self.high) * 0.5
     }
 
-    /// What going through so many items in this box costs.
+    /// Returns the estimated cost of testing `items` items in this box.
     pub fn cost(&self, items: usize) -> f64 {
         if items == 0 { 0.0 } else { self.area() * items as f64 }
     }

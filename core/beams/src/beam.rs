@@ -1,56 +1,56 @@
-//! What is cast and what comes back.
+//! Beams and their hits.
 
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// The space a beam searches, in its own frame, looking along +z.
+/// The region that a beam searches, in the frame of the beam, which looks along +z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Volume {
-    /// The half line along +z: the first surface it meets.
+    /// The half line along +z; the first surface it meets counts.
     Ray,
-    /// A ball sector: the nearest surface point at most `half_angle` off +z.
+    /// A spherical sector; the nearest surface point at most `half_angle` off +z counts.
     Cone {
-        /// Half of the opening, in radians; 0 to pi, also beyond pi/2.
+        /// Half of the opening angle, in radians; 0 to pi, so values beyond pi/2 are allowed.
         half_angle: f64,
     },
-    /// A frustum between two rectangles square to +z, whose middles are on it: the beam's near and far are their
-    /// heights. All points in it count, however far from the origin.
+    /// A frustum between two rectangles perpendicular to +z and centred on it; the beam's near and far are their
+    /// heights. All points in it count, whatever their distance from the origin.
     Pyramid {
         /// Full size of the near end along x, in metres.
         x_near: f64,
-        /// Full size of the near end along y.
+        /// Full size of the near end along y, in metres.
         y_near: f64,
-        /// Full size of the far end along x.
+        /// Full size of the far end along x, in metres.
         x_far: f64,
-        /// Full size of the far end along y.
+        /// Full size of the far end along y, in metres.
         y_far: f64,
     },
-    /// A round frustum around +z: the beam's near and far are the heights of its flat ends.
+    /// A round frustum around +z; the beam's near and far are the heights of its flat ends.
     Cylinder {
         /// Radius of the near end, in metres.
         radius_near: f64,
-        /// Radius of the far end.
+        /// Radius of the far end, in metres.
         radius_far: f64,
     },
-    /// A flat sector: directions whose angle from +z towards +x or -x, in the plane of x and z, is at most half of
-    /// `angle`, no farther than half of `height` from that plane. Near and far are distances from the origin.
+    /// A flat sector: directions in the xz plane at an angle of at most half of `angle` from +z, and points at most
+    /// half of `height` away from that plane. Near and far are distances from the origin.
     Disc {
-        /// The full opening, in radians; a full turn is seen all around.
+        /// Full opening angle, in radians; 2 pi covers all directions in the plane.
         angle: f64,
-        /// The thickness along y, in metres.
+        /// Thickness along y, in metres.
         height: f64,
-        /// The opening around +z that is left out, in radians; 0 for none.
+        /// Opening around +z that is left out, in radians; 0 for none.
         gap: f64,
     },
 }
 
-/// The sides of a surface that are seen. The front is the outside of a solid form.
+/// The sides of surfaces that a beam sees. The front is the outside of a solid form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Faces {
-    /// Surfaces that show their outside.
+    /// Whether surfaces that show their outside are seen.
     pub front: bool,
-    /// Surfaces that show their inside.
+    /// Whether surfaces that show their inside are seen.
     pub back: bool,
 }
 
@@ -63,34 +63,34 @@ impl Faces {
     pub const BACK: Self = Self { front: false, back: true };
 }
 
-/// One question to a [`BeamScene`](super::BeamScene).
+/// One query to a [`BeamScene`](super::BeamScene).
 ///
-/// A surface point counts when it lies in the volume, at a distance from `near` to `far`, shows a side in `faces`
-/// and meets the line of sight at no more than `max_incidence`. Surfaces do not hide one another from a volume:
-/// its answer is the nearest point that counts.
+/// A surface point counts when it lies in the volume, at a distance from `near` to `far`, shows a side in `faces` and
+/// meets the line of sight at no more than `max_incidence`. Surfaces do not occlude one another from a volume: the
+/// result is the nearest point that counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beam {
-    /// Origin and direction (+z) of the beam.
+    /// Pose of the beam, which starts at the origin and looks along +z.
     pub world_from_beam: Isometry3<f64>,
-    /// The space searched.
+    /// The region searched.
     pub volume: Volume,
-    /// Least distance from the origin, in metres; for a pyramid or cylinder the height of its near end.
+    /// Minimum distance from the origin, in metres; for a pyramid or cylinder the height of its near end.
     pub near: f64,
-    /// Greatest distance from the origin, in metres: a ball around the origin, not a plane, but for a pyramid or
-    /// cylinder, where it is the height of the far end.
+    /// Maximum distance from the origin, in metres, which bounds a sphere and not a plane; for a pyramid or cylinder
+    /// the height of its far end.
     pub far: f64,
-    /// Greatest angle between the surface normal and the line of sight, in radians; pi/2 or more is no limit.
+    /// Maximum angle between the surface normal and the line of sight, in radians; pi/2 or more is no limit.
     pub max_incidence: f64,
-    /// Sides seen.
+    /// Sides of surfaces that are seen.
     pub faces: Faces,
-    /// A group that is passed over, such as the model that carries the sensor.
+    /// A group to ignore, such as the model that carries the sensor.
     pub skip_group: Option<u32>,
-    /// The one object that is looked for; the others neither count nor hide it.
+    /// If set, only this object is considered; others neither count nor occlude it.
     pub only_object: Option<u64>,
 }
 
 impl Beam {
-    /// A ray to `far` metres, with both sides seen and no other limit.
+    /// Returns a ray to `far` metres that sees both sides and has no other limit.
     pub fn ray(world_from_beam: Isometry3<f64>, far: f64) -> Self {
         Self {
             world_from_beam,
@@ -104,30 +104,30 @@ impl Beam {
         }
     }
 
-    /// A cone of `half_angle` radians to `far` metres, with both sides seen and no other limit.
+    /// Returns a cone of `half_angle` radians to `far` metres that sees both sides and has no other limit.
     pub fn cone(world_from_beam: Isometry3<f64>, half_angle: f64, far: f64) -> Self {
         Self { volume: Volume::Cone { half_angle }, ..Self::ray(world_from_beam, far) }
     }
 }
 
-/// The nearest point a beam sees.
+/// The nearest point that a beam sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
-    /// From the beam's origin to the point, in metres; infinity when nothing is seen.
+    /// Distance from the origin of the beam to the point, in metres; infinity if nothing is seen.
     pub distance: f64,
-    /// The point, in the beam's frame.
+    /// The point, in the frame of the beam.
     pub point: Point3<f64>,
-    /// The surface normal on the side of the sensor, in the beam's frame; of length 1.
+    /// Unit surface normal on the side of the sensor, in the frame of the beam.
     pub normal: Vector3<f64>,
-    /// The tag of the target. Between equal distances the lowest tag wins, then the lowest primitive.
+    /// Tag of the target. Among equal distances the lowest tag wins, then the lowest primitive.
     pub object: u64,
-    /// The place on the form: a mesh's triangle; a box's face (-x +x -y +y -z +z); of a cylinder or capsule
-    /// 0 the side, 1 the end at +z, 2 the end at -z; else 0.
+    /// Part of the form: the triangle of a mesh; the face of a box (-x +x -y +y -z +z); for a cylinder or capsule 0 for
+    /// the side, 1 for the end at +z, 2 for the end at -z; otherwise 0.
     pub primitive: u32,
 }
 
 impl Hit {
-    /// Nothing seen. The other fields are zero.
+    /// The result if nothing is seen. The other fields are zero.
     pub const NONE: Self = Self {
         distance: f64::INFINITY,
         point: Point3::new(0.0, 0.0, 0.0),

@@ -1,11 +1,11 @@
-//! The binary tree that a tree of boxes is made from: items split in two where a walk is expected to cost least.
+//! The binary tree from which a tree of boxes is made; items are split where the expected traversal cost is lowest.
 
 use nalgebra::Vector3;
 
 use super::aabb::Aabb;
 
-/// Builds the tree over `order`, numbers into `boxes`, and puts them in the order of the leaves. A child comes after
-/// its parent. The same input gives the same tree.
+/// Builds the tree over `order`, indices into `boxes`, and sorts them into the order of the leaves. A child comes after
+/// its parent. The result is deterministic.
 pub(super) fn build(order: &mut [u32], boxes: &[Aabb], leaf_size: usize) -> Vec<Node> {
     let mut nodes = vec![Node { aabb: Aabb::EMPTY, first: 0, count: order.len() as u32, depth: 0 }];
     let mut at = 0;
@@ -23,16 +23,17 @@ pub(super) fn build(order: &mut [u32], boxes: &[Aabb], leaf_size: usize) -> Vec<
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Node {
     pub aabb: Aabb,
-    /// A leaf's first place in `order`, or the first of two children, which are neighbours.
+    /// Index into `order` of the first item of a leaf, or index of the first of the two adjacent children of an inner
+    /// node.
     pub first: u32,
-    /// Items of a leaf; 0 for an inner node.
+    /// Number of items of a leaf; 0 for an inner node.
     pub count: u32,
-    /// Nodes above.
+    /// Number of ancestors.
     depth: u32,
 }
 
 impl Node {
-    /// The box of a leaf's items, or of an inner node's two children.
+    /// Returns the bounding box of the items of a leaf, or of the two children of an inner node.
     fn fit(&self, order: &[u32], boxes: &[Aabb], child: impl Fn(usize) -> Aabb) -> Aabb {
         let first = self.first as usize;
         match self.count {
@@ -42,17 +43,17 @@ impl Node {
     }
 }
 
-/// From this depth on items are halved.
+/// Depth from which on items are split at the median.
 const DEEP: u32 = 32;
-/// Bins along an axis.
+/// Number of bins per axis.
 const BINS: usize = 16;
 
-/// Where a set of items is split in two.
+/// A plane that splits a set of items in two.
 struct Cut {
     axis: usize,
     low: f64,
     per_metre: f64,
-    /// The last bin of the first part.
+    /// Last bin of the first part.
     last: usize,
 }
 
@@ -61,7 +62,7 @@ impl Cut {
         (((centre[self.axis] - self.low) * self.per_metre) as usize).min(BINS - 1)
     }
 
-    /// The cheapest cut; nothing when all centres coincide.
+    /// Returns the cheapest cut; `None` if all centres coincide.
     fn best(items: &[u32], boxes: &[Aabb], centres: &Aabb) -> Option<Self> {
         let mut best: Option<(f64, Self)> = None;
         for axis in 0..3 {
@@ -76,7 +77,7 @@ impl Cut {
                 let bin = &mut bins[cut.bin(&aabb.centre())];
                 *bin = (bin.0.merge(aabb), bin.1 + 1);
             }
-            // From the right: what the second part costs if it begins at a bin.
+            // From the right: the cost of the second part if it begins at a bin.
             let mut after = [0.0; BINS];
             let mut part = (Aabb::EMPTY, 0);
             for i in (1..BINS).rev() {
@@ -97,8 +98,8 @@ impl Cut {
     }
 }
 
-/// Splits a leaf where a walk is expected to cost least (surface area heuristic, in bins along each axis); at the
-/// median where bins do not separate anything, or where the tree would get too deep.
+/// Splits a leaf where the expected traversal cost is lowest (surface area heuristic, in bins along each axis), or at
+/// the median if the bins do not separate anything or the tree would get too deep.
 fn split(nodes: &mut Vec<Node>, order: &mut [u32], at: usize, boxes: &[Aabb], leaf_size: usize) {
     let Node { first, count, depth, .. } = nodes[at];
     if count as usize <= leaf_size {

@@ -1,7 +1,7 @@
 //! Candidate targets shared by beams that start at nearly the same point.
 //!
-//! The cones of a robot's ring of sonars would each go down the scene's whole tree to the same few targets. Together they
-//! go once, and each then tries those few.
+//! Without them, each cone of a robot's ring of sonars would descend the whole tree to the same few targets. The tree
+//! is traversed once for all of them, and each cone is tested against those few.
 
 use arrayvec::ArrayVec;
 
@@ -12,12 +12,12 @@ use super::{
     tree::{Quad, Tree, walk},
 };
 
-/// Fewer beams go down the tree by themselves.
+/// Minimum number of beams in a group; smaller groups use the tree directly.
 const FEWEST: usize = 4;
-/// Quads of targets that are near; where there are more targets, the tree is as good.
+/// Maximum number of quads of candidates; with more targets, the tree is as fast.
 const QUADS: usize = 8;
 const MOST: usize = 4 * QUADS;
-/// How much larger the space of all may be than that of the one which sees farthest.
+/// Maximum ratio of the size of the merged region to that of the largest beam's region.
 const STRAY: f64 = 1.5;
 
 /// The targets near a group of beams.
@@ -27,18 +27,18 @@ pub(super) struct Candidates {
     targets: ArrayVec<u32, MOST>,
 }
 
-/// The space that a beam searches at most; `None` where its far end is no distance.
+/// Returns the region that a beam searches at most; `None` for other volumes and if the far limit is not finite.
 fn space(beam: &Beam) -> Option<Aabb> {
     let is_ball = matches!(beam.volume, Volume::Ray | Volume::Cone { .. });
     let origin = &beam.world_from_beam.translation.vector;
-    // A tree is asked with some slack too.
+    // Queries of the tree use a tolerance too.
     let reach = beam.far + 2.0 * SLACK;
     let space = Aabb { low: origin.add_scalar(-reach), high: origin.add_scalar(reach) };
     (is_ball && space.is_real()).then_some(space)
 }
 
-/// How many of the first beams look out from nearly one place and pass over the same targets, and the space they search;
-/// `None` if they are too few.
+/// Returns how many of the first beams start at nearly the same point and skip the same group, and the region they
+/// search; `None` if they are too few.
 pub(super) fn group(beams: &[Beam]) -> Option<(usize, Aabb)> {
     let first = beams.first()?;
     let mut all = space(first)?;
@@ -58,7 +58,7 @@ pub(super) fn group(beams: &[Beam]) -> Option<(usize, Aabb)> {
 }
 
 impl Candidates {
-    /// The wanted targets in a space; `None` if they are too many.
+    /// Returns the wanted targets in a region; `None` if they are too many.
     pub fn of(tree: &Tree, boxes: &[Aabb], space: &Aabb, wanted: impl Fn(u32) -> bool) -> Option<Self> {
         let mut targets = ArrayVec::new();
         if !tree.within(space, |target| !wanted(target) || targets.try_push(target).is_ok()) {
@@ -70,7 +70,7 @@ impl Candidates {
         Some(Candidates { quads, targets })
     }
 
-    /// As [`Tree::walk`], with numbers of targets.
+    /// Does the same as [`Tree::walk`], with numbers of targets.
     pub fn walk(&self, probe: &Probe, limit: f64, mut visit: impl FnMut(u32, f64) -> f64) {
         walk(&self.quads, self.quads.len(), probe, limit, |place, limit| visit(self.targets[place], limit));
     }

@@ -1,13 +1,13 @@
-//! A cone against the curved side of a cylinder or capsule: a search along one angle that cannot miss.
+//! A cone against the curved side of a cylinder or capsule: a branch-and-bound search over one angle.
 //!
-//! For one angle around the cylinder's axis the surface is a straight line, and its nearest point that counts has a
-//! closed form. Over an interval of angles the surface lies within a known offset of a flat strip; the nearest
-//! point of that strip in a cone widened by the offset, less the offset, is a lower bound. Intervals whose bound
-//! does not undercut the best point so far are dropped, the others halved. The offset falls with the square of
-//! the width, so a handful of intervals stays at each level, and what is dropped cannot hold a nearer
-//! point: the result is the global minimum to within [`TOLERANCE`].
+//! At a given angle around the axis of the cylinder the surface is a straight line, and its nearest point that counts
+//! has a closed form. Over an interval of angles the surface lies within a known offset of a flat strip; the nearest
+//! point of that strip in a cone widened by the offset, minus the offset, is a lower bound. Intervals whose bound is
+//! not below the best point so far are dropped, the others halved. The offset falls with the square of the width, so
+//! only a handful of intervals remains at each level, and dropped intervals cannot contain a nearer point: the result
+//! is the global minimum to within [`TOLERANCE`].
 //!
-//! The common case, a convex cone and a solid seen from outside, is settled before that by a tangent plane
+//! The common case, a convex cone and a solid seen from outside, is settled beforehand by a tangent plane
 //! ([`CylinderSide::proven`]).
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -20,17 +20,17 @@ use super::{
     sight::{Cone, Sight},
 };
 
-/// How far the distance may exceed the true minimum, in metres.
+/// Maximum excess over the true minimum distance, in metres.
 const TOLERANCE: f64 = 2e-10;
-/// How far the point of a proof may lie beside the line of contact, as a part of the radius.
+/// Maximum distance of the point of a proof from the line of contact, as a fraction of the radius.
 const PROVEN: f64 = 1e-10;
-/// Intervals of one level. More means that a whole stretch is equally near (the apex on the axis, say):
-/// then the search stops, and the samples, dense by now, decide.
+/// Maximum number of intervals per level. More means that a whole stretch is equally near (for example, the apex is on
+/// the axis): the search then stops, and the samples, which are dense by then, decide.
 const WIDEST: usize = 256;
-/// After so many halvings the samples are closer than rounding.
+/// Maximum number of halvings, after which the samples are closer than rounding.
 const DEEPEST: usize = 44;
 
-/// A cylinder's side as seen from a cone's apex, in the cylinder's frame.
+/// The side of a cylinder as seen from the apex of a cone, in the frame of the cylinder.
 pub(super) struct CylinderSide {
     cone: Cone,
     radius: f64,
@@ -38,33 +38,33 @@ pub(super) struct CylinderSide {
     skip_back: bool,
 }
 
-/// A point of the side: distance, place relative to the apex, outward normal.
+/// A point of the side: its distance, its position relative to the apex, and its outward normal.
 pub(super) type OnCylinderSide = (f64, Vector3<f64>, Vector3<f64>);
 
-/// What tangent planes say about a convex solid.
+/// What tangent planes prove about a convex solid.
 pub(super) enum Proof {
     /// No point of the solid counts.
     Nothing,
-    /// This is its nearest point.
+    /// This is the nearest point that counts.
     Nearest(OnCylinderSide),
-    /// Nothing certain.
+    /// Nothing is proven.
     Open,
 }
 
 impl CylinderSide {
-    /// With `skip_back`, surface facing away is passed over, because something nearer always covers it.
+    /// Creates a side. With `skip_back`, back faces are skipped, because something nearer always covers them.
     pub fn new(cone: &Cone, radius: f64, half_length: f64, skip_back: bool) -> Self {
         let mut cone = *cone;
-        // A little further, so that a best distance known from elsewhere never changes how the search runs.
+        // Slightly farther, so that a best distance known from elsewhere never changes the course of the search.
         cone.sight.far += 2.0 * TOLERANCE;
         Self { cone, radius, half_length, skip_back }
     }
 
-    /// The nearest point that counts.
+    /// Returns the nearest point that counts.
     pub fn nearest(&self) -> Option<OnCylinderSide> {
         let mut level = [0.0; WIDEST];
         let mut next = [0.0; WIDEST];
-        // The front first: it usually holds the answer.
+        // The front comes first, since it usually has the nearest point.
         let mut best = (f64::INFINITY, Vector3::zeros(), Vector3::zeros());
         for (start, end) in self.arcs().into_iter().flatten() {
             let pieces = ((end - start) / FRAC_PI_2).ceil().max(2.0);
@@ -99,10 +99,12 @@ impl CylinderSide {
         (best.0 <= self.cone.sight.far - 2.0 * TOLERANCE).then_some(best)
     }
 
-    /// The nearest point of a convex solid whose side this is, if it is on the side and a tangent plane proves it.
+    /// Looks for the nearest point of the convex solid that this side belongs to, if it is on the side and a tangent
+    /// plane proves it nearest.
     ///
-    /// The solid lies behind each of its tangent planes, so what the cone sees of the plane is no further than what it
-    /// sees of the solid. At the solid's nearest point both distances are the same. The search looks for that plane.
+    /// The solid lies behind each of its tangent planes, so the part of a plane in the cone is at least as near as the
+    /// part of the solid in the cone. At the nearest point of the solid both distances are equal. The search looks for
+    /// the plane that touches there.
     pub fn proven(&self) -> Proof {
         let [Some((mut low, mut high)), None] = self.arcs() else {
             return Proof::Open;
@@ -119,15 +121,17 @@ impl CylinderSide {
             let Some((bound, point)) = plane(&self.cone, normal.dot(&foot), &normal) else {
                 return Proof::Nothing;
             };
-            // How far the plane's nearest point lies beside the line in which the plane touches.
+            // Signed distance of the nearest point of the plane from the line of contact.
             let beside = Vector3::new(-normal.y, normal.x, 0.0).dot(&(point - foot));
             if beside.abs() < PROVEN * self.radius {
-                // On the line beyond the side's end, the answer is at that end.
+                // If the point is on the line but beyond the end of the side, the nearest point of the solid is at that
+                // end.
                 let on_side = (point.z + self.cone.sight.origin.z).abs() <= self.half_length;
                 let nearest = Proof::Nearest((bound, point, normal));
                 return if on_side { nearest } else { Proof::Open };
             }
-            // A side kept twice in a row counts half, or false position would creep.
+            // The value at an end that is kept twice in a row is halved (Illinois variant), since plain false position
+            // converges slowly.
             if beside > 0.0 {
                 at_high = at_high.map(|x: f64| if went_up { 0.5 * x } else { x });
                 (low, at_low, went_up) = (angle, Some(beside), true);
@@ -139,7 +143,7 @@ impl CylinderSide {
         Proof::Open
     }
 
-    /// The ranges of angles whose surface shows its front, and its back, to the apex.
+    /// Returns the ranges of angles whose surface shows its front, and its back, to the apex.
     fn arcs(&self) -> [Option<(f64, f64)>; 2] {
         let Sight { origin, faces, .. } = &self.cone.sight;
         let away = crate::length(origin.x, origin.y);
@@ -150,7 +154,7 @@ impl CylinderSide {
         [front.then_some((toward - edge, toward + edge)), back.then_some((toward + edge, toward + TAU - edge))]
     }
 
-    /// Considers the nearest point on the straight line along the surface at one angle.
+    /// Offers the nearest point on the straight line along the surface at one angle.
     fn sample(&self, angle: f64, best: &mut OnCylinderSide) {
         let sight = &self.cone.sight;
         let normal = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0);
@@ -163,7 +167,7 @@ impl CylinderSide {
         }
     }
 
-    /// No point that counts at the angles of a strip around `middle` is nearer than this.
+    /// Returns a lower bound of the distance of all points that count at the angles of a strip around `middle`.
     fn bound(&self, middle: f64, strip: &Strip) -> f64 {
         let Cone { sight, cos, sin, half_angle } = &self.cone;
         let offset = strip.offset;
@@ -176,7 +180,7 @@ impl CylinderSide {
         if least <= 2.0 * offset {
             return (least - offset).max(0.0);
         }
-        // A point this far away turns by at most `turn` when it moves by `offset`.
+        // Moving a point at this distance by `offset` changes its direction by at most `turn`.
         let (sin_turn, turn) = (offset / least, libm::asin(offset / least));
         let cos_turn = (1.0 - sin_turn * sin_turn).sqrt();
         let mut widened = Cone {
@@ -204,12 +208,13 @@ impl CylinderSide {
     }
 }
 
-/// What the flat strips of one level share: each lies halfway between the chord and the tangent of its arc.
+/// Properties shared by the flat strips of one level: each strip lies halfway between the chord and the tangent of its
+/// arc.
 struct Strip {
     half_width: f64,
-    /// The surface is within this of the strip.
+    /// Maximum distance of the surface from the strip.
     offset: f64,
-    /// Half of the strip's width in metres.
+    /// Half the width of the strip, in metres.
     reach: f64,
 }
 

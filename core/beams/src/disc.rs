@@ -1,4 +1,4 @@
-//! A cone against a flat disc: the plane's candidates, then the rim's.
+//! A cone against a flat disc: candidates in the plane, then on the rim.
 
 use nalgebra::Vector3;
 
@@ -7,7 +7,7 @@ use super::{
     sight::Cone,
 };
 
-/// The nearest point of a disc that counts; `centre` relative to the apex.
+/// Returns the nearest point of a disc that counts; `centre` is relative to the apex.
 pub(super) fn disc(
     cone: &Cone,
     centre: &Vector3<f64>,
@@ -24,9 +24,10 @@ pub(super) fn disc(
     best.found()
 }
 
-/// The candidates on the rim: nearest and farthest point, crossings with the cone and with the near limit.
+/// Offers the candidates on the rim: the nearest and the farthest point, and its crossings with the cone and the near
+/// limit.
 fn rim(cone: &Cone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, best: &mut Nearest) {
-    // Angles count from the rim's nearest point, so |p|^2 = even + swing cos(angle) with swing <= 0.
+    // Angles are measured from the nearest point of the rim, so |p|^2 = even + swing cos(angle) with swing <= 0.
     let flat = normal * normal.dot(centre) - centre;
     let first = flat.try_normalize(1e-300).unwrap_or_else(|| any_perpendicular(normal));
     let second = normal.cross(&first);
@@ -58,13 +59,13 @@ fn rim(cone: &Cone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, b
         (a - b) * (a - b) - k2 * (even - swing),
     ];
     let mut offer = |angle: f64| {
-        // One step on the unsquared form, which the squaring has blurred.
+        // One Newton step on the unsquared equation, since squaring loses precision.
         let point = at(angle);
         let tangent = (second * libm::cos(angle) - first * libm::sin(angle)) * radius;
         let split = |p: &Vector3<f64>| (axis.dot(p), (p - axis * axis.dot(p)).norm());
         let excess = |p: &Vector3<f64>| cone.excess(split(p).0, split(p).1);
         let (height, width) = split(&point);
-        // The squared form also holds on the cone's mirror image.
+        // The squared equation also holds on the mirror image of the cone.
         if height * cone.cos < 0.0 && cone.cos.abs() > 1e-12 {
             return;
         }
@@ -91,11 +92,12 @@ fn rim(cone: &Cone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, b
     }
 }
 
-/// Calls `found` for each place in [-1, 1] where a quartic (lowest power first) changes its sign.
+/// Calls `found` for each argument in [-1, 1] where a quartic (lowest power first) changes sign.
 ///
-/// Between neighbouring stationary points a polynomial is monotone; these come from its derivative, likewise.
+/// A polynomial is monotone between neighbouring stationary points, which are found as the sign changes of its
+/// derivative, recursively.
 fn roots(quartic: &[f64; 5], mut found: impl FnMut(f64)) {
-    // Derivatives from the quartic down to the straight line.
+    // Derivatives, from the quartic down to the linear polynomial.
     let mut levels = [*quartic; 4];
     for i in 1..4 {
         for power in 0..5 {
@@ -125,7 +127,7 @@ fn roots(quartic: &[f64; 5], mut found: impl FnMut(f64)) {
     }
 }
 
-/// The sign change of a function that is monotone on an interval, by false position with halved weights.
+/// Finds the sign change of a function that is monotone on an interval, by false position with halved weights.
 fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> Option<f64> {
     let (mut f_low, mut f_high) = (f(low), f(high));
     let change = f_low * f_high <= 0.0 && (f_low != 0.0 || f_high != 0.0);
@@ -136,7 +138,7 @@ fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> Option<f64> {
         if high - low < 1e-15 {
             break;
         }
-        // Every third round halves, so that a flat stretch cannot hold the search.
+        // Every third round bisects, so that the search converges on flat stretches too.
         let t = if round % 3 == 2 { 0.5 * (low + high) } else { (low * f_high - high * f_low) / (f_high - f_low) };
         if !(t > low && t < high) {
             break;

@@ -1,8 +1,8 @@
-//! Sensor beams against the scene's detectable surfaces, apart from the physics engine.
+//! Sensor beams against the detectable surfaces of the scene, independent of the physics engine.
 //!
-//! Here live the geometry of rays and volume beams against every [`Form`](tatu_geometry::Form), and the
-//! trees that keep it fast. What a sensor makes of a hit, and which objects are detectable, is decided
-//! elsewhere. Begin with [`BeamScene`]; the geometry of a cone and a flat face is in `planar`.
+//! The crate has the geometry of rays and volume beams against every [`Form`](tatu_geometry::Form), and the trees that
+//! make casting fast. What a sensor derives from a hit, and which objects are detectable, is decided elsewhere. Begin
+//! with [`BeamScene`]; the geometry of a cone and a flat face is in `planar`.
 //!
 //! ```
 //! use nalgebra::Isometry3;
@@ -54,8 +54,8 @@ pub use bundle::{BundleCast, BundleHits, RayBundle};
 pub use grid::{Grid, GridCast, GridImage, Light, View, Want, color_of};
 pub use scene::{BeamScene, Target};
 
-/// Length of a vector of two numbers in metres. The exact one of the C library guards against numbers that overflow when
-/// they are squared, and takes ten times as long.
+/// Returns the length of a two-dimensional vector, in metres. `hypot` of the C library also guards against overflow of
+/// the squares, and takes ten times as long.
 pub(crate) fn length(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()
 }

@@ -1,4 +1,4 @@
-//! The triangles of one mesh in a tree, built once and shared by all its targets.
+//! A tree of the triangles of a mesh, built once and shared by all its targets.
 
 use std::sync::OnceLock;
 
@@ -14,16 +14,16 @@ use super::{
     triangle::{Triangle, triangle},
 };
 
-/// A mesh ready for beams. Triangles without area, or with corners that are missing or not finite, are left out.
+/// A mesh prepared for beams. Triangles without area, or with corners that are missing or not finite, are left out.
 #[derive(Debug)]
 pub(super) struct MeshTree {
-    /// In the order of the tree's leaves.
+    /// Triangles, in the order of the tree's leaves.
     pub triangles: Vec<Triangle>,
     tree: Tree,
     pub aabb: Aabb,
-    /// The same for bundles of rays.
+    /// The tree for bundles of rays.
     pub packets: PacketTree,
-    /// The same for images, made for the first one.
+    /// The clusters for images, built for the first one.
     pub clusters: OnceLock<Clusters>,
 }
 
@@ -39,7 +39,7 @@ impl MeshTree {
         Self { triangles, tree, aabb, packets, clusters: OnceLock::new() }
     }
 
-    /// The nearest point that counts; the probe is given in the mesh's frame.
+    /// Returns the nearest point that counts; the probe is in the mesh's frame.
     pub fn cast(&self, probe: &Probe) -> Option<Found> {
         let mut best = None;
         self.tree.walk(probe, probe.far(), |place, limit| {

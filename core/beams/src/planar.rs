@@ -1,9 +1,9 @@
-//! A cone against flat faces: the nearest point, in closed form.
+//! The nearest point of flat faces in a cone, in closed form.
 //!
-//! The nearest point of a convex polygon inside the cone is one of a few candidates: the foot of the
-//! perpendicular; the nearest point of the conic in which the cone cuts the plane; on each edge its nearest
-//! point, its ends and its crossings with the cone; and where the near limit is inside the polygon, a point
-//! on its circle. Every local minimum of the distance is among them, for any cone.
+//! The nearest point of a convex polygon inside the cone is one of a few candidates: the foot of the perpendicular; the
+//! nearest point of the conic in which the cone cuts the plane; on each edge its nearest point, its ends and its
+//! crossings with the cone; and where the near limit is inside the polygon, a point on its circle. For any cone, every
+//! local minimum of the distance is among them.
 
 use nalgebra::Vector3;
 
@@ -23,12 +23,13 @@ impl Nearest {
         Self { distance: f64::INFINITY, point: Vector3::zeros(), near, reach }
     }
 
-    /// Takes a point that lies on the face and in the cone, if the limits on distance allow it.
+    /// Considers a point that lies on the face and in the cone; it is taken if it is nearer and within the distance
+    /// limits.
     pub fn offer(&mut self, point: Vector3<f64>) {
         self.offer_at(point.norm(), point);
     }
 
-    /// The same with a distance that is known exactly.
+    /// Does the same as [`offer`](Self::offer) with a distance that is known exactly.
     pub fn offer_at(&mut self, distance: f64, point: Vector3<f64>) {
         if distance >= self.near && distance <= self.reach && distance < self.distance {
             self.distance = distance;
@@ -41,7 +42,8 @@ impl Nearest {
     }
 }
 
-/// The nearest point of a convex polygon that counts; corners relative to the apex, counter-clockwise around `normal`.
+/// Returns the nearest point of a convex polygon that counts; the corners are relative to the apex, counter-clockwise
+/// around `normal`.
 pub(super) fn polygon<const N: usize>(
     cone: &Cone,
     corners: &[Vector3<f64>; N],
@@ -61,7 +63,7 @@ pub(super) fn polygon<const N: usize>(
     best.found()
 }
 
-/// The nearest point of a whole plane; `h` is its height above the apex along `normal`.
+/// Returns the nearest point of a whole plane that counts; `h` is its height above the apex along `normal`.
 pub(super) fn plane(cone: &Cone, h: f64, normal: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
     match interior(cone, h, normal, |_| true) {
         Interior::Nothing => None,
@@ -69,29 +71,29 @@ pub(super) fn plane(cone: &Cone, h: f64, normal: &Vector3<f64>) -> Option<(f64, 
     }
 }
 
-/// What the inside of a flat face says before its boundary is looked at.
+/// Result for the interior of a flat face, before its boundary is considered.
 pub(super) enum Interior {
     /// No point of the face counts.
     Nothing,
-    /// This is the answer.
+    /// This is the nearest point of the whole face.
     Nearest(Nearest),
-    /// The best of the inside; the boundary may be nearer.
+    /// The best point of the interior; the boundary may be nearer.
     Maybe(Nearest),
 }
 
-/// The candidates that do not lie on the boundary of a flat face.
+/// Returns the best candidate that does not lie on the boundary of a flat face.
 pub(super) fn interior(cone: &Cone, h: f64, normal: &Vector3<f64>, inside: impl Fn(&Vector3<f64>) -> bool) -> Interior {
     let sight = &cone.sight;
     let height = h.abs();
     let reach = sight.reach(height);
-    // A height that is no number shows no side.
+    // `sees_side` is false for a NaN height.
     if height > reach || !sight.sees_side(h) {
         return Interior::Nothing;
     }
     let mut best = Nearest::new(sight.near, reach);
     let toward = if h < 0.0 { -normal } else { *normal };
 
-    // The foot of the perpendicular: nothing on the plane is nearer.
+    // The foot of the perpendicular is the nearest point of the plane.
     let foot = toward * height;
     let foot_in_cone = cone.contains(&foot);
     if foot_in_cone && height >= sight.near && inside(&foot) {
@@ -99,7 +101,7 @@ pub(super) fn interior(cone: &Cone, h: f64, normal: &Vector3<f64>, inside: impl 
         return Interior::Nearest(best);
     }
 
-    // The conic's nearest point: the axis turned toward the perpendicular by the half angle.
+    // The nearest point of the conic: on the axis turned towards the perpendicular by the half angle.
     let axis_rise = toward.dot(&sight.axis);
     let across = toward - sight.axis * axis_rise;
     let turn = across.try_normalize(1e-300).unwrap_or_else(|| any_perpendicular(&sight.axis));
@@ -117,7 +119,7 @@ pub(super) fn interior(cone: &Cone, h: f64, normal: &Vector3<f64>, inside: impl 
     } else if !foot_in_cone {
         let along = sight.axis * cone.cos + turn * cone.sin;
         let rise = along.dot(&toward);
-        // In a convex cone nothing on the plane is nearer than this point.
+        // In a convex cone no point of the plane is nearer than this one.
         if rise <= 0.0 || height / rise > reach {
             return Interior::Nothing;
         }
@@ -134,10 +136,10 @@ pub(super) fn interior(cone: &Cone, h: f64, normal: &Vector3<f64>, inside: impl 
     Interior::Maybe(best)
 }
 
-/// Points of the plane at exactly the near limit that are not on the boundary of the face.
+/// Offers points of the plane exactly at the near limit that are not on the boundary of the face.
 ///
-/// They form a circle around the foot. The part of it that counts either ends on the cone (tried here), ends
-/// on the boundary of the face (tried there), or is the whole circle, of which one point is enough.
+/// They form a circle around the foot. The part of it that counts either ends on the cone (offered here), ends on the
+/// boundary of the face (offered by [`edge`]), or is the whole circle, of which one point suffices.
 fn near_circle(
     cone: &Cone,
     height: f64,
@@ -172,7 +174,7 @@ fn near_circle(
     }
 }
 
-/// The candidates on the edge from `a` to `b`.
+/// Offers the candidates on the edge from `a` to `b`.
 pub(super) fn edge(cone: &Cone, a: &Vector3<f64>, b: &Vector3<f64>, best: &mut Nearest) {
     let along = b - a;
     let length_squared = along.norm_squared();
@@ -181,7 +183,7 @@ pub(super) fn edge(cone: &Cone, a: &Vector3<f64>, b: &Vector3<f64>, best: &mut N
     }
     let at = |t: f64| a + along * t;
 
-    // The edge's nearest point: if it counts, it is the answer here; if it is too far, so is the edge.
+    // The nearest point of the edge: if it counts, it is the best candidate; if it is too far, so is the whole edge.
     let closest = at((-a.dot(&along) / length_squared).clamp(0.0, 1.0));
     let least = closest.norm();
     if least > best.reach || least >= best.distance {
@@ -197,7 +199,8 @@ pub(super) fn edge(cone: &Cone, a: &Vector3<f64>, b: &Vector3<f64>, best: &mut N
         }
     }
 
-    // Crossings with the cone: sin^2 (axis part)^2 = cos^2 (part across)^2, then one step on the unsquared form.
+    // Crossings with the cone: sin^2 (axis part)^2 = cos^2 (perpendicular part)^2, then one Newton step on the
+    // unsquared equation.
     let axis = &cone.sight.axis;
     let (a0, a1) = (axis.dot(a), axis.dot(&along));
     let (c0, c1) = (a - axis * a0, along - axis * a1);
@@ -209,7 +212,7 @@ pub(super) fn edge(cone: &Cone, a: &Vector3<f64>, b: &Vector3<f64>, best: &mut N
     );
     let excess = |t: f64| cone.excess(a0 + a1 * t, (c0 + c1 * t).norm());
     for root in roots.into_iter().flatten() {
-        // The squared form also holds on the cone's mirror image.
+        // The squared equation also holds on the mirror image of the cone.
         if (a0 + a1 * root) * cone.cos < 0.0 && cone.cos.abs() > 1e-12 {
             continue;
         }
@@ -234,20 +237,20 @@ pub(super) fn edge(cone: &Cone, a: &Vector3<f64>, b: &Vector3<f64>, best: &mut N
     }
 }
 
-/// The real roots of `a x^2 + b x + c`; a pair that only rounding keeps from being real counts as a double root.
+/// Returns the real roots of `a x^2 + b x + c`. A discriminant that is negative only by rounding counts as zero.
 pub(super) fn quadratic(a: f64, b: f64, c: f64) -> [Option<f64>; 2] {
     let discriminant = b * b - 4.0 * a * c;
     let noise = 1e-13 * (b * b + (4.0 * a * c).abs());
     if discriminant < -noise || discriminant.is_nan() {
         return [None, None];
     }
-    // The form that never subtracts nearly equal numbers.
+    // This form never subtracts nearly equal numbers.
     let q = -0.5 * (b + discriminant.max(0.0).sqrt().copysign(b));
     let finite = |x: f64| x.is_finite().then_some(x);
     [finite(q / a), finite(c / q)]
 }
 
-/// Some unit vector at right angles to `v`.
+/// Returns a unit vector perpendicular to `v`.
 pub(super) fn any_perpendicular(v: &Vector3<f64>) -> Vector3<f64> {
     let other = if v.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
     v.cross(&other).try_normalize(0.0).unwrap_or_else(Vector3::x)

@@ -1,4 +1,4 @@
-//! A beam made ready for the geometry: in the frame of the form it is tested against.
+//! A beam prepared for intersection tests, in the frame of the form it is tested against.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -10,7 +10,7 @@ use super::{
     sight::{Cone, Sight},
 };
 
-/// A beam in one of the forms the geometry knows.
+/// A beam as one of the shapes that the intersection tests support.
 #[derive(Debug, Clone)]
 #[expect(
     clippy::large_enum_variant,
@@ -22,13 +22,13 @@ pub(super) enum Probe {
     Convex(Convex),
 }
 
-/// A cone narrower than this, in radians, is a ray.
+/// Minimum half angle of a cone, in radians; a narrower one is a ray.
 const NARROWEST: f64 = 1e-9;
 
 impl Probe {
-    /// A piece of the beam in the world's frame; nothing when its limits leave nothing to see.
+    /// Returns one piece of the beam in the frame of the world; `None` if its limits exclude everything.
     pub fn new(beam: &Beam, piece: usize) -> Option<Self> {
-        // Beyond a right angle there is no limit; just below, the cosine is still positive.
+        // At a right angle or more there is no limit; just below, the cosine is still positive.
         let cos_incidence = if beam.max_incidence < FRAC_PI_2 { libm::cos(beam.max_incidence.max(0.0)) } else { 0.0 };
         let sight = Sight {
             origin: beam.world_from_beam.translation.vector.into(),
@@ -52,7 +52,7 @@ impl Probe {
         }
     }
 
-    /// The same probe in a form's frame, looking no further than `far`.
+    /// Returns the probe in the frame of a form, limited to the distance `far`.
     pub fn in_form(&self, world_from_form: &Isometry3<f64>, far: f64) -> Self {
         match self {
             Self::Ray(sight) => Self::Ray(sight.in_form(world_from_form, far)),
@@ -61,7 +61,7 @@ impl Probe {
         }
     }
 
-    /// The greatest distance at which something is looked for.
+    /// Returns the maximum distance at which surfaces are sought.
     pub fn far(&self) -> f64 {
         match self {
             Self::Ray(sight) => sight.far,

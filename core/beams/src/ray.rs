@@ -1,4 +1,4 @@
-//! A ray against every form: the crossings in closed form.
+//! Rays against every form: crossings in closed form.
 
 use nalgebra::Vector3;
 use tatu_geometry::Form;
@@ -9,7 +9,7 @@ use super::{
     solid::unit,
 };
 
-/// The first crossing that counts on a form other than a mesh; the sight is given in the form's frame.
+/// Returns the first crossing that counts on a form other than a mesh; the sight is in the form's frame.
 pub(super) fn cast(sight: &Sight, form: &Form) -> Option<Found> {
     let mut best = None;
     match form {
@@ -36,9 +36,9 @@ pub(super) fn cast(sight: &Sight, form: &Form) -> Option<Found> {
     best
 }
 
-/// Where a ray from the origin crosses a triangle, as a distance.
+/// Returns the distance at which a ray from the origin crosses a triangle.
 ///
-/// Neighbours compute the sign for a shared edge from the same numbers, so no ray slips between them.
+/// Neighbouring triangles compute the sign for a shared edge from the same numbers, so no ray slips between them.
 pub(super) fn triangle(axis: &Vector3<f64>, corners: &[Vector3<f64>; 3], normal: &Vector3<f64>) -> Option<f64> {
     let [a, b, c] = corners;
     let sides = [axis.dot(&a.cross(b)), axis.dot(&b.cross(c)), axis.dot(&c.cross(a))];
@@ -84,7 +84,8 @@ fn cuboid(sight: &Sight, half: &Vector3<f64>, best: &mut Option<Found>) {
     }
 }
 
-/// The ball around (0, 0, `z`); `primitive` names the part at a height above its centre.
+/// Intersects the ball around (0, 0, `z`). `primitive` returns the part of the surface for the z component of its
+/// normal.
 fn ball(sight: &Sight, z: f64, radius: f64, primitive: impl Fn(f64) -> Option<u32>, best: &mut Option<Found>) {
     let from_centre = sight.origin.coords - Vector3::new(0.0, 0.0, z);
     let middle = -from_centre.dot(&sight.axis);

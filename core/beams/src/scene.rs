@@ -1,4 +1,4 @@
-//! All detectable targets of a scene, and the cast of many beams against them.
+//! All detectable targets of a scene, and the casting of many beams against them.
 
 use std::{collections::HashMap, sync::Arc};
 
@@ -19,54 +19,56 @@ use super::{
     tree::Tree,
 };
 
-/// One form that beams can hit. An object of several forms has several targets with the same tag.
+/// One form that beams can hit. An object with several forms has several targets with the same tag.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
     /// The caller's tag, returned in hits.
     pub object: u64,
-    /// What [`Beam::skip_group`] compares: the model it belongs to, say.
+    /// Group compared with [`Beam::skip_group`]; for example the model that the target belongs to.
     pub group: u32,
-    /// The form's place.
+    /// Pose of the form in the world.
     pub world_from_target: Isometry3<f64>,
     /// The form.
     pub form: Form,
-    /// Red, green and blue, 0 to 1, as images show it in full light.
+    /// Red, green and blue, each 0 to 1, as rendered in full light.
     pub color: [f32; 3],
 }
 
-/// Beams of one task of the thread pool.
+/// Number of beams per task of the thread pool.
 const CHUNK: usize = 64;
-/// When fewer than one target in so many moves, each is followed up the tree; else the whole tree is fitted.
+/// If fewer than one target in `FEW` moves, the tree is updated along the path of each; otherwise the whole tree is
+/// refitted.
 const FEW: usize = 8;
-/// Moves of one task of the thread pool.
+/// Number of moves per task of the thread pool.
 const MOVES: usize = 256;
 
-/// What beams are cast against.
+/// The set of targets that beams are cast against.
 ///
-/// A beam's hit depends only on the beam and the targets: not on the other beams, the number of threads or earlier poses.
+/// The hit of a beam depends only on the beam and the targets, not on the other beams, the number of threads or earlier
+/// poses.
 #[derive(Debug, Default)]
 pub struct BeamScene {
     pub(super) targets: Vec<Target>,
-    /// For each target, its mesh's tree.
+    /// Triangle tree of each target; `None` unless its form is a mesh.
     pub(super) trees: Vec<Option<Arc<MeshTree>>>,
-    /// Each mesh in use, by address; holding the mesh keeps the address from being used again.
+    /// The meshes in use, by address. Holding the mesh keeps its address from being reused.
     pub(super) meshes: HashMap<usize, (Arc<Mesh>, Arc<MeshTree>)>,
-    /// For each target, its box in the world; an empty one for a form without end.
+    /// Bounding box of each target in the world; empty for an unbounded form.
     boxes: Vec<Aabb>,
-    /// Targets without end, tried for every beam.
+    /// Targets with an unbounded form, tested for every beam.
     pub(super) unbounded: Vec<u32>,
-    /// For each target, a ball around it; of a form without end, nothing of use.
+    /// Bounding sphere of each target; meaningless for an unbounded form.
     pub(super) balls: Vec<Ball>,
     pub(super) top: Tree,
-    /// Used again by each update: what is around targets where they now are.
+    /// Buffer reused by each update: bounds of the moved targets at their new poses.
     around: Vec<(Aabb, Ball)>,
 }
 
-/// Middle and radius.
+/// Centre and radius.
 type Ball = (Vector3<f64>, f64);
 
 impl BeamScene {
-    /// Replaces all targets. Meshes seen before keep their trees.
+    /// Replaces all targets. The trees of meshes that were already present are reused.
     pub fn set(&mut self, targets: impl IntoIterator<Item = Target>) {
         self.targets.clear();
         self.targets.extend(targets);
@@ -97,16 +99,17 @@ impl BeamScene {
         self.rebuild();
     }
 
-    /// The targets, in the order they were set.
+    /// Returns the targets in the order in which they were set.
     pub fn targets(&self) -> &[Target] {
         &self.targets
     }
 
-    /// Moves targets, named by their place in [`targets`](Self::targets). Costs as many steps as the tree is deep for
-    /// each, or once the size of the tree where many move. Many are worked on by rayon's current pool.
+    /// Moves targets, given by their index in [`targets`](Self::targets). Each move costs time proportional to the
+    /// depth of the tree; if many targets move, the tree is refitted once instead. Long lists are processed in rayon's
+    /// current pool.
     ///
     /// # Panics
-    /// If a place is out of range.
+    /// If an index is out of range.
     pub fn update_poses(&mut self, poses: &[(usize, Isometry3<f64>)]) {
         let mut around = std::mem::take(&mut self.around);
         if poses.len() <= MOVES {
@@ -132,16 +135,16 @@ impl BeamScene {
         }
     }
 
-    /// Moves one target: as many steps as the tree is deep.
+    /// Moves one target, in time proportional to the depth of the tree.
     ///
     /// # Panics
-    /// If the place is out of range.
+    /// If the index is out of range.
     pub fn update_pose(&mut self, index: usize, pose: Isometry3<f64>) {
         self.update_poses(&[(index, pose)]);
     }
 
-    /// Notes a pose and what is around it; whether the tree must be built anew, since the target was nowhere before or is
-    /// so now.
+    /// Stores a pose and its bounds. Returns whether the tree must be rebuilt because the target has gained or lost
+    /// valid bounds.
     fn place(&mut self, index: usize, pose: &Isometry3<f64>, (aabb, ball): (Aabb, Ball)) -> bool {
         self.targets[index].world_from_target = *pose;
         self.boxes[index] = aabb;
@@ -149,15 +152,15 @@ impl BeamScene {
         aabb.is_real() != self.top.holds(index as u32)
     }
 
-    /// Gives a target, named by its place in [`targets`](Self::targets), another colour.
+    /// Sets the colour of a target, given by its index in [`targets`](Self::targets).
     ///
     /// # Panics
-    /// If the place is out of range.
+    /// If the index is out of range.
     pub fn set_color(&mut self, index: usize, color: [f32; 3]) {
         self.targets[index].color = color;
     }
 
-    /// Casts `beams` on rayon's current pool; `hits[i]` becomes the answer to `beams[i]`.
+    /// Casts `beams` in rayon's current pool; `hits[i]` receives the result of `beams[i]`.
     ///
     /// # Panics
     /// If the lengths differ.
@@ -169,7 +172,7 @@ impl BeamScene {
         beams.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each(|(beams, hits)| self.cast_here(beams, hits));
     }
 
-    /// The same on this thread.
+    /// Does the same as [`cast`](Self::cast) on the current thread.
     pub fn cast_here(&self, beams: &[Beam], hits: &mut [Hit]) {
         let mut done = 0;
         while done < beams.len() {
@@ -186,7 +189,7 @@ impl BeamScene {
         }
     }
 
-    /// What is in a space but of one group; `None` if that is much.
+    /// Collects the targets in a region, except those of the group to skip; `None` if there are too many.
     fn near(&self, space: &Aabb, skip_group: Option<u32>) -> Option<Candidates> {
         Candidates::of(&self.top, &self.boxes, space, |index| skip_group != Some(self.targets[index as usize].group))
     }
@@ -196,7 +199,7 @@ impl BeamScene {
         self.cast_among(beam, None)
     }
 
-    /// Casts a beam, among the targets that are near it where they are known.
+    /// Casts a beam against the candidates near it if they are known, or else against all targets.
     fn cast_among(&self, beam: &Beam, near: Option<&Candidates>) -> Hit {
         let mut best: Option<(Found, u32)> = None;
         for piece in 0..convex::pieces(&beam.volume) {
@@ -207,7 +210,7 @@ impl BeamScene {
         best.map_or(Hit::NONE, |(found, index)| self.hit(beam, &found, index as usize))
     }
 
-    /// Takes what a piece of a beam sees nearest.
+    /// Updates `best` with the nearest point that one piece of a beam sees.
     fn cast_probe(&self, beam: &Beam, probe: &Probe, near: Option<&Candidates>, best: &mut Option<(Found, u32)>) {
         let mut limit = best.as_ref().map_or(probe.far(), |(found, _)| found.distance.min(probe.far()));
         let mut visit = |index: u32, limit: f64| {
@@ -233,7 +236,7 @@ impl BeamScene {
         }
     }
 
-    /// The nearest point of one target, no further than `limit`, in the target's frame.
+    /// Returns the nearest point of one target, at most `limit` away, in the frame of the target.
     fn cast_at(&self, index: usize, probe: &Probe, limit: f64) -> Option<Found> {
         let Target { world_from_target, form, .. } = &self.targets[index];
         match (&self.trees[index], probe) {
@@ -244,7 +247,7 @@ impl BeamScene {
         }
     }
 
-    /// A point found on a target, as the beam reports it.
+    /// Converts a point found on a target to the hit that the beam reports.
     fn hit(&self, beam: &Beam, found: &Found, index: usize) -> Hit {
         let target = &self.targets[index];
         let beam_from_target = beam.world_from_beam.rotation.inverse() * target.world_from_target.rotation;
@@ -258,12 +261,12 @@ impl BeamScene {
         }
     }
 
-    /// The box and the ball around a target at a pose.
+    /// Returns the bounding box and the bounding sphere of a target at a pose.
     fn around(&self, index: usize, pose: &Isometry3<f64>) -> (Aabb, Ball) {
         (self.box_of(index, pose), self.ball_of(index, pose))
     }
 
-    /// A target's box; an empty one for a form without end, and for what is nowhere: a pose or size that is no number.
+    /// Returns the bounding box of a target; empty for an unbounded form, and if the pose or the size is not finite.
     fn box_of(&self, index: usize, pose: &Isometry3<f64>) -> Aabb {
         let aabb = match &self.trees[index] {
             Some(tree) => tree.aabb.moved(pose),

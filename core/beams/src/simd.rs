@@ -1,13 +1,13 @@
-//! Which registers the processor has, asked once; the same code is compiled for each of them.
+//! Selection of the SIMD level of the processor, once. The same code is compiled for each level.
 //!
-//! Every level gives the same bits: all operations are rounded alike (nothing is fused), lanes do not mix, and smaller
-//! and larger of two numbers are chosen by comparisons, which settle zeros and what is no number.
+//! Every level gives the same bits: all operations are rounded individually (no fused multiply-add), lanes are
+//! independent, and minima and maxima are computed by comparisons, which define the results for signed zeros and NaN.
 
 use std::sync::OnceLock;
 
 use fearless_simd::{Level, prelude::*};
 
-/// The level to use: the best there is, or the least where the environment says `TATU_SIMD=off`.
+/// Returns the level to use: the best available, or the lowest if the environment contains `TATU_SIMD=off`.
 pub(crate) fn level() -> Level {
     static LEVEL: OnceLock<Level> = OnceLock::new();
     *LEVEL.get_or_init(|| match std::env::var("TATU_SIMD") {
@@ -16,11 +16,11 @@ pub(crate) fn level() -> Level {
     })
 }
 
-/// Runs `work` with the token of a level, in code compiled for it: on x86 with 512, 256 or 128 bits, elsewhere with what
-/// every processor of its kind has.
+/// Runs `work` with the token of a level, in code compiled for it: on x86 with 512, 256 or 128 bits, elsewhere with the
+/// baseline of the architecture.
 ///
 /// The crate's own macro would compile the code twice for 128 bits. Closures in `work` that use the token need
-/// `#[inline(always)]`, as functions do: else they are compiled for no level.
+/// `#[inline(always)]`, like functions; otherwise they are not compiled for the level.
 macro_rules! dispatch {
     ($level:expr, $simd:ident => $work:expr) => {{
         let level: fearless_simd::Level = $level;
@@ -55,13 +55,13 @@ macro_rules! dispatch {
 }
 pub(crate) use dispatch;
 
-/// The smaller of each two; the second where one is no number.
+/// Returns the smaller number of each pair; the second one if either is NaN.
 #[inline(always)]
 pub(super) fn least<S: Simd, T: SimdFloat<S>>(a: T, b: T) -> T {
     a.simd_lt(b).select(a, b)
 }
 
-/// The greater of each two, likewise.
+/// Returns the greater number of each pair; the second one if either is NaN.
 #[inline(always)]
 pub(super) fn greatest<S: Simd, T: SimdFloat<S>>(a: T, b: T) -> T {
     a.simd_gt(b).select(a, b)

@@ -1,4 +1,4 @@
-//! A cone against each closed form: which surfaces it has, and the short way when nothing is in the way.
+//! Cones against each analytic form: its surfaces, and a shortcut if nothing restricts the nearest point.
 
 use nalgebra::Vector3;
 use tatu_geometry::Form;
@@ -11,7 +11,7 @@ use super::{
     sphere::sphere,
 };
 
-/// The nearest point that counts on a form other than a mesh; the cone is given in the form's frame.
+/// Returns the nearest point that counts on a form other than a mesh; the cone is in the form's frame.
 pub(super) fn cast(cone: &Cone, form: &Form) -> Option<Found> {
     match form {
         Form::Plane => {
@@ -31,7 +31,8 @@ pub(super) fn cast(cone: &Cone, form: &Form) -> Option<Found> {
     }
 }
 
-/// The corners of a box's face, counter-clockwise seen from outside, and its normal. Faces are -x +x -y +y -z +z.
+/// Returns the corners of a box's face, counter-clockwise as seen from outside, and its normal. Faces are -x +x -y +y
+/// -z +z.
 pub(super) fn face(half: &Vector3<f64>, index: usize) -> ([Vector3<f64>; 4], Vector3<f64>) {
     let axis = index / 2;
     let sign = if index % 2 == 1 { 1.0 } else { -1.0 };
@@ -51,7 +52,7 @@ fn cuboid(cone: &Cone, half: &Vector3<f64>) -> Option<Found> {
     if least > sight.far {
         return None;
     }
-    // From outside, the nearest point of all is on a front face.
+    // From outside, the nearest point overall is on a front face.
     if least > 0.0 && sight.faces.front && least >= sight.near && cone.contains(&closest) {
         let seen = |i: &usize| closest[*i] != 0.0 && closest[*i].abs() >= sight.cos_incidence * least;
         if let Some(axis) = (0..3).find(seen) {
@@ -88,7 +89,7 @@ fn cylinder(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
     }
     let end = if origin.z > 0.0 { 1 } else { 2 };
 
-    // From outside, the nearest point of all is on the side, on an end or on the rim between them.
+    // From outside, the nearest point overall is on the side, on an end or on the rim between them.
     if least > 0.0 && sight.faces.front && least >= sight.near {
         let inward = Vector3::new(-origin.x, -origin.y, 0.0) * (beside.max(0.0) / away.max(f64::MIN_POSITIVE));
         let point = inward - Vector3::new(0.0, 0.0, above.max(0.0).copysign(origin.z));
@@ -122,7 +123,7 @@ fn capsule(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
     if least > sight.far {
         return None;
     }
-    // From outside, the nearest point of all, met at a right angle.
+    // From outside, the surface is perpendicular to the line of sight at the nearest point overall.
     if least > 0.0 && sight.faces.front && least >= sight.near && cone.contains(&core) {
         let toward = unit(&core);
         let primitive = match origin.z {
@@ -145,13 +146,15 @@ fn capsule(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
     with_side(cone, radius, half_length, least, best)
 }
 
-/// The nearest of the point found on the ends of a cylinder or capsule, which is at distance `least`, and its side.
+/// Returns the nearer of the point found on the ends of a cylinder or capsule, which is at distance `least`, and the
+/// nearest point on its side.
 fn with_side(cone: &Cone, radius: f64, half_length: f64, least: f64, ends: Option<Found>) -> Option<Found> {
     let on_side = |(distance, point, normal): OnCylinderSide| Found { distance, point, normal, primitive: 0 };
     let covered = covered(cone, least);
     let side = CylinderSide::new(cone, radius, half_length, covered);
     if covered && !cone.wide() {
-        // The solid is behind the plane that touches it at the point found: is that point the plane's nearest too?
+        // The solid is behind its tangent plane at the point found. If that point is also the nearest of the plane, it
+        // is the nearest of the solid.
         if let Some(found) = &ends {
             let h = found.normal.dot(&found.point);
             let bound = plane(cone, h, &found.normal);
@@ -171,15 +174,15 @@ fn with_side(cone: &Cone, radius: f64, half_length: f64, least: f64, ends: Optio
     Found::nearer(side.nearest().map(on_side), ends)
 }
 
-/// Whether each surface point that faces away has one on the same line of sight that is nearer and counts.
+/// Returns whether each surface point that faces away is hidden by a nearer one on the same line of sight that counts.
 ///
-/// So it is for a solid at distance `least` > 0, unless a limit may take away the nearer point.
+/// This holds for a solid at distance `least` > 0, unless a limit may exclude the nearer point.
 fn covered(cone: &Cone, least: f64) -> bool {
     let sight = &cone.sight;
     least > 0.0 && sight.faces.front && sight.cos_incidence == 0.0 && sight.near <= least
 }
 
-/// The direction of `v`, or zero.
+/// Returns the direction of `v`, or zero.
 pub(super) fn unit(v: &Vector3<f64>) -> Vector3<f64> {
     v.try_normalize(0.0).unwrap_or_default()
 }

@@ -1,21 +1,21 @@
-//! A cone against a sphere, or the half of it that ends a capsule: the nearest point, in closed form.
+//! The nearest point of a sphere, or of the hemisphere that caps a capsule, in a cone; in closed form.
 //!
-//! The points of a sphere at a distance `d` from the apex form a circle around the line to the centre, seen
-//! under the angle `spread` from it. Every limit of a beam is a condition on `d` alone: near, far, side and incidence
-//! directly, the cone as a range for `spread`. So the distances that count form intervals, and the nearest is
-//! the least of their ends that passes all conditions.
+//! The points of a sphere at a distance `d` from the apex form a circle around the line to the centre, seen at an angle
+//! `spread` from that line. Every limit of a beam is a condition on `d` alone: near, far, side and incidence directly,
+//! and the cone as a range of `spread`. The distances that count therefore form intervals, and the nearest is the
+//! smallest interval end that meets all conditions.
 
 use nalgebra::Vector3;
 
 use super::{planar::any_perpendicular, sight::Cone};
 
-/// Slack for conditions that a candidate meets exactly but for rounding.
+/// Tolerance for conditions that a candidate meets exactly except for rounding.
 const SLACK: f64 = 1e-12;
 
-/// The nearest point of a sphere that counts; `centre` relative to the apex.
+/// Returns the nearest point of a sphere that counts; `centre` is relative to the apex.
 ///
-/// With `half`, only the part on that side of the centre. Its rim is then left to the part that continues the surface
-/// there.
+/// With `half`, only the hemisphere on that side of the centre is considered. Its rim is left to the adjoining part of
+/// the surface.
 pub(super) fn sphere(
     cone: &Cone,
     centre: &Vector3<f64>,
@@ -37,7 +37,7 @@ pub(super) fn sphere(
     // The nearest and the farthest point.
     offer((view.away - r).abs(), if view.away >= r { 0.0 } else { std::f64::consts::PI });
     offer(view.away + r, 0.0);
-    // Where the cone begins to contain the circle.
+    // Distances at which the circle enters the cone.
     for spread in [view.off_axis - cone.half_angle, view.off_axis + cone.half_angle] {
         if (0.0..=std::f64::consts::PI).contains(&spread) {
             let middle = view.away * libm::cos(spread);
@@ -60,20 +60,20 @@ pub(super) fn sphere(
     best
 }
 
-/// A sphere as the apex sees it.
+/// A sphere in relation to the apex.
 struct View<'a> {
     cone: &'a Cone,
     centre: Vector3<f64>,
     radius: f64,
-    /// Distance of the centre.
+    /// Distance to the centre.
     away: f64,
-    /// `away^2 - radius^2`: the product of near and far distance on any line.
+    /// `away^2 - radius^2`: the product of the near and the far distance along any line.
     power: f64,
-    /// Direction of the centre.
+    /// Unit vector towards the centre.
     ahead: Vector3<f64>,
-    /// At right angles to it, on the side of the axis.
+    /// Unit vector perpendicular to `ahead`, on the side of the axis.
     beside: Vector3<f64>,
-    /// Angle of the centre from the axis.
+    /// Angle between the axis and the direction to the centre.
     off_axis: f64,
 }
 
@@ -96,12 +96,12 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The angle from the centre at which points at distance `d` are seen.
+    /// Returns the angle from the centre line at which points at distance `d` are seen.
     fn spread(&self, d: f64) -> f64 {
         libm::acos(((d * d + self.power) / (2.0 * self.away * d)).clamp(-1.0, 1.0))
     }
 
-    /// The point at distance `d` and angle `spread` nearest to the axis, if it counts.
+    /// Returns the point at distance `d` and angle `spread` that is nearest to the axis, if it counts.
     fn point(&self, d: f64, spread: f64, half: Option<&Vector3<f64>>) -> Option<Vector3<f64>> {
         let sight = &self.cone.sight;
         let size = self.away + self.radius;
@@ -109,12 +109,12 @@ impl<'a> View<'a> {
         if !(d >= sight.near && d <= sight.far && d > 0.0 && on_sphere) {
             return None;
         }
-        // Positive on the front: the cosine of the incidence.
+        // Cosine of the incidence; positive on the front.
         let cos = (self.power - d * d) / (2.0 * self.radius * d);
         let slack = SLACK * size / self.radius;
         let front = sight.faces.front && cos >= sight.cos_incidence - slack;
         let back = sight.faces.back && -cos >= sight.cos_incidence - slack;
-        // Cosines blur small angles; the candidates that need to be exact come with an exact spread.
+        // Cosines lose precision at small angles; candidates that need to be exact supply an exact spread.
         let in_cone = (self.off_axis - spread).abs() <= self.cone.half_angle + SLACK;
         if !(front || back) || !in_cone {
             return None;
@@ -125,13 +125,13 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The point of the circle at an angle around it, counted from the place nearest to the axis.
+    /// Returns the point of the circle at an angle along it, measured from the point nearest to the axis.
     fn at(&self, d: f64, spread: f64, turn: f64) -> Vector3<f64> {
         let around = self.beside * libm::cos(turn) + self.ahead.cross(&self.beside) * libm::sin(turn);
         (self.ahead * libm::cos(spread) + around * libm::sin(spread)) * d
     }
 
-    /// The point of the circle on one side of the centre that is nearest to the axis, if it is in the cone.
+    /// Returns the point of the circle on one side of the centre that is nearest to the axis, if it is in the cone.
     fn on_half(&self, d: f64, spread: f64, side: &Vector3<f64>) -> Option<Vector3<f64>> {
         let first = self.at(d, spread, 0.0);
         if (first - self.centre).dot(side) >= 0.0 {
@@ -143,7 +143,7 @@ impl<'a> View<'a> {
         let swing = d * libm::sin(spread) * crate::length(x, y);
         let width = libm::acos(-even / swing);
         let lean = libm::atan2(y, x);
-        // NaN, when no point of the circle is on that side, fails the test for the cone.
+        // If no point of the circle is on that side, NaN results, which fails the cone test.
         let turn = if lean >= 0.0 { lean - width } else { lean + width };
         let point = self.at(d, spread, turn);
         (turn.is_finite() && self.cone.contains(&point)).then_some(point)

@@ -1,4 +1,4 @@
-//! A tree of boxes over numbered items: of a scene's targets, or of a mesh's triangles.
+//! A bounding volume hierarchy over numbered items: the targets of a scene, or the triangles of a mesh.
 
 use arrayvec::ArrayVec;
 use fearless_simd::{f64x4, prelude::*};
@@ -12,26 +12,26 @@ use super::{
     simd::{dispatch, greatest, least, level},
 };
 
-/// Deeper than a tree of 2^32 items; each level leaves up to three children behind.
+/// Capacity of the traversal stack, enough for a tree of 2^32 items; each level leaves up to three children on it.
 pub(super) const STACK: usize = 3 * 64 + 4;
 
-/// The boxes of up to four children, side by side, so that one pass of the processor's wide registers tests all.
+/// The boxes of up to four children as a structure of arrays, so that one vector operation tests all of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Quad {
     low: [[f64; 4]; 3],
     high: [[f64; 4]; 3],
-    /// A leaf's first place in `order`, or another quad.
+    /// Index into `order` of a leaf's first item, or index of another quad.
     pub first: [u32; 4],
-    /// Items of a leaf; 0 for a quad.
+    /// Number of items of a leaf; 0 for a quad.
     pub count: [u32; 4],
-    /// Children that there are.
+    /// Number of children.
     pub lanes: usize,
 }
 
 impl Quad {
     const EMPTY: Self = Quad { low: [[0.0; 4]; 3], high: [[0.0; 4]; 3], first: [0; 4], count: [0; 4], lanes: 0 };
 
-    /// Up to four boxes, of the items from `first` on.
+    /// Makes a quad of up to four boxes, one for each item from `first` on.
     pub fn of_items<'a>(first: u32, boxes: impl Iterator<Item = &'a Aabb>) -> Self {
         let mut quad = Quad::EMPTY;
         for (lane, aabb) in boxes.enumerate() {
@@ -41,7 +41,7 @@ impl Quad {
         }
         quad
     }
-    /// For each box, whether it meets another one.
+    /// Returns, for each box, whether it overlaps another one.
     fn meets(&self, other: &Aabb) -> [bool; 4] {
         let mut out = [true; 4];
         for i in 0..3 {
@@ -55,7 +55,7 @@ impl Quad {
         let corner = |c: &[[f64; 4]; 3]| Vector3::new(c[0][lane], c[1][lane], c[2][lane]);
         Aabb { low: corner(&self.low), high: corner(&self.high) }
     }
-    /// For each box: no point in it is nearer than this.
+    /// Returns, for each box, a lower bound of the distance of its points.
     #[inline(always)]
     pub fn distances(&self, origin: &Vector3<f64>) -> [f64; 4] {
         let mut squares = [0.0; 4];
@@ -72,8 +72,8 @@ impl Quad {
             |x| x.sqrt() - SLACK,
         )
     }
-    /// The same, and infinity for boxes beyond the limit and those that a volume misses: `misses` gets a box's middle,
-    /// relative to the origin, and half of its size.
+    /// Returns the same bounds, but infinity for boxes beyond the limit and those that a volume misses. `misses`
+    /// receives the centre of a box, relative to the origin, and half of its size.
     #[inline(always)]
     fn bounds(
         &self,
@@ -98,12 +98,12 @@ impl Quad {
     }
 }
 
-/// A ray made ready for many boxes.
+/// A ray prepared for tests against many boxes.
 struct Slabs {
-    /// Where the ray begins, moved by the slack: what a box's low sides are compared with, and its high ones.
+    /// Origin of the ray, displaced by the tolerance; compared with the low and the high sides of boxes, respectively.
     low: Vector3<f64>,
     high: Vector3<f64>,
-    /// One over the direction; infinite along axes that the ray is square to.
+    /// One over the direction; infinite along axes that the ray is perpendicular to.
     inverse: Vector3<f64>,
     near: f64,
 }
@@ -119,14 +119,14 @@ impl Slabs {
         }
     }
 
-    /// For each box: no point of the ray in it is nearer than this; infinity when there is none.
+    /// Returns, for each box, a lower bound of the distance at which the ray is in it; infinity if the ray misses it.
     #[inline(always)]
     fn bounds<S: Simd>(&self, simd: S, quad: &Quad) -> [f64; 4] {
         let (mut enter, mut leave) = (f64x4::splat(simd, self.near), f64x4::splat(simd, f64::INFINITY));
         for i in 0..3 {
             let low = (f64x4::load_array_ref(simd, &quad.low[i]) - self.low[i]) * self.inverse[i];
             let high = (f64x4::load_array_ref(simd, &quad.high[i]) - self.high[i]) * self.inverse[i];
-            // A ray in the very plane of a side has no number there; the last of two counts.
+            // A ray in the plane of a side gives NaN; `least` and `greatest` then return their second argument.
             enter = greatest(least(low, high), enter);
             leave = least(greatest(low, high), leave);
         }
@@ -142,20 +142,20 @@ pub(super) struct Tree {
     quads: Vec<Quad>,
     /// Items in the order of the leaves.
     pub order: Vec<u32>,
-    /// Sum of the boxes' areas, now and when built: what a walk costs, roughly.
+    /// Sum of the areas of the boxes, now and when built: an estimate of the traversal cost.
     area: f64,
     built_area: f64,
-    /// Of each quad, where it hangs: four times the quad above, plus the lane. Nowhere for the first.
+    /// Position of each quad: four times the index of its parent, plus the lane. [`NOWHERE`] for the first.
     parents: Vec<u32>,
-    /// Of each item, by its number, the leaf that holds it, likewise.
+    /// Position of the leaf of each item, encoded likewise.
     leaves: Vec<u32>,
 }
 
-/// Not in the tree.
+/// Position of what is not in the tree.
 const NOWHERE: u32 = u32::MAX;
 
 impl Tree {
-    /// Builds the tree over `items`, numbers into `boxes`. The same input gives the same tree.
+    /// Builds the tree over `items`, which are indices into `boxes`. The result is deterministic.
     pub fn build(&mut self, items: impl IntoIterator<Item = u32>, boxes: &[Aabb], leaf_size: usize) {
         self.order.clear();
         self.order.extend(items);
@@ -186,7 +186,7 @@ impl Tree {
         self.built_area = self.area;
     }
 
-    /// Makes quads of the binary tree: of the children at hand the largest is replaced by its own two.
+    /// Converts the binary tree to quads: the largest child is repeatedly replaced by its own two children.
     fn collapse(&mut self, nodes: &[Node]) {
         let mut roots = vec![0];
         let mut at = 0;
@@ -217,7 +217,7 @@ impl Tree {
         }
     }
 
-    /// Fits all boxes to items that moved.
+    /// Refits all boxes after items moved.
     pub fn refit(&mut self, boxes: &[Aabb]) {
         self.area = 0.0;
         for at in (0..self.quads.len()).rev() {
@@ -229,7 +229,7 @@ impl Tree {
         }
     }
 
-    /// Fits the boxes around one item that moved: as many as the tree is deep, at most.
+    /// Refits the ancestors of one item that moved; stops at the first box that does not change.
     pub fn update(&mut self, item: u32, boxes: &[Aabb]) {
         let mut place = self.leaves[item as usize];
         while place != NOWHERE {
@@ -244,12 +244,12 @@ impl Tree {
         }
     }
 
-    /// Whether the tree holds an item.
+    /// Whether the tree contains an item.
     pub fn holds(&self, item: u32) -> bool {
         self.leaves.get(item as usize).is_some_and(|place| *place != NOWHERE)
     }
 
-    /// The box around what hangs in a lane.
+    /// Returns the bounding box of the contents of a lane.
     fn fit(&self, at: usize, lane: usize, boxes: &[Aabb]) -> Aabb {
         let (first, count) = (self.quads[at].first[lane] as usize, self.quads[at].count[lane] as usize);
         if count == 0 {
@@ -264,12 +264,13 @@ impl Tree {
         &self.quads
     }
 
-    /// Whether the tree, fitted to what moved, has lost so much that building anew pays.
+    /// Whether the refitted tree has become so loose that rebuilding pays off.
     pub fn worn(&self) -> bool {
         self.area > 1.5 * self.built_area
     }
 
-    /// Calls `visit` with each item whose leaf's box meets a space, until one is refused; whether none was.
+    /// Calls `visit` with each item whose leaf's box overlaps a region, until one call returns false. Returns whether
+    /// none did.
     pub fn within(&self, space: &Aabb, mut visit: impl FnMut(u32) -> bool) -> bool {
         let mut stack = ArrayVec::<u32, STACK>::new();
         stack.extend((!self.quads.is_empty()).then_some(0));
@@ -288,14 +289,14 @@ impl Tree {
         true
     }
 
-    /// Calls `visit` with each place in `order` whose box may hold a point within the limit, nearer boxes first.
+    /// Calls `visit` with each index into `order` whose box may hold a point within the limit, nearer boxes first.
     ///
-    /// `visit` gets the limit and returns it, lowered to the best distance so far.
+    /// `visit` receives the limit and returns it, lowered to the best distance so far.
     pub fn walk(&self, probe: &Probe, limit: f64, visit: impl FnMut(usize, f64) -> f64) {
         walk(&self.quads, 1, probe, limit, visit);
     }
 
-    /// The same, for what has bounds of its own.
+    /// Does the same as [`walk`](Self::walk) with bounds computed by the caller.
     #[inline(always)]
     pub fn walk_by(
         &self,
@@ -307,7 +308,7 @@ impl Tree {
     }
 }
 
-/// Goes through quads and what hangs from them, beginning with so many first ones, as [`Tree::walk`] does.
+/// Traverses quads as [`Tree::walk`] does, starting with the first `roots` quads.
 pub(super) fn walk(quads: &[Quad], roots: usize, probe: &Probe, limit: f64, visit: impl FnMut(usize, f64) -> f64) {
     match probe {
         Probe::Ray(sight) => {
@@ -348,7 +349,7 @@ fn walk_by(
     bounds_of: impl Fn(&Quad, f64) -> [f64; 4],
     mut visit: impl FnMut(usize, f64) -> f64,
 ) {
-    // Nearest on top: bound, first, count.
+    // Sorted with the nearest on top: bound, first, count.
     let mut stack = ArrayVec::<(f64, u32, u32), STACK>::new();
     stack.extend((0..roots.min(quads.len()) as u32).map(|at| (f64::NEG_INFINITY, at, 0)));
     while let Some((bound, first, count)) = stack.pop() {
@@ -370,7 +371,7 @@ fn walk_by(
             }
             let (child, mut at) = ((bound, quad.first[lane], quad.count[lane]), stack.len());
             stack.push(child);
-            // At most three: a call that moves them all would cost more.
+            // At most three moves, which is cheaper than a call of a library function.
             while at > bottom && stack[at - 1].0 < bound {
                 stack[at] = stack[at - 1];
                 at -= 1;

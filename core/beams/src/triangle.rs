@@ -1,4 +1,4 @@
-//! One triangle of a mesh against a beam.
+//! A triangle of a mesh against a beam.
 
 use nalgebra::Vector3;
 use tatu_geometry::Mesh;
@@ -26,7 +26,7 @@ impl Triangle {
             }
             Probe::Cone(cone) => {
                 let corners = corners.map(|c| c - cone.sight.origin.coords);
-                // Most triangles end here: their plane is beyond what is known.
+                // Most triangles are rejected here: their plane is farther away than a known hit.
                 if normal.dot(&corners[0]).abs() > limit {
                     return None;
                 }
@@ -45,7 +45,7 @@ impl Triangle {
     }
 }
 
-/// A triangle, unless it has no area or a corner that is missing or no place.
+/// Returns a triangle of a mesh; `None`: it has no area, or a corner is missing or not finite.
 pub(super) fn triangle(mesh: &Mesh, index: usize) -> Option<Triangle> {
     let mut corners = [Vector3::zeros(); 3];
     for (corner, vertex) in corners.iter_mut().zip(mesh.triangles[index]) {

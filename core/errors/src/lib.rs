@@ -1,50 +1,50 @@
-//! Errors: of documents and plugins before a run, and faults during one.
+//! Errors of documents and plugins before a run, and faults during one.
 //!
-//! - [`Error`]: why something could not be started, with its [`Place`] in a file;
-//! - [`Fault`]: what went wrong during a run;
-//! - [`Refusal`]: why a property could not be read or set.
+//! - [`Error`]: the reason why something could not be started, with its [`Place`] in a file;
+//! - [`Fault`]: an error during a run;
+//! - [`Refusal`]: the reason why a property could not be read or set.
 
 use std::{fmt, ops::Range, path::PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-/// A place in a text file.
+/// A position in a text file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Place {
     /// The file.
     pub file: PathBuf,
-    /// Line, from 1; 0: the whole file.
+    /// Line, from 1; 0 stands for the whole file.
     pub line: usize,
     /// Column, from 1.
     pub column: usize,
-    /// The range of bytes in question.
+    /// Byte range of the text in question.
     pub span: Range<usize>,
 }
 
-/// Why something could not be started: what, where, what was expected, what to do.
+/// The reason why something could not be started: what went wrong, where, what was expected, and a hint.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Error {
-    /// Stable code, "E103"; its page is in `docs/reference/errors.md`.
+    /// Stable code, such as "E103"; documented in `docs/reference/errors.md`.
     pub code: &'static str,
     /// What went wrong.
     pub text: String,
-    /// Where.
+    /// Where it went wrong, if known.
     pub place: Option<Box<Place>>,
-    /// What was expected.
+    /// What was expected, if stated.
     pub expected: Option<String>,
-    /// The hint.
+    /// A hint on how to correct it, if there is one.
     pub help: Option<String>,
 }
 
-/// The result of loading things.
+/// The result of operations that may fail with an [`Error`].
 pub type Result<T = (), E = Error> = std::result::Result<T, E>;
 
 impl Error {
-    /// An error with its code and message.
+    /// Creates an error from its code and message.
     pub fn new(code: &'static str, text: impl Into<String>) -> Self {
         Error { code, text: text.into(), ..Default::default() }
     }
-    /// Adds the place.
+    /// Adds the position, unless the error already has one.
     pub fn at(mut self, place: Option<Place>) -> Self {
         if self.place.is_none() {
             self.place = place.map(Box::new);
@@ -61,7 +61,7 @@ impl Error {
         self.help = Some(text.into());
         self
     }
-    /// Adds "did you mean ...?" if one of the known names is near.
+    /// Adds the hint "did you mean ...?" if a known name is similar.
     pub fn nearest<'a>(self, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
         match nearest(name, known) {
             Some(near) => self.help(format!("did you mean `{near}`?")),
@@ -91,7 +91,7 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// The known name nearest to a misspelt one, if any is near.
+/// Returns the known name most similar to a misspelt one, if any is similar enough.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
         .into_iter()
@@ -105,32 +105,32 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
-    /// A call of a command that does not exist.
+    /// An unknown command was called.
     UnknownFunction,
-    /// Recognized, but not supported here.
+    /// The command or setting is recognized, but not supported here.
     Unsupported,
-    /// A wrong argument.
+    /// An argument is invalid.
     BadArgument,
-    /// An object that does not exist.
+    /// An object does not exist.
     MissingObject,
-    /// Raised by a script.
+    /// A script raised an error.
     Runtime,
-    /// Instructions or memory used up.
+    /// The budget of instructions or memory is used up.
     Budget,
     /// A plugin failed or panicked.
     Plugin,
-    /// The engine lost a body.
+    /// The physics engine lost a body.
     Physics,
     /// A plugin call did not return.
     Stuck,
-    /// The program crashed, in a plugin or outside of any.
+    /// The program crashed, in a plugin or elsewhere.
     Crash,
     /// A plugin ended the program.
     Exit,
 }
 
 impl FaultKind {
-    /// From a status of the ABI.
+    /// Returns the kind that corresponds to a status of the ABI.
     pub fn of(status: i32) -> Self {
         use tatu_plugin_api::abi::*;
         match status {
@@ -144,7 +144,7 @@ impl FaultKind {
             _ => FaultKind::Runtime,
         }
     }
-    /// Its stable code.
+    /// Returns the stable code.
     pub fn code(self) -> &'static str {
         match self {
             FaultKind::UnknownFunction => "F201",
@@ -162,12 +162,12 @@ impl FaultKind {
     }
 }
 
-/// An error during a run; equal ones are counted.
+/// An error during a run; repeated ones are counted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fault {
-    /// Stable code.
+    /// Stable code, such as "F203".
     pub code: &'static str,
-    /// Sort.
+    /// Kind of the fault.
     pub kind: FaultKind,
     /// Id of the plugin in which it happened.
     pub plugin: Option<String>,
@@ -177,14 +177,14 @@ pub struct Fault {
     pub object: Option<String>,
     /// File of the script, if it has one.
     pub file: Option<String>,
-    /// Line in it.
+    /// Line in that file.
     pub line: Option<u64>,
     /// What went wrong.
     pub message: String,
-    /// The hint.
+    /// A hint on how to correct it, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub help: Option<String>,
-    /// The traceback of the script, innermost call first.
+    /// Traceback of the script, innermost call first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub traceback: Option<String>,
     /// Number of occurrences.
@@ -192,7 +192,7 @@ pub struct Fault {
 }
 
 impl Fault {
-    /// A fault of a kind.
+    /// Creates a fault.
     pub fn new(kind: FaultKind, message: impl Into<String>) -> Self {
         Fault {
             code: kind.code(),
@@ -208,7 +208,7 @@ impl Fault {
             count: 1,
         }
     }
-    /// Whether it is the same fault at the same place.
+    /// Whether two faults are of the same kind, with the same message at the same place.
     pub fn same_as(&self, other: &Fault) -> bool {
         self.kind == other.kind
             && self.message == other.message
@@ -218,6 +218,6 @@ impl Fault {
     }
 }
 
-/// Why a property could not be read or set: a status of the ABI and a message.
+/// The reason why a property could not be read or set: a status of the ABI and a message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refusal(pub tatu_plugin_api::abi::tatu_status, pub String);

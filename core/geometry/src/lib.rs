@@ -1,12 +1,13 @@
 //! Solid forms, shared by physics, beams and the scene.
 //!
-//! Lengths are metres, in the form's own frame; V-REP's conventions: z is up, the axis of a cylinder is z.
+//! Lengths are in metres, in the frame of the form. V-REP's conventions apply: z is up, and the axis of a cylinder is
+//! z.
 
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// A triangle mesh. Vertices in metres; triangles wind counter-clockwise seen from outside.
+/// A triangle mesh. Vertices are in metres; triangles wind counter-clockwise as seen from outside.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
     /// Corner points.
@@ -18,55 +19,55 @@ pub struct Mesh {
 /// One solid form.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Form {
-    /// The half space z <= 0; its surface is the plane z = 0, facing +z.
+    /// The half-space z <= 0; its surface is the plane z = 0, facing +z.
     Plane,
-    /// A box around the origin.
+    /// A box centred at the origin.
     Box {
-        /// Half of the edge lengths.
+        /// Half of the edge lengths, in metres.
         half: Vector3<f64>,
     },
-    /// A ball around the origin.
+    /// A sphere centred at the origin.
     Sphere {
-        /// Radius.
+        /// Radius, in metres.
         radius: f64,
     },
     /// A cylinder around the z axis, centred at the origin.
     Cylinder {
-        /// Radius.
+        /// Radius, in metres.
         radius: f64,
-        /// Half of the length along z.
+        /// Half of the length along z, in metres.
         half_length: f64,
     },
-    /// A cylinder with half balls at its ends, along z, centred at the origin.
+    /// A cylinder along z with hemispheres at its ends, centred at the origin.
     Capsule {
-        /// Radius of the cylinder and of the balls.
+        /// Radius of the cylinder and of the hemispheres, in metres.
         radius: f64,
-        /// Half of the length of the straight part.
+        /// Half of the length of the straight part, in metres.
         half_length: f64,
     },
-    /// A surface of triangles. For physics a `convex` one is solid, any other is hollow.
+    /// A triangle mesh. In physics a `convex` mesh is solid, any other is hollow.
     Mesh {
-        /// The triangles; shared between copies.
+        /// The triangles, shared between copies.
         mesh: Arc<Mesh>,
         /// Whether the mesh is its own convex hull.
         convex: bool,
     },
 }
 
-/// A form and its place in the frame of what it belongs to.
+/// A form and its pose in the frame of its owner.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// Part to owner.
+    /// Transform from the part to the owner.
     pub pose: Isometry3<f64>,
     /// The form.
     pub form: Form,
-    /// Friction coefficient, if not its owner's.
+    /// Friction coefficient; `None`: that of the owner.
     pub friction: Option<f64>,
-    /// Red, green and blue, 0 to 1, if not its owner's.
+    /// Red, green and blue, each 0 to 1; `None`: the colour of the owner.
     pub color: Option<[f64; 3]>,
 }
 
-/// An angle in (-pi, pi], whatever its size; rad.
+/// Returns an angle wrapped to (-pi, pi], in radians.
 pub fn wrap_angle(angle: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     let wrapped = angle % TAU;

@@ -1,4 +1,4 @@
-//! The shortest way between two solids, wherever they stand.
+//! The shortest distance between two solids.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d::parry::query::{ClosestPoints, closest_points};
@@ -6,8 +6,8 @@ use tatu_geometry::Part;
 
 use super::convert;
 
-/// The ends of the shortest way from a solid to another, world frame; `None` if they are farther apart than `limit`.
-/// Where they overlap, both ends are one point of the first, and the way is 0.
+/// Returns the ends of the shortest line from one solid to another, in the world frame; `None`: they are farther apart
+/// than `limit`, m. If they overlap, both ends are the same point of the first one.
 pub fn closest(
     a: (&Isometry3<f64>, &[Part]),
     b: (&Isometry3<f64>, &[Part]),
@@ -36,7 +36,7 @@ pub fn closest(
                     }
                 }
                 Ok(ClosestPoints::Disjoint) => {}
-                // There is no shortest way between two planes.
+                // The distance of two planes is undefined.
                 Err(_) => {}
             }
         }

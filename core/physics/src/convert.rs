@@ -1,4 +1,4 @@
-//! Between nalgebra, the language of the core's surface, and glam and rapier: the only place that knows both.
+//! Conversions between nalgebra, which the interface uses, and glam, which rapier uses. No other module knows both.
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d::{
@@ -27,14 +27,14 @@ pub(super) fn pose_back(p: &Pose) -> Isometry3<f64> {
     let q = p.rotation;
     Isometry3::from_parts(
         Translation3::from(vector_back(p.translation)),
-        // The engine keeps its rotations at unit length; normalising again would change bits.
+        // The engine keeps rotations normalised; normalising again would change bits.
         UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z)),
     )
 }
 
 pub(super) fn mass(m: &MassProps) -> MassProperties {
     let i: &Matrix3<f64> = &m.inertia;
-    // Along the body's axes already: taken as given, without the rounding of a search for principal axes.
+    // If the inertia is diagonal, it is used as given, which avoids rounding errors of a search for principal axes.
     if Matrix3::from_diagonal(&i.diagonal()) == *i {
         return MassProperties::new(vector(&m.com.coords), m.mass, vector(&i.diagonal()));
     }
@@ -46,8 +46,8 @@ pub(super) fn mass(m: &MassProps) -> MassProperties {
     MassProperties::with_inertia_matrix(vector(&m.com.coords), m.mass, columns)
 }
 
-/// Rapier's form and its place in the part's frame. `None` where nothing solid can be made of it: a mesh without
-/// triangles, or sizes that are not numbers above 0.
+/// Returns rapier's shape and its pose in the part's frame. `None`: no solid can be made of the form, because it is a
+/// mesh without triangles or has sizes that are not positive.
 pub(crate) fn shape(form: &Form) -> Option<(SharedShape, Pose)> {
     let sized = |sizes: &[f64]| sizes.iter().all(|s| s.is_finite() && *s > 0.0);
     match form {
@@ -66,7 +66,7 @@ pub(crate) fn shape(form: &Form) -> Option<(SharedShape, Pose)> {
     }
 }
 
-/// Rapier's cylinders stand on y, ours on z.
+/// Rotates rapier's cylinders, which stand along y, to stand along z.
 fn y_to_z() -> Pose {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     Pose { translation: Vector::ZERO, rotation: Rotation::from_xyzw(half, 0.0, 0.0, half) }
@@ -80,11 +80,11 @@ fn mesh_shape(mesh: &Mesh, convex: bool) -> Option<SharedShape> {
         return None;
     }
     let points: Vec<Vector> = mesh.vertices.iter().map(|v| vector(&v.coords)).collect();
-    // A flat "convex" mesh has no hull; it still collides as a surface.
+    // A flat "convex" mesh has no hull, but can still collide as a surface.
     if convex && let Some(hull) = SharedShape::convex_hull(&points) {
         return Some(hull);
     }
-    // Neighbouring triangles share their normals at edges, so that nothing stumbles over the seams of a flat
-    // floor; meshes of models are often open, so both sides are solid.
+    // Edges between triangles use the normals of both, so that nothing catches on the seams of a flat floor. Meshes of
+    // models are often open, so both sides are solid.
     SharedShape::trimesh_with_flags(points, mesh.triangles.clone(), TriMeshFlags::FIX_INTERNAL_EDGES_TWO_SIDED).ok()
 }

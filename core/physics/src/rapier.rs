@@ -1,17 +1,18 @@
-//! [`Engine`] by rapier3d, in f64.
+//! [`Engine`] implemented with rapier3d, in f64.
 //!
-//! - Velocities of a step are solved in sub-steps, collisions are looked for once a step.
-//! - Friction and restitution of a pair are the products of both bodies' numbers, as Bullet has them.
-//! - Bodies on joints never sleep, others once they have rested on something for a second.
-//! - Work is shared among the threads of the rayon pool that calls: `pool.install(|| engine.advance(5))`. The bits
-//!   of the result do not depend on the number of threads.
+//! - Velocities are solved in sub-steps; collisions are detected once per step.
+//! - Friction and restitution of a pair are the products of both bodies' coefficients, as in Bullet.
+//! - Bodies with joints never sleep; others sleep once they have rested on something for a second.
+//! - Work is shared among the threads of the calling rayon pool: `pool.install(|| engine.advance(5))`. The bits of the
+//!   result do not depend on the number of threads.
 //!
-//! `state` is all that the engine knows, `records` what it knows of each body and joint, `shapes` their forms.
-//! `bodies` makes bodies and colliders, `joints` joints, `drives` drives them, `reduced` has joints that cannot come apart,
-//! `gears` couples them, `load` says what they carry, `respond` says who collides, `grip` has friction by axis and against
-//! rolling, `overlap` lets part what was made overlapping, `curved` has cylinders roll, `report` reads contacts, `velocity`
-//! velocities, `spin` turns free bodies, `sleep` says who may sleep, `turns` counts turns, `snapshot` keeps and takes back
-//! the whole state.
+//! `state` is the engine's complete state, `records` its data for each body and joint, `shapes` a cache of shapes.
+//! `bodies` creates bodies and colliders, `joints` creates joints, `drives` updates their drives, `reduced` implements
+//! joints in reduced coordinates, `gears` couples joints, `load` computes their loads, `respond` decides which bodies
+//! collide, `grip` implements anisotropic and rolling friction, `overlap` separates bodies that were created
+//! overlapping, `curved` lets cylinders roll, `report` reads contacts, `velocity` computes velocities, `spin`
+//! integrates gyroscopic motion, `sleep` decides which bodies may sleep, `turns` counts whole turns, `push` applies
+//! forces for a single step, and `snapshot` saves and restores the state.
 
 mod bodies;
 mod curved;
@@ -53,22 +54,22 @@ use super::{
     JointKind, JointState, MaterialPair, Motion, PairRule, Surface, Twist, Wrench, convert,
 };
 
-/// Stiffness of contacts, as natural frequency (Hz) and damping ratio. With rapier's own numbers a wall of 20 rows
-/// of boxes sinks by 60 mm, with these by 4 mm.
+/// Stiffness of contacts, as natural frequency (Hz) and damping ratio. A wall of 20 rows of boxes sinks by 60 mm with
+/// rapier's defaults, and by 4 mm with these.
 const CONTACT_SOFTNESS: (f64, f64) = (120.0, 5.0);
 
-/// The same for contacts with what never moves.
+/// Stiffness of contacts with fixed bodies.
 const STATIC_CONTACT_SOFTNESS: (f64, f64) = (240.0, 5.0);
 
-/// Most of the rate of sub-steps, 1/s, that the frequency of a contact may be; twice as much with what never moves. At
-/// 0.3 times the rate ten boxes stand still, at 0.6 times they rock for ever.
+/// Maximum natural frequency of a contact, as a fraction of the rate of sub-steps; twice as much with fixed bodies. At
+/// a fraction of 0.3 ten stacked boxes stand still, at 0.6 they rock for ever.
 const CONTACT_SHARE: f64 = 0.15;
 
-/// Bodies of a joint of which one has so many times the mass of the other are solved with more care.
+/// Mass ratio of the bodies of a joint above which iterations are added.
 const UNEVEN: f64 = 32.0;
 
 impl Rapier {
-    /// A world without bodies.
+    /// Creates a world without bodies.
     pub fn new(settings: EngineSettings) -> Self {
         let world =
             PhysicsWorld { integration_parameters: IntegrationParameters::default(), ..PhysicsWorld::default() };
@@ -78,7 +79,8 @@ impl Rapier {
         engine
     }
 
-    /// Kinematic bodies cover their way evenly, so that they push with the velocity they are seen to move at.
+    /// Moves kinematic bodies evenly along their way, so that they push with the velocity of their motion. `done` is
+    /// the fraction completed.
     fn move_kinematic(&mut self, done: f64) {
         for (id, (from, to)) in &self.tables.moving {
             let Some(record) = &self.tables.bodies[id.0 as usize] else {
@@ -98,7 +100,7 @@ impl Rapier {
 }
 
 impl Rapier {
-    /// Friction and restitution of a pair by a rule of its own or by its materials.
+    /// Returns the friction of a pair given by its own rule or by its materials, if any.
     fn met(&self, a: BodyId, b: BodyId) -> Option<f64> {
         let rule = self.tables.pairs.get(&(a.min(b), a.max(b))).and_then(|r| r.friction);
         let material = |id| self.tables.surfaces.get(&id).map_or(0, |s| s.material);
@@ -117,7 +119,7 @@ impl Engine for Rapier {
         self.tables.substeps = settings.substeps.max(1) as usize;
         self.tables.springs_changed = true;
         self.world.integration_parameters.num_solver_iterations = self.tables.substeps;
-        // Stiffer contacts than a sub-step can carry set stacks rocking.
+        // Contacts that are too stiff for the sub-step make stacks rock.
         let rate = 1.0 / self.substep();
         let spring = |usual: (f64, f64), share| {
             let (frequency, damping) = settings.contact_spring.map_or(usual, |[f, d]| (f, d));
@@ -160,7 +162,7 @@ impl Engine for Rapier {
         self.prepare_for_joint(desc.b, uneven);
         let held = reduced.map_or_else(
             || {
-                // What cannot be in reduced form would close a loop.
+                // A joint that cannot be in reduced form would close a loop.
                 let form = if desc.form == JointForm::Reduced { JointForm::Loop } else { desc.form };
                 let desc = JointDesc { form, ..desc.clone() };
                 Held::Impulse(self.world.insert_impulse_joint(a.handle, b.handle, joints::build(&desc, frames, zero)))
@@ -257,7 +259,7 @@ impl Engine for Rapier {
             self.tables.surfaces.remove(&body);
         } else if self.tables.surfaces.insert(body, surface) != Some(surface) {
             self.watch_pairs(body);
-            // A belt that starts moves what sleeps on it.
+            // A belt that starts must move what sleeps on it.
             let handle = self.record(body).map(|r| r.handle);
             handle.into_iter().for_each(|h| self.wake_touching(h));
         }
@@ -371,7 +373,7 @@ impl Engine for Rapier {
             None => drop(self.tables.pairs.remove(&pair)),
             Some(rule) => {
                 self.tables.pairs.insert(pair, rule);
-                // The filter is asked about bodies with a rule only.
+                // The filter is called only for bodies with a rule.
                 for body in [a, b] {
                     self.watch_pairs(body);
                 }
@@ -383,7 +385,7 @@ impl Engine for Rapier {
         let Some(record) = self.record(body) else {
             return Isometry3::identity();
         };
-        // A kinematic body is where it was put, even if the engine has yet to take it there.
+        // A kinematic body is at the pose that was set, even if the engine has not moved it there yet.
         let ahead = self.tables.moving.get(&body);
         convert::pose_back(&record.body_pose(ahead.map_or(self.world.bodies[record.handle].position(), |(_, to)| to)))
     }
@@ -412,14 +414,14 @@ impl Engine for Rapier {
         let [a, b] = [record.bodies.0, record.bodies.1].map(|id| self.velocity(id));
         let velocity = match record.kind {
             JointKind::Revolute | JointKind::Screw(_) => (b.angular - a.angular).dot(along),
-            // Both velocities at the same place, so that a common rotation does not count.
+            // Both velocities are taken at the same point, so that a common rotation cancels out.
             _ => (b.at(frame_b.translation) - a.at(frame_b.translation)).dot(along),
         };
         let effort = match (record.drive, &record.held) {
             (Drive::Free, _) => 0.0,
             (_, Held::Reduced(reduced)) if velocity != 0.0 => reduced.effort + record.folded.copysign(velocity),
             (_, Held::Reduced(reduced)) => reduced.effort,
-            // Rapier's impulses slow the second body down.
+            // Rapier's impulses have the opposite sign: they slow the second body down.
             (_, Held::Impulse(handle)) => {
                 let joint = self.world.impulse_joints.get(*handle);
                 -joint.map_or(0.0, |j| j.data.motors[axis as usize].impulse) / self.substep()

@@ -1,4 +1,4 @@
-//! Checks of declarations when a plugin is loaded: inconsistent ones are reported, the rest of the plugin works.
+//! Checks of declarations when a plugin is loaded: errors are reported, and the rest of the plugin works.
 
 use std::collections::BTreeSet;
 
@@ -8,11 +8,11 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use super::{Declared, Registry, check_value, schemas};
 use crate::{texts, units};
 
-/// Types that a parameter can have: numbers come as F64S in whatever width they are given.
+/// Types that a parameter can have. All numeric arrays arrive as F64S, whatever their element type.
 const KINDS: &[u32] =
     &[TATU_BOOL, TATU_I64, TATU_F64, TATU_TEXT, TATU_BYTES, TATU_F64S, TATU_LIST, TATU_MAP, TATU_FUNC, TATU_OBJECT];
 
-/// Errors in declarations, one sentence each. `in_files`: they are keys of scene files.
+/// Returns the errors in declarations, one sentence each. `in_files`: whether they are keys of scene files.
 pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
     let mut out = Vec::new();
     let mut keys = BTreeSet::new();
@@ -43,7 +43,7 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
             ));
         }
         if p.keys_cut {
-            say("declares keys more than 4 tables deep, or more than 1000 of them: any are taken there".into());
+            say("declares keys more than 4 tables deep, or more than 1000 of them: the rest is not checked".into());
         }
         if p.unreadable_default {
             say("has a default that cannot be read: a value of unknown type, or nested too deep".into());
@@ -60,7 +60,7 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
             }
         }
         if !p.choices.is_empty() && !any && !matches!(p.kind, TATU_TEXT | TATU_BYTES) {
-            say("has choices and is no text: they are not looked at".into());
+            say("has choices, but is not a text: the choices are ignored".into());
         }
         let of_keys = parameters(&p.keys, false).into_iter();
         out.extend(of_keys.map(|flaw| format!("{name}: {}", flaw.replacen("its parameter", "its key", 1))));
@@ -68,13 +68,13 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
     out
 }
 
-/// Units of commands in addition to those of scene files.
+/// Units allowed for commands, in addition to those of scene files.
 const MORE_UNITS: &[&str] = &[
     "B", "px", "deg", "%", "A", "V", "W", "J", "Pa", "K", "T", "lx", "m^2", "m^3", "kg/m^3", "ms", "min", "h", "C",
     "F", "H",
 ];
 
-/// The message about an unknown unit.
+/// Returns the message about an unknown unit, if it is unknown.
 fn unknown_unit(p: &Declared) -> Option<String> {
     let known = |u: &str| u.is_empty() || units::is_known(u) || MORE_UNITS.contains(&u);
     let unit = p.unit.as_deref().filter(|u| !known(u))?;
@@ -82,7 +82,7 @@ fn unknown_unit(p: &Declared) -> Option<String> {
 }
 
 impl Registry {
-    /// What plugins offer: plugin, kind, id and description.
+    /// Iterates over everything that plugins offer: plugin, kind, id and description.
     fn texts(&self) -> impl Iterator<Item = (usize, &str, &str, &str)> {
         macro_rules! all {
             ($list:ident, $what:literal) => {
@@ -97,7 +97,7 @@ impl Registry {
             .chain(all!(importers, "importer"))
             .chain(commands)
     }
-    /// Reports the inconsistent declarations of all plugins.
+    /// Reports the faulty declarations of all plugins.
     pub(super) fn check_declarations(&mut self) {
         let mut all: Vec<(usize, String)> = Vec::new();
         let mut add = |plugin: usize, what: String, wrong: Vec<String>| {

@@ -1,4 +1,4 @@
-//! Declared parameters as Rust types, and the check of values against them.
+//! Declarations of parameters as Rust types, and the check of values against them.
 
 use tatu_plugin_api::{
     abi::*,
@@ -7,52 +7,52 @@ use tatu_plugin_api::{
 
 use super::tables;
 
-/// Greatest depth of nested tables with declared keys.
+/// Maximum depth of nested tables with declared keys.
 const DEEPEST_KEYS: u32 = 4;
-/// Greatest number of keys of a parameter, including those of nested tables.
+/// Maximum number of keys of a parameter, including those of nested tables.
 const MOST_KEYS: u32 = 1000;
 
 /// A declared parameter of a sensor, model or command.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Declared {
-    /// "range"
+    /// Key, such as "range".
     pub key: String,
     /// `TATU_BOOL` .. `TATU_OBJECT`
     pub kind: u32,
-    /// Elements of an array; 0: any number.
+    /// Number of elements of an array; 0: any.
     pub count: u32,
     /// `TATU_PARAM_*`
     pub flags: u32,
     /// Unit of the SI value.
     pub unit: Option<String>,
-    /// Least value.
+    /// Minimum.
     pub lowest: f64,
-    /// Greatest value.
+    /// Maximum.
     pub highest: f64,
-    /// The default.
+    /// Default value.
     pub fallback: Value,
-    /// The default could not be read; `fallback` is nil.
+    /// Whether the default could not be read; `fallback` is then nil.
     pub unreadable_default: bool,
-    /// Allowed texts; empty: any.
+    /// Allowed texts; empty: all.
     pub choices: Vec<String>,
-    /// Keys of a table; empty: any.
+    /// Declared keys of a table; empty: any keys.
     pub keys: Vec<Declared>,
-    /// Some of them were not read: too deep, or too many.
+    /// Whether some of the keys were not read, because there are too many or they are nested too deeply.
     pub keys_cut: bool,
-    /// One sentence.
+    /// Description, one sentence.
     pub text: String,
 }
 
 impl Declared {
     /// # Safety
-    /// The list and its tables are as the header says.
+    /// `list` must be null or a null-terminated list of valid tables.
     pub(super) unsafe fn read_list(list: *const *const tatu_param) -> Vec<Declared> {
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that the list and its tables are valid.
         unsafe { tables::list(list).into_iter().map(|(_, p)| Self::read(&p, 0, &mut 0)).collect() }
     }
-    /// Keys of a table, and whether there are more than are read: a declaration may lead back to itself.
+    /// Reads the keys of a table; also returns whether some were left out, since a declaration may refer to itself.
     unsafe fn read_keys(list: *const *const tatu_param, depth: u32, read: &mut u32) -> (Vec<Declared>, bool) {
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that the list is valid.
         let all = unsafe { tables::list(list) };
         if all.is_empty() {
             return (Vec::new(), false);
@@ -61,15 +61,16 @@ impl Declared {
         if depth > DEEPEST_KEYS || *read > MOST_KEYS {
             return (Vec::new(), true);
         }
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that the tables of the list are valid.
         let keys: Vec<_> = all.into_iter().map(|(_, p)| unsafe { Self::read(&p, depth, read) }).collect();
         let cut = keys.iter().any(|k| k.keys_cut);
         (keys, cut)
     }
     unsafe fn read(raw: &tatu_param, depth: u32, read: &mut u32) -> Declared {
-        // Both bounds zero is a table that somebody zeroed and did not fill: no bounds.
+        // If both bounds are 0, the plugin left them unset: there are no bounds.
         let unset = raw.lowest == 0.0 && raw.highest == 0.0;
-        // SAFETY: lists, tables and texts of a declaration live as long as its plugin.
+        // SAFETY: the contract requires lists, tables and texts of a declaration to be valid as long as the plugin,
+        // which is never unloaded.
         unsafe {
             let (keys, keys_cut) = match raw.type_ {
                 TATU_MAP => Self::read_keys(raw.keys, depth + 1, read),
@@ -93,11 +94,11 @@ impl Declared {
             }
         }
     }
-    /// Whether it may be left out.
+    /// Returns whether it may be left out.
     pub fn optional(&self) -> bool {
         self.flags & TATU_PARAM_OPTIONAL != 0 || self.fallback != Value::Nil
     }
-    /// The expected value, for messages: "a number in m, 0 to 5".
+    /// Describes the expected value, for messages: "a number in m, 0 to 5".
     pub fn expectation(&self) -> String {
         let mut out = match self.kind {
             _ if self.flags & TATU_PARAM_ANY != 0 => "anything".to_owned(),
@@ -131,8 +132,8 @@ impl Declared {
     }
 }
 
-/// Converts a value to the declared type: integers become floats where floats are declared, lists become numbers, a
-/// text that is a number becomes one. The error says what was found.
+/// Converts a value to the declared type: integers to floats, lists to arrays of numbers, and texts that are numbers to
+/// numbers. The error describes the value found.
 pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
     if declared.flags & TATU_PARAM_ANY != 0 {
         return Ok(value);
@@ -169,7 +170,7 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
         (TATU_LIST, Value::Floats(f)) => Some(Value::List(f.into_iter().map(Value::Float).collect())),
         (TATU_LIST, Value::Ints(f)) => Some(Value::List(f.into_iter().map(Value::Int).collect())),
         (TATU_LIST, v @ Value::List(_)) => Some(v),
-        // A script cannot distinguish a list from a table whose keys are 1, 2, 3, nor an empty one from either.
+        // Scripts cannot distinguish a list from a table with the keys 1, 2, 3, nor an empty list from an empty table.
         (TATU_MAP, Value::Map(m)) => Some(Value::Map(with_keys(declared, m)?)),
         (TATU_MAP, Value::List(l)) => Some(Value::Map(with_keys(declared, numbered(l))?)),
         (TATU_MAP, Value::Floats(f)) => {
@@ -215,13 +216,13 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
     Err(format!("expected {}, found {found}", declared.expectation()))
 }
 
-/// The entries of a list as those of a table: its keys are 1, 2, 3.
+/// Converts the entries of a list to those of a table with the keys 1, 2, 3.
 fn numbered(values: impl IntoIterator<Item = Value>) -> Vec<(Value, Value)> {
     (1..).map(Value::Int).zip(values).collect()
 }
 
-/// The entries of a table as its declared keys want them, defaults filled in, in the order of declaration; unchanged
-/// where none are declared.
+/// Checks the entries of a table against its declared keys and fills in defaults, in the order of declaration. Without
+/// declared keys the entries are unchanged.
 fn with_keys(declared: &Declared, entries: Vec<(Value, Value)>) -> Result<Vec<(Value, Value)>, String> {
     if declared.keys.is_empty() {
         return Ok(entries);
@@ -250,7 +251,7 @@ fn with_keys(declared: &Declared, entries: Vec<(Value, Value)>) -> Result<Vec<(V
     Ok(out)
 }
 
-/// A key that is a text.
+/// Returns a key as text, if it is one.
 fn name(key: &Value) -> Option<&str> {
     match key {
         Value::Text(t) | Value::Bytes(t) => std::str::from_utf8(t).ok(),
@@ -258,18 +259,18 @@ fn name(key: &Value) -> Option<&str> {
     }
 }
 
-/// A key for messages.
+/// Formats a key for messages.
 fn shown(key: &Value) -> String {
     name(key).map_or_else(|| describe(key), |k| format!("`{}`", k.chars().take(40).collect::<String>()))
 }
 
-/// A number without a fraction as an integer.
+/// Returns a number without fraction as an integer.
 fn whole(f: f64) -> Option<i64> {
-    // Beyond 2^53 floats have no fractions, and beyond 2^63 there are no integers for them.
+    // Beyond 2^53 floats have no fraction; the limit is just below 2^63, beyond which an `i64` cannot hold them.
     (f.fract() == 0.0 && f.abs() < 9.2e18).then_some(f as i64)
 }
 
-/// A value in a few words, for messages.
+/// Describes a value briefly, for messages.
 pub fn describe(value: &Value) -> String {
     match value {
         Value::Nil => "nothing".into(),

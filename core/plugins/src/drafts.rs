@@ -1,4 +1,4 @@
-//! Drafts: an extension or service of another draft is reported as such, not as unknown.
+//! Drafts of extensions and services: one of another draft is reported as such, not as unknown.
 
 use std::{
     ffi::{CStr, CString},
@@ -10,10 +10,10 @@ use tatu_plugin_api::{
     safe::{MOST_BYTES, read_plain},
 };
 
-/// The extensions that this host asks plugins for.
+/// The extensions that the host requests from plugins.
 pub const EXTENSIONS: [&CStr; 8] =
     [TATU_COMMAND, TATU_SENSOR, TATU_ACTUATOR, TATU_MODEL, TATU_IMPORTER, TATU_SCRIPT, TATU_SERVICE, TATU_EVENT];
-/// The services that it offers.
+/// The services that the host offers.
 pub const SERVICES: [&CStr; 13] = [
     TATU_HOST_SCENE,
     TATU_HOST_STAND_INS,
@@ -30,23 +30,23 @@ pub const SERVICES: [&CStr; 13] = [
     TATU_HOST_FIGURES,
 ];
 
-/// How many drafts beyond its own a host asks for, to name what it cannot use.
+/// Number of drafts beyond the host's own that it checks for, to report what it cannot use.
 const AHEAD: u32 = 8;
 
-/// "tatu.sensor/draft.4" into "tatu.sensor" and 4.
+/// Splits "tatu.sensor/draft.4" into "tatu.sensor" and 4.
 fn split(id: &str) -> Option<(&str, u32)> {
     let (name, draft) = id.split_once("/draft.")?;
     Some((name, draft.parse().ok()?))
 }
 
-/// "built for draft 9 of `tatu.sensor`, this host has draft 4", if it is one of ours in another draft.
+/// Returns "built for draft 9 of `tatu.sensor`, this host has draft 4", if the id is a known one in another draft.
 pub fn other_draft(id: &str) -> Option<String> {
     let (name, draft) = split(id)?;
     let ours = EXTENSIONS.iter().chain(&SERVICES).filter_map(|c| split(c.to_str().ok()?)).find(|(n, _)| *n == name)?.1;
     (ours != draft).then(|| format!("built for draft {draft} of `{name}`, this host has draft {ours}"))
 }
 
-/// What a plugin offers in another draft than this host's, in words: `offers` asks it for an id.
+/// Describes what a plugin offers in other drafts than the host's; `offers` asks it for an id.
 pub fn offered(offers: impl Fn(&CStr) -> bool) -> Vec<String> {
     let mut out = Vec::new();
     for id in EXTENSIONS.iter().filter(|id| !offers(id)) {
@@ -58,8 +58,8 @@ pub fn offered(offers: impl Fn(&CStr) -> bool) -> Vec<String> {
     out
 }
 
-/// Where a library that offers nothing holds a text that looks like the id of an extension and is none: what it is, and the
-/// nearest that there is. Empty otherwise.
+/// Looks for a misspelt extension id in a library that offers nothing; returns it with the nearest id that exists, or
+/// an empty text.
 pub fn misspelt(library: &Path) -> String {
     let Ok(bytes) = read_plain(library, MOST_BYTES) else { return String::new() };
     let known: Vec<&str> = EXTENSIONS.iter().chain(&SERVICES).filter_map(|id| id.to_str().ok()).collect();

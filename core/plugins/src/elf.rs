@@ -1,4 +1,4 @@
-//! Checks a library before the loader maps it: a truncated ELF file kills the process with SIGBUS instead of failing.
+//! Checks of a library before the loader maps it: a truncated ELF file would kill the process with SIGBUS.
 
 use std::{
     fs::File,
@@ -6,7 +6,7 @@ use std::{
     path::Path,
 };
 
-/// Why a file must not be passed to the loader, and a hint.
+/// The reason why a file must not be passed to the loader, and a hint.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Unfit {
     /// What is wrong.
@@ -18,10 +18,10 @@ pub struct Unfit {
 const AGAIN: &str = "build or copy it again";
 const REBUILD: &str = "build it for this processor and system";
 
-/// Bytes of a file's header; a shorter file has fewer.
+/// Size of a file's header, bytes.
 const HEADER: usize = 64;
 
-/// Checks a file's headers. Formats other than ELF are left to their loaders, which fail cleanly.
+/// Checks a file's headers. Files of formats other than ELF are left to their loaders, which fail cleanly.
 pub fn check(path: &Path) -> Result<(), Unfit> {
     let no = |text: String, help| Err(Unfit { text, help });
     let unread = |e: std::io::Error| Unfit { text: format!("it cannot be read: {e}"), help: AGAIN };
@@ -58,8 +58,8 @@ pub fn check(path: &Path) -> Result<(), Unfit> {
     }
 }
 
-/// Whether a file of so many bytes has all that its headers declare; `None` where these are cut off. Offsets are
-/// those of 64-bit little-endian ELF.
+/// Returns whether a file of `have` bytes contains everything that its headers declare; `None`: the headers are
+/// truncated. Offsets are those of 64-bit little-endian ELF.
 fn whole(file: &mut File, header: &[u8], have: u64) -> Option<bool> {
     let (first, size, count) = (number(header, 32, 8)?, number(header, 54, 2)?, number(header, 56, 2)?);
     if first.checked_add(size * count)? > have {
@@ -75,12 +75,12 @@ fn whole(file: &mut File, header: &[u8], have: u64) -> Option<bool> {
             return Some(false);
         }
     }
-    // The loader does not need the table of sections, which stands at the end: without it the end is lost.
+    // The loader does not need the section table, but it is at the end of the file: without it, the file is truncated.
     let (sections, size, count) = (number(header, 40, 8)?, number(header, 58, 2)?, number(header, 60, 2)?);
     Some(sections == 0 || sections.checked_add(size * count)? <= have)
 }
 
-/// The number of `n` bytes from a place on.
+/// Returns the little-endian number of `n` bytes at an offset.
 fn number(bytes: &[u8], at: u64, n: usize) -> Option<u64> {
     let part = bytes.get(at as usize..)?.get(..n)?;
     Some(part.iter().rev().fold(0, |x, b| x << 8 | u64::from(*b)))

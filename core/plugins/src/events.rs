@@ -1,17 +1,17 @@
-//! The events of the host itself; docs/reference/events.md has a line for each.
+//! The host's own events; docs/reference/events.md has a line for each.
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::Declared;
 
-/// Events that are expensive to gather: `*` does not include these.
+/// Events that are expensive to collect; `*` does not include them.
 pub const GATHERED: &[&str] = &["collision", "separation", "contact"];
-/// Events for services that name none.
+/// Events for services that list none.
 pub const FOR_SERVICES: &[&str] = &["started", "paused", "resumed", "stopped", "fault"];
-/// All that need not be gathered.
+/// Stands for all events except those in `GATHERED`.
 pub const ALL: &str = "*";
 
-/// Whether a subscription to `wanted` includes the event `name`.
+/// Returns whether a subscription to `wanted` includes the event `name`.
 pub fn covers(wanted: &str, name: &str) -> bool {
     wanted == name || wanted == ALL && !GATHERED.contains(&name)
 }
@@ -23,7 +23,7 @@ pub struct EventInfo {
     pub plugin: Option<usize>,
     /// Its name.
     pub name: String,
-    /// When it is published: one sentence.
+    /// Description of when it is published, one sentence.
     pub text: String,
     /// The fields of its payload.
     pub fields: Vec<Declared>,
@@ -90,7 +90,7 @@ const EVENTS: &[(&str, &str, &[Field])] = &[
     }),
 ];
 
-/// The host's events.
+/// Returns the host's events.
 pub fn of_host() -> Vec<EventInfo> {
     let field = |&(key, kind, count, unit, text): &Field| Declared {
         key: key.into(),

@@ -1,14 +1,14 @@
-//! State of thread and process that a plugin must leave unchanged.
+//! Thread and process state that plugins must leave unchanged.
 //!
-//! Of the thread: floating-point mode and direction flag. After a library built with `-ffast-math` has been loaded,
-//! everything else on that thread computes different results; with the direction flag set, copies run backwards. Of the
-//! process: the locale (with a decimal comma no number can be read any more), the working folder, what signals do,
-//! standard output and error.
+//! The thread state consists of floating-point mode and direction flag. After a library built with `-ffast-math` has
+//! been loaded, everything else on that thread computes different results; with the direction flag set, memory copies
+//! run backwards. The process state consists of the locale (with a decimal comma, numbers can no longer be parsed), the
+//! working folder, signal actions, standard output and standard error.
 //!
-//! All is restored and the plugin is reported. Reading the mode is cheap, so it is checked around every outermost
-//! call, the direction flag around every call; locale and x87 control word ([`ProcessState`]) after loading,
-//! after creating instances, and once per stage; what takes system calls (`process`) likewise, but in one stage of
-//! 64.
+//! Changes are undone and the plugin is reported. Reading the mode is cheap, so it is checked around every outermost
+//! call, and the direction flag around every call. Locale and x87 control word ([`ProcessState`]) are checked after
+//! loading, after creating instances, and once per stage; what takes system calls (`process`) likewise, but only in one
+//! stage out of 64.
 
 mod process;
 
@@ -18,7 +18,7 @@ use std::{
     sync::atomic::{AtomicBool, Ordering::Relaxed},
 };
 
-/// The floating-point mode of this thread: rounding, subnormal numbers, traps; not the flags of past operations.
+/// The floating-point mode of a thread: rounding, subnormal numbers and traps, without the flags of past operations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mode(u64);
 
@@ -26,30 +26,30 @@ pub struct Mode(u64);
 mod register {
     use core::arch::asm;
 
-    /// The six lowest bits are flags of past operations.
+    /// Mask of the mode; the six lowest bits are flags of past operations.
     pub const CONTROL: u64 = 0xFFC0;
 
     #[inline]
     pub fn read() -> u64 {
         let mut now = 0u32;
-        // SAFETY: stores 4 bytes into `now`.
+        // SAFETY: the instruction stores 4 bytes to `now` and has no other effect.
         unsafe { asm!("stmxcsr [{}]", in(reg) &raw mut now, options(nostack, preserves_flags)) };
         now.into()
     }
     pub fn write(mode: u64) {
         let mode = mode as u32;
-        // SAFETY: a value that was read from the register, so no reserved bit is set.
+        // SAFETY: the value was read from the register, so no reserved bit is set.
         unsafe { asm!("ldmxcsr [{}]", in(reg) &raw const mode, options(nostack, readonly, preserves_flags)) };
     }
-    /// The control word of the x87 floating-point unit, which `long double` in C uses.
+    /// Returns the control word of the x87 floating-point unit, which C's `long double` uses.
     pub fn read_old() -> u16 {
         let mut now = 0u16;
-        // SAFETY: stores 2 bytes into `now`.
+        // SAFETY: the instruction stores 2 bytes to `now` and has no other effect.
         unsafe { asm!("fnstcw [{}]", in(reg) &raw mut now, options(nostack, preserves_flags)) };
         now
     }
     pub fn write_old(word: u16) {
-        // SAFETY: a value that was read from the register.
+        // SAFETY: the value was read from the register.
         unsafe { asm!("fldcw [{}]", in(reg) &raw const word, options(nostack, readonly, preserves_flags)) };
     }
 }
@@ -63,12 +63,12 @@ mod register {
     #[inline]
     pub fn read() -> u64 {
         let now: u64;
-        // SAFETY: reads a register that every program may read.
+        // SAFETY: reads a register that is accessible to every program.
         unsafe { asm!("mrs {}, fpcr", out(reg) now, options(nomem, nostack, preserves_flags)) };
         now
     }
     pub fn write(mode: u64) {
-        // SAFETY: a value that was read from the register.
+        // SAFETY: the value was read from the register.
         unsafe { asm!("msr fpcr, {}", in(reg) mode, options(nomem, nostack, preserves_flags)) };
     }
     pub fn read_old() -> u16 {
@@ -91,16 +91,16 @@ mod register {
     pub fn write_old(_: u16) {}
 }
 
-/// Clears the direction flag of the processor; whether it was set.
+/// Clears the processor's direction flag; returns whether it was set.
 #[cfg(target_arch = "x86_64")]
 #[inline]
 pub fn clear_direction() -> bool {
     let flags: u64;
-    // SAFETY: reads the flags through the stack, and leaves the direction flag as compiled code expects it.
+    // SAFETY: reads the flags through the stack, and clears the direction flag, as compiled code expects.
     unsafe { core::arch::asm!("pushfq", "pop {}", "cld", out(reg) flags) };
     flags & 0x400 != 0
 }
-/// There is no such flag.
+/// Returns `false`: this processor has no direction flag.
 #[cfg(not(target_arch = "x86_64"))]
 #[inline]
 pub fn clear_direction() -> bool {
@@ -108,7 +108,7 @@ pub fn clear_direction() -> bool {
 }
 
 impl Mode {
-    /// The mode of this thread now.
+    /// Returns the current mode of this thread.
     #[inline]
     pub fn now() -> Self {
         Mode(register::read() & register::CONTROL)
@@ -125,19 +125,19 @@ impl Mode {
 }
 
 thread_local! {
-    /// Errors that are logged without a world during [`capture_errors`]: for functions that cannot return an error.
+    /// Errors logged without a world during [`capture_errors`], for functions that cannot return an error.
     static SAID: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
 }
 
-/// Calls a function that has no error object, and returns the errors that were logged on this thread meanwhile: the
-/// host reports them, with the name of the function.
+/// Calls a function without an error object, and returns the errors that were logged on this thread meanwhile. The host
+/// reports them, with the name of the function.
 pub fn capture_errors<T>(f: impl FnOnce() -> T) -> (T, Vec<String>) {
     let outer = SAID.replace(Some(Vec::new()));
     let done = f();
     (done, SAID.replace(outer).unwrap_or_default())
 }
-/// Collects an error that a plugin logs; returns whether errors are being captured. An endlessly logging plugin must
-/// not fill the memory.
+/// Records an error that a plugin logs; returns whether errors are being captured. The number is limited, in case a
+/// plugin logs endlessly.
 pub fn say(text: &str) -> bool {
     SAID.with_borrow_mut(|said| {
         let Some(said) = said else { return false };
@@ -148,7 +148,7 @@ pub fn say(text: &str) -> bool {
     })
 }
 
-/// Calls a plugin; returns what it changed of its thread's state, which has then been restored.
+/// Calls a plugin; returns what it changed of the thread state, which has been restored.
 #[inline]
 pub fn watched<T>(f: impl FnOnce() -> T) -> (T, Option<&'static str>) {
     let before = Mode::now();
@@ -163,15 +163,15 @@ pub fn watched<T>(f: impl FnOnce() -> T) -> (T, Option<&'static str>) {
     (done, what)
 }
 
-/// This process is a copy of the program, made by a fork within a plugin's call.
+/// Whether this process is a copy of the program, made by a fork within a plugin's call.
 static IS_CHILD: AtomicBool = AtomicBool::new(false);
 
-/// Set by the program in a forked copy of itself: it ends when the plugin's call returns.
+/// Marks this process as a forked copy, which ends when the plugin's call returns.
 pub fn this_is_a_child() {
     IS_CHILD.store(true, Relaxed);
 }
 
-/// After a call of a plugin: a copy of the process must not go on.
+/// Ends the process after a plugin's call, if it is a forked copy.
 #[inline]
 pub fn end_if_child() {
     if IS_CHILD.load(Relaxed) {
@@ -179,11 +179,12 @@ pub fn end_if_child() {
     }
 }
 
-/// A copy has one thread, and would wait for the others for ever, or write what the program itself writes.
+/// Ends a forked copy: it has only one thread, would wait for the others for ever, and could write to the program's
+/// files.
 #[cold]
 fn end_child() {
     #[cfg(unix)]
-    // SAFETY: does not return, and runs nothing of this process.
+    // SAFETY: `_exit` does not return, and runs no handlers of this process.
     unsafe {
         libc::_exit(1)
     };
@@ -199,7 +200,7 @@ pub struct ProcessState {
 }
 
 impl ProcessState {
-    /// As it is now.
+    /// Captures the current state.
     pub fn now() -> Self {
         ProcessState {
             mode: Mode::now(),
@@ -208,17 +209,17 @@ impl ProcessState {
             process: process::State::now(),
         }
     }
-    /// Takes the present state of the process as good: the program itself has changed it.
+    /// Accepts the current process state, after the program itself has changed it.
     pub fn take_process_anew(&mut self) {
         self.process = process::State::now();
     }
-    /// Restores it; returns what had been changed, in words.
+    /// Restores the state; describes what had been changed.
     pub fn restore(&self) -> Option<String> {
         let mut changed: Vec<String> = self.restore_quickly().map(str::to_owned).into_iter().collect();
         changed.extend(self.process.restore());
         (!changed.is_empty()).then(|| changed.join(" and "))
     }
-    /// The same for what takes no system call.
+    /// Like `restore`, for the parts that need no system call.
     pub fn restore_quickly(&self) -> Option<&'static str> {
         let mut changed = self.mode.restore();
         if register::read_old() != self.old {
@@ -238,9 +239,9 @@ impl ProcessState {
     }
 }
 
-/// What was changed, for messages.
+/// Description of a changed mode, for messages.
 pub const MODE: &str = "the floating-point mode";
-/// The same.
+/// Description of a changed direction flag, for messages.
 pub const DIRECTION: &str = "the direction flag of the processor";
 const BOTH: &str = "the floating-point mode and the locale of the process";
 /// The hint, for messages.
@@ -249,7 +250,8 @@ pub const HELP: &str = "it was put back; build the plugin without `-ffast-math`,
 
 #[cfg(unix)]
 fn with_locale<T>(f: impl FnOnce(Option<&CStr>) -> T) -> T {
-    // SAFETY: asks only. The text belongs to the system and is good until the next change, so it is not kept.
+    // SAFETY: a null argument only queries the locale. The text belongs to the C library and is valid until the next
+    // change, so it is not kept.
     unsafe {
         let text = libc::setlocale(libc::LC_ALL, std::ptr::null());
         f((!text.is_null()).then(|| CStr::from_ptr(text)))
@@ -258,7 +260,7 @@ fn with_locale<T>(f: impl FnOnce(Option<&CStr>) -> T) -> T {
 #[cfg(unix)]
 fn set_locale(to: Option<&CStr>) {
     if let Some(to) = to {
-        // SAFETY: a text that the same function gave.
+        // SAFETY: `to` is NUL-terminated, and was returned by `setlocale`.
         unsafe { libc::setlocale(libc::LC_ALL, to.as_ptr()) };
     }
 }
@@ -273,7 +275,8 @@ fn set_locale(_: Option<&CStr>) {}
 mod tests {
     use super::*;
 
-    /// Flush to zero, denormals are zero: what a `-ffast-math` library sets (Intel SDM, volume 1, 10.2.3).
+    /// The bits "flush to zero" and "denormals are zero", which `-ffast-math` libraries set (Intel SDM, volume 1,
+    /// 10.2.3).
     const FAST: u64 = 0x8040;
 
     #[test]

@@ -1,5 +1,4 @@
-//! Arrays that a plugin writes to in one call, with guards on both sides: writes out of bounds are detected, and
-//! mostly hit the guards.
+//! Arrays that a plugin writes to during a call, with guards on both sides that reveal most writes out of bounds.
 
 use std::{
     marker::PhantomData,
@@ -8,19 +7,19 @@ use std::{
 
 use crate::state_block::GUARD;
 
-/// Words of a guard: enough for mistaking a force for a wrench, or one element for a few.
+/// Size of a guard, words: enough for mistaking a force for a wrench, or one element for a few.
 const GUARD_WORDS: usize = 72;
 
-/// Plain numeric types: every bit pattern is a value.
+/// Plain numeric types, for which every bit pattern is valid.
 pub trait Number: Copy + 'static {}
 impl Number for f64 {}
 impl Number for i32 {}
 impl Number for [f64; 6] {}
 
-/// An array of `T` between two guards. Its place changes with [`Guarded::fill`].
+/// An array of `T` between two guards. [`Guarded::fill`] may move it.
 #[derive(Debug)]
 pub struct Guarded<T> {
-    /// Guard, elements, guard; the second one begins right behind the last byte.
+    /// Guard, elements, guard; the second guard begins directly after the last byte.
     words: Vec<u64>,
     n: usize,
     of: PhantomData<T>,
@@ -33,25 +32,26 @@ impl<T> Default for Guarded<T> {
 }
 
 impl<T: Number> Guarded<T> {
-    /// `n` elements of this value, and whole guards.
+    /// Resizes the array to `n` elements of this value, and restores the guards.
     pub fn fill(&mut self, n: usize, value: T) {
         let words = (n * size_of::<T>()).div_ceil(8);
         self.words.clear();
         self.words.resize(words + 2 * GUARD_WORDS, GUARD);
         self.n = n;
-        // Nothing is a slice before it is filled: elements are written as the numbers that they are.
+        // The elements are written through a pointer, because the words are not yet valid as a slice.
         for i in 0..n {
-            // SAFETY: within the words; all alignments are 8 at most, and an element's place is a multiple of its size.
+            // SAFETY: `i < n`, and the words have room for `n` elements after the guard. The alignment of `T` is at
+            // most 8, and the guard is a multiple of 8 bytes long.
             unsafe { self.first_mut().add(i).write(value) };
         }
     }
 
-    /// The pointer for plugins.
+    /// Returns the pointer to pass to plugins.
     pub fn first_mut(&mut self) -> *mut T {
         self.words.as_mut_ptr().wrapping_add(GUARD_WORDS).cast()
     }
 
-    /// Whether its guards are intact.
+    /// Returns whether the guards are intact.
     pub fn is_whole(&self) -> bool {
         if self.words.is_empty() {
             return true;
@@ -71,7 +71,7 @@ impl<T: Number> Deref for Guarded<T> {
         if self.n == 0 {
             return &[];
         }
-        // SAFETY: `n` elements between the guards, of a type for which any bits are a value.
+        // SAFETY: `fill` made room for `n` elements after the first guard, and every bit pattern is a valid `T`.
         unsafe { std::slice::from_raw_parts(self.words.as_ptr().add(GUARD_WORDS).cast(), self.n) }
     }
 }
@@ -81,7 +81,7 @@ impl<T: Number> DerefMut for Guarded<T> {
         if self.n == 0 {
             return &mut [];
         }
-        // SAFETY: as above, and borrowed alone.
+        // SAFETY: as in `deref`; in addition, `self` is borrowed exclusively.
         unsafe { std::slice::from_raw_parts_mut(self.first_mut(), self.n) }
     }
 }
@@ -99,7 +99,7 @@ mod tests {
                 assert!(array.is_whole() && array.iter().all(|x| *x == 7) && array.len() == n);
                 let bytes = n as isize * 4;
                 let place = if at < 0 { at } else { bytes + at };
-                // SAFETY: within the guards.
+                // SAFETY: the offsets are chosen within the guards.
                 unsafe { array.first_mut().cast::<u8>().offset(place).write(1) };
                 assert!(!array.is_whole(), "{n} {at}");
                 assert!(array.iter().all(|x| *x == 7));

@@ -1,4 +1,4 @@
-//! The tables of host functions that plugins get, and the keys that plugins interned.
+//! The tables of host functions for plugins, and interned property keys.
 
 use std::{
     collections::BTreeMap,
@@ -10,33 +10,33 @@ use tatu_plugin_api::abi::*;
 
 use crate::{drafts, guard_page};
 
-/// The table of host functions with an id, or null.
+/// Returns the table of host functions with an id, or null.
 pub type FindTable = fn(&CStr) -> *const c_void;
 
-/// The tables that plugins of one host get, and the keys that they interned.
+/// The host tables for plugins, and the interned keys.
 pub struct HostTables {
     shared: Arc<Shared>,
 }
 
-/// What the host's entry function needs.
+/// The data used by the host's entry function.
 struct Shared {
     find: FindTable,
-    /// Plugins of others get tables that end where their needs say.
+    /// Whether third-party plugins get truncated tables: see [`HostTables::cut_to_needs`].
     cut: bool,
     keys: Mutex<Interner>,
 }
 
-/// The owner of a host pointer.
+/// The plugin that a host pointer was given to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Holder {
     /// Id of the plugin.
     pub plugin: String,
-    /// Whether it comes with the program, whose plugins prefix their own log lines.
+    /// Whether the plugin comes with the program; such plugins prefix their log lines themselves.
     pub of_program: bool,
 }
 
-/// The host as one plugin sees it: its address identifies the plugin, on whatever thread it comes back. It is never
-/// given back, for a thread of the plugin may have the pointer for as long as the process lives.
+/// The host object of one plugin. Its address identifies the plugin on any thread. It is never freed, because a thread
+/// of the plugin may hold the pointer until the process ends.
 struct OwnHost {
     raw: tatu_host,
     shared: Weak<Shared>,
@@ -46,18 +46,19 @@ struct OwnHost {
 }
 
 /// # Safety
-/// `host` is null or one that [`HostTables`] gave out.
+/// `host` must be null or a pointer made by [`HostTables`].
 unsafe fn own(host: *const tatu_host) -> Option<&'static OwnHost> {
-    // SAFETY: the context of such a host is the `OwnHost` that it lies in.
+    // SAFETY: `host` is null or was made by `HostTables`, so its `ctx` points to the `OwnHost` that contains it, which
+    // is never freed.
     unsafe { host.as_ref()?.ctx.cast::<OwnHost>().as_ref() }
 }
 
-/// Keys and their numbers; those of the core's rows come first, in their order.
+/// Keys and their numbers. The keys of the core's rows come first, in order.
 #[derive(Default)]
 struct Interner {
     numbers: BTreeMap<String, u32>,
     keys: Vec<String>,
-    /// Tables that were requested and are not offered, since the last call of `forget_refused`.
+    /// Ids of tables that were requested but do not exist, since the last call of `forget_refused`.
     refused: Vec<String>,
 }
 
@@ -74,7 +75,7 @@ impl Interner {
 }
 
 impl HostTables {
-    /// Tables that `find` gives by id. `keys` get the numbers from 0, in their order.
+    /// Creates the host. `find` returns tables by id; `keys` are numbered from 0, in order.
     pub fn new<'a>(find: FindTable, keys: impl IntoIterator<Item = &'a str>) -> Self {
         let mut interner = Interner::default();
         for key in keys {
@@ -82,14 +83,15 @@ impl HostTables {
         }
         HostTables { shared: Arc::new(Shared { find, cut: false, keys: Mutex::new(interner) }) }
     }
-    /// Each plugin that does not come with the program gets copies of the tables that it needs, with as many bytes as
-    /// it states. A read beyond them ends the process. For validators: call it before anything is loaded.
+    /// Gives plugins that do not come with the program truncated copies of the tables that they need, as long as their
+    /// `needs` state. A read past the end of a copy crashes the process. For validators; has no effect on plugins that
+    /// are already loaded.
     pub fn cut_to_needs(&mut self) {
         if let Some(shared) = Arc::get_mut(&mut self.shared) {
             shared.cut = true;
         }
     }
-    /// The host for a plugin; `needs`: ids of tables and the bytes of them that it states.
+    /// Creates the host object for a plugin. `needs`: ids of tables, and how many bytes of each the plugin requires.
     pub(crate) fn own(&self, plugin: &str, of_program: bool, needs: Vec<(CString, u32)>) -> *const tatu_host {
         let raw = tatu_host {
             size: size_of::<tatu_host>() as u32,
@@ -100,49 +102,49 @@ impl HostTables {
         let holder = Holder { plugin: plugin.to_owned(), of_program };
         let needs = if self.shared.cut && !of_program { needs } else { Vec::new() };
         let new = Box::into_raw(Box::new(OwnHost { raw, shared: Arc::downgrade(&self.shared), holder, needs }));
-        // SAFETY: just made, and never given back.
+        // SAFETY: `new` was just allocated and is never freed.
         unsafe {
             (*new).raw.ctx = new.cast();
             &raw const (*new).raw
         }
     }
-    /// A table, or null.
+    /// Returns a table, or null.
     pub(crate) fn find(&self, id: &str) -> *const c_void {
         CString::new(id).map_or(std::ptr::null(), |id| (self.shared.find)(&id))
     }
-    /// Starts to record requests for unknown tables.
+    /// Clears the list of requests for unknown tables.
     pub(crate) fn forget_refused(&self) {
         if let Ok(mut k) = self.shared.keys.lock() {
             k.refused.clear();
         }
     }
-    /// The tables of another draft that were requested since, in words.
+    /// Describes the tables of other drafts that were requested since then.
     pub(crate) fn refused_drafts(&self) -> Vec<String> {
         let Ok(keys) = self.shared.keys.lock() else { return Vec::new() };
         keys.refused.iter().filter_map(|id| drafts::other_draft(id)).collect()
     }
-    /// The number of a key.
+    /// Returns the number of a key, interning it if it is new.
     pub fn number(&self, key: &str) -> u32 {
         self.shared.number(key)
     }
-    /// The key of a number.
+    /// Returns the key with a number.
     pub fn key(&self, number: u32) -> Option<String> {
         self.shared.keys.lock().ok()?.keys.get(number as usize).cloned()
     }
-    /// The number of a key, by the host pointer that plugins hold; `None` for null.
+    /// Returns the number of a key, by the host pointer that a plugin holds; `None` for null.
     ///
     /// # Safety
-    /// `host` is null or one that [`HostTables`] gave out.
+    /// `host` must be null or a pointer made by [`HostTables`].
     pub unsafe fn number_at(host: *const tatu_host, key: &str) -> Option<u32> {
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that `host` is valid.
         Some(unsafe { own(host) }?.shared.upgrade()?.number(key))
     }
-    /// The owner of a host pointer; `None` for null.
+    /// Returns the plugin of a host pointer; `None` for null.
     ///
     /// # Safety
     /// As for [`number_at`](Self::number_at).
     pub unsafe fn holder_at(host: *const tatu_host) -> Option<&'static Holder> {
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that `host` is valid.
         Some(&unsafe { own(host) }?.holder)
     }
 }
@@ -154,14 +156,14 @@ impl Shared {
 }
 
 unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *const c_void {
-    // SAFETY: the plugin passes the host that it got.
+    // SAFETY: the header requires `host` to be the pointer that the plugin was given.
     let Some(own) = (unsafe { own(host) }).filter(|_| !id.is_null()) else { return std::ptr::null() };
     let Some(shared) = own.shared.upgrade() else { return std::ptr::null() };
-    // SAFETY: NUL-terminated, by the contract.
+    // SAFETY: not null, and the header requires a NUL-terminated string.
     let id = unsafe { CStr::from_ptr(id) };
     let found = (shared.find)(id);
     if found.is_null() {
-        // A plugin that asks for ever must not fill the memory.
+        // The limit keeps a plugin that asks endlessly from exhausting memory.
         if let Some(mut keys) = shared.keys.lock().ok().filter(|k| k.refused.len() < 64) {
             keys.refused.push(id.to_string_lossy().into_owned());
         }

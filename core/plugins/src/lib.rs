@@ -1,21 +1,20 @@
-//! Plugins: finding, loading, and what they offer.
+//! Plugins: finding and loading them, and everything they offer.
 //!
-//! - `search`: folders and files in which plugins are searched;
-//! - `load`: opens one and copies its tables; `elf`, `drafts`: reasons to reject it;
+//! - `search`: the folders and files in which plugins are searched;
+//! - `load`: opens a plugin and copies its tables; `elf`, `drafts`: reasons to reject it;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
-//! - [`HostTables`]: the host's functions that plugins ask for by id, and the keys that they interned;
-//! - [`thread_grant`]: instances on several threads;
-//! - [`guard`]: floating-point mode, locale and the like, which plugins must not change;
-//! - [`guarded`], [`state_block`]: memory that plugins write to; [`guard_page`]: memory past which nothing can be read;
-//! - [`Inspector`]: what a validator watches at the ABI;
-//! - [`watchdog`]: which plugin call is running, and for how long;
-//! - `declared`: declarations (parameters, commands) as Rust types; `checks`: those that contradict themselves;
-//!   `names`: which names are valid, and whose name space they are in;
-//! - [`texts`]: texts of plugins, made safe to display;
-//! - [`schemas`]: what readings mean; [`events`]: the events of the host itself; [`units`]: units in keys;
-//! - [`border`]: texts and error objects at the ABI.
+//! - [`HostTables`]: the host's functions, which plugins request by id, and interned keys;
+//! - [`thread_grant`]: use of instances on several threads;
+//! - [`guard`]: floating-point mode, locale and other state that plugins must not change;
+//! - [`guarded`], [`state_block`]: memory that plugins write to;
+//! - [`watchdog`]: records which plugin call is running, and for how long;
+//! - `declared`: declarations (parameters, commands) as Rust types; `checks`: detects faulty ones; `names`: checks of
+//!   names and their name spaces;
+//! - [`texts`]: texts of plugins, prepared for display;
+//! - [`schemas`]: the meaning of readings; [`events`]: the host's own events; [`units`]: units in keys;
+//! - [`border`]: texts and error objects of the ABI.
 //!
-//! A plugin is refused in `load` (its file), `registry::read` (its tables) or `checks` (its declarations).
+//! A plugin is rejected in `load` (its file), `registry::read` (its tables) or `checks` (its declarations).
 
 pub mod border;
 mod checks;

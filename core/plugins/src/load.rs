@@ -1,4 +1,4 @@
-//! Opens one library and reads its descriptor.
+//! Loading of a plugin: opens the library and reads its descriptor.
 
 use std::{
     ffi::{CStr, CString, c_void},
@@ -23,68 +23,69 @@ use crate::{HostTables, border::answer};
 pub struct Remarks {
     /// Warnings.
     pub warnings: Vec<Error>,
-    /// Notes.
+    /// Notes that do not call for action.
     pub notes: Vec<String>,
 }
 
-/// Opens a library. All its symbols are bound now: a missing one is a reason to reject it, and not the end of the
-/// run at its first call.
+/// Opens a library and binds all its symbols, so that a missing one is a reason to reject it rather than a crash at its
+/// first call.
 fn open_library(file: &Path) -> Result<Library, libloading::Error> {
     #[cfg(unix)]
     {
         use libloading::os::unix::{Library as Unix, RTLD_LOCAL, RTLD_NOW};
-        // SAFETY: running a library's constructors is what loading a plugin means.
+        // SAFETY: loading a plugin runs the library's constructors; the user chose to trust it.
         unsafe { Unix::open(Some(file), RTLD_NOW | RTLD_LOCAL) }.map(Library::from)
     }
     #[cfg(not(unix))]
-    // SAFETY: running a library's constructors is what loading a plugin means.
+    // SAFETY: as above.
     unsafe {
         Library::new(file)
     }
 }
 
-/// The symbol that is missing, from what the loader of the system says: ".../libtatu_x.so: undefined symbol: twice".
+/// Extracts the missing symbol from the loader's message: ".../libtatu_x.so: undefined symbol: twice".
 fn undefined_symbol(reason: &str) -> Option<&str> {
     let rest = reason.split_once("undefined symbol: ")?.1;
     rest.split([',', ' ', '\n']).next().filter(|s| !s.is_empty())
 }
 
-/// What to do about a plugin that needs a newer host.
+/// The hint for a plugin that needs a newer host.
 const UPDATE: &str = "update this program (`tatu --version`), or use a version of the plugin that was built for it";
 const REBUILD: &str = "rebuild it against this release's plugin-api";
 
-/// A loaded and started plugin. Never unloaded: threads and thread-locals of the library may still be alive.
+/// A loaded and started plugin. It is never unloaded, because threads and thread-locals of the library may still be
+/// alive.
 pub struct Loaded {
     /// Its id.
     pub id: String,
-    /// For people.
+    /// Its name for display.
     pub name: String,
     /// Its version.
     pub version: String,
     /// Its licence.
     pub licence: String,
-    /// ABI that it was built against.
+    /// Version of the ABI that it was built against.
     pub abi: (u16, u16),
-    /// The library.
+    /// The library's file.
     pub path: PathBuf,
-    /// What the plugin got from its `init`, for its functions.
+    /// The plugin's own pointer, set by its `init` and passed to its functions.
     pub me: *mut c_void,
     raw: tatu_plugin_t,
-    /// The host's tables, to which the plugin keeps pointers.
+    /// The host tables that the plugin holds pointers to.
     _host: Arc<HostTables>,
-    /// Where its end is noted.
+    /// The watch for its shutdown.
     watch: Arc<Watch>,
 }
 
-// SAFETY: tables are constant after loading; the header's tags say which thread may call what.
+// SAFETY: the tables do not change after loading, and functions are called only on the threads that the header permits.
 unsafe impl Send for Loaded {}
-// SAFETY: tables are constant after loading, and functions are called on the threads that the header names.
+// SAFETY: as for `Send`.
 unsafe impl Sync for Loaded {}
 
 impl Loaded {
-    /// Opens and starts a plugin. Faults that are no reason to reject it are added to `remarks`.
+    /// Opens and starts a plugin. Faults that do not prevent its use are added to `remarks`.
     ///
-    /// Where `search` has a folder for copies, the library is a copy of the file; messages name the file.
+    /// If `search` has a folder for copies, the library is opened as a copy of the file; messages name the original.
     pub fn open(
         path: &Path,
         search: &Search,
@@ -94,7 +95,7 @@ impl Loaded {
     ) -> Result<Self> {
         let home = ProcessState::now();
         watch.subject(&path.display().to_string());
-        // Beyond any index: the plugin has none yet.
+        // The index is out of range, because the plugin has none yet.
         let outside = watch.enter(Call::Load, usize::MAX, 0);
         let opened = Self::open_watched(path, search, host, watch, remarks);
         guard::end_if_child();
@@ -122,7 +123,7 @@ impl Loaded {
         let file = copy.as_deref().unwrap_or(path);
         super::elf::check(file).map_err(|unfit| fail(unfit.text, unfit.help))?;
         let library = open_library(file).map_err(|e| {
-            // The loader's own words are behind libloading's.
+            // The loader's own message is the source of libloading's error.
             let reason = std::error::Error::source(&e).map_or(String::new(), |s| format!(": {s}"));
             match undefined_symbol(&reason) {
                 Some(symbol) => fail(
@@ -134,15 +135,15 @@ impl Loaded {
                 }
             }
         })?;
-        // SAFETY: the symbol is a constant of this type by the contract.
+        // SAFETY: the contract requires the symbol to be a constant of this type.
         let descriptor: *const tatu_plugin_t =
             unsafe { library.get::<*const tatu_plugin_t>(b"tatu_plugin\0").map(|s| s.try_as_raw_ptr()) }
                 .ok()
                 .flatten()
                 .map_or(std::ptr::null(), |p| p.cast::<tatu_plugin_t>().cast_const());
-        // Never unload, see above.
+        // Never unloaded, see `Loaded`.
         std::mem::forget(library);
-        // SAFETY: the descriptor lives as long as the library.
+        // SAFETY: the descriptor is null or belongs to the library, which is never unloaded.
         let raw = unsafe { tables::read(descriptor) }.ok_or_else(|| {
             fail(
                 "it exports no `tatu_plugin`".into(),
@@ -160,9 +161,10 @@ impl Loaded {
         if let Some(lack) = tables::lacking(raw.size, &needed) {
             return Err(fail(format!("its descriptor `tatu_plugin` {lack}"), tables::HELP));
         }
-        // SAFETY: strings of the descriptor live as long as the library, here and below.
+        // SAFETY: the contract requires the strings of the descriptor to be null or NUL-terminated; they live as long
+        // as the library. Likewise below.
         let text = |p| unsafe { tables::text(p) };
-        // SAFETY: likewise.
+        // SAFETY: as above.
         let id = unsafe { tables::label(raw.id) }.filter(|s| !s.is_empty()).ok_or_else(|| {
             fail("its id is empty".into(), "give `tatu_plugin.id` a name of your own, such as \"org.example.gripper\"")
         })?;
@@ -183,7 +185,8 @@ impl Loaded {
         host.forget_refused();
         if let Some(init) = raw.init {
             watch.enter(Call::Init, usize::MAX, 0);
-            // SAFETY: by the contract; the host's table lives as long as `_host`.
+            // SAFETY: `init` belongs to the library; `own` is never freed, the tables live as long as `_host`, and `me`
+            // and the error object through the call.
             let status = unsafe { answer(init(own, &mut me, error.raw()), false, error.raw()) };
             watch.enter(Call::Extension, usize::MAX, 0);
             if status < 0 {
@@ -237,9 +240,9 @@ impl Loaded {
     }
 
     fn check_needs(raw: &tatu_plugin_t, host: &HostTables, path: &Path, remarks: &mut Remarks) -> Result<(), Unmet> {
-        // SAFETY: a null-terminated list of tables, by the contract.
+        // SAFETY: the contract requires `needs` to be null or a null-terminated list of tables.
         for (_, need) in unsafe { tables::list(raw.needs) } {
-            // SAFETY: NUL-terminated, by the contract.
+            // SAFETY: the contract requires `id` to be null or NUL-terminated.
             let id = unsafe { tables::text(need.id) };
             let Some(unmet) = unmet(id.as_deref(), &need, host) else { continue };
             if need.optional == 0 {
@@ -251,19 +254,20 @@ impl Loaded {
         Ok(())
     }
 
-    /// The layouts of the frozen types, if the plugin is in Rust and offers them.
+    /// Compares the layouts of the frozen types, if the plugin is written in Rust and provides them.
     fn check_layouts(&self) -> Result<(), String> {
         let theirs: *const tatu_rust_layout = self.extension(TATU_RUST_LAYOUT);
         if theirs.is_null() {
             return Ok(());
         }
-        // SAFETY: the extension of that id is such a table.
+        // SAFETY: not null, and the contract requires the extension of this id to be such a table.
         unsafe { compare_layouts(theirs) }.map(drop)
     }
 
-    /// The table of one of its extensions, or null.
+    /// Returns the table of one of its extensions, or null.
     pub fn extension<T>(&self, id: &std::ffi::CStr) -> *const T {
-        // SAFETY: by the contract.
+        // SAFETY: `f` belongs to the library, which is never unloaded; `me` is the plugin's own pointer, and `id` is
+        // NUL-terminated.
         self.raw.extension.map_or(std::ptr::null(), |f| unsafe { f(self.me, id.as_ptr()) }.cast())
     }
 }
@@ -277,11 +281,11 @@ fn needs_of(raw: &tatu_plugin_t) -> Vec<(CString, u32)> {
     all.iter().filter_map(|(_, need)| Some((id(need)?, need.bytes))).collect()
 }
 
-/// The part of a need that this host does not meet, and why.
+/// A need that this host does not meet, and why.
 struct Unmet {
     what: String,
     why: String,
-    /// A newer version of the program may.
+    /// Whether a newer version of the program may meet it.
     newer_host: bool,
 }
 
@@ -303,7 +307,7 @@ fn unmet(id: Option<&str>, need: &tatu_need, host: &HostTables) -> Option<Unmet>
         let why = drafts::other_draft(id).unwrap_or_else(|| "which this host does not offer".into());
         return Some(Unmet { what: format!("`{id}`"), why, newer_host: false });
     }
-    // SAFETY: every table of the host begins with its size.
+    // SAFETY: `table` is one of the host's own tables, which begin with their size.
     let size = unsafe { *table.cast::<u32>() };
     (need.bytes > size).then(|| Unmet {
         what: format!("{} bytes of `{id}`", need.bytes),
@@ -313,11 +317,12 @@ fn unmet(id: Option<&str>, need: &tatu_need, host: &HostTables) -> Option<Unmet>
 }
 
 impl Loaded {
-    /// Ends it, once; what went wrong. No instance is left, since worlds hold the registry that holds this.
+    /// Shuts the plugin down, once, and returns the errors. No instance is left, since worlds hold the registry, which
+    /// holds this.
     pub fn end(&mut self) -> Vec<Error> {
         let Some(shutdown) = self.raw.shutdown.take() else { return Vec::new() };
         let home = ProcessState::now();
-        // SAFETY: by the contract; once.
+        // SAFETY: `shutdown` belongs to the library and is called once: it was taken out of the table.
         let run = || unsafe { shutdown(self.me) };
         self.watch.subject(&format!("{} ({})", self.id, self.path.display()));
         let before = self.watch.enter(Call::Shutdown, usize::MAX, 0);

@@ -1,4 +1,4 @@
-//! Names that plugins declare: which are valid, and whose name space they are in.
+//! Checks of the names that plugins declare, and of their name spaces.
 
 use std::collections::BTreeMap;
 
@@ -9,20 +9,20 @@ use super::{
     texts::{HELP, flaw},
 };
 
-/// Most names of a command: its number and the name's share one word.
+/// Maximum number of names of a command, since its number and the name's share one word.
 pub(super) const MOST_NAMES: usize = 255;
 
 const SPACE: &str = "give it a name space of its own: `mine.name`";
 
 impl Registry {
-    /// Whose a command or constant is; beyond any plugin: that of the command whose names are being read.
+    /// Returns the owner of a command or constant; `usize::MAX`: the command whose names are being read.
     fn owner(&self, name: &str) -> Option<usize> {
         let command = self.names.get(name).map(|(id, _)| self.commands.get(*id as usize - 1));
         let command = command.map(|c| c.map_or(usize::MAX, |c| c.plugin));
         command.or_else(|| self.constants.get(name).map(|c| c.plugin))
     }
 
-    /// The names that begin with a prefix, in order.
+    /// Returns the names that begin with a prefix, in order.
     fn below<'a>(&'a self, prefix: &'a str) -> impl Iterator<Item = &'a str> {
         let names = self.names.range(prefix.to_owned()..).map(|(n, _)| n.as_str());
         let constants = self.constants.range(prefix.to_owned()..).map(|(n, _)| n.as_str());
@@ -30,7 +30,7 @@ impl Registry {
         names.take_while(here).chain(constants.take_while(here))
     }
 
-    /// Why a command cannot have this name, and a hint.
+    /// Returns why a command cannot have this name, and a hint.
     pub(super) fn unusable(&self, plugin: usize, name: &str) -> Option<(String, &'static str)> {
         if let Some(flaw) = flaw(name) {
             return Some((format!("its command `{name}` has an invalid name: it {flaw}"), HELP));
@@ -47,7 +47,7 @@ impl Registry {
         self.hides(plugin, name).map(|why| (format!("its command `{name}` {why}"), SPACE))
     }
 
-    /// The same of a constant. Several commands and constants of one plugin may well give one name twice.
+    /// Returns why a constant cannot have this name, and a hint. Duplicate names within a plugin are permitted.
     pub(super) fn unusable_constant(&self, plugin: usize, name: &str) -> Option<(String, &'static str)> {
         if let Some(flaw) = flaw(name) {
             return Some((format!("its constant `{name}` has an invalid name: it {flaw}"), HELP));
@@ -59,8 +59,8 @@ impl Registry {
         self.hides(plugin, name).map(|why| (format!("its constant `{name}` {why}"), SPACE))
     }
 
-    /// Why a name conflicts with the existing ones: `reg` and `reg.b` cannot both be reached, since what is called
-    /// `reg` cannot also be a name space.
+    /// Returns why a name conflicts with the existing ones: `reg` and `reg.b` cannot both be reached, since `reg` would
+    /// be both a value and a name space.
     fn hides(&self, plugin: usize, name: &str) -> Option<String> {
         let of = |other: &str| match self.owner(other) {
             Some(owner) if owner != plugin && owner < self.plugins.len() => {
@@ -76,8 +76,8 @@ impl Registry {
         Some(format!("could not be reached: {} is not a name space", of(other)))
     }
 
-    /// Reports, once for each name space, that a plugin which does not come with the program has put names into that of
-    /// another. This may be intended.
+    /// Notes, once per name space, that a plugin which does not come with the program adds names to another plugin's
+    /// name space. This may be intended.
     pub(super) fn tell_foreign_names(&mut self, plugin: usize) {
         if self.is_of_program(plugin) {
             return;

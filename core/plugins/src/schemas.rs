@@ -1,4 +1,4 @@
-//! The reading schemas that the project declares: what readers can rely on when a sensor fills one.
+//! The reading schemas that the project declares: what readers can rely on if a sensor claims one.
 //!
 //! The files are in `plugin-api/schemas/`. Plugins may use schemas of their own, which are not checked here.
 
@@ -12,38 +12,38 @@ use super::registry::SensorKind;
 /// One field of a schema.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SchemaField {
-    /// Schema and name, with a dot between.
+    /// Schema and field name, separated by a dot.
     pub name: String,
     /// `TATU_ELEM_*`
     pub elem: u32,
-    /// Shape, outermost first; 0: a number that the sensor decides.
+    /// Shape, outermost first; 0: determined by the sensor.
     pub shape: Vec<u32>,
     /// Unit.
     pub unit: Option<String>,
-    /// One sentence.
+    /// Description, one sentence.
     pub text: String,
-    /// The value when nothing is detected.
+    /// The value that means "nothing detected".
     pub nothing: String,
-    /// The field that is 0 when nothing is detected, if any.
+    /// The field that is 0 if nothing is detected, if there is one.
     pub valid: Option<String>,
-    /// Whether a sensor may lack it.
+    /// Whether sensors may lack the field.
     pub optional: bool,
 }
 
 /// A schema.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Schema {
-    /// Name and version, with a slash between.
+    /// Name and version, separated by a slash.
     pub id: String,
-    /// One sentence.
+    /// Description, one sentence.
     pub text: String,
-    /// What coordinates are in.
+    /// The frame of its coordinates.
     pub frame: String,
     /// Its fields.
     pub fields: Vec<SchemaField>,
 }
 
-/// Elements by the names that the files and messages use.
+/// Element types, by the names used in files and messages.
 const ELEMS: &[(&str, u32)] = &[
     ("f64", TATU_ELEM_F64),
     ("f32", TATU_ELEM_F32),
@@ -53,12 +53,12 @@ const ELEMS: &[(&str, u32)] = &[
     ("object", TATU_ELEM_OBJECT),
 ];
 
-/// The name of an element.
+/// Returns the name of an element type.
 pub fn elem_name(elem: u32) -> &'static str {
     ELEMS.iter().find(|(_, e)| *e == elem).map_or("an unknown element", |(n, _)| n)
 }
 
-/// All schemas of the project.
+/// Returns all schemas of the project.
 pub fn known() -> &'static [Schema] {
     static ALL: LazyLock<Vec<Schema>> = LazyLock::new(|| FILES.iter().filter_map(|f| parse(f)).collect());
     &ALL
@@ -89,7 +89,7 @@ fn parse(text: &str) -> Option<Schema> {
     })
 }
 
-/// What a sensor lacks of the schemas that it claims to fill, one sentence each.
+/// Returns what a sensor lacks of the schemas that it claims, one sentence each.
 pub(super) fn lacks(kind: &SensorKind) -> Vec<String> {
     let mut out = Vec::new();
     for schema in known().iter().filter(|s| kind.schemas.contains(&s.id)) {
@@ -114,7 +114,7 @@ pub(super) fn lacks(kind: &SensorKind) -> Vec<String> {
                 ("unit", unit(&wanted.unit), unit(&found.unit)),
                 ("shape", shape(&wanted.shape), shape(&found.dims)),
             ] {
-                // Where the sensor decides, any number will do.
+                // If the sensor determines the shape, any size is valid.
                 let open = what == "shape" && wanted.shape.contains(&0);
                 if wanted_is != found_is && !open {
                     let name = &wanted.name;
@@ -135,7 +135,7 @@ mod tests {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../plugin-api/schemas");
         let files = std::fs::read_dir(folder).unwrap().count();
         assert_eq!(known().len(), files, "a schema file is not read, or not listed here");
-        // Names, and shapes that the sensor decides, arrive as they are written.
+        // Names and shapes, including those determined by sensors, are read as written.
         assert!(known().iter().all(|s| s.id.contains('/') && !s.fields.is_empty()));
         assert!(known().iter().flat_map(|s| &s.fields).any(|f| f.shape == [3]));
         assert!(known().iter().flat_map(|s| &s.fields).any(|f| f.shape == [0]));

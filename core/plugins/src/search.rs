@@ -1,4 +1,4 @@
-//! Where plugins are searched, and which files can be plugins.
+//! The folders in which plugins are searched, and the files that can be plugins.
 
 use std::{
     path::{Path, PathBuf},
@@ -11,37 +11,37 @@ use std::{
 use tatu_errors::{Error, Result};
 use tempfile::TempDir;
 
-/// Where a folder of the path comes from.
+/// The origin of a folder on the search path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// `TATU_PLUGIN_PATH`.
     Environment,
-    /// Beside the program: `plugins`, or `../lib/tatu/plugins`.
+    /// Next to the program: `plugins`, or `../lib/tatu/plugins`.
     Installed,
-    /// Beside the program as cargo builds it: only packages that its manifest lists are opened there.
+    /// Next to the program as built by cargo: only packages listed in its manifest are opened there.
     Built,
-    /// Named in the scene.
+    /// Named in a scene.
     Scene,
 }
 
-/// The name of a library that may be a plugin, without what the system puts around it.
+/// Returns the name of a library that may be a plugin, without the system's prefix and suffix.
 fn stem(name: &str) -> Option<&str> {
     let stem = name.strip_suffix(std::env::consts::DLL_SUFFIX)?;
     Some(stem.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(stem)).filter(|s| s.starts_with("tatu_"))
 }
 
-/// The folders that are searched, in order: the first plugin with an id wins.
+/// The search path. If several plugins have the same id, the first one wins.
 #[derive(Debug, Clone, Default)]
 pub struct Search {
-    /// Folders.
+    /// Folders, in search order.
     pub folders: Vec<(PathBuf, Source)>,
-    /// Names of libraries (without prefix and suffix) that may be opened in `Source::Built` folders.
+    /// Names of libraries (without prefix and suffix) that may be opened from `Source::Built` folders.
     pub built: Vec<String>,
-    /// Libraries are opened as copies in this folder, so that their files can be overwritten while in use.
+    /// If set, libraries are opened as copies in this folder, so that their files can be overwritten while in use.
     pub copies: Option<Arc<Copies>>,
 }
 
-/// A folder for copies of libraries, deleted on drop.
+/// A temporary folder for copies of libraries, deleted on drop.
 #[derive(Debug)]
 pub struct Copies {
     folder: TempDir,
@@ -49,7 +49,7 @@ pub struct Copies {
 }
 
 impl Copies {
-    /// A new folder.
+    /// Creates a folder.
     pub fn new() -> Result<Self> {
         let folder = TempDir::with_prefix("tatu-").map_err(|e| {
             let text = format!("cannot create a folder for copies of plugins: {e}");
@@ -57,7 +57,7 @@ impl Copies {
         })?;
         Ok(Copies { folder, made: AtomicUsize::new(0) })
     }
-    /// A copy of a file, under a name that no other has: a library of the same name would be taken for the first one.
+    /// Copies a file under a unique name, because the loader would take a library of the same name for the first one.
     pub fn copy(&self, file: &Path) -> std::io::Result<PathBuf> {
         let number = self.made.fetch_add(1, Ordering::Relaxed);
         let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
@@ -67,7 +67,7 @@ impl Copies {
 }
 
 impl Search {
-    /// The usual path of a program: the environment's folders, then those around `exe`.
+    /// Returns the usual search path of a program: the folders of the environment variable, then those around `exe`.
     pub fn standard(exe: Option<&Path>, environment: Option<&std::ffi::OsStr>, built: &[&str]) -> Self {
         let mut folders: Vec<_> = environment
             .map(|path| std::env::split_paths(path).filter(|p| !p.as_os_str().is_empty()).collect::<Vec<_>>())
@@ -85,19 +85,19 @@ impl Search {
         Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), copies: None }
     }
 
-    /// Adds a folder that a scene names.
+    /// Adds a folder named in a scene.
     pub fn add_scene_folder(&mut self, folder: PathBuf) {
         self.folders.push((folder, Source::Scene));
     }
 
-    /// Whether a file comes with the program. Who does not is blamed where two do not go together. Where nobody told
-    /// what the program has, all do but those of a scene.
+    /// Returns whether a file comes with the program; other plugins are blamed first in case of conflict. If the
+    /// program's plugins are unknown, these are all except those of a scene.
     pub fn is_of_program(&self, file: &Path) -> bool {
         let known = || file.file_name().and_then(|n| n.to_str()).and_then(stem).is_some_and(|s| self.is_built(s));
         !self.is_of_scene(file) && (self.built.is_empty() || known())
     }
 
-    /// Whether a file lies in a folder that a scene names.
+    /// Returns whether a file is in a folder named in a scene.
     pub fn is_of_scene(&self, file: &Path) -> bool {
         self.folders.iter().any(|(f, s)| *s == Source::Scene && file.starts_with(f))
     }
@@ -106,7 +106,7 @@ impl Search {
         self.built.iter().any(|b| b == stem)
     }
 
-    /// Libraries in folders that somebody named for plugins, whose names are not those of plugins.
+    /// Returns the libraries in folders given explicitly for plugins whose names are not those of plugins.
     pub fn misnamed(&self) -> Vec<PathBuf> {
         let named = self.folders.iter().filter(|(_, s)| matches!(s, Source::Environment | Source::Scene));
         let entries = named.filter_map(|(folder, _)| std::fs::read_dir(folder).ok()).flatten();
@@ -119,7 +119,7 @@ impl Search {
         files
     }
 
-    /// Files that may be plugins, in order of folders, then of names.
+    /// Returns the files that may be plugins, ordered by folder, then by name.
     pub fn candidates(&self) -> Vec<PathBuf> {
         let mut out = Vec::new();
         for (folder, source) in &self.folders {
@@ -137,7 +137,7 @@ impl Search {
         stem(name).is_some_and(|stem| source != Source::Built || self.is_built(stem))
     }
 
-    /// The folders as a list for messages, with what is wrong with each.
+    /// Returns the folders as a list for messages; missing ones are marked.
     pub fn describe(&self) -> String {
         let mut out = String::new();
         for (folder, _) in &self.folders {

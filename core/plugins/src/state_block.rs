@@ -1,22 +1,22 @@
-//! State blocks of instances: memory of the host that a plugin writes to, with guards on both sides.
+//! State blocks of instances: host memory that a plugin writes to, with guards on both sides.
 
 use std::{
     ffi::c_void,
     ops::{Deref, DerefMut},
 };
 
-/// The guard beside memory that a plugin may write to. Unlikely as a number, a pointer or a text.
+/// The guard word around memory that plugins write to: unlikely as a number, a pointer or a text.
 pub const GUARD: u64 = 0x5EED_A11A_D0E5_7A7C;
-/// Guard words on each side: small overruns hit only these.
+/// Number of guard words on each side: enough to catch small overruns.
 pub const GUARD_WORDS: usize = 8;
 
-/// The state block of an instance, zero at first; its address stays. As a slice: its words, without what stands beside
-/// them.
+/// The state block of an instance, initially zero, at a stable address. As a slice it consists of its words without the
+/// guards.
 #[derive(Debug)]
 pub struct StateBlock(Vec<u64>);
 
 impl StateBlock {
-    /// One of so many bytes.
+    /// Creates a block of this size.
     pub fn new(bytes: u32) -> Self {
         let n = (bytes as usize).div_ceil(8);
         let mut block = StateBlock(vec![0; n + 2 * GUARD_WORDS]);
@@ -24,7 +24,7 @@ impl StateBlock {
         block
     }
 
-    /// As plugins get it: null if it has no bytes.
+    /// Returns the pointer to pass to plugins; null if the block is empty.
     #[inline]
     pub fn place(&self) -> *mut c_void {
         if self.0.len() == 2 * GUARD_WORDS {
@@ -33,13 +33,13 @@ impl StateBlock {
         self.0.as_ptr().wrapping_add(GUARD_WORDS).cast_mut().cast()
     }
 
-    /// Whether its guards are intact. Checked after each call: the nearest word on each side.
+    /// Returns whether the nearest guard word on each side is intact. Checked after each call.
     #[inline]
     pub fn is_whole(&self) -> bool {
         self.0[GUARD_WORDS - 1] == GUARD && self.0[self.0.len() - GUARD_WORDS] == GUARD
     }
 
-    /// Restores the guards: what was written beside the block has been reported.
+    /// Restores the guards, once an overrun has been reported.
     pub fn mend(&mut self) {
         let end = self.0.len() - GUARD_WORDS;
         self.0[..GUARD_WORDS].fill(GUARD);
@@ -75,7 +75,7 @@ mod tests {
         let mut block = StateBlock::new(12);
         assert_eq!((block.len(), block.is_whole()), (2, true));
         for beside in [-1, 2] {
-            // SAFETY: the words beside the two are the guards'.
+            // SAFETY: the words before and after the block belong to its guards.
             unsafe { block.place().cast::<u64>().offset(beside).write(1) };
             assert!(!block.is_whole());
             block.mend();

@@ -1,4 +1,4 @@
-//! Reading tables that another party filled: the fields that they have, the rest zero.
+//! Reading tables filled by another party: missing fields are zero.
 
 use std::ffi::{CStr, c_char};
 
@@ -6,16 +6,16 @@ use tatu_plugin_api::abi::*;
 
 use crate::texts;
 
-/// A table of the ABI: begins with its size, and is valid when all zero.
+/// A table of the ABI, which begins with its size and is valid if all bytes are zero.
 ///
 /// # Safety
-/// `repr(C)`, first field `size: u32`, all-zero is a valid value, and `BOUNDS` holds the end of every field.
+/// The type must be `repr(C)` with a first field `size: u32`, and be valid if all bytes are zero.
 pub unsafe trait Table: Copy {}
 
 macro_rules! table {
     ($($t:ty),*) => {
         $(
-            // SAFETY: a mirrored table of the header, see the test of sizes and offsets.
+            // SAFETY: a mirror of a table in the header; a test compares sizes and offsets.
             unsafe impl Table for $t {}
         )*
     };
@@ -50,31 +50,31 @@ table!(
     tatu_beams
 );
 
-/// Copies a foreign table into a full-size one of ours: fields that it does not have are zero.
+/// Copies a foreign table into a full-size one; fields that it does not have are zero.
 ///
 /// # Safety
-/// `from` is null or points to a table of as many bytes as its `size` says.
+/// `from` must be null or point to a table of as many bytes as its `size` states.
 pub unsafe fn read<T: Table>(from: *const T) -> Option<T> {
     if from.is_null() {
         return None;
     }
-    // SAFETY: all-zero is valid for tables; at most `size` bytes are read, and no more than fit. Fields are 8 bytes, or
-    // 4-byte fields in pairs: rounding down never leaves half of a pointer.
+    // SAFETY: the caller guarantees that the table has `size` bytes; at most so many are copied, and zeros are valid
+    // for the rest. Fields have 8 bytes or are pairs of 4-byte fields, so rounding down never splits a pointer.
     unsafe {
         let size = (*from.cast::<u32>()) as usize;
         let mut to: T = std::mem::zeroed();
         let take = size.min(size_of::<T>()) & !7;
         std::ptr::copy_nonoverlapping(from.cast::<u8>(), (&raw mut to).cast::<u8>(), take);
-        // The size that the table states is kept, for messages.
+        // The stated size is kept, for messages.
         *(&raw mut to).cast::<u32>() = size as u32;
         Some(to)
     }
 }
 
-/// A pointer or function that a table must have: name, whether it is there, where it ends.
+/// A required pointer or function of a table: name, whether it is set, and where it ends.
 pub type Required = (&'static str, bool, usize);
 
-/// The fields of a copied table that must not be null.
+/// Lists the fields of a copied table that must not be null.
 macro_rules! required {
     ($table:expr, $type:ty: $($field:ident),+) => {
         [$((
@@ -86,17 +86,17 @@ macro_rules! required {
 }
 pub(super) use required;
 
-/// Whether all bytes of a pointer or function are zero: null.
+/// Returns whether a pointer or function is null.
 pub fn is_zero<T: Copy>(field: &T) -> bool {
     const { assert!(size_of::<T>() == size_of::<usize>()) };
-    // SAFETY: as large as a pointer, and every pattern of bits is a number.
+    // SAFETY: `T` has the size of a `usize`, for which every bit pattern is valid.
     unsafe { std::mem::transmute_copy::<T, usize>(field) == 0 }
 }
 
 /// The hint for a missing field.
 pub const HELP: &str = "set `size` to sizeof, and fill what is required";
 
-/// The first required field that is missing, in words; `size` is what the table states.
+/// Describes the first required field that is missing, if any; `size` is the size that the table states.
 pub fn lacking(size: u32, required: &[Required]) -> Option<String> {
     let (name, _, end) = required.iter().find(|(_, there, _)| !there)?;
     Some(match (size as usize) < *end {
@@ -107,26 +107,26 @@ pub fn lacking(size: u32, required: &[Required]) -> Option<String> {
     })
 }
 
-/// The tables of a null-terminated list.
+/// Copies the tables of a null-terminated list.
 ///
 /// # Safety
-/// `list` is null or a null-terminated array of pointers to tables.
+/// `list` must be null or a null-terminated array of pointers to tables that are valid for [`read`].
 pub unsafe fn list<T: Table>(list: *const *const T) -> Vec<(*const T, T)> {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that the list and its tables are valid.
     unsafe { pointers(list).into_iter().filter_map(|p| read(p).map(|t| (p, t))).collect() }
 }
 
-/// The pointers of a null-terminated list; at most 65536, so that a missing end is not an endless walk.
+/// Returns the pointers of a null-terminated list, but at most 65536, in case the terminator is missing.
 ///
 /// # Safety
-/// `list` is null or a null-terminated array.
+/// `list` must be null or a null-terminated array.
 pub unsafe fn pointers<T>(list: *const *const T) -> Vec<*const T> {
     let mut out = Vec::new();
     if list.is_null() {
         return out;
     }
     for i in 0..65536 {
-        // SAFETY: within the array, whose end is the first null.
+        // SAFETY: no null was found before index `i`, so it is within the array.
         let p = unsafe { *list.add(i) };
         if p.is_null() {
             break;
@@ -136,20 +136,20 @@ pub unsafe fn pointers<T>(list: *const *const T) -> Vec<*const T> {
     out
 }
 
-/// A NUL-terminated text for display, copied: control characters are escaped.
+/// Copies a NUL-terminated text, with control characters escaped for display.
 ///
 /// # Safety
-/// `s` is null or NUL-terminated.
+/// `s` must be null or NUL-terminated.
 pub unsafe fn text(s: *const c_char) -> Option<String> {
-    // SAFETY: the caller promises it.
+    // SAFETY: `s` is not null, and the caller guarantees that it is NUL-terminated.
     (!s.is_null()).then(|| texts::clean(&unsafe { CStr::from_ptr(s) }.to_string_lossy()).into_owned())
 }
 
-/// A NUL-terminated name, copied as [`texts::label`] shows it: `names` checks whether it is valid.
+/// Copies a NUL-terminated name in the form of [`texts::label`]; `names` checks whether it is valid.
 ///
 /// # Safety
-/// `s` is null or NUL-terminated.
+/// `s` must be null or NUL-terminated.
 pub unsafe fn label(s: *const c_char) -> Option<String> {
-    // SAFETY: the caller promises it.
+    // SAFETY: `s` is not null, and the caller guarantees that it is NUL-terminated.
     (!s.is_null()).then(|| texts::label(unsafe { CStr::from_ptr(s) }.to_bytes()))
 }

@@ -1,19 +1,19 @@
-//! Texts of plugins for display: control characters are escaped, long texts are cut.
+//! Texts of plugins, prepared for display: control characters are escaped, long texts truncated.
 
 use std::{borrow::Cow, fmt::Write};
 
-/// Most bytes of one part of an error text.
+/// Maximum size of one part of an error text, bytes.
 pub const MOST_BYTES: usize = 16 << 10;
 
-/// Room for what the host adds to a text that was cut already: it is not cut again for that.
+/// Room for what the host adds to a truncated text, so that it is not truncated again.
 const SLACK: usize = 1 << 10;
 
-/// Whether a character controls a terminal, or reorders the text behind it.
+/// Returns whether a character controls a terminal, or reorders the text after it.
 fn acts(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// A text for display: control characters other than tab and newline are escaped, as `\u{1b}`.
+/// Returns a text with control characters other than tab and newline escaped, as `\u{1b}`.
 pub fn clean(text: &str) -> Cow<'_, str> {
     let wrong = |c: char| acts(c) && c != '\n' && c != '\t';
     if !text.contains(wrong) {
@@ -23,7 +23,7 @@ pub fn clean(text: &str) -> Cow<'_, str> {
     let mut all = text.chars().peekable();
     while let Some(c) = all.next() {
         match wrong(c) {
-            // The end of a line as some systems write it.
+            // A CR LF line end becomes LF.
             true if c == '\r' && all.peek() == Some(&'\n') => {}
             true => out.extend(c.escape_default()),
             false => out.push(c),
@@ -32,9 +32,9 @@ pub fn clean(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// The same for bytes; those that are not UTF-8 stay as they are.
+/// Like `clean`, for bytes; invalid UTF-8 is left unchanged.
 fn clean_bytes(bytes: &[u8]) -> Cow<'_, [u8]> {
-    // ASCII without control characters, which is nearly every text.
+    // Fast path: nearly every text is ASCII without control characters.
     if bytes.iter().all(|b| matches!(b, b' '..=b'~' | b'\n' | b'\t')) {
         return Cow::Borrowed(bytes);
     }
@@ -46,12 +46,12 @@ fn clean_bytes(bytes: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(out)
 }
 
-/// A text of an error: clean, and no longer than people can read. What was cut is counted.
+/// Returns an error text, cleaned and truncated to a readable length; the number of omitted bytes is appended.
 pub(crate) fn of_error(bytes: &[u8]) -> Vec<u8> {
     if bytes.len() <= MOST_BYTES + SLACK {
         return clean_bytes(bytes).into_owned();
     }
-    // Back to where a character begins; one has at most four bytes.
+    // Back to the start of a character, which has at most four bytes.
     let begins = |at: &usize| bytes[*at] & 0xC0 != 0x80;
     let at = (MOST_BYTES - 3..=MOST_BYTES).rev().find(begins).unwrap_or(MOST_BYTES);
     let mut out = clean_bytes(&bytes[..at]).into_owned();
@@ -59,7 +59,7 @@ pub(crate) fn of_error(bytes: &[u8]) -> Vec<u8> {
     out
 }
 
-/// A name as people may see it, all that is no part of a name written out: control characters, bytes that are no UTF-8.
+/// Returns a name for display, with control characters and invalid UTF-8 escaped.
 pub fn label(bytes: &[u8]) -> String {
     let mut out = String::with_capacity(bytes.len());
     for chunk in bytes.utf8_chunks() {
@@ -70,7 +70,7 @@ pub fn label(bytes: &[u8]) -> String {
             }
         }
         for b in chunk.invalid() {
-            // Writing to a text cannot fail.
+            // Writing to a `String` cannot fail.
             let _ = write!(out, "\\x{b:02x}");
         }
     }
@@ -80,8 +80,8 @@ pub fn label(bytes: &[u8]) -> String {
 /// The hint for an invalid name.
 pub(super) const HELP: &str = "use letters, digits, `_` and dots: `mine.name`";
 
-/// Why a name is invalid. It is given as [`label`] shows it, in which a backslash stands for what
-/// cannot be shown.
+/// Returns why a name is invalid, if it is. The name must come from [`label`], in which a backslash marks what cannot
+/// be displayed.
 pub(super) fn flaw(name: &str) -> Option<&'static str> {
     match name {
         "" => Some("is empty"),
@@ -117,7 +117,7 @@ mod tests {
         let text = format!("{}{}", "x".repeat(MOST_BYTES - 1), "ö".repeat(2000));
         let cut = String::from_utf8(of_error(text.as_bytes())).unwrap();
         assert_eq!(cut, format!("{}... (4000 more bytes are left out)", "x".repeat(MOST_BYTES - 1)));
-        // Once is enough, also where the host puts its own words before it.
+        // A truncated text is not truncated again when the host prefixes it.
         let longer = format!("plugin `x` failed: {cut}");
         assert_eq!(of_error(longer.as_bytes()), longer.as_bytes());
         assert!(of_error(&[0x80; 40000]).len() < MOST_BYTES + 100);

@@ -1,6 +1,6 @@
-//! Units of scene files: a key carries its unit, inside everything is SI and radians.
+//! Units in scene files: keys carry their unit; inside, everything is in SI units and radians.
 
-/// How a key of a scene file is written for a unit: suffix, and the factor to SI. The first is the one to suggest.
+/// Returns how the keys of scene files express a unit: suffix, and factor to SI. The first one is the one to suggest.
 pub fn suffixes(unit: &str) -> &'static [(&'static str, f64)] {
     const DEG: f64 = std::f64::consts::PI / 180.0;
     match unit {
@@ -23,7 +23,7 @@ pub fn suffixes(unit: &str) -> &'static [(&'static str, f64)] {
     }
 }
 
-/// Units that keys can carry; "1" and none are written without a suffix.
+/// Units that keys can carry; keys without unit or with the unit "1" have no suffix.
 pub const KNOWN: &[&str] = &[
     "m",
     "rad",
@@ -43,23 +43,23 @@ pub const KNOWN: &[&str] = &[
     "1",
 ];
 
-/// Whether scene files know a unit.
+/// Returns whether scene files support a unit.
 pub fn is_known(unit: &str) -> bool {
     unit.is_empty() || KNOWN.contains(&unit)
 }
 
-/// The key to suggest for a parameter.
+/// Returns the key to suggest for a parameter.
 pub fn written(key: &str, unit: Option<&str>) -> String {
     format!("{key}{}", suffixes(unit.unwrap_or("")).first().map_or("", |s| s.0))
 }
 
-/// Whether a written key means the parameter; the factor to SI if so.
+/// Returns the factor to SI if a written key means the parameter.
 pub fn factor(written: &str, key: &str, unit: Option<&str>) -> Option<f64> {
     let rest = written.strip_prefix(key)?;
     suffixes(unit.unwrap_or("")).iter().find(|(s, _)| *s == rest).map(|(_, f)| *f)
 }
 
-/// Whether a written key is the parameter with a unit that it does not have (`range_cm`, or none at all).
+/// Returns whether a written key is the parameter with a wrong unit (`range_cm`), or without one.
 pub fn wrong_unit(written: &str, key: &str, unit: Option<&str>) -> bool {
     const KNOWN: &[&str] = &[
         "", "_m", "_cm", "_mm", "_km", "_in", "_ft", "_deg", "_rad", "_s", "_ms", "_us", "_kg", "_g", "_hz", "_khz",

@@ -1,8 +1,8 @@
-//! Which plugin call is running, noted so that another thread notices when one never returns.
+//! The watchdog: records which plugin call is running, so that another thread can detect one that never returns.
 //!
-//! The running thread notes each call by two stores of one word, a relaxed one on the way in and one on the way out. A
-//! [watchdog](Watches::guard) looks at the words now and then; one that stays the same for longer than the limit
-//! names the call. A wall clock only ever ends a run; it never decides what happens in one.
+//! The running thread records each call with two relaxed stores of one word, one on entry and one on return. A
+//! [watchdog](Watches::guard) reads the words from time to time; if one stays the same for longer than the limit, it
+//! names the call. Real time can end a run, but never affects what happens in it.
 //!
 //! Each thread knows the watch whose call it runs ([`here`]), so that a crash on it can be attributed to that call.
 
@@ -33,7 +33,7 @@ macro_rules! calls {
 
         impl Call {
             const TEXTS: &[&str] = &["nothing", $($text),*];
-            /// By number, as a note has it.
+            /// All calls, indexed by their number in a record.
             pub const ALL: [Option<Call>; 64] = {
                 let mut all = [None; 64];
                 $(all[Call::$name as usize] = Some(Call::$name);)*
@@ -84,48 +84,49 @@ calls! {
 }
 
 impl Call {
-    /// Its name in the header: "tatu_sensor.measure".
+    /// Returns its name in the header: "tatu_sensor.measure".
     pub fn text(self) -> &'static str {
         Self::TEXTS[self as usize]
     }
 }
 
-/// Bits of a note: object (20), plugin (14), call (6), and above them a count that makes every note another word.
+/// Bits of a record: object (20), plugin (14), call (6), and above them a counter that makes each record different.
 const OBJECT: u32 = 20;
 const PLUGIN: u32 = 14;
 const COUNT: u32 = 40;
 
 thread_local! {
-    /// The watch of the innermost call on this thread. Constant at first and without a destructor: a signal handler may
-    /// read it at any time.
+    /// The watch of the innermost call on this thread. It has a constant initialiser and no destructor, so a signal
+    /// handler can read it at any time.
     static HERE: Cell<*const Watch> = const { Cell::new(ptr::null()) };
 }
 
-/// The watch whose plugin call runs on this thread; null: none does. Signal handlers may ask; what it is, and whether
-/// it still exists is known by [`Watches::running`].
+/// Returns the watch whose plugin call runs on this thread; null: none. Signal handlers may call this. Only
+/// [`Watches::running`] may use the pointer, since the watch may no longer exist.
 pub fn here() -> *const Watch {
     HERE.get()
 }
 
-/// How the position of a script is found.
+/// A way to find the current position of a script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScriptPlace(usize, usize);
 
 impl ScriptPlace {
-    /// By the function of its language and its data there.
+    /// Creates it from the function of the script's language and the data to pass to it.
     pub fn new(place: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_error)>, data: *mut c_void) -> Self {
         ScriptPlace(place.map_or(0, |f| f as usize), data as usize)
     }
-    /// Queries it: file and line.
+    /// Returns the current file and line.
     ///
     /// # Safety
-    /// The script exists, and the thread that runs it is stopped.
+    /// The script must exist, and the thread that runs it must be stopped.
     pub unsafe fn ask(self) -> Option<(String, u64)> {
         if self.0 == 0 || self.1 == 0 {
             return None;
         }
         let mut error = ErrorSlot::new();
-        // SAFETY: made of such a function in `new`; the rest the caller promises.
+        // SAFETY: the number was made from a function pointer of this type in `new`; the caller guarantees that the
+        // script exists.
         unsafe {
             let place: unsafe extern "C" fn(*mut c_void, *mut tatu_error) = std::mem::transmute(self.0);
             place(self.1 as *mut c_void, error.fresh());
@@ -135,57 +136,57 @@ impl ScriptPlace {
     }
 }
 
-/// What ran before a call: for [`Watch::leave`].
+/// The record that a call replaced, for [`Watch::leave`].
 #[derive(Debug, Clone, Copy)]
 pub struct Before {
     word: u64,
     outer: *const Watch,
 }
 
-/// What one thread of calls (a world, or the loading of plugins) is in. Written by that thread alone.
+/// The record of the calls of one thread, which works for a world or loads plugins. Only that thread writes it.
 #[derive(Default)]
 pub struct Watch {
     now: AtomicU64,
-    /// Instances of the call, where it is one for a batch; the note has the first one.
+    /// Number of instances if the call is for a batch; the record names the first one.
     batch: AtomicU32,
-    /// The command that runs, by its number from 1; 0: none.
+    /// Number of the running command, from 1; 0: none.
     command: AtomicU32,
-    /// How the position of the innermost script is found: `tatu_language.place` and its data; 0: there is none.
+    /// Position of the innermost script: the function `tatu_language.place` and its data, as addresses; 0: no script.
     script: [AtomicUsize; 2],
     /// Names of objects, by slot.
     names: Arc<Mutex<BTreeMap<u32, String>>>,
-    /// While nothing has an index yet: what is loaded or built. Within a service's turn: the service.
+    /// Name of the file or model being loaded or built, which has no index yet, or of the service whose turn it is.
     subject: Mutex<String>,
 }
 
 impl Watch {
-    /// Another place for notes, of a thread that works beside this one: objects have the same names.
+    /// Creates a watch for a thread that works in parallel with this one; object names are shared.
     pub fn beside(&self, watches: &Watches) -> Arc<Watch> {
         watches.add(Watch { names: self.names.clone(), ..Watch::default() })
     }
-    /// Whether no call is running.
+    /// Returns whether no call is running.
     #[inline]
     pub fn is_idle(&self) -> bool {
         self.now.load(Relaxed) & ((1 << COUNT) - 1) == 0
     }
-    /// The call that runs, the innermost one; none: none does.
+    /// Returns the innermost running call; `None`: none is running.
     pub fn call(&self) -> Option<Call> {
         Call::ALL[self.call_number()]
     }
-    /// Its number: a place in [`Call::ALL`].
+    /// Returns the number of the running call: an index into [`Call::ALL`].
     #[inline]
     pub fn call_number(&self) -> usize {
         (self.now.load(Relaxed) >> (OBJECT + PLUGIN)) as usize & (Call::ALL.len() - 1)
     }
-    /// The index of its plugin.
+    /// Returns the index of the call's plugin.
     pub fn plugin(&self) -> usize {
         (self.now.load(Relaxed) >> OBJECT) as usize & ((1 << PLUGIN) - 1)
     }
-    /// The slot of its object; 0: none.
+    /// Returns the slot of the call's object; 0: none.
     pub fn slot(&self) -> u32 {
         (self.now.load(Relaxed) & ((1 << OBJECT) - 1)) as u32
     }
-    /// Notes a call; gives what was noted before, for [`leave`](Self::leave).
+    /// Records a call; returns the previous record, for [`leave`](Self::leave).
     #[inline]
     pub fn enter(&self, call: Call, plugin: usize, slot: u32) -> Before {
         let word = self.now.load(Relaxed);
@@ -194,25 +195,25 @@ impl Watch {
         self.note(word, (call as u64) << (OBJECT + PLUGIN) | plugin << OBJECT | object);
         Before { word, outer: HERE.replace(self) }
     }
-    /// The same for one call that is for several instances, of which `slot` is the first.
+    /// Like `enter`, for a call for several instances, of which `slot` is the first.
     pub fn enter_batch(&self, call: Call, plugin: usize, slot: u32, instances: usize) -> Before {
         self.batch.store(u32::try_from(instances).unwrap_or(u32::MAX), Relaxed);
         self.enter(call, plugin, slot)
     }
-    /// Notes that it has returned.
+    /// Records that the call has returned.
     #[inline]
     pub fn leave(&self, before: Before) {
         self.note(self.now.load(Relaxed), before.word);
         HERE.set(before.outer);
     }
-    /// Notes which command is called; what was noted before, to be noted again when it has returned.
+    /// Records the command that is called; returns the previous one, to be restored when it has returned.
     #[inline]
     pub fn command(&self, number: u32) -> u32 {
         let before = self.command.load(Relaxed);
         self.command.store(number, Relaxed);
         before
     }
-    /// Notes which script is entered, by what finds its position; returns what was noted before.
+    /// Records the script that is entered; returns the previous one.
     #[inline]
     pub fn script(&self, place: ScriptPlace) -> ScriptPlace {
         let before = ScriptPlace(self.script[0].load(Relaxed), self.script[1].load(Relaxed));
@@ -220,7 +221,7 @@ impl Watch {
         self.script[1].store(place.1, Relaxed);
         before
     }
-    /// The call that runs waits for something outside, and asks whether the run is to end: it is not stuck.
+    /// Marks the running call as active: it waits for something outside, but checks whether the run is to end.
     pub fn waits(&self) {
         let now = self.now.load(Relaxed);
         self.note(now, now);
@@ -230,20 +231,20 @@ impl Watch {
         let count = (last >> COUNT).wrapping_add(1);
         self.now.store(count << COUNT | what & ((1 << COUNT) - 1), Relaxed);
     }
-    /// The name of an object in messages.
+    /// Sets the name of an object, for messages.
     pub fn name(&self, slot: u32, name: String) {
         if let Ok(mut names) = self.names.lock() {
             names.insert(slot, name);
         }
     }
-    /// The name of an object, if it is known; 0: of what runs for none.
+    /// Returns the name of an object, if known; slot 0: the current subject.
     pub fn name_of(&self, slot: u32) -> Option<String> {
         if slot == 0 {
             return self.subject.lock().ok().map(|s| s.clone()).filter(|s| !s.is_empty());
         }
         self.names.lock().ok()?.get(&slot).cloned()
     }
-    /// What is loaded or built, or whose turn it is.
+    /// Sets the name of the file or model that is being loaded or built, or of the service whose turn it is.
     pub fn subject(&self, name: &str) {
         if let Ok(mut subject) = self.subject.lock() {
             name.clone_into(&mut subject);
@@ -254,24 +255,24 @@ impl Watch {
 /// A call that does not return: it is stuck, or the program crashed in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stuck {
-    /// Id of the plugin; its file while it is being loaded.
+    /// Id of the plugin, or its file while it is being loaded.
     pub plugin: String,
-    /// Path of the object whose instance it is, or that called.
+    /// Path of the object whose instance was called, or that made the call.
     pub object: Option<String>,
-    /// How many more instances the call is for.
+    /// Number of further instances that the call is for.
     pub others: u32,
-    /// The function.
+    /// The function's name.
     pub call: &'static str,
-    /// The command, by its first name, if it is one's.
+    /// First name of the command, if the function is a command.
     pub command: Option<String>,
-    /// The script that called it, or that runs.
+    /// The script that is running, or that made the call.
     pub script: ScriptPlace,
 }
 
-/// How often, each a millisecond later, a lock is tried whose holder may never give it back.
+/// Number of attempts, a millisecond apart, to take a lock whose holder may never release it.
 const TRIES: usize = 100;
 
-/// Locks something that a thread which is stuck, or has crashed, may hold: `None` then.
+/// Takes a lock that a stuck or crashed thread may hold; `None`: it is not released in time.
 pub fn peek<T>(of: &Mutex<T>) -> Option<MutexGuard<'_, T>> {
     for _ in 0..TRIES {
         match of.try_lock() {
@@ -283,28 +284,28 @@ pub fn peek<T>(of: &Mutex<T>) -> Option<MutexGuard<'_, T>> {
     None
 }
 
-/// Whether a watch is used outside the list.
+/// Returns whether a watch is used outside the list.
 fn is_used(watch: &Arc<Watch>) -> bool {
     Arc::strong_count(watch) > 1
 }
 
-/// The notes of all worlds that share a set of plugins.
+/// The watches of all worlds that share a set of plugins.
 #[derive(Clone, Default)]
 pub struct Watches(Arc<Inner>);
 
 #[derive(Default)]
 struct Inner {
-    /// Held by the list, too: an exception that leaves a plugin may take the world away before it ends the program, and
-    /// whose call it was must still be known then.
+    /// The watches are also owned by this list: an exception thrown by a plugin may destroy the world before it ends
+    /// the program, and the call must still be known then.
     all: Mutex<Vec<Arc<Watch>>>,
-    /// Ids, by index.
+    /// Ids of plugins, by index.
     plugins: Mutex<Vec<String>>,
-    /// First names, by number.
+    /// First names of commands, by number.
     commands: Mutex<Vec<String>>,
 }
 
 impl Watches {
-    /// One more place for notes.
+    /// Adds a watch.
     pub fn watch(&self) -> Arc<Watch> {
         self.add(Watch::default())
     }
@@ -328,14 +329,14 @@ impl Watches {
             *commands = names;
         }
     }
-    /// Starts the watchdog: a thread that calls `stuck` once, when a call has not returned within `limit`.
+    /// Starts the watchdog: a thread that calls `stuck` once, if a call has not returned within `limit`.
     ///
-    /// A pause of the whole process (a debugger, a laptop put to sleep) does not count.
+    /// Time for which the whole process is paused (by a debugger, or because the computer sleeps) does not count.
     pub fn guard(&self, limit: Duration, stuck: impl FnOnce(Stuck) + Send + 'static) -> std::io::Result<()> {
         let watches = self.clone();
         let pause = (limit / 20).clamp(Duration::from_millis(1), Duration::from_millis(250));
         let run = move || {
-            // What each watch was in, and for how long.
+            // The last record of each watch, and for how long it has not changed.
             let mut seen: BTreeMap<*const Watch, (u64, Duration)> = BTreeMap::new();
             loop {
                 thread::sleep(pause);
@@ -365,14 +366,14 @@ impl Watches {
         thread::Builder::new().name("watchdog".into()).spawn(run).map(drop)
     }
 
-    /// A call that runs on any thread.
+    /// Returns a call that is running on any thread.
     pub fn any_running(&self) -> Option<Stuck> {
         let watch = peek(&self.0.all)?.iter().find(|w| !w.is_idle())?.clone();
         let word = watch.now.load(Relaxed);
         (word & ((1 << COUNT) - 1) != 0).then(|| self.describe(&watch, word))
     }
 
-    /// The call that runs on the thread whose [`here`] this is; `None`: none does.
+    /// Returns the call running on the thread whose [`here`] this is; `None`: none.
     pub fn running(&self, here: *const Watch) -> Option<Stuck> {
         let watch = peek(&self.0.all)?.iter().find(|w| ptr::eq(Arc::as_ptr(w), here))?.clone();
         let word = watch.now.load(Relaxed);
@@ -417,7 +418,7 @@ mod tests {
         watches.guard(Duration::from_millis(40), move |s| tell.send(s).unwrap()).unwrap();
         let outer = bad.enter(Call::ScriptCall, 0, 7);
         bad.enter(Call::Command, 1, 7);
-        // The other one calls and returns all the time, within a call that lasts.
+        // The other world keeps calling and returning, within a call that lasts.
         good.enter(Call::ScriptCall, 0, 3);
         let stuck = loop {
             let inner = good.enter(Call::Command, 1, 3);

@@ -1,28 +1,28 @@
-//! From where a picture is taken.
+//! The camera of a picture.
 
 use nalgebra::{Point3, Unit, Vector3};
 
-/// A camera that sees in perspective. The picture's upright is the world's z.
+/// A perspective camera. The z axis of the world points up in the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
-    /// Where it stands, m.
+    /// Position, in metres.
     pub from: Point3<f64>,
-    /// The point in the middle of the picture, m; another one than `from`.
+    /// Point in the centre of the picture, in metres; must differ from `from`.
     pub to: Point3<f64>,
-    /// The angle between the left and right edge, rad; more than 0, less than pi.
+    /// Angle between the left and the right edge, in radians; more than 0, less than pi.
     pub fov: f64,
-    /// Pixels in a row.
+    /// Number of pixels per row.
     pub columns: u32,
-    /// Rows of pixels.
+    /// Number of rows.
     pub rows: u32,
 }
 
-/// A camera's axes, ready to look.
+/// The axes of a camera, from which directions are computed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lens {
     pub eye: Point3<f64>,
     ahead: Vector3<f64>,
-    /// To the next pixel in a row, and to the next row below, at distance 1.
+    /// Steps to the next pixel in a row and to the next row below, at distance 1.
     pub across: Vector3<f64>,
     pub down: Vector3<f64>,
     middle: [f64; 2],
@@ -32,7 +32,7 @@ impl Camera {
     pub(super) fn lens(&self) -> Lens {
         let forward = self.to - self.from;
         let ahead = forward.try_normalize(0.0).unwrap_or_else(Vector3::x);
-        // Straight up or down, y is the picture's upright.
+        // If the camera looks straight up or down, the y axis of the world points up in the picture.
         let right = ahead.cross(&Vector3::z()).try_normalize(1e-9).unwrap_or_else(Vector3::x);
         let pixel = 2.0 * libm::tan(self.fov / 2.0) / f64::from(self.columns);
         Lens {
@@ -44,14 +44,14 @@ impl Camera {
         }
     }
 
-    /// How wide a pixel is at distance 1, m.
+    /// Returns the width of a pixel at distance 1, in metres.
     pub(super) fn pixel(&self) -> f64 {
         2.0 * libm::tan(self.fov / 2.0) / f64::from(self.columns)
     }
 }
 
 impl Lens {
-    /// The direction of a place in the picture, counted in pixels from its upper left corner.
+    /// Returns the direction of a position in the picture, given in pixels from the upper left corner.
     pub fn direction(&self, x: f64, y: f64) -> Unit<Vector3<f64>> {
         let [mx, my] = self.middle;
         Unit::new_normalize(self.ahead + self.across * (x - mx) + self.down * (y - my))
@@ -69,7 +69,7 @@ mod tests {
         let lens = camera.lens();
         assert!((*lens.direction(100.0, 50.0) - Vector3::x()).norm() < 1e-12);
         let left = lens.direction(0.0, 50.0);
-        // The left edge lies half the angle to the left, which is +y when one looks along +x.
+        // The left edge is half the angle to the left, which is +y if the camera looks along +x.
         assert!((left.y.atan2(left.x) - 0.5).abs() < 1e-12 && left.z.abs() < 1e-12);
         assert!(lens.direction(100.0, 0.0).z > 0.2);
         let above = Camera { to: Point3::new(0.0, 0.0, -1.0), ..camera }.lens();

@@ -1,4 +1,4 @@
-//! Cameras for who names none.
+//! Default cameras.
 
 use ::tatu_beams::bounds;
 use nalgebra::{Point3, Vector3};
@@ -7,14 +7,14 @@ use tatu_scene::{Data, visible_parts};
 
 use super::Camera;
 
-/// From where a scene without a camera is seen: from the front right, and above.
+/// Direction from which a scene without a camera is viewed: the front right and above.
 const FROM: [f64; 3] = [-0.55, -0.65, 0.5];
-/// Room around what is seen.
+/// Scale of the margin around the visible shapes.
 const ROOM: f64 = 1.05;
-/// A scene in which nothing is visible is taken for so large, m.
+/// Assumed size of a scene in which nothing is visible, in metres.
 const NOTHING: f64 = 1.0;
 
-/// The first camera of the scene and its path; `fov`: another angle than its own, rad.
+/// Returns the first camera of the scene and its path. `fov`, in radians, overrides its own angle.
 pub fn scene_camera(world: &World, fov: Option<f64>, [columns, rows]: [u32; 2]) -> Option<(Camera, String)> {
     world.look_at(|scene, _| {
         let (slot, camera) = scene.slots().find_map(|(slot, o)| match &o.data {
@@ -23,7 +23,7 @@ pub fn scene_camera(world: &World, fov: Option<f64>, [columns, rows]: [u32; 2]) 
         })?;
         let pose = scene.world(slot);
         let from = Point3::from(pose.translation.vector);
-        // Its angle is that of the longer side.
+        // The angle of a camera is that of the longer side.
         let own = match rows > columns {
             false => camera.angle,
             true => 2.0 * libm::atan(libm::tan(camera.angle / 2.0) * f64::from(columns) / f64::from(rows)),
@@ -33,7 +33,7 @@ pub fn scene_camera(world: &World, fov: Option<f64>, [columns, rows]: [u32; 2]) 
     })
 }
 
-/// A camera that sees all visible shapes but planes.
+/// Returns a camera that shows all visible shapes except planes.
 pub fn framing(world: &World, fov: f64, [columns, rows]: [u32; 2]) -> Camera {
     let all = world.look_at(|scene, _| {
         let shapes = scene.slots().filter_map(|(slot, o)| Some((slot, o.shape().filter(|_| o.is_visible())?)));

@@ -1,13 +1,13 @@
-//! Pictures of a world for people, without a display: rays of light, no GPU.
+//! Pictures of a world for people, ray traced on the CPU without a display.
 //!
-//! - [`Camera`]: from where to where, how wide, how many pixels;
-//! - `framing`: cameras for who names none: the scene's own, or one that sees all;
+//! - [`Camera`]: position, direction, field of view and resolution;
+//! - `framing`: default cameras: the first camera of the scene, or one that shows everything;
 //! - `stage`: what can be seen: visible forms with their colours, drawings, curves, the floor;
 //! - `marks`: drawings and curves of graphs as small solids;
-//! - `light`: the lamp, the sky, the grid on the floor, and what they make of a surface;
-//! - `render`: all pixels, with shadows, and smooth edges where something ends.
+//! - `light`: the lamp, the sky, the grid on the floor, and the shading of surfaces;
+//! - `render`: the pixels, with shadows and antialiased edges.
 //!
-//! A picture depends on the world and the camera alone: not on the number of threads.
+//! A picture depends only on the world and the camera, not on the number of threads.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 
@@ -26,11 +26,10 @@ pub use render::Picture;
 
 use tatu_core::World;
 
-/// A picture of the scene as it is now: visible shapes, drawings, and curves of graphs in space.
+/// Renders a picture of the scene in its current state: visible shapes, drawings, and curves of graphs in space.
 ///
-/// It takes 10 to 30 rays a pixel, cast on the world's threads. `lines` are drawn in addition to what is in the scene.
-///
-/// `ground`: whether a floor is drawn below all of it where the scene has none.
+/// Each pixel takes 10 to 30 rays, which are cast on the threads of the world. `lines` are drawn in addition to the
+/// contents of the scene. `ground` selects whether a floor is drawn below everything if the scene has none.
 pub fn picture(world: &World, camera: &Camera, lines: &[Line], ground: bool) -> Picture {
     let stage = world.look_at(|scene, figures| stage::Stage::of(scene, figures, camera, lines, ground));
     world.install(|| render::render(&stage, camera))

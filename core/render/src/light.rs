@@ -1,8 +1,8 @@
-//! Lamp, sky and floor, and what they make of a surface. Colours are linear in light within.
+//! Lamp, sky and floor, and the shading of surfaces. Colours are linear unless stated otherwise.
 
 use nalgebra::{Point3, Unit, Vector3};
 
-/// The direction to the lamp, which is far away; not of length 1.
+/// Direction to the lamp, which is infinitely far away; not normalized.
 pub const TO_LAMP: [f64; 3] = [0.3, -0.6, 1.0];
 
 /// Linear red, green and blue.
@@ -11,28 +11,28 @@ pub(super) struct Color(pub Vector3<f64>);
 
 /// Light of the lamp on a surface that faces it.
 const LAMP: [f64; 3] = [0.80, 0.77, 0.71];
-/// Light from above and from below on a surface that sees all of it.
+/// Ambient light from above and from below on an unoccluded surface.
 const ABOVE: [f64; 3] = [0.40, 0.43, 0.48];
 const UNDER: [f64; 3] = [0.30, 0.29, 0.28];
-/// Light from the eye on a surface that faces it, which shapes what lies in the shadow.
+/// Light from the eye on a surface that faces it, which gives contrast to surfaces in the shadow.
 const FRONT: f64 = 0.10;
-/// The sky above and at the horizon, as they are seen.
+/// Colours of the sky at the zenith and at the horizon.
 const ZENITH: [f64; 3] = [0.30, 0.47, 0.72];
 const HORIZON: [f64; 3] = [0.80, 0.86, 0.92];
-/// Distance over which things fade into the horizon, m, for a camera that stands low.
+/// Distance over which objects fade into the horizon, in metres, for a camera close to the ground.
 const HAZE: f64 = 60.0;
 
 impl Color {
-    /// The floor of a scene that has none.
+    /// Colour of the floor drawn for a scene without one.
     pub const FLOOR: Color = Color(Vector3::new(0.42, 0.42, 0.42));
 
-    /// From numbers 0 to 1 as scenes have them, which are meant for screens.
+    /// Converts a colour of a scene, which is gamma-encoded, each channel 0 to 1.
     pub fn of(screen: [f64; 3]) -> Self {
         let linear = |x: f64| libm::pow(x.clamp(0.0, 1.0), 2.2);
         Color(Vector3::from(screen.map(linear)))
     }
 
-    /// For a screen, 0 to 255.
+    /// Returns the gamma-encoded colour, each channel 0 to 255.
     pub fn bytes(self) -> [u8; 3] {
         let screen = |x: f64| (libm::pow(x.clamp(0.0, 1.0), 1.0 / 2.2) * 255.0).round() as u8;
         [screen(self.0.x), screen(self.0.y), screen(self.0.z)]
@@ -43,29 +43,29 @@ impl Color {
     }
 }
 
-/// The unit vector to the lamp.
+/// Returns the unit vector to the lamp.
 pub(super) fn to_lamp() -> Unit<Vector3<f64>> {
     Unit::new_normalize(Vector3::from(TO_LAMP))
 }
 
-/// The sky in a direction.
+/// Returns the colour of the sky in a direction.
 pub(super) fn sky(direction: &Vector3<f64>) -> Color {
     let height = direction.z.max(0.0);
     let horizon = Color(Vector3::from(HORIZON));
     horizon.mixed(Color(Vector3::from(ZENITH)), libm::pow((height * 1.4).min(1.0), 0.7))
 }
 
-/// A surface in the light.
+/// A surface point to shade.
 pub(super) struct Lit {
     pub color: Color,
     pub normal: Vector3<f64>,
-    /// From the surface to the eye, of length 1.
+    /// Unit vector from the surface to the eye.
     pub to_eye: Vector3<f64>,
-    /// Whether the lamp reaches it.
+    /// Whether the lamp reaches the point.
     pub lamp: bool,
-    /// Share of the sky that it sees, 0 to 1.
+    /// Unoccluded share of the sky, 0 to 1.
     pub open: f64,
-    /// How much of the lamp it mirrors.
+    /// Strength of the specular reflection of the lamp.
     pub gloss: f64,
 }
 
@@ -81,30 +81,30 @@ impl Lit {
             let half = (lamp.into_inner() + self.to_eye).normalize();
             mirrored = self.gloss * self.normal.dot(&half).max(0.0).powi(40);
         }
-        // Surfaces that are seen from the side are a little brighter, which sets dark things off from one another.
+        // Surfaces seen at a grazing angle are slightly brighter, which sets dark objects apart.
         let rim = (1.0 - self.normal.dot(&self.to_eye).clamp(0.0, 1.0)).powi(4) * self.gloss * 0.5 * self.open;
         let color = self.color.0.component_mul(&light) + Vector3::repeat(mirrored) + Vector3::from(ABOVE) * rim;
         Color(color)
     }
 }
 
-/// Things far away fade into the horizon; a camera that stands high sees farther.
+/// Returns a colour faded into the horizon according to its distance; a higher camera sees farther.
 pub(super) fn hazed(color: Color, distance: f64, eye_height: f64) -> Color {
     let share = 1.0 - libm::exp(-(distance / (HAZE + 8.0 * eye_height.abs())).powi(2));
     color.mixed(Color(Vector3::from(HORIZON)), share)
 }
 
-/// Lines of the floor's grid: distance between them, m, their width, m, and how much darker they are.
+/// Lines of the floor's grid: spacing and width, in metres, and how much they darken the floor, 0 to 1.
 const GRID: [(f64, f64, f64); 2] = [(1.0, 0.012, 0.34), (0.1, 0.004, 0.14)];
 
-/// How much darker the grid makes a point of the floor, 0 to 1. `reach`: extent of a pixel there along x and y, m;
-/// lines fade where it is a large part of their spacing.
+/// Returns how much the grid darkens a point of the floor, 0 to 1. `reach` is the extent of a pixel there along x and
+/// y, in metres; lines fade where it is a large part of their spacing.
 pub(super) fn grid(point: &Point3<f64>, reach: [f64; 2]) -> f64 {
     let mut darker: f64 = 0.0;
     for (step, width, strength) in GRID {
         for (x, reach) in [(point.x, reach[0]), (point.y, reach[1])] {
             let off = x - (x / step).round() * step;
-            // The share of the pixel that lies on the line.
+            // The share of the pixel that the line covers.
             let reach = reach.max(1e-6);
             let covered = (off + reach / 2.0).min(width / 2.0) - (off - reach / 2.0).max(-width / 2.0);
             let share = (covered / reach).max(0.0);

@@ -1,4 +1,4 @@
-//! Drawings, and curves of graphs in space, as small solids: lines are rods, points are balls.
+//! Drawings, and curves of graphs in space, as small solids: lines become rods, points become spheres.
 
 use std::sync::Arc;
 
@@ -9,28 +9,28 @@ use tatu_scene::Scene;
 
 use super::Camera;
 
-/// Something small.
+/// A small solid that represents part of a drawing, such as a point, a line or a face.
 pub(super) struct Mark {
     pub pose: Isometry3<f64>,
     pub form: Form,
     pub color: [f64; 3],
 }
 
-/// A line in space.
+/// A line segment in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
-    /// Its ends in the world, m; where they are one point it is a dot.
+    /// Its ends in the world, in metres; if they coincide, a dot is drawn.
     pub ends: [Point3<f64>; 2],
-    /// Red, green, blue, 0 to 1.
+    /// Red, green and blue, each 0 to 1.
     pub color: [f64; 3],
-    /// Pixels.
+    /// Width in pixels.
     pub width: f64,
 }
 
-/// Pixels that a curve of a graph is wide.
+/// Width of the curve of a graph, in pixels.
 const CURVE_WIDTH: f64 = 2.5;
 
-/// All that is drawn, as it lies in the world now.
+/// Returns the marks of all drawings, curves and lines, at their current positions in the world.
 pub(super) fn all(scene: &Scene, figures: &Figures, camera: &Camera, lines: &[Line]) -> Vec<Mark> {
     let mut pen = Pen { camera, marks: Vec::new(), color: [0.0; 3] };
     for d in figures.drawings.values() {
@@ -69,7 +69,7 @@ impl Pen<'_> {
         }
     }
 
-    /// Half of so many pixels, at a point.
+    /// Returns the radius, in metres, of a mark at a point that is `pixels` wide.
     fn radius(&self, pixels: f64, at: &Point3<f64>) -> f64 {
         (pixels.max(1.0) / 2.0 * self.camera.pixel() * (at - self.camera.from).norm()).max(1e-6)
     }
@@ -126,7 +126,7 @@ impl Pen<'_> {
     }
 }
 
-/// A turn that brings z to a direction; none for no direction.
+/// Returns a rotation that brings the z axis to a direction; the identity if the direction is zero.
 fn turned(to: &Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::rotation_between(&Vector3::z(), to).unwrap_or_else(|| {
         let back = if to.z < 0.0 { std::f64::consts::PI } else { 0.0 };

@@ -1,4 +1,4 @@
-//! All pixels of a picture.
+//! Rendering of all pixels of a picture.
 
 use std::ops::Range;
 
@@ -15,35 +15,36 @@ use super::{
 /// A picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Picture {
-    /// Pixels in a row.
+    /// Number of pixels per row.
     pub columns: u32,
-    /// Rows of pixels.
+    /// Number of rows.
     pub rows: u32,
-    /// Red, green and blue of each pixel, the uppermost row first, each from left to right.
+    /// Red, green and blue of each pixel, from the top row down, each row from left to right.
     pub rgb: Vec<u8>,
 }
 
-/// What a pixel's middle sees.
+/// What the centre of a pixel sees.
 #[derive(Clone, Copy)]
 struct Sample {
     seen: Seen,
     lamp: bool,
-    /// Share of the sky that is seen, by the few rays of this pixel alone.
+    /// Unoccluded share of the sky, estimated from the few rays of this pixel alone.
     open: f64,
 }
 
-/// Rays that ask how much of the sky a point sees; 16 pixels side by side ask in other directions, and share the answers.
+/// Rays per pixel that sample the sky. The 16 pixels of a block use different directions and share the results.
 const SKY_RAYS: u32 = 6;
-/// Side of the block of pixels that share them.
+/// Side of a block of pixels that share results.
 const BLOCK: u32 = 4;
-/// Pixels of a block that must be alike for its answer to count.
+/// Minimum number of similar pixels in a block for its shared result to be used.
 const ENOUGH: f64 = 13.0;
-/// How near something must be to keep the sky away, m.
+/// Maximum distance of objects that occlude the sky, in metres.
 const SKY_REACH: f64 = 0.7;
-/// Samples along a side of a pixel in which something ends.
+/// Samples along each side of an antialiased pixel.
 const FINE: u32 = 4;
 
-/// Renders with rayon's current pool, band after band, so that large pictures need no more memory than small ones.
+/// Renders in rayon's current pool, band after band, so that intermediate data does not grow with the height of the
+/// picture.
 pub(super) fn render(stage: &Stage, camera: &Camera) -> Picture {
     in_bands(stage, camera, BAND)
 }
@@ -57,7 +58,7 @@ fn in_bands(stage: &Stage, camera: &Camera, height: u32) -> Picture {
     let mut rgb = Vec::with_capacity(columns as usize * rows as usize * 3);
     for first in (0..rows).step_by(height as usize) {
         let band = |more: u32| first.saturating_sub(more)..(first + height + more).min(rows);
-        // A pixel looks at its neighbours, and what it knows of the sky comes from a block around each of these.
+        // A pixel compares its neighbours, and each estimate of the sky uses a block around its pixel.
         let samples = Rows::of(columns, band(BLOCK), |x, y| view.sample(x, y));
         let open = Rows::of(columns, band(1), |x, y| view.open(&samples, x, y));
         let colors = Rows::of(columns, band(0), |x, y| view.pixel(&samples, &open, x, y).bytes());
@@ -66,7 +67,7 @@ fn in_bands(stage: &Stage, camera: &Camera, height: u32) -> Picture {
     Picture { columns, rows, rgb }
 }
 
-/// One value a pixel in some rows.
+/// One value per pixel for a range of rows.
 struct Rows<T> {
     first: u32,
     columns: u32,
@@ -105,14 +106,15 @@ impl View<'_> {
         is_solid(seen) && seen.normal.dot(&lamp) > 0.0 && !self.stage.blocked(&lifted(seen), &lamp, f64::INFINITY)
     }
 
-    /// The share of the sky above a surface that nothing near keeps away.
+    /// Returns the share of the sky over a surface that nearby objects do not occlude.
     fn sky_share(&self, seen: &Seen, turn: u32) -> f64 {
         let (n, from) = (seen.normal, lifted(seen));
         let side = if n.z.abs() < 0.7 { Vector3::z() } else { Vector3::x() };
         let (a, b) = (n.cross(&side).normalize(), n.cross(&n.cross(&side)).normalize());
         let count = SKY_RAYS * BLOCK * BLOCK;
         let free = (0..SKY_RAYS).filter(|i| {
-            // A sunflower on the disc below the half ball: even, and by the cosine of the angle. Neighbours take turns.
+            // A sunflower pattern on the disc below the hemisphere gives an even, cosine-weighted distribution.
+            // Neighbouring pixels use different points of it.
             let k = f64::from(i * BLOCK * BLOCK + SCATTERED[turn as usize]) + 0.5;
             let (r, angle) = ((k / f64::from(count)).sqrt(), k * 2.399_963_229_728_653);
             let direction = a * (r * libm::cos(angle)) + b * (r * libm::sin(angle)) + n * (1.0 - r * r).sqrt();
@@ -121,7 +123,7 @@ impl View<'_> {
         free.count() as f64 / f64::from(SKY_RAYS)
     }
 
-    /// What the pixels around a pixel know together of the sky above it.
+    /// Returns the share of the sky over a pixel, averaged over the similar pixels of its block.
     fn open(&self, samples: &Rows<Sample>, x: u32, y: u32) -> f64 {
         let here = &samples.at(x, y).seen;
         if !is_solid(here) {
@@ -137,14 +139,14 @@ impl View<'_> {
             }
         }
         if count < ENOUGH {
-            // At an edge the others know little: this pixel asks in all directions.
+            // Too few similar pixels, as at an edge: this pixel samples all directions itself.
             let all = BLOCK * BLOCK;
             return (0..all).map(|turn| self.sky_share(here, turn)).sum::<f64>() / f64::from(all);
         }
         sum / count
     }
 
-    /// A pixel's colour: one sample, or many where something ends.
+    /// Returns the colour of a pixel: one sample, or several at edges.
     fn pixel(&self, samples: &Rows<Sample>, open: &Rows<f64>, x: u32, y: u32) -> Color {
         let here = samples.at(x, y);
         let around = (y.saturating_sub(1)..(y + 2).min(self.rows))
@@ -171,7 +173,7 @@ impl View<'_> {
             } else {
                 1.0
             };
-            // What is very bright must not outweigh the rest of an edge.
+            // Clamped, so that a very bright sample does not dominate an edge.
             let c = self.shade(&seen, self.lamp_reaches(&seen), open, at, 1.0 / f64::from(FINE));
             sum += c.0.map(|v| v.min(1.0));
         }
@@ -185,7 +187,7 @@ impl View<'_> {
             return sky(&direction);
         }
         if let What::Mark(_) = seen.what {
-            // Drawings are no things in the light: only a little round.
+            // Drawings are not lit, only slightly shaded to look round.
             let round = 0.75 + 0.25 * (-seen.normal.dot(&direction)).clamp(0.0, 1.0);
             return Color(color.0 * round);
         }
@@ -198,7 +200,7 @@ impl View<'_> {
         hazed(lit.shade(), seen.distance, self.lens.eye.z)
     }
 
-    /// How much of x and y a pixel covers on the surface there, m.
+    /// Returns the extent along x and y of a pixel on the surface, in metres.
     fn reach(&self, seen: &Seen, at: [f64; 2], width: f64) -> [f64; 2] {
         let on_plane = |x: f64, y: f64| {
             let d = self.lens.direction(x, y);
@@ -211,14 +213,14 @@ impl View<'_> {
     }
 }
 
-/// The order in which the pixels of a block take their directions: neighbours take ones that are far apart.
+/// Order in which the pixels of a block take the directions: neighbours get distant ones.
 const SCATTERED: [u32; 16] = [0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5];
 
 fn is_solid(seen: &Seen) -> bool {
     matches!(seen.what, What::Floor | What::Solid(..))
 }
 
-/// Whether two samples lie on one smooth piece of surface.
+/// Whether two samples lie on the same smooth surface.
 fn alike(a: &Seen, b: &Seen) -> bool {
     let same = match (a.what, b.what) {
         (What::Solid(i, _), What::Solid(k, _)) => i == k,
@@ -228,12 +230,12 @@ fn alike(a: &Seen, b: &Seen) -> bool {
     match a.what {
         What::Sky => same,
         What::Mark(_) => false,
-        // A step from one part of the same thing to another behind it.
+        // The distance test rejects steps between parts of the same form at different depths.
         _ => same && smooth && ((a.point - b.point).dot(&a.normal).abs() < 0.02 + 0.05 * a.distance),
     }
 }
 
-/// A little above the surface, where rays away from it begin.
+/// Returns a point slightly above the surface, where secondary rays start.
 fn lifted(seen: &Seen) -> Point3<f64> {
     seen.point + seen.normal * (1e-6 * (1.0 + seen.distance))
 }

@@ -1,4 +1,4 @@
-//! What a picture shows.
+//! The contents of a picture.
 
 use ::tatu_beams::{Beam, BeamScene, Faces, Hit, Target, Volume, bounds};
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
@@ -8,42 +8,43 @@ use tatu_scene::{Scene, visible_parts};
 
 use super::{Camera, Line, light::Color, marks};
 
-/// What can be seen.
+/// Everything that a picture can show.
 pub(super) struct Stage {
     solids: BeamScene,
     marks: BeamScene,
-    /// Of each solid, then of each mark: its colour.
+    /// Colours of the solids, followed by those of the marks.
     colors: Vec<Color>,
-    /// Which solids are planes.
+    /// Whether each solid is a plane.
     planes: Vec<bool>,
-    /// Where the floor is drawn, if no plane is there.
+    /// Height at which the floor is drawn; `None` if the scene has a plane or no floor is wanted.
     floor: Option<f64>,
 }
 
-/// What lies in a direction.
+/// The surface seen in a direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Seen {
     pub what: What,
     pub distance: f64,
     pub point: Point3<f64>,
-    /// Towards the eye.
+    /// Unit vector on the side of the eye.
     pub normal: Vector3<f64>,
 }
 
-/// A thing in the picture.
+/// What a ray hits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum What {
     Sky,
-    /// The floor of a scene that has none.
+    /// The floor drawn for a scene without one.
     Floor,
-    /// A form, and the face of it.
+    /// The index of a form, and its face.
     Solid(u32, u32),
     Mark(u32),
 }
 
-/// How far one sees, m.
+/// Maximum viewing distance, in metres.
 const FAR: f64 = 1e4;
-/// The floor that is nobody's lies so far below z = 0, or below what reaches lower: floors made of boxes end there.
+/// Distance, in metres, of the drawn floor below z = 0 or below the lowest form, so that it does not coincide with
+/// floors made of boxes.
 const BELOW: f64 = 1e-4;
 
 impl Stage {
@@ -71,7 +72,7 @@ impl Stage {
         Stage { solids, marks, colors, planes, floor }
     }
 
-    /// What is seen from a point in a direction.
+    /// Returns what is seen from a point in a direction.
     pub fn look(&self, eye: &Point3<f64>, direction: &Unit<Vector3<f64>>) -> Seen {
         let ray = ray(eye, direction, 0.0, FAR);
         let (hit, mark) = (self.solids.cast_one(&ray), self.marks.cast_one(&ray));
@@ -98,7 +99,7 @@ impl Stage {
         best
     }
 
-    /// Whether something stands within `far` of a point in a direction; marks stand in nobody's light.
+    /// Whether a solid is within `far` of a point in a direction. Marks cast no shadows.
     pub fn blocked(&self, from: &Point3<f64>, direction: &Unit<Vector3<f64>>, far: f64) -> bool {
         self.solids.cast_one(&ray(from, direction, 0.0, far)).is_some()
     }
@@ -110,7 +111,7 @@ impl Stage {
         }
     }
 
-    /// Whether the grid is on it: floors without end, and what lies in the plane z = 0, facing up.
+    /// Whether the grid is drawn on a surface: on planes, and on surfaces in the plane z = 0 that face up.
     pub fn has_grid(&self, seen: &Seen) -> bool {
         match seen.what {
             What::Floor => true,

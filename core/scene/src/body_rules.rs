@@ -1,11 +1,11 @@
-//! What of the tree the engine makes bodies and joints of.
+//! The rules by which the engine's bodies and joints are created from the tree.
 
 use tatu_physics::Motion;
 
 use super::{Data, Scene};
 
-/// How a shape's body moves; `None`: it needs none. A shape that only carries joints of dynamic shapes needs one too,
-/// so that they have something to hold.
+/// Returns how a shape's body moves; `None`: it needs no body. A shape that only carries joints of dynamic shapes needs
+/// one, for the joints to attach to.
 pub(super) fn motion_of(scene: &Scene, slot: u32) -> Option<Motion> {
     let shape = scene.get(slot)?.shape()?;
     match shape.dynamic {
@@ -16,7 +16,7 @@ pub(super) fn motion_of(scene: &Scene, slot: u32) -> Option<Motion> {
     }
 }
 
-/// The shape that a dynamic shape is tied to, and the joint or force sensor between them.
+/// Returns the shape that a dynamic shape is connected to, and the joint or force sensor between them.
 pub(super) fn tie_of(scene: &Scene, slot: u32) -> Option<(u32, u32)> {
     let child = scene.get(slot)?;
     if !child.shape()?.dynamic {
@@ -39,7 +39,7 @@ fn carries_tie(scene: &Scene, slot: u32) -> bool {
         .any(|tie| scene.children(*tie).iter().any(|c| tie_of(scene, *c).is_some_and(|(above, _)| above == slot)))
 }
 
-/// Whether something above can move it: a dynamic shape, or a joint.
+/// Returns whether something above can move it: a dynamic shape, or a joint.
 fn is_carried(scene: &Scene, slot: u32) -> bool {
     let mut at = scene.get(slot).map_or(0, |o| o.parent);
     while let Some(o) = scene.get(at) {
@@ -51,7 +51,7 @@ fn is_carried(scene: &Scene, slot: u32) -> bool {
     false
 }
 
-/// The topmost shape above an object: shapes that share it are of one tree.
+/// Returns the topmost shape above an object, which identifies its tree.
 pub(super) fn top_shape(scene: &Scene, slot: u32) -> u32 {
     let (mut at, mut top) = (slot, slot);
     while let Some(o) = scene.get(at) {

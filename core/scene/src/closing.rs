@@ -1,5 +1,6 @@
-//! Loops that linked dummies cannot close. A link holds all six degrees of freedom, so the joints between two dummies must
-//! be able to bring one to the other in place and orientation; what is left over the engine pulls at for ever.
+//! Detection of loops that linked dummies cannot close. A link constrains all six degrees of freedom, so the joints
+//! between two dummies must be able to bring them together in position and orientation; otherwise the engine pulls at
+//! the remaining gap for ever.
 
 use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector3, Vector6};
 use tatu_physics::Motion;
@@ -10,29 +11,29 @@ use super::{
     dynamics::links,
 };
 
-/// What may be left of a gap, m and rad.
+/// Maximum gap of a closed loop, m and rad.
 const CLOSED: (f64, f64) = (1e-3, 1e-2);
-/// From how many positions of the joints a way is looked for, and in how many steps.
+/// Number of initial joint positions for the search, and number of iterations from each.
 const STARTS: usize = 8;
 const STEPS: usize = 60;
 
-/// One degree of freedom: its axis in the world where the joint stands now, and how far it may go from there.
+/// A degree of freedom: its axis in the world at the joint's current position, and how far it can move from there.
 struct Freedom {
     origin: Vector3<f64>,
     axis: Vector3<f64>,
-    /// rad and m for each unit.
+    /// Rotation (rad) and translation (m) per unit.
     turns: f64,
     slides: f64,
     limits: (f64, f64),
 }
 
-/// The joints from what stands still, or from the body that both hang on, to a dummy.
+/// The joints from a fixed body, or from the body that both chains share, to a dummy.
 struct Chain {
     freedoms: Vec<Freedom>,
     end: Isometry3<f64>,
 }
 
-/// The ties above a dummy, the topmost first, and the topmost shape if forces move it.
+/// Returns the ties above a dummy, topmost first, and the topmost shape if it is dynamic.
 fn ties(scene: &Scene, dummy: u32) -> Option<(Vec<u32>, Option<u32>)> {
     let mut shape = scene.get(dummy)?.parent;
     while motion_of(scene, shape).is_none() {
@@ -69,7 +70,7 @@ fn freedoms(scene: &Scene, tie: u32) -> Vec<Freedom> {
 }
 
 impl Chain {
-    /// The end, and how it moves with each degree of freedom: velocity and angular velocity.
+    /// Returns the pose of the end, and its Jacobian: velocity and angular velocity per degree of freedom.
     fn at(&self, q: &[f64]) -> (Isometry3<f64>, Vec<Vector6<f64>>) {
         let (mut moved, mut axes) = (Isometry3::identity(), Vec::new());
         for (f, q) in self.freedoms.iter().zip(q) {
@@ -89,10 +90,10 @@ impl Chain {
     }
 }
 
-/// A way, m, and a turn, rad; world.
+/// A distance, m, and a rotation, rad, in the world frame.
 type Gap = (Vector3<f64>, Vector3<f64>);
 
-/// From the first to the second.
+/// Returns the gap from the first pose to the second.
 fn gap(a: &Isometry3<f64>, b: &Isometry3<f64>) -> Gap {
     (b.translation.vector - a.translation.vector, (b.rotation * a.rotation.inverse()).scaled_axis())
 }
@@ -101,7 +102,7 @@ fn is_closed((way, turn): &Gap) -> bool {
     way.norm() <= CLOSED.0 && turn.norm() <= CLOSED.1
 }
 
-/// The least gap that is found when the joints go wherever they can (Levenberg and Marquardt).
+/// Returns the smallest gap found by moving the joints within their limits (Levenberg-Marquardt).
 fn least(chains: &[Chain; 2], reach: f64) -> Gap {
     let first = chains[0].freedoms.len();
     let all: Vec<&Freedom> = chains.iter().flat_map(|c| &c.freedoms).collect();
@@ -120,7 +121,7 @@ fn least(chains: &[Chain; 2], reach: f64) -> Gap {
     };
     let mut best: Option<(f64, Gap)> = None;
     for start in 0..STARTS {
-        // From where they stand, then from places spread over a turn or the reach of the loop.
+        // Starts from the current positions, then from positions spread over a turn or the reach of the loop.
         let spread = |i: usize| ((start * (2 * i + 3)) % STARTS) as f64 / STARTS as f64 - 0.5;
         let from = |(i, f): (usize, &&Freedom)| match start {
             0 => 0.0,
@@ -147,7 +148,7 @@ fn least(chains: &[Chain; 2], reach: f64) -> Gap {
             }
         }
         let size = rest.norm_squared();
-        // Equal gaps look different in other positions: the first one is the nearest.
+        // Equal gaps can look different at other joint positions; the first one is closest to the current positions.
         if best.is_none_or(|(s, _)| size < 0.99 * s) {
             best = Some((size, left));
         }
@@ -158,7 +159,7 @@ fn least(chains: &[Chain; 2], reach: f64) -> Gap {
     best.map_or((Vector3::zeros(), Vector3::zeros()), |(_, left)| left)
 }
 
-/// The axes of the world along which most of a vector lies.
+/// Returns the world axes along which most of a vector lies.
 fn axes(v: &Vector3<f64>) -> String {
     let named: Vec<&str> =
         ["x", "y", "z"].into_iter().zip(v.iter()).filter(|(_, x)| x.abs() > 0.1 * v.norm()).map(|(n, _)| n).collect();
@@ -166,7 +167,7 @@ fn axes(v: &Vector3<f64>) -> String {
 }
 
 impl Scene {
-    /// Pairs of linked dummies that no position of their joints brings together, a sentence each.
+    /// Returns the pairs of linked dummies that no position of their joints brings together, one sentence each.
     pub fn open_loops(&self) -> Vec<String> {
         links(self).into_iter().filter_map(|pair| self.open_loop(pair)).collect()
     }
@@ -177,7 +178,7 @@ impl Scene {
             return None;
         }
         let ((above_one, root_one), (above_other, root_other)) = (ties(self, one)?, ties(self, other)?);
-        // A body that floats goes wherever it must.
+        // A floating body can move to wherever it must.
         if root_one != root_other {
             return None;
         }

@@ -1,4 +1,4 @@
-//! How wheels drive a robot, as data: what remote clients and views steer by. The core keeps it and moves nothing by it.
+//! The wheel drive of a robot, as data for remote clients and views. The core only stores it.
 
 use serde::{Deserialize, Serialize};
 use tatu_errors::Refusal;
@@ -6,7 +6,7 @@ use tatu_plugin_api::safe::Value;
 
 use crate::graph::{Keys, map};
 
-/// Keys of a drive, and their units.
+/// Keys of a drive, with their units.
 pub const KEYS: &[(&str, &str)] = &[
     ("type", ""),
     ("joints", ""),
@@ -22,27 +22,28 @@ pub const KEYS: &[(&str, &str)] = &[
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Drive {
     form: Form,
-    /// Paths of the joints that drive, seen from the object; a `-` in front: turned forward they drive back.
+    /// Paths of the driven joints, relative to the object. A leading `-` marks joints that drive backwards when turned
+    /// forwards.
     joints: Vec<String>,
-    /// Paths of the joints that steer: left and right alternating, or one in the middle.
+    /// Paths of the steering joints: left and right alternating, or a single one in the middle.
     steering: Vec<String>,
     radius: f64,
     track: f64,
     wheelbase: f64,
-    /// How far ahead of the object's origin the driven axle stands, or the middle of all wheels.
+    /// Distance of the driven axle, or of the centre of all wheels, ahead of the object's origin, m.
     axle: f64,
-    /// Where wheels stand about the middle.
+    /// Angles of the wheels about the centre, rad.
     angles: Vec<f64>,
 }
 
-/// How wheels make a robot move.
+/// Types of wheel drives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 enum Form {
     /// Left and right wheels turn at different speeds.
     Differential,
     /// Front wheels steer, rear wheels drive.
     Ackermann,
-    /// Wheels with rollers: it moves in any direction.
+    /// Wheels with rollers; the robot can move in any direction.
     Omni,
 }
 
@@ -51,7 +52,7 @@ impl Form {
 }
 
 impl Drive {
-    /// From a table; an empty one: none.
+    /// Parses a table; an empty one means no drive.
     pub fn from_value(value: &Value) -> Result<Option<Self>, Refusal> {
         if matches!(value, Value::Map(entries) if entries.is_empty()) {
             return Ok(None);
@@ -69,7 +70,7 @@ impl Drive {
             None if !needed => Ok(0.0),
             _ => keys.wrong(key, &format!("a length above 0, which a drive of type {name} needs")),
         };
-        // Wheels at angles stand on a circle, whose diameter is the track.
+        // Wheels at angles are on a circle whose diameter is the track.
         let mecanum = form == Form::Omni && angles.is_empty();
         let drive = Drive {
             radius: length("radius", true)?,
@@ -102,7 +103,7 @@ impl Drive {
             _ => Ok(Some(drive)),
         }
     }
-    /// As a table; empty: none.
+    /// Returns it as a table; empty: no drive.
     pub fn to_value(drive: Option<&Drive>) -> Value {
         let Some(d) = drive else { return Value::Map(Vec::new()) };
         let texts = |all: &[String]| Value::List(all.iter().map(Value::text).collect());

@@ -1,4 +1,4 @@
-//! The solids of a shape: what is drawn and hit by beams, what collides, and its default mass.
+//! The solids of a shape: what is drawn and hit by beams, what collides, and the default mass.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use tatu_geometry::{Form, Mesh, Part};
 
 use super::{Primitive, Shape};
 
-/// The form of a primitive of full extents `size`; `None` for a mesh that is not there, and for compounds.
+/// Returns the form of a primitive with the full extents `size`; `None`: a mesh that is missing, or a compound.
 fn form(primitive: Primitive, size: Vector3<f64>, (mesh, convex): (Option<&Arc<Mesh>>, bool)) -> Option<Form> {
     Some(match primitive {
         Primitive::Box => Form::Box { half: size / 2.0 },
@@ -20,7 +20,7 @@ fn form(primitive: Primitive, size: Vector3<f64>, (mesh, convex): (Option<&Arc<M
     })
 }
 
-/// What a shape looks like, and what beams see.
+/// Returns the parts of a shape that are drawn and that beams see.
 pub fn visible_parts(shape: &Shape) -> Vec<Part> {
     if shape.primitive == Primitive::Compound {
         let part = |p: &super::ShapePart| {
@@ -32,12 +32,12 @@ pub fn visible_parts(shape: &Shape) -> Vec<Part> {
     form(shape.primitive, shape.size, (shape.mesh.as_ref(), shape.convex)).map(whole).into_iter().collect()
 }
 
-/// A form that is all of a shape.
+/// Returns a part that is the whole shape.
 fn whole(form: Form) -> Part {
     Part { pose: Isometry3::identity(), form, friction: None, color: None }
 }
 
-/// What a shape collides with.
+/// Returns the parts of a shape that collide.
 pub fn collision_parts(shape: &Shape) -> Vec<Part> {
     match shape.collide_as {
         None => visible_parts(shape),
@@ -48,7 +48,7 @@ pub fn collision_parts(shape: &Shape) -> Vec<Part> {
     }
 }
 
-/// Whether what a shape collides with has no end.
+/// Returns whether the collision form of a shape is infinite.
 pub fn is_endless(shape: &Shape) -> bool {
     let plane = |primitive| primitive == Primitive::Plane;
     match (shape.collide_as, shape.primitive) {
@@ -57,10 +57,10 @@ pub fn is_endless(shape: &Shape) -> bool {
     }
 }
 
-/// Density of shapes without a given mass, kg/m^3: water's.
+/// Density of shapes without a given mass, kg/m^3: that of water.
 const DENSITY: f64 = 1000.0;
 
-/// Mass of a shape's forms at the default density, kg.
+/// Returns the mass of a shape at the default density, kg.
 pub fn default_mass(shape: &Shape) -> f64 {
     visible_parts(shape).iter().map(|p| volume(&p.form) * DENSITY).sum::<f64>().max(1e-6)
 }
@@ -84,7 +84,7 @@ fn mesh_volume(mesh: &Mesh) -> f64 {
     mesh.triangles.iter().map(|[a, b, c]| point(*a).dot(&point(*b).cross(&point(*c))) / 6.0).sum()
 }
 
-/// Inertia of a shape of a given mass with even density, about its centre of mass, kg m^2.
+/// Returns the inertia of a shape with a given mass and uniform density, about its centre of mass, kg m^2.
 pub fn default_inertia(shape: &Shape, mass: f64) -> Matrix3<f64> {
     let parts = visible_parts(shape);
     let total: f64 = parts.iter().map(|p| volume(&p.form)).sum::<f64>().max(1e-12);
@@ -116,13 +116,13 @@ fn part_inertia(form: &Form, m: f64) -> Matrix3<f64> {
             diagonal(side, side, m * r2 / 2.0)
         }
         Form::Capsule { radius, half_length } => {
-            // As a cylinder of the whole length: within a few percent, and only used when no inertia is given.
+            // Approximated by a cylinder of the full length, to within a few percent. Used only if no inertia is given.
             let (r2, l) = (radius * radius, 2.0 * (half_length + radius));
             let side = m * (3.0 * r2 + l * l) / 12.0;
             diagonal(side, side, m * r2 / 2.0)
         }
         Form::Mesh { mesh, .. } => {
-            // As its bounding box: only used when no inertia is given.
+            // Approximated by the bounding box. Used only if no inertia is given.
             let (mut low, mut high) =
                 (Point3::from(Vector3::repeat(f64::MAX)), Point3::from(Vector3::repeat(f64::MIN)));
             for v in &mesh.vertices {

@@ -1,14 +1,15 @@
 //! The scene: the document that describes it, and the live tree of objects with handles, names, poses and properties.
 //!
-//! - [`document`]: what a scene file, a model or an importer describes, nothing live;
-//! - [`noise`], [`graph`]: what a scene declares for the fields of sensors, and for graphs;
-//! - `object`: one object; `tree`: all of them, slots with generations, aliases, unique names; `names`, `name_index`: paths
-//!   and old-style names; `moves`: which shapes have moved;
-//! - `transforms`: where objects are, by slot, and where they were at the last barrier; `poses`: reading and setting it;
+//! - [`document`]: descriptions by scene files, models and importers; nothing in them is live;
+//! - [`noise`], [`graph`]: declarations of sensor noise, and of graphs;
+//! - `object`: a single object; `tree`: all objects: slots with generations, aliases, unique names; `names`,
+//!   `name_index`: paths and old-style names; `moves`: the shapes that have moved;
+//! - `transforms`: poses by slot, current and at the last barrier; `poses`: reading and setting them;
 //! - [`rows`]: the property rows of the core; `props`: reading and setting them;
-//! - `forms`: the solids of a shape; `drive`: which wheels drive a robot;
-//! - `dynamics`: bodies and joints of the engine; `body_rules`: which objects they are made of; `mechanisms`: how joints
-//!   are kept together; `closing`: whether loops can close; `mechanics`: what a scene asks too much of.
+//! - `forms`: the solids of a shape; `drive`: the wheel drive of a robot;
+//! - `dynamics`: bodies and joints of the engine; `body_rules`: which objects they are created from; `mechanisms`: the
+//!   solver for the joints of a mechanism; `closing`: whether loops can be closed; `mechanics`: checks of a scene's
+//!   mechanics.
 
 mod body_rules;
 mod closing;
@@ -47,17 +48,18 @@ pub use tree::{Handle, Scene};
 
 use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-/// A pose as 7 numbers: x y z, quaternion x y z w.
+/// Converts a pose to 7 numbers: x y z, quaternion x y z w.
 pub fn pose_to_array(p: &Isometry3<f64>) -> [f64; 7] {
     let (t, q) = (p.translation.vector, p.rotation.coords);
     [t.x, t.y, t.z, q.x, q.y, q.z, q.w]
 }
 
-/// From 7 numbers; the quaternion is normalised. `None` if a number is not finite or the quaternion is zero.
+/// Converts 7 numbers to a pose; the quaternion is normalised. `None`: a number is not finite, or the quaternion is
+/// zero.
 pub fn pose_from_array(a: &[f64; 7]) -> Option<Isometry3<f64>> {
     let q = Quaternion::new(a[6], a[3], a[4], a[5]);
     let finite = a.iter().all(|x| x.is_finite()) && q.norm() > 1e-12;
-    // One of length 1 stays as it is, so that what was written down comes back with all its bits.
+    // A quaternion of length 1 is left unchanged, so that stored poses keep all their bits.
     let unit = |q: Quaternion<f64>| match (q.norm_squared() - 1.0).abs() <= 4.0 * f64::EPSILON {
         true => UnitQuaternion::new_unchecked(q),
         false => UnitQuaternion::from_quaternion(q),
@@ -65,14 +67,15 @@ pub fn pose_from_array(a: &[f64; 7]) -> Option<Isometry3<f64>> {
     finite.then(|| Isometry3::from_parts(Translation3::new(a[0], a[1], a[2]), unit(q)))
 }
 
-/// Orientation from turns about the own x, then y, then z axis, rad.
+/// Returns the orientation of intrinsic rotations about x, then y, then z, rad.
 pub fn from_euler(e: [f64; 3]) -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&Vector3::x_axis(), e[0])
         * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), e[1])
         * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), e[2])
 }
 
-/// The turns of an orientation; the first is 0 where the second is +-90 degrees.
+/// Returns the intrinsic rotations about x, y and z of an orientation, rad; the first is 0 if the second is +-90
+/// degrees.
 pub fn to_euler(q: &UnitQuaternion<f64>) -> [f64; 3] {
     let r: Rotation3<f64> = q.to_rotation_matrix();
     let beta = libm::asin(r[(0, 2)].clamp(-1.0, 1.0));

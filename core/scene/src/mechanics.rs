@@ -1,5 +1,5 @@
-//! Checks of a scene's mechanics before a run: bodies that cannot be, chains of very different
-//! masses, grippers too weak for what they hold, steps too coarse for contacts.
+//! Checks of a scene's mechanics before a run: impossible bodies, joints between very different masses, grippers too
+//! weak for what they hold, steps too long for contacts.
 
 use std::collections::BTreeMap;
 
@@ -13,16 +13,17 @@ use super::{
     document::Settings,
 };
 
-/// Largest mass ratio of two bodies on one joint for which joints and contacts have been tested.
+/// Largest mass ratio of two bodies on a joint for which joints and contacts have been tested.
 const MOST_RATIO: f64 = 1000.0;
 
-/// Longest sub-step at which a stack of ten boxes stands, s: they shift by 0.4 mm; at twice that they sink by 70 mm.
+/// Longest sub-step with which a stack of ten boxes is stable, s: they shift by 0.4 mm; with twice that they sink by 70
+/// mm.
 const COARSEST: f64 = 0.005;
 
 /// Relative rounding tolerance in the triangle inequality of principal moments of inertia.
 const ROUNDING: f64 = 1e-6;
 
-/// What is wrong or hard, one sentence each, in order of objects.
+/// Returns all problems, one sentence each, in order of objects.
 pub fn mechanics(scene: &Scene, settings: &Settings) -> Vec<String> {
     let mut found = Vec::new();
     let substep = settings.physics_dt.min(settings.dt) / f64::from(settings.physics_substeps.max(1));
@@ -34,7 +35,7 @@ pub fn mechanics(scene: &Scene, settings: &Settings) -> Vec<String> {
             settings.physics_substeps
         ));
     }
-    // A hundred equal robots are one finding.
+    // A hundred equal robots give a single message.
     let mut alike: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for (slot, object) in scene.slots() {
         let Some(shape) = object.shape().filter(|s| s.dynamic) else { continue };
@@ -55,7 +56,7 @@ fn mass(shape: &Shape) -> f64 {
     shape.mass.unwrap_or_else(|| default_mass(shape))
 }
 
-/// No body has an inertia whose greatest moment is above the sum of the others.
+/// Checks a body's inertia: no principal moment can exceed the sum of the other two.
 fn impossible(shape: &Shape) -> Option<String> {
     let inertia = Matrix3::from_row_slice(shape.inertia.as_ref()?);
     let mut moments: Vec<f64> = inertia.symmetric_eigenvalues().iter().copied().collect();
@@ -64,14 +65,14 @@ fn impossible(shape: &Shape) -> Option<String> {
     let even = default_inertia(shape, mass(shape)).diagonal();
     let help = format!("a homogeneous body of its size and mass has {:.3e}, {:.3e}, {:.3e}", even.x, even.y, even.z);
     if *a <= 0.0 {
-        return Some(format!("a moment of inertia is {a:.3e} kg m^2, and not above 0; {help}"));
+        return Some(format!("a moment of inertia is {a:.3e} kg m^2, which is not above 0; {help}"));
     }
     (a + b < c * (1.0 - ROUNDING)).then(|| {
-        format!("no body has moments of inertia of {a:.3e}, {b:.3e} and {c:.3e} kg m^2: none is more than the other two together; {help}")
+        format!("no body has moments of inertia of {a:.3e}, {b:.3e} and {c:.3e} kg m^2: none can exceed the sum of the other two; {help}")
     })
 }
 
-/// Very different masses on one joint.
+/// Checks a joint for very different masses.
 fn uneven(scene: &Scene, slot: u32, shape: &Shape) -> Option<String> {
     let (above, tie) = tie_of(scene, slot)?;
     if motion_of(scene, above) != Some(Motion::Dynamic) {
@@ -88,7 +89,7 @@ fn uneven(scene: &Scene, slot: u32, shape: &Shape) -> Option<String> {
     })
 }
 
-/// Two fingers that slide towards each other.
+/// A pair of fingers that slide towards each other.
 struct Gripper {
     joint: u32,
     fingers: [u32; 2],

@@ -1,8 +1,8 @@
-//! How the joints of each mechanism are kept together.
+//! The choice of solver for the joints of each mechanism.
 //!
-//! A mechanism is what hangs on one first body by joints and force sensors. Reduced coordinates hold under any load;
-//! impulses are cheaper and soft. A vehicle needs no more than impulses: its wheels turn about axes through their centres
-//! of mass, so nothing hangs on their joints, and what swivels or steers them turns upright.
+//! A mechanism consists of everything attached to a root body by joints and force sensors. Reduced coordinates are
+//! exact under any load; impulses are cheaper but soft. Impulses suffice for a vehicle: its wheels turn about axes
+//! through their centres of mass, so the joints carry no torque, and swivel or steering axes are upright.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,16 +14,16 @@ use super::{
     dynamics,
 };
 
-/// Most that a wheel's centre of mass lies beside its axis, m.
+/// Maximum distance of a wheel's centre of mass from its axis, m.
 const CENTRED: f64 = 1e-3;
 
-/// Least cosine between a steering axis and the vertical: 25 degrees.
+/// Minimum cosine of the angle between a steering axis and the vertical: 25 degrees.
 const UPRIGHT: f64 = 0.9;
 
-/// Most joints between a vehicle and its wheels: a caster has two.
+/// Maximum number of joints between a vehicle and a wheel: a caster has two.
 const DEEPEST: u32 = 2;
 
-/// The form of each tie, by the shape below it.
+/// Returns the form of each tie, by the shape below it.
 pub(super) fn forms(scene: &Scene) -> BTreeMap<u32, JointForm> {
     let ties: BTreeMap<u32, (u32, u32)> = scene.slots().filter_map(|(s, _)| Some((s, tie_of(scene, s)?))).collect();
     let mut of_root: BTreeMap<u32, JointForm> = BTreeMap::new();
@@ -42,9 +42,9 @@ pub(super) fn forms(scene: &Scene) -> BTreeMap<u32, JointForm> {
     }
     for (root, vehicle) in light {
         let form = match scene.get(root).and_then(|o| o.shape()).map(|s| s.joint_solver) {
-            // Only there can coordinates be coupled.
+            // Coordinates can be coupled only in reduced form.
             _ if coupled.contains(&root) => JointForm::Reduced,
-            // A body that is moved by hand has no velocity in reduced coordinates.
+            // In reduced coordinates, a body that is moved by hand has no velocity.
             _ if motion_of(scene, root) == Some(Motion::Kinematic) => JointForm::Impulse,
             Some(JointSolver::Reduced) => JointForm::Reduced,
             Some(JointSolver::Impulse) => JointForm::Impulse,
@@ -56,7 +56,7 @@ pub(super) fn forms(scene: &Scene) -> BTreeMap<u32, JointForm> {
     ties.keys().map(|child| (*child, of_root.get(&root(&ties, *child).0).copied().unwrap_or_default())).collect()
 }
 
-/// The first shape of the mechanism, and how many joints lie between.
+/// Returns the root shape of the mechanism, and the number of joints in between.
 fn root(ties: &BTreeMap<u32, (u32, u32)>, child: u32) -> (u32, u32) {
     let (mut at, mut depth) = (child, 0);
     while let Some((above, _)) = ties.get(&at) {
@@ -65,7 +65,7 @@ fn root(ties: &BTreeMap<u32, (u32, u32)>, child: u32) -> (u32, u32) {
     (at, depth)
 }
 
-/// Whether impulses are enough for a joint: it turns, and what hangs last on it is centred on its axis.
+/// Returns whether impulses suffice for a joint: it is revolute, and the last body is centred on its axis.
 fn is_light(scene: &Scene, tie: u32, child: u32, last: bool) -> bool {
     let Some(Data::Joint(j)) = scene.get(tie).map(|o| &o.data) else { return false };
     let passive = &j.passive;
@@ -73,7 +73,7 @@ fn is_light(scene: &Scene, tie: u32, child: u32, last: bool) -> bool {
         return false;
     }
     if !last {
-        // A caster's swivel, or an upright steering axis: no weight turns about it.
+        // The swivel axis of a caster, or an upright steering axis, carries no torque from weight.
         let axis = scene.world(tie).rotation * nalgebra::Vector3::z();
         return j.control == Control::Free || axis.z.abs() > UPRIGHT;
     }

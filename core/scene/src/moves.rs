@@ -1,17 +1,17 @@
-//! Which shapes have moved since a follower last asked, so that it need not visit all.
+//! A list of the shapes that have moved, so that followers need not visit all shapes.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// The shapes that were moved, in order, each once between two looks.
+/// The shapes that have moved, in order; each is listed once between two reads.
 #[derive(Debug, Default)]
 pub struct Moves {
     list: Vec<u32>,
-    /// How many were noted before the first of the list.
+    /// Number of entries that preceded the current list and were dropped.
     gone: u64,
-    /// For each slot, how many had been noted with its last note; 0: it never was.
+    /// For each slot, the number of entries up to and including its last one; 0: none.
     noted: Vec<u64>,
-    /// Up to where moves have been read: what was noted after that need not be noted again. Atomic so that documents,
-    /// which hold names in a scene of their own, can be shared by worlds of many threads.
+    /// The position up to which the list has been read: a shape listed after it need not be listed again. It is atomic
+    /// because documents, which contain a scene for their names, are shared by worlds on several threads.
     seen: AtomicU64,
 }
 
@@ -23,7 +23,7 @@ impl Clone for Moves {
 }
 
 impl Moves {
-    /// The shape in a slot has moved.
+    /// Records that the shape in a slot has moved.
     pub fn note(&mut self, slot: u32) {
         let at = slot as usize;
         if self.noted.len() <= at {
@@ -32,7 +32,7 @@ impl Moves {
         if self.noted[at] > self.seen.load(Relaxed) {
             return;
         }
-        // A reader that has fallen so far behind visits all objects instead.
+        // A follower that has fallen this far behind must visit all objects instead.
         if self.list.len() >= FEWEST.max(2 * self.noted.len()) {
             self.gone += self.list.len() as u64;
             self.list.clear();
@@ -41,8 +41,8 @@ impl Moves {
         self.noted[at] = self.gone + self.list.len() as u64;
     }
 
-    /// Those that have moved since a position in the list; `None`: unknown. `last` is that position, and becomes that
-    /// of this one; it belongs to one scene.
+    /// Returns the shapes that have moved since a position in the list; `None`: unknown. `last` holds that position and
+    /// is set to the current one; it belongs to a single scene.
     pub fn since(&self, last: &mut u64) -> Option<&[u32]> {
         let end = self.gone + self.list.len() as u64;
         self.seen.store(end, Relaxed);
@@ -51,7 +51,7 @@ impl Moves {
     }
 }
 
-/// The list is not begun anew before it is as long as this.
+/// Minimum length of the list before it is cleared.
 const FEWEST: usize = 64;
 
 #[cfg(test)]

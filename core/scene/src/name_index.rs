@@ -1,18 +1,18 @@
-//! Which objects have an alias, and the numbers of their unique names, kept as the tree changes: a world may hold a
-//! hundred thousand objects of one alias.
+//! An index of objects by alias, with the numbers of their unique names. It is updated as the tree changes, since a
+//! world may have a hundred thousand objects with the same alias.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Aliases, and who has them.
+/// Aliases, with the objects that have them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct NameIndex(BTreeMap<String, Users>);
 
-/// The objects of one alias.
+/// The objects with one alias.
 #[derive(Debug, Clone)]
 struct Users {
-    /// Number of the unique name and slot of each.
+    /// Number of the unique name, and slot, of each object.
     all: BTreeSet<(i32, u32)>,
-    /// All numbers below are taken; the next that is asked for begins here.
+    /// All numbers below this one are taken; the search for a free one starts here.
     free: i32,
 }
 
@@ -41,19 +41,19 @@ impl NameIndex {
         }
     }
 
-    /// Slots of the objects with this unique name, in order.
+    /// Returns the slots of the objects with this unique name, in order.
     pub fn named(&self, alias: &str, suffix: i32) -> impl Iterator<Item = u32> {
         let users = self.0.get(alias);
         users.into_iter().flat_map(move |u| u.all.range((suffix, 0)..=(suffix, u32::MAX))).map(|(_, slot)| *slot)
     }
 
-    /// The only object of this alias; `None`: there is none, or several.
+    /// Returns the only object with this alias; `None`: there is none, or several.
     pub fn only(&self, alias: &str) -> Option<u32> {
         let users = self.0.get(alias).filter(|u| u.all.len() == 1)?;
         users.all.first().map(|(_, slot)| *slot)
     }
 
-    /// The least number that is free for all these aliases; -1: none is needed.
+    /// Returns the smallest number that is free for all these aliases; -1: no number is needed.
     pub fn free<'a>(&mut self, aliases: impl Iterator<Item = &'a str> + Clone) -> i32 {
         for alias in aliases.clone() {
             let Some(users) = self.0.get_mut(alias) else { continue };

@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 
 use super::{Object, Scene};
 
-/// What an alias is made of, for messages.
+/// Description of a valid alias, for messages.
 pub const ALIAS: &str = "text without `/` and control characters";
 
-/// Whether an object can have an alias: paths are made of them, and lists show them.
+/// Returns whether a text is a valid alias: aliases form paths and are shown in lists.
 pub fn is_alias(text: &str) -> bool {
     !text.is_empty() && !text.contains(|c: char| c == '/' || c.is_control())
 }
 
 impl Scene {
-    /// Where an object stands: `/robot[1]/arm`; an index where siblings share its alias.
+    /// Returns the path of an object: `/robot[1]/arm`. It has an index if siblings share its alias.
     pub fn path(&self, slot: u32) -> String {
         let Some(o) = self.get(slot) else { return "/".into() };
         let siblings = self.children(o.parent);
@@ -24,7 +24,7 @@ impl Scene {
         if same.len() > 1 { format!("{above}/{}[{index}]", o.alias) } else { format!("{above}/{}", o.alias) }
     }
 
-    /// The paths of all objects, by slot: as [`Scene::path`], but in one pass.
+    /// Returns the paths of all objects, by slot. Like [`Scene::path`], but in one pass.
     pub fn paths(&self) -> BTreeMap<u32, String> {
         let mut all = BTreeMap::new();
         let mut ahead: Vec<(u32, String)> = vec![(0, String::new())];
@@ -50,7 +50,7 @@ impl Scene {
         all
     }
 
-    /// Finds by path or unique name. `from` is what "." means.
+    /// Finds an object by path or unique name. `from` is the object that "." refers to.
     pub fn find(&self, from: u32, path: &str) -> Option<u32> {
         let (mut base, rest) = match path.as_bytes().first()? {
             b'/' => (0, path),
@@ -63,12 +63,12 @@ impl Scene {
         (base != 0).then_some(base)
     }
 
-    /// Where a path begins, and the parts that lead on from there.
+    /// Returns the object that a path starts from, and the remaining parts.
     pub fn start_of<'p>(&self, from: u32, path: &'p str) -> Option<(u32, &'p str)> {
         if path.starts_with('/') { Some((0, path)) } else { self.base(from, path) }
     }
 
-    /// What the leading ".", "..", ":" and "::" mean, and the rest of the path.
+    /// Resolves leading ".", "..", ":" and "::"; returns the object and the rest of the path.
     fn base<'p>(&self, from: u32, path: &'p str) -> Option<(u32, &'p str)> {
         let mut at = from;
         let mut rest = path;
@@ -85,12 +85,12 @@ impl Scene {
         }
     }
 
-    /// The first object below `base` (at any depth, breadth first) that a part of a path means.
+    /// Returns the first object below `base` (at any depth, breadth first) that matches a part of a path.
     pub fn below(&self, base: u32, part: &str) -> Option<u32> {
         let (pattern, sibling, index) = split_index(part)?;
         let wild = pattern.contains(['*', '?']);
         let fits = |o: &Object| if wild { matches(&pattern, &o.alias) } else { o.alias == pattern };
-        // Level by level, and no further than needed: what is meant mostly lies near.
+        // Proceeds level by level and stops early, because matches are mostly near the base.
         let mut level = vec![base];
         let mut left = index;
         while !level.is_empty() {
@@ -112,8 +112,8 @@ impl Scene {
             }
             level = next;
         }
-        // Scripts are not among the children: a name that no other object has may be that of a script. A pattern is not
-        // extended to them, since scripts count what a pattern matches.
+        // Scripts are not among the children. If no other object matches, a plain name may be that of a script;
+        // patterns do not match scripts, since scripts count the matches of a pattern.
         if wild {
             return None;
         }
@@ -124,7 +124,7 @@ impl Scene {
         scripts.nth(sibling.unwrap_or(left))
     }
 
-    /// Finds by unique name: "b", "b#0", or "b#" for exactly "b".
+    /// Finds an object by unique name: "b", "b#0", or "b#" for exactly "b".
     pub fn find_name(&self, name: &str) -> Option<u32> {
         let (alias, suffix) = match name.split_once('#') {
             Some((alias, "")) => (alias, -1),
@@ -135,12 +135,12 @@ impl Scene {
         self.index.named(alias, suffix).find(|s| !is_script(s))
     }
 
-    /// The only object with this alias; `None`: there is none, or several.
+    /// Returns the only object with this alias; `None`: there is none, or several.
     pub fn only(&self, alias: &str) -> Option<u32> {
         self.index.only(alias)
     }
 
-    /// Gives an object another alias and number of its unique name.
+    /// Sets the alias of an object, and the number of its unique name.
     pub fn set_name(&mut self, slot: u32, alias: &str, suffix: i32) {
         let Some(o) = self.slots.get_mut(slot as usize).and_then(|s| s.object.as_mut()) else { return };
         if o.alias == alias && o.suffix == suffix {
@@ -152,7 +152,7 @@ impl Scene {
         self.index.add(alias, suffix, slot);
     }
 
-    /// Makes the index of names of a tree that was read from a file.
+    /// Builds the index of names of a tree that was read from a file.
     pub fn index_names(&mut self) {
         let mut index = super::name_index::NameIndex::default();
         self.slots().for_each(|(slot, o)| index.add(&o.alias, o.suffix, slot));
@@ -172,7 +172,7 @@ impl Scene {
         }
     }
 
-    /// Names and paths near a misspelt one, for messages.
+    /// Returns the alias that is most similar to a misspelt name, for messages.
     pub fn nearest(&self, name: &str) -> Option<String> {
         let wanted = name.rsplit('/').next().unwrap_or(name).trim_end_matches('#');
         let known: Vec<String> = self.slots().map(|(_, o)| o.alias.clone()).collect();
@@ -180,7 +180,7 @@ impl Scene {
     }
 }
 
-/// "a[2]" -> a, third among its siblings; "a{4}" -> a, fifth in the tree.
+/// Parses "a[2]" as a, third among its siblings, and "a{4}" as a, fifth in the tree.
 fn split_index(part: &str) -> Option<(String, Option<usize>, usize)> {
     for (open, close) in [('[', ']'), ('{', '}')] {
         if let Some(body) = part.strip_suffix(close) {
@@ -192,10 +192,10 @@ fn split_index(part: &str) -> Option<(String, Option<usize>, usize)> {
     Some((part.into(), None, 0))
 }
 
-/// Wildcards: `*` any text, `?` any character.
+/// Matches a pattern with wildcards: `*` is any text, `?` any character.
 fn matches(pattern: &str, text: &str) -> bool {
     let (p, t): (Vec<char>, Vec<char>) = (pattern.chars().collect(), text.chars().collect());
-    // One row of the usual table: `row[j]`: whether the pattern so far fits the first j characters.
+    // A row of the dynamic-programming table: `row[j]` is whether the pattern so far matches the first j characters.
     let mut row = vec![false; t.len() + 1];
     row[0] = true;
     for c in p {

@@ -1,15 +1,15 @@
-//! The poses of objects: asked for, set by hand, and kept up with what moves.
+//! Poses of objects: reading them, setting them by hand, and keeping them up to date.
 
 use nalgebra::Isometry3;
 
 use super::{Data, Scene};
 
 impl Scene {
-    /// The place of an object in the frame of its parent (in its moved frame, if that is a joint).
+    /// Returns the pose of an object in the frame of its parent (the moving frame, if that is a joint).
     pub fn local(&self, slot: u32) -> Isometry3<f64> {
         self.places.local.get(slot as usize).copied().unwrap_or_default()
     }
-    /// The place of an object in the world.
+    /// Returns the world pose of an object.
     #[inline]
     pub fn world(&self, slot: u32) -> Isometry3<f64> {
         match self.places.links.get(slot as usize) {
@@ -18,31 +18,31 @@ impl Scene {
             None => Isometry3::identity(),
         }
     }
-    /// The frame that the children of an object hang on: its own, moved by the joint if it is one. 0: the world's.
+    /// Returns the frame of an object's children: its own frame, moved by the joint if it is one. 0: the world's.
     pub fn frame(&self, slot: u32) -> Isometry3<f64> {
         let world = self.world(slot);
         let is_joint = self.places.links.get(slot as usize).is_some_and(|l| l.joint);
         let joint = if is_joint { self.get(slot).and_then(|o| o.joint()) } else { None };
         joint.map_or(world, |j| world * j.motion())
     }
-    /// The frame that an object hangs on.
+    /// Returns the frame of an object's parent, in which its local pose is given.
     pub fn parent_frame(&self, slot: u32) -> Isometry3<f64> {
         self.frame(self.places.links.get(slot as usize).map_or(0, |l| l.parent))
     }
-    /// The place of an object in the world at the last barrier; `None`: it was not there yet, or there was no barrier.
+    /// Returns the world pose of an object at the last barrier; `None`: it did not exist yet, or there was no barrier.
     pub fn before(&self, slot: u32) -> Option<Isometry3<f64>> {
         self.places.before(slot)
     }
-    /// A barrier: what moves from now on was where it is now.
+    /// Marks a barrier: current poses become those returned by `before`.
     pub fn note_places(&mut self) {
         self.places.barrier();
     }
-    /// Nobody knows any more where objects were before.
+    /// Discards the poses at the last barrier.
     pub fn forget_before(&mut self) {
         self.places.forget();
     }
 
-    /// Sets the place of an object in its parent's frame, and moves what is below.
+    /// Sets the pose of an object in its parent's frame, and moves all descendants.
     pub fn set_local(&mut self, slot: u32, local: Isometry3<f64>) {
         if self.get(slot).is_some() {
             self.places.note(slot);
@@ -50,12 +50,12 @@ impl Scene {
         }
         self.refresh(slot);
     }
-    /// Sets the place of an object in the world, and moves what is below.
+    /// Sets the world pose of an object, and moves all descendants.
     pub fn set_world(&mut self, slot: u32, world: Isometry3<f64>) {
         let frame = self.parent_frame(slot);
         self.set_local(slot, frame.inverse() * world);
     }
-    /// Computes the world poses of an object and of all below from the places in their parents; 0: of everything.
+    /// Recomputes the world poses of an object and all its descendants from local poses; 0: of everything.
     pub fn refresh(&mut self, slot: u32) {
         let mut walk = std::mem::take(&mut self.walk);
         match slot {
@@ -74,7 +74,7 @@ impl Scene {
         }
         self.walk = walk;
     }
-    /// Keeps the place of an object in the world, and changes nothing else.
+    /// Stores the world pose of an object, without any other changes.
     #[inline]
     pub(super) fn put(&mut self, slot: u32, world: Isometry3<f64>) {
         if self.places.put(slot, world) && self.places.links[slot as usize].shape {
@@ -82,7 +82,7 @@ impl Scene {
         }
     }
 
-    /// From now on the place of an object in the world is kept.
+    /// Makes the world pose of an object stored from now on.
     pub(super) fn keep(&mut self, slot: u32) {
         let at = slot as usize;
         if self.places.links.get(at).is_some_and(|l| l.hangs) {
@@ -91,8 +91,8 @@ impl Scene {
             self.places.links[at].hangs = false;
         }
     }
-    /// Lets an object hang that nobody follows and that nothing hangs on, and keeps the places of others. Its place must
-    /// follow from its parent's, to the last bit.
+    /// Lets an object hang (see `transforms`) if it has no children and no reader tracks it; otherwise makes its world
+    /// pose stored. The stored pose must equal the one computed from its parent's, to the last bit.
     pub(super) fn hang(&mut self, slot: u32) {
         let Some(o) = self.get(slot) else { return };
         let watched = matches!(o.data, Data::Shape(_) | Data::Script) || !o.children.is_empty();
@@ -116,7 +116,7 @@ mod tests {
         Isometry3::from_parts(Translation3::new(x, 0.0, 0.0), crate::from_euler([0.1, 0.2, x]))
     }
 
-    /// A shape with two sensors' frames, one of them on a joint.
+    /// A shape with two frames for sensors, one of them on a joint.
     fn scene() -> (Scene, [u32; 4]) {
         let mut s = Scene::default();
         let base = s.add(0, "base", at(1.0), Data::Shape(Box::<Shape>::default())).unwrap();
@@ -140,7 +140,7 @@ mod tests {
         assert_eq!(s.world(frame), at(3.0) * at(0.5));
         assert_eq!(s.before(frame), Some(old));
         assert_eq!(s.before(base), Some(at(1.0)));
-        // Whatever it hangs on next: where it was does not change.
+        // Whatever its new parent, its pose at the last barrier does not change.
         s.set_local(frame, at(0.75));
         assert_eq!((s.world(frame), s.before(frame)), (at(3.0) * at(0.75), Some(old)));
         let here = s.world(frame);
@@ -166,7 +166,7 @@ mod tests {
         assert_eq!(s.before(made), None, "nor is it after a move");
         s.note_places();
         assert_eq!(s.before(made), Some(s.world(made)));
-        // A barrier in which nothing was moved forgets what was before.
+        // A barrier without moves since the previous one makes current poses the previous ones.
         s.set_local(base, at(2.0));
         s.note_places();
         assert_eq!(s.before(frame), Some(at(2.0) * at(0.5)));

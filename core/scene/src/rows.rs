@@ -1,10 +1,11 @@
-//! Property rows of the core: one line per fact. Scene files, `--set`, builders, scripts and services use these rows.
+//! Property rows of the core: one line per property. Scene files, `--set`, builders, scripts and services all use these
+//! rows.
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::object::{LIGHT_FORMS, PRIMITIVES};
 
-/// Which objects have a row.
+/// The objects that have a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Of {
     /// The world itself.
@@ -15,47 +16,47 @@ pub enum Of {
     Kind(i32),
 }
 
-/// How a change takes effect.
+/// The time at which a change takes effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
-    /// At once.
+    /// Immediately.
     Live,
     /// Bodies are recreated at the next stage.
     Rebuilds,
-    /// Never: it is read-only.
+    /// Never: the row is read-only.
     ReadOnly,
 }
 
-/// One row.
+/// Description of a row.
 #[derive(Debug, Clone, Copy)]
 pub struct RowInfo {
-    /// "joint.position"
+    /// Key, such as "joint.position".
     pub key: &'static str,
     /// The kinds that have it.
     pub of: Of,
     /// `TATU_BOOL` .. `TATU_OBJECT`.
     pub kind: u32,
-    /// Elements of an array; 0: any number.
+    /// Number of elements of an array; 0: any.
     pub count: u32,
     /// Unit.
     pub unit: Option<&'static str>,
-    /// How a change takes effect.
+    /// The time at which a change takes effect.
     pub change: Change,
-    /// Allowed texts; empty: any.
+    /// Allowed texts; empty: all.
     pub choices: &'static [&'static str],
-    /// One sentence, with the default.
+    /// Description, one sentence, with the default.
     pub text: &'static str,
 }
 
 macro_rules! rows {
     ($($name:ident $key:literal $of:expr, $kind:ident $count:literal $unit:expr, $change:ident $choices:expr, $text:literal;)*) => {
-        /// The rows by name; the number of a row is its interned key.
+        /// The rows by name. The number of a row is its interned key.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
         #[repr(u32)]
         #[allow(missing_docs, reason = "each row has its sentence in the table")]
         pub enum Row { None = 0, $($name),* }
 
-        /// All rows, in the order of [`Row`]; the first is a blank, so that no key is 0.
+        /// All rows, in the order of [`Row`]. The first is a placeholder, so that no key is 0.
         pub static ROWS: &[RowInfo] = &[
             RowInfo { key: "", of: Of::World, kind: TATU_NIL, count: 0, unit: None, change: Change::ReadOnly, choices: &[], text: "" },
             $(RowInfo { key: $key, of: $of, kind: $kind, count: $count, unit: $unit, change: Change::$change, choices: $choices, text: $text }),*
@@ -223,22 +224,22 @@ rows! {
 }
 
 impl Row {
-    /// From an interned key; `Row::None` if it is not one of the core's.
+    /// Returns the row of an interned key; `Row::None`: it is not one of the core's.
     pub fn of(prop: u32) -> Row {
         BY_NUMBER.get(prop as usize).copied().unwrap_or(Row::None)
     }
-    /// Its line of the table.
+    /// Returns its description.
     pub fn info(self) -> &'static RowInfo {
         &ROWS[self as usize]
     }
 }
 
 impl RowInfo {
-    /// The part after the dot.
+    /// Returns the part of the key after the dot.
     pub fn short(&self) -> &'static str {
         self.key.split_once('.').map_or(self.key, |(_, s)| s)
     }
-    /// The row as a declared parameter, the form that plugins' parameters have.
+    /// Returns the row as a declared parameter, like those of plugins.
     pub fn param(&self) -> tatu_plugins::Declared {
         tatu_plugins::Declared {
             key: self.short().to_owned(),
@@ -258,7 +259,7 @@ impl RowInfo {
     }
 }
 
-/// The rows that objects of a kind have (`None`: the world).
+/// Returns the rows that objects of a kind have (`None`: the world).
 pub fn rows_of(kind: Option<i32>) -> impl Iterator<Item = &'static RowInfo> {
     ROWS.iter().skip(1).filter(move |r| match (r.of, kind) {
         (Of::World, None) => true,
@@ -268,7 +269,7 @@ pub fn rows_of(kind: Option<i32>) -> impl Iterator<Item = &'static RowInfo> {
     })
 }
 
-/// Kinds by name, as scene files and builders write them.
+/// Kinds of objects by name, as used in scene files and by builders.
 pub const KINDS: &[(&str, i32)] = &[
     ("shape", TATU_KIND_SHAPE),
     ("joint", TATU_KIND_JOINT),
@@ -282,7 +283,7 @@ pub const KINDS: &[(&str, i32)] = &[
     ("path", TATU_KIND_PATH),
 ];
 
-/// The name of a kind.
+/// Returns the name of a kind.
 pub fn kind_name(kind: i32) -> &'static str {
     match kind {
         TATU_KIND_SCRIPT => "script",

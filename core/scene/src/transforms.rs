@@ -1,46 +1,46 @@
-//! Where objects are, in dense tables by slot: what a step goes through for every object lies side by side, apart from
-//! the rest of the objects.
+//! Poses of objects in dense tables indexed by slot, so that the data that a step iterates over is contiguous and
+//! separate from the rest of the objects.
 //!
-//! An object whose place in the world nobody keeps *hangs*: it is computed from its parent's when it is asked for. A
-//! hundred sensors on a robot then cost nothing as the robot moves, but for those that measure.
+//! An object *hangs* if its world pose is not stored but computed from its parent's on demand. A hundred sensors on a
+//! robot then cost nothing while the robot moves, except for those that measure.
 
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
-/// What a slot's object is to those that go through places.
+/// The data of a slot's object that is needed to iterate over poses.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Link {
-    /// How many objects the slot has held.
+    /// Number of objects that the slot has held.
     pub generation: u64,
-    /// Slot of the object above; 0: the world.
+    /// Slot of the parent; 0: the world.
     pub parent: u32,
-    /// When `before` was noted last.
+    /// Number of the barrier for which `before` was recorded last.
     noted: u32,
-    /// It was created at the time in `noted`, so it has no earlier pose.
+    /// Whether it was created at the time in `noted`, so that it has no earlier pose.
     new: bool,
-    /// Its place in the world is not kept.
+    /// Whether its world pose is computed on demand.
     pub hangs: bool,
-    /// Its children hang on a frame that its joint moves.
+    /// Whether it is a joint, which moves the frame of its children.
     pub joint: bool,
-    /// Its moves are recorded for readers that track shapes.
+    /// Whether it is a shape, whose moves are recorded for followers.
     pub shape: bool,
-    /// It is the base of a model.
+    /// Whether it is the base of a model.
     pub model_base: bool,
-    /// There is an object.
+    /// Whether the slot holds an object.
     pub there: bool,
 }
 
-/// The places of all objects.
+/// The poses of all objects.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Transforms {
     pub links: Vec<Link>,
-    /// In the frame of the parent.
+    /// Poses in the parent's frame.
     pub local: Vec<Isometry3<f64>>,
-    /// In the world; for those that hang, some earlier place.
+    /// World poses; outdated for objects that hang.
     pub world: Vec<Isometry3<f64>>,
-    /// In the world at the last barrier, for those that were moved since.
+    /// World poses at the last barrier, for objects that have moved since.
     before: Vec<Isometry3<f64>>,
-    /// The number of the last barrier.
+    /// Number of the last barrier.
     now: u32,
     /// Whether there was a barrier.
     known: bool,
@@ -62,7 +62,7 @@ impl Default for Transforms {
 }
 
 impl Transforms {
-    /// Room for another slot.
+    /// Adds a slot.
     pub fn push(&mut self) {
         self.links.push(Link::default());
         for table in [&mut self.local, &mut self.world, &mut self.before] {
@@ -70,7 +70,7 @@ impl Transforms {
         }
     }
 
-    /// An object was made in a slot.
+    /// Initialises a slot for a new object.
     pub fn begin(&mut self, slot: u32, parent: u32, local: Isometry3<f64>, world: Isometry3<f64>) {
         let at = slot as usize;
         let generation = self.links[at].generation + 1;
@@ -78,14 +78,14 @@ impl Transforms {
         (self.local[at], self.world[at]) = (local, world);
     }
 
-    /// The object of a slot is gone.
+    /// Clears a slot whose object was removed.
     pub fn end(&mut self, slot: u32) {
         let at = slot as usize;
         self.links[at] = Link { generation: self.links[at].generation, ..Link::default() };
         (self.local[at], self.world[at]) = (Isometry3::identity(), Isometry3::identity());
     }
 
-    /// A barrier: what is moved from now on was here before.
+    /// Starts a barrier: current poses become those before any further move.
     pub fn barrier(&mut self) {
         self.known = true;
         self.now = self.now.wrapping_add(1);
@@ -95,12 +95,12 @@ impl Transforms {
         }
     }
 
-    /// Nobody knows any more where anything was before.
+    /// Discards the poses at the last barrier.
     pub fn forget(&mut self) {
         self.known = false;
     }
 
-    /// Notes where an object is, before it is moved, hung elsewhere, or begins or ceases to hang.
+    /// Records the pose of an object before it is moved, gets another parent, or starts or stops hanging.
     #[inline]
     pub fn note(&mut self, slot: u32) {
         let at = slot as usize;
@@ -110,7 +110,7 @@ impl Transforms {
         }
     }
 
-    /// Where an object was at the last barrier; `None`: it was not there yet, or there was none.
+    /// Returns the world pose of an object at the last barrier; `None`: it did not exist yet, or there was no barrier.
     pub fn before(&self, slot: u32) -> Option<Isometry3<f64>> {
         let link = self.links.get(slot as usize)?;
         let unknown = !self.known || link.new && link.noted == self.now;
@@ -121,13 +121,13 @@ impl Transforms {
         let at = slot as usize;
         match self.links[at] {
             link if link.noted == self.now => self.before[at],
-            // Nothing hangs on a joint.
+            // The parent of an object that hangs is never a joint.
             link if link.hangs => self.at_barrier(link.parent) * self.local[at],
             _ => self.world[at],
         }
     }
 
-    /// Keeps where an object is in the world; whether it is elsewhere now. Nothing, for one that hangs.
+    /// Stores the world pose of an object; returns whether it has changed. Does nothing for an object that hangs.
     #[inline]
     pub fn put(&mut self, slot: u32, world: Isometry3<f64>) -> bool {
         let (at, link) = (slot as usize, &mut self.links[slot as usize]);

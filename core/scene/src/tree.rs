@@ -8,20 +8,20 @@ use tatu_plugin_api::abi::{tatu_object, tatu_slot};
 
 use super::{Data, FrictionPair, Object, moves::Moves, name_index::NameIndex, transforms::Transforms};
 
-/// How many numbers lie free before one is given again: a number that a script kept stays stale for so many removals.
-/// Free slots cost some memory, and no time.
+/// Minimum number of free slots before one is reused: a handle stored by a script stays invalid for this many removals.
+/// Free slots cost some memory but no time.
 const FREE_NUMBERS: usize = 1 << 16;
 
-/// An object's id in the ABI: generation << 20 | slot.
+/// The handle of an object in the ABI: generation << 20 | slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Handle(pub tatu_object);
 
 impl Handle {
-    /// The slot: what scripts see.
+    /// Returns the slot, which is the number that scripts see.
     pub fn slot(self) -> u32 {
         tatu_slot(self.0)
     }
-    /// 0: whatever is in the slot now.
+    /// Returns the generation; 0: any object in the slot.
     pub fn generation(self) -> u64 {
         self.0 >> 20
     }
@@ -31,45 +31,45 @@ impl Handle {
 #[repr(C, align(64))]
 pub(super) struct Slot {
     pub object: Option<Object>,
-    /// Unique name of the last object here, for messages about stale ids.
+    /// Unique name of the last object in this slot, for messages about invalid handles.
     last: String,
 }
 
 /// The live tree.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Scene {
-    /// Slot 0 is the world itself and always empty.
+    /// All slots. Slot 0 stands for the world and is always empty.
     pub(super) slots: Vec<Slot>,
-    /// Where they are.
+    /// The poses of all objects.
     pub(super) places: Transforms,
     free: VecDeque<u32>,
-    /// Slots that hold an object: a look at all objects does not go through the free ones.
+    /// Slots that hold an object, to iterate over objects without visiting free slots.
     taken: BTreeSet<u32>,
     roots: Vec<u32>,
     /// All objects, parents before children, one tree after the other; rebuilt when the tree changes.
     order: Vec<u32>,
     next_uid: u64,
-    /// Grows with every change of the tree or of what the engine and beams are made of.
+    /// Incremented with every change of the tree, or of what the engine and the beams are built from.
     pub shape_version: u64,
-    /// Grows when something becomes visible or hidden.
+    /// Incremented when something becomes visible or hidden.
     #[serde(skip)]
     pub seen_version: u64,
-    /// Grows with every change of a color.
+    /// Incremented with every change of a colour.
     #[serde(skip)]
     pub color_version: u64,
-    /// Grows with every change of a sensor's own settings.
+    /// Incremented with every change of a sensor's own settings.
     #[serde(skip)]
     pub sensor_version: u64,
-    /// Friction by material.
+    /// Friction and restitution by pairs of materials.
     pub friction_pairs: Vec<FrictionPair>,
-    /// Free data of the world itself, by tag.
+    /// Custom data of the world itself, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
     #[serde(skip)]
     pub(super) index: NameIndex,
-    /// Shapes whose places in the world have changed.
+    /// Shapes whose world poses have changed.
     #[serde(skip)]
     pub moves: Moves,
-    /// Room for [`Scene::refresh`].
+    /// Reused buffer for [`Scene::refresh`].
     #[serde(skip)]
     pub(super) walk: Vec<(u32, Isometry3<f64>)>,
 }
@@ -98,9 +98,9 @@ impl Default for Scene {
 }
 
 impl Scene {
-    /// Adds an object below `parent` (0: the world). Its slot; `None` when all are taken.
+    /// Adds an object below `parent` (0: the world). Returns its slot; `None`: all are taken.
     pub fn add(&mut self, parent: u32, alias: &str, local: Isometry3<f64>, data: Data) -> Option<u32> {
-        // A slot is used again only when many are free: a stale number in a script then rarely meets a new object.
+        // A slot is reused only if many are free, so that an outdated handle in a script rarely refers to a new object.
         let slot = if self.free.len() >= FREE_NUMBERS {
             self.free.pop_front()?
         } else {
@@ -136,7 +136,7 @@ impl Scene {
         self.index.add(alias, -1, slot);
         self.note_kind(slot);
         match attached {
-            // A script goes along with what it belongs to: nobody follows it, so it is computed when it is asked for.
+            // A script moves with its owner, and no reader tracks it, so its pose is computed on demand.
             true => self.places.links[slot as usize].hangs = true,
             false => self.siblings_mut(parent).push(slot),
         }
@@ -151,7 +151,7 @@ impl Scene {
         }
     }
 
-    /// Removes an object; its children go to its parent and keep their places in the world.
+    /// Removes an object; its children move to its parent and keep their world poses.
     pub fn remove(&mut self, slot: u32) -> bool {
         let Some(object) = self.slots.get_mut(slot as usize).and_then(|s| s.object.take()) else { return false };
         for child in object.children {
@@ -180,7 +180,8 @@ impl Scene {
         self.siblings_mut(parent).push(slot);
     }
 
-    /// Puts an object below another, in place. `false`: the new parent is below the object.
+    /// Moves an object below another one, keeping its world pose. `false`: the new parent is a descendant of the
+    /// object.
     pub fn set_parent(&mut self, slot: u32, parent: u32) -> bool {
         let mut up = parent;
         while up != 0 {
@@ -199,7 +200,7 @@ impl Scene {
         true
     }
 
-    /// Marks that the counterparts of an object in engine and beams must be recreated.
+    /// Marks that the counterparts of an object in the engine and the beams must be recreated.
     pub fn touch(&mut self, slot: u32) {
         self.shape_version += 1;
         if let Some(o) = self.get_mut(slot) {
@@ -207,7 +208,7 @@ impl Scene {
         }
     }
 
-    /// Makes an object one of another kind, in its place and with its name; whether it is there.
+    /// Changes the kind of an object, keeping its pose and name; returns whether the object exists.
     pub fn change_kind(&mut self, slot: u32, data: Data) -> bool {
         let Some(o) = self.get_mut(slot) else { return false };
         o.data = data;
@@ -221,7 +222,7 @@ impl Scene {
         true
     }
 
-    /// What those who go through places need to know of an object's data, after a change.
+    /// Updates the flags in its link after a change of an object's data.
     pub(super) fn note_kind(&mut self, slot: u32) {
         let Some(o) = self.slots[slot as usize].object.as_ref() else { return };
         let link = &mut self.places.links[slot as usize];
@@ -233,7 +234,7 @@ impl Scene {
         self.order.clear();
     }
 
-    /// Makes the order of traversal anew, if the tree has changed.
+    /// Rebuilds the order of traversal, if the tree has changed.
     pub fn settle(&mut self) {
         if !self.order.is_empty() {
             return;
@@ -247,8 +248,8 @@ impl Scene {
         }
     }
 
-    /// Goes through all objects of the tree (not scripts), parents before children, one tree after
-    /// the other. `f` leaves the tree as it is.
+    /// Visits all objects of the tree except scripts, parents before children, one tree after the other. `f` must not
+    /// change the tree.
     pub fn visit(&mut self, mut f: impl FnMut(&mut Self, u32)) {
         self.settle();
         let order = std::mem::take(&mut self.order);
@@ -258,7 +259,7 @@ impl Scene {
         self.order = order;
     }
 
-    /// An object and all below it, breadth first; 0: everything.
+    /// Returns an object and all its descendants, breadth first; 0: everything.
     pub fn tree(&self, base: u32) -> Vec<u32> {
         let mut out = if base == 0 { self.roots.clone() } else { vec![base] };
         let mut at = 0;
@@ -271,9 +272,9 @@ impl Scene {
         out
     }
 
-    /// Every slot that holds an object, scripts included, in order of slots.
+    /// Iterates over all slots that hold an object, including scripts, in order.
     pub fn slots(&self) -> impl DoubleEndedIterator<Item = (u32, &Object)> {
-        // Where most slots are taken, going through the table is faster than through the set.
+        // If most slots are taken, iterating over the table is faster than over the set.
         let dense = 8 * self.taken.len() >= self.slots.len();
         let all =
             dense.then(|| self.slots.iter().enumerate().filter_map(|(i, s)| s.object.as_ref().map(|o| (i as u32, o))));
@@ -281,34 +282,34 @@ impl Scene {
         all.into_iter().flatten().chain(taken.into_iter().flatten())
     }
 
-    /// Objects without a parent.
+    /// Returns the objects without a parent.
     pub fn roots(&self) -> &[u32] {
         &self.roots
     }
-    /// The children of an object; of the world for 0.
+    /// Returns the children of an object; 0: of the world.
     pub fn children(&self, slot: u32) -> &[u32] {
         if slot == 0 { &self.roots } else { self.get(slot).map_or(&[], |o| &o.children) }
     }
-    /// The object in a slot.
+    /// Returns the object in a slot.
     pub fn get(&self, slot: u32) -> Option<&Object> {
         self.slots.get(slot as usize).and_then(|s| s.object.as_ref())
     }
-    /// Whether an object is a joint.
+    /// Returns whether an object is a joint.
     pub fn is_joint(&self, slot: u32) -> bool {
         self.places.links.get(slot as usize).is_some_and(|link| link.there && link.joint)
     }
-    /// The object in a slot.
+    /// Returns the object in a slot, mutably.
     pub fn get_mut(&mut self, slot: u32) -> Option<&mut Object> {
         self.slots.get_mut(slot as usize).and_then(|s| s.object.as_mut())
     }
-    /// The full id of the object in a slot; 0 if there is none.
+    /// Returns the handle of the object in a slot; 0: there is none.
     pub fn id(&self, slot: u32) -> tatu_object {
         match self.places.links.get(slot as usize) {
             Some(link) if link.there => link.generation << 20 | u64::from(slot),
             _ => 0,
         }
     }
-    /// The slot of an id, if its object is still there; else the name it had, if it ever was.
+    /// Returns the slot of a handle, if its object still exists; otherwise the name that it had, if known.
     pub fn resolve(&self, id: tatu_object) -> Result<u32, Option<&str>> {
         let handle = Handle(id);
         let slot = handle.slot();
@@ -318,18 +319,18 @@ impl Scene {
         }
         Err(Some(self.slots[slot as usize].last.as_str()).filter(|name| !name.is_empty()))
     }
-    /// Whether an object is the base of a model.
+    /// Returns whether an object is the base of a model.
     pub fn is_model_base(&self, slot: u32) -> bool {
         self.places.links.get(slot as usize).is_some_and(|l| l.model_base)
     }
-    /// Makes it one, or not.
+    /// Sets whether an object is the base of a model.
     pub fn set_model_base(&mut self, slot: u32, on: bool) {
         if self.get(slot).is_some() {
             self.places.links[slot as usize].model_base = on;
         }
     }
 
-    /// The nearest model base at or above an object; 0: none.
+    /// Returns the nearest model base at or above an object; 0: none.
     pub fn model_of(&self, slot: u32) -> u32 {
         let mut at = slot;
         while at != 0 {
@@ -340,7 +341,7 @@ impl Scene {
         }
         0
     }
-    /// The scripts of an object, in order of creation; 0: of all.
+    /// Returns the scripts of an object, in order of slots; 0: all scripts.
     pub fn scripts(&self, owner: u32) -> Vec<u32> {
         self.slots()
             .filter(|(_, o)| matches!(o.data, Data::Script) && (owner == 0 || o.parent == owner))
@@ -362,7 +363,7 @@ mod tests {
         assert_eq!(scene.world(script), scene.world(body));
     }
 
-    /// A number that a script kept means nothing else for as many removals as the reference promises.
+    /// A handle stored by a script is not reused for as many removals as the reference promises.
     #[test]
     fn numbers_come_again_late_and_in_order() {
         let mut scene = Scene::default();

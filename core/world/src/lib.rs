@@ -1,7 +1,8 @@
 //! The core of Tatu: a world that owns the scene and the physics step, with plugins around it. It names no plugin.
 //!
-//! Where to begin: [`World`] runs a [`document::Document`] with what a [`plugins::Registry`] offers; one step stands in
-//! `step/mod.rs`. The other crates of the core are re-exported here, so that a program needs this one alone.
+//! Where to begin: [`World`] runs a [`document::Document`] with the kinds and commands that a [`plugins::Registry`]
+//! offers; `step/mod.rs` holds the order of one step. The other crates of the core are re-exported here, so a program
+//! needs only this one.
 //!
 //! ```no_run
 //! use std::{path::Path, sync::Arc};

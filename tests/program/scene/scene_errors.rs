@@ -252,6 +252,6 @@ fn plugin_folders_that_are_not_there_are_told() {
     let place = Place::new();
     place.write("scene.toml", &format!("format = 1\n[scene]\nplugins = [\"nowhere\", \".\"]\n{FLOOR}"));
     let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["warning[E311]", "nowhere", "which is not there"]);
+    done.tells(&["warning[E311]", "nowhere", "which does not exist"]);
     assert_eq!(done.err.matches("E311").count(), 1, "{}", done.err);
 }

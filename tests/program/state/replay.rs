@@ -164,7 +164,7 @@ fn damaged_logs_are_told() {
     replay(sealed_anew(&other, str::to_owned).as_bytes()).good().tells(&[
         "E117",
         "was of version 99.0.0",
-        "`org.example.none` 1.0.0 is not here",
+        "`org.example.none` 1.0.0 is missing",
     ]);
 }
 

@@ -1,4 +1,4 @@
-//! The nearest point that counts, by dense sampling and local search: the definition of a volume beam, written out.
+//! Reference implementation of volume beams: finds the nearest point that counts by dense sampling and local search.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use tatu_geometry::Form;
@@ -8,10 +8,10 @@ use super::{
     Dice,
 };
 
-/// A piece of surface over the unit square: a point and its outward normal.
+/// A part of a surface over the unit square: returns a point and its outward normal.
 pub type Patch = Box<dyn Fn(f64, f64) -> (Point3<f64>, Vector3<f64>)>;
 
-/// The pieces of a form's surface. A plane is cut to a square of 40 m.
+/// Returns the parts of a form's surface. A plane is limited to a square of 40 m.
 pub fn patches(form: &Form) -> Vec<Patch> {
     let at = |x, y, z| Point3::new(x, y, z);
     match form.clone() {
@@ -47,7 +47,7 @@ pub fn patches(form: &Form) -> Vec<Patch> {
 
 pub fn triangle(a: Point3<f64>, b: Point3<f64>, c: Point3<f64>) -> Patch {
     let normal = (b - a).cross(&(c - a)).normalize();
-    // The square folds to the triangle without a gap.
+    // The square is folded to the triangle without gaps.
     Box::new(move |u, v| (a + (b - a) * (u * (1.0 - v)) + (c - a) * (u * v), normal))
 }
 
@@ -75,11 +75,11 @@ fn ball(z: f64, radius: f64, low: f64, high: f64) -> Patch {
     })
 }
 
-/// Whether a point, both given in the beam's frame, counts; `slack` widens every limit.
+/// Returns whether a point with a normal, both in the beam's frame, counts; `slack` widens every limit.
 pub fn counts(beam: &Beam, point: &Point3<f64>, normal: &Vector3<f64>, slack: f64) -> bool {
     let distance = point.coords.norm();
     let (x, y, z) = (point.x, point.y, point.z);
-    // Part of the way from the near end to the far one.
+    // Fraction of the distance from the near end to the far one.
     let part = (z - beam.near) / (beam.far - beam.near);
     let between = |a: f64, b: f64| a + (b - a) * part;
     let in_ends = part >= -slack && part <= 1.0 + slack;
@@ -96,7 +96,7 @@ pub fn counts(beam: &Beam, point: &Point3<f64>, normal: &Vector3<f64>, slack: f6
         }
         Volume::Disc { angle, height, gap } => {
             let aside = x.atan2(z).abs();
-            // On the sector's own edge there is no angle.
+            // At the vertex of the sector, the angle is undefined.
             let sector = aside <= angle / 2.0 + slack && aside >= gap / 2.0 - slack || x.hypot(z) <= slack;
             in_ball && sector && y.abs() <= height / 2.0 + slack
         }
@@ -108,7 +108,7 @@ pub fn counts(beam: &Beam, point: &Point3<f64>, normal: &Vector3<f64>, slack: f6
         && ((slope <= slack && beam.faces.front) || (slope >= -slack && beam.faces.back))
 }
 
-/// The least distance found on the patches: a grid, then a search that closes in on its best places.
+/// Returns the smallest distance found on the patches: by a grid, then by a search around its best points.
 pub fn nearest(beam: &Beam, pose: &Isometry3<f64>, patches: &[Patch], grid: usize, dice: &mut Dice) -> f64 {
     let to_beam = beam.world_from_beam.inverse() * pose;
     let mut best = f64::INFINITY;

@@ -1,4 +1,4 @@
-//! Bundles of rays against the rays one by one.
+//! Tests of bundles of rays against the same rays cast one by one.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use super::{
     Dice, target,
 };
 
-/// What a bundle's rays see, all that can be asked for.
+/// All results of a bundle's rays.
 #[derive(Debug, Clone, PartialEq)]
 struct Answer {
     distance: Vec<f64>,
@@ -41,7 +41,7 @@ fn cast_at(level: Level, scene: &BeamScene, cast: &BundleCast<'_>) -> Answer {
     a
 }
 
-/// The same rays one by one.
+/// Casts the same rays one by one.
 fn one_by_one(scene: &BeamScene, cast: &BundleCast<'_>) -> Vec<(Beam, Hit)> {
     let turn = |d: &Vector3<f64>| {
         UnitQuaternion::rotation_between(&Vector3::z(), d)
@@ -58,14 +58,15 @@ fn one_by_one(scene: &BeamScene, cast: &BundleCast<'_>) -> Vec<(Beam, Hit)> {
     beams.map(|beam| (beam, scene.cast_one(&beam))).collect()
 }
 
-/// Rays that differ, and among them those that differ also from their neighbours 0.1 mm beside: no silhouettes.
+/// Returns the number of rays that differ, and of those that also differ from rays up to 0.1 mm beside them, so that
+/// silhouettes are not the cause.
 fn compare(scene: &BeamScene, cast: &BundleCast<'_>, dice: &mut Dice) -> (usize, usize) {
     let found = cast_at(simd::level(), scene, cast);
     let (mut edges, mut wrong) = (0, 0);
     for (i, (beam, hit)) in one_by_one(scene, cast).into_iter().enumerate() {
         let close = |hit: &Hit| hit.distance == found.distance[i] || (hit.distance - found.distance[i]).abs() < 1e-4;
         if !close(&hit) {
-            // Beside a silhouette a ray that is moved by less than 32 bits can represent hits what the bundle hit.
+            // Near a silhouette, a ray moved by less than 32-bit precision must hit what the bundle hit.
             let size = 2e-4 + 3e-6 * hit.distance.min(beam.far);
             let moved = (0..60).any(|_| {
                 let turn = UnitQuaternion::from_scaled_axis(dice.vector(1e-5));
@@ -114,7 +115,7 @@ fn random_form(dice: &mut Dice, i: usize) -> Form {
     }
 }
 
-/// A bumpy square of 2 m.
+/// Returns a bumpy square of 2 m.
 fn terrain(dice: &mut Dice) -> Form {
     let n = 12;
     let mut vertices = Vec::new();
@@ -147,7 +148,7 @@ fn random_scene(dice: &mut Dice, targets: usize, size: f64) -> BeamScene {
     scene
 }
 
-/// A fan, several layers, a rose of all directions, or a single ray.
+/// Returns a random bundle: a fan, several layers, rays in all directions, or a single ray.
 fn random_bundle(dice: &mut Dice) -> RayBundle {
     let n = (dice.between(1.0, 300.0)) as usize;
     let open = dice.between(0.1, 6.2);

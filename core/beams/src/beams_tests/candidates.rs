@@ -1,4 +1,4 @@
-//! Beams that are cast as a group against the same ones cast alone.
+//! Tests of beams cast as a group against the same beams cast alone.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use super::{
     target,
 };
 
-/// A crowd of robots of one box and two wheels each, on a floor.
+/// Returns a floor and many robots, each a box and two wheels.
 fn crowd(dice: &mut Dice, robots: u64) -> Vec<Target> {
     let mut targets = vec![target(0, Isometry3::identity(), Form::Plane)];
     for robot in 1..=robots {
@@ -28,7 +28,7 @@ fn crowd(dice: &mut Dice, robots: u64) -> Vec<Target> {
     targets
 }
 
-/// The sonars of each robot.
+/// Returns the rings of beams around the robots.
 fn rings(dice: &mut Dice, targets: &[Target], each: usize) -> Vec<Beam> {
     let bases = targets.iter().filter(|t| matches!(t.form, Form::Box { .. }));
     let bases: Vec<_> = bases.map(|t| (t.world_from_target, t.group)).collect();
@@ -52,7 +52,7 @@ fn rings(dice: &mut Dice, targets: &[Target], each: usize) -> Vec<Beam> {
 fn a_group_sees_what_each_of_it_sees_alone() {
     let mut dice = Dice(21);
     let mut seen = BTreeSet::new();
-    // In the last crowd more is near than a group keeps.
+    // In the last scene, more targets are near than a group can hold.
     for robots in [1, 30, 200, 4000] {
         let targets = crowd(&mut dice, robots);
         let mut scene = BeamScene::default();
@@ -79,7 +79,7 @@ fn groups_are_of_those_that_are_near_and_alike() {
     let mut beams = ring(0.0, 16);
     beams[7].skip_group = Some(1);
     assert_eq!(size(&beams), Some(7));
-    // Their far ends are no distances, or no places.
+    // Beams whose far end is not a distance, or whose pose is invalid.
     for strange in [
         Beam { volume: Volume::Cylinder { radius_near: 0.1, radius_far: 0.1 }, ..beams[0] },
         Beam { far: f64::INFINITY, ..beams[0] },

@@ -1,4 +1,4 @@
-//! Pyramids, cylinders and flat sectors: closed forms, and the nearest of many points that count.
+//! Tests of pyramids, cylinders and flat sectors: closed-form solutions, and the nearest of many points that count.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -27,7 +27,7 @@ fn volume(dice: &mut Dice) -> Volume {
     }
 }
 
-/// A volume with every limit now and then.
+/// Returns a random volume; each limit is set in some cases.
 fn beam(dice: &mut Dice, pose: Isometry3<f64>) -> Beam {
     let mut beam = Beam { volume: volume(dice), ..Beam::ray(pose, dice.between(1.2, 5.0)) };
     if dice.chance(0.4) {
@@ -42,7 +42,7 @@ fn beam(dice: &mut Dice, pose: Isometry3<f64>) -> Beam {
     beam
 }
 
-/// Casts on random forms; how many hit, and how many of these the sampling came close to.
+/// Casts on random forms. Returns the number of hits, and of those that the sampling confirmed.
 fn sweep(seed: u64, questions: usize, grid: usize, form: impl Fn(&mut Dice) -> Form) -> (usize, usize) {
     let mut dice = Dice(seed);
     let (mut hits, mut close) = (0, 0);
@@ -96,7 +96,8 @@ fn at(volume: Volume, near: f64, far: f64) -> Beam {
 
 #[test]
 fn ends_of_pyramids_and_cylinders_are_flat() {
-    // A plate square to the axis: seen up to the far end's height, though its rim in the volume is farther away.
+    // A plate perpendicular to the axis is seen up to the height of the far end, although its rim in the volume is
+    // farther away.
     let plate = Form::Box { half: Vector3::new(0.02, 0.02, 0.0) };
     let pyramid = Volume::Pyramid { x_near: 0.2, y_near: 0.2, x_far: 2.0, y_far: 1.0 };
     let cylinder = Volume::Cylinder { radius_near: 0.1, radius_far: 1.0 };
@@ -113,15 +114,17 @@ fn ends_of_pyramids_and_cylinders_are_flat() {
 
 #[test]
 fn a_wall_beside_a_cylinder_is_met_where_the_volume_touches_it() {
-    // A straight cylinder of 0.5 m; the wall leans so that its foot is outside: nearest is on the side, in the middle.
+    // A straight cylinder of 0.5 m. The wall leans so that its foot is outside; the nearest point is on the cylinder's
+    // side.
     let beam = at(Volume::Cylinder { radius_near: 0.5, radius_far: 0.5 }, 0.0, 3.0);
     let lean = Isometry3::rotation(Vector3::x() * -0.3);
     let wall = Isometry3::translation(0.0, 0.0, 2.0) * lean;
     let hit = cast_on(Form::Plane, wall, &beam);
-    // The plane: normal (0, sin 0.3, cos 0.3) through (0, 0, 2): foot at 2 cos 0.3 along it, 2 cos 0.3 sin 0.3 = 0.565 aside.
+    // The plane has the normal (0, sin 0.3, cos 0.3) and contains (0, 0, 2). Its foot is 2 cos 0.3 along the normal,
+    // and 2 cos 0.3 sin 0.3 = 0.565 beside the axis.
     let (sin, cos) = 0.3_f64.sin_cos();
     assert!(2.0 * cos * sin > 0.5);
-    // On the line of the plane in y and z at y = 0.5: z = 2 - y tan 0.3.
+    // The point with y = 0.5 on the plane's line in y and z, where z = 2 - y tan 0.3.
     let expected = 0.5_f64.hypot(2.0 - 0.5 * sin / cos);
     assert!((hit.distance - expected).abs() < 1e-9, "{} {expected}", hit.distance);
 }
@@ -141,7 +144,7 @@ fn a_flat_sector_sees_all_around_but_not_above() {
     assert!(cast_on(ball.clone(), around(1.2, 0.0), &half).is_some());
     assert!(!cast_on(ball.clone(), around(0.0, 0.0), &half).is_some());
     assert!(!cast_on(ball.clone(), around(2.0, 0.0), &half).is_some());
-    // The near limit is round: a wall through the blind zone is seen at its edge.
+    // The near limit is round: a wall through the blind zone is seen at the zone's edge.
     let wall = Isometry3::translation(0.0, 0.0, 0.1);
     let hit = cast_on(Form::Plane, wall, &disc(FRAC_PI_2 * 1.9, 0.0));
     assert!((hit.distance - 0.2).abs() < 1e-9, "{hit:?}");

@@ -1,4 +1,4 @@
-//! Cones against triangles, boxes and planes.
+//! Tests of cones against triangles, boxes and planes.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -23,7 +23,7 @@ fn ten_thousand_triangles_are_met_at_their_nearest_point() {
         let (hit, close) = check_minimum(&form, &beam, Isometry3::identity(), 20, &mut dice);
         hits += usize::from(hit);
         sharp += usize::from(close);
-        // The point is on the triangle.
+        // The point must be on the triangle.
         if hit {
             let point = cast_on(form, Isometry3::identity(), &beam).point;
             let [a, b, c] = corners;
@@ -35,7 +35,7 @@ fn ten_thousand_triangles_are_met_at_their_nearest_point() {
             assert!((point - a).dot(&normal.normalize()).abs() < 1e-9);
         }
     }
-    // The comparison means something: plenty of hits, and the sampling comes close to nearly all of them.
+    // The comparison must be meaningful: many hits, and the sampling must confirm nearly all of them.
     assert!(hits > 2500 && sharp * 100 > hits * 90, "{hits} hits, {sharp} confirmed within 0.1 mm");
 }
 
@@ -59,7 +59,7 @@ fn a_plate_in_the_cone_is_as_far_as_the_closed_form_says() {
         let z = 0.05 + 0.01 * f64::from(step);
         for tilt in (-85..=85).step_by(5) {
             let tilt = f64::from(tilt).to_radians();
-            // A plate 4 m wide, its front turned about x through the point (0, 0, z).
+            // A plate 4 m wide, with its front rotated about x through the point (0, 0, z).
             let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), tilt);
             let place = Isometry3::from_parts(Vector3::new(0.0, 0.0, z).into(), turn)
                 * Isometry3::translation(0.0, 0.0, 0.5e-3);
@@ -82,7 +82,7 @@ fn a_plate_enters_the_cone_at_its_edge() {
     for half_deg in [0.5, 7.5, 15.0, 45.0, 89.0, 120.0, 160.0] {
         let half_angle = f64::to_radians(half_deg);
         for distance in [0.05, 0.3, 1.0] {
-            // A slat facing the apex, swung around it; its near edge leads by `lead`.
+            // A slat facing the apex, rotated around it; its near edge leads by `lead`.
             let plate = Form::Box { half: Vector3::new(distance * 0.05, distance * 1e-6, 1e-4) };
             let lead = 0.05_f64.atan();
             let seen = |angle: f64| {
@@ -114,7 +114,8 @@ fn near_and_far_limit_the_distance() {
     assert!((cast_on(wall.clone(), place, &beam).distance - 1.0).abs() < 1e-12);
     beam.far = 1.0 - 1e-9;
     assert!(!cast_on(wall.clone(), place, &beam).is_some());
-    // The cone meets the wall up to 1/cos(0.5) = 1.139...: nearer limits cut a ring out of it, further ones all.
+    // The cone meets the wall up to 1/cos(0.5) = 1.139...: a smaller near limit cuts out a disc, a greater one
+    // everything.
     (beam.near, beam.far) = (1.1, 2.0);
     assert_eq!(cast_on(wall.clone(), place, &beam).distance, 1.1);
     beam.near = 1.14;
@@ -132,7 +133,7 @@ fn a_plate_turned_beyond_the_incidence_limit_is_not_seen() {
     let mut beam = Beam::cone(Isometry3::identity(), 0.2, 5.0);
     beam.max_incidence = 0.8;
     for (tilt, seen) in [(0.0, true), (0.99, true), (1.01, false), (-0.99, true), (-1.01, false)] {
-        // At a tilt beyond the half angle the nearest point lies 0.2 closer to the perpendicular than the axis.
+        // At a tilt beyond the half angle, the nearest point is closer to the perpendicular than the axis by 0.2 rad.
         let place = Isometry3::new(Vector3::z(), Vector3::x() * tilt);
         assert_eq!(cast_on(plate.clone(), place, &beam).is_some(), seen, "{tilt}");
     }
@@ -146,7 +147,7 @@ fn only_the_faces_asked_for_are_seen() {
     for (faces, from_outside, from_inside) in [
         (Faces::BOTH, 2.0, 1.0),
         (Faces::FRONT, 2.0, f64::INFINITY),
-        // From outside, the nearest inner surface in view is a point of the side walls or of the far wall.
+        // From outside, the nearest visible inner surface is a point of the side walls or of the far wall.
         (Faces::BACK, 1.0 / 0.3_f64.sin(), 1.0),
     ] {
         beam.faces = faces;

@@ -1,4 +1,4 @@
-//! Rays against parry, the library of the physics engine, which computes the same from shapes of its own.
+//! Tests of rays against parry, the library of the physics engine, which implements the same with its own shapes.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d::{
@@ -12,12 +12,12 @@ use super::{
     Dice, mesh, target,
 };
 
-/// Rays of each scene.
+/// Number of rays per scene.
 const RAYS: usize = 30_000;
-/// Metres up to which both must agree.
+/// Tolerance of distances, m.
 const SAME: f64 = 1e-4;
 
-/// All kinds of forms; a mesh is a bumpy ball.
+/// Returns targets of all kinds of forms; the mesh is a bumpy ball.
 fn forms(dice: &mut Dice, count: u64) -> Vec<Target> {
     let ball = {
         let (rings, sectors) = (9_u32, 14_u32);
@@ -59,7 +59,7 @@ fn pose(p: &Isometry3<f64>) -> Pose {
     Pose { translation: vector(&p.translation.vector), rotation: Rotation::from_xyzw(q.x, q.y, q.z, q.w) }
 }
 
-/// Parry's shape and its turn: its cylinders stand on y, ours on z.
+/// Returns parry's shape and its rotation: its cylinders stand along y, ours along z.
 fn shape(form: &Form) -> (SharedShape, Pose) {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let y_to_z = Pose { translation: Vector::ZERO, rotation: Rotation::from_xyzw(half, 0.0, 0.0, half) };
@@ -77,7 +77,7 @@ fn shape(form: &Form) -> (SharedShape, Pose) {
     (shape, Pose::IDENTITY)
 }
 
-/// The nearest surface by parry, from inside and outside; infinity: none.
+/// Returns the nearest surface according to parry, from inside and outside; infinity: none.
 fn by_parry(shapes: &[(SharedShape, Pose)], beam: &Isometry3<f64>, far: f64) -> f64 {
     let ray = Ray::new(vector(&beam.translation.vector), vector(&(beam.rotation * Vector3::z())));
     let hits = shapes.iter().filter_map(|(shape, pose)| shape.cast_ray(pose, &ray, far, false));
@@ -109,7 +109,7 @@ fn rays_meet_what_parry_says_they_meet() {
             if hit.distance == theirs || (hit.distance - theirs).abs() < SAME {
                 continue;
             }
-            // At a silhouette a ray a little beside it meets what the other says.
+            // At a silhouette, a ray slightly beside it must hit what the other library reports.
             let beside = (0..8).any(|k| {
                 let turn = f64::from(k) * std::f64::consts::FRAC_PI_4;
                 let shift = Vector3::new(turn.cos(), turn.sin(), 0.0) * 1e-5;

@@ -1,4 +1,5 @@
-//! The beams against things that share no code with them: dense sampling, closed forms, another library.
+//! Tests of beams against references that share no code with them: dense sampling, closed-form solutions, another
+//! library.
 
 mod brute;
 mod bundles;
@@ -45,7 +46,7 @@ impl Dice {
         Isometry3::from_parts(Translation3::from(self.vector(size)), turn)
     }
 
-    /// A cone with every limit now and then.
+    /// Returns a random cone; each limit is set in some cases.
     fn cone(&mut self, pose: Isometry3<f64>, widest: f64) -> Beam {
         let mut beam = Beam::cone(pose, self.between(0.02, widest), self.between(1.0, 6.0));
         if self.chance(0.3) {
@@ -75,7 +76,7 @@ fn mesh(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Form {
     Form::Mesh { mesh: std::sync::Arc::new(tatu_geometry::Mesh { vertices, triangles }), convex: false }
 }
 
-/// How far a point is outside a solid form, roughly; 0 on its surface.
+/// Returns roughly how far a point is outside a solid form; 0 on its surface.
 fn off_surface(form: &Form, p: &Point3<f64>) -> f64 {
     let radial = p.xy().coords.norm();
     match form {
@@ -93,10 +94,10 @@ fn off_surface(form: &Form, p: &Point3<f64>) -> f64 {
     }
 }
 
-/// A hit must be a point that counts, and no sampled point that counts may be nearer: so it is the minimum.
+/// Checks that a hit counts, and that no sampled point that counts is nearer, so that it is the minimum.
 ///
-/// The slack covers rounding in the angles the sampling computes; a wrong candidate errs by far more.
-/// Returns whether something is hit, and whether the sampling came within 0.1 mm of it.
+/// The tolerance covers rounding of angles in the sampling; an incorrect candidate has a much larger error. Returns
+/// whether something was hit, and whether the sampling came within 0.1 mm of it.
 fn check_minimum(form: &Form, beam: &Beam, pose: Isometry3<f64>, grid: usize, dice: &mut Dice) -> (bool, bool) {
     let hit = cast_on(form.clone(), pose, beam);
     let sampled = brute::nearest(beam, &pose, &brute::patches(form), grid, dice);
@@ -107,14 +108,14 @@ fn check_minimum(form: &Form, beam: &Beam, pose: Isometry3<f64>, grid: usize, di
     }
     assert!((hit.point.coords.norm() - hit.distance).abs() < 1e-8, "{}", story());
     assert!((hit.normal.norm() - 1.0).abs() < 1e-9 && hit.normal.dot(&hit.point.coords) < 1e-9, "{}", story());
-    // On the surface, with the normal outward again.
+    // The hit must be on the surface, with a normal that is outward when turned back.
     let to_form = pose.inverse() * beam.world_from_beam;
     let place = to_form * hit.point;
     assert!(off_surface(form, &place).abs() < 1e-8, "off the surface: {}", story());
     let normal = to_form * hit.normal;
     let outward = match form {
         Form::Plane | Form::Mesh { .. } => off_surface(form, &(place + normal)),
-        // The solids are convex around the origin.
+        // The solids are convex, with the origin inside.
         _ => normal.dot(&place.coords),
     };
     let outward = if outward > 0.0 { hit.normal } else { -hit.normal };

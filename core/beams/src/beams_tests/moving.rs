@@ -1,4 +1,5 @@
-//! Targets that move one by one, or are nowhere: the tree follows, and what is seen is what a new scene sees.
+//! Tests of targets that move one by one, or have invalid poses: the updated tree must give the same results as a new
+//! scene.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_geometry::Form;
@@ -38,7 +39,7 @@ fn a_target_that_moves_alone_is_seen_where_it_is() {
     scene.set(crowd(&mut dice, 300, 6.0));
     for round in 0..200 {
         let index = (dice.unit() * 300.0) as usize;
-        // Now and then far away, or nowhere.
+        // Sometimes far away, or at an invalid position.
         let mut pose = dice.pose(if round % 10 == 0 { 30.0 } else { 6.0 });
         if round % 17 == 3 {
             pose.translation.vector.x = f64::NAN;
@@ -105,7 +106,7 @@ fn what_has_no_place_or_size_is_not_seen_and_hides_nothing() {
         let from = dice.pose(3.0);
         assert_eq!(distances(&scene, &bundle, from), distances(&mixed, &bundle, from));
     }
-    // A sensor that is nowhere sees nothing.
+    // A sensor with an invalid pose sees nothing.
     assert!(distances(&scene, &bundle, lost).iter().all(|d| f64::from_bits(*d) == f64::INFINITY));
     assert!(distances(&scene, &bundle, turned).iter().all(|d| f64::from_bits(*d) == f64::INFINITY));
 }
@@ -147,7 +148,7 @@ fn many_bundles_see_the_same_on_any_number_of_threads() {
     let one = cast(1);
     assert_eq!(one, cast(2));
     assert_eq!(one, cast(3));
-    // And alone.
+    // The same bundle, cast alone.
     let mut alone = vec![0.0; 5000];
     let question = BundleCast::new(&bundles[1], poses[1], 30.0);
     scene.cast_bundle(&question, BundleHits { distance: &mut alone, ..Default::default() });

@@ -1,4 +1,4 @@
-//! Rays against another library and against closed forms.
+//! Tests of rays against sampled surfaces and closed-form solutions.
 
 use std::sync::Arc;
 
@@ -13,9 +13,9 @@ use super::{
     cast_on, mesh, off_surface,
 };
 
-/// The first crossing of a ray with the patches of a form is one of its own points, and nothing sampled hides it.
+/// A hit of a ray must be on the surface, and no sampled point may be in front of it.
 ///
-/// A sampled point p hides a hit at distance t if it lies almost on the ray and nearer.
+/// A sampled point p is in front of a hit at distance t if it is almost on the ray and nearer.
 #[test]
 fn rays_stop_at_the_surface() {
     let mut dice = Dice(5);
@@ -33,14 +33,14 @@ fn rays_stop_at_the_surface() {
         let beam = Beam::ray(beam_pose, 8.0);
         let hit = cast_on(form.clone(), pose, &beam);
         hits += usize::from(hit.is_some());
-        // On the surface.
+        // The hit must be on the surface.
         if hit.is_some() {
             assert!((hit.point.coords - Vector3::z() * hit.distance).norm() < 1e-12);
             let p = pose.inverse_transform_point(&(beam_pose * hit.point));
             let off = off_surface(&form, &p);
             assert!(off.abs() < 1e-9, "{off} {form:?}");
         }
-        // Nothing nearer.
+        // Nothing may be nearer.
         if matches!(form, Form::Plane) {
             continue;
         }
@@ -49,7 +49,7 @@ fn rays_stop_at_the_surface() {
             for k in 0..1600 {
                 let (p, normal) = patch(f64::from(k % 40) / 39.0, f64::from(k / 40) / 39.0);
                 let (p, normal) = (to_beam * p, to_beam * normal);
-                // Far from grazing, a surface point 1 mm off the ray means a crossing within 2 cm.
+                // Unless the angle is grazing, a surface point 1 mm beside the ray implies a crossing within 2 cm.
                 let near_ray = p.xy().coords.norm() < 1e-3 && p.z > 0.05 && normal.z.abs() > 0.3;
                 assert!(!near_ray || hit.distance < p.z + 0.02, "{p:?} {hit:?}");
             }
@@ -95,7 +95,7 @@ fn limits_hold_for_rays() {
     beam.faces = Faces::FRONT;
     assert!(!cast_on(ball.clone(), place, &beam).is_some());
     beam.near = 0.0;
-    // 0.6 off the centre, the ray meets the ball at an incidence of asin(0.6).
+    // With an offset of 0.6 from the centre, the ray meets the ball at an incidence of asin(0.6).
     let aside = Isometry3::translation(0.6, 0.0, 3.0);
     beam.max_incidence = 0.6_f64.asin() + 1e-6;
     assert!((cast_on(ball.clone(), aside, &beam).distance - 2.2).abs() < 1e-9);
@@ -103,7 +103,7 @@ fn limits_hold_for_rays() {
     assert!(!cast_on(ball, aside, &beam).is_some());
 }
 
-/// Any number at all, also those that are none.
+/// Any number, including NaN and infinities.
 fn any_number() -> impl Strategy<Value = f64> {
     prop_oneof![
         6 => -2.0..2.0,

@@ -1,4 +1,4 @@
-//! Cones against spheres, cylinders and capsules.
+//! Tests of cones against spheres, cylinders and capsules.
 
 use std::f64::consts::{PI, TAU};
 
@@ -31,7 +31,7 @@ fn round_forms_are_met_at_their_nearest_point() {
     assert!(hits > 1200 && sharp * 100 > hits * 90, "{hits} hits, {sharp} confirmed within 0.1 mm");
 }
 
-/// An inscribed mesh of a form of revolution: rings of (radius, z), from pole to pole.
+/// Returns an inscribed mesh of a solid of revolution: rings of (radius, z), from pole to pole.
 fn lathe(rings: &[(f64, f64)], sides: u32) -> Form {
     let mut vertices = Vec::new();
     let mut triangles = Vec::new();
@@ -72,14 +72,14 @@ fn round_forms_agree_with_a_fine_mesh() {
             }
             _ => unreachable!(),
         };
-        // 128 sides and 64 steps per half circle: the mesh is at most 2 * 0.31 mm inside a radius of 1 m.
+        // With 128 sides and 64 steps per half circle, the mesh is at most 2 * 0.31 mm inside a radius of 1 m.
         let gap = 6.2e-4;
         let meshed = lathe(&rings, 128);
         let (pose, beam_pose) = (dice.pose(1.5), dice.pose(1.5));
         let half_angle = dice.between(0.1, 1.2);
         let cone = |half_angle| Beam::cone(beam_pose, half_angle, 10.0);
         let exact = cast_on(form, pose, &cone(half_angle)).distance;
-        // A point that moves by `gap` at distance d turns by at most asin(gap / d).
+        // Moving a point by `gap` at distance d changes its direction by at most asin(gap / d).
         let wide = cast_on(meshed.clone(), pose, &cone(half_angle + 0.02)).distance;
         let slim = cast_on(meshed, pose, &cone(half_angle - 0.02)).distance;
         if wide < 0.05 {
@@ -99,7 +99,7 @@ fn a_ball_beside_the_axis_has_a_closed_form() {
         let off = f64::from(off) * 0.01;
         let place = Isometry3::translation(off.sin(), 0.0, off.cos());
         let hit = cast_on(ball.clone(), place, &beam);
-        // On the cone the ball is met along the ray at `off - 0.2` from its centre.
+        // On the cone's surface, the ball is hit along the ray at `off - 0.2` from its centre.
         let aside = (off - 0.2).max(0.0);
         let expected = aside.cos() - (0.01 - aside.sin().powi(2)).sqrt();
         if aside < 0.1_f64.asin() {
@@ -121,7 +121,7 @@ fn a_pipe_around_the_sensor_is_equally_near_all_around() {
 
 #[test]
 fn a_post_at_the_edge_of_the_cone_is_seen_from_its_flank() {
-    // Upright post at (x, 0, 1), parallel to y: in the plane of its axis and the apex the problem is a circle's.
+    // An upright post at (x, 0, 1), parallel to y: in the plane of the x and z axes, the problem is that of a circle.
     let post = Form::Cylinder { radius: 0.1, half_length: 2.0 };
     let place = Isometry3::new(Vector3::new(0.3, 0.0, 1.0), Vector3::x() * (PI / 2.0));
     let hit = cast_on(post, place, &Beam::cone(Isometry3::identity(), 0.25, 3.0));

@@ -1,4 +1,4 @@
-//! Many targets: the tree against trying every target, filters, ties, threads.
+//! Tests with many targets: the tree against testing every target; filters, ties, threads.
 
 use std::sync::Arc;
 
@@ -86,7 +86,7 @@ fn the_tree_answers_as_trying_every_target_does() {
 #[test]
 fn moved_targets_give_the_same_bits_as_a_new_scene() {
     let mut dice = Dice(8);
-    // More than one task of the thread pool.
+    // Enough for more than one task of the thread pool.
     let mut targets = random_targets(&mut dice, 600);
     let beams = random_beams(&mut dice, 400);
     let mut moved = BeamScene::default();

@@ -1,4 +1,4 @@
-//! The walk of a part's packets through the targets.
+//! Traversal of the targets for the packets of a part.
 
 use fearless_simd::{Level, prelude::*};
 use nalgebra::{Matrix3, Vector3};
@@ -14,11 +14,11 @@ use super::{
 };
 use crate::{BeamScene, simd::dispatch, tree::Quad};
 
-/// The error of a distance, over `(distance + size of the target) / cosine of the incidence`, as a part of what is
-/// tolerated: some roundings of 6e-8 each in a rotation, over 3e-5 m.
+/// Factor of `(distance + size of the target) / cosine of the incidence` that gives the error of a distance, relative
+/// to the tolerance: a few rounding errors of 6e-8 each in a rotation, divided by 3e-5 m.
 const BLUR: f32 = 2.5e-7 / 3e-5;
 
-/// Casts one part of a bundle.
+/// Casts a part of a bundle.
 pub(super) fn part(scene: &BeamScene, level: Level, cast: &BundleCast<'_>, index: usize, hits: BundleHits<'_>) {
     let part = &cast.bundle.parts()[index];
     let pose = &cast.world_from_sensor;
@@ -31,7 +31,7 @@ pub(super) fn part(scene: &BeamScene, level: Level, cast: &BundleCast<'_>, index
     finish::finish(scene, cast, part, &seen, hits);
 }
 
-/// All that a visit of a target needs.
+/// The inputs for visiting a target.
 struct Walk<'a> {
     scene: &'a BeamScene,
     cast: &'a BundleCast<'a>,
@@ -41,15 +41,15 @@ struct Walk<'a> {
     origin: Vector3<f64>,
 }
 
-/// A ball as the sensor sees it, for tests of many cones at once.
+/// A ball as seen from the sensor, to be tested against many cones at once.
 struct Disc {
     centre: [f32; 3],
-    /// Cosine and sine of the angle between centre and rim, times the distance of the centre.
+    /// Cosine and sine of the angle between the centre and the rim, times the distance of the centre.
     cos: f32,
     sin: f32,
-    /// What rounding may do.
+    /// Margin for rounding errors.
     slack: f32,
-    /// No point of the ball is nearer.
+    /// Lower bound of the distance to the ball.
     bound: f32,
 }
 
@@ -64,11 +64,11 @@ impl Disc {
         Self { centre: short(centre), cos, sin, slack: away as f32 * 2e-6, bound }
     }
 
-    /// The cones that may hold something of the ball in front of what was met before.
+    /// Returns the cones that may contain a part of the ball that is nearer than the hits so far.
     #[inline(always)]
     fn seen_by<S: Simd>(&self, simd: S, cones: &Cones, far: &Lanes) -> u64 {
         let axis = V { x: cones.x.load(simd), y: cones.y.load(simd), z: cones.z.load(simd) };
-        // The angle between the axes is at most the sum of the two half angles.
+        // The ball may be visible if the angle between the axes is at most the sum of the two half angles.
         let rim = cones.cos.load(simd) * self.cos - cones.sin.load(simd) * self.sin - self.slack;
         let misses = axis.dot(&self.centre).simd_lt(rim);
         let open = far.load(simd).simd_ge(splat(simd, self.bound));
@@ -113,13 +113,13 @@ fn walk<S: Simd>(
 }
 
 impl Walk<'_> {
-    /// Nothing farther away can matter any more.
+    /// Returns the distance beyond which nothing matters any more.
     #[inline(always)]
     fn reach<S: Simd>(&self, simd: S, seen: &Seen) -> f64 {
         f64::from(seen.group_far.load(simd).reduce_max()) * (1.0 + 1e-5) + 1e-5
     }
 
-    /// Tests a target with an end against all packets that may see it; whether something of it was met.
+    /// Tests a finite target against all packets that may see it; returns whether it was hit.
     #[inline(always)]
     fn visit<S: Simd>(&self, simd: S, index: u32, seen: &mut Seen) -> bool {
         let (centre, radius) = self.scene.balls[index as usize];
@@ -136,7 +136,7 @@ impl Walk<'_> {
         any != 0 && self.meet_target(simd, index, &packets, disc.bound, seen)
     }
 
-    /// A target's form and frame, unless it is passed over.
+    /// Returns a target's form and frame, unless it is excluded.
     fn frame(&self, index: u32) -> Option<Frame<'_>> {
         let target = &self.scene.targets[index as usize];
         let wanted = self.cast.skip_group != Some(target.group)
@@ -195,12 +195,12 @@ impl Walk<'_> {
     }
 }
 
-/// A target as a bundle needs it.
+/// A target relative to the sensor.
 struct Frame<'a> {
     form: &'a Form,
-    /// From the sensor's frame to the form's.
+    /// Rotation from the sensor's frame to the form's.
     turn: [[f32; 3]; 3],
-    /// The sensor's, in the form's frame.
+    /// Origin of the sensor in the form's frame.
     origin: Vector3<f64>,
 }
 
@@ -224,20 +224,21 @@ fn inverse(radius: f64) -> f32 {
     if radius > 0.0 { (1.0 / radius) as f32 } else { 0.0 }
 }
 
-/// A target and what is common to its packets.
+/// A target, and what all packets tested against it have in common.
 struct Meet<'a> {
     walk: &'a Walk<'a>,
     index: u32,
-    /// From the sensor's frame to the target's.
+    /// Rotation from the sensor's frame to the target's.
     turn: [[f32; 3]; 3],
-    /// How large the numbers are that the form is described by.
+    /// Magnitude of the numbers that describe the form.
     size: f32,
-    /// No point of the target is nearer.
+    /// Lower bound of the distance to the target.
     bound: f32,
 }
 
 impl Meet<'_> {
-    /// Calls `test` with each packet that is still open, in the target's frame, and keeps up what is known of it.
+    /// Calls `test` for each packet with open rays, in the target's frame, and updates the maxima of the packet's
+    /// distances.
     #[inline(always)]
     fn each<S: Simd>(
         &self,
@@ -284,7 +285,8 @@ impl Meet<'_> {
             |d, best| {
                 let (span, more) = form.span(simd, d);
                 let mut any = false;
-                // Where rays enter; then where they leave, for those that do not count there.
+                // First the points where rays enter; then, for rays whose entry does not count, the points where they
+                // leave.
                 let (mut t, mut leaving) = (span.enter, M::splat(simd, false));
                 let mut open = span.valid;
                 for end in 0..2 {
@@ -331,7 +333,7 @@ impl Meet<'_> {
         )
     }
 
-    /// Takes what lanes of `ok` have met, unless something of a lower number was met at the very same distance.
+    /// Stores the hits of the lanes in `ok`, unless there is a hit of higher priority at exactly the same distance.
     #[inline(always)]
     fn take<S: Simd>(&self, simd: S, mut ok: M<S>, t: F<S>, slope: F<S>, primitive: U<S>, best: &mut Best) -> bool {
         let so_far = best.t.load(simd);
@@ -353,7 +355,8 @@ impl Meet<'_> {
         true
     }
 
-    /// Whether this target's primitive comes before what was met at the same distance: by object, primitive and place.
+    /// Returns whether this target's primitive has priority over another hit at the same distance: by object, primitive
+    /// and index.
     fn before(&self, primitive: u32, other: u32, other_primitive: u32) -> bool {
         let targets = &self.walk.scene.targets;
         other == NONE || {

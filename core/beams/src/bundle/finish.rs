@@ -1,5 +1,4 @@
-//! Turns the results of packets into answers: in the order of the bundle, in 64 bits, and only the fields that were
-//! asked for.
+//! Conversion of packet results to 64-bit results in the order of the bundle, for the requested fields only.
 
 use nalgebra::{Point3, Vector3};
 use tatu_geometry::Form;
@@ -11,7 +10,7 @@ use super::{
 };
 use crate::{BeamScene, Faces, ray, sight::Sight, solid::unit, triangle::triangle};
 
-/// Nothing seen by any ray.
+/// Fills the results for rays that hit nothing.
 pub(super) fn nothing(hits: BundleHits<'_>) {
     hits.distance.fill(f64::INFINITY);
     hits.object.fill(0);
@@ -20,7 +19,7 @@ pub(super) fn nothing(hits: BundleHits<'_>) {
     hits.normal.fill([0.0; 3]);
 }
 
-/// Writes the answers of a part.
+/// Writes the results of a part.
 pub(super) fn finish(scene: &BeamScene, cast: &BundleCast<'_>, part: &PacketGroup, seen: &Seen, hits: BundleHits<'_>) {
     let directions = &cast.bundle.directions()[part.first..part.first + part.rays()];
     let (near, far) = (cast.near.max(0.0), cast.far);
@@ -41,7 +40,7 @@ pub(super) fn finish(scene: &BeamScene, cast: &BundleCast<'_>, part: &PacketGrou
         if best.margin.0[lane] < 0.0 {
             distance = again(scene, cast, index as usize, primitive, direction, distance);
         }
-        // Rounding to 32 bits may have moved the distance past a limit: clamp it.
+        // Rounding to 32 bits may have moved the distance beyond a limit.
         distance = distance.min(far).max(near);
         put(hits.distance, ray, distance);
         put(hits.object, ray, scene.targets[index as usize].object);
@@ -61,10 +60,10 @@ fn put<T>(all: &mut [T], at: usize, value: T) {
     }
 }
 
-/// The distance in 64 bits of a surface that is known to be met.
+/// Recomputes in 64 bits the distance of a surface that is known to be hit.
 ///
-/// Where 64 bits say that the ray passes by, or meets another part of the target, it passes an edge, and what 32 bits
-/// said stays.
+/// If the ray misses or hits another part of the target in 64 bits, it passes close to an edge, and the 32-bit result
+/// is kept.
 #[cold]
 fn again(
     scene: &BeamScene,
@@ -86,7 +85,7 @@ fn again(
     };
     let mut sight = sight.in_form(&target.world_from_target, f64::INFINITY);
     let slack = 0.01 * (1.0 + rough);
-    // The near end of a stretch inside a solid may be too near to count.
+    // The near end of an interval inside a solid may be too close to count.
     sight.near = (rough - slack).max(0.0);
     let exact = match &target.form {
         Form::Mesh { mesh, .. } => triangle(mesh, primitive as usize).map(|t| {
@@ -98,7 +97,7 @@ fn again(
     exact.filter(|t| (t - rough).abs() <= slack).unwrap_or(rough)
 }
 
-/// The normal of a surface on the sensor's side, in the sensor's frame.
+/// Returns the surface normal on the sensor's side, in the sensor's frame.
 fn normal(
     scene: &BeamScene,
     cast: &BundleCast<'_>,

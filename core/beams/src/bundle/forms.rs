@@ -1,40 +1,41 @@
-//! 16 rays against each closed form, in the form's frame.
+//! 16 rays against each analytic form, in the form's frame.
 //!
-//! A ray is inside a convex solid along one stretch; it enters by a front face and leaves by a back face. That is all
-//! that a form reports: the stretch, and when asked which part of the surface is at its ends and how steeply it is met.
+//! A ray is inside a convex solid over one interval: it enters through a front face and leaves through a back face. A
+//! form reports only this interval and, on request, which part of the surface is at its ends and at what angle.
 
 use fearless_simd::prelude::*;
 
 use super::lanes::{F, M, U, V, inverse, splat};
 use crate::simd::{greatest, least};
 
-/// Where rays are inside a solid.
+/// The intervals over which rays are inside a solid.
 #[derive(Clone, Copy)]
 pub(super) struct Span<S: Simd> {
     pub enter: F<S>,
     pub leave: F<S>,
-    /// Rays that meet the solid's line at all, also behind their origin.
+    /// Rays whose line meets the solid, even behind their origin.
     pub valid: M<S>,
 }
 
-/// A form that rays in its own frame can meet.
+/// A form that rays in its own frame can hit.
 pub(super) trait Shape<S: Simd> {
-    /// What the surface's description needs of the crossing.
+    /// Intermediate results that describe the surface at the ends.
     type More: Copy;
 
     fn span(&self, simd: S, d: &V<S>) -> (Span<S>, Self::More);
 
-    /// Cosine between ray and outward normal, and primitive, where rays leave (lanes of `leaving`) or enter.
+    /// Returns the cosine between ray and outward normal, and the primitive, at the point where rays leave (lanes of
+    /// `leaving`) or enter.
     fn surface(&self, simd: S, d: &V<S>, span: &Span<S>, more: &Self::More, leaving: M<S>) -> (F<S>, U<S>);
 }
 
-/// A number with the sign of an end of the stretch: positive where rays leave.
+/// Returns a number with the sign of an end of the interval: positive where rays leave.
 #[inline(always)]
 fn signed<S: Simd>(leaving: M<S>, size: F<S>) -> F<S> {
     leaving.select(size, -size)
 }
 
-/// Between two planes square to an axis.
+/// Returns the interval between two planes perpendicular to an axis.
 #[inline(always)]
 fn slab<S: Simd>(simd: S, low: f32, high: f32, d: F<S>) -> (F<S>, F<S>) {
     let inverse = inverse(simd, d);
@@ -43,7 +44,7 @@ fn slab<S: Simd>(simd: S, low: f32, high: f32, d: F<S>) -> (F<S>, F<S>) {
 }
 
 pub(super) struct Plane {
-    /// Of the rays' origin.
+    /// Height of the rays' origin.
     pub height: f32,
 }
 
@@ -64,13 +65,13 @@ impl<S: Simd> Shape<S> for Plane {
 }
 
 pub(super) struct Cuboid {
-    /// The sides' places relative to the origin.
+    /// Positions of the sides relative to the origin.
     pub low: [f32; 3],
     pub high: [f32; 3],
 }
 
 impl<S: Simd> Shape<S> for Cuboid {
-    /// Where rays pass the planes across x and y, in and out.
+    /// Parameters at which rays cross the planes perpendicular to x and y, in and out.
     type More = [F<S>; 4];
 
     #[inline(always)]
@@ -91,7 +92,7 @@ impl<S: Simd> Shape<S> for Cuboid {
         let across_y = t.simd_eq(leaving.select(y1, y0));
         let along = across_x.select(d.x, across_y.select(d.y, d.z));
         let low = across_x.select(U::splat(simd, 0), across_y.select(U::splat(simd, 2), U::splat(simd, 4)));
-        // Going up, a ray enters by the lower side and leaves by the upper one.
+        // A ray in the positive direction enters through the lower side and leaves through the upper one.
         let upper = along.simd_gt(splat(simd, 0.0)).simd_eq(leaving);
         (signed(leaving, along.abs()), upper.select(low + U::splat(simd, 1), low))
     }
@@ -100,15 +101,16 @@ impl<S: Simd> Shape<S> for Cuboid {
 pub(super) struct Ball {
     pub origin: [f32; 3],
     pub radius: f32,
-    /// One over the radius; 0 for a radius of 0.
+    /// Inverse of the radius; 0 if the radius is 0.
     pub inverse: f32,
 }
 
-/// Half of a ray's way through a ball, and the way to its middle; a half that is no number misses.
+/// Returns half of the length of a ray's chord through a ball, and the distance to its middle; half lengths of rays
+/// that miss are NaN.
 #[inline(always)]
 fn through_ball<S: Simd>(d: &V<S>, origin: [f32; 3], radius: f32) -> (F<S>, F<S>) {
     let middle = -d.dot(&origin);
-    // The square of what the line misses the centre by, from its vector: no digits are lost.
+    // The squared distance of the line from the centre, computed from the vector, which avoids cancellation.
     let (x, y, z) = (d.x * middle + origin[0], d.y * middle + origin[1], d.z * middle + origin[2]);
     let miss = x * x + y * y + z * z;
     ((radius * radius - miss).sqrt(), middle)
@@ -132,17 +134,17 @@ impl<S: Simd> Shape<S> for Ball {
 pub(super) struct Drum {
     pub origin: [f32; 3],
     pub radius: f32,
-    /// One over the radius; 0 for a radius of 0.
+    /// Inverse of the radius; 0 if the radius is 0.
     pub inverse: f32,
-    /// Ends relative to the origin.
+    /// Positions of the ends relative to the origin.
     pub low: f32,
     pub high: f32,
-    /// Whether the origin is not farther from the axis than the radius.
+    /// Whether the distance of the origin from the axis is at most the radius.
     pub within: bool,
 }
 
 impl Drum {
-    /// Where rays are inside the endless cylinder, and half of the chord's square root of its equation.
+    /// Returns the intervals in the infinite cylinder, and the square root of the discriminant.
     #[inline(always)]
     fn side<S: Simd>(&self, simd: S, d: &V<S>) -> (F<S>, F<S>, F<S>) {
         let [x, y, _] = self.origin;
@@ -151,7 +153,7 @@ impl Drum {
         let cross = d.y * x - d.x * y;
         let root = (a * (self.radius * self.radius) - cross * cross).sqrt();
         let scale = splat(simd, 1.0) / a;
-        // Along the axis a ray is either always inside or never.
+        // A ray parallel to the axis is either always inside or never.
         let along = a.simd_lt(splat(simd, 1e-12));
         let far = splat(simd, if self.within { 1e30 } else { f32::NAN });
         (along.select(-far, (-b - root) * scale), along.select(far, (root - b) * scale), root)
@@ -159,7 +161,7 @@ impl Drum {
 }
 
 impl<S: Simd> Shape<S> for Drum {
-    /// In and out of the endless cylinder, and the root of its equation.
+    /// Interval in the infinite cylinder, and the square root of the discriminant.
     type More = [F<S>; 3];
 
     #[inline(always)]
@@ -182,15 +184,15 @@ impl<S: Simd> Shape<S> for Drum {
     }
 }
 
-/// A cylinder with half balls at its ends.
+/// A cylinder with hemispheres at its ends.
 pub(super) struct Pill {
     pub drum: Drum,
-    /// The balls: at the upper end and at the lower one.
+    /// The balls at the upper and at the lower end.
     pub balls: [Ball; 2],
 }
 
 impl<S: Simd> Shape<S> for Pill {
-    /// Root of the side, half ways through the balls, and their stretches.
+    /// Root of the side, half chords through the balls, and their intervals.
     type More = ([F<S>; 3], [F<S>; 4]);
 
     #[inline(always)]
@@ -198,7 +200,7 @@ impl<S: Simd> Shape<S> for Pill {
         let (drum, [_, _, root]) = Shape::<S>::span(&self.drum, simd, d);
         let (up, up_half) = Shape::<S>::span(&self.balls[0], simd, d);
         let (down, down_half) = Shape::<S>::span(&self.balls[1], simd, d);
-        // The solid is convex, so the stretches of its parts make one.
+        // The solid is convex, so the intervals of its parts form one.
         let (never, always) = (splat(simd, f32::INFINITY), splat(simd, f32::NEG_INFINITY));
         let (u0, u1) = (up.valid.select(up.enter, never), up.valid.select(up.leave, always));
         let (d0, d1) = (down.valid.select(down.enter, never), down.valid.select(down.leave, always));

@@ -1,4 +1,4 @@
-//! 16 numbers side by side, with the operations that all levels do alike.
+//! 16 adjacent numbers, with operations that give the same bits at all levels.
 
 use fearless_simd::{f32x16, mask32x16, prelude::*, u32x16};
 use nalgebra::{Matrix3, Vector3};
@@ -9,7 +9,7 @@ pub(super) type F<S> = f32x16<S>;
 pub(super) type M<S> = mask32x16<S>;
 pub(super) type U<S> = u32x16<S>;
 
-/// A component of a direction smaller than this counts as this, so that nothing is divided by zero.
+/// Minimum magnitude of a direction's components, to avoid division by zero.
 const TINY: f32 = 1e-20;
 
 /// 16 vectors.
@@ -42,14 +42,14 @@ impl<S: Simd> V<S> {
         self.x * v[0] + self.y * v[1] + self.z * v[2]
     }
 
-    /// The vectors in another frame.
+    /// Rotates the vectors.
     #[inline(always)]
     pub fn turned(&self, turn: &[[f32; 3]; 3]) -> Self {
         Self { x: self.dot(&turn[0]), y: self.dot(&turn[1]), z: self.dot(&turn[2]) }
     }
 }
 
-/// Rows of a matrix.
+/// Returns the rows of a matrix.
 pub(super) fn rows(m: &Matrix3<f64>) -> [[f32; 3]; 3] {
     [0, 1, 2].map(|i| [m[(i, 0)] as f32, m[(i, 1)] as f32, m[(i, 2)] as f32])
 }
@@ -63,7 +63,7 @@ pub(super) fn splat<S: Simd>(simd: S, value: f32) -> F<S> {
     F::splat(simd, value)
 }
 
-/// One over each; of what is almost zero, a number so large that it does as infinity, but is one.
+/// Returns the inverses; for components near zero it is a finite number large enough to act as infinity.
 #[inline(always)]
 pub(super) fn inverse<S: Simd>(simd: S, d: F<S>) -> F<S> {
     let tiny = splat(simd, TINY);

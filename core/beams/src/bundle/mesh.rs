@@ -1,4 +1,4 @@
-//! 16 rays against a mesh: its tree once more, in 32-bit numbers around the mesh's middle.
+//! 16 rays against a mesh: a copy of its tree with 32-bit numbers relative to the mesh's centre.
 
 use arrayvec::ArrayVec;
 use fearless_simd::prelude::*;
@@ -15,7 +15,7 @@ use crate::{
     triangle::Triangle,
 };
 
-/// Up to four children's boxes.
+/// The boxes of up to four children.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     low: [[f32; 4]; 3],
@@ -32,26 +32,26 @@ struct Flat {
     primitive: u32,
 }
 
-/// A mesh's triangles for packets.
+/// The triangles of a mesh for packets.
 #[derive(Debug)]
 pub(crate) struct PacketTree {
     centre: Vector3<f64>,
-    /// Half of the diagonal.
+    /// Half of the diagonal of the bounding box.
     radius: f64,
     nodes: Vec<Node>,
     triangles: Vec<Flat>,
 }
 
-/// The rays' origin, as a mesh sees it.
+/// The origin of the rays relative to a mesh.
 pub(super) struct Eye {
     origin: [f32; 3],
-    /// Far above what rounding moves a box by.
+    /// Margin for boxes, far larger than rounding errors.
     slack: f32,
-    /// How large numbers are.
+    /// Magnitude of the numbers involved.
     pub size: f32,
 }
 
-/// What 16 rays have met.
+/// The hits of 16 rays.
 pub(super) struct Met<S: Simd> {
     pub ok: M<S>,
     pub t: F<S>,
@@ -60,7 +60,7 @@ pub(super) struct Met<S: Simd> {
 }
 
 impl PacketTree {
-    /// Of a tree over triangles, which are in the order of its leaves.
+    /// Builds the tree for triangles that are in the order of the leaves of `tree`.
     pub fn new(aabb: &Aabb, tree: &Tree, triangles: &[Triangle]) -> Self {
         if triangles.is_empty() {
             return Self { centre: Vector3::zeros(), radius: 0.0, nodes: Vec::new(), triangles: Vec::new() };
@@ -96,14 +96,14 @@ impl PacketTree {
         }
     }
 
-    /// The origin is given in the mesh's frame.
+    /// Prepares an origin in the mesh's frame.
     pub(super) fn eye(&self, origin: &Vector3<f64>) -> Eye {
         let origin = origin - self.centre;
         let size = (origin.norm() + self.radius) as f32;
         Eye { origin: short(&origin), slack: size * 1e-6 + 1e-9, size }
     }
 
-    /// The nearest crossings that count, no farther than `far`; between equal ones the lowest primitive.
+    /// Returns the nearest hits that count, up to distance `far`; among equal ones, the lowest primitive.
     #[inline(always)]
     pub(super) fn cast<S: Simd>(&self, simd: S, eye: &Eye, d: &V<S>, limits: &Limits, far: F<S>) -> Met<S> {
         let no = M::splat(simd, false);
@@ -114,7 +114,7 @@ impl PacketTree {
         let inverse = V { x: inverse(simd, d.x), y: inverse(simd, d.y), z: inverse(simd, d.z) };
         let near = splat(simd, limits.near);
         let mut farthest = far.reduce_max();
-        // Nearest on top: bound, first, count.
+        // Nodes to visit, the nearest on top: lower bound of the distance, first, count.
         let mut stack = ArrayVec::<(f32, u32, u32), STACK>::new();
         stack.push((0.0, 0, 0));
         while let Some((bound, first, count)) = stack.pop() {
@@ -147,7 +147,7 @@ impl PacketTree {
 }
 
 impl Node {
-    /// If a ray may meet something in a child's box: no point of the box is nearer than this.
+    /// Returns a lower bound of the distance to a child's box, if a ray may hit something in it.
     #[inline(always)]
     fn seen<S: Simd>(&self, simd: S, lane: usize, eye: &Eye, inverse: &V<S>, near: F<S>, far: F<S>) -> Option<f32> {
         let (mut enter, mut leave) = (near, far);
@@ -173,7 +173,7 @@ impl Node {
 }
 
 impl Flat {
-    /// Neighbours compute the sign for a shared edge from the same numbers, so no ray slips between them.
+    /// Neighbouring triangles compute the sign for a shared edge from the same numbers, so no ray slips between them.
     #[inline(always)]
     fn cast<S: Simd>(&self, simd: S, eye: &Eye, d: &V<S>, limits: &Limits, near: F<S>, met: &mut Met<S>) -> bool {
         let [a, b, c] = &self.corners;
@@ -212,7 +212,8 @@ fn sub(a: &[f32; 3], b: &[f32; 3]) -> [f32; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// Twice the cross product of an edge's ends, in a form that loses little, and changes its sign alone when they swap.
+/// Returns twice the cross product of an edge's ends, in a form with little cancellation. Swapping the ends changes
+/// only its sign.
 #[inline(always)]
 fn edge(a: &[f32; 3], b: &[f32; 3]) -> [f32; 3] {
     let (d, s) = (sub(a, b), [a[0] + b[0], a[1] + b[1], a[2] + b[2]]);

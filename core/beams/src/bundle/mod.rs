@@ -1,17 +1,17 @@
-//! Bundles of rays of one origin, cast many at a time.
+//! Bundles of rays with a common origin, cast many at a time.
 //!
-//! The rays stand in packets of 16, side by side in the processor's wide registers. Work goes target by target, nearer
-//! ones first: a target's bounding ball is compared with the cones around 16 packets at once, and only the packets that
-//! may see it, and have seen nothing nearer, are tested against its form. The arithmetic is that of 32-bit numbers in
-//! the frame of the target, whose place relative to the sensor is computed in 64 bits; a distance whose error might
-//! matter, on surfaces seen at a grazing angle, is computed again in 64 bits.
+//! The rays are stored in packets of 16, which fit in the processor's wide registers. Targets are visited one by one,
+//! near ones first: a target's bounding sphere is compared with the cones around 16 packets at once, and only packets
+//! that may see it, and have no nearer hit, are tested against its form. Computations use 32-bit numbers in the frame
+//! of the target, whose pose relative to the sensor is computed in 64 bits. A distance with a relevant error, on
+//! surfaces at grazing angles, is recomputed in 64 bits.
 //!
-//! - `query`: what is asked, and where the answers go;
-//! - `pack`: a bundle's packets and the cones around them, made once; `lanes`: 16 numbers side by side;
-//! - `cast`: the walk through the targets; `packet`: what packets have met so far, and the limits of a cast;
-//! - `forms`: 16 rays against each closed form;
+//! - `query`: queries and their results;
+//! - `pack`: packets of a bundle and the cones around them, built once; `lanes`: 16 adjacent numbers;
+//! - `cast`: traversal of the targets; `packet`: intermediate results of packets, and the limits of a cast;
+//! - `forms`: 16 rays against each analytic form;
 //! - `mesh`: 16 rays against triangles;
-//! - `finish`: from packets to answers.
+//! - `finish`: conversion of packet results.
 
 mod cast;
 mod finish;
@@ -34,7 +34,7 @@ use super::BeamScene;
 const FEW: usize = 256;
 
 impl BeamScene {
-    /// Casts a bundle in this thread.
+    /// Casts a bundle on this thread.
     ///
     /// # Panics
     /// If an array of `hits` is neither empty nor as long as the bundle.
@@ -42,10 +42,11 @@ impl BeamScene {
         self.cast_bundle_at(super::simd::level(), cast, hits);
     }
 
-    /// Casts many bundles, of one sensor or of all, on rayon's current pool; what one sees depends on no other.
+    /// Casts many bundles, of one sensor or of several, on rayon's current pool. The results of each bundle are
+    /// independent of the others.
     ///
     /// # Panics
-    /// If an array of answers is neither empty nor as long as its bundle.
+    /// If an array of results is neither empty nor as long as its bundle.
     pub fn cast_bundles<'a>(&self, casts: impl IntoIterator<Item = (BundleCast<'a>, BundleHits<'a>)>) {
         let level = super::simd::level();
         let mut jobs = Vec::new();
@@ -66,7 +67,7 @@ impl BeamScene {
         }
     }
 
-    /// The same with the registers of a given level.
+    /// Like `cast_bundle`, with the registers of a given level.
     pub(super) fn cast_bundle_at(&self, level: fearless_simd::Level, cast: &BundleCast<'_>, hits: BundleHits<'_>) {
         hits.check(cast.bundle.len());
         let mut rest = hits;

@@ -1,15 +1,15 @@
-//! Rays in packets, made once per sensor.
+//! Packets of rays, built once per sensor.
 
 use nalgebra::Vector3;
 
-/// Rays of a packet.
+/// Number of rays in a packet.
 pub(super) const LANES: usize = 16;
-/// Groups of packets of a part: its answers, while they are looked for, fit into the processor's nearest cache.
+/// Number of packet groups in a part, such that its intermediate results fit into the processor's L1 cache.
 pub(super) const GROUPS: usize = 8;
-/// Rays of a part.
+/// Number of rays in a part.
 const PART: usize = GROUPS * LANES * LANES;
 
-/// 16 numbers side by side.
+/// 16 adjacent numbers.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct Lanes(pub [f32; LANES]);
@@ -22,7 +22,7 @@ pub(super) struct Packet {
     pub z: Lanes,
 }
 
-/// Bounding cones with their apex at the sensor: 16 packets' or groups'.
+/// The bounding cones of 16 packets or groups, with their apex at the sensor.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cones {
     pub x: Lanes,
@@ -32,24 +32,24 @@ pub(super) struct Cones {
     pub sin: Lanes,
 }
 
-/// Up to 2048 rays that follow one another.
+/// Up to 2048 consecutive rays.
 #[derive(Debug, Clone)]
 pub(super) struct PacketGroup {
-    /// First ray.
+    /// Index of the first ray.
     pub first: usize,
-    /// Of each lane of each packet, its ray, counted from the first. Lanes that are left over repeat a ray.
+    /// For each lane of each packet, the index of its ray relative to the first. Unused lanes repeat a ray.
     pub order: Vec<u16>,
     pub packets: Vec<Packet>,
-    /// Around each packet, 16 packets a group.
+    /// Bounding cones of packets, 16 packets per group.
     pub cones: Vec<Cones>,
-    /// Around each group.
+    /// Bounding cones of groups.
     pub groups: Cones,
     rays: usize,
 }
 
-/// The directions of a sensor's rays, made ready for [`BeamScene::cast_bundle`](super::BeamScene::cast_bundle).
+/// The directions of a sensor's rays, prepared for [`BeamScene::cast_bundle`](super::BeamScene::cast_bundle).
 ///
-/// Meant to be made once and shared by all sensors that are alike: about 45 bytes a ray.
+/// It should be built once and shared by all sensors that are alike: it takes about 45 bytes per ray.
 #[derive(Debug, Clone)]
 pub struct RayBundle {
     directions: Vec<Vector3<f64>>,
@@ -57,8 +57,8 @@ pub struct RayBundle {
 }
 
 impl RayBundle {
-    /// Makes a bundle of directions in the sensor's frame. They need not be of length 1; one without a length, or with
-    /// something that is no number, sees nothing.
+    /// Builds a bundle from directions in the sensor's frame. They need not be unit vectors. A ray whose direction is
+    /// zero or not finite hits nothing.
     pub fn new(directions: &[[f64; 3]]) -> Self {
         let unit = |d: &[f64; 3]| {
             let d = Vector3::from(*d);
@@ -73,17 +73,17 @@ impl RayBundle {
         Self { parts: parts.collect(), directions }
     }
 
-    /// Number of rays.
+    /// Returns the number of rays.
     pub fn len(&self) -> usize {
         self.directions.len()
     }
 
-    /// Whether there is no ray.
+    /// Returns whether there are no rays.
     pub fn is_empty(&self) -> bool {
         self.directions.is_empty()
     }
 
-    /// The directions, of length 1, in the sensor's frame.
+    /// Returns the directions, unit vectors in the sensor's frame.
     pub fn directions(&self) -> &[Vector3<f64>] {
         &self.directions
     }
@@ -98,7 +98,7 @@ impl PacketGroup {
         let given: Vec<u16> = (0..directions.len() as u16).collect();
         let mut sorted = given.clone();
         sort(&mut sorted, directions);
-        // The given order is kept where it is good: most scanners' rays come one beside the other.
+        // The given order is kept if it is good, since most scanners list adjacent rays consecutively.
         let width = |order: &[u16]| order.chunks(LANES).map(|p| 1.0 - Cone::around(p, directions).cos).sum::<f64>();
         let mut order = if width(&given) <= 1.1 * width(&sorted) { given } else { sorted };
         let rays = order.len();
@@ -126,7 +126,7 @@ impl PacketGroup {
     }
 }
 
-/// Puts rays that are close together one after the other: halves along the widest axis, down to packets.
+/// Sorts rays so that close ones are consecutive: halves them along the widest axis, down to packets.
 fn sort(rays: &mut [u16], directions: &[Vector3<f64>]) {
     if rays.len() <= LANES {
         return;
@@ -146,7 +146,7 @@ fn sort(rays: &mut [u16], directions: &[Vector3<f64>]) {
     sort(right, directions);
 }
 
-/// A cone around directions.
+/// A bounding cone of directions.
 #[derive(Debug, Clone, Copy)]
 struct Cone {
     axis: Vector3<f64>,
@@ -157,21 +157,21 @@ impl Cone {
     fn around(rays: &[u16], directions: &[Vector3<f64>]) -> Self {
         let all = || rays.iter().map(|ray| &directions[*ray as usize]).filter(|d| d.x.is_finite());
         let axis = all().sum::<Vector3<f64>>().try_normalize(1e-9).unwrap_or_else(Vector3::z);
-        // 1 - x loses digits near 1: half the chord's square does not.
+        // Half the square of the chord is more accurate than 1 - x near 1.
         let widest = all().map(|d| (d - axis).norm_squared()).fold(0.0, f64::max);
         Self { axis, cos: 1.0 - 0.5 * widest }
     }
 }
 
 impl Cones {
-    /// Lanes without a cone are never asked for.
+    /// Packs cones into lanes; lanes without a cone are never used.
     fn new(cones: &[Cone]) -> Self {
         let lane = |of: fn(&Cone) -> f64| {
             let mut lanes = Lanes([0.0; LANES]);
             lanes.0.iter_mut().zip(cones).for_each(|(lane, cone)| *lane = of(cone) as f32);
             lanes
         };
-        // A cone wider than a half space sees everything: an axis without length does in the test.
+        // A cone wider than a half space sees everything. With a zero axis, the test always passes.
         Self {
             x: lane(|c| if c.cos > 0.0 { c.axis.x } else { 0.0 }),
             y: lane(|c| if c.cos > 0.0 { c.axis.y } else { 0.0 }),

@@ -1,4 +1,4 @@
-//! What packets have met so far, and the limits of a cast.
+//! Intermediate results of packets, and the limits of a cast.
 
 use arrayvec::ArrayVec;
 use fearless_simd::prelude::*;
@@ -9,26 +9,26 @@ use super::{
     query::BundleCast,
 };
 
-/// No target.
+/// Stands for no target.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// What the rays of a packet have met so far.
+/// The nearest hits of a packet so far.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct Best {
     pub t: Lanes,
-    /// Below zero: to be computed again.
+    /// Negative: to be recomputed in 64 bits.
     pub margin: Lanes,
     pub target: [u32; LANES],
     pub primitive: [u32; LANES],
 }
 
-/// What a part has met so far.
+/// The nearest hits of a part so far.
 pub(super) struct Seen {
     pub best: ArrayVec<Best, { GROUPS * LANES }>,
-    /// Of each packet, the farthest of its rays' nearest distances; below zero where there is no packet.
+    /// For each packet, the maximum of its rays' nearest distances; negative if there is no packet.
     pub far: [Lanes; GROUPS],
-    /// The same of each group.
+    /// The same maximum for each group.
     pub group_far: Lanes,
 }
 
@@ -54,7 +54,7 @@ pub(super) struct Limits {
     pub cos: f32,
     pub front: bool,
     pub back: bool,
-    /// Both sides are seen at any incidence.
+    /// Whether both sides are visible at any incidence.
     pub all: bool,
 }
 
@@ -67,7 +67,7 @@ impl Limits {
         let ordered = near <= cast.far && (front || back);
         ordered.then(|| Self {
             near: near as f32,
-            // So far away nothing is, and no product of it overflows.
+            // Nothing is this far away, and products with it do not overflow.
             far: cast.far.min(1e15) as f32,
             cos: cos as f32,
             front,
@@ -76,7 +76,7 @@ impl Limits {
         })
     }
 
-    /// Crossings that count, of which the slope is known: the cosine between ray and outward normal.
+    /// Returns the hits that count, given the slope: the cosine between ray and outward normal.
     #[inline(always)]
     pub fn shows<S: Simd>(&self, simd: S, slope: F<S>) -> M<S> {
         let zero = splat(simd, 0.0);

@@ -1,52 +1,52 @@
-//! What is asked of a bundle, and where the answers go.
+//! Queries with bundles, and their results.
 
 use nalgebra::Isometry3;
 
 use super::pack::RayBundle;
 use crate::Faces;
 
-/// One question: what all rays of a bundle see.
+/// A query: what all rays of a bundle see.
 ///
-/// A ray sees what a [`Beam`](crate::Beam) with [`Volume::Ray`](crate::Volume::Ray) and the same limits sees. Distances
-/// differ from its by less than 1e-4 m up to 100 m, but for rays that pass an edge by less than that.
+/// A ray sees the same as a [`Beam`](crate::Beam) with [`Volume::Ray`](crate::Volume::Ray) and the same limits. Up to
+/// 100 m, distances differ by less than 1e-4 m, except for rays that pass an edge by less than that.
 #[derive(Debug, Clone, Copy)]
 pub struct BundleCast<'a> {
     /// The rays.
     pub bundle: &'a RayBundle,
-    /// The sensor's place; the rays begin at its origin.
+    /// Pose of the sensor; the rays start at its origin.
     pub world_from_sensor: Isometry3<f64>,
-    /// Least distance, in metres.
+    /// Minimum distance, m.
     pub near: f64,
-    /// Greatest distance, in metres.
+    /// Maximum distance, m.
     pub far: f64,
-    /// Greatest angle between surface normal and ray, in radians; pi/2 or more is no limit.
+    /// Maximum angle between surface normal and ray, rad; pi/2 or more: no limit.
     pub max_incidence: f64,
-    /// Sides seen.
+    /// Visible sides of faces.
     pub faces: Faces,
-    /// A group that is passed over.
+    /// A group of targets that is ignored.
     pub skip_group: Option<u32>,
-    /// The one object that is looked for; the others neither count nor hide it.
+    /// The only visible object, if set; others neither count nor hide it.
     pub only_object: Option<u64>,
 }
 
-/// Where the answers go: one place per ray and array, in the order of the bundle's directions. An empty array asks for
-/// nothing; without `point` and `normal` a cast is faster.
+/// Result arrays, with one element per ray in the order of the bundle's directions. Empty arrays are not filled;
+/// without `point` and `normal` a cast is faster.
 #[derive(Debug, Default)]
 pub struct BundleHits<'a> {
-    /// From the origin, in metres; infinity when nothing is seen.
+    /// Distance from the origin, m; infinity: no hit.
     pub distance: &'a mut [f64],
-    /// The tag of the target; 0 when nothing is seen.
+    /// Tag of the target; 0: no hit.
     pub object: &'a mut [u64],
-    /// The place on the form, as in [`Hit::primitive`](crate::Hit::primitive); 0 when nothing is seen.
+    /// Primitive of the form, as in [`Hit::primitive`](crate::Hit::primitive); 0: no hit.
     pub primitive: &'a mut [u32],
-    /// The point in the sensor's frame; zero when nothing is seen.
+    /// Point in the sensor's frame, m; zero: no hit.
     pub point: &'a mut [[f64; 3]],
-    /// The surface normal on the side of the sensor, in its frame; zero when nothing is seen.
+    /// Surface normal on the sensor's side, in the sensor's frame; zero: no hit.
     pub normal: &'a mut [[f64; 3]],
 }
 
 impl<'a> BundleCast<'a> {
-    /// All rays of a bundle to `far` metres, with both sides seen and no other limit.
+    /// Creates a query for all rays of a bundle up to `far` m, with both sides visible and no other limits.
     pub fn new(bundle: &'a RayBundle, world_from_sensor: Isometry3<f64>, far: f64) -> Self {
         Self {
             bundle,
@@ -62,14 +62,14 @@ impl<'a> BundleCast<'a> {
 }
 
 impl BundleHits<'_> {
-    /// Panics unless each array is empty or has a place for each ray.
+    /// Panics unless each array is empty or has an element per ray.
     pub(super) fn check(&self, rays: usize) {
         let lengths =
             [self.distance.len(), self.object.len(), self.primitive.len(), self.point.len(), self.normal.len()];
         assert!(lengths.iter().all(|n| *n == 0 || *n == rays), "each ray needs a place for its answer");
     }
 
-    /// The answers of the first `rays` rays, and the others.
+    /// Splits off the results of the first `rays` rays.
     pub(super) fn split(self, rays: usize) -> (Self, Self) {
         fn cut<T>(all: &mut [T], at: usize) -> (&mut [T], &mut [T]) {
             all.split_at_mut(at.min(all.len()))

@@ -1,9 +1,9 @@
-//! The nearest point of a sphere, or of the half of it that ends a capsule, in a convex volume.
+//! The nearest point of a sphere, or of the hemisphere that caps a capsule, in a convex volume.
 //!
-//! Points of a sphere at one distance from the origin form a circle around the line to its centre, and all limits but
-//! the volume's are limits on that distance. So the nearest point that counts is at an end of one of these limits,
-//! somewhere on its circle; or on a plane of the volume, where the circle in which it cuts the sphere is nearest or
-//! farthest; or where two planes and the sphere meet.
+//! Points of a sphere at the same distance from the origin form a circle around the line to its centre, and every limit
+//! except the volume is a limit on that distance. So the nearest point that counts is somewhere on the circle at an end
+//! of one of these limits; or on a plane of the volume, at the nearest or farthest point of the circle in which it cuts
+//! the sphere; or where two planes and the sphere meet.
 
 use arrayvec::ArrayVec;
 use nalgebra::Vector3;
@@ -11,14 +11,15 @@ use nalgebra::Vector3;
 use super::{Convex, Half, TOUCH};
 use crate::planar::any_perpendicular;
 
-/// Slack for conditions that a candidate meets exactly but for rounding.
+/// Tolerance for conditions that a candidate meets exactly except for rounding.
 const SLACK: f64 = 1e-11;
-/// Planes that approach a round side.
+/// Maximum number of planes that approximate a round side.
 const CUTS: usize = 40;
 
 type Planes = ArrayVec<Half, { 6 + 1 + CUTS }>;
 
-/// The nearest point of a sphere that counts; `centre` relative to the origin. With `half`, only the part on that side.
+/// Returns the nearest point of a sphere that counts; `centre` is relative to the origin. With `half`, only the
+/// hemisphere on that side is considered.
 pub(super) fn sphere(
     space: &Convex,
     centre: &Vector3<f64>,
@@ -41,23 +42,24 @@ pub(super) fn sphere(
     }
 }
 
-/// A sphere as the origin sees it.
+/// A sphere in relation to the origin.
 struct View<'a> {
     space: &'a Convex,
     centre: Vector3<f64>,
     radius: f64,
-    /// Distance of the centre.
+    /// Distance to the centre.
     away: f64,
     /// `away^2 - radius^2`.
     power: f64,
-    /// Direction of the centre, and two at right angles.
+    /// Unit vector towards the centre.
     ahead: Vector3<f64>,
     beside: [Vector3<f64>; 2],
 }
 
 impl<'a> View<'a> {
     fn new(space: &'a Convex, centre: &Vector3<f64>, radius: f64) -> Self {
-        // From its very middle, a sphere is equally far in all directions: it is moved by nothing that matters.
+        // At its exact centre a sphere is equally far in all directions; a negligible displacement avoids the special
+        // case.
         let least = 1e-10 * radius;
         let centre = if centre.norm() < least { space.sight.axis * least } else { *centre };
         let away = centre.norm();
@@ -128,7 +130,7 @@ impl<'a> View<'a> {
         best
     }
 
-    /// Whether points at a distance pass all limits but the volume's.
+    /// Whether points at a distance pass all limits except the volume.
     fn counts(&self, d: f64) -> bool {
         let sight = &self.space.sight;
         let size = self.away + self.radius;
@@ -136,14 +138,14 @@ impl<'a> View<'a> {
         if !(d >= sight.near && d <= sight.far && d > 0.0 && on_sphere) {
             return false;
         }
-        // Positive on the front: the cosine of the incidence.
+        // Cosine of the incidence; positive on the front.
         let cos = (self.power - d * d) / (2.0 * self.radius * d);
         let slack = SLACK * size / self.radius;
         (sight.faces.front && cos >= sight.cos_incidence - slack)
             || (sight.faces.back && -cos >= sight.cos_incidence - slack)
     }
 
-    /// A point at a distance that is behind all planes.
+    /// Returns a point at a distance that is behind all planes.
     fn on_circle(&self, d: f64, planes: &[Half]) -> Option<Vector3<f64>> {
         let cos = ((d * d + self.power) / (2.0 * self.away * d)).clamp(-1.0, 1.0);
         let (middle, width) = (self.ahead * (d * cos), d * (1.0 - cos * cos).max(0.0).sqrt());
@@ -153,7 +155,7 @@ impl<'a> View<'a> {
         if inside(&start) {
             return Some(start);
         }
-        // The arcs behind the planes begin and end where the circle crosses them; or they are the whole circle.
+        // The arcs behind the planes begin and end at crossings, unless the whole circle is behind them.
         for plane in planes {
             let (x, y) = (plane.normal.dot(&self.beside[0]), plane.normal.dot(&self.beside[1]));
             let turn = libm::atan2(y, x);

@@ -8,18 +8,18 @@ use crate::planar::any_perpendicular;
 
 /// Number of cuts after which the remaining error is within rounding.
 const CUTS: usize = 56;
-/// Corners of a face after all cuts.
+/// Maximum number of corners of a face after all cuts.
 const CORNERS: usize = 4 + 6 + CUTS + 2;
 
-/// A round rim of a face.
+/// The circular rim of a face.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rim {
     pub centre: Vector3<f64>,
     pub radius: f64,
 }
 
-/// The nearest point that counts of a convex polygon, or of the disc in it that `rim` bounds; corners relative to the
-/// origin, counter-clockwise around `normal`.
+/// Returns the nearest point that counts of a convex polygon, or of the disc in it that `rim` bounds; the corners are
+/// relative to the origin, counter-clockwise around `normal`.
 pub(crate) fn flat(
     space: &Convex,
     corners: &[Vector3<f64>],
@@ -36,7 +36,8 @@ pub(crate) fn flat(
     for plane in &space.planes {
         face.clip(plane);
     }
-    // The nearest point of what holds the region; what is outside of it is cut off.
+    // Takes the nearest point of a polygon that contains the region; while the point is outside the region, it is cut
+    // off.
     let mut point = face.nearest()?;
     for _ in 0..CUTS {
         let place = face.place(&point);
@@ -55,7 +56,7 @@ pub(crate) fn flat(
     if distance >= sight.near {
         return Some((distance, place));
     }
-    // The region is convex: if some of it is beyond the near limit, some of it is on the limit.
+    // The region is convex: if part of it is beyond the near limit, some point of it is on the limit.
     for _ in 0..CUTS {
         let far = face.corners.iter().copied().max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()))?;
         let place = face.place(&far);
@@ -70,7 +71,7 @@ pub(crate) fn flat(
     None
 }
 
-/// A convex polygon in its plane; the plane's origin is the foot of the perpendicular.
+/// A convex polygon in its plane, whose origin is the foot of the perpendicular.
 struct Face {
     foot: Vector3<f64>,
     u: Vector3<f64>,
@@ -100,18 +101,19 @@ impl Face {
         self.foot + self.u * x.x + self.v * x.y
     }
 
-    /// A plane that cuts off a point outside of the volume or the rim.
+    /// Returns a plane that separates a point outside the volume or the rim from the region; `None` if the point is
+    /// inside.
     fn outside(&self, space: &Convex, rim: Option<Rim>, place: &Vector3<f64>) -> Option<Half> {
         let rim = rim.and_then(|rim| {
             let out = place - rim.centre;
             let normal = out.try_normalize(1e-300)?;
             (out.norm() > rim.radius + TOUCH).then(|| Half { normal, height: normal.dot(&rim.centre) + rim.radius })
         });
-        // Planes were cut off exactly; only what is round is approached.
+        // The volume's planes were clipped exactly; only round sides are approximated.
         rim.or_else(|| space.side.map(|side| side.touching(place)).filter(|plane| plane.excess(place) > TOUCH))
     }
 
-    /// Takes away what is in front of a plane.
+    /// Removes the part in front of a plane.
     fn clip(&mut self, plane: &Half) {
         let (slope, height) = (self.flat(&plane.normal), plane.height - plane.normal.dot(&self.foot));
         let excess = |x: &Vector2<f64>| slope.dot(x) - height;
@@ -131,7 +133,7 @@ impl Face {
         self.corners = out;
     }
 
-    /// The point nearest to the foot.
+    /// Returns the point nearest to the foot.
     fn nearest(&self) -> Option<Vector2<f64>> {
         let corners = &self.corners;
         let n = corners.len();
@@ -152,7 +154,7 @@ impl Face {
         if inside && area > 0.0 && n > 2 { Some(Vector2::zeros()) } else { best }
     }
 
-    /// The point between a near and a far one at a distance from the sensor.
+    /// Returns the point between a near and a far one that has a given distance from the sensor.
     fn at(&self, near: &Vector2<f64>, far: &Vector2<f64>, distance: f64) -> Vector2<f64> {
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..60 {

@@ -1,9 +1,9 @@
-//! Volumes that are convex: pyramids, cylinders and flat sectors, against every form.
+//! Convex volumes (pyramids, cylinders and flat sectors) against every form.
 //!
-//! A volume is what lies behind some planes, and within a round side if it has one. The nearest point of a flat face in
-//! it is found by clipping the face and measuring; a round side is approached from outside by the planes that touch it
-//! where the point found so far is outside, so each step's distance is a lower bound, and the last one's point is in the
-//! volume. Balls have a closed form of their own, sides of cylinders a search along one angle.
+//! A volume is the intersection of half-spaces and of a round side if it has one. The nearest point of a flat face in
+//! it is found by clipping the face; a round side is approximated from outside by tangent planes at the points that
+//! turn out to be outside, so each step's distance is a lower bound and the final point is in the volume. Spheres have
+//! a closed form of their own, and sides of cylinders use a search over one angle.
 
 mod ball;
 mod flat;
@@ -18,10 +18,10 @@ use super::{aabb::SLACK, beam::Volume, sight::Sight};
 pub(super) use flat::flat;
 pub(super) use solid::cast;
 
-/// How far outside a round side a point may be that counts as inside, in metres.
+/// Maximum distance outside a round side at which a point still counts as inside, in metres.
 const TOUCH: f64 = 1e-11;
 
-/// What lies behind a plane: `normal . p <= height`.
+/// A half-space: `normal . p <= height`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Half {
     pub normal: Vector3<f64>,
@@ -29,13 +29,13 @@ pub(super) struct Half {
 }
 
 impl Half {
-    /// How far a point is in front.
+    /// Returns the signed distance of a point in front of the plane.
     pub fn excess(&self, p: &Vector3<f64>) -> f64 {
         self.normal.dot(p) - self.height
     }
 }
 
-/// A round side around the volume's axis: at a height along it, its radius is `radius + rise * height`.
+/// A round side around the axis of the volume; at a height along the axis, its radius is `radius + rise * height`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Taper {
     axis: Vector3<f64>,
@@ -44,7 +44,7 @@ pub(super) struct Taper {
 }
 
 impl Taper {
-    /// The plane that touches the side next to a point.
+    /// Returns the tangent plane of the side nearest to a point.
     pub fn touching(&self, p: &Vector3<f64>) -> Half {
         let along = self.axis.dot(p);
         let out = (p - self.axis * along).try_normalize(1e-300).unwrap_or_else(Vector3::zeros);
@@ -53,22 +53,22 @@ impl Taper {
     }
 }
 
-/// A convex volume with the sight's origin as its own, in the frame of the form it is tested against.
+/// A convex volume relative to the origin of the sight, in the frame of the form it is tested against.
 ///
-/// The sight's near and far count as distances, besides the planes.
+/// The near and far limits of the sight apply to distances, in addition to the planes.
 #[derive(Debug, Clone)]
 pub(super) struct Convex {
     pub sight: Sight,
     planes: ArrayVec<Half, 6>,
     side: Option<Taper>,
-    /// Nothing of the volume is farther from the origin.
+    /// Maximum distance of any point of the volume from the origin.
     size: f64,
 }
 
-/// An angle wider than this is cut into pieces, so that each is convex by a good margin.
+/// Maximum angle of a piece, in radians. Wider sectors are split, so that each piece is convex by a good margin.
 const WIDEST: f64 = 2.0;
 
-/// Into how many convex pieces a volume is cut.
+/// Returns the number of convex pieces into which a volume is split.
 pub(super) fn pieces(volume: &Volume) -> usize {
     match volume {
         Volume::Disc { angle, gap, .. } => {
@@ -79,18 +79,18 @@ pub(super) fn pieces(volume: &Volume) -> usize {
     }
 }
 
-/// Pieces on each side of a gap, and sides.
+/// Returns the number of pieces on each side of a gap, and the number of sides.
 fn arcs(angle: f64, gap: f64) -> (usize, usize) {
     let sides = if gap > 0.0 { 2 } else { 1 };
     let width = (angle - gap.max(0.0)).max(0.0) / sides as f64;
-    // At most a full turn; what is no number makes one piece, in which nothing is found.
+    // At most a full turn; a NaN angle makes one piece, in which nothing is found.
     (((width / WIDEST).ceil() as usize).clamp(1, 4), sides)
 }
 
 impl Convex {
-    /// A piece of a volume, in the beam's frame; nothing where it is empty or no such volume.
-    // Within its caller the compiler begins it before it knows the volume: a ray then computes with what another volume's
-    // sizes would be, mostly denormal numbers, at a fifth of its cost.
+    /// Returns one piece of a volume, in the frame of the beam; `None` if it is empty or its sizes are invalid.
+    // Never inlined: otherwise the compiler hoists part of it above the match on the volume. A ray would then compute
+    // with fields of other variants, mostly denormal numbers, which takes a fifth of its time.
     #[inline(never)]
     pub fn new(sight: &Sight, volume: &Volume, piece: usize) -> Option<Self> {
         let (near, far) = (sight.near, sight.far);
@@ -100,7 +100,7 @@ impl Convex {
         };
         let ends = [half(0.0, 0.0, 1.0, far), half(0.0, 0.0, -1.0, -near)];
         let flat_ends = Sight { near: 0.0, far: f64::INFINITY, ..*sight };
-        // How much a half size grows per metre, and what it would be at the origin.
+        // Growth of a half size per metre, and its value at the origin.
         let line = |at_near: f64, at_far: f64| {
             let rise = (at_far - at_near) / (far - near);
             (rise, at_near - rise * near)
@@ -163,7 +163,7 @@ impl Convex {
         }
     }
 
-    /// The same volume turned, such as from the beam's frame into the world's.
+    /// Returns the volume rotated, for example from the frame of the beam into that of the world.
     pub fn turned(&self, turn: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Self {
         let mut out = self.clone();
         for plane in &mut out.planes {
@@ -175,14 +175,14 @@ impl Convex {
         out
     }
 
-    /// The same volume in a form's frame, looking no further than `far`.
+    /// Returns the volume in the frame of a form, limited to the distance `far`.
     pub fn in_form(&self, world_from_form: &Isometry3<f64>, far: f64) -> Self {
         let mut out = self.turned(|v| world_from_form.inverse_transform_vector(v));
         out.sight = self.sight.in_form(world_from_form, far);
         out
     }
 
-    /// The volume and all points within `by` of it, or some more.
+    /// Returns a volume that contains this one and all points within `by` of it.
     fn grown(&self, by: f64) -> Self {
         let mut out = self.clone();
         for plane in &mut out.planes {
@@ -195,7 +195,7 @@ impl Convex {
         out
     }
 
-    /// A plane with the volume behind it and a point in front by more than `slack`.
+    /// Returns a plane with the volume behind it and the point more than `slack` in front of it, if there is one.
     pub fn cut(&self, p: &Vector3<f64>, slack: f64) -> Option<Half> {
         let side = self.side.map(|side| side.touching(p));
         let planes = self.planes.iter().copied().chain(side);
@@ -203,12 +203,12 @@ impl Convex {
         (worst.excess(p) > slack).then_some(worst)
     }
 
-    /// Whether a ball misses the volume for certain.
+    /// Whether a sphere certainly misses the volume. False does not mean that they meet.
     pub fn misses_ball(&self, centre: &Vector3<f64>, radius: f64) -> bool {
         self.cut(centre, radius).is_some() || centre.norm() - radius > self.size
     }
 
-    /// Whether a box misses the volume for certain; its middle relative to the origin, and half of its size.
+    /// Whether a box certainly misses the volume; `centre` is relative to the origin, `half` is half its size.
     pub fn misses_box(&self, centre: &Vector3<f64>, half: &Vector3<f64>) -> bool {
         let beyond = |plane: &Half| plane.excess(centre) > plane.normal.abs().dot(half) + SLACK;
         self.planes.iter().any(beyond) || self.side.is_some_and(|side| beyond(&side.touching(centre)))

@@ -1,5 +1,5 @@
-//! The curved side of a cylinder or capsule in a convex volume: a search along one angle that cannot miss, as that of a
-//! cone (see `cylinder`): what is dropped has a lower bound that is above the best point so far.
+//! The curved side of a cylinder or capsule in a convex volume: a branch-and-bound search over one angle, as for a cone
+//! (see `cylinder`). Intervals are dropped only if their lower bound is above the best point so far.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -8,25 +8,25 @@ use nalgebra::Vector3;
 use super::{Convex, flat};
 use crate::{beam::Faces, planar::quadratic};
 
-/// How far the distance may exceed the true minimum, in metres.
+/// Maximum excess over the true minimum distance, in metres.
 const TOLERANCE: f64 = 2e-10;
-/// Intervals of one level; more means that a whole stretch is equally near.
+/// Maximum number of intervals per level; more means that a whole stretch is equally near.
 const WIDEST: usize = 128;
-/// After so many halvings the samples are closer than rounding.
+/// Maximum number of halvings, after which the samples are closer than rounding.
 const DEEPEST: usize = 44;
 
-/// A cylinder's side, in the frame of the volume.
+/// The side of a cylinder, together with the volume in the frame of the cylinder.
 pub(super) struct Side<'a> {
     pub space: &'a Convex,
     pub radius: f64,
     pub half_length: f64,
 }
 
-/// A point of the side: distance, place relative to the origin, outward normal.
+/// A point of the side: its distance, its position relative to the origin, and its outward normal.
 pub(super) type OnSide = (f64, Vector3<f64>, Vector3<f64>);
 
 impl Side<'_> {
-    /// The nearest point that counts.
+    /// Returns the nearest point that counts.
     pub fn nearest(&self) -> Option<OnSide> {
         let sight = &self.space.sight;
         let origin = sight.origin.coords;
@@ -68,7 +68,7 @@ impl Side<'_> {
         best
     }
 
-    /// Takes the nearest point on the straight line at one angle.
+    /// Offers the nearest point on the straight line along the surface at one angle.
     fn sample(&self, angle: f64, best: &mut Option<OnSide>) {
         let sight = &self.space.sight;
         let normal = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0);
@@ -82,7 +82,8 @@ impl Side<'_> {
         }
     }
 
-    /// No point that counts within `half_width` of an angle is nearer than this; nothing where none counts.
+    /// Returns a lower bound of the distance of all points that count within `half_width` of an angle; `None` if none
+    /// counts.
     fn bound(&self, middle: f64, half_width: f64) -> Option<f64> {
         let sight = &self.space.sight;
         // The strip lies halfway between the chord and the tangent of its arc.
@@ -102,7 +103,7 @@ impl Side<'_> {
         grown.sight.far = sight.far + offset;
         grown.sight.faces = Faces::BOTH;
         if sight.cos_incidence > 0.0 {
-            // A point this far away turns by at most this much when it moves by `offset`.
+            // Moving a point at this distance by `offset` changes its direction by at most `turn`.
             let turn = libm::asin(offset / least);
             let widest = libm::acos(sight.cos_incidence) + half_width + turn;
             grown.sight.cos_incidence = libm::cos(widest.min(FRAC_PI_2)).max(0.0);
@@ -114,7 +115,8 @@ impl Side<'_> {
     }
 }
 
-/// The nearest point of a straight piece in the volume, from `start` along `way`, from the near limit to `reach`.
+/// Returns the nearest point in the volume of the line segment from `start` along `way`, from the near limit to
+/// `reach`.
 fn segment(space: &Convex, start: &Vector3<f64>, way: &Vector3<f64>, reach: f64) -> Option<(f64, Vector3<f64>)> {
     let (mut low, mut high) = (0.0, 1.0);
     for plane in &space.planes {
@@ -128,13 +130,13 @@ fn segment(space: &Convex, start: &Vector3<f64>, way: &Vector3<f64>, reach: f64)
         }
     }
     if let Some(side) = &space.side {
-        // Within the round side, and on the side of its tip where it widens: |across|^2 <= (radius + rise along)^2.
+        // Inside the round side, and on the right side of its tip if it widens: |across|^2 <= (radius + rise along)^2.
         let (a0, a1) = (side.axis.dot(start), side.axis.dot(way));
         let (c0, c1) = (start - side.axis * a0, way - side.axis * a1);
         let (r0, r1) = (side.radius + side.rise * a0, side.rise * a1);
         let (a, b, c) = (c1.norm_squared() - r1 * r1, 2.0 * (c0.dot(&c1) - r0 * r1), c0.norm_squared() - r0 * r0);
         let inside = |t: f64| (c0 + c1 * t).norm() <= r0 + r1 * t + 1e-12;
-        // The volume is convex: between its crossings the line is inside, or it is nowhere.
+        // The volume is convex: at most one stretch between crossings is inside.
         let mut cuts = [low, high, low, high];
         for (cut, root) in cuts[2..].iter_mut().zip(quadratic(a, b, c)) {
             *cut = root.filter(|t| *t > low && *t < high).unwrap_or(*cut);

@@ -1,44 +1,44 @@
-//! How the rows of an image are cut into bands, each drawn by one task.
+//! The division of an image into bands of rows, each drawn by one task.
 
 use std::ops::Range;
 
-/// Bands for each thread: what is in sight is seldom spread evenly over the rows.
+/// Bands per thread: several, since the visible surfaces are seldom spread evenly over the rows.
 const BANDS: usize = 4;
-/// Least rows of a band; what reaches over its border is drawn once more.
+/// Minimum number of rows per band; surfaces that cross a boundary between bands are processed once per band.
 const LEAST_ROWS: usize = 16;
 
-/// How an image is cut.
+/// The division of an image into bands.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bands {
-    /// Of the image.
+    /// Rows of the image.
     rows: usize,
-    /// Of a band; the last of the image may have less.
+    /// Rows of a band; the last band of the image may have fewer.
     height: usize,
 }
 
 impl Bands {
-    /// An image of so many rows, for so many threads.
+    /// Divides an image of `rows` rows for `threads` threads.
     pub fn new(rows: usize, threads: usize) -> Self {
         let bands = if threads == 1 { 1 } else { BANDS * threads };
         Self::of_height(rows, rows.div_ceil(bands).max(LEAST_ROWS))
     }
 
-    /// The same with bands of so many rows.
+    /// Divides an image into bands of `height` rows.
     pub fn of_height(rows: usize, height: usize) -> Self {
         Self { rows, height: height.clamp(1, rows) }
     }
 
-    /// How many there are.
+    /// Returns the number of bands.
     pub fn count(&self) -> usize {
         self.rows.div_ceil(self.height)
     }
 
-    /// First row of each, and the one after the last.
+    /// Returns the first and the end row of each band.
     pub fn rows(&self) -> impl Iterator<Item = (usize, usize)> {
         (0..self.rows).step_by(self.height).map(|row| (row, self.rows.min(row + self.height)))
     }
 
-    /// Those that some rows of the image, at least one, reach into.
+    /// Returns the bands that overlap a range of rows, which must not be empty.
     pub fn reached(&self, rows: (u32, u32)) -> Range<usize> {
         rows.0 as usize / self.height..(rows.1 as usize).div_ceil(self.height)
     }

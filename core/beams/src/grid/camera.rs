@@ -1,9 +1,9 @@
-//! From the world to the pixels.
+//! Projection from the world to pixels.
 //!
-//! The view frame is the sensor's with x to the right, and, in perspective, x and y multiplied by the focal length in
-//! pixels. A point there is (x, y, z); it is seen at x/z, y/z pixels from the middle of the image. In an
-//! orthographic image x and y are pixels themselves. Depth is kept as `w`, of which the greater is the nearer: 1/z, or -z
-//! where the image is orthographic. Either is linear in column and row on any plane.
+//! The view frame is that of the sensor with x to the right, and in perspective with x and y multiplied by the focal
+//! length in pixels. A point (x, y, z) of this frame is seen x/z, y/z pixels from the centre of the image. In an
+//! orthographic image x and y are pixels themselves. Depth is stored as `w`, which is greater for nearer points: 1/z,
+//! or -z in an orthographic image. Either is linear in column and row on any plane.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
@@ -17,32 +17,32 @@ pub(super) struct Line {
     pub c: f64,
 }
 
-/// A camera ready for drawing.
+/// A camera prepared for drawing.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Camera {
     pub columns: usize,
     pub rows: usize,
     pub perspective: bool,
-    /// Focal length in pixels, or pixels per metre.
+    /// Focal length in pixels, or pixels per metre if orthographic.
     pub scale: f64,
     pub near: f64,
     pub far: f64,
-    /// Greatest `w` that is seen.
+    /// Maximum visible `w`.
     pub w_near: f32,
-    /// What a pixel holds that sees nothing: just below the least `w`.
+    /// Value of a pixel that sees nothing: just below the minimum visible `w`.
     pub w_nothing: f32,
-    /// World to view, before x and y are multiplied.
+    /// Transform from the world to the view, before x and y are multiplied.
     pub rotation: Matrix3<f64>,
     pub translation: Vector3<f64>,
-    /// Length of the longest ray that goes one metre along the axis.
+    /// Length of the longest ray per metre along the axis.
     pub slant: f64,
 }
 
-/// Most columns and rows.
+/// Maximum number of columns and of rows.
 pub(super) const MOST: u32 = 16_384;
 
 impl Camera {
-    /// Nothing when there is nothing to see: no pixels, no range, a pose that is no number.
+    /// Creates a camera; `None` if it cannot see anything: no pixels, no range or a pose that is not finite.
     pub fn new(grid: &Grid, world_from_sensor: &Isometry3<f64>) -> Option<Self> {
         let half = 0.5 * f64::from(grid.columns);
         let (perspective, scale) = match grid.view {
@@ -80,25 +80,25 @@ impl Camera {
         })
     }
 
-    /// Column and row of the middle of the image.
+    /// Returns the column and row of the centre of the image.
     pub fn middle(&self) -> (f64, f64) {
         (0.5 * self.columns as f64 - 0.5, 0.5 * self.rows as f64 - 0.5)
     }
 
-    /// A point of the view frame, x and y multiplied, and the divisor that makes pixels of them.
+    /// Projects a point of the view frame: x and y multiplied, and the divisor that turns them into pixels.
     pub fn homogeneous(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let divisor = if self.perspective { point.z } else { 1.0 };
         Vector3::new(point.x * self.scale, point.y * self.scale, divisor)
     }
 
-    /// `w` on the plane of all points `p` of the view frame with `normal . p = height`.
+    /// Returns `w` on the plane of all points `p` of the view frame with `normal . p = height`.
     pub fn plane(&self, normal: &Vector3<f64>, height: f64) -> Line {
         let divisor = if self.perspective { height } else { normal.z };
         let (a, b) = (normal.x / (self.scale * divisor), normal.y / (self.scale * divisor));
         self.line_from_middle(a, b, if self.perspective { normal.z / divisor } else { -height / divisor })
     }
 
-    /// A linear function, given in pixels from the middle of the image.
+    /// Converts a linear function given in pixels from the centre of the image.
     pub fn line_from_middle(&self, a: f64, b: f64, c: f64) -> Line {
         let (column, row) = self.middle();
         Line { a, b, c: c - a * column - b * row }
@@ -109,8 +109,7 @@ impl Camera {
         if self.perspective { height < 0.0 } else { normal.z < 0.0 }
     }
 
-    /// The direction of the ray of a pixel, in the view frame, as far as it goes while z grows by one metre; and where
-    /// it meets z = 0.
+    /// Returns the ray of a pixel in the view frame: the point where it meets z = 0, and its direction per metre of z.
     pub fn ray(&self, column: f64, row: f64) -> (Vector3<f64>, Vector3<f64>) {
         let middle = self.middle();
         let (x, y) = ((column - middle.0) / self.scale, (row - middle.1) / self.scale);
@@ -121,12 +120,12 @@ impl Camera {
         }
     }
 
-    /// Whether nothing of a ball in the view frame can be in the image; where it is not sure, it can.
+    /// Whether a sphere in the view frame is certainly outside the image. False does not mean that it is visible.
     pub fn misses(&self, centre: &Vector3<f64>, radius: f64) -> bool {
         let r = radius * (1.0 + 1e-9);
         let h = self.homogeneous(centre);
         let (right, up) = (0.5 * self.columns as f64, 0.5 * self.rows as f64);
-        // How far the borders of the image are behind the ball's surface, where they are.
+        // Lengths of the normals of the side planes, which scale the distances below.
         let (across, along) = if self.perspective {
             (crate::length(self.scale, right), crate::length(self.scale, up))
         } else {
@@ -138,11 +137,11 @@ impl Camera {
             || centre.z - r > self.far
     }
 
-    /// What part of the image the hull of some points of the view frame may cover.
+    /// Returns a part of the image that contains the convex hull of points of the view frame; `None` if it is empty.
     pub fn bounds(&self, points: &[Vector3<f64>]) -> Option<Bounds> {
         let (mut z_low, mut z_high) = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        // Bits of the borders that all points are beyond.
+        // One bit for each side plane that all points are beyond.
         let mut beyond = 15;
         let (right, up) = (0.5 * self.columns as f64, 0.5 * self.rows as f64);
         for point in points {
@@ -164,7 +163,7 @@ impl Camera {
         }
         let middle = self.middle();
         let whole = self.perspective && z_low < 1e-6;
-        // A pixel more on each side, for rounding.
+        // One more pixel on each side allows for rounding.
         let part = |low: f64, high: f64, middle: f64, count: usize| {
             if whole {
                 return (0, count);
@@ -181,13 +180,13 @@ impl Camera {
     }
 }
 
-/// A part of the image.
+/// A rectangular part of the image.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
-    /// First column, and the one after the last.
+    /// First and end column.
     pub columns: (usize, usize),
-    /// First row, and the one after the last.
+    /// First and end row.
     pub rows: (usize, usize),
-    /// Whether all of it is beyond the near plane.
+    /// Whether all points are beyond the near plane.
     pub clear: bool,
 }

@@ -1,7 +1,7 @@
-//! A mesh ready for drawing: neighbouring triangles in vectors of 16, and these in groups.
+//! A mesh prepared for drawing: neighbouring triangles in vectors of 16, which form groups.
 //!
-//! A group is passed over as a whole when it is out of sight or shows only sides that nobody asked for. Triangles hold
-//! their corners themselves: moving a corner once more costs less than looking it up.
+//! A group is skipped as a whole when it is out of sight or shows only sides that are not requested. Triangles hold
+//! their own corners: transforming a shared corner again costs less than looking it up.
 
 use std::collections::HashMap;
 
@@ -11,27 +11,27 @@ use tatu_geometry::Mesh;
 use super::raster::WIDE;
 use crate::{aabb::Aabb, triangle::Triangle};
 
-/// Vectors of a group.
+/// Number of vectors per group.
 const GROUP: usize = 4;
 
-/// A mesh in groups, made once.
+/// A mesh in groups, built once.
 #[derive(Debug)]
 pub(crate) struct Clusters {
-    /// Middle of the mesh, to which corners are relative, and half of its extents; negative when there is nothing.
+    /// Centre of the mesh, to which corners are relative, and half of its extents; negative if the mesh is empty.
     pub(super) centre: Vector3<f64>,
     pub(super) half: Vector3<f64>,
     pub(super) sixteens: Vec<Sixteen>,
-    /// Their numbers in the mesh; apart, since most images do not need them.
+    /// Numbers of the triangles in the mesh; stored separately, since most images do not need them.
     pub(super) primitives: Vec<[u32; WIDE]>,
     pub(super) groups: Vec<Groups>,
     /// Whether only front faces are visible from outside.
     pub(super) closed: bool,
 }
 
-/// 16 triangles; the last of a mesh may be filled up with some that have no area.
+/// 16 triangles; the last vector of a mesh may be padded with triangles of zero area.
 #[derive(Debug, Clone)]
 pub(super) struct Sixteen {
-    /// Of each corner: x, y, z.
+    /// The x, y and z coordinates of each corner.
     pub corners: [[[f32; WIDE]; 3]; 3],
 }
 
@@ -42,25 +42,26 @@ impl Sixteen {
     }
 }
 
-/// Groups looked at together.
+/// Number of groups that are tested together.
 pub(super) const ROW: usize = 8;
 
-/// 8 groups of neighbouring triangles, numbers of one kind side by side; the last of a mesh may be filled up.
+/// 8 groups of neighbouring triangles as a structure of arrays; the last one of a mesh may be padded.
 #[derive(Debug, Clone)]
 pub(super) struct Groups {
-    /// Of the balls around them: x, y and z relative to the middle of the mesh.
+    /// Centres of the bounding spheres: x, y and z relative to the centre of the mesh.
     pub centre: [[f64; ROW]; 3],
     pub radius: [f64; ROW],
-    /// All normals are within an angle of this axis.
+    /// Axis of the cone of normals: all normals are within an angle of it.
     pub axis: [[f64; ROW]; 3],
-    /// Sine of that angle; 2 where it is a right angle or more.
+    /// Sine of that angle; 2 if it is a right angle or more.
     pub sine: [f64; ROW],
-    /// First vector, and the one after the last; none where it is filled up.
+    /// Ranges of vectors as (first, end); empty for padding.
     pub sixteens: [(u32, u32); ROW],
 }
 
 impl Clusters {
-    /// `members` are those of the mesh's triangles that have an area, neighbours near one another.
+    /// Groups the triangles; `members` are those of the mesh that have an area, in an order that keeps neighbours
+    /// together.
     pub fn new(mesh: &Mesh, members: &[Triangle]) -> Self {
         if members.is_empty() {
             let (centre, half) = (Vector3::zeros(), Vector3::repeat(-1.0));
@@ -118,19 +119,19 @@ impl Groups {
         for i in 0..3 {
             (self.centre[i][lane], self.axis[i][lane]) = (centre[i], axis[i]);
         }
-        // Single precision moves corners, and so normals, a little.
+        // Single precision moves corners, and therefore normals, slightly.
         (self.radius[lane], self.sine[lane]) = (radius * (1.0 + 1e-6), sine + 1e-3);
         self.sixteens[lane] = sixteens;
     }
 }
 
-/// Whether a surface is closed and all its pieces turn their fronts outward: each edge is there once in each direction,
-/// and each connected piece encloses a positive volume. Corners at the same place are the same.
+/// Whether a surface is closed and all its connected pieces face outward: each edge occurs once in each direction, and
+/// each piece encloses a positive volume. Corners at the same position count as one.
 fn closed(mesh: &Mesh, kept: &[Triangle]) -> bool {
     if kept.len() != mesh.triangles.len() {
         return false;
     }
-    // The same place has the same number.
+    // Corners at the same position get the same number.
     let mut numbers = HashMap::new();
     let corners: Vec<[u32; 3]> = kept
         .iter()
@@ -147,13 +148,13 @@ fn closed(mesh: &Mesh, kept: &[Triangle]) -> bool {
     if twice || !edges.iter().all(|(a, b)| edges.binary_search(&(*b, *a)).is_ok()) {
         return false;
     }
-    // Pieces: each corner points to one of its piece with a lower number.
+    // Connected pieces, by union-find: each corner points to one of its piece with a lower or equal number.
     let mut lower: Vec<u32> = (0..numbers.len() as u32).collect();
     for (a, b) in &edges {
         let (a, b) = (root(&mut lower, *a), root(&mut lower, *b));
         lower[a.max(b) as usize] = a.min(b);
     }
-    // Volumes relative to a point of the piece, so that a distant origin blurs nothing.
+    // Volumes are relative to a point of the piece, so that a distant origin does not reduce precision.
     let mut volumes: HashMap<u32, (Vector3<f64>, f64)> = HashMap::new();
     for (triangle, [first, ..]) in kept.iter().zip(&corners) {
         let [a, b, c] = &triangle.corners;
@@ -163,7 +164,7 @@ fn closed(mesh: &Mesh, kept: &[Triangle]) -> bool {
     volumes.values().all(|(_, volume)| *volume > 0.0)
 }
 
-/// The lowest number of a piece.
+/// Returns the lowest corner number of a piece.
 fn root(lower: &mut [u32], mut at: u32) -> u32 {
     while lower[at as usize] != at {
         lower[at as usize] = lower[lower[at as usize] as usize];

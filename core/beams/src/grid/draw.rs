@@ -1,4 +1,4 @@
-//! What is ready, drawn into rows; and depths, when all of it is.
+//! Drawing of the prepared surfaces into rows, and the conversion to depths afterwards.
 
 use fearless_simd::{Level, prelude::*};
 
@@ -27,7 +27,7 @@ fn draw_with<S: Simd, const ID: bool>(simd: S, ready: &Ready<'_>, band: usize, r
     }
 }
 
-/// The depth of the pixels of a band, when all of it is drawn.
+/// Computes the depth of the pixels of a band after all surfaces are drawn.
 pub(super) fn finish<const ID: bool>(level: Level, camera: &Camera, raster: &Raster<'_, ID>, depth: &mut [f32]) {
     dispatch!(level, simd => finish_with(simd, camera, raster, depth));
 }

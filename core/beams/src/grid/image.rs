@@ -1,28 +1,29 @@
-//! What an image holds.
+//! Image buffers.
 
 use super::{GridCast, camera::MOST, raster::Buffer};
 
-/// An image. One value per pixel, row by row from the bottom, each row from left to right; empty where not asked for.
+/// An image, with one value per pixel, row by row from the bottom, each row from left to right. Parts that were not
+/// requested are empty.
 ///
-/// Made once and used again from frame to frame: no memory is asked for after the first.
+/// An image can be reused from frame to frame: memory is allocated only for the first frame.
 #[derive(Debug, Default, Clone)]
 pub struct GridImage {
-    /// From the sensor's origin along its axis, in metres; infinity where nothing is seen.
+    /// Distance from the sensor along its axis, in metres; infinity where nothing is seen.
     pub depth: Vec<f32>,
     /// Tag of the target; 0 where nothing is seen.
     pub object: Vec<u64>,
-    /// Place on the form, as in [`Hit::primitive`](crate::Hit::primitive); 0 where nothing is seen.
+    /// Part of the form, as in [`Hit::primitive`](crate::Hit::primitive); 0 where nothing is seen.
     pub primitive: Vec<u32>,
-    /// Red, green and blue, 0 to 255.
+    /// Red, green and blue, each 0 to 255.
     pub color: Vec<[u8; 3]>,
     /// Cosine of the angle between the surface normal and the ray, 0 to 1; 0 where nothing is seen.
     pub cosine: Vec<f32>,
-    /// The surface normal on the side of the camera, in the sensor's frame, of length 1; zero where nothing is seen.
+    /// Unit surface normal on the side of the camera, in the frame of the sensor; zero where nothing is seen.
     pub normal: Vec<[f32; 3]>,
     buffers: Vec<Buffer>,
 }
 
-/// Some rows of an image.
+/// Consecutive rows of an image.
 #[derive(Default)]
 pub(super) struct ImageBand<'a> {
     pub depth: &'a mut [f32],
@@ -34,7 +35,7 @@ pub(super) struct ImageBand<'a> {
 }
 
 impl GridImage {
-    /// Makes room for what is wanted; what is there is of the last image.
+    /// Resizes the requested parts; they keep the values of the previous image.
     pub(super) fn prepare(&mut self, cast: &GridCast<'_>) {
         let (grid, want) = (cast.grid, cast.want);
         let pixels = grid.columns.min(MOST) as usize * grid.rows.min(MOST) as usize;
@@ -47,7 +48,7 @@ impl GridImage {
         self.normal.resize(room(want.normal), [0.0; 3]);
     }
 
-    /// All pixels, and buffers for so many bands.
+    /// Returns all pixels, and a buffer for each band.
     pub(super) fn parts(&mut self, bands: usize) -> (ImageBand<'_>, &mut [Buffer]) {
         let Self { depth, object, primitive, color, cosine, normal, buffers } = self;
         buffers.resize_with(bands, Default::default);
@@ -56,7 +57,7 @@ impl GridImage {
 }
 
 impl ImageBand<'_> {
-    /// The first pixels, and the rest.
+    /// Splits off the first `pixels` pixels.
     pub fn split(self, pixels: usize) -> (Self, Self) {
         fn halves<T>(all: &mut [T], pixels: usize) -> (&mut [T], &mut [T]) {
             all.split_at_mut(pixels.min(all.len()))
@@ -83,7 +84,7 @@ impl ImageBand<'_> {
         (first, rest)
     }
 
-    /// Makes it a part of an image of nothing, but for the depth.
+    /// Sets everything except the depth to the values for nothing seen.
     pub fn clear(&mut self, sky: [u8; 3]) {
         self.object.fill(0);
         self.primitive.fill(0);

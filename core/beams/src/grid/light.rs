@@ -1,24 +1,24 @@
-//! Lamps, and what they make of a surface.
+//! Lamps and the shading of matt surfaces.
 
 use nalgebra::Vector3;
 
-/// Lamps, and the colour where nothing is. A surface that gets 1 in sum has its own colour.
+/// Lamps, and the colour of the background. A surface that receives 1 in total shows its own colour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {
-    /// Light from everywhere, 0 to 1.
+    /// Ambient light, 0 to 1.
     pub ambient: f32,
-    /// A lamp beside the camera: its part of a surface that faces the camera, 0 to 1.
+    /// Contribution of a lamp at the camera to a surface that faces the camera, 0 to 1.
     pub headlight: f32,
-    /// A lamp far away: its part of a surface that faces it, 0 to 1.
+    /// Contribution of a distant lamp to a surface that faces it, 0 to 1.
     pub sun: f32,
-    /// Toward that lamp, in the world; of length 1.
+    /// Unit vector towards that lamp, in the world.
     pub sun_direction: [f32; 3],
-    /// Red, green and blue of pixels that see nothing, 0 to 1.
+    /// Red, green and blue of pixels that see nothing, each 0 to 1.
     pub sky: [f32; 3],
 }
 
 impl Default for Light {
-    /// Enough from everywhere to distinguish colours in the shade, a sun from above and beside.
+    /// Returns enough ambient light to distinguish colours in the shade, and a sun from above and to the side.
     fn default() -> Self {
         Self {
             ambient: 0.35,
@@ -31,21 +31,21 @@ impl Default for Light {
 }
 
 impl Light {
-    /// The sky, 0 to 255.
+    /// Returns the colour of the sky, each channel 0 to 255.
     pub(super) fn sky_bytes(&self) -> [u8; 3] {
         self.sky.map(byte)
     }
 }
 
 pub(super) fn byte(x: f32) -> u8 {
-    // What is no number becomes 0.
+    // NaN becomes 0.
     (x * 255.0 + 0.5) as u8
 }
 
-/// The colour of a matt surface, 0 to 255.
+/// Returns the colour of a matt surface, each channel 0 to 255.
 ///
-/// `normal` (on the side of the camera) and `to_camera` are of length 1, in the world. `sunlit` is 0 in a shadow, 1 in
-/// the light.
+/// `normal` (on the side of the camera) and `to_camera` are unit vectors in the world. `sunlit` is 0 in shadow and 1 in
+/// sunlight.
 pub fn color_of(
     light: &Light,
     surface: [f32; 3],
@@ -58,7 +58,8 @@ pub fn color_of(
     surface.map(|x| byte(x * sum))
 }
 
-/// The sum of the lamps, from the cosines of the angles between the normal and the ways to camera and sun.
+/// Returns the total contribution of the lamps; the arguments are the cosines of the angles from the normal to camera
+/// and sun.
 #[inline(always)]
 pub(super) fn brightness(light: &Light, to_camera: f32, to_sun: f32, sunlit: f32) -> f32 {
     let lit = |cosine: f32| if cosine > 0.0 { cosine } else { 0.0 };

@@ -1,13 +1,13 @@
-//! Images: what a camera sees of the scene, one surface per pixel.
+//! Images: the nearest visible surface per pixel.
 //!
-//! A ray per pixel would give the same; but the pixels of an image lie on a regular grid, and on such a grid the
-//! inverse of the depth of a plane is a linear function of column and row. So surfaces are drawn one after the other
-//! into a buffer that keeps, for each pixel, the nearest: boxes, planes and triangles by spans, small triangles by
-//! blocks of 4 x 4 pixels, round forms exactly by their equation. What was seen where is noted as one number per pixel;
-//! colours, normals and names are computed from it afterwards, once per pixel.
+//! A ray per pixel would give the same result; but the pixels of an image lie on a regular grid, on which the inverse
+//! depth of a plane is a linear function of column and row. So surfaces are rasterized one after the other into a depth
+//! buffer: boxes, planes and triangles by spans, small triangles by blocks of 4 x 4 pixels, round forms by their
+//! equations. The visible surface is stored as one number per pixel; colours, normals and tags are computed from it
+//! afterwards, once per pixel.
 //!
-//! Begin with [`GridCast`]; then `render`, a frame: `ready` makes ready what is in sight and sorts it into `bands` of
-//! rows, and each band is drawn by one task (`draw`).
+//! Begin with [`GridCast`]; then `render`, which draws a frame: `ready` prepares the visible surfaces and sorts them
+//! into `bands` of rows, and each band is drawn by one task (`draw`).
 
 mod bands;
 mod camera;

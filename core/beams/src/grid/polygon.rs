@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{Faces, solid::face};
 
-/// A flat face made ready.
+/// A flat face prepared for drawing.
 #[derive(Debug, Clone)]
 pub(super) struct Polygon {
     edges: ArrayVec<Edge, 4>,
@@ -28,23 +28,23 @@ impl Polygon {
     }
 }
 
-/// The border from one corner to the next; corners as [`Camera::homogeneous`] gives them.
+/// Returns the edge function from one corner to the next; corners are as [`Camera::homogeneous`] returns them.
 ///
-/// Exactly the negative of the border from the next to the first. Corners behind the camera need no special
+/// It is exactly the negative of the edge function in the opposite direction. Corners behind the camera need no special
 /// treatment.
 pub(super) fn border(camera: &Camera, from: &Vector3<f64>, to: &Vector3<f64>) -> Line {
     let line = from.cross(to);
     camera.line_from_middle(line.x, line.y, line.z)
 }
 
-/// The surface of a half space.
+/// Adds the surface of a half-space.
 pub(super) fn plane(camera: &Camera, view_from_form: &ViewFrom, faces: Faces, id: u32, out: &mut Vec<Polygon>) {
     let normal = view_from_form.rotation.column(2).into_owned();
     let height = normal.dot(&view_from_form.translation);
     let front = camera.sees_front(&normal, height);
     if if front { faces.front } else { faces.back } {
         let w = camera.plane(&normal, height);
-        // Only what is in front of the camera, and no further than can be seen.
+        // Only the part in front of the camera and within its range.
         let seen = Line { c: w.c - f64::from(camera.w_nothing), ..w };
         if [w.a, w.b, w.c].iter().all(|x| x.is_finite()) {
             out.push(Polygon { edges: ArrayVec::from_iter([Edge(seen)]), w, rows: (0, camera.rows), id });
@@ -52,7 +52,7 @@ pub(super) fn plane(camera: &Camera, view_from_form: &ViewFrom, faces: Faces, id
     }
 }
 
-/// The faces of a box that are seen; the first is seen as `id`.
+/// Adds the visible faces of a box; the first face has the number `id`.
 pub(super) fn cuboid(
     camera: &Camera,
     view_from_form: &ViewFrom,
@@ -66,7 +66,7 @@ pub(super) fn cuboid(
     }
     let corners = view_from_form.corners(&Vector3::zeros(), half);
     let Some(bounds) = camera.bounds(&corners) else { return };
-    // Where nothing is cut away, the front hides the back.
+    // If the near plane clips nothing, the front hides the back.
     let hides = faces.front && view_from_form.clear(camera, half, &bounds);
     for index in 0..6 {
         let normal = view_from_form.rotation.column(index / 2) * if index % 2 == 1 { 1.0 } else { -1.0 };
@@ -91,12 +91,12 @@ pub(super) fn cuboid(
     }
 }
 
-/// The place of a corner of a box in [`ViewFrom::corners`].
+/// Returns the index of a corner of a box in [`ViewFrom::corners`].
 fn corner_number(corner: &Vector3<f64>) -> usize {
     corner.iter().enumerate().fold(0, |number, (i, x)| number | usize::from(x.is_sign_positive()) << i)
 }
 
-/// A motion from a form's frame to the view's.
+/// The transform from the frame of a form to that of the view.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ViewFrom {
     pub rotation: nalgebra::Matrix3<f64>,
@@ -115,7 +115,7 @@ impl ViewFrom {
         self.rotation * p + self.translation
     }
 
-    /// The corners of a box along the form's axes; bit i of an index is the side on axis i.
+    /// Returns the corners of a box along the form's axes; bit i of an index gives the side on axis i.
     pub fn corners(&self, centre: &Vector3<f64>, half: &Vector3<f64>) -> [Vector3<f64>; 8] {
         std::array::from_fn(|number| {
             let sign = |axis: usize| if number >> axis & 1 == 1 { 1.0 } else { -1.0 };
@@ -123,7 +123,7 @@ impl ViewFrom {
         })
     }
 
-    /// Whether the near plane cuts nothing away that is in the image, of a form within a box around its origin.
+    /// Whether the near plane clips nothing that is in the image, for a form within a box around its origin.
     pub fn clear(&self, camera: &Camera, half: &Vector3<f64>, bounds: &Bounds) -> bool {
         if bounds.clear {
             return true;

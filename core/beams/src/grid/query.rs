@@ -1,4 +1,4 @@
-//! What is asked for: the pixels of an image, and what is computed of them.
+//! Image queries: the pixels of an image, and the outputs to compute for them.
 
 use nalgebra::Isometry3;
 
@@ -7,81 +7,82 @@ use crate::Faces;
 
 /// The pixels of an image.
 ///
-/// The camera looks along +z of its frame, y is up and x points to the left. Rows run from bottom to top, columns from left
-/// to right as seen; pixels are square, and the axis goes through the middle of the image.
+/// The camera looks along +z of its frame, y is up and x points to the left. Rows run from bottom to top, columns from
+/// left to right as seen; pixels are square, and the axis passes through the centre of the image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
     /// Number of columns, from 1 to 16,384.
     pub columns: u32,
     /// Number of rows, from 1 to 16,384.
     pub rows: u32,
-    /// How rays go.
+    /// The projection.
     pub view: View,
-    /// Surfaces nearer than the plane `z = near` are cut away, in metres; 0 or more in perspective.
+    /// Depth of the near plane, in metres; surfaces nearer than `z = near` are clipped. 0 or more in perspective.
     pub near: f64,
-    /// The plane `z = far`, beyond which nothing is seen, in metres; may be infinite.
+    /// Depth of the far plane, in metres; nothing is seen beyond `z = far`. May be infinite.
     pub far: f64,
 }
 
-/// How the rays of an image go.
+/// The projection of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum View {
-    /// All from the sensor's origin.
+    /// All rays start at the origin of the sensor.
     Perspective {
-        /// Between the left and the right border of the image, in radians; more than 0, less than pi.
+        /// Angle between the left and the right edge of the image, in radians; more than 0, less than pi.
         angle: f64,
     },
-    /// All along +z.
+    /// All rays are parallel to +z.
     Orthographic {
-        /// From the left to the right border of the image, in metres; more than 0.
+        /// Width of the image, in metres; more than 0.
         width: f64,
     },
 }
 
-/// What is computed beside the depth. Each costs time.
+/// Outputs to compute in addition to the depth. Each costs time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Want {
-    /// Red, green and blue.
+    /// Whether to compute the colour.
     pub color: bool,
-    /// The cosine of the angle between the surface normal and the ray.
+    /// Whether to compute the cosine of the angle between the surface normal and the ray.
     pub cosine: bool,
-    /// The surface normal.
+    /// Whether to compute the surface normal.
     pub normal: bool,
-    /// The tag of the target.
+    /// Whether to store the tag of the target.
     pub object: bool,
-    /// The place on the form.
+    /// Whether to store the part of the form.
     pub primitive: bool,
 }
 
 impl Want {
     /// Only the depth.
     pub const DEPTH: Self = Self { color: false, cosine: false, normal: false, object: false, primitive: false };
-    /// All there is.
+    /// All outputs.
     pub const ALL: Self = Self { color: true, cosine: true, normal: true, object: true, primitive: true };
 
-    /// Whether it must be noted what is seen where.
+    /// Whether the visible surface must be stored for each pixel.
     pub(super) fn visibility(&self) -> bool {
         *self != Self::DEPTH
     }
 }
 
-/// One image to be taken of a [`BeamScene`](crate::BeamScene).
+/// A query for one image of a [`BeamScene`](crate::BeamScene).
 ///
-/// A pixel shows the nearest surface on the ray through its middle that lies between the planes `near` and `far` and shows
-/// a side in `faces`. Of surfaces at exactly the same depth, the one of the lowest tag, then of the lowest primitive.
+/// A pixel shows the nearest surface on the ray through its centre that lies between the planes `near` and `far` and
+/// shows a side in `faces`. Among surfaces at exactly the same depth, the one with the lowest tag is shown, then the
+/// one with the lowest primitive.
 #[derive(Debug, Clone, Copy)]
 pub struct GridCast<'a> {
     /// The pixels.
     pub grid: &'a Grid,
-    /// Place of the camera.
+    /// Pose of the camera.
     pub world_from_sensor: Isometry3<f64>,
-    /// Sides seen.
+    /// Sides of surfaces that are seen.
     pub faces: Faces,
-    /// A group that is passed over, such as the model that carries the sensor.
+    /// A group to ignore, such as the model that carries the sensor.
     pub skip_group: Option<u32>,
-    /// The one object that is looked for; the others neither count nor hide it.
+    /// If set, only this object is considered; others neither count nor occlude it.
     pub only_object: Option<u64>,
-    /// What is computed beside the depth.
+    /// Outputs to compute in addition to the depth.
     pub want: Want,
     /// Lamps and sky, for colours.
     pub light: &'a Light,

@@ -1,43 +1,43 @@
-//! The pixels of a band of rows while they are drawn.
+//! The pixels of a band of rows during drawing.
 
 use fearless_simd::{f32x4, f32x16, mask32x16, prelude::*, u32x4, u32x16};
 
 use super::camera::Camera;
 
-/// Pixels drawn at once.
+/// Number of pixels drawn at once.
 pub(super) const WIDE: usize = 16;
-/// 16 numbers, conditions, names.
+/// Vectors of 16 numbers, conditions and surface numbers.
 pub(super) type F<S> = f32x16<S>;
 pub(super) type M<S> = mask32x16<S>;
 pub(super) type U<S> = u32x16<S>;
 
-/// Rows after the last that blocks may reach into; what is there is not used.
+/// Padding rows that blocks may overlap at the end; their contents are not used.
 const SPARE_ROWS: usize = 8;
 
-/// The number of no surface.
+/// Number that stands for no surface.
 pub(super) const NOBODY: u32 = u32::MAX;
 
-/// Buffers of a band, used again from frame to frame.
+/// Buffers of a band, reused from frame to frame.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Buffer {
     w: Vec<f32>,
     id: Vec<u32>,
 }
 
-/// The rows from `first` to `end` of an image. With `ID` it is noted what is seen.
+/// The rows from `first` to before `end` of an image. `ID` selects whether the number of the visible surface is stored.
 pub(super) struct Raster<'a, const ID: bool> {
     pub first: usize,
     pub end: usize,
     pub columns: usize,
-    /// Places from row to row: some more than columns, so that whole blocks can be written.
+    /// Elements per row; more than the columns, so that whole blocks can be written.
     pub stride: usize,
-    /// Greatest `w` that is seen.
+    /// Maximum visible `w`.
     pub w_near: f32,
     pub w: &'a mut [f32],
     pub id: &'a mut [u32],
 }
 
-/// A surface that may be seen.
+/// A surface offered to some pixels; the nearest one is kept.
 #[derive(Clone, Copy)]
 pub(super) struct Offer<S: Simd> {
     pub w: F<S>,
@@ -46,7 +46,7 @@ pub(super) struct Offer<S: Simd> {
 }
 
 impl<'a, const ID: bool> Raster<'a, ID> {
-    /// Rows from one to before another, in which nothing is seen yet.
+    /// Prepares the rows from `first` to before `end`, in which nothing is seen yet.
     pub fn new(buffer: &'a mut Buffer, camera: &Camera, (first, end): (usize, usize)) -> Self {
         let stride = camera.columns.next_multiple_of(WIDE) + WIDE;
         let (used, size) = ((end - first) * stride, (end - first + SPARE_ROWS) * stride);
@@ -60,7 +60,7 @@ impl<'a, const ID: bool> Raster<'a, ID> {
         Self { first, end, columns: camera.columns, stride, w_near: camera.w_near, w, id }
     }
 
-    /// Offers 16 neighbouring pixels of a row a surface.
+    /// Offers a surface to 16 neighbouring pixels of a row.
     #[inline(always)]
     pub fn offer<S: Simd>(&mut self, simd: S, place: usize, offer: Offer<S>) {
         let Some(w) = self.w.get_mut(place..place + WIDE) else { return };
@@ -77,7 +77,7 @@ impl<'a, const ID: bool> Raster<'a, ID> {
         }
     }
 
-    /// Offers 4 x 4 pixels from a place on a surface, row by row.
+    /// Offers a surface to 4 x 4 pixels, starting at `place`, row by row.
     #[inline(always)]
     pub fn offer_block<S: Simd>(&mut self, simd: S, place: usize, offer: Offer<S>) {
         let stride = self.stride;
@@ -110,7 +110,7 @@ impl<'a, const ID: bool> Raster<'a, ID> {
     }
 }
 
-/// The first four places of four rows.
+/// Returns the first four elements of four rows.
 #[inline(always)]
 fn four_rows<T>(from: &mut [T], stride: usize) -> [&mut [T]; 4] {
     let (a, rest) = from.split_at_mut(stride);
@@ -119,14 +119,14 @@ fn four_rows<T>(from: &mut [T], stride: usize) -> [&mut [T]; 4] {
     [&mut a[..4], &mut b[..4], &mut c[..4], &mut d[..4]]
 }
 
-/// Where a surface is nearer than what is there, or as near with a lower number.
+/// Returns the pixels where a surface is nearer than the stored one, or equally near with a lower number.
 #[inline(always)]
 fn nearer<S: Simd>(offer: &Offer<S>, w_near: f32, old: F<S>, old_id: U<S>) -> M<S> {
     let tie = offer.w.simd_eq(old) & offer.id.simd_lt(old_id);
     offer.inside & offer.w.simd_le(w_near) & (offer.w.simd_gt(old) | tie)
 }
 
-/// 0, 1, 2, ...
+/// Returns 0, 1, 2, ... 15.
 #[inline(always)]
 pub(super) fn lanes<S: Simd>(simd: S) -> F<S> {
     F::load_array_ref(simd, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0])

@@ -1,4 +1,4 @@
-//! What is in sight, made ready to be drawn by all threads of the frame.
+//! Visible surfaces, prepared to be drawn by all threads of the frame.
 
 use std::ops::Range;
 
@@ -17,39 +17,39 @@ use super::{
 };
 use crate::BeamScene;
 
-/// Rows of groups that a task looks at: fewer are looked at sooner than another thread has come.
+/// Number of rows of groups per task; smaller tasks would finish before another thread could take them.
 const ROWS: usize = 256;
-/// Surfaces that it makes ready.
+/// Number of surfaces prepared per task.
 const SURFACES: usize = 256;
 
-/// What may be seen, ready to be drawn.
+/// Surfaces that may be visible, ready to be drawn.
 pub(super) struct Ready<'a> {
-    /// What numbers stand for.
+    /// The surface that each range of primitive numbers belongs to.
     pub surfaces: Vec<Surface>,
-    /// All that is no mesh.
+    /// Surfaces other than meshes.
     pub solids: Vec<Solids>,
-    /// Meshes.
+    /// Prepared meshes.
     meshes: Vec<Triangles<'a>>,
-    /// Parts of them.
+    /// Groups of the meshes that may be visible.
     found: Vec<Found>,
 }
 
-/// Surfaces that are ready.
+/// Prepared surfaces other than meshes.
 pub(super) struct Solids {
     pub polygons: Vec<Polygon>,
     pub rounds: Vec<Round>,
 }
 
-/// Groups of a mesh that may be seen.
+/// Groups of a mesh that may be visible.
 struct Found {
     mesh: usize,
-    /// Of each band, in the order in memory: first vector, and the one after the last.
+    /// For each band, in memory order: ranges of vectors as (first, end).
     groups: Vec<Vec<(u32, u32)>>,
 }
 
 impl<'a> Ready<'a> {
-    /// What may be seen. Numbers grow with the tag, then the place of the target, then the primitive: the order in which equal
-    /// depths are decided.
+    /// Prepares the surfaces that may be visible. Numbers increase with the tag, then with the target's index, then
+    /// with the primitive, which is the order that decides ties in depth.
     pub fn new(scene: &'a BeamScene, cast: &'a GridCast<'a>, camera: &'a Camera, level: Level, bands: Bands) -> Self {
         let targets = scene.targets();
         let mut wanted: Vec<u32> = (0..targets.len() as u32)
@@ -81,7 +81,7 @@ impl<'a> Ready<'a> {
                 }
             };
             surfaces.push(Surface { first: id, target: index });
-            // Beyond four thousand million triangles names would no longer be right; depths are.
+            // Beyond 2^32 triangles primitive numbers are no longer correct; depths are.
             id = id.saturating_add(primitives);
         }
         let parts_of_meshes: Vec<(usize, Range<usize>)> = meshes
@@ -97,7 +97,7 @@ impl<'a> Ready<'a> {
         Self { surfaces, solids, meshes, found }
     }
 
-    /// The groups of triangles that may be in a band.
+    /// Returns the groups of triangles that may be in a band.
     pub fn groups(&self, band: usize) -> impl Iterator<Item = (&Triangles<'a>, (u32, u32))> {
         self.found.iter().flat_map(move |found| {
             let mesh = &self.meshes[found.mesh];
@@ -107,7 +107,7 @@ impl<'a> Ready<'a> {
 }
 
 impl Solids {
-    /// Makes surfaces ready that are no meshes.
+    /// Prepares surfaces other than meshes.
     fn new(scene: &BeamScene, cast: &GridCast<'_>, camera: &Camera, surfaces: &[Surface]) -> Self {
         let (mut polygons, mut rounds) = (Vec::new(), Vec::new());
         let faces = cast.faces;
@@ -136,7 +136,7 @@ impl Solids {
     }
 }
 
-/// Parts of so many.
+/// Splits `count` items into ranges of at most `of`.
 fn parts(count: usize, of: usize) -> impl Iterator<Item = Range<usize>> {
     (0..count).step_by(of).map(move |from| from..count.min(from + of))
 }

@@ -1,4 +1,4 @@
-//! A frame: what is in sight is made ready, then bands of rows are drawn side by side.
+//! Rendering of a frame: the visible surfaces are prepared, then bands of rows are drawn in parallel.
 
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -15,16 +15,16 @@ use super::{
 use crate::{BeamScene, simd};
 
 impl BeamScene {
-    /// Takes an image, on rayon's current pool and with the calling thread.
+    /// Renders an image, in rayon's current pool and on the calling thread.
     ///
-    /// The image depends only on the cast and the targets: not on the number of threads, the processor or earlier
-    /// images. A camera that can see nothing (no pixels, no range, an angle or a pose that is none) gives an image
-    /// of nothing. Costs time for each target, pixel and triangle in sight.
+    /// The image depends only on the cast and the targets, not on the number of threads, the processor or earlier
+    /// images. A camera that cannot see anything (no pixels, no range, an invalid angle or pose) gives an empty image.
+    /// Time grows with the number of targets, pixels and visible triangles.
     pub fn render(&self, cast: &GridCast<'_>, image: &mut GridImage) {
         self.draw(cast, image, simd::level(), None);
     }
 
-    /// The same with given instructions and rows of a band.
+    /// Does the same as [`render`](Self::render) with a given instruction set and number of rows per band.
     #[cfg(test)]
     pub(super) fn render_by(&self, cast: &GridCast<'_>, image: &mut GridImage, level: Level, rows: usize) {
         self.draw(cast, image, level, Some(rows));

@@ -1,4 +1,4 @@
-//! Spheres, cylinders and capsules, pixel by pixel from their equations.
+//! Spheres, cylinders and capsules, intersected pixel by pixel.
 
 use fearless_simd::prelude::*;
 use nalgebra::Vector3;
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::Faces;
 
-/// A round form made ready; the axis is z.
+/// A round form prepared for drawing; its axis is z.
 #[derive(Debug, Clone)]
 pub(super) struct Round {
     radius: f64,
@@ -18,8 +18,8 @@ pub(super) struct Round {
     ends: Ends,
     faces: Faces,
     bounds: Bounds,
-    /// Where the ray of a pixel has depth 0 and how far it goes per metre of depth, in the form's frame: for column 0 in row
-    /// 0, and what a column and a row add.
+    /// Origin (where depth is 0) and direction (per metre of depth) of the rays in the form's frame: the value for
+    /// column 0 and row 0, and the increments per column and per row.
     origin: [Vector3<f64>; 3],
     along: [Vector3<f64>; 3],
     perspective: bool,
@@ -28,12 +28,12 @@ pub(super) struct Round {
     id: u32,
 }
 
-/// How a round form ends.
+/// The ends of a round form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ends {
     Flat,
     Round,
-    /// A sphere has nothing between its ends.
+    /// The ends are hemispheres with nothing between them.
     Sphere,
 }
 
@@ -122,14 +122,14 @@ impl Round {
         raster.offer(simd, place + column, Offer { w, inside, id: part + self.id });
     }
 
-    /// The first crossing that counts.
+    /// Returns the ray with its first crossing that counts.
     #[inline(always)]
     fn cross(&self, mut ray: Ray) -> Ray {
         let Self { radius, half_length, .. } = *self;
         let r2 = radius * radius;
         if self.ends != Ends::Sphere {
             let ([ox, oy, oz], [dx, dy, dz]) = (ray.o, ray.d);
-            // The miss of the axis, and from it the way to the surface: no nearly equal numbers are subtracted.
+            // Computing from the point nearest to the axis avoids subtracting nearly equal numbers.
             let dd = dx * dx + dy * dy;
             let middle = -(ox * dx + oy * dy) / dd;
             let (qx, qy) = (ox + dx * middle, oy + dy * middle);
@@ -177,7 +177,7 @@ struct Ray {
 }
 
 impl Ray {
-    /// A crossing that is no number fails every comparison.
+    /// Considers a crossing. A NaN fails every comparison.
     #[inline(always)]
     fn offer(&mut self, t: f64, wanted: bool, part: u32, round: &Round) {
         let take = wanted & (t < self.best) & (t >= round.near) & (t <= round.far);

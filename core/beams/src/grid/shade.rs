@@ -1,7 +1,7 @@
-//! What is seen, pixel by pixel: from the numbers in the buffer to names, normals and colours.
+//! Shading: converts the surface numbers in the buffer to tags, normals and colours, pixel by pixel.
 //!
-//! Light is plain: some from everywhere, some from the camera, some from a sun; surfaces are matt. It needs no graphics
-//! hardware and gives the same bytes everywhere.
+//! The lighting model is simple: ambient light, a headlight and a sun on matt surfaces. It needs no graphics hardware
+//! and gives the same bytes on all machines.
 
 use std::ops::Range;
 
@@ -18,41 +18,41 @@ use super::{
 };
 use crate::Target;
 
-/// Numbers from `first` on are primitives of a target.
+/// A target and the first of its primitive numbers.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Surface {
     pub first: u32,
     pub target: u32,
 }
 
-/// Turns numbers into what was asked for.
+/// Converts surface numbers to the requested outputs.
 pub(super) struct Shader<'a> {
     cast: &'a GridCast<'a>,
     camera: &'a Camera,
     targets: &'a [Target],
     surfaces: &'a [Surface],
-    /// Of each surface.
+    /// Transform of each surface to the view.
     views: Vec<ViewFrom>,
-    /// Toward the sun, in the view frame.
+    /// Direction towards the sun, in the view frame.
     sun: Vector3<f32>,
 }
 
-/// What the pixels of a row see: outward normals in the view frame, own colours, and 1 where there is something.
+/// A row of pixels: outward normals in the view frame, surface colours, and 1 where something is seen, 0 elsewhere.
 struct Strip {
     normal: [Vec<f32>; 3],
     color: [Vec<f32>; 3],
     there: Vec<f32>,
 }
 
-/// What the last pixel saw; most see the same as their neighbour.
+/// The primitive seen by the previous pixel, since most pixels see the same one as their neighbour.
 struct Seen<'a> {
     id: u32,
-    /// Place of the surface.
+    /// Index of the surface.
     at: usize,
     target: &'a Target,
     primitive: u32,
     view_from_form: &'a ViewFrom,
-    /// Of a flat primitive, in the view frame.
+    /// Outward normal of a flat primitive, in the view frame.
     normal: Vector3<f32>,
 }
 
@@ -64,7 +64,7 @@ impl<'a> Shader<'a> {
         Self { cast, camera, targets, surfaces, views: shaded.iter().map(view).collect(), sun }
     }
 
-    /// Fills in the rows of a band.
+    /// Computes the requested outputs of a band.
     pub fn shade<const ID: bool>(&self, raster: &Raster<'_, ID>, part: &mut ImageBand<'_>) {
         let want = self.cast.want;
         let columns = raster.columns;
@@ -81,7 +81,7 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Names, and what light needs to know.
+    /// Writes the tags of a row and collects the inputs of its shading.
     fn look_up<'b>(
         &'b self,
         ids: &[u32],
@@ -118,7 +118,7 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Cosines, normals and colours of a row; loops without branches, which compilers put side by side.
+    /// Computes cosines, normals and colours of a row, in branch-free loops that compilers can vectorize.
     fn shine(&self, row: usize, pixels: Range<usize>, line: &Strip, part: &mut ImageBand<'_>) {
         let (want, light) = (self.cast.want, self.cast.light);
         let middle = self.camera.middle();
@@ -126,7 +126,7 @@ impl<'a> Shader<'a> {
         let y = if perspective { (row as f64 - middle.1) as f32 * size } else { 0.0 };
         let (middle, size) = (middle.0 as f32, if perspective { size } else { 0.0 });
         let [nx, ny, nz] = &line.normal;
-        // Of the outward normal; negative where the inside is seen.
+        // Cosine of the outward normal; negative where the inside is seen.
         let cosine = |i: usize| {
             let x = (i as f32 - middle) * size;
             -(nx[i] * x + ny[i] * y + nz[i]) / (x * x + y * y + 1.0).sqrt()
@@ -153,7 +153,7 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// What a number stands for; `at` is the place of a surface that it probably belongs to.
+    /// Returns the primitive of a number; `at` is the index of the surface that it probably belongs to.
     fn seen(&self, id: u32, at: usize) -> Option<Seen<'_>> {
         let starts = |at: usize| self.surfaces.get(at).is_some_and(|surface| surface.first <= id);
         let at = if starts(at) && !starts(at + 1) {
@@ -182,7 +182,7 @@ impl<'a> Shader<'a> {
         Some(Seen { id, at, target, primitive, view_from_form, normal })
     }
 
-    /// The outward normal at a pixel, in the view frame.
+    /// Returns the outward normal at a pixel, in the view frame.
     fn normal(&self, seen: &Seen<'_>, column: usize, row: usize, depth: f32) -> Vector3<f32> {
         let local = || {
             let (from, along) = self.camera.ray(column as f64, row as f64);

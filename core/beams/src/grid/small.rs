@@ -1,28 +1,29 @@
-//! Small triangles: at most 8 x 8 pixels, drawn by blocks of 4 x 4.
+//! Small triangles of at most 8 x 8 pixels, drawn in blocks of 4 x 4.
 
 use fearless_simd::prelude::*;
 
 use super::raster::{F, Offer, Raster, U, WIDE};
 
-/// Parts of a pixel to which corners are rounded.
+/// Sub-pixel steps per pixel, to which corners are rounded.
 pub(super) const PARTS: f32 = 256.0;
 
-/// 16 small triangles made ready: numbers of one kind side by side.
+/// 16 small triangles prepared for drawing, as a structure of arrays.
 pub(super) struct Small {
-    /// Of each border: what a column and a row add, and the value at the first pixel; 0 or more is inside.
+    /// For each edge function: its increments per column and per row, and its value at the first pixel; 0 or more is
+    /// inside.
     borders: [[[f32; WIDE]; 3]; 3],
-    /// `w` at the first corner, and what one unit of the second and third border adds.
+    /// `w` at the first corner, and its increments per unit of the second and the third edge function.
     w: [[f32; WIDE]; 3],
-    /// First pixel.
+    /// First pixel of the bounding box.
     column: [f32; WIDE],
     row: [f32; WIDE],
-    /// Pixels after the first that the box around the triangle reaches.
+    /// Number of pixels after the first that the bounding box covers.
     across: [f32; WIDE],
     up: [f32; WIDE],
     id: [u32; WIDE],
 }
 
-/// 16 corners in the image: column and row in parts of a pixel, `w`. Not a number where they cannot be rounded.
+/// 16 corners in the image: column and row in sub-pixel steps, and `w`. NaN if a corner cannot be rounded.
 #[derive(Clone, Copy)]
 pub(super) struct Placed<S: Simd> {
     pub x: F<S>,
@@ -31,7 +32,7 @@ pub(super) struct Placed<S: Simd> {
 }
 
 impl Small {
-    /// `from` and `to` are columns and rows of the first and the last pixel.
+    /// Prepares 16 triangles; `from` and `to` are columns and rows of the first and the last pixel.
     #[inline(always)]
     pub fn new<S: Simd>(
         simd: S,
@@ -40,14 +41,14 @@ impl Small {
         [from, to]: [(F<S>, F<S>); 2],
         id: U<S>,
     ) -> Self {
-        // Seen from behind, corners are taken the other way round.
+        // Triangles seen from behind have their corners swapped.
         let turned = area.simd_lt(0.0);
         let (b, c) = (
             Placed { x: turned.select(c.x, b.x), y: turned.select(c.y, b.y), w: turned.select(c.w, b.w) },
             Placed { x: turned.select(b.x, c.x), y: turned.select(b.y, c.y), w: turned.select(b.w, c.w) },
         );
         let area = area.abs();
-        // Relative to the first pixel all numbers are whole and small: sums and products are exact.
+        // Relative to the first pixel all numbers are small integers, so sums and products are exact.
         let (left, low) = (from.0 * PARTS, from.1 * PARTS);
         let (pa, pb, pc) = ((a.x - left, a.y - low), (b.x - left, b.y - low), (c.x - left, c.y - low));
         Self {
@@ -61,7 +62,7 @@ impl Small {
         }
     }
 
-    /// Draws those whose bits are set.
+    /// Draws the triangles whose bits are set.
     #[inline(always)]
     pub fn draw<S: Simd, const ID: bool>(&self, simd: S, mut bits: u64, raster: &mut Raster<'_, ID>) {
         while bits != 0 {
@@ -84,7 +85,7 @@ impl Small {
         }
     }
 
-    /// Draws 4 x 4 pixels of one, from a column and a row after its first on.
+    /// Draws 4 x 4 pixels of one triangle, starting at an offset from its first pixel.
     #[inline(always)]
     fn block<S: Simd, const ID: bool>(
         &self,
@@ -103,7 +104,7 @@ impl Small {
         raster.offer_block(simd, place, Offer { w, inside, id });
     }
 
-    /// A border at 4 x 4 pixels.
+    /// Evaluates an edge function at 4 x 4 pixels.
     #[inline(always)]
     fn value<S: Simd>(&self, simd: S, border: usize, lane: usize, from: (f32, f32)) -> F<S> {
         const X: [f32; WIDE] = [0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3.];
@@ -115,17 +116,17 @@ impl Small {
     }
 }
 
-/// The border from one corner to another: what a column and a row add, and its value at the first pixel.
+/// Returns the edge function from one corner to another: its increments per column and per row, and its value at the
+/// first pixel.
 #[inline(always)]
 fn border<S: Simd>(simd: S, (x0, y0): (F<S>, F<S>), (x1, y1): (F<S>, F<S>)) -> [[f32; WIDE]; 3] {
     let (u, v) = (y0 - y1, x1 - x0);
-    // A pixel on a border belongs to the area on its right, or above.
+    // A pixel exactly on an edge belongs to the area on its right, or above.
     let mine = u.simd_gt(0.0) | (u.simd_eq(0.0) & v.simd_gt(0.0));
     let off = mine.select(F::splat(simd, 0.0), F::splat(simd, 1.0));
     [stored(u * PARTS), stored(v * PARTS), stored(-(u * x0 + v * y0) - off)]
 }
 
-/// The numbers of a vector.
 #[inline(always)]
 pub(super) fn stored<S: Simd>(v: F<S>) -> [f32; WIDE] {
     let mut out = [0.0; WIDE];

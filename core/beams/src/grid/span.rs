@@ -1,4 +1,4 @@
-//! Rows of a convex area: from the left edges to the right ones.
+//! Drawing of convex areas row by row, from the left edges to the right ones.
 
 use fearless_simd::prelude::*;
 
@@ -8,15 +8,15 @@ use super::{
 };
 use crate::simd::{greatest, least};
 
-/// A border: of the area is what lies where the line is greater than 0.
+/// An edge; the area lies where the line is greater than 0.
 ///
-/// A pixel exactly on a line belongs to the area on its right; on a level line, to the area above. So of two areas that
-/// share a border each pixel belongs to exactly one, since both compute the same quotients.
+/// A pixel exactly on a line belongs to the area on its right; on a horizontal line, to the area above. So each pixel
+/// belongs to exactly one of two areas that share an edge, since both compute the same quotients.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Edge(pub Line);
 
 impl Edge {
-    /// Narrows a range of columns in a row to what lies inside; columns are whole numbers.
+    /// Narrows a range of columns in a row to the inside of the edge; columns are whole numbers.
     #[inline(always)]
     fn narrow(&self, row: f64, low: &mut f64, high: &mut f64) {
         let Line { a, b, c } = self.0;
@@ -32,12 +32,12 @@ impl Edge {
     }
 }
 
-/// A part of a plane to be drawn.
+/// A part of a plane to draw.
 pub(super) struct Face<'a> {
     pub edges: &'a [Edge],
-    /// `w`.
+    /// `w` as a function of column and row.
     pub w: Line,
-    /// `w` stays within these.
+    /// Range that `w` is clamped to.
     pub limits: (f32, f32),
     pub id: u32,
 }
@@ -74,7 +74,7 @@ impl Face<'_> {
         let id = U::splat(simd, self.id);
         let mut column = low;
         while column < high {
-            // Begun anew in double precision every 16 pixels.
+            // Recomputed in double precision every 16 pixels.
             let w = climb + (base + self.w.a * column as f64) as f32;
             let w = least(greatest(w, least_w), most_w);
             let inside = lanes.simd_lt((high - column) as f32);

@@ -1,8 +1,8 @@
-//! Triangles of meshes, 16 at a time.
+//! Triangles of meshes, drawn 16 at a time.
 //!
-//! Corners are moved to the image and rounded to 1/256 of a pixel. From there on small triangles need whole numbers
-//! only, small enough to be exact in single precision, and large ones are exact in double precision: each pixel belongs to
-//! exactly one of two neighbours, whatever their size. What reaches behind the camera is drawn by homogeneous edges.
+//! Corners are projected to the image and rounded to 1/256 of a pixel. Small triangles then need only integers that are
+//! exact in single precision, and large ones are exact in double precision: each pixel belongs to exactly one of two
+//! neighbours, whatever their size. Triangles that reach behind the camera are drawn by homogeneous edges.
 
 use std::ops::Range;
 
@@ -23,29 +23,29 @@ use crate::{
     simd::{dispatch, greatest, least},
 };
 
-/// Numbers of groups.
+/// One value for each group of a row of groups.
 type D<S> = f64x8<S>;
 
-/// Adding and subtracting this rounds to whole numbers.
+/// Adding and then subtracting this rounds to an integer.
 const ROUND: f32 = 12_582_912.0;
-/// Up to here corners, in parts of a pixel from the middle, are rounded.
+/// Maximum distance of a corner from the image centre at which it is rounded, in sub-pixel steps.
 const FURTHEST: f32 = 4_194_304.0;
-/// Nearer corners are treated as behind the camera, in metres.
+/// Minimum depth of a corner, in metres. Nearer corners are treated as behind the camera.
 const NEAREST: f32 = 1e-6;
-/// Small triangles extend less, in parts of a pixel.
+/// Extent below which a triangle is small, in sub-pixel steps.
 const SMALL: f32 = 8.0 * PARTS;
 
-/// A mesh made ready.
+/// A mesh prepared for drawing.
 pub(super) struct Triangles<'a> {
     camera: &'a Camera,
     mesh: &'a Clusters,
-    /// From the middle of the mesh.
+    /// Transform from the frame at the centre of the mesh to the view.
     view_from_mesh: ViewFrom,
-    /// What makes columns, rows (both in parts of a pixel, from the middle) and depths of a corner.
+    /// Coefficients for the column, the row (both in sub-pixel steps from the image centre) and the depth of a corner.
     moves: [[f32; 4]; 3],
     faces: Faces,
     id: u32,
-    /// The camera in the mesh: its place, or the way its rays go.
+    /// The position of the camera in the frame of the mesh; for an orthographic view, the direction of its rays.
     eye: Vector3<f64>,
 }
 
@@ -72,12 +72,12 @@ impl<'a> Triangles<'a> {
         Some(Self { camera, mesh, view_from_mesh, moves, faces, id, eye })
     }
 
-    /// How many rows of groups there are to be looked at.
+    /// Returns the number of rows of groups to test.
     pub fn groups(&self) -> usize {
         self.mesh.groups.len()
     }
 
-    /// Which of some rows of groups may be seen, band by band: first vector, and the one after the last.
+    /// Returns those of some groups that may be visible, as ranges of vectors (first, end) for each band.
     pub fn look(&self, level: Level, groups: Range<usize>, bands: Bands) -> Vec<Vec<(u32, u32)>> {
         let mut seen = vec![Vec::with_capacity(groups.len() * ROW / bands.count()); bands.count()];
         dispatch!(level, simd => self.look_with(simd, &self.mesh.groups[groups], bands, &mut seen));
@@ -97,7 +97,7 @@ impl<'a> Triangles<'a> {
             let placed = |i: usize| x * m[(i, 0)] + y * m[(i, 1)] + z * m[(i, 2)] + t[i];
             let (cx, cy, cz) = (placed(0), placed(1), placed(2));
             let mut out = (cz + r).simd_lt(camera.near) | (cz - r).simd_gt(camera.far);
-            // Which side they show.
+            // Which side the groups show.
             let toward =
                 if camera.perspective { [x - eye.x, y - eye.y, z - eye.z] } else { [eye.x, eye.y, eye.z].map(number) };
             let [tx, ty, tz] = toward;
@@ -112,7 +112,7 @@ impl<'a> Triangles<'a> {
             if !self.faces.front {
                 out |= (-turn).simd_gt(limit);
             }
-            // A box around the ball, in pixels.
+            // The bounding box of the sphere, in pixels.
             let whole = (cz - r).simd_lt(1e-6) & mask64x8::splat(simd, camera.perspective);
             let (front, behind) = if camera.perspective { (one / (cz - r), one / (cz + r)) } else { (one, one) };
             let range = |c: D<S>, middle: f64, count: usize| {
@@ -144,7 +144,7 @@ impl<'a> Triangles<'a> {
         }
     }
 
-    /// Draws the vectors from one to before another.
+    /// Draws a range of vectors, given as (first, end).
     #[inline(always)]
     pub fn draw<S: Simd, const ID: bool>(&self, simd: S, sixteens: (u32, u32), raster: &mut Raster<'_, ID>) {
         let sixteens = sixteens.0 as usize..sixteens.1 as usize;
@@ -153,7 +153,7 @@ impl<'a> Triangles<'a> {
         }
     }
 
-    /// Moves 16 corners to the image.
+    /// Projects 16 corners to the image.
     #[inline(always)]
     fn place<S: Simd>(&self, simd: S, corner: &[[f32; WIDE]; 3]) -> Placed<S> {
         let (x, y) = (F::load_array_ref(simd, &corner[0]), F::load_array_ref(simd, &corner[1]));
@@ -188,18 +188,18 @@ impl<'a> Triangles<'a> {
         let (low_x, high_x) = (least(least(a.x, b.x), c.x), greatest(greatest(a.x, b.x), c.x));
         let (low_y, high_y) = (least(least(a.y, b.y), c.y), greatest(greatest(a.y, b.y), c.y));
         let tiny = (high_x - low_x).simd_lt(SMALL) & (high_y - low_y).simd_lt(SMALL);
-        // The pixels whose middles are in the box around it, in the band.
+        // The pixels of the band whose centres are in the bounding box.
         let (column, row) =
             (greatest(up(low_x), F::splat(simd, 0.0)), greatest(up(low_y), F::splat(simd, raster.first as f32)));
         let column_end = least(down(high_x), F::splat(simd, (raster.columns - 1) as f32));
         let row_end = least(down(high_y), F::splat(simd, (raster.end - 1) as f32));
-        // What is no number is not a place either.
+        // NaN areas come from corners that could not be rounded.
         let placed = area.simd_eq(area);
         let covers = column.simd_le(column_end) & row.simd_le(row_end) & placed;
         let front = area.simd_gt(0.0) & M::splat(simd, self.faces.front);
         let shown = front | (area.simd_lt(0.0) & M::splat(simd, self.faces.back));
         let small = (covers & tiny & shown).to_bitmask();
-        // Where the sign of the area may be rounding, it is looked at again.
+        // Large triangles, and those that could not be rounded, are drawn in double precision.
         let mut rest = ((covers & !tiny) | !placed).to_bitmask();
         if small != 0 {
             let pixels = [(column, row), (column_end, row_end)];
@@ -221,7 +221,7 @@ impl<'a> Triangles<'a> {
         }
     }
 
-    /// Draws a triangle of any size and place.
+    /// Draws a triangle of any size and position.
     #[inline(always)]
     fn draw_large<S: Simd, const ID: bool>(
         &self,
@@ -234,7 +234,7 @@ impl<'a> Triangles<'a> {
         let parts = f64::from(PARTS);
         let middle = camera.middle();
         let points = [0, 1, 2].map(|k| self.view_from_mesh.point(&sixteen.corner(k, lane)));
-        // Relative to the first pixel, in parts of a pixel.
+        // In sub-pixel steps, relative to the first pixel.
         let place: [Vector3<f64>; 3] = std::array::from_fn(|k| {
             let [x, y, _] = placed[k];
             if !x.is_nan() {
@@ -271,26 +271,26 @@ impl<'a> Triangles<'a> {
             rows = (low.ceil().max(0.0) as usize, (high.floor() + 1.0).max(0.0) as usize);
         }
         if ![w.a, w.b, w.c].iter().all(|x| x.is_finite()) {
-            // Seen exactly from the side.
+            // The triangle is seen exactly edge-on.
             w = Line { a: 0.0, b: 0.0, c: f64::from(limits.1) };
         }
         Face { edges: &edges, w, limits, id }.draw(simd, raster, rows);
     }
 }
 
-/// A row of a motion applied to points.
+/// Applies one row of an affine transform to points.
 #[inline(always)]
 fn moved<S: Simd>((x, y, z): (F<S>, F<S>, F<S>), m: &[f32; 4]) -> F<S> {
     x * m[0] + y * m[1] + z * m[2] + m[3]
 }
 
-/// The first pixel whose middle is not before a place; places are whole parts of a pixel.
+/// Returns the first pixel whose centre is not before a position, which is a whole number of sub-pixel steps.
 #[inline(always)]
 fn up<S: Simd>(place: F<S>) -> F<S> {
     ((place + (0.5 * PARTS - 0.5)) * (1.0 / PARTS) + ROUND) - ROUND
 }
 
-/// The last pixel whose middle is not after a place.
+/// Returns the last pixel whose centre is not after a position.
 #[inline(always)]
 fn down<S: Simd>(place: F<S>) -> F<S> {
     ((place - (0.5 * PARTS - 0.5)) * (1.0 / PARTS) + ROUND) - ROUND

@@ -1,4 +1,4 @@
-//! One batch per kind: motions and commands in, wrenches and efforts out, pushes for the engine.
+//! Batches of actuators by kind: motions and commands in, wrenches and efforts out, converted to pushes for the engine.
 
 use tatu_physics::{Engine, Push};
 use tatu_plugin_api::abi::*;
@@ -13,7 +13,7 @@ use tatu_scene::{Data, Dynamics, Scene, pose_to_array};
 
 use super::{Actuator, Actuators, mount::Mount, scratch::ApplyScratch};
 
-/// An actuator that failed, or that has nothing to push.
+/// An actuator that failed, or that has no effect.
 pub struct ApplyFailure {
     /// Slot of the actuator.
     pub slot: u32,
@@ -21,39 +21,39 @@ pub struct ApplyFailure {
     pub kind: usize,
     /// The plugin's error, or what is wrong with its output.
     pub text: String,
-    /// Negative: it is switched off. `TATU_OK`: it goes on, and is reported once.
+    /// Negative: it is switched off. `TATU_OK`: it stays on, and is reported once.
     pub status: tatu_status,
 }
 
-/// Input of actuators.
+/// The inputs of an advance with actuators.
 #[derive(Clone, Copy)]
 pub struct Acts<'a> {
-    /// The scene, which nothing changes meanwhile.
+    /// The scene, which does not change meanwhile.
     pub scene: &'a Scene,
-    /// What plugins offer.
+    /// The registry of plugins.
     pub registry: &'a Registry,
     /// Velocity of an object that no body carries.
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
     /// Simulation time, s.
     pub time: f64,
-    /// Which plugin call is running.
+    /// The watchdog's record of the running plugin call.
     pub watch: &'a Watch,
 }
 
-/// One actuator of a batch: its place in [`Actuators::devices`], where it sits, and its commands.
+/// An actuator in a batch: its index in [`Actuators::devices`], its mount and its commands.
 struct Seat {
     device: usize,
     mount: Mount,
     commands: Vec<f64>,
 }
 
-/// The actuators of a kind that act now.
+/// The actuators of one kind that act together.
 struct Batch {
     kind: usize,
     seats: Vec<Seat>,
 }
 
-/// Kinds in order, and in each the actuators in the order of the scene.
+/// Returns the batches: kinds in order, and within each its actuators in the order of creation.
 fn batches(actuators: &Actuators, dynamics: &Dynamics, around: &Acts<'_>, every_substep: bool) -> Vec<Batch> {
     let mut out = Vec::new();
     for (kind, info) in around.registry.actuators.iter().enumerate() {
@@ -75,7 +75,7 @@ fn batches(actuators: &Actuators, dynamics: &Dynamics, around: &Acts<'_>, every_
     out
 }
 
-/// Lets the kinds act that are asked once per advance: their pushes act in all of its `dt`.
+/// Calls the kinds that are called once per advance; their pushes act for all of `dt`.
 pub fn per_step(actuators: &mut Actuators, dynamics: &mut Dynamics, around: &Acts<'_>, dt: f64) -> Vec<ApplyFailure> {
     let (mut failed, mut pushes) = (Vec::new(), Vec::new());
     for batch in batches(actuators, dynamics, around, false) {
@@ -88,7 +88,7 @@ pub fn per_step(actuators: &mut Actuators, dynamics: &mut Dynamics, around: &Act
     failed
 }
 
-/// The kinds that are asked before each engine step, for one advance.
+/// The kinds that are called before each engine step, for one advance.
 pub struct SubSteps<'a> {
     actuators: &'a mut Actuators,
     registry: &'a Registry,
@@ -101,7 +101,7 @@ pub struct SubSteps<'a> {
 }
 
 impl<'a> SubSteps<'a> {
-    /// Those of a world; `None`: there are none, and the engine need not ask.
+    /// Collects the actuators of a world; `None`: there are none, so the engine needs no callback.
     pub fn new(
         actuators: &'a mut Actuators,
         (registry, watch): (&'a Registry, &'a Watch),
@@ -117,7 +117,7 @@ impl<'a> SubSteps<'a> {
         Some(SubSteps { actuators, registry, watch, batches, time: around.time, dt, failed: Vec::new() })
     }
 
-    /// Before one engine step.
+    /// Adds the pushes for one engine step.
     pub fn before(&mut self, engine: &dyn Engine, step: u32, out: &mut Vec<Push>) {
         let when = (self.time + f64::from(step) * self.dt, self.dt);
         for batch in &mut self.batches {
@@ -128,14 +128,14 @@ impl<'a> SubSteps<'a> {
     }
 }
 
-/// The recipient of a batch, and the watch for its calls.
+/// The context of a call with a batch.
 struct Asked<'a> {
     registry: &'a Registry,
     watch: &'a Watch,
     engine: &'a dyn Engine,
 }
 
-/// Calls a kind once, and turns what it gives into pushes. `when`: time, and how long until the next call, s.
+/// Calls a kind once, and converts its outputs to pushes. `when`: simulation time, and duration until the next call, s.
 fn apply(
     actuators: &mut Actuators,
     batch: &Batch,
@@ -166,7 +166,8 @@ fn apply(
     let mut error = ErrorSlot::new();
     let me = registry.plugins[info.plugin].me;
     let before = watch.enter_batch(Call::Apply, info.plugin, devices[seats[0].device].slot, seats.len());
-    // SAFETY: arrays are as large as the batch states; the instances belong to this call.
+    // SAFETY: all arrays in `table` have one entry per actuator of the batch and live through the call; the instances
+    // are alive and used by no other call.
     let run = || info.raw.apply.map_or(TATU_OK, |f| unsafe { answer(f(me, &table, error.raw()), false, error.raw()) });
     let (status, moved) = guard::watched(run);
     watch.leave(before);
@@ -198,7 +199,7 @@ fn apply(
 }
 
 impl ApplyScratch {
-    /// Copies of all commands, which a plugin may read.
+    /// Copies all commands to a buffer that plugins may read.
     fn give_commands(&mut self, seats: &[Seat]) {
         self.commands.fill(seats.iter().map(|s| s.commands.len()).sum(), 0.0);
         let first = self.commands.first_mut();
@@ -209,7 +210,7 @@ impl ApplyScratch {
             at += seat.commands.len();
         }
     }
-    /// Where a plugin wrote out of bounds, if it did.
+    /// Describes where a plugin wrote out of bounds, if it did.
     fn written_beside(&self, seats: &[Seat]) -> Option<&'static str> {
         let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
         match () {

@@ -1,44 +1,46 @@
-//! What an actuator acts on: the nearest dynamic shape at or above it, and the nearest joint above it before that.
+//! Mounts of actuators: the nearest dynamic shape at or above an actuator, and the nearest joint in between.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_physics::{BodyId, Engine, JointId, JointState, Push};
 use tatu_scene::{Data, Dynamics, JointType, Scene};
 
-/// How a mount moves: world frame, SI units.
+/// The motion of a mount, in the world frame and SI units.
 pub(super) struct Motion {
     pub pose: Isometry3<f64>,
     pub twist: [f64; 6],
-    /// Position and velocity of its joint; 0 without one.
+    /// Position and velocity of its joint; zeros if it has none.
     pub joint: [f64; 2],
 }
 
-/// A joint that the engine knows.
+/// A joint that exists in the engine.
 #[derive(Clone, Copy)]
 struct Hinge {
     joint: JointId,
     slides: bool,
-    /// Above and below, with the joint's frame in the body above.
+    /// The bodies above and below, and the joint's frame in the body above.
     bodies: (BodyId, BodyId),
     frame_in_a: Isometry3<f64>,
 }
 
-/// Where an actuator sits. Made anew for each advance: objects may have been moved and hung elsewhere.
+/// The place where an actuator is attached. It is rebuilt for each advance, since objects may have been moved or
+/// reparented.
 pub(super) struct Mount {
-    /// The body that it is fixed to.
+    /// The body that it is attached to.
     carrier: Option<BodyId>,
     hinge: Option<Hinge>,
-    /// A joint that is not moved by the engine: its position and velocity.
+    /// Position and velocity of a joint that the engine does not move.
     still: [f64; 2],
-    /// From the carrier (or the world) to the joint, or to the actuator itself if there is no joint of the engine;
+    /// Transform from the carrier (or the world) to the joint, or to the actuator itself if no joint of the engine is
+    /// in between.
     to_joint: Isometry3<f64>,
-    /// and from the moved frame of that joint on.
+    /// Transform from the moving frame of that joint to the actuator.
     from_joint: Isometry3<f64>,
-    /// Velocity where nothing carries it: from its last motion.
+    /// Velocity if no body carries it, derived from its last motion.
     twist: [f64; 6],
 }
 
 impl Mount {
-    /// Looks up what an object acts on. Engine and scene must be at one.
+    /// Finds the mount of an object. The engine must be in sync with the scene.
     pub fn of(scene: &Scene, dynamics: &Dynamics, slot: u32, twist: impl Fn(u32) -> [f64; 6]) -> Mount {
         let world = scene.world(slot);
         let (mut joint, mut carrier) = (None, None);
@@ -76,7 +78,7 @@ impl Mount {
         mount
     }
 
-    /// How it moves now.
+    /// Returns its current motion.
     pub fn motion(&self, engine: &dyn Engine) -> Motion {
         let base = self.carrier.map_or(Isometry3::identity(), |body| engine.pose(body));
         let state = self.hinge.map(|h| (h, engine.joint_state(h.joint)));
@@ -92,7 +94,8 @@ impl Mount {
         Motion { pose, twist, joint: state.map_or(self.still, |(_, s)| [s.position, s.velocity]) }
     }
 
-    /// What a wrench on the mount and an effort of its joint do to bodies. `Err`: what of them has nothing to act on.
+    /// Converts a wrench on the mount and an effort of its joint to forces on bodies. `Err`: which of them has nothing
+    /// to act on.
     pub fn pushes(
         &self,
         engine: &dyn Engine,
@@ -105,7 +108,7 @@ impl Mount {
         let force = Vector3::new(wrench[0], wrench[1], wrench[2]);
         let torque = Vector3::new(wrench[3], wrench[4], wrench[5]);
         match self.carrier {
-            // Nothing to do: a push would wake the body.
+            // Zero pushes are left out, because a push would wake the body.
             _ if *wrench == [0.0; 6] => {}
             Some(body) => {
                 let arm = at.translation.vector - engine.centre_of_mass(body).coords;
@@ -131,7 +134,7 @@ impl Hinge {
         }
     }
 
-    /// Equal and opposite on the two bodies: a torque about the joint's axis, or a force along it.
+    /// Adds equal and opposite pushes on the two bodies: a torque about the joint's axis, or a force along it.
     fn push(&self, engine: &dyn Engine, effort: f64, out: &mut Vec<Push>) {
         let frame = engine.pose(self.bodies.0) * self.frame_in_a;
         let along = frame.rotation * Vector3::z() * effort;

@@ -1,11 +1,11 @@
-//! Buffers of a batch of actuators.
+//! Buffers for a batch of actuators.
 
 use std::ffi::c_void;
 
 use tatu_plugin_api::abi::*;
 use tatu_plugins::guarded::Guarded;
 
-/// Reused by every batch, so that a step allocates nothing.
+/// Buffers reused by every batch, so that a step does not allocate.
 #[derive(Default)]
 pub(super) struct ApplyScratch {
     pub data: Vec<*mut c_void>,
@@ -15,7 +15,7 @@ pub(super) struct ApplyScratch {
     pub twist: Vec<[f64; 6]>,
     pub joint: Vec<[f64; 2]>,
     pub command: Vec<*const f64>,
-    /// The commands of all, one after the other.
+    /// The commands of all actuators, one after the other.
     pub commands: Guarded<f64>,
     pub wrench: Guarded<[f64; 6]>,
     pub effort: Guarded<f64>,

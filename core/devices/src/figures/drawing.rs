@@ -1,4 +1,4 @@
-//! Items in space: points, lines, faces, little solids.
+//! Drawings: points, lines, faces and small solids in space.
 
 use std::collections::VecDeque;
 
@@ -8,20 +8,20 @@ use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::graph::{Keys, map};
 
-/// What an item is.
+/// The form of an item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum Form {
     Points,
     Lines,
     Triangles,
-    /// Small flat or solid marks; all but spheres have a normal.
+    /// Small flat or solid marks; all except spheres have a normal.
     TrianglePoints,
     QuadPoints,
     DiscPoints,
     CubePoints,
     SpherePoints,
-    /// Points, each joined to the one before.
+    /// Points, each connected to the previous one.
     LineStrip,
 }
 
@@ -44,11 +44,11 @@ impl Form {
             [Points, Lines, Triangles, TrianglePoints, QuadPoints, DiscPoints, CubePoints, SpherePoints, LineStrip];
         Self::NAMES.iter().position(|n| *n == name).map(|i| all[i])
     }
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> &'static str {
         Self::NAMES[self as usize]
     }
-    /// Points of an item, and whether a normal follows them.
+    /// Returns the number of points of an item, and whether a normal follows them.
     pub fn layout(self) -> (usize, bool) {
         match self {
             Form::Points | Form::SpherePoints | Form::LineStrip => (1, false),
@@ -59,38 +59,38 @@ impl Form {
     }
 }
 
-/// Items of one form.
+/// A set of items of one form.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Drawing {
-    /// What its items are.
+    /// The form of its items.
     pub form: Form,
-    /// Of points and lines pixels, of marks m.
+    /// Size: in pixels for points and lines, in m for marks.
     pub size: f64,
     /// Red, green, blue, 0 to 1.
     pub color: [f64; 3],
-    /// The object that it moves with; 0: the world.
+    /// The object whose frame it moves with; 0: the world.
     pub parent: tatu_object,
-    /// Most items; 0: [`Drawing::MOST`].
+    /// Maximum number of items; 0: [`Drawing::MOST`].
     pub capacity: usize,
-    /// When full, the oldest item makes room.
+    /// Whether a new item replaces the oldest one when the drawing is full.
     pub cyclic: bool,
-    /// An item nearer than this to another is not added, m.
+    /// An item closer than this to an existing one is not added, m.
     pub tolerance: f64,
-    /// Stays when the run stops.
+    /// Whether it stays when the run stops.
     pub persistent: bool,
-    /// Numbers of an item after its points and normal: its own colours, size, transparency.
+    /// Number of values of an item after its points and normal: its own colours, size, transparency.
     pub extra: usize,
-    /// In the frame of the parent: points, normal, and what else an item has.
+    /// Items in the parent's frame: points, normal, and extra values.
     pub items: VecDeque<Vec<f64>>,
 }
 
 impl Drawing {
     const KEYS: &[&str] =
         &["form", "size", "color", "parent", "capacity", "cyclic", "tolerance", "persistent", "extra"];
-    /// Most items of a drawing.
+    /// Maximum number of items of any drawing.
     pub const MOST: usize = 1_000_000;
 
-    /// From a table; `form` must be there.
+    /// Parses a table; `form` is required.
     pub fn from_value(value: &Value) -> Result<Self, Refusal> {
         let keys = Keys::new("a drawing", value, Self::KEYS)?;
         let Some(form) = Form::parse(&keys.text("form")?) else {
@@ -109,7 +109,7 @@ impl Drawing {
             items: VecDeque::new(),
         })
     }
-    /// As a table, without its items.
+    /// Returns the description as a table, without items.
     pub fn entries(&self) -> Value {
         map([
             ("form", Value::text(self.form.name())),
@@ -123,12 +123,12 @@ impl Drawing {
             ("extra", Value::Int(self.extra as i64)),
         ])
     }
-    /// Numbers of an item.
+    /// Returns the number of values of an item.
     pub fn stride(&self) -> usize {
         let (points, normal) = self.form.layout();
         3 * (points + usize::from(normal)) + self.extra
     }
-    /// An item from the frame `by` into another.
+    /// Transforms an item by `by`.
     fn moved(&self, item: &[f64], by: &Isometry3<f64>) -> Vec<f64> {
         let (points, normal) = self.form.layout();
         let mut out = item.to_vec();
@@ -139,8 +139,8 @@ impl Drawing {
         }
         out
     }
-    /// Adds items, one after the other, given in the world; `frame` is the parent's. How many were added: not those that
-    /// are too near to others, nor those for which there is no room.
+    /// Adds items, one after the other, given in world coordinates; `frame` is the parent's pose. Returns how many were
+    /// added, which excludes items too close to others and those that do not fit.
     pub fn add(&mut self, items: &[f64], frame: &Isometry3<f64>) -> Result<usize, Refusal> {
         let stride = self.stride();
         if items.is_empty() || !items.len().is_multiple_of(stride) || !items.iter().all(|x| x.is_finite()) {
@@ -169,7 +169,7 @@ impl Drawing {
         }
         Ok(added)
     }
-    /// All items as they lie in the world now, one after the other.
+    /// Returns all items in world coordinates, one after the other.
     pub fn in_world(&self, frame: &Isometry3<f64>) -> Vec<f64> {
         self.items.iter().flat_map(|item| self.moved(item, frame)).collect()
     }

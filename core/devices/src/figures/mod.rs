@@ -1,10 +1,10 @@
-//! What is drawn for people: numbers over time in graphs, and points, lines and faces in space.
+//! Figures for people to look at: graphs over time, and drawings in space.
 //!
-//! - [`Figures`]: all of a world;
+//! - [`Figures`]: all graphs and drawings of a world;
 //! - [`Drawing`]: items in space, on an object or in the world.
 //!
-//! Nothing of it acts back on objects. Graphs are emptied when a run starts and keep what they have when it stops;
-//! drawings go when it stops, unless they are meant to last.
+//! Figures have no effect on objects. Graphs are cleared when a run starts and keep their contents when it stops;
+//! drawings are removed when it stops, unless they are persistent.
 
 mod drawing;
 
@@ -18,21 +18,21 @@ pub use drawing::{Drawing, Form};
 use tatu_errors::Refusal;
 use tatu_scene::{Data, Scene, graph::Graph};
 
-/// Most drawings of a world: a script that adds one in each step must not fill the memory.
+/// Maximum number of drawings of a world, in case a script adds one in each step.
 const MOST_DRAWINGS: usize = 10_000;
 
 /// All graphs and drawings of a world.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Figures {
-    /// By object: generation and slot.
+    /// Graphs, by handle of their object.
     pub graphs: BTreeMap<u64, Graph>,
-    /// By number.
+    /// Drawings, by number.
     pub drawings: BTreeMap<i64, Drawing>,
     last_drawing: i64,
 }
 
 impl Figures {
-    /// A run starts: graphs are as the scene describes them, and empty.
+    /// Resets the graphs to their descriptions in the scene, when a run starts.
     pub fn begin(&mut self, scene: &Scene) {
         self.graphs.clear();
         for (slot, o) in scene.slots() {
@@ -41,11 +41,11 @@ impl Figures {
             }
         }
     }
-    /// A run has stopped: what was drawn is gone.
+    /// Removes drawings that are not persistent, when a run has stopped.
     pub fn end(&mut self) {
         self.drawings.retain(|_, d| d.persistent);
     }
-    /// The graph of an object that is one.
+    /// Returns the graph of an object, which must be a graph.
     pub fn graph(&mut self, scene: &Scene, object: tatu_object) -> Result<&mut Graph, Refusal> {
         let slot = tatu_slot(object);
         match scene.get(slot).map(|o| (o, &o.data)) {
@@ -55,11 +55,11 @@ impl Figures {
             _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("object {slot} `{}` is not a graph", scene.path(slot)))),
         }
     }
-    /// What all items take, roughly.
+    /// Returns the approximate memory of all items, bytes.
     pub fn bytes(&self) -> u64 {
         self.drawings.values().map(|d| (d.items.len() * (8 * d.stride() + 32)) as u64).sum()
     }
-    /// Adds a drawing; its number, from 1.
+    /// Adds a drawing and returns its number, from 1.
     pub fn draw(&mut self, drawing: Drawing) -> Result<i64, Refusal> {
         if self.drawings.len() >= MOST_DRAWINGS {
             return Err(Refusal(TATU_ERR_SPACE, format!("there are {MOST_DRAWINGS} drawings already")));
@@ -68,7 +68,7 @@ impl Figures {
         self.drawings.insert(self.last_drawing, drawing);
         Ok(self.last_drawing)
     }
-    /// Removes drawings on removed objects.
+    /// Removes drawings whose parents have been removed.
     pub fn remove_orphans(&mut self, scene: &Scene) {
         self.drawings.retain(|_, d| d.parent == 0 || scene.resolve(d.parent).is_ok());
     }

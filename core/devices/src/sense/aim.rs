@@ -8,12 +8,12 @@ use super::plan::{BeamPlan, look_along};
 /// The aimed rays of a batch.
 #[derive(Default)]
 pub(super) struct Aims {
-    /// Origin and direction of each in its sensor's frame, sensor after sensor.
+    /// Origin and direction of each ray in its sensor's frame, sensor by sensor.
     rays: Guarded<[f64; 6]>,
-    /// Of each sensor of the batch, its first ray, as the border has it; null: its rays are not aimed. Empty: nobody
-    /// aims.
+    /// For each sensor of the batch, a pointer to its first ray, as passed to the plugin; null: its rays are not aimed.
+    /// Empty: no sensor of the batch is aimed.
     pub places: Vec<*mut f64>,
-    /// The places of the rays in their sensor's frame, once they are taken.
+    /// Poses of the rays in their sensor's frame, once they have been taken.
     turned: Vec<Isometry3<f64>>,
 }
 
@@ -23,7 +23,7 @@ impl Aims {
         self.turned.clear();
     }
 
-    /// Lays out the rays of aimed sensors, as planned; whether there are any.
+    /// Initialises the rays of aimed sensors as planned; returns whether there are any.
     pub fn lay<'a>(&mut self, plans: impl Iterator<Item = &'a BeamPlan> + Clone) -> bool {
         if !plans.clone().any(|p| p.aimed) {
             return false;
@@ -46,12 +46,13 @@ impl Aims {
         true
     }
 
-    /// Whether their guards are intact.
+    /// Returns whether the guards are intact.
     pub fn are_whole(&self) -> bool {
         self.rays.is_whole()
     }
 
-    /// The next `n` rays as they are aimed now; `None`: one of them has no finite origin, or no unit direction.
+    /// Returns the next `n` rays as they are aimed now; `None`: one of them has an origin that is not finite, or a
+    /// direction that is not a unit vector.
     pub fn take(&mut self, n: usize) -> Option<&[Isometry3<f64>]> {
         let begin = self.turned.len();
         let own = &self.rays[begin..begin + n];

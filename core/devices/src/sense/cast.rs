@@ -1,4 +1,4 @@
-//! What the beams of a batch meet: all sensors of a kind in one pass, answers in arrays that the plugin reads.
+//! Beams of a batch: those of all its sensors are cast in one pass, with the results in arrays that the plugin reads.
 
 use ::tatu_beams::{Beam, BeamScene, BundleCast, BundleHits, Faces, Hit, Volume};
 use nalgebra::{Isometry3, Vector3};
@@ -11,10 +11,10 @@ use super::{
     targets::Sees,
 };
 
-/// Beams of a batch and their answers; beam `i` of the batch has place `i` in each array that was asked for.
+/// Beams of a batch and their results; beam `i` of the batch has index `i` in each array that was asked for.
 #[derive(Default)]
 pub(super) struct Casts {
-    /// Where each sensor's beams begin, and at last where they end.
+    /// Index of each sensor's first beam, and the total number of beams at the end.
     pub first: Vec<u64>,
     pub distance: Vec<f64>,
     pub point: Vec<[f64; 3]>,
@@ -22,24 +22,24 @@ pub(super) struct Casts {
     pub object: Vec<tatu_object>,
     pub primitive: Vec<u32>,
     pub color: Vec<[u8; 3]>,
-    /// Kept from batch to batch; there are as many as sorts of things that sensors see.
+    /// Reused from batch to batch; there are as many as distinct sets of targets.
     singles: Vec<Singles>,
     hits: Vec<Hit>,
-    /// Room that is used again; the beams themselves stand in the plans.
+    /// Reused buffer; the rays themselves are in the plans.
     bundles: Vec<Fan>,
 }
 
-/// Beams that are cast one by one, of sensors that see the same things.
+/// Beams that are cast one by one, of sensors that look at the same targets.
 struct Singles {
     sees: Sees,
     beams: Vec<Beam>,
-    /// Of each beam, its place in the sensor's frame.
+    /// For each beam, its pose in the sensor's frame.
     frames: Vec<Isometry3<f64>>,
-    /// Of each beam, its place in the batch.
+    /// For each beam, its index in the batch.
     places: Vec<u32>,
-    /// Those whose answer something may hide.
+    /// Beams whose hit may be hidden by something in front of it.
     occluded: Vec<u32>,
-    /// Those whose answer may lie too far away, and what is too far.
+    /// Beams whose hit may be too far away, with the maximum distance.
     short: Vec<(u32, f64)>,
 }
 
@@ -51,7 +51,7 @@ struct Fan {
     look: SensorView,
 }
 
-/// Where a sensor is, and what it passes over.
+/// A sensor's pose, and what it ignores.
 #[derive(Clone, Copy)]
 pub(super) struct SensorView {
     pub world_from_sensor: Isometry3<f64>,
@@ -62,21 +62,22 @@ pub(super) struct SensorView {
     pub only_object: Option<u64>,
 }
 
-/// What of what is met counts.
+/// Limits on which hits count.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
     /// Which sides of faces count.
     pub faces: Faces,
     /// Largest angle between a ray and the normal of the face that it hits, rad.
     pub max_incidence: f64,
-    /// Nothing farther from the sensor counts, whatever the form of its beams; infinity: all that lies in them.
+    /// Maximum distance of a hit from the sensor, whatever the form of its beams, m; infinity: the beams alone limit
+    /// it.
     pub reach: f64,
-    /// Whether what stands in front hides what is behind, also where that does not count.
+    /// Whether surfaces hide what is behind them, even if they themselves do not count.
     pub occlude: bool,
 }
 
 impl Limits {
-    /// Those of a sensor, but for what is asked for once.
+    /// Returns the limits of a sensor, unless others are requested for this measurement.
     pub fn of(plan: &BeamPlan, once: Option<Limits>) -> Self {
         let BeamPlan { faces, max_incidence, occlude, .. } = *plan;
         once.unwrap_or(Limits { faces, max_incidence, reach: f64::INFINITY, occlude })
@@ -104,7 +105,7 @@ impl Casts {
         }
     }
 
-    /// Adds the next sensor. Rays that are aimed are added by [`aimed`](Self::aimed), before the cast.
+    /// Adds the next sensor. Aimed rays are added later by [`aimed`](Self::aimed), before the cast.
     pub fn add(&mut self, plan: &BeamPlan, look: SensorView) {
         let begin = self.first.last().copied().unwrap_or(0);
         self.first.push(begin + plan.directions.len() as u64);
@@ -119,7 +120,7 @@ impl Casts {
         self.singly(plan, look, begin as u32, frames);
     }
 
-    /// Adds the rays of a sensor of the batch, whose places in its frame are known now.
+    /// Adds the aimed rays of a sensor of the batch, with their poses in its frame.
     pub fn aimed(&mut self, sensor: usize, plan: &BeamPlan, look: SensorView, frames: &[Isometry3<f64>]) {
         self.singly(plan, look, self.first[sensor] as u32, frames.iter().copied());
     }
@@ -133,7 +134,7 @@ impl Casts {
         });
         let set = &mut self.singles[at];
         let limits = look.limits;
-        // The far end of a volume with flat ends is a part of its form.
+        // The far end of a volume with flat ends is a part of its form, so it is not moved to `reach`.
         let is_flat = matches!(plan.volume, Volume::Pyramid { .. } | Volume::Cylinder { .. });
         let far = if is_flat { plan.far } else { plan.far.min(limits.reach) };
         for (k, frame) in frames.enumerate() {
@@ -158,8 +159,7 @@ impl Casts {
         }
     }
 
-    /// Casts all, as far as `inputs` ask for it. `plan` gives a sensor of the batch its plan; without a pool this thread is
-    /// alone.
+    /// Casts all beams, and fills the arrays in `inputs`. `plan` returns the plan of a sensor of the batch.
     pub fn run<'a>(
         &mut self,
         inputs: u32,
@@ -225,7 +225,7 @@ impl Casts {
         let (mut distance, mut point, mut normal) = (&mut distance[..], &mut point[..], &mut normal[..]);
         let (mut object, mut primitive) = (&mut object[..], &mut primitive[..]);
         let mut at = 0;
-        // By what they look at: mostly all at the same.
+        // Grouped by what they look at, which is usually the same for all.
         let mut jobs: Vec<(&BeamScene, Vec<(BundleCast<'_>, BundleHits<'_>)>)> = Vec::new();
         for Fan { sensor, look } in bundles.iter().copied() {
             let plan = plan(sensor);
@@ -263,26 +263,26 @@ impl Casts {
     }
 }
 
-/// Whether a surface, of any side and slant, lies between a beam's origin and the point that it found.
+/// Returns whether a surface, of any side and slant, is between a beam's origin and the point that it hit.
 fn is_hidden(seen: &BeamScene, beam: &Beam, hit: &Hit) -> bool {
     let turn = look_along(hit.point.coords.normalize().into());
-    // The surface that was found does not hide itself.
+    // The surface that was hit must not hide itself.
     let before = hit.distance * (1.0 - HIDES);
     let ray = Beam { skip_group: beam.skip_group, ..Beam::ray(beam.world_from_beam * turn, before) };
     hit.distance > 0.0 && seen.cast_one(&ray).is_some()
 }
 
-/// What hides a point is nearer than it by this part of its distance.
+/// An occluder must be closer than the hit by this fraction of the hit's distance.
 const HIDES: f64 = 1e-6;
 
-/// Writes a number that was asked for.
+/// Writes a value, if its array was asked for.
 fn put<T>(to: &mut [T], place: usize, value: impl FnOnce() -> T) {
     if let Some(x) = to.get_mut(place) {
         *x = value();
     }
 }
 
-/// The part of `n` elements after `skip` others, taken off an array; nothing of one that was not asked for.
+/// Splits off `n` elements after `skip` others; returns nothing from an array that was not asked for.
 fn cut<'a, T>(rest: &mut &'a mut [T], skip: usize, n: usize) -> &'a mut [T] {
     if rest.is_empty() {
         return &mut [];
@@ -293,7 +293,7 @@ fn cut<'a, T>(rest: &mut &'a mut [T], skip: usize, n: usize) -> &'a mut [T] {
     part
 }
 
-/// The color of the surface that was met; black where nothing was.
+/// Returns the colour of the surface that was hit; black if nothing was hit.
 fn surface_color(scene: &Scene, object: tatu_object) -> [u8; 3] {
     let met = (object != 0).then(|| scene.get(tatu_slot(object))).flatten();
     let color = met.and_then(|o| o.shape()).map_or([0.0; 3], |s| s.color);

@@ -1,4 +1,4 @@
-//! One sensor: its instance, its last reading, and where the fields of that lie.
+//! A sensor: its instance, its last reading, and the layout of its fields.
 
 use std::{ffi::c_void, rc::Rc};
 
@@ -14,52 +14,52 @@ use super::{
 };
 use crate::sense::reading_arena::{ReadingArena, ReadingBuffer};
 
-/// One sensor's instance and its last reading.
+/// A sensor's instance and its last reading.
 ///
-/// There may be thousands, and each step goes through all: what a reading needs stands in the first line of the
-/// processor's cache, what a measure needs in the first two.
+/// There may be thousands, and each step iterates over all of them: what a reading needs is in the first cache line,
+/// and what a measurement needs in the first two.
 #[repr(C, align(64))]
 pub struct Device {
-    /// The fields one after the other, each 8-byte aligned.
+    /// The fields, one after the other, each 8-byte aligned.
     pub fields: ReadingBuffer,
-    /// Shared by sensors that are alike.
+    /// The layout, shared by sensors that are alike.
     pub layout: Rc<Layout>,
-    /// Number of the measure, from 1; 0: none yet.
+    /// Number of the measurement, from 1; 0: none yet.
     pub sequence: u64,
-    /// When it was taken, s.
+    /// Simulation time of the measurement, s.
     pub time: f64,
     /// Its slot in the scene.
     pub slot: u32,
     /// Disabled after a fault.
     pub off: bool,
-    /// Measures only on request, as the scene declares.
+    /// Whether it measures only on request, as declared in the scene.
     pub(super) explicit: bool,
     /// Index of its kind in the registry.
     pub kind: usize,
     /// The plugin's own data.
     pub data: *mut c_void,
-    /// What is done to its fields after a measure; `None`: nothing.
+    /// Noise that is applied to its fields after each measurement.
     pub noise: Option<Box<Noise>>,
-    /// From the scene's seed and the sensor: the key of its random numbers.
+    /// Seed of its random numbers, derived from the scene's seed and the sensor.
     pub seed: u64,
-    /// How often it has measured since the start, resets or not: what random numbers are drawn by.
+    /// Number of measurements since the start, including those before a reset; its random numbers depend on it.
     pub drawn: u64,
-    /// What the plugin may write of its state.
+    /// The state block that the plugin writes to.
     pub state: StateBlock,
-    /// Which of the scene's objects it sees, as [`Targets`](super::targets::Targets) number such choices; 0: all.
+    /// Number of its choice of objects, see [`Targets`](super::targets::Targets); 0: all.
     pub(super) choice: u32,
-    /// Hz, as the scene says; 0: it measures in each step.
+    /// Rate declared in the scene, Hz; 0: it measures in every step.
     pub(super) rate: f64,
-    /// Of a sensor with a rate: the period in which it measured last.
+    /// For a sensor with a rate: the period in which it last measured.
     pub period: Option<u64>,
-    /// Its number, which its random numbers depend on.
+    /// Its instance id.
     pub id: u64,
     /// Values of its parameters, in the order of the kind's declaration.
     pub params: Vec<Value>,
 }
 
 impl Device {
-    /// A sensor without a reading; its beams are not known yet.
+    /// Creates a sensor without a reading; its beams are not known yet.
     pub fn new(
         kind: usize,
         slot: u32,
@@ -89,7 +89,7 @@ impl Device {
         }
     }
 
-    /// Takes beams and fields. Where the fields have other sizes now, the last reading is forgotten.
+    /// Sets beams and layout. If the sizes of the fields have changed, the last reading is discarded.
     pub fn lay_out(&mut self, layout: Rc<Layout>) {
         if self.layout.spans != layout.spans || self.fields.len() != layout.words {
             self.fields = ReadingBuffer::new(layout.words);
@@ -98,14 +98,14 @@ impl Device {
         self.layout = layout;
     }
 
-    /// Puts the reading where those of the sensors made before lie.
+    /// Moves the reading next to those of sensors created before.
     pub(super) fn shelve(&mut self, arena: &mut ReadingArena) {
         let mut words = arena.take(self.fields.len());
         words.copy_from_slice(&self.fields);
         self.fields = words;
     }
 
-    /// After a call of its plugin: whether it kept within its fields and its state block.
+    /// Returns whether the plugin stayed within the fields and the state block in its last call.
     #[inline]
     pub(super) fn kept_within(&self) -> bool {
         let fields = &*self.fields;
@@ -114,7 +114,7 @@ impl Device {
             && self.state.is_whole()
     }
 
-    /// Where it wrote out of bounds.
+    /// Describes where the plugin wrote out of bounds.
     #[cold]
     pub(super) fn wrote_too_far(&mut self, kind: &SensorKind) -> String {
         let past = self.layout.ends.iter().position(|end| self.fields[*end as usize] != GUARD);
@@ -141,8 +141,8 @@ impl Device {
         self.noise.iter_mut().for_each(|n| n.drop_held());
     }
 
-    /// Whether it measures by itself at this time: not more than once in a period of its rate. Periods are counted from
-    /// time 0, so that they do not drift.
+    /// Returns whether it is due at this time, which it is at most once in a period of its rate. Periods are counted
+    /// from time 0, so that they do not drift.
     pub fn is_due(&mut self, time: f64) -> bool {
         if self.off || self.explicit {
             return false;
@@ -154,17 +154,17 @@ impl Device {
         std::mem::replace(&mut self.period, now) != now
     }
 
-    /// Whether it measures by itself in each step, and is seen to at once.
+    /// Returns whether it measures in every step, with readings that are visible at once.
     pub(super) fn is_steady(&self) -> bool {
         !self.off && !self.explicit && self.rate <= 0.0 && !self.is_delayed()
     }
 
-    /// Whether its readings are seen later than they are measured.
+    /// Returns whether its readings become visible later than they are measured.
     pub(super) fn is_delayed(&self) -> bool {
         self.noise.as_ref().is_some_and(|noise| noise.delays())
     }
 
-    /// Before a measure, if readings are delayed: takes out the reading that is seen, and makes room for another.
+    /// Takes out the visible reading before a measurement and makes room for the new one, if readings are delayed.
     pub(super) fn keep_shown(&mut self) -> Option<noise::HeldReading> {
         let noise = self.noise.as_ref().filter(|n| n.delays())?;
         let newest = noise.newest();
@@ -174,16 +174,17 @@ impl Device {
         Some(shown)
     }
 
-    /// After a measure: changes the fields as the scene declares.
+    /// Applies noise to the fields after a measurement.
     pub(super) fn add_noise(&mut self, kind: &SensorKind, pool: &rayon::ThreadPool) {
         let Device { noise: Some(noise), fields, layout, seed, drawn, time, .. } = self else { return };
-        // It has been counted already.
+        // `drawn` already includes this measurement.
         let drawn = drawn.wrapping_sub(1);
         let spans = &layout.spans;
         noise.apply(noise::Measured { kind, seed: *seed, drawn, time: *time, fields, spans }, pool);
     }
 
-    /// After a measure, if readings are delayed: the new one waits, and the newest that is old enough is seen.
+    /// After a measurement, if readings are delayed: holds the new reading back, and makes the newest that is old
+    /// enough visible.
     pub(super) fn put_back(&mut self, shown: Option<noise::HeldReading>) {
         let (Some(shown), Some(noise)) = (shown, &mut self.noise) else { return };
         let (now, fields) = (self.time, std::mem::replace(&mut self.fields, shown.fields));
@@ -192,14 +193,14 @@ impl Device {
         self.release(now);
     }
 
-    /// Shows the newest reading that is old enough, if one was under way.
+    /// Makes the newest held reading that is old enough visible, if there is one.
     pub fn release(&mut self, now: f64) {
         if let Some(r) = self.noise.as_mut().and_then(|n| n.release(now)) {
             (self.time, self.sequence, self.fields) = (r.time, r.sequence, r.fields);
         }
     }
 
-    /// A view of one field.
+    /// Returns a view of a field.
     pub fn view(&self, kind: &SensorKind, field: usize) -> tatu_field_view {
         let info = &kind.fields[field];
         let (first, n) = self.layout.spans[field];
@@ -213,12 +214,13 @@ impl Device {
         }
     }
 
-    /// The first field that holds a NaN. "Nothing detected" is infinity or zero, never NaN.
+    /// Returns the first field that contains a NaN. "Nothing detected" is infinity or zero, never NaN.
     pub fn not_a_number<'k>(&self, kind: &'k SensorKind) -> Option<&'k str> {
         let is_bad = |i: usize| {
             let (first, n) = self.layout.spans[i];
             let at = self.fields[first..].as_ptr();
-            // SAFETY: the buffer has `n` elements of the declared type.
+            // SAFETY: the layout reserves `n` elements of this type at the field's first word, and every bit pattern is
+            // a valid number.
             unsafe {
                 match kind.fields[i].elem {
                     TATU_ELEM_F64 => std::slice::from_raw_parts(at.cast::<f64>(), n).iter().any(|x| x.is_nan()),
@@ -230,11 +232,11 @@ impl Device {
         (0..kind.fields.len()).find(|i| is_bad(*i)).map(|i| kind.fields[i].name.as_str())
     }
 
-    /// A field's content as a value, for traces.
+    /// Returns the contents of a field as a value, for traces.
     pub fn value(&self, kind: &SensorKind, field: usize) -> Value {
         let (first, n) = self.layout.spans[field];
         let bytes = self.fields[first..].as_ptr();
-        // SAFETY: the buffer has `n` elements of the declared type.
+        // SAFETY: as in `not_a_number`.
         unsafe {
             match kind.fields[field].elem {
                 TATU_ELEM_F64 => Value::Floats(std::slice::from_raw_parts(bytes.cast(), n).to_vec()),
@@ -259,25 +261,25 @@ impl Device {
     }
 }
 
-/// The number of the period of a rate that a time lies in. Times are sums of steps: one that lacks but their rounding
-/// is in the period that it begins.
+/// Returns the number of the period of a rate that contains a time. Times are sums of steps: one that is below the
+/// start of a period only by rounding errors belongs to that period.
 fn period(rate: f64, time: f64) -> u64 {
     (time * rate * (1.0 + 1e-12) + 1e-9).floor() as u64
 }
 
-/// What follows from a sensor's parameters: its beams, and where its fields lie.
+/// The part of a sensor that follows from its parameters: its beams, and the layout of its fields.
 #[derive(Debug, PartialEq)]
 pub struct Layout {
-    /// What it sends out.
+    /// Its beams.
     pub plan: BeamPlan,
-    /// Of each field: the word at which it begins, and how many elements it has.
+    /// For each field: index of its first word, and number of elements.
     pub spans: Vec<(usize, usize)>,
-    /// Of each field, its shape.
+    /// For each field, its shape.
     dims: Vec<[u32; 3]>,
     words: usize,
-    /// Of each field, how many elements it has, as it crosses the border.
+    /// For each field, its number of elements, as passed to plugins.
     pub lengths: Vec<u64>,
-    /// The word before all fields, and of each the one behind it: guards.
+    /// Indices of the guards: the word before all fields, and the word after each.
     ends: Vec<u32>,
     /// The bytes between the end of a field and its guard, where there are any.
     pads: Vec<Pad>,
@@ -323,10 +325,10 @@ impl Default for Layout {
 }
 
 impl Layout {
-    /// Where the fields of a reading lie, for what an instance sends out.
+    /// Computes the layout of the fields for a plan of beams.
     pub fn new(plan: BeamPlan, kind: &SensorKind) -> Result<Self, String> {
         let dims: Vec<_> = kind.fields.iter().map(|f| plan.shape(f.dims)).collect();
-        // One guard word before them and behind each, to detect writes out of bounds.
+        // A guard word before the fields and after each one reveals writes out of bounds.
         let (mut spans, mut pads, mut words) = (Vec::new(), Vec::new(), 1);
         for (f, dims) in kind.fields.iter().zip(&dims) {
             let elements = length(f, dims)?;
@@ -341,7 +343,7 @@ impl Layout {
         Ok(Layout { plan, spans, dims, words, lengths, ends, pads })
     }
 
-    /// Empties the fields of a reading for a measure.
+    /// Clears the fields for a measurement.
     #[inline]
     pub(super) fn clear(&self, fields: &mut [u64]) {
         fields.fill(0);
@@ -351,7 +353,7 @@ impl Layout {
     }
 }
 
-/// Elements of a field; an error where no memory could hold them.
+/// Returns the number of elements of a field, or an error if they exceed the limit.
 fn length(field: &FieldInfo, dims: &[u32; 3]) -> Result<usize, String> {
     let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d as usize)).filter(|n| *n as u64 <= MOST_ELEMENTS);
     n.ok_or_else(|| format!("its field `{}` of {dims:?} elements is too large", field.name))

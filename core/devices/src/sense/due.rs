@@ -1,13 +1,14 @@
-//! Which sensors measure by themselves in a step.
+//! Selection of the sensors that measure in a step.
 //!
-//! Most do in each step: they are listed once, and none of them is asked again whether it is due. The others are asked.
+//! Most sensors measure in every step: they are listed once and not asked again whether they are due. The others are
+//! asked in each step.
 
 use std::rc::Rc;
 
 use super::{Roll, Sensing, Turn, turn::TOGETHER};
 
 impl Sensing {
-    /// Lists the devices of each kind, if the lists are not right any more.
+    /// Rebuilds the lists of devices of each kind, if they are out of date.
     pub fn list(&mut self) {
         if std::mem::replace(&mut self.listed, true) {
             return;
@@ -22,25 +23,25 @@ impl Sensing {
         self.rolls = rolls.into_iter().map(Rc::new).collect();
     }
 
-    /// A turn for one device alone; [`Sensing::was_alone`] takes it back, to be used again.
+    /// Returns a turn for a single device; [`Sensing::was_alone`] takes it back for reuse.
     pub fn alone(&mut self, index: usize) -> Turn {
         let mut turn = std::mem::take(&mut self.alone);
         turn.clear();
         turn.add(index, &self.devices[index]);
         turn
     }
-    /// See [`Sensing::alone`].
+    /// Takes back the turn from [`Sensing::alone`].
     pub fn was_alone(&mut self, turn: Turn) {
         self.alone = turn;
     }
 
-    /// The devices of a kind, as they were listed last.
+    /// Returns the devices of a kind, as last listed.
     pub fn roll(&self, kind: usize) -> Rc<Roll> {
         self.rolls.get(kind).cloned().unwrap_or_default()
     }
 
-    /// Of the next devices of a roll that are asked, from the `from`-th on, those that measure at this time; how many were
-    /// looked at. What they measured before may be seen now, whether they measure now or not.
+    /// Fills `turn` with those that are due at this time, among the next devices in `roll.others` from index `from` on.
+    /// Returns how many were checked. It also releases their delayed readings that are old enough.
     pub fn due(&mut self, roll: &Roll, from: usize, time: f64, turn: &mut Turn) -> usize {
         turn.clear();
         let some = roll.others.get(from..).unwrap_or_default();
@@ -49,7 +50,7 @@ impl Sensing {
             let d = &mut self.devices[*i];
             if !d.off {
                 d.release(time);
-                // It had a last delayed reading.
+                // If that was its last delayed reading, it may now measure in every step, so the lists must be rebuilt.
                 self.listed &= !d.is_steady();
             }
             if d.is_due(time) {

@@ -5,10 +5,10 @@ use tatu_plugin_api::abi::*;
 
 use super::{cast::SensorView, plan::BeamPlan};
 
-/// Pixels of a batch, sensor after sensor, each with its lowest row first.
+/// The pixels of a batch, sensor by sensor, each with its lowest row first.
 #[derive(Default)]
 pub(super) struct Frames {
-    /// Where each sensor's pixels begin, and at last where they end.
+    /// Index of each sensor's first pixel, and the total number of pixels at the end.
     pub first: Vec<u64>,
     pub depth: Vec<f32>,
     pub color: Vec<[u8; 3]>,
@@ -27,7 +27,7 @@ impl Frames {
         self.object.clear();
     }
 
-    /// Adds what a sensor sees, as far as `inputs` ask for it; nothing for one without an image.
+    /// Adds a sensor's image with the channels in `inputs`; adds nothing for a sensor without an image.
     pub fn add(&mut self, plan: &BeamPlan, look: SensorView, seen: &BeamScene, inputs: u32, pool: &rayon::ThreadPool) {
         let begin = self.first.last().copied().unwrap_or(0);
         let Some(grid) = &plan.image else {
@@ -54,7 +54,7 @@ impl Frames {
         take(&mut self.color, &mut self.image.color);
         take(&mut self.cosine, &mut self.image.cosine);
         take(&mut self.object, &mut self.image.object);
-        // Those that do not need an input have zeros between the others.
+        // A sensor that does not need a channel gets zeros, to keep the channels aligned.
         let end = self.first.last().copied().unwrap_or(0) as usize;
         let lacks = |flag: u32| inputs & plan.without & flag != 0;
         if lacks(TATU_IN_COLOR) {
@@ -69,7 +69,7 @@ impl Frames {
     }
 }
 
-/// Appends an image; the first of a batch keeps its memory.
+/// Appends an image; the first one of a batch is swapped in without copying.
 fn take<T: Copy>(to: &mut Vec<T>, from: &mut Vec<T>) {
     if to.is_empty() {
         std::mem::swap(to, from);

@@ -1,4 +1,5 @@
-//! Batches of a kind: the beams of many due sensors are cast together, and the plugin is called once for them.
+//! Batches of sensors of a kind: the beams of many due sensors are cast together, and the plugin is called once for
+//! them.
 
 use std::ffi::c_void;
 
@@ -18,21 +19,21 @@ use super::{
     scratch::MeasureScratch,
 };
 
-/// A sensor, or a whole kind, that failed: device, and what it said.
+/// A sensor that failed, alone or with its whole batch.
 pub struct MeasureFailure {
     /// Slot of the sensor.
     pub slot: u32,
     /// Its kind.
     pub kind: usize,
-    /// In which call.
+    /// The call in which it failed.
     pub call: Call,
-    /// What the plugin said.
+    /// The plugin's error text.
     pub text: String,
-    /// Whether it panicked.
+    /// The status, which shows whether it panicked.
     pub status: tatu_status,
 }
 
-/// When a measure takes place.
+/// The time of a measurement.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment {
     /// Simulation time, s.
@@ -41,47 +42,47 @@ pub struct Moment {
     pub step: u64,
 }
 
-/// Which sensors are measured, and when.
+/// A job: which sensors measure, and when.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
     /// Their kind.
     pub kind: usize,
     /// Indices of [`Sensing::devices`], ascending.
     pub devices: &'a [usize],
-    /// Places in `devices` at which another batch begins, however many threads there are: what fails as a batch does so
-    /// on any number of them.
+    /// Positions in `devices` at which a new batch begins. They do not depend on the number of threads, and neither
+    /// does which sensors fail together.
     pub cuts: &'a [usize],
-    /// How.
+    /// Options for all of them.
     pub options: &'a MeasureOptions,
-    /// When.
+    /// The time of the measurement.
     pub moment: Moment,
 }
 
-/// How sensors measure, where it differs from their parameters.
+/// Options that override the parameters of sensors.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct MeasureOptions {
-    /// See only this object.
+    /// The only object that is visible, if set.
     pub only: Option<tatu_object>,
-    /// In place of their own.
+    /// Limits in place of their own.
     pub limits: Option<Limits>,
 }
 
-/// What sensors measure.
+/// The surroundings of a measurement.
 pub struct Around<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// What plugins offer.
+    /// The registry of plugins.
     pub registry: &'a Registry,
     /// Velocity of an object.
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
-    /// The watch that notes calls of plugins.
+    /// The watchdog's record of plugin calls.
     pub watch: &'a Watch,
     /// Threads for the beams.
     pub pool: &'a rayon::ThreadPool,
 }
 
-/// Rays and pixels of sensors that are measured in one batch: what they met then still stands in the processor's caches
-/// when their plugin reads it.
+/// Maximum number of rays and pixels in a batch, so that their results are still in the processor's caches when the
+/// plugin reads them.
 const BATCH: usize = 1 << 14;
 
 /// Measures with sensors of one kind; returns those that failed.
@@ -90,7 +91,7 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
 }
 
 impl<'a> Job<'a> {
-    /// The devices from cut to cut.
+    /// Returns the devices between the cuts.
     fn shares(&self) -> impl Iterator<Item = &'a [usize]> {
         let ends = self.cuts.iter().copied().chain([self.devices.len()]);
         let (devices, mut begin) = (self.devices, 0);
@@ -98,7 +99,7 @@ impl<'a> Job<'a> {
     }
 }
 
-/// The same for the devices between two cuts.
+/// Measures with the devices between two cuts, split into batches of limited size.
 fn in_batches(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
     let mut failed = Vec::new();
     let mut rest = job.devices;
@@ -117,7 +118,7 @@ fn in_batches(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<
     failed
 }
 
-/// Measures a batch.
+/// Measures with a batch.
 fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
     let Job { kind, devices, options, moment, .. } = *job;
     let Around { scene, registry, twist, pool, .. } = *around;
@@ -187,13 +188,13 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
     failed
 }
 
-/// The whole batch fails where its function wrote beside the list of statuses.
+/// Fails the whole batch if its function wrote outside the list of statuses.
 fn beside_status(call: Call, s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<MeasureFailure> {
     if s.status.is_whole() {
         return Vec::new();
     }
     let n = s.status.len();
-    // What the batch holds now may be anything; pointers to the list stay, for its size does.
+    // The statuses may have been overwritten. The list keeps its size, so pointers to it stay valid.
     s.status.fill(n, TATU_ERR);
     let text = format!("broke the contract: it wrote outside the statuses of its batch of {n}");
     let failure =
@@ -201,7 +202,7 @@ fn beside_status(call: Call, s: &mut MeasureScratch, all: &[Device], job: &Job<'
     job.devices.iter().map(failure).collect()
 }
 
-/// Adds the aimed rays to those that are cast. A sensor with an invalid ray fails and casts none.
+/// Adds the aimed rays to those to be cast. A sensor with an invalid ray fails and casts none.
 fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<MeasureFailure> {
     let mut failed = Vec::new();
     let whole = s.aims.are_whole();
@@ -230,7 +231,7 @@ fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<Measur
     failed
 }
 
-/// Passes a batch to one of the functions of a kind; returns those that failed by their status in the batch.
+/// Calls one of the functions of a kind with a batch; returns the sensors that failed according to their statuses.
 fn hand_over(
     call: Call,
     batch: &tatu_sensor_batch,
@@ -248,14 +249,15 @@ fn hand_over(
     let Some(function) = function else { return Vec::new() };
     let me = around.registry.plugins[kind_info.plugin].me;
     error.fresh();
-    // SAFETY: one status per instance.
+    // SAFETY: `batch.status` points to the scratch buffer, which has one status per instance.
     let before = unsafe { std::slice::from_raw_parts(batch.status, batch.n as usize) };
-    // Instances that failed in an earlier call; nearly always none.
+    // Statuses of earlier failures, which are rare.
     let known = if before.iter().any(|s| *s < 0) { before.to_vec() } else { Vec::new() };
     let first = job.devices.first().map_or(0, |i| all[*i].slot);
     let before = around.watch.enter_batch(call, kind_info.plugin, first, job.devices.len());
-    // Here and not around all of this: the mode belongs to the thread that measures.
-    // SAFETY: arrays are as large as the batch states; the instances belong to this call.
+    // The check covers only the call, since the floating-point mode belongs to the thread that measures.
+    // SAFETY: all arrays in `batch` have one entry per sensor and live through the call; the instances are alive and
+    // used by no other call.
     let (told, moved) = guard::watched(|| unsafe { function(me, batch, error.raw()) });
     around.watch.leave(before);
     let mut told = error.answer(told, false);
@@ -268,7 +270,7 @@ fn hand_over(
     let mut failed = Vec::new();
     for (i, index) in job.devices.iter().enumerate() {
         let d = &mut all[*index];
-        // SAFETY: one status per instance.
+        // SAFETY: `i < n`, and `batch.status` has one status per instance; the slice taken before is no longer used.
         let status = unsafe { &mut *batch.status.add(i) };
         if known.get(i).is_some_and(|s| *s < 0) {
             continue;

@@ -1,14 +1,14 @@
-//! Sensors: which are due, their beams, their readings.
+//! Sensors: when they measure, their beams, their readings.
 //!
-//! - `sensing`: the world's sensors; `device`: one sensor's instance and its last reading;
-//! - `turn`, `due`: which sensors measure by themselves in a step;
-//! - `plan`: what a device sends out, as its plugin declared; `aim`: rays that plugins move before they are cast;
-//! - `targets`: the scene as beams and images find it; `outline`: edges for pictures;
-//! - `cast`, `image`: beams and images of a batch; `measure`: a batch of one kind, cast together, then one call of the
-//!   plugin; `scratch`: its buffers;
-//! - `noise`: what a scene declares for the fields of a sensor, applied after each measure;
-//! - `random`: random numbers that depend on nothing but seed, sensor and count; `normal`: those of the normal
-//!   distribution;
+//! - `sensing`: the world's sensors; `device`: a sensor's instance and last reading;
+//! - `turn`, `due`: which sensors measure in a step;
+//! - `plan`: the beams of a device, as its plugin declared them; `aim`: rays that plugins move before they are cast;
+//! - `targets`: the scene in which beams and images are cast; `outline`: outlines for pictures;
+//! - `cast`, `image`: beams and images of a batch; `measure`: a batch of one kind, cast together, then passed to the
+//!   plugin in one call; `scratch`: its buffers;
+//! - `noise`: the noise that a scene declares for the fields of a sensor, applied after each measurement;
+//! - `random`: random numbers that depend only on seed, sensor and count; `normal`: the inverse of the normal
+//!   distribution function;
 //! - `reading_arena`: the memory of readings.
 
 mod aim;

@@ -1,23 +1,23 @@
-//! The inverse of the normal distribution function.
+//! The inverse of the standard normal distribution function.
 //!
-//! Wichura, "Algorithm AS 241: The percentage points of the normal distribution", Applied Statistics 37 (1988), 477-484,
-//! the variant PPND16: rational functions, good to about 1 in 10^16. It needs nothing but the four operations and the
-//! square root, which are the same on every processor, and for the tails (15 % of the numbers) a logarithm, which is
-//! the `libm` crate's for that reason.
+//! It is the variant PPND16 of Wichura, "Algorithm AS 241: The percentage points of the normal distribution", Applied
+//! Statistics 37 (1988), 477-484: rational functions, accurate to about 1 in 10^16. Besides the four operations and the
+//! square root, which are the same on every processor, it needs a logarithm for the tails (15 % of the numbers), which
+//! is taken from the `libm` crate for that reason.
 
 #![allow(clippy::excessive_precision, reason = "the coefficients, digit by digit as printed")]
 
-/// The number below which a share `p` of the normal distribution lies; `p` between 0 and 1.
+/// Returns the value below which a share `p` of the normal distribution lies; `p` is between 0 and 1.
 pub(super) fn quantile(p: f64) -> f64 {
     let q = p - 0.5;
     if q.abs() <= SPLIT { middle(q) } else { tail(p, q) }
 }
 
-/// The same for many, in place.
+/// Applies `quantile` to many numbers, in place.
 pub(super) fn quantiles(all: &mut [f64]) {
     let mut tails = [0u32; BLOCK + 1];
     for block in all.chunks_mut(BLOCK) {
-        // Without a branch, so that the compiler can take several at once.
+        // Free of branches, so that the compiler can vectorise it.
         let mut n = 0;
         let mut kept = [0.0; BLOCK];
         for (i, p) in block.iter_mut().enumerate() {
@@ -39,7 +39,7 @@ pub(super) fn quantiles(all: &mut [f64]) {
 const BLOCK: usize = 128;
 const SPLIT: f64 = 0.425;
 
-/// `p = 0.5 + q`, `|q|` at most 0.425.
+/// Handles `p = 0.5 + q` with `|q|` at most 0.425.
 #[inline(always)]
 fn middle(q: f64) -> f64 {
     let r = 0.180_625 - q * q;
@@ -137,7 +137,8 @@ mod tests {
         for k in 1..100_000 {
             for p in [f64::from(k) / 1e5, 1.7f64.powi(-(k % 60) - 1)] {
                 let back = phi(quantile(p));
-                // erfc itself is good to 1 in 10^15; beyond z = 8 its argument's rounding counts z^2 times.
+                // `erfc` itself is accurate to 1 in 10^15; beyond z = 8, the rounding error of its argument is
+                // multiplied by z^2.
                 assert!((back - p).abs() < 1e-13 * p.min(1.0 - p) + 2e-16, "{p}: {back}");
             }
         }
@@ -152,7 +153,7 @@ mod tests {
         let mut many = p.clone();
         quantiles(&mut many);
         p.iter().zip(&many).for_each(|(p, z)| assert_eq!(quantile(*p).to_bits(), z.to_bits()));
-        // Tails alone.
+        // Blocks that contain only tails.
         let mut tails = [1e-9; BLOCK + 3];
         quantiles(&mut tails);
         assert!(tails.iter().all(|z| *z == quantile(1e-9)));

@@ -1,4 +1,4 @@
-//! The edges of what a sensor sends out, for pictures.
+//! Outlines of the beams of a sensor, for pictures.
 
 use std::f64::consts::TAU;
 
@@ -7,17 +7,17 @@ use nalgebra::Vector3;
 
 use super::BeamPlan;
 
-/// Two points, m, in the sensor's frame.
+/// The two ends of a line in the sensor's frame, m.
 pub type Edge = [[f64; 3]; 2];
 
-/// Pieces of a circle.
+/// Number of segments of a circle.
 const PIECES: u32 = 36;
-/// Rays that are shown.
+/// Maximum number of rays shown.
 const MOST_RAYS: usize = 60;
-/// What reaches farther than this is shown up to here, m.
+/// Maximum range shown, m.
 const FARTHEST: f64 = 20.0;
 
-/// The edges; none for a sensor that sends nothing out.
+/// Returns the edges of a plan's beams; none for a sensor without beams.
 pub fn edges(plan: &BeamPlan) -> Vec<Edge> {
     let (near, far) = (plan.near, plan.far.min(FARTHEST));
     let mut out = Vec::new();
@@ -44,7 +44,7 @@ pub fn edges(plan: &BeamPlan) -> Vec<Edge> {
             plan.directions.iter().step_by(step).for_each(|d| edge(Vector3::from(*d) * near, Vector3::from(*d) * far));
         }
         Volume::Cone { half_angle } => {
-            // A ball sector: the rims, and two arcs through the middle of the far end.
+            // A spherical sector: both rims, and two arcs through the middle of the far end.
             let on = |r: f64, off: f64, turn: f64| {
                 Vector3::new(libm::sin(off) * libm::cos(turn), libm::sin(off) * libm::sin(turn), libm::cos(off)) * r
             };
@@ -104,10 +104,10 @@ pub fn edges(plan: &BeamPlan) -> Vec<Edge> {
     out
 }
 
-/// The corners of a rectangle, one after the other.
+/// The corners of a rectangle in order.
 const AROUND: [(f64, f64); 4] = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
 
-/// An angle in even pieces: where each begins and ends.
+/// Divides an angle into equal pieces; returns where each begins and ends.
 fn pieces(angle: f64) -> impl Iterator<Item = (f64, f64)> {
     let at = move |i: u32| angle * f64::from(i) / f64::from(PIECES);
     (0..PIECES).map(move |i| (at(i), at(i + 1)))

@@ -1,4 +1,4 @@
-//! What a device sends out: rays, a volume or an image, as its plugin declared.
+//! Plans of beams: the rays, volume or image of a device, as its plugin declared them.
 
 use std::{
     f64::consts::{FRAC_PI_2, PI, TAU},
@@ -16,46 +16,46 @@ use tatu_plugins::{
 
 use super::targets::Sees;
 
-/// What a device sends out.
+/// The beams of a device.
 #[derive(Debug, PartialEq)]
 pub struct BeamPlan {
-    /// Form of the volume, or of one ray.
+    /// Form of the volume, or of a single ray.
     pub volume: Volume,
     /// Ray directions in the sensor's frame; one entry (its +z) for a volume, none for an image or a sensor without
     /// beams.
     pub directions: Vec<[f64; 3]>,
-    /// For each direction, the turn that makes +z look along it.
+    /// For each direction, the rotation that turns +z into it.
     pub turns: Vec<UnitQuaternion<f64>>,
-    /// Many rays, made ready.
+    /// The rays prepared for casting as a bundle, if there are enough of them.
     pub bundle: Bundle,
-    /// What it sees as an image.
+    /// Its image, if it has one.
     pub image: Option<Grid>,
-    /// Nothing nearer counts, m.
+    /// Minimum distance of a hit, m.
     pub near: f64,
-    /// Nothing farther counts, m.
+    /// Maximum distance of a hit, m.
     pub far: f64,
     /// Largest angle between a ray and the normal of the face that it hits, rad.
     pub max_incidence: f64,
     /// Which sides of faces count.
     pub faces: Faces,
-    /// Whether the sensor's own model is left out.
+    /// Whether the sensor's own model is ignored.
     pub skip_model: bool,
-    /// Numbers of its own, for shapes.
+    /// Sizes of its own, which dimensions of its fields refer to.
     pub own: [u32; 4],
     /// Inputs of its kind that it does not need.
     pub without: u32,
-    /// Looks at visible objects instead of detectable ones.
+    /// Whether it sees visible objects instead of detectable ones.
     pub visible: bool,
-    /// A point that a volume finds counts only if nothing lies between it and the sensor.
+    /// Whether a point found by a volume counts only if nothing lies between it and the sensor.
     pub occlude: bool,
-    /// Rays that the plugin moves and turns before each cast.
+    /// Whether the plugin moves and turns the rays before each cast.
     pub aimed: bool,
-    /// `TATU_WAVES_*`: which detectable objects it sees.
+    /// `TATU_WAVES_*`: the kinds of detectable objects that it sees.
     pub waves: u16,
 }
 
 impl BeamPlan {
-    /// Sends nothing out.
+    /// A plan without beams.
     pub const NONE: BeamPlan = BeamPlan {
         volume: Volume::Ray,
         directions: Vec::new(),
@@ -75,12 +75,12 @@ impl BeamPlan {
         waves: u16::MAX,
     };
 
-    /// Beams or pixels.
+    /// Returns the number of beams or pixels.
     pub fn count(&self) -> usize {
         self.directions.len() + self.image.map_or(0, |i| i.columns as usize * i.rows as usize)
     }
 
-    /// The shape of a field, as it was declared and as it is here.
+    /// Returns the actual shape of a field, from its declared one.
     pub fn shape(&self, declared: [u32; 3]) -> [u32; 3] {
         let image = self.image.map_or((0, 0), |i| (i.rows, i.columns));
         declared.map(|d| match d {
@@ -92,10 +92,10 @@ impl BeamPlan {
         })
     }
 
-    /// Asks an instance.
+    /// Asks an instance for its beams, and checks them.
     ///
     /// # Safety
-    /// `data` is an instance of this kind that lives, and no borrow of its world is held.
+    /// `data` must be a live instance of this kind, and no borrow of its world may be held.
     pub unsafe fn ask(data: *mut c_void, kind: &SensorKind, inspector: Option<&dyn Inspector>) -> Result<Self, String> {
         let Some(ask) = kind.raw.beams else { return Ok(Self::NONE) };
         let raw = tatu_beams {
@@ -120,7 +120,8 @@ impl BeamPlan {
         struct Room([u64; 8], tatu_beams, [u64; 8]);
         let mut room = Room([GUARD; 8], raw, [GUARD; 8]);
         let mut error = ErrorSlot::new();
-        // SAFETY: by the contract, and the caller promises the instance; `[setup]`.
+        // SAFETY: the caller guarantees that `data` is a live instance; `room` and `error` live through the call. The
+        // header declares the function as `[setup]`, so it may be called here.
         if unsafe { answer(ask(data, &mut room.1, error.raw()), false, error.raw()) } < 0 {
             return Err(error.text());
         }
@@ -170,13 +171,13 @@ impl BeamPlan {
         })
     }
 
-    /// What a sensor with this plan looks at.
+    /// Returns the set of targets that a sensor with this plan looks at.
     pub fn sees(&self, choice: u32) -> Sees {
         Sees { visible: self.visible, waves: self.waves, choice }
     }
 }
 
-/// A volume with flat sides.
+/// Returns a volume with flat sides, or why its sizes are invalid.
 fn volume(raw: &tatu_beams) -> Result<Volume, String> {
     let [a, b, c, d, ..] = raw.dims;
     let all = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite() && *x >= 0.0);
@@ -203,7 +204,8 @@ fn rays(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
     if raw.directions.is_null() {
         return Err("rays without directions".into());
     }
-    // SAFETY: 3 numbers per ray, by the contract.
+    // SAFETY: `directions` is not null, and the contract requires it to hold 3 numbers per ray; `count` was limited to
+    // `MAX_RAYS`.
     let all: &[[f64; 3]] = unsafe { std::slice::from_raw_parts(raw.directions.cast(), raw.count[0] as usize) };
     let unit = |d: &[f64; 3]| (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1.0).abs() < 1e-6;
     match all.iter().position(|d| !unit(d)) {
@@ -212,8 +214,8 @@ fn rays(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
     }
 }
 
-/// What an image takes for each pixel, bytes: depth, colour, normal, what is seen, and the reading. Images below so
-/// many bytes in all are not asked for in advance.
+/// Memory of an image per pixel, bytes: depth, colour, normal, object, and the reading. Images that take less than
+/// `SMALL` bytes in total are not checked in advance.
 const BYTES_PER_PIXEL: usize = 48;
 const SMALL: usize = 64 << 20;
 
@@ -244,23 +246,23 @@ fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
     Ok(Some(Grid { columns, rows, view, near: raw.near_m, far: raw.far_m }))
 }
 
-/// Rays that one sensor may have: more is a mistake, and would be read beyond the plugin's memory.
+/// Maximum number of rays of a sensor; more is assumed to be an error, and would read beyond the plugin's memory.
 const MAX_RAYS: u32 = 1 << 24;
 
-/// Pixels along one side of an image.
+/// Maximum number of pixels along one side of an image.
 const MAX_SIDE: u32 = 8192;
 
-/// The turn that makes +z look along a direction, with the least twist.
+/// Returns the rotation that turns +z into a direction, with the least twist.
 pub(super) fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
     UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::from(d))
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI))
 }
 
-/// The rays of a plan made ready to be cast as a bundle, where there are enough of them.
+/// The rays of a plan, prepared for casting as a bundle if there are enough of them.
 #[derive(Debug, Default)]
 pub struct Bundle(Option<RayBundle>);
 
-/// It follows from the directions, which stand beside it.
+/// It is derived from the directions, which are compared anyway.
 impl PartialEq for Bundle {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -281,5 +283,5 @@ impl Bundle {
     }
 }
 
-/// Fewer rays are cast one by one.
+/// Minimum number of rays for a bundle; fewer are cast one by one.
 pub(super) const FEWEST: usize = 8;

@@ -1,4 +1,4 @@
-//! Random numbers of sensors: a function of seed, count and index, not of what was drawn before.
+//! Counter-based random numbers of sensors: a function of seed, count and index, independent of earlier draws.
 
 use tatu_plugin_api::abi::tatu_random;
 
@@ -8,41 +8,40 @@ use super::normal;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Key {
     at: u64,
-    /// Odd, and different for each key: two keys walk in different steps, so that one's numbers are never the other's,
-    /// moved along.
+    /// An odd increment, different for each key, so that no key's sequence is a shifted copy of another's.
     step: u64,
 }
 
 impl Key {
-    /// `seed`: of the sensor; `drawn`: how often it has measured; `stream`: who draws, 0 the plugin.
+    /// Creates a key from the sensor's seed, its number of measurements, and the stream that draws (0: the plugin).
     pub fn new(seed: u64, drawn: u64, stream: u64) -> Self {
         let at = mixed(mixed(mixed(seed).wrapping_add(drawn)).wrapping_add(stream));
         let step = mixed(at) | 1;
-        // Too regular a step would leave neighbours alike.
+        // Too regular an increment would make neighbouring numbers similar.
         let regular = (step ^ (step >> 1)).count_ones() < 24;
         Key { at, step: if regular { step ^ 0xAAAA_AAAA_AAAA_AAAA } else { step } }
     }
 
-    /// Number `index`, in [0, 1).
+    /// Returns number `index`, uniform in [0, 1).
     pub fn uniform(self, index: u64) -> f64 {
         (self.bits(index) >> 11) as f64 * UNIT
     }
 
-    /// Number `index` of the normal distribution: mean 0, standard deviation 1.
+    /// Returns number `index` of the standard normal distribution.
     ///
-    /// The inverse of the distribution function at a number between 0 and 1: each index has its own, and the same bits
-    /// on every processor.
+    /// It is the inverse of the distribution function at a number between 0 and 1, so each index has its own number,
+    /// with the same bits on every processor.
     pub fn normal(self, index: u64) -> f64 {
         normal::quantile(self.between(index))
     }
 
-    /// Numbers of the normal distribution from `first` on; faster than one by one.
+    /// Fills `out` with normal numbers from index `first` on; faster than one by one.
     pub fn normals(self, first: u64, out: &mut [f64]) {
         (first..).zip(out.iter_mut()).for_each(|(i, x)| *x = self.between(i));
         normal::quantiles(out);
     }
 
-    /// In the open interval (0, 1).
+    /// Returns number `index`, uniform in the open interval (0, 1).
     fn between(self, index: u64) -> f64 {
         ((self.bits(index) >> 11) as f64 + 0.5) * UNIT
     }
@@ -54,8 +53,8 @@ impl Key {
 
 const UNIT: f64 = 1.0 / (1u64 << 53) as f64;
 
-/// SplitMix64: Steele, Lea, Flood, "Fast splittable pseudorandom number generators", 2014. Keys are split as there:
-/// each has a step of its own.
+/// SplitMix64: Steele, Lea, Flood, "Fast splittable pseudorandom number generators", 2014. Keys are split as described
+/// there, each with its own increment.
 fn mixed(x: u64) -> u64 {
     finished(x.wrapping_add(0x9E37_79B9_7F4A_7C15))
 }
@@ -66,7 +65,7 @@ fn finished(x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// The table for a batch whose instances have these keys; valid as long as they are.
+/// Returns the table for a batch whose instances have these keys; valid as long as they are.
 pub(super) fn table(keys: &[Key]) -> tatu_random {
     tatu_random {
         size: size_of::<tatu_random>() as u32,
@@ -78,7 +77,8 @@ pub(super) fn table(keys: &[Key]) -> tatu_random {
 }
 
 unsafe extern "C" fn uniform(table: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64) {
-    // SAFETY: the plugin passes the table of its batch and room for `n` numbers.
+    // SAFETY: the header requires `table` to be the table of the plugin's batch, and `out` to be null or to have room
+    // for `n` numbers.
     unsafe {
         fill(table, i, n, out, |key, out| {
             (0..n).zip(out).for_each(|(k, x)| *x = key.uniform(first.wrapping_add(k)));
@@ -87,15 +87,15 @@ unsafe extern "C" fn uniform(table: *const tatu_random, i: u32, first: u64, n: u
 }
 
 unsafe extern "C" fn normal(table: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64) {
-    // SAFETY: the plugin passes the table of its batch and room for `n` numbers.
+    // SAFETY: as in `uniform`.
     unsafe { fill(table, i, n, out, |key, out| key.normals(first, out)) }
 }
 
 /// # Safety
-/// `table` is one of ours, `out` has `n` places: by the contract.
+/// `table` must have been made by [`table`] from keys that are alive; `out` must be null or have room for `n` numbers.
 unsafe fn fill(table: *const tatu_random, i: u32, n: u64, out: *mut f64, numbers: impl Fn(Key, &mut [f64])) {
-    // SAFETY: the caller promises it; an instance that is not there draws nothing. The places may never have been
-    // written to.
+    // SAFETY: the caller guarantees that the keys are alive and that `out` is null or has room for `n` numbers; `i` and
+    // `out` are checked before use. The memory at `out` is initialised before a slice is made of it.
     unsafe {
         if i < (*table).reserved && n > 0 && !out.is_null() {
             let key = *(*table).ctx.cast::<Key>().add(i as usize);
@@ -110,7 +110,7 @@ mod tests {
     use super::*;
     use crate::sense::noise::judge::*;
 
-    /// Numbers along one of the four ways in which keys and indices may differ, the others at rest.
+    /// Returns numbers along one of the four dimensions in which keys and indices can differ, with the others fixed.
     fn along(way: usize) -> impl Fn(u64) -> (Key, u64) {
         move |i| match way {
             0 => (Key::new(7, 3, 1), i),
@@ -127,8 +127,8 @@ mod tests {
             let all: Vec<f64> = (0..100_000).map(|i| at(i).0.uniform(at(i).1)).collect();
             kolmogorov_smirnov(&all, |x| x).unwrap();
             independent(&all).unwrap();
-            // Each bit is 1 in half of the numbers: sd of a count of n coins is sqrt(n) / 2; 5 of them for 64 bits at
-            // once.
+            // Each bit is 1 in half of the numbers. The standard deviation of a count of n coins is sqrt(n) / 2; the
+            // tolerance is 5 of these, since 64 bits are tested at once.
             for bit in 0..64 {
                 let ones = (0..100_000).filter(|i| at(*i).0.bits(at(*i).1) >> bit & 1 == 1).count() as f64;
                 assert!((ones - 50_000.0).abs() < 5.0 * 100_000f64.sqrt() / 2.0, "way {way}, bit {bit}: {ones}");
@@ -145,7 +145,7 @@ mod tests {
         }
     }
 
-    /// Keys that differ in one bit or by one, in what stands next to each other in a run: no pair is correlated.
+    /// Keys that differ in one bit or by one, as neighbours in a run do, are uncorrelated.
     #[test]
     fn neighbours_have_nothing_in_common() {
         let n = 50_000;
@@ -158,7 +158,8 @@ mod tests {
             let other = numbers(key);
             for lag in 0..3 {
                 let r = correlation(&first[lag..], &other[..other.len() - lag]);
-                // The sd of a correlation of independent numbers is 1 / sqrt(n); 5 for about 200 of them.
+                // The standard deviation of a correlation of independent numbers is 1 / sqrt(n); the tolerance is 5 of
+                // these for about 200 tests.
                 assert!(r.abs() < 5.0 / (n as f64).sqrt(), "{i}, lag {lag}: {r}");
             }
         }
@@ -172,14 +173,14 @@ mod tests {
         many.iter().zip(17..).for_each(|(x, i)| assert_eq!(x.to_bits(), key.normal(i).to_bits()));
         let (keys, mut out) = ([Key::new(9, 9, 9), key], [0.0; 10]);
         let table = table(&keys);
-        // SAFETY: as a plugin calls it.
+        // SAFETY: the table and its keys are alive, and `out` has room for 10 numbers.
         unsafe { table.normal.unwrap()(&table, 1, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out, many[3..13]);
-        // SAFETY: as a plugin calls it, with room for 10 numbers.
+        // SAFETY: as above.
         unsafe { table.uniform.unwrap()(&table, 1, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out[0], key.uniform(20));
-        // An instance that is not there draws nothing.
-        // SAFETY: as a plugin calls it, with room for 10 numbers.
+        // An instance that does not exist draws nothing.
+        // SAFETY: as above.
         unsafe { table.normal.unwrap()(&table, 2, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out[0], key.uniform(20));
     }

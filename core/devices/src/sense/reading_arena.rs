@@ -1,5 +1,5 @@
-//! The memory of readings: those of sensors made one after the other lie side by side, since that is how they are
-//! filled and read.
+//! Memory of readings. Sensors created one after the other have adjacent readings, because that is how they are filled
+//! and read.
 
 use std::{
     cell::UnsafeCell,
@@ -11,10 +11,10 @@ use serde::{Deserialize, Serialize};
 
 /// Words per chunk of the arena: enough for a few hundred distance sensors.
 const SHELF: usize = 1 << 12;
-/// Longer readings, in words, get memory of their own.
+/// Readings with more words than this get their own allocation.
 const LARGE: usize = 1 << 6;
 
-/// The words of a reading, zero at first, at a fixed address; a copy has memory of its own.
+/// The words of a reading, initially zero, at a stable address. A clone has its own memory.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(from = "Vec<u64>", into = "Vec<u64>")]
 pub struct ReadingBuffer {
@@ -24,7 +24,7 @@ pub struct ReadingBuffer {
 }
 
 impl ReadingBuffer {
-    /// Owned words.
+    /// Allocates a separate buffer.
     pub fn new(len: usize) -> Self {
         ReadingBuffer { shelf: shelf(len), first: 0, len: len as u32 }
     }
@@ -35,7 +35,8 @@ impl Deref for ReadingBuffer {
     #[inline]
     fn deref(&self) -> &[u64] {
         let at = UnsafeCell::raw_get(self.shelf.as_ptr()).wrapping_add(self.first as usize);
-        // SAFETY: within the shelf, and nobody else's.
+        // SAFETY: `first + len` words are within the chunk, which the `Rc` keeps alive, and the arena hands out each
+        // word to a single buffer.
         unsafe { std::slice::from_raw_parts(at, self.len as usize) }
     }
 }
@@ -44,7 +45,7 @@ impl DerefMut for ReadingBuffer {
     #[inline]
     fn deref_mut(&mut self) -> &mut [u64] {
         let at = UnsafeCell::raw_get(self.shelf.as_ptr()).wrapping_add(self.first as usize);
-        // SAFETY: within the shelf, and nobody else has these words.
+        // SAFETY: as in `deref`; in addition, `self` is borrowed exclusively.
         unsafe { std::slice::from_raw_parts_mut(at, self.len as usize) }
     }
 }
@@ -75,7 +76,7 @@ impl Clone for ReadingBuffer {
     }
 }
 
-/// Allocates words, which stay valid after it is dropped.
+/// An allocator of buffers, which stay valid after it is dropped.
 #[derive(Debug, Default)]
 pub struct ReadingArena {
     last: Rc<[UnsafeCell<u64>]>,
@@ -83,7 +84,7 @@ pub struct ReadingArena {
 }
 
 impl ReadingArena {
-    /// Allocates a buffer next to the previous ones.
+    /// Allocates a buffer next to the previous one.
     pub fn take(&mut self, len: usize) -> ReadingBuffer {
         if len > LARGE {
             return ReadingBuffer::new(len);

@@ -1,4 +1,4 @@
-//! Buffers of a batch of sensors, and the table of them that a plugin gets.
+//! Buffers for a batch of sensors, and the table of them that is passed to a plugin.
 
 use std::ffi::c_void;
 
@@ -13,12 +13,12 @@ use super::{
     random::Key,
 };
 
-/// Reused by every batch, so that a step allocates nothing.
+/// Buffers reused by every batch, so that a step does not allocate.
 #[derive(Default)]
 pub(super) struct MeasureScratch {
     pub casts: Casts,
     pub aims: Aims,
-    /// Of each sensor, where it is and what counts, for rays that are added later.
+    /// For each sensor, its pose and limits, for rays that are added later.
     pub views: Vec<SensorView>,
     pub frames: Frames,
     pub pose: Vec<[f64; 7]>,
@@ -30,7 +30,7 @@ pub(super) struct MeasureScratch {
     pub lengths: Vec<*const u64>,
     pub status: Guarded<tatu_status>,
     pub keys: Vec<Key>,
-    /// Of each sensor, the reading that stays to be seen, if readings are delayed.
+    /// For each sensor, the reading that remains visible, if readings are delayed.
     pub shown: Vec<Option<HeldReading>>,
     pub error: Option<ErrorSlot>,
 }

@@ -1,4 +1,4 @@
-//! The sensors of a world and their host-owned readings.
+//! The sensors of a world, and their readings, which the host owns.
 
 use std::rc::Rc;
 
@@ -17,21 +17,21 @@ use super::{
 /// The sensors of a world.
 #[derive(Default)]
 pub struct Sensing {
-    /// All of them; a batch names them by index.
+    /// All sensors; batches refer to them by index.
     pub devices: Vec<Device>,
-    /// Index plus one of each slot's device; 0: it has none.
+    /// For each slot, the index of its device plus one; 0: none.
     by_slot: Vec<u32>,
-    /// Of each kind.
+    /// Lists of devices by kind.
     pub(super) rolls: Vec<Rc<Roll>>,
-    /// The turn of a sensor that is measured on request.
+    /// A reusable turn for a sensor that is measured on request.
     pub(super) alone: Turn,
-    /// The scene as beams and images find it.
+    /// The scene in which beams and images are cast.
     pub targets: Targets,
-    /// The version of the scene's settings that all devices have taken up.
+    /// The version of the scene's settings that all devices have applied.
     settled: Option<u64>,
-    /// The version of the scene's shapes that choices of what sensors see are of.
+    /// The version of the scene's shapes for which choices of objects were evaluated.
     chosen: Option<u64>,
-    /// Whether `rolls` are of the devices as they are.
+    /// Whether `rolls` is up to date.
     pub(super) listed: bool,
     arena: ReadingArena,
     pub(super) scratch: MeasureScratch,
@@ -60,10 +60,10 @@ impl Sensing {
     pub fn forget_scene(&mut self) {
         (self.targets, self.settled) = (Targets::default(), None);
     }
-    /// Lets all devices take up what the scene says of them now: their rates, say, and their noise.
+    /// Applies the scene's current settings, such as rates and noise, to all devices.
     pub fn settle(&mut self, scene: &Scene, registry: &Registry) {
         let settled = self.settled.replace(scene.sensor_version) == Some(scene.sensor_version);
-        // Paths may lead elsewhere in a changed tree.
+        // Paths may refer to other objects if the tree has changed.
         if settled && (self.chosen.is_none() || self.chosen == Some(scene.shape_version)) {
             return;
         }
@@ -90,20 +90,20 @@ impl Sensing {
         }
         self.by_slot[slot] = index as u32 + 1;
     }
-    /// The layout of one of the last sensors, if it is the same.
+    /// Returns the layout of one of the last sensors, if it is equal.
     pub fn like(&self, layout: &Layout) -> Option<Rc<Layout>> {
         let last = self.devices.iter().rev().take(LOOK_BACK).map(|d| &d.layout);
         last.into_iter().find(|l| ***l == *layout).cloned()
     }
-    /// The index of a sensor's device.
+    /// Returns the index of a sensor's device.
     pub fn index(&self, slot: u32) -> Option<usize> {
         self.by_slot.get(slot as usize).and_then(|i| (*i as usize).checked_sub(1))
     }
-    /// The device of a sensor.
+    /// Returns the device of a sensor.
     pub fn device(&self, slot: u32) -> Option<&Device> {
         self.index(slot).map(|i| &self.devices[i])
     }
-    /// Removes the instances of removed sensors.
+    /// Removes and returns the devices for which `alive` is `false`.
     pub fn take_gone(&mut self, alive: impl Fn(&Device) -> bool) -> Vec<Device> {
         if self.devices.iter().all(&alive) {
             return Vec::new();
@@ -116,5 +116,5 @@ impl Sensing {
     }
 }
 
-/// How many preceding sensors to search for an equal layout: about as many as a robot has.
+/// Number of preceding sensors that are searched for an equal layout: about as many as a robot has.
 const LOOK_BACK: usize = 64;

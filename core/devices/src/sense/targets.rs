@@ -1,64 +1,64 @@
-//! The scene as beams and images see it, followed as things move.
+//! The scene in which beams and images are cast, updated as objects move.
 
 use ::tatu_beams::{BeamScene, Target};
 use nalgebra::Isometry3;
 use rayon::ThreadPool;
 use tatu_scene::{Object, Scene, SensorTargets, Shape, visible_parts};
 
-/// The forms of a scene that can be seen.
+/// The forms of a scene that sensors can see.
 #[derive(Default)]
 pub struct Targets {
-    /// What is detectable.
+    /// All detectable forms.
     pub detectable: Seen,
-    /// What is visible.
+    /// All visible forms.
     pub visible: Seen,
-    /// What some sensors see, where that is not all that is detectable or visible.
+    /// Subsets for sensors that do not see all detectable or visible forms.
     special: Vec<(Sees, Seen)>,
-    /// What sensors choose to see: the objects by their slots; the first has number 1.
+    /// Choices of objects that sensors see, indexed by slot; the first one has number 1.
     choices: Vec<Vec<bool>>,
-    /// Whether anything is detectable by some waves only, as of the scene's version of shapes.
+    /// Whether anything is detectable by some kinds of waves only, for this version of the scene's shapes.
     selective: (u64, bool),
 }
 
-/// Which of the scene's forms a sensor looks at.
+/// A set of targets that a sensor looks at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sees {
-    /// What is visible, or what is detectable.
+    /// Visible forms instead of detectable ones.
     pub visible: bool,
-    /// By beams of these waves.
+    /// The waves of its beams.
     pub waves: u16,
-    /// Number of its choice of objects, see [`Targets::choice`]; 0: all.
+    /// Number of its choice of objects, see [`Targets::choice`]; 0: all objects.
     pub choice: u32,
 }
 
-/// Some of the scene's forms.
+/// A subset of the scene's forms.
 #[derive(Default)]
 pub struct Seen {
     pub beams: BeamScene,
-    /// Where each target comes from.
+    /// The origin of each target.
     places: Vec<Place>,
-    /// For each slot, the first of its targets plus one; 0: it has none. They stand together.
+    /// For each slot, the index of its first target plus one; 0: none. The targets of a slot are adjacent.
     first: Vec<u32>,
-    /// The scene's versions of shapes and of views that it was made of.
+    /// The versions of the scene's shapes and visibility that it was built from.
     built: (u64, u64),
-    /// The scene's version of colors that it shows.
+    /// The version of the scene's colours that it shows.
     colored: u64,
-    /// Up to where the scene's moves have been followed.
+    /// Position in the scene's list of moves up to which it is updated.
     followed: u64,
-    /// Room for targets that have moved.
+    /// Reused buffer of targets that have moved.
     moved: Vec<(usize, Isometry3<f64>)>,
 }
 
-/// Where a target comes from.
+/// The origin of a target.
 struct Place {
     slot: u32,
     pose: Isometry3<f64>,
-    /// The part's color, if not the shape's.
+    /// The part's colour, if it differs from the shape's.
     color: Option<[f64; 3]>,
 }
 
 impl Targets {
-    /// Brings what a sensor looks at up to the scene; many moves are worked on by the threads of `pool`.
+    /// Updates a set of targets from the scene; many moves are processed by the threads of `pool`.
     pub fn follow(&mut self, scene: &Scene, sees: Sees, pool: &ThreadPool) {
         if self.selective.0 != scene.shape_version {
             let mut shapes = scene.tree(0).into_iter().filter_map(|slot| scene.get(slot)?.shape());
@@ -83,31 +83,31 @@ impl Targets {
         self.special[at].1.follow(scene, pool, |slot, o, s| is_chosen(slot) && wanted(o, s));
     }
 
-    /// What a sensor looks at, as followed last.
+    /// Returns a set of targets, as last updated.
     pub fn seen(&self, sees: Sees) -> &BeamScene {
         let own = self.special.iter().find(|(s, _)| *s == sees).map(|(_, seen)| &seen.beams);
         own.unwrap_or_else(|| self.beams(sees.visible))
     }
 
-    /// All that is visible, or detectable.
+    /// Returns all visible or all detectable forms.
     pub fn beams(&self, visible: bool) -> &BeamScene {
         if visible { &self.visible.beams } else { &self.detectable.beams }
     }
 
-    /// Discards the numbers of choices.
+    /// Discards all choices.
     pub fn forget_choices(&mut self) {
         self.choices.clear();
         self.special.retain(|(sees, _)| sees.choice == 0);
     }
 
-    /// The number of what a sensor chooses to see in the scene as it is; that of an equal choice, if there was one.
+    /// Returns the number of a sensor's choice of objects in the current scene. Equal choices share a number.
     pub fn choice(&mut self, scene: &Scene, sensor: u32, view: &SensorTargets) -> u32 {
         let found = |paths: &[String]| paths.iter().filter_map(|p| scene.find(sensor, p)).collect::<Vec<_>>();
         let (targets, ignored) = (found(&view.targets), found(&view.ignored));
-        // One whose targets are all gone sees nothing, not everything.
+        // A choice whose targets have all been removed sees nothing, rather than everything.
         let otherwise = view.targets.is_empty();
         let mut chosen = Vec::new();
-        // Parents come before their children.
+        // Parents precede their children.
         for slot in scene.tree(0) {
             let above = scene.get(slot).map_or(0, |o| o.parent) as usize;
             let sees = match slot {
@@ -165,7 +165,7 @@ impl Seen {
         self.beams.set(targets);
     }
 
-    /// Brings the colors of targets up to the scene.
+    /// Updates the colours of targets from the scene.
     fn color(&mut self, scene: &Scene) {
         self.colored = scene.color_version;
         for (i, place) in self.places.iter().enumerate() {
@@ -177,7 +177,7 @@ impl Seen {
         }
     }
 
-    /// Moves the targets of shapes that have moved since the last look.
+    /// Moves the targets of shapes that have moved since the last update.
     fn keep_up(&mut self, scene: &Scene, pool: &ThreadPool) {
         let Seen { beams, places, first, moved, followed, .. } = self;
         match scene.moves.since(followed) {

@@ -1,29 +1,29 @@
-//! Lists of sensors of a kind that measure together.
+//! Lists of the sensors of a kind that measure together.
 
 use super::{device::Device, targets::Sees};
 
-/// Sensors of a kind that are measured together, and what must be known of them before.
+/// Sensors of a kind that are measured together, with the data needed to measure them.
 #[derive(Debug, Default)]
 pub struct Turn {
-    /// Their indices, ascending.
+    /// Indices of the sensors, ascending.
     pub devices: Vec<usize>,
-    /// Places in `devices` at which another batch begins.
+    /// Positions in `devices` at which a new batch begins.
     pub cuts: Vec<usize>,
-    /// What they look at; each once.
+    /// The sets of targets that they look at, each once.
     pub sees: Vec<Sees>,
 }
 
 /// The sensors of a kind.
 #[derive(Debug, Default)]
 pub struct Roll {
-    /// Those that measure in each step.
+    /// Sensors that measure in every step.
     pub steady: Turn,
-    /// The others, ascending.
+    /// All other sensors, ascending.
     pub(super) others: Vec<usize>,
 }
 
-/// So many sensors measure together: what is noted of them stays in the processor's caches from the first look at them
-/// to the last one at what they measured.
+/// Maximum number of sensors in a batch, so that their data stays in the processor's caches while the batch is
+/// measured.
 pub(super) const TOGETHER: usize = 256;
 
 impl Turn {

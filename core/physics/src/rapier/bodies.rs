@@ -1,4 +1,4 @@
-//! Bodies, their colliders, and what becomes of those whose state is no longer a number.
+//! Bodies and their colliders, and the freezing of bodies whose state has become NaN or infinite.
 
 use nalgebra::{Isometry3, Matrix3, Point3};
 use rapier3d::{
@@ -72,7 +72,7 @@ impl Rapier {
                 self.watch_pairs(id);
             }
         }
-        // Rapier would do so in the next step; drives ask for the centre of mass before.
+        // Rapier would do this in the next step, but drives need the centre of mass before that.
         self.world.bodies[handle].recompute_mass_properties_from_colliders(&self.world.colliders);
         if !sound {
             self.freeze(id);
@@ -108,7 +108,7 @@ impl Rapier {
         }
     }
 
-    /// Enters a new body into its tree, and switches the mask filter on where the groups do not say enough.
+    /// Adds a body to its tree, and enables the mask filter where collision groups are not sufficient.
     fn join_tree(&mut self, id: BodyId) {
         let Some(&BodyRecord { respond: new, .. }) = self.record(id) else {
             return;
@@ -119,8 +119,8 @@ impl Rapier {
                 continue;
             };
             match (respond::responds(old, new), respond::responds_by_groups(old, new)) {
-                // The groups would let them collide: one filter of the two is enough. It goes to the older
-                // body, mostly the base of a robot; its wheels then touch the floor without a filter.
+                // The groups would let them collide, so one of the two needs the filter. The older body gets it, which
+                // is usually the base of a robot, so that its wheels touch the floor without a filter.
                 (false, true) => self.filter(other, false),
                 (true, false) => tree.wide = true,
                 _ => {}
@@ -135,7 +135,7 @@ impl Rapier {
         self.tables.trees.insert(new.tree, tree);
     }
 
-    /// Lets the mask filter decide about a body; `low_too` if pairs must come to it that share only low bits.
+    /// Enables the mask filter for a body; `low_too` if it must also see pairs that share only low bits.
     fn filter(&mut self, id: BodyId, low_too: bool) {
         let Some(&BodyRecord { handle, respond, .. }) = self.record(id) else {
             return;
@@ -152,17 +152,17 @@ impl Rapier {
         }
     }
 
-    /// Lets the filter decide about a body that is one of a pair with a rule, and about its contacts.
+    /// Enables the filter for a body with a pair rule, and for its contacts.
     pub(super) fn watch_pairs(&mut self, id: BodyId) {
         self.set_hooks(id, |h| h | ActiveHooks::FILTER_CONTACT_PAIRS | ActiveHooks::MODIFY_SOLVER_CONTACTS);
     }
 
-    /// Lets the filter change the contacts of a body.
+    /// Enables the filter for the contacts of a body.
     pub(super) fn watch_contacts(&mut self, id: BodyId) {
         self.set_hooks(id, |h| h | ActiveHooks::MODIFY_SOLVER_CONTACTS);
     }
 
-    /// The contrary, if nothing else needs it.
+    /// Disables the filter for the contacts of a body, unless something else needs it.
     pub(super) fn unwatch_contacts(&mut self, id: BodyId) {
         let Tables { surfaces, pairs, partings, .. } = &self.tables;
         let in_pair = |(a, b): &(BodyId, BodyId)| *a == id || *b == id;
@@ -175,7 +175,7 @@ impl Rapier {
         }
     }
 
-    /// Whether its friction with something may be more than that of any pair.
+    /// Returns whether its friction with another body may exceed the maximum.
     fn may_stick(&self, id: BodyId) -> bool {
         let colliders = self.record(id).map(|r| self.world.bodies[r.handle].colliders());
         let mut colliders = colliders.into_iter().flatten().filter_map(|c| self.world.colliders.get(*c));
@@ -237,10 +237,10 @@ impl Rapier {
         self.tables.moving.entry(body).or_insert((from, pose)).1 = pose;
     }
 
-    /// What a body needs that a joint holds. It stays awake: a wheel that creeps along under its motor is slower
-    /// than any threshold. And where the joint holds bodies of very different mass its contacts and joints are gone
-    /// through twice in each sub-step: a chassis of 16 kg on a caster of 0.25 kg converges slowly, and then tilts by
-    /// 0.4 degrees instead of 0.3.
+    /// Prepares a body for a joint. It stays awake, since a wheel that creeps along under its motor is slower than any
+    /// threshold. If the joint connects bodies of very different mass, an iteration is added for its contacts and
+    /// joints in each sub-step: a 16 kg chassis on a 0.25 kg caster converges slowly, and would tilt by 0.4 degrees
+    /// instead of 0.3.
     pub(super) fn prepare_for_joint(&mut self, body: BodyId, uneven: bool) {
         let Some(Some(record)) = self.tables.bodies.get_mut(body.0 as usize) else {
             return;
@@ -250,14 +250,14 @@ impl Rapier {
         self.world.wake_up(handle, true);
         let body = &mut self.world.bodies[handle];
         sleep::set(body, false);
-        // Between the sub-steps, not between the steps as for free bodies.
+        // Gyroscopic forces are applied in each sub-step, not in each step as for free bodies.
         body.enable_gyroscopic_forces(true);
         if uneven && body.additional_pgs_iterations() == 0 {
             body.set_additional_pgs_iterations(1);
         }
     }
 
-    /// What a body needs that a joint no longer holds.
+    /// Undoes `prepare_for_joint` when a joint is removed.
     pub(super) fn free_from_joint(&mut self, body: BodyId) {
         let may_sleep = self.tables.sleep;
         let Some(Some(record)) = self.tables.bodies.get_mut(body.0 as usize) else {
@@ -271,7 +271,7 @@ impl Rapier {
         }
     }
 
-    /// Takes a body out of the simulation where it is; it is reported later.
+    /// Freezes a body where it is; it is reported later.
     pub(super) fn freeze(&mut self, body: BodyId) {
         let Some(&BodyRecord { handle, .. }) = self.record(body) else {
             return;
@@ -282,7 +282,7 @@ impl Rapier {
         }
     }
 
-    /// Remembers the bodies that rapier has just taken out.
+    /// Records the bodies that rapier has just frozen.
     pub(super) fn collect_frozen(&mut self) {
         if self.world.quarantine().is_empty() {
             return;
@@ -293,7 +293,7 @@ impl Rapier {
     }
 }
 
-/// Whether a body with this inertia turns about a moving axis when nothing holds it.
+/// Returns whether a free body with this inertia turns about a moving axis.
 fn is_uneven(inertia: &Matrix3<f64>) -> bool {
     let even = Matrix3::from_diagonal_element(inertia.trace() / 3.0);
     (inertia - even).amax() > 1e-9 * inertia.trace()

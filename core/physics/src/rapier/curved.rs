@@ -1,8 +1,9 @@
-//! What rolls on its mantle is looked at anew in each step.
+//! Contacts of cylinders are recomputed in every step.
 //!
-//! Parry keeps the points of a contact while the two bodies have turned by less than 1 degree, and rapier for longer where the
-//! smaller one is not far from where it was. On the mantle of a cylinder they turn away with it: the floor then presses behind
-//! the axle, and a can that rolls at 0.02 m/s is driven on to 0.17 m/s, as if it rolled down a slope of half a degree.
+//! Parry keeps the points of a contact while the two bodies have rotated by less than 1 degree, and rapier for longer
+//! if the smaller one has hardly moved. On the mantle of a cylinder the points rotate with it: the floor then presses
+//! behind the axle, and a can that rolls at 0.02 m/s is accelerated to 0.17 m/s, as if it rolled down a slope of half a
+//! degree.
 
 use rapier3d::{
     geometry::{ContactData, ContactManifold, ContactManifoldData, Shape},
@@ -16,11 +17,11 @@ use rapier3d::{
 };
 use tatu_geometry::Form;
 
-/// Forgets the points of contacts with cylinders, and leaves all else to parry.
+/// A dispatcher that discards the points of contacts with cylinders, and leaves everything else to parry.
 struct Forgets;
 
-/// What rapier keeps for steps on end it does not keep for colliders with a hook. This one is asked about sensors alone, of which
-/// there are none.
+/// Returns a hook that keeps rapier from reusing contacts over several steps, which it does only for colliders without
+/// hooks. This hook is called for sensor colliders only, and there are none.
 pub(super) fn hooks(form: &Form) -> ActiveHooks {
     match form {
         Form::Cylinder { .. } => ActiveHooks::FILTER_INTERSECTION_PAIR,
@@ -28,7 +29,8 @@ pub(super) fn hooks(form: &Form) -> ActiveHooks {
     }
 }
 
-/// Has the world look anew at what rolls. To be called again when it was read from a snapshot.
+/// Makes the world recompute contacts of cylinders. It must be called again after the world is restored from a
+/// snapshot.
 pub(super) fn look_anew(world: &mut PhysicsWorld) {
     world.narrow_phase.set_query_dispatcher(Forgets.chain(DefaultQueryDispatcher));
 }

@@ -1,4 +1,4 @@
-//! Drives from step to step: what changed is passed on to rapier's joints.
+//! Drives over time: changes are passed on to rapier's joints.
 
 use rapier3d::math::Pose;
 
@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{BodyId, Drive, Engine};
 
-/// Share of its limit from which a drive counts as having reached it.
+/// Fraction of its limit from which a drive counts as having reached it.
 const AT_LIMIT: f64 = 0.999;
 
 impl Rapier {
@@ -44,13 +44,13 @@ impl Rapier {
                     self.tables.driven.push(id);
                 }
             }
-            // Bodies on joints are always awake.
+            // Bodies with joints are always awake.
             let Some(joint) = record.driven().and_then(|j| self.world.impulse_joints.get_mut(j, false)) else {
                 continue;
             };
             let was_free = joint.data.motor_axes.is_empty();
             joints::apply(&mut joint.data, record);
-            // What follows depends on masses and frames alone.
+            // The rest depends only on masses and frames.
             if record.drive == Drive::Free || !was_free || record.reduced().is_some() {
                 continue;
             }
@@ -65,7 +65,7 @@ impl Rapier {
         self.tables.changed = changed;
     }
 
-    /// How fast position drives move in the next step.
+    /// Updates the velocities of position drives for the next step.
     pub(super) fn update_positions(&mut self) {
         let dt = self.world.integration_parameters.dt;
         let mut positioned = std::mem::take(&mut self.tables.positioned);
@@ -90,13 +90,13 @@ impl Rapier {
         self.tables.positioned = positioned;
     }
 
-    /// Frames of a joint on both bodies, in the world.
+    /// Returns the world poses of a joint's frames on both bodies.
     pub(super) fn joint_frames(&self, record: &JointRecord) -> (Pose, Pose) {
         let pose = |id: BodyId| self.record(id).map_or(Pose::IDENTITY, |r| *self.world.bodies[r.handle].position());
         (pose(record.bodies.0) * record.frames.0, pose(record.bodies.1) * record.frames.1)
     }
 
-    /// Drives whose limit falls with their speed learn how fast they move.
+    /// Updates the speeds of drives whose limit falls with speed.
     pub(super) fn weaken_drives(&mut self) {
         for i in 0..self.tables.weakening.len() {
             let id = self.tables.weakening[i];
@@ -108,7 +108,7 @@ impl Rapier {
             let row = record.driven().and_then(|j| self.world.impulse_joints.get(j));
             let (Some(axis), Some(row)) = (record.kind.free_axis(), row) else { continue };
             let motor = row.data.motors[axis as usize];
-            // On the line of torque over speed it stays until it is faster than it wants.
+            // It stays on the torque-speed line until it is faster than its target.
             let beyond = (motor.target_vel - state.velocity) * state.effort > 0.0;
             record.at_limit = match record.at_limit {
                 true => joints::wanted(record).is_none_or(|w| (w - state.velocity) * state.effort > 0.0),

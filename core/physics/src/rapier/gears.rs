@@ -1,20 +1,21 @@
-//! Joints that move as one: screws, and joints that are geared to others. Rapier couples coordinates of one mechanism.
+//! Coupled joints: screws, and joints geared to others. Rapier couples coordinates of one mechanism.
 
 use rapier3d::dynamics::{Multibody, MultibodyDofCoupling};
 
 use super::{records::JointRecord, state::Rapier};
 use crate::{Gear, JointId, JointKind};
 
-/// Places of rapier's coordinates along and about the axis of a joint.
+/// Indices of rapier's coordinates along and about the axis of a joint.
 const ALONG: usize = 2;
 const ABOUT: usize = 5;
 
-/// Share of the error of a coupling that is made up for in a step. Rapier would make up for all of it in each part, before it
-/// looks at contacts, and in the pass in which it leaves friction out: light geared fingers then push what they hold to and
-/// fro, and it slips through. Fingers of 15 g hold 0.2 kg at shares from 0.5 to 0.2, and lose it at 0.9 and at 0.05.
+/// Fraction of a coupling's error that is corrected per step. Rapier would correct all of it in each sub-step, before
+/// contacts and also in the pass without friction. Light geared fingers then push what they hold back and forth until
+/// it slips through. Fingers of 15 g hold 0.2 kg at fractions from 0.2 to 0.5, and lose it at 0.9 and at 0.05.
 const MADE_UP: f64 = 0.2;
 
-/// The number of a driven coordinate within its joint, and its place: a screw slides before it turns.
+/// Returns the index of the driven degree of freedom of a joint, and that of its coordinate: a screw slides before it
+/// turns.
 pub(super) fn coordinate(kind: JointKind) -> (usize, usize) {
     match kind {
         JointKind::Screw(_) => (1, ABOUT),
@@ -24,7 +25,7 @@ pub(super) fn coordinate(kind: JointKind) -> (usize, usize) {
 }
 
 impl Rapier {
-    /// Tells rapier all couplings anew: what they are to make up for in this step, and which there are.
+    /// Sets all of rapier's couplings anew: which ones there are, and the error to correct in this step.
     pub(super) fn couple(&mut self) {
         let changed = std::mem::take(&mut self.tables.joints_changed);
         if !changed && self.tables.gears.is_empty() && !self.tables.screws {
@@ -64,7 +65,7 @@ impl Rapier {
             return;
         }
         if let Some(multibody) = self.world.multibody_joints.get_multibody_mut(leader.0) {
-            // Rapier couples its own coordinates.
+            // Rapier couples its own coordinates, in which positions are counted from each joint's `zero`.
             let offset = gear.offset + gear.ratio * leader.3 - joint.3;
             let [leader, joint] = [leader, joint].map(|(_, link, (dof, axis), _)| (link, dof, axis));
             add(multibody, leader, joint, gear.ratio, offset);
@@ -72,7 +73,7 @@ impl Rapier {
     }
 }
 
-/// Couples a coordinate to another one; each is a link, the number of the coordinate in it, and its place.
+/// Couples one coordinate to another. Each is given by its link, the degree of freedom in it, and its index.
 fn add(
     multibody: &mut Multibody,
     (link1, dof1, axis1): (usize, usize, usize),

@@ -1,7 +1,7 @@
-//! Friction that rapier's contacts do not have: along an axis of its own, against rolling, against spinning.
+//! Friction that rapier's contacts lack: anisotropic friction, rolling friction and spinning friction.
 //!
-//! Each pair that needs it gets rows of its own between the two bodies, drives that want no motion and are limited by the
-//! normal force of the step before.
+//! Each pair that needs them gets constraints of its own between the two bodies: motors with target velocity 0, limited
+//! by the normal force of the previous step.
 
 use rapier3d::{
     dynamics::{JointAxis, JointMotor, MotorModel},
@@ -13,30 +13,31 @@ use std::collections::BTreeMap;
 use super::{joints, records::Grip, report, respond::MOST_FRICTION, state::Rapier};
 use crate::{BodyId, Surface, convert};
 
-/// All contact of a pair in one place.
+/// All contacts of a pair, combined.
 #[derive(Default)]
 struct Touch {
-    /// N.
+    /// Normal force, N.
     force: f64,
-    /// N m, to be divided by the force.
+    /// Point of contact times force, N m.
     point: Vector,
-    /// From the first to the second body.
+    /// Normal from the first to the second body, times force, N.
     normal: Vector,
-    /// N m for each 1 of friction: what the patch of contact has against spinning.
+    /// Torque of the contact patch against spinning, N m per unit of friction.
     patch: f64,
-    /// Friction of the pair, by the rule of the pair or of both bodies.
+    /// Friction of the pair, by its own rule or that of its bodies.
     friction: f64,
 }
 
 impl Surface {
-    /// Whether it needs rows of its own.
+    /// Returns whether it needs constraints of its own.
     fn grips(&self) -> bool {
         self.axis.is_some() || self.rolling_friction > 0.0 || self.spinning_friction > 0.0
     }
 }
 
 impl Rapier {
-    /// Before a step: rows where special surfaces touch something, none where they no longer do.
+    /// Updates the constraints before a step: adds them where special surfaces touch something, and removes them
+    /// elsewhere.
     pub(super) fn grip(&mut self) {
         if self.tables.surfaces.is_empty() && self.tables.grips.is_empty() {
             return;
@@ -64,7 +65,7 @@ impl Rapier {
                     let of = |c| report::body_of(&self.world, c);
                     let (Some(a), Some(b)) = (of(contact.collider1), of(contact.collider2)) else { continue };
                     let other = if a == *id { b } else { a };
-                    // Where both are special the pair is met twice.
+                    // If both surfaces are special, the pair is found twice.
                     let twice = other < *id && self.tables.surfaces.get(&other).is_some_and(Surface::grips);
                     if twice || a == b {
                         continue;
@@ -78,7 +79,7 @@ impl Rapier {
                         touch.point += face.point * face.force;
                         touch.normal += normal * face.force;
                         touch.friction = match surface.axis {
-                            // The contact's own was switched off.
+                            // The friction of the contact itself has been set to 0.
                             Some(_) => self.pair_friction(contact.collider1, contact.collider2),
                             None => manifold.data.friction,
                         };
@@ -107,7 +108,7 @@ impl Rapier {
         let (first, second) = (surface(pair.0), surface(pair.1));
         let poses = [a.handle, b.handle].map(|h| *self.world.bodies[h].position());
         let normal = touch.normal.normalize();
-        // x along the axis of its own friction, if there is one, z along the normal.
+        // x is along the anisotropic axis if there is one, z along the normal.
         let axes = [(first, poses[0], normal), (second, poses[1], -normal)];
         let axis = axes.iter().find_map(|(s, pose, out)| {
             let axis = pose.rotation * convert::vector(&s.axis?);
@@ -155,7 +156,7 @@ impl Rapier {
         }
     }
 
-    /// Lets go of the rows of a body.
+    /// Removes all friction constraints of a body.
     pub(super) fn release(&mut self, body: BodyId) {
         let world = &mut self.world;
         self.tables.surfaces.remove(&body);

@@ -1,4 +1,4 @@
-//! Joints and their drives, as impulse joints whose free axis is z of the joint frame.
+//! Joints and their drives, as impulse joints whose free axis is the z axis of the joint frame.
 
 use rapier3d::{
     dynamics::{
@@ -12,27 +12,28 @@ use tatu_geometry::wrap_angle;
 
 use crate::{Drive, JointDesc, JointForm, JointKind, Tracking};
 
-/// N m s/rad or N s/m. So stiff that a motor below its limit misses its speed by less than its load divided by this:
-/// 1e-6 rad/s at 1000 N m. It is a hard constraint in all but name, and stays well inside f64's range.
+/// Damping of motors, N m s/rad or N s/m. A motor below its limit misses its speed by its load divided by this: 1e-6
+/// rad/s at 1000 N m. It acts like a hard constraint, yet stays well within the range of f64.
 pub(super) const MOTOR_DAMPING: f64 = 1e9;
 
-/// A speed that no joint reaches, so that a motor with this target exerts its whole limit, always.
+/// A speed that no joint reaches, so that a motor with this target always exerts its full limit.
 const NEVER_REACHED: f64 = 1e6;
 
-/// Seconds in which a position drive covers most (1 - 1/e) of what is left of its way, once it is so near that it
-/// need no longer move at its highest velocity. V-REP's controller has the same: P = 0.1 at 5 ms steps.
+/// Time constant of a position drive near its target, s: it covers 1 - 1/e of the remaining distance in this time,
+/// unless limited by its maximum velocity. V-REP's controller has the same: P = 0.1 at steps of 5 ms.
 const SETTLE_TIME: f64 = 0.05;
 
-/// Stiffness of joints, as natural frequency (Hz) and damping ratio. With rapier's own (1 MHz, 1) a joint makes up
-/// for its whole error in each sub-step; at steps of 10 ms a two-wheeled robot then chatters about its caster and
-/// drifts by 70 mm in 4 m. From here on (half the frequency, or a third of the damping ratio, do as well) it makes up for
-/// some 40 %, the robot stands still, and the sides of a joint stay within 0.5 mm of each other.
+/// Stiffness of joints, as natural frequency (Hz) and damping ratio. With rapier's defaults (1 MHz, 1) a joint corrects
+/// its whole error in each sub-step; at steps of 10 ms, a two-wheeled robot then chatters about its caster and drifts
+/// by 70 mm in 4 m. With these values a joint corrects about 40 %, the robot stands still, and the two sides of a joint
+/// stay within 0.5 mm of each other. Half the frequency, or a third of the damping ratio, would also do.
 const SOFTNESS: (f64, f64) = (400.0, 5.0);
 
-/// Most rounds added for one joint. A weight at the end of a light pole would take hundreds.
+/// Maximum number of iterations added for one joint. A weight at the end of a light pole would need hundreds.
 const MOST_ITERATIONS: f64 = 60.0;
 
-/// Rounds added for a driven joint that carries other joints: without them a car with steered wheels creeps at 3 mm/s.
+/// Iterations added for a driven joint that carries other joints: without them, a car with steered wheels creeps at 3
+/// mm/s.
 pub(super) const CARRIER_ITERATIONS: usize = 6;
 
 impl JointKind {
@@ -45,7 +46,7 @@ impl JointKind {
     }
 }
 
-/// `zero` is where rapier's angle is 0, rad.
+/// Builds rapier's joint. `zero` is the joint's position at which rapier's angle is 0, rad.
 pub(super) fn build(desc: &JointDesc, frames: (Pose, Pose), zero: f64) -> GenericJoint {
     let free = desc.kind.free_axis();
     let freed = match desc.kind {
@@ -55,13 +56,13 @@ pub(super) fn build(desc: &JointDesc, frames: (Pose, Pose), zero: f64) -> Generi
     };
     let mut joint = GenericJoint::new(JointAxesMask::LOCKED_FIXED_AXES & !freed);
     (joint.local_frame1, joint.local_frame2) = frames;
-    // Whether the two collide is for their masks to say.
+    // Whether the two bodies collide is determined by their masks.
     joint.contacts_enabled = true;
     if desc.form == JointForm::Impulse {
         joint.softness = SpringCoefficients::new(SOFTNESS.0, SOFTNESS.1);
-        // Limits of a locked axis make no row between bodies that are not in reduced form, but keep the joint off rapier's wide path, which exists only from 64
-        // joints on and goes through the joints of a robot in another order: its motion would depend on how many others
-        // there are.
+        // Limits on a locked axis add no constraint between bodies that are not in reduced form, but keep the joint off
+        // rapier's SIMD path. That path is taken only from 64 joints on and solves the joints of a robot in another
+        // order, so its motion would depend on the number of other joints.
         joint.limit_axes |= JointAxesMask::LIN_X;
         joint.coupled_axes |= JointAxesMask::LIN_X;
     }
@@ -72,7 +73,7 @@ pub(super) fn build(desc: &JointDesc, frames: (Pose, Pose), zero: f64) -> Generi
     joint
 }
 
-/// A joint that leaves everything free, for the row of a drive alone.
+/// Builds a joint that leaves all axes free, to carry the constraint of a drive only.
 pub(super) fn motor_only(frames: (Pose, Pose)) -> GenericJoint {
     let mut joint = GenericJoint::new(JointAxesMask::empty());
     (joint.local_frame1, joint.local_frame2) = frames;
@@ -80,7 +81,7 @@ pub(super) fn motor_only(frames: (Pose, Pose)) -> GenericJoint {
     joint
 }
 
-/// The kind of a joint of one degree of freedom.
+/// Returns the kind of a joint with one degree of freedom.
 pub(super) fn kind_of(joint: &GenericJoint) -> JointKind {
     match joint.locked_axes.contains(JointAxesMask::LIN_Z) {
         true => JointKind::Revolute,
@@ -88,7 +89,7 @@ pub(super) fn kind_of(joint: &GenericJoint) -> JointKind {
     }
 }
 
-/// A drive that can do no harm: a number that is none, or no force at all, is no drive.
+/// Replaces a drive with NaN or infinite numbers, or without force, by no drive.
 pub(super) fn sane(drive: Drive) -> Drive {
     let good = match drive {
         Drive::Free => true,
@@ -102,7 +103,7 @@ pub(super) fn sane(drive: Drive) -> Drive {
     if good { drive } else { Drive::Free }
 }
 
-/// Tells the engine's joint what drives it.
+/// Sets the motor of rapier's joint from its record.
 pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
     let Some(axis) = record.kind.free_axis() else {
         return;
@@ -115,11 +116,11 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
         ..JointMotor::default()
     };
     let motor = match record.drive {
-        // The row of a motor that is to stand still, and yields.
+        // Passive damping: a motor that holds velocity 0 with this damping.
         Drive::Free if record.reduced().is_none() && record.passive.damping > 0.0 => {
             JointMotor { damping: record.passive.damping, ..motor(0.0, f64::MAX) }
         }
-        // No row at all.
+        // No motor at all.
         Drive::Free => {
             joint.motor_axes &= !JointAxesMask::from(axis);
             joint.motors[axis as usize] = JointMotor::default();
@@ -129,9 +130,9 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
             JointMotor { damping: 1.0 / slip, ..motor(target, max_force) }
         }
         Drive::Velocity { target, max_force, .. } => motor(target, max_force),
-        // The same force on both bodies, along the axis as it is in each sub-step.
+        // The same force acts on both bodies along the axis, which is updated in each sub-step.
         Drive::Force(force) => motor(NEVER_REACHED.copysign(force), force.abs()),
-        // Not by rapier's own spring: how fast that is depends on the number of sub-steps.
+        // Rapier's own spring is not used: its speed would depend on the number of sub-steps.
         Drive::Position { max_force, .. } => motor(record.pursuit, max_force),
     };
     let motor = match record.passive.no_load_speed > 0.0 {
@@ -142,13 +143,13 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
     joint.motors[axis as usize] = motor;
 }
 
-/// A motor whose limit falls with its speed. Where it had reached the limit it follows the line of torque over speed, which
-/// a row that gives way by a damping is, so that it settles at the speed at which the line meets the load.
+/// Returns a motor whose limit falls with its speed. Once it has reached the limit, it follows its torque-speed line,
+/// which a motor with a finite damping does, so that it settles at the speed at which the line meets the load.
 fn weakened(motor: JointMotor, record: &JointRecord) -> JointMotor {
     let (no_load, speed) = (record.passive.no_load_speed, record.speed);
     let wanted = wanted(record).unwrap_or(motor.target_vel);
     let direction = 1.0f64.copysign(wanted - speed);
-    // A motor that brakes has its whole limit.
+    // A braking motor has its full limit.
     if direction * speed < 0.0 {
         return motor;
     }
@@ -159,8 +160,9 @@ fn weakened(motor: JointMotor, record: &JointRecord) -> JointMotor {
     JointMotor { max_force: motor.max_force * (1.0 - direction * speed / no_load).max(0.0), ..motor }
 }
 
-/// Dry friction that a drive takes upon itself. Rapier solves the row of a drive before that of the friction, once in each
-/// sub-step: a light wheel would lag behind its motor by friction * sub-step / inertia.
+/// Returns the dry friction that a drive absorbs into its own limit. Rapier solves the constraint of a drive before
+/// that of the friction, once in each sub-step, so a light wheel would lag behind its motor by friction * sub-step /
+/// inertia.
 pub(super) fn folded(record: &JointRecord) -> f64 {
     let limit = match record.drive {
         Drive::Velocity { max_force, slip: 0.0, .. } | Drive::Position { max_force, .. } => max_force,
@@ -169,7 +171,7 @@ pub(super) fn folded(record: &JointRecord) -> f64 {
     if limit > record.passive.friction && !record.at_limit { record.passive.friction } else { 0.0 }
 }
 
-/// The velocity that a drive wants; `None`: more than there is.
+/// Returns the velocity that a drive aims for; `None`: it has none.
 pub(super) fn wanted(record: &JointRecord) -> Option<f64> {
     match record.drive {
         Drive::Velocity { target, .. } => Some(target),
@@ -178,12 +180,12 @@ pub(super) fn wanted(record: &JointRecord) -> Option<f64> {
     }
 }
 
-/// How often more a driven joint must be gone through in each sub-step.
+/// Returns the number of additional iterations that a driven joint needs in each sub-step.
 ///
-/// Rapier solves the motor and the pivot of a joint one after the other. Where the moved body's centre of mass lies
-/// on the axis, as in a wheel, once is exact. Else each round leaves 1 - 1/q of the error, q being the ratio of the
-/// inertia about the axis to that about the centre of mass: 3/4 for a rod held at its end, which would then lag
-/// behind gravity by 0.04 rad/s. Six rounds for each 1 of q above 1 leave less than 0.3 %.
+/// Rapier solves the motor and the pivot of a joint one after the other. If the moved body's centre of mass is on the
+/// axis, as in a wheel, one iteration is exact. Otherwise each leaves 1 - 1/q of the error, where q is the ratio of the
+/// inertia about the axis to that about the centre of mass: 3/4 for a rod held at its end, which would then lag behind
+/// gravity by 0.04 rad/s. Six iterations per unit of q above 1 leave less than 0.3 %.
 pub(super) fn iterations(frames: (Pose, Pose), a: &RigidBody, b: &RigidBody) -> usize {
     let (frame_a, frame_b) = (a.position() * frames.0, b.position() * frames.1);
     let axis = frame_b.rotation * Vector::Z;
@@ -198,18 +200,18 @@ pub(super) fn iterations(frames: (Pose, Pose), a: &RigidBody, b: &RigidBody) -> 
     };
     let (of_a, of_b) = (mobility(a, frame_a.translation), mobility(b, frame_b.translation));
     let q = (of_a.0 + of_b.0) / (of_a.1 + of_b.1);
-    // Not a number for bodies without inertia. Below 1.01 the first round leaves less than 1 %: a wheel on a chassis.
+    // NaN for bodies without inertia. Below 1.01, as for a wheel on a chassis, the first iteration leaves less than 1
+    // %.
     if q.is_nan() || q < 1.01 { 0 } else { (6.0 * (q - 1.0)).ceil().min(MOST_ITERATIONS) as usize }
 }
 
-/// Velocity at which a position drive that stands at `position` moves in the next `dt`, s, and what its controller then
-/// remembers.
+/// Returns the velocity of a position drive at `position` for the next `dt`, s, and the new memory of its controller.
 pub(super) fn pursue(record: &JointRecord, position: f64, dt: f64) -> (f64, Memory) {
     let Drive::Position { target, max_velocity, tracking, .. } = record.drive else {
         return (0.0, Memory::default());
     };
     let mut way = target - position;
-    // A joint without limits takes the shorter way round.
+    // A joint without limits takes the shorter way around.
     if record.kind == JointKind::Revolute && record.limits.is_none() {
         way = wrap_angle(way);
     }
@@ -221,17 +223,17 @@ pub(super) fn pursue(record: &JointRecord, position: f64, dt: f64) -> (f64, Memo
     let change = last.map_or(0.0, |l| (way - l) / dt);
     let wanted = t.p * way + t.i * next + t.d * change + t.velocity;
     let velocity = wanted.clamp(-max_velocity, max_velocity);
-    // At its highest velocity the error is not summed up: it would have to be made up for later.
+    // The error is not integrated while the velocity is saturated, which prevents windup.
     let sum = if velocity == wanted { next } else { sum };
     (velocity, Memory { sum, last: Some(way) })
 }
 
-/// Position of a joint whose frames on both bodies stand so in the world, as rapier counts it.
+/// Returns the position of a joint from the world poses of its frames on both bodies, as rapier counts it.
 pub(super) fn position(kind: JointKind, frame_a: &Pose, frame_b: &Pose) -> f64 {
     match kind {
         JointKind::Revolute | JointKind::Screw(_) => {
             let q = frame_a.rotation.inverse() * frame_b.rotation;
-            // nalgebra's function is the same on every system, the standard library's is not.
+            // nalgebra's `atan2` gives the same result on every system, unlike the standard library's.
             wrap_angle(2.0 * nalgebra::RealField::atan2(q.z, q.w))
         }
         JointKind::Prismatic => (frame_b.translation - frame_a.translation).dot(frame_a.rotation * Vector::Z),

@@ -1,5 +1,5 @@
-//! What a joint carries, from the momentum of all that hangs below it: mechanisms in reduced form have no force of their
-//! joints to be read. What the joint exerts is the change of momentum less gravity, pushes and contacts.
+//! Loads of joints, from the momentum of all bodies below: mechanisms in reduced form do not provide the forces in
+//! their joints. The force that a joint exerts is the change of momentum minus gravity, pushes and contacts.
 
 use rapier3d::{dynamics::RigidBody, geometry::PairContacts, math::Vector};
 
@@ -7,7 +7,7 @@ use super::{records::Sum, report, state::Rapier};
 use crate::{BodyId, JointId, Wrench, convert};
 
 impl Rapier {
-    /// Before a step: who hangs below, their momentum and what pushes them.
+    /// Records the bodies below each measured joint before a step, with their momentum and the pushes on them.
     pub(super) fn weigh(&mut self) {
         let mut measured = std::mem::take(&mut self.tables.measured);
         measured.retain(|m| self.tables.joints.get(m.joint.0 as usize).is_some_and(Option::is_some));
@@ -20,7 +20,7 @@ impl Rapier {
         self.tables.measured = measured;
     }
 
-    /// After a step: what each measured joint carried in it.
+    /// Computes the load of each measured joint after a step.
     pub(super) fn measure_loads(&mut self) {
         let dt = self.world.integration_parameters.dt;
         let mut measured = std::mem::take(&mut self.tables.measured);
@@ -33,7 +33,7 @@ impl Rapier {
             let force = (now.0 - before.momentum.0) / dt - before.pushes.0 - contacts.0;
             let moment = (now.1 - before.momentum.1) / dt - before.pushes.1 - contacts.1;
             let origin = self.joint_frames(record).0.translation;
-            // The joint exerts this on what hangs below; what hangs below exerts the opposite.
+            // The joint exerts this force on the bodies below, which exert the opposite on it.
             m.wrench = Some(Wrench {
                 force: -convert::vector_back(force),
                 torque: -convert::vector_back(moment - origin.cross(force)),
@@ -45,7 +45,7 @@ impl Rapier {
     fn below(&self, joint: JointId) -> Vec<BodyId> {
         let Some(Some(first)) = self.tables.joints.get(joint.0 as usize) else { return Vec::new() };
         let mut found = vec![first.bodies.1];
-        // Joints stand in no order of their own.
+        // Joints are not sorted, so this repeats until nothing is added.
         loop {
             let known = found.len();
             for record in self.tables.joints.iter().flatten().filter(|r| !r.closes_loop) {
@@ -81,7 +81,7 @@ impl Rapier {
         })
     }
 
-    /// Of contacts with bodies that do not hang below the joint.
+    /// Returns the total force and moment of contacts with bodies that are not below the joint.
     fn contact_forces(&self, ids: &[BodyId]) -> (Vector, Vector) {
         let (mut force, mut moment) = (Vector::ZERO, Vector::ZERO);
         for id in ids {

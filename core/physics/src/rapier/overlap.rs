@@ -1,8 +1,9 @@
-//! What overlaps when it is made: it parts slowly, or stays as it was drawn.
+//! Bodies that overlap when they are created separate slowly, or stay as they are.
 //!
-//! The engine pushes bodies apart the faster the deeper they overlap. Where a joint holds them together that push moves
-//! nothing, and grows in each sub-step; the least tilt then turns it into a kick of hundreds of m/s along whatever the joint
-//! leaves free. So the contacts of such pairs are told a smaller depth than they have, until the two have parted.
+//! The engine pushes bodies apart faster the deeper they overlap. If a joint holds them together, the push has no
+//! effect and grows in each sub-step; the slightest tilt then turns it into a kick of hundreds of m/s along the free
+//! axes of the joint. The contacts of such pairs are therefore reported to the solver with a smaller depth, until the
+//! two have separated.
 
 use std::collections::BTreeMap;
 
@@ -14,16 +15,16 @@ use rapier3d::{
 use super::{records::Parting, respond, state::Rapier};
 use crate::{BodyId, Motion};
 
-/// Speed at which they part, m/s.
+/// Speed of separation, m/s.
 const PARTING_SPEED: f64 = 0.2;
 
-/// Depth in metres from which bodies of one mechanism are taken as drawn into each other.
+/// Minimum depth at which bodies of one mechanism count as overlapping by design, m.
 const FITTED: f64 = 1e-4;
 
-/// Time in which a pair that is not held must have come apart by a tenth of the way at that speed, s.
+/// Time in which a pair without joints must have separated by at least a tenth of the distance at that speed, s.
 const PATIENCE_S: f64 = 0.1;
 
-/// A collider that may be in the way of others.
+/// A collider that may overlap others.
 struct Placed {
     collider: ColliderHandle,
     body: BodyId,
@@ -33,14 +34,15 @@ struct Placed {
 }
 
 impl Rapier {
-    /// Depth at which the engine pushes as fast as things are to part, m: between bodies that move, and with one that never does.
+    /// Returns the depth at which the engine pushes with the speed of separation, m: between two moving bodies, and
+    /// with a fixed one.
     pub(super) fn parting_depths(&self) -> [f64; 2] {
         let numbers = &self.world.integration_parameters;
         [&numbers.contact_softness, &numbers.static_contact_softness]
             .map(|spring| PARTING_SPEED / spring.erp_inv_dt(self.substep()))
     }
 
-    /// Before a step: finds what new bodies overlap with.
+    /// Finds pairs of new bodies that overlap, before a step.
     pub(super) fn find_overlaps(&mut self) {
         if self.tables.fresh.is_empty() {
             return;
@@ -98,7 +100,7 @@ impl Rapier {
         respond::responds(first.respond, second.respond) && rule.is_none_or(|r| r.responds)
     }
 
-    /// How deep two colliders overlap, m; less than 0 where they do not.
+    /// Returns the depth of the overlap of two colliders, m; negative if they do not overlap.
     fn depth_of(&self, a: &Placed, b: &Placed) -> f64 {
         let colliders = &self.world.colliders;
         let (Some(first), Some(second)) = (colliders.get(a.collider), colliders.get(b.collider)) else { return -1.0 };
@@ -109,7 +111,7 @@ impl Rapier {
         met.ok().flatten().map_or(-1.0, |c| -c.dist)
     }
 
-    /// Bodies that joints connect, by the least id among them.
+    /// Returns, for each body with joints, the lowest id of its mechanism.
     fn mechanisms(&self) -> BTreeMap<BodyId, BodyId> {
         let mut above: BTreeMap<BodyId, BodyId> = BTreeMap::new();
         fn root(above: &BTreeMap<BodyId, BodyId>, mut id: BodyId) -> BodyId {
@@ -126,7 +128,7 @@ impl Rapier {
         above.keys().map(|id| (*id, root(&above, *id))).collect()
     }
 
-    /// After a step: how far pairs have come apart; those that have are pairs like all others from then on.
+    /// Updates overlapping pairs after a step. Pairs that have separated become ordinary pairs.
     pub(super) fn follow_overlaps(&mut self) {
         if self.tables.partings.is_empty() {
             return;
@@ -145,7 +147,7 @@ impl Rapier {
             parting.fit = parting.fit.min(depth);
             parting.asked.1 += step;
             if parting.asked.1 >= PATIENCE_S {
-                // What cannot come apart stays as it is.
+                // A pair that cannot separate stays as it is.
                 if parting.asked.0 - depth < 0.1 * PARTING_SPEED * parting.asked.1 {
                     parting.fit = depth;
                 }
@@ -159,7 +161,7 @@ impl Rapier {
         }
     }
 
-    /// How deep two bodies overlapped when contacts were last looked for, m.
+    /// Returns the depth of the overlap of two bodies at the last collision detection, m.
     fn contact_depth(&self, (a, b): (BodyId, BodyId)) -> f64 {
         let (Some(first), Some(second)) = (self.record(a), self.record(b)) else { return 0.0 };
         let of_second = self.world.bodies[second.handle].colliders();

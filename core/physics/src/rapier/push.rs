@@ -1,4 +1,4 @@
-//! Pushes that act in one engine step alone.
+//! Pushes that act in a single engine step.
 
 use rapier3d::{
     dynamics::{RigidBody, RigidBodyHandle},
@@ -8,7 +8,7 @@ use rapier3d::{
 use super::state::{Rapier, finite};
 use crate::{Motion, Push, convert};
 
-/// What a body was pushed with before, for all steps of the advance.
+/// The forces on a body before a push, which act in all steps of the advance.
 pub(super) struct Before {
     handle: RigidBodyHandle,
     force: Vector,
@@ -22,7 +22,7 @@ impl Before {
 }
 
 impl Rapier {
-    /// Adds pushes; what to give to [`Rapier::take_back`] after the step.
+    /// Adds pushes. The result must be passed to [`Rapier::take_back`] after the step.
     pub(super) fn push_for_a_step(&mut self, pushes: &[Push]) -> Vec<Before> {
         let mut old = Vec::with_capacity(pushes.len());
         for push in pushes {
@@ -41,7 +41,7 @@ impl Rapier {
         old
     }
 
-    /// Puts the forces back as they were, in reverse order: a body may have been pushed more than once.
+    /// Restores the previous forces, in reverse order because a body may have been pushed more than once.
     pub(super) fn take_back(&mut self, old: Vec<Before>) {
         for before in old.into_iter().rev() {
             let Some(body) = self.world.bodies.get_mut(before.handle) else { continue };

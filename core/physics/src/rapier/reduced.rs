@@ -1,12 +1,12 @@
-//! Joints in reduced coordinates: rapier's multibodies, in which only what a joint leaves free is computed.
+//! Joints in reduced coordinates: rapier's multibodies, which compute only the degrees of freedom of each joint.
 //!
-//! - A mechanism that stands on something static hangs on an anchor of its own, a fixed body without form: rapier solves
-//!   all joints of one root together, at the cube of their number.
-//! - A drive is a row between the two links. Rapier goes through the rows one after the other, once in each sub-step, so
-//!   an arm of many joints would sag. Hence most of what a drive exerted in one step is put in as a force in the next
-//!   ([`Reduced::carried`]), and the row has only the difference to find.
-//! - Rapier keeps positions and velocities of joints, not of bodies. Where a body is placed or thrown from outside they
-//!   are found again from the bodies before the next step ([`Rapier::find_coordinates`]).
+//! - A mechanism on a static body is attached to an anchor of its own, a fixed body without shapes, because rapier
+//!   solves all joints below one root together, at a cost that grows with the cube of their number.
+//! - A drive is a constraint between the two links. Rapier iterates over the constraints once in each sub-step, so an
+//!   arm of many joints would sag. Most of the effort of a drive in one step is therefore applied as a force in the
+//!   next ([`Reduced::carried`]), and the constraint has to find only the difference.
+//! - Rapier stores positions and velocities of joints, not of bodies. After a body is placed or thrown from outside,
+//!   they are recomputed from the bodies before the next step ([`Rapier::find_coordinates`]).
 
 use rapier3d::{
     dynamics::{GenericJoint, Multibody, MultibodyIndex, RigidBodyBuilder, RigidBodySet},
@@ -23,30 +23,30 @@ use super::{
 };
 use crate::{Drive, JointDesc, JointKind, Motion};
 
-/// The part of a drive's limit that may be put in as a force. Half of it, so that the row, whose own limit is the same in
-/// both directions, never exceeds the whole, and can always let go.
+/// Fraction of a drive's limit that may be applied as a force. With a half, the total never exceeds the limit, and the
+/// constraint, whose own limit is the same in both directions, can always cancel the force.
 const CARRIED_SHARE: f64 = 0.5;
 
-/// Radians (or metres) that a joint may move in a sub-step before the sub-steps are halved.
+/// Maximum motion of a joint in a sub-step before sub-steps are halved, rad or m.
 const FAST_TURN: f64 = 0.005;
 
-/// How long the sub-steps stay halved after that, s: longer than half a swing of a pendulum of 50 m.
+/// Time for which sub-steps stay halved afterwards, s: longer than half a swing of a 50 m pendulum.
 const FAST_FOR_S: f64 = 10.0;
 
-/// Mechanisms have come to rest, and the sub-steps are no longer halved, once nothing has been faster than this share of that
-/// speed for so long (s). Where a swing turns round it is slow, too, but not for long.
+/// Mechanisms count as at rest, and sub-steps are no longer halved, once no joint has been faster than this fraction of
+/// that speed for `CALM_FOR_S` (s). A swing is also slow at its turning points, but only briefly.
 const CALM: f64 = 0.05;
 const CALM_FOR_S: f64 = 1.0;
 
-/// Square of the radians of its oscillation that a spring may make in a sub-step to be taken as slow.
+/// Limit for slow springs: square of the oscillation phase per sub-step, rad^2.
 const SLOW_SPRING: f64 = 0.1;
 
 impl Rapier {
-    /// `None` where rapier cannot have it: it would close a loop.
+    /// Adds a joint in reduced form. `None`: it would close a loop, which rapier cannot do in this form.
     pub(super) fn add_reduced(&mut self, desc: &JointDesc, data: GenericJoint) -> Option<Reduced> {
         let (a, b) = (*self.record(desc.a)?, *self.record(desc.b)?);
         let anchored = a.motion == Motion::Static;
-        // Joints that are geared to each other must be of one mechanism.
+        // Joints that are geared to each other must be in the same mechanism.
         let shared = self.tables.joints.iter().flatten().find_map(|r| {
             let other = r.reduced()?;
             (desc.geared && r.geared && other.anchored && r.bodies.0 == desc.a).then_some(other.parent)
@@ -97,12 +97,12 @@ impl Rapier {
         if joint.anchored && !others.into_iter().any(|o| o.parent == joint.parent) {
             self.world.remove_body(joint.parent);
         }
-        // What hung on it goes on as it moved.
+        // Bodies that were attached keep their motion.
         self.tables.moved.extend([record.bodies.0, record.bodies.1]);
     }
 
-    /// Takes what rapier's implicit spring adds to the damping, `stiffness * sub-step`, off it, where the spring is slow
-    /// enough for the sub-steps to stay stable without.
+    /// Subtracts from each joint's damping what rapier's implicit spring adds to it, `stiffness * sub-step`, if the
+    /// spring is slow enough for the sub-steps to stay stable without it.
     pub(super) fn set_springs(&mut self) {
         self.tables.springs_changed = false;
         let h = self.world.integration_parameters.dt / self.tables.substeps as f64;
@@ -121,7 +121,7 @@ impl Rapier {
         }
     }
 
-    /// Anchors follow the static body that they stand for.
+    /// Moves the anchors along with the static body that they stand for.
     pub(super) fn move_anchors(&mut self, body: crate::BodyId, pose: &Pose) {
         for record in self.tables.joints.iter().flatten() {
             if let (true, Some(reduced)) = (record.bodies.0 == body, record.reduced().filter(|r| r.anchored)) {
@@ -130,7 +130,7 @@ impl Rapier {
         }
     }
 
-    /// Finds positions and velocities of joints again, in all mechanisms of which a body was placed, thrown or tied.
+    /// Recomputes positions and velocities of joints in all mechanisms of which a body was placed, thrown or attached.
     pub(super) fn find_coordinates(&mut self) {
         if self.tables.moved.is_empty() {
             return;
@@ -151,9 +151,10 @@ impl Rapier {
         }
     }
 
-    /// Twice as many sub-steps while a mechanism swings so fast that it would gain or lose energy: a double pendulum that
-    /// falls from level ends within 2 % of its energy instead of 10 %. Until it has come to rest, or for a while, because each
-    /// change of the sub-step costs energy too: a pendulum that changed in each swing would lose 10 % in 100 s.
+    /// Doubles the number of sub-steps while a mechanism swings so fast that it would gain or lose energy: a double
+    /// pendulum that falls from horizontal keeps its energy to 2 % instead of 10 %. They stay doubled for a while or
+    /// until it has come to rest, because each change of the sub-step costs energy too: a pendulum with changes in each
+    /// swing would lose 10 % in 100 s.
     pub(super) fn choose_substeps(&mut self) {
         let (usual, dt) = (self.tables.substeps, self.world.integration_parameters.dt);
         let fastest = FAST_TURN * usual as f64 / dt;
@@ -171,7 +172,8 @@ impl Rapier {
         self.world.integration_parameters.num_solver_iterations = if fast { 2 * usual } else { usual };
     }
 
-    /// Puts in what drives exerted in the last step; what to give to [`Rapier::take_back`] after the step.
+    /// Applies as forces what drives exerted in the last step. The result must be passed to [`Rapier::take_back`] after
+    /// the step.
     pub(super) fn carry_drives(&mut self) -> Vec<Before> {
         let mut old = Vec::new();
         for id in &self.tables.driven {
@@ -205,7 +207,7 @@ impl Rapier {
         old
     }
 
-    /// Remembers what drives exerted in this step.
+    /// Records what drives exerted in this step.
     pub(super) fn note_drives(&mut self) {
         let substep = self.substep();
         let world = &self.world;
@@ -219,7 +221,7 @@ impl Rapier {
                 return false;
             };
             let Some(motor) = joint.motor.and_then(|m| world.impulse_joints.get(m)) else { return true };
-            // Rapier's impulses slow the second body down.
+            // Rapier's impulses have the opposite sign: they slow the second body down.
             joint.effort = joint.carried - motor.data.motors[axis as usize].impulse / substep;
             let weakening = no_load > 0.0;
             joint.carried = match limit(drive) {
@@ -234,7 +236,7 @@ impl Rapier {
     }
 }
 
-/// The limit of a drive that finds out by itself how much it must exert.
+/// Returns the limit of a drive that determines its own effort; `None` for other drives.
 fn limit(drive: Drive) -> Option<f64> {
     match drive {
         Drive::Velocity { max_force, slip: 0.0, .. } => Some(max_force),
@@ -244,7 +246,7 @@ fn limit(drive: Drive) -> Option<f64> {
 }
 
 fn find_coordinates_of(multibody: &mut Multibody, bodies: &mut RigidBodySet) {
-    // Also finds out whether the root is moved by forces.
+    // Also determines whether the root is dynamic.
     multibody.forward_kinematics(bodies, true);
     let links = multibody.num_links();
     let mut velocities = vec![0.0; multibody.ndofs()];
@@ -256,7 +258,7 @@ fn find_coordinates_of(multibody: &mut Multibody, bodies: &mut RigidBodySet) {
             if count == 6 {
                 let (v, w) = (child.linvel(), child.angvel());
                 velocities[..6].copy_from_slice(&[v.x, v.y, v.z, w.x, w.y, w.z]);
-                // Rapier's default would slow a free mechanism down.
+                // Rapier's default damping would slow down a free mechanism.
                 multibody.damping_mut().rows_mut(0, 6).fill(0.0);
             }
             continue;
@@ -272,7 +274,7 @@ fn find_coordinates_of(multibody: &mut Multibody, bodies: &mut RigidBodySet) {
                 let coordinates = link.joint().coords();
                 let now = joints::position(kind, &frame_a, &frame_b);
                 (way[0], velocities[first]) = match kind {
-                    // As many turns as it had.
+                    // Keeps the number of whole turns.
                     JointKind::Revolute => {
                         (wrap_angle(now - coordinates[5]), (child.angvel() - parent.angvel()).dot(axis))
                     }

@@ -1,4 +1,4 @@
-//! Contacts, as rapier solved them.
+//! Contacts as solved by rapier.
 
 use nalgebra::Vector3;
 use rapier3d::{
@@ -18,7 +18,8 @@ pub(super) fn contacts(world: &PhysicsWorld, out: &mut Vec<Contact>) {
         };
         out.extend(rigid.solver_manifolds().iter().filter_map(|m| contact(world, pair, m)));
     }
-    // The engine's order of pairs depends on the past. A total order without allocation: equal bodies by place.
+    // Rapier's order of pairs depends on the past. This is a total order without allocation; contacts of equal bodies
+    // are sorted by place.
     out.sort_unstable_by(|l, r| {
         let place = |c: &Contact| [c.point.x, c.point.y, c.point.z, c.force];
         let places = place(l).into_iter().zip(place(r));
@@ -27,34 +28,34 @@ pub(super) fn contacts(world: &PhysicsWorld, out: &mut Vec<Contact>) {
     });
 }
 
-/// The body of a collider.
+/// Returns the body of a collider.
 pub(super) fn body_of(world: &PhysicsWorld, collider: ColliderHandle) -> Option<BodyId> {
     Some(BodyId(Tag::unpack(world.colliders.get(collider)?.user_data).body))
 }
 
-/// What a face of contact exerted in the last step.
+/// The effect of one contact manifold in the last step.
 pub(super) struct Face {
-    /// Where its normal force acts, or its middle if there is none.
+    /// Point at which its normal force acts, or its centre if there is no force, m.
     pub point: Vector,
-    /// N.
+    /// Normal force, N.
     pub force: f64,
-    /// On the second body, N.
+    /// Friction on the second body, N.
     pub friction: Vector,
-    /// Mean distance of what presses from that point, m.
+    /// Mean distance of the contact points from that point, weighted by force, m.
     pub radius: f64,
 }
 
-/// `None` where the two do not touch.
+/// Returns the face of a contact manifold; `None`: the two bodies do not touch.
 pub(super) fn face(world: &PhysicsWorld, pair: &ContactPair, face: &ContactManifold) -> Option<Face> {
-    // Normal impulses are summed over the sub-steps, those of friction are the last one's.
+    // Normal impulses are sums over the sub-steps, those of friction are from the last one.
     let step = world.integration_parameters.dt;
     let substep = step / world.integration_parameters.num_solver_iterations as f64;
     let body = |c: ColliderHandle| {
         let handle = world.colliders.get(c)?.parent()?;
         Some((handle, world.bodies.get(handle)?))
     };
-    // Rapier finds contacts before it moves the bodies, and keeps them while these move little. What stays right is
-    // the arm from the centre of mass of a body that moves.
+    // Rapier finds contacts before it moves the bodies, and reuses them while these move little. The arm from the
+    // centre of mass of a dynamic body stays valid.
     let (a, b) = (body(pair.collider1)?, body(pair.collider2)?);
     let (on_first, arm_of) = if a.1.is_dynamic() { (true, a.1) } else { (false, b.1) };
     let in_mechanism = [a.0, b.0].iter().any(|h| world.multibody_joints.rigid_body_link(*h).is_some());
@@ -70,7 +71,7 @@ pub(super) fn face(world: &PhysicsWorld, pair: &ContactPair, face: &ContactManif
         force += point.data.impulse / step;
         weights += weight;
         sum += (arm_of.center_of_mass() + arm) * weight;
-        // Between free bodies rapier has one row of friction for four points, and writes it to each of them.
+        // Between free bodies, rapier has one friction constraint for four points, and stores it in each of them.
         if in_mechanism || count % 4 == 0 {
             friction -= point.data.warmstart_tangent_world / substep;
         }

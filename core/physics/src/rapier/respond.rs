@@ -1,7 +1,7 @@
-//! V-REP's respond masks as rapier's collision groups and, where those do not suffice, as a filter.
+//! V-REP's respond masks, implemented by rapier's collision groups and, where these do not suffice, by a filter.
 //!
-//! A group cannot say "only within this tree". So the groups carry the high bytes, which is the whole rule between
-//! trees, and the filter runs only for bodies of those trees in which the low bytes decide otherwise for some pair.
+//! A group cannot express "only within this tree". The groups therefore hold the high bytes, which are the whole rule
+//! between trees, and the filter runs only for bodies of trees in which the low bytes decide otherwise for some pair.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use rapier3d::{
 use super::records::Partings;
 use crate::{BodyId, MaterialPair, PairRule, Respond, Surface, convert};
 
-/// What the filter must know of a collider, kept in its user data: body id, tree and mask.
+/// The data of a collider that the filter needs, kept in its user data: body id, tree and mask.
 #[derive(Clone, Copy)]
 pub(super) struct Tag {
     pub body: u32,
@@ -32,37 +32,37 @@ impl Tag {
     }
 }
 
-/// Greatest friction of a pair, as Bullet has it: what a wheel of friction 100 would add to that is a twist that holds it
-/// against turning on the spot.
+/// Maximum friction of a pair, as in Bullet. A higher one adds nothing but a torque that keeps a wheel of friction 100
+/// from turning on the spot.
 pub(super) const MOST_FRICTION: f64 = 10.0;
 
-/// Whether the masks let the two collide.
+/// Returns whether the masks let two bodies collide.
 pub(super) fn responds(a: Respond, b: Respond) -> bool {
     let shared = a.mask & b.mask;
     if a.tree == b.tree { shared & 0x00ff != 0 } else { shared & 0xff00 != 0 }
 }
 
-/// What the high bytes alone would say.
+/// Returns whether the high bytes alone let two bodies collide.
 pub(super) fn responds_by_groups(a: Respond, b: Respond) -> bool {
     a.mask & b.mask & 0xff00 != 0
 }
 
-/// Groups that let through exactly what the high bytes allow or, for bodies whose filter decides, whatever the low
-/// or the high bytes allow.
+/// Returns groups that pass exactly the pairs that the high bytes allow or, if `low_too`, all pairs that the low or the
+/// high bytes allow, among which the filter then decides.
 pub(super) fn groups(mask: u16, low_too: bool) -> InteractionGroups {
     let bits = if low_too { mask } else { mask & 0xff00 };
     let group = Group::from_bits_truncate(u32::from(bits));
     InteractionGroups::new(group, group, InteractionTestMode::And)
 }
 
-/// The filter: masks, then materials and surfaces, then the rules of pairs. All are part of the engine's state, so that it
+/// The filter: masks, then materials and surfaces, then pair rules. All are part of the engine's state, so the filter
 /// gives the same answer on every thread and after a restore.
 pub(super) struct PairFilter<'a> {
     pub pairs: &'a BTreeMap<(BodyId, BodyId), PairRule>,
     pub surfaces: &'a BTreeMap<BodyId, Surface>,
     pub materials: &'a [MaterialPair],
     pub partings: &'a Partings,
-    /// Depth that they are told at most: between bodies that move, and with one that never does.
+    /// Maximum penetration depth reported to the solver: between two moving bodies, and with a fixed body.
     pub deepest: [f64; 2],
 }
 
@@ -75,7 +75,7 @@ impl PairFilter<'_> {
     }
 }
 
-/// Friction and restitution of two materials.
+/// Returns friction and restitution of two materials.
 pub(super) fn of_materials(pairs: &[MaterialPair], a: u32, b: u32) -> Option<&MaterialPair> {
     if a == 0 || b == 0 {
         return None;
@@ -85,7 +85,7 @@ pub(super) fn of_materials(pairs: &[MaterialPair], a: u32, b: u32) -> Option<&Ma
 
 impl PhysicsHooks for PairFilter<'_> {
     fn filter_contact_pair(&self, pair: &PairFilterContext) -> Option<SolverFlags> {
-        // A filter also replaces rapier's own rule that one of the two must be moved by forces.
+        // A filter also replaces rapier's own rule that one of the two bodies must be dynamic.
         let dynamic = |body: Option<RigidBodyHandle>| body.is_some_and(|b| pair.bodies[b].is_dynamic());
         if !dynamic(pair.rigid_body1) && !dynamic(pair.rigid_body2) {
             return None;
@@ -125,7 +125,7 @@ impl PhysicsHooks for PairFilter<'_> {
             let along = belts - *face.normal * belts.dot(*face.normal);
             face.solver_contacts.iter_mut().for_each(|c| c.tangent_velocity += along);
         }
-        // Friction by axis has rows of its own.
+        // Anisotropic friction has constraints of its own.
         if [first, second].iter().any(|s| s.is_some_and(|s| s.axis.is_some())) {
             *face.friction = 0.0;
         }

@@ -1,4 +1,4 @@
-//! Rapier's forms, shared by equal bodies.
+//! Rapier's shapes, shared by equal bodies.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -7,19 +7,20 @@ use tatu_geometry::{Form, Mesh};
 
 use crate::convert;
 
-/// Rapier's forms, so that a hundred equal robots share theirs: one hull to be made, and few lines of memory to be read.
+/// A cache of rapier's shapes. A hundred equal robots share theirs, so each hull is computed once and less memory is
+/// read.
 #[derive(Default)]
 pub(super) struct ShapeCache {
     meshes: Vec<(Arc<Mesh>, bool, SharedShape)>,
-    /// By what they are and their sizes, bit by bit.
+    /// Primitives, by kind and the bits of their sizes.
     pub(super) primitives: BTreeMap<[u64; 4], (SharedShape, Pose)>,
 }
 
-/// Points of a hull up to which its box in the world is found from them all.
+/// Maximum number of points of a hull whose world bounding box is computed from all points.
 const FEW_POINTS: usize = 24;
 
-/// A hull of many points, in a box that turns with it: rapier asks each point of a hull for its box in the world, in each step
-/// and wherever it is, and of a compound the box alone. What touches is found from the hull as before.
+/// Wraps a hull of many points in a compound. For a hull, rapier computes the world bounding box from all points in
+/// every step; for a compound, it transforms the local box. Contacts are computed from the hull as before.
 fn boxed(shape: SharedShape) -> SharedShape {
     match shape.as_convex_polyhedron().is_some_and(|hull| hull.points().len() > FEW_POINTS) {
         true => SharedShape::compound(vec![(Pose::IDENTITY, shape)]),
@@ -48,7 +49,7 @@ impl ShapeCache {
         if let Some((_, _, shape)) = known {
             return Some((shape.clone(), Pose::IDENTITY));
         }
-        // Meshes that nobody else holds any more cannot be asked for again.
+        // Meshes that are no longer used elsewhere cannot be requested again.
         self.meshes.retain(|(m, _, _)| Arc::strong_count(m) > 1);
         let (shape, pose) = convert::shape(form)?;
         let shape = boxed(shape);
@@ -60,7 +61,7 @@ impl ShapeCache {
         if let Some(known) = self.primitives.get(&key) {
             return Some(known.clone());
         }
-        // Those that nobody uses any more go whenever their number would double.
+        // Unused primitives are dropped whenever their number would double.
         if self.primitives.len().is_power_of_two() {
             self.primitives.retain(|_, (shape, _)| Arc::strong_count(&shape.0) > 1);
         }

@@ -1,4 +1,4 @@
-//! Who may sleep: what rests on something. A body that drifts slowly through space keeps drifting.
+//! Sleeping: only bodies that rest on something may sleep. A body that drifts slowly through space keeps drifting.
 
 use rapier3d::dynamics::{RigidBody, RigidBodyHandle};
 
@@ -6,11 +6,11 @@ use super::state::Rapier;
 use crate::Motion;
 
 /// Speed of its fastest point, m/s (and rad/s), below which a body without joints may sleep. A settled pile of 1000
-/// boxes costs 26 times less asleep. Far less than rapier's own number, at which a ball that begins to roll down a gentle
-/// slope would never get away.
+/// boxes is 26 times cheaper asleep. Rapier's default is much higher: with it, a ball that begins to roll down a gentle
+/// slope would never get going.
 const SLEEP_SPEED: f64 = 0.002;
 
-/// Seconds that a body must be so slow before it sleeps.
+/// Time that a body must stay this slow before it sleeps, s.
 const SLEEP_TIME: f64 = 1.0;
 
 pub(super) fn set(body: &mut RigidBody, may: bool) {
@@ -22,7 +22,7 @@ pub(super) fn set(body: &mut RigidBody, may: bool) {
 }
 
 impl Rapier {
-    /// Tells all bodies whether they may sleep.
+    /// Sets for all bodies whether they may sleep.
     pub(super) fn set_sleep(&mut self) {
         for record in self.tables.bodies.iter().flatten().filter(|r| r.joints == 0) {
             set(&mut self.world.bodies[record.handle], self.tables.sleep);
@@ -30,7 +30,7 @@ impl Rapier {
         self.world.wake_up_all(true);
     }
 
-    /// Wakes what touches a body.
+    /// Wakes all bodies that touch a body.
     pub(super) fn wake_touching(&mut self, handle: RigidBodyHandle) {
         let world = &self.world;
         let mut touching = Vec::new();
@@ -45,7 +45,7 @@ impl Rapier {
         }
     }
 
-    /// Keeps those awake that touch nothing.
+    /// Keeps bodies awake that touch nothing.
     pub(super) fn keep_awake(&mut self) {
         let world = &mut self.world;
         for record in self.tables.bodies.iter().flatten() {

@@ -1,11 +1,11 @@
-//! The whole state as bytes: a head that names the layout, a checksum, and rapier's world with our tables.
+//! Serialized state of the engine: a header that identifies the layout, a checksum, rapier's world, and our tables.
 
 use rapier3d::pipeline::PhysicsWorld;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::state::Tables;
 
-/// Names the layout. It changes with rapier's version and with our tables.
+/// Identifies the layout. It changes with rapier's version and with our tables.
 const HEAD: &[u8; 16] = b"tatu rapier0361g";
 const HEAD_AND_SUM: usize = HEAD.len() + 8;
 
@@ -24,7 +24,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<(PhysicsWorld, Tables), String> {
         return Err("physics snapshot: written by another engine or version".to_string());
     }
     let (sum, state) = rest.split_first_chunk::<8>().ok_or("physics snapshot: too short")?;
-    // Rapier trusts the indices in its state; damaged ones must not get that far.
+    // Rapier relies on the indices in its state, so damage must be detected before it is read.
     if xxh3_64(state) != u64::from_le_bytes(*sum) {
         return Err("physics snapshot: damaged (checksum differs)".to_string());
     }

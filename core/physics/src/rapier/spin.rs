@@ -1,8 +1,9 @@
-//! Free bodies whose inertia differs from axis to axis turn about a moving axis and keep energy and angular momentum.
+//! Gyroscopic motion: free bodies with different principal moments of inertia turn about a moving axis and conserve
+//! energy and angular momentum.
 //!
-//! Rapier's own step for it loses or gains energy. Here the change of the angular velocity in the body's frame is taken
-//! half before and half after each engine step, by the implicit midpoint rule, which keeps energy and the length of the
-//! momentum; between the two rapier turns the body at a constant velocity, which changes neither.
+//! Rapier's own integration loses or gains energy. Here, the change of the angular velocity in the body's frame is
+//! applied half before and half after each engine step, by the implicit midpoint rule, which conserves energy and the
+//! magnitude of the angular momentum. In between, rapier turns the body at constant velocity, which changes neither.
 
 use rapier3d::{
     dynamics::{RigidBody, RigidBodyHandle},
@@ -12,14 +13,14 @@ use rapier3d::{
 use super::state::Rapier;
 use crate::Motion;
 
-/// Rounds in which the midpoint is found. Each leaves at most a fifth of the error.
+/// Fixed-point iterations of the midpoint rule. Each leaves at most a fifth of the error.
 const ROUNDS: usize = 12;
 
-/// Most radians that a body turns in one application of the rule.
+/// Maximum rotation in one application of the rule, rad.
 const MOST_TURN: f64 = 0.2;
 
 impl Rapier {
-    /// Lets free bodies spin for a share of a step; which ones.
+    /// Advances the spin of free bodies by a share of a step; returns those bodies.
     pub(super) fn spin(&mut self, share: f64) -> Vec<RigidBodyHandle> {
         let dt = share * self.world.integration_parameters.dt;
         let mut spun = Vec::new();
@@ -39,7 +40,7 @@ impl Rapier {
         spun
     }
 
-    /// The same for the rest of the step.
+    /// Advances the spin of these bodies by the rest of the step.
     pub(super) fn spin_on(&mut self, spun: Vec<RigidBodyHandle>) {
         let dt = 0.5 * self.world.integration_parameters.dt;
         for handle in spun {
@@ -50,14 +51,14 @@ impl Rapier {
     }
 }
 
-/// Angular velocity after `dt`; `None` where it stays.
+/// Returns the angular velocity after `dt`, s; `None`: it does not change.
 fn spun_for(body: &RigidBody, dt: f64) -> Option<Vector> {
     let mass = &body.mass_properties().local_mprops;
     let axes = body.position().rotation * mass.principal_inertia_local_frame;
     let inertia = mass.principal_inertia();
     let start = axes.inverse() * body.angvel();
     let rate = |w: Vector| (inertia * w).cross(w) / inertia;
-    // What an engine step cannot show: a box that rests, a wheel about its axle.
+    // The change would be below the precision of an engine step, as for a resting box or a wheel on its axle.
     if rate(start).length() * dt <= 1e-12 * start.length() {
         return None;
     }

@@ -1,4 +1,4 @@
-//! The whole state of the engine: rapier's world, and what is known beside it.
+//! The complete state of the engine: rapier's world, and the engine's own tables.
 
 use std::collections::BTreeMap;
 
@@ -26,78 +26,78 @@ pub struct Rapier {
     pub(super) shapes: ShapeCache,
 }
 
-/// What the engine knows beside rapier's world. Together the two are the whole state.
+/// The state that the engine keeps in addition to rapier's world. Together the two are the complete state.
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Tables {
-    /// By id; removed ones leave a gap.
+    /// Bodies by id; removed ones leave a gap.
     pub(super) bodies: Vec<Option<BodyRecord>>,
-    /// By id; removed ones leave a gap.
+    /// Joints by id; removed ones leave a gap.
     pub(super) joints: Vec<Option<JointRecord>>,
     /// Bodies that collide, by tree.
     pub(super) trees: BTreeMap<u32, Tree>,
-    /// Bodies with forces to be cleared after the next advance.
+    /// Bodies with forces that are cleared after the next advance.
     pub(super) pushed: Vec<BodyId>,
-    /// Kinematic bodies on their way: from where to where.
+    /// Kinematic bodies that are moving: start and end pose.
     pub(super) moving: BTreeMap<BodyId, (Pose, Pose)>,
-    /// Joints whose drive has not been passed to the engine yet.
+    /// Joints whose drive has not been passed to rapier yet.
     pub(super) changed: Vec<JointId>,
     /// Joints with a position drive.
     pub(super) positioned: Vec<JointId>,
-    /// Bodies frozen since last asked.
+    /// Bodies that have been frozen since the last query.
     pub(super) frozen: Vec<BodyId>,
-    /// Whether a spring was added, or the length of a sub-step changed, since springs were last set.
+    /// Whether springs must be set again, because one was added or the length of a sub-step changed.
     pub(super) springs_changed: bool,
-    /// Sub-steps of a step of the usual kind.
+    /// Number of sub-steps of an ordinary step.
     pub(super) substeps: usize,
-    /// For how long the sub-steps stay halved because a mechanism swings fast, s.
+    /// Remaining time for which sub-steps are halved because a mechanism swings fast, s.
     pub(super) fast_s: f64,
-    /// For how long all mechanisms have been slow, s.
+    /// Time for which all mechanisms have been slow, s.
     pub(super) calm_s: f64,
     /// Whether bodies at rest may sleep.
     pub(super) sleep: bool,
-    /// Poses and velocities before the last step, by id.
+    /// Poses and velocities before the last step, by body id.
     pub(super) before: Vec<Option<Seen>>,
-    /// Joints in reduced form whose drive finds out by itself how much to exert.
+    /// Joints in reduced form whose drive determines its own force.
     pub(super) driven: Vec<JointId>,
-    /// Bodies that were placed, thrown or tied since the last step.
+    /// Bodies that were placed, thrown or attached since the last step.
     pub(super) moved: Vec<BodyId>,
-    /// Whether joints came or went since gears and loads were last looked at.
+    /// Whether joints were added or removed since gears and loads were last updated.
     pub(super) joints_changed: bool,
-    /// Joints that move as one.
+    /// Joints that are coupled by gears.
     pub(super) gears: Vec<Gear>,
-    /// Whether there are screws.
+    /// Whether there are any screw joints.
     pub(super) screws: bool,
     /// Joints whose load is measured.
     pub(super) measured: Vec<Measured>,
     /// Joints whose drive weakens with speed.
     pub(super) weakening: Vec<JointId>,
-    /// Revolute joints that their limits let turn by more than once.
+    /// Revolute joints whose limits allow more than one turn.
     pub(super) winding: Vec<JointId>,
-    /// Bodies with a surface of a special kind.
+    /// Bodies with a special surface.
     pub(super) surfaces: BTreeMap<BodyId, Surface>,
-    /// Friction by material.
+    /// Friction and restitution of pairs of materials.
     pub(super) materials: Vec<MaterialPair>,
-    /// How friction of a pair comes about.
+    /// The rule that combines the friction of two bodies.
     pub(super) friction_rule: FrictionRule,
-    /// Rows of friction between bodies with special surfaces and what they touch.
+    /// Friction constraints between bodies with special surfaces and what they touch.
     pub(super) grips: Grips,
-    /// Pairs, lower id first, that meet other than their bodies' numbers say.
+    /// Pairs of bodies, lower id first, with contact parameters of their own.
     pub(super) pairs: BTreeMap<(BodyId, BodyId), PairRule>,
-    /// Bodies that were made since the last step, and collide.
+    /// Bodies that were created since the last step, and collide.
     pub(super) fresh: Vec<BodyId>,
-    /// Pairs that overlapped when they were made.
+    /// Pairs that overlapped when they were created.
     pub(super) partings: Partings,
 }
 
 impl Rapier {
-    /// Length of a sub-step, s: what an impulse that rapier reports was exerted in.
+    /// Returns the length of a sub-step, s, over which the impulses that rapier reports act.
     pub(super) fn substep(&self) -> f64 {
         let numbers = &self.world.integration_parameters;
         numbers.dt / numbers.num_solver_iterations as f64
     }
 }
 
-/// Marks a joint whose drive is to be passed to the engine, once.
+/// Marks a joint whose drive must be passed to rapier, once.
 pub(super) fn mark(changed: &mut Vec<JointId>, id: JointId, record: &mut JointRecord) {
     if !std::mem::replace(&mut record.changed, true) {
         changed.push(id);

@@ -1,4 +1,4 @@
-//! The engine against closed forms.
+//! Tests of the engine against closed-form solutions.
 
 mod bodies;
 mod curved;
@@ -43,7 +43,7 @@ fn sphere(radius: f64) -> Vec<Part> {
     part(Form::Sphere { radius })
 }
 
-/// A body that nothing else holds; a tree of its own, colliding with all.
+/// Describes a free body in a tree of its own that collides with everything.
 fn body(pose: Isometry3<f64>, mass: MassProps, parts: Vec<Part>) -> BodyDesc {
     BodyDesc {
         pose,

@@ -1,17 +1,18 @@
-//! The velocities at which bodies move.
+//! Velocities of bodies.
 //!
-//! What rapier keeps after a step is what the next one begins with, and differs from the motion where contacts hold a
-//! body: a ball that rolls on a level floor has a vertical speed there. So velocities are read from the way that a body
-//! went in the last step, as at its end: `way / dt + (n - 1) / 2n * change`, with the change of rapier's velocity in that
-//! step and `n` sub-steps. That is exact at constant acceleration, since each sub-step moves a body at the velocity of its
-//! end. In the step in which a motor jumps to its speed it is up to 3/8 of the jump too much.
+//! The velocity that rapier stores after a step is the initial value of the next one, and differs from the actual
+//! motion when contacts hold a body: a ball that rolls on a level floor has a vertical velocity there. Velocities are
+//! therefore computed from the displacement of a body in the last step, extrapolated to its end:
+//! `displacement / dt + (n - 1) / 2n * change`, where `change` is the change of rapier's velocity in that step and `n`
+//! the number of sub-steps. This is exact at constant acceleration, since each sub-step moves a body at the velocity of
+//! its end. In the step in which a motor jumps to its speed, it is too high by up to 3/8 of the jump.
 
 use rapier3d::math::{Rotation, Vector};
 
 use super::{records::Seen, state::Rapier};
 use crate::{BodyId, Motion};
 
-/// Velocity of a body in the world: m/s of its centre of mass, rad/s.
+/// Velocity of a body in the world frame: of its centre of mass, m/s, and angular, rad/s.
 #[derive(Clone, Copy)]
 pub(super) struct Velocity {
     pub linear: Vector,
@@ -20,14 +21,14 @@ pub(super) struct Velocity {
 }
 
 impl Velocity {
-    /// m/s of the place of the body that is at this point of the world.
+    /// Returns the velocity of the point of the body that is at this point of the world, m/s.
     pub fn at(&self, point: Vector) -> Vector {
         self.linear + self.angular.cross(point - self.centre)
     }
 }
 
 impl Rapier {
-    /// Remembers where bodies are before a step.
+    /// Records poses and velocities of bodies before a step.
     pub(super) fn see_velocities(&mut self) {
         let bodies = &self.world.bodies;
         self.tables.before.resize(self.tables.bodies.len(), None);
@@ -44,7 +45,7 @@ impl Rapier {
         }
     }
 
-    /// A body was placed or thrown: what it did in the last step says nothing any more.
+    /// Discards the record of a body that was placed or thrown, since its last step no longer matters.
     pub(super) fn forget_velocity(&mut self, body: BodyId) {
         if let Some(before) = self.tables.before.get_mut(body.0 as usize) {
             *before = None;
@@ -61,7 +62,7 @@ impl Rapier {
         let Some(Some(before)) = self.tables.before.get(id.0 as usize) else { return told };
         let numbers = &self.world.integration_parameters;
         let (dt, n) = (numbers.dt, numbers.num_solver_iterations as f64);
-        // Turns of more than half a circle in a step cannot be seen.
+        // Rotations of more than half a turn per step cannot be recovered.
         if body.is_sleeping() || !body.is_enabled() || angular.length() * dt > 2.0 {
             return if body.is_sleeping() {
                 Velocity { linear: Vector::ZERO, angular: Vector::ZERO, centre }
@@ -80,8 +81,8 @@ impl Rapier {
     }
 }
 
-/// Angular velocity that turns a body so far in `dt`; in `linearized` sub-steps where these turn it by twice the arc tangent
-/// of half of what they should, as rapier does for bodies in impulse form.
+/// Returns the angular velocity of a rotation in `dt`, s. `linearized`: number of sub-steps of a body in impulse form,
+/// for which rapier turns a body by twice the arc tangent of half the intended angle.
 fn rate(turn: Rotation, dt: f64, linearized: Option<f64>) -> Vector {
     let q = if turn.w < 0.0 { -turn } else { turn };
     let axis = Vector::new(q.x, q.y, q.z);
@@ -89,7 +90,7 @@ fn rate(turn: Rotation, dt: f64, linearized: Option<f64>) -> Vector {
     if sine < 1e-300 {
         return Vector::ZERO;
     }
-    // nalgebra's functions are the same on every system, the standard library's are not.
+    // nalgebra's functions give the same results on every system, unlike the standard library's.
     let half = nalgebra::RealField::atan2(sine, q.w);
     let angle = match linearized {
         Some(n) => 2.0 * n * nalgebra::ComplexField::tan(half / n),

@@ -1,4 +1,4 @@
-//! The host's error objects: plugins write them through two functions that copy.
+//! The host's error objects, which plugins fill through two functions that copy the texts.
 
 use std::ffi::c_void;
 
@@ -10,7 +10,7 @@ use crate::{
     watchdog::Call,
 };
 
-/// An error object and the texts that it points to. Not moved once its raw form has been given out.
+/// An error object and the texts that it points to. Both are boxed, so pointers to them stay valid when it is moved.
 pub struct ErrorSlot {
     raw: Box<tatu_error>,
     texts: Box<Texts>,
@@ -33,7 +33,7 @@ impl Default for ErrorSlot {
 }
 
 impl ErrorSlot {
-    /// An empty one.
+    /// Creates an empty error object.
     pub fn new() -> Self {
         let mut texts = Box::<Texts>::default();
         let raw = Box::new(tatu_error {
@@ -50,7 +50,7 @@ impl ErrorSlot {
         });
         ErrorSlot { raw, texts }
     }
-    /// Its raw form, emptied.
+    /// Clears it and returns its raw form.
     pub fn fresh(&mut self) -> *mut tatu_error {
         self.raw.ctx = (&raw mut *self.texts).cast();
         self.raw.code = TATU_OK;
@@ -58,36 +58,36 @@ impl ErrorSlot {
         self.raw.line = 0;
         self.raw()
     }
-    /// Its raw form.
+    /// Returns its raw form.
     pub fn raw(&mut self) -> *mut tatu_error {
         &raw mut *self.raw
     }
-    /// Fills it.
+    /// Fills it with an error.
     pub fn set(&mut self, status: tatu_status, text: &str) {
         let error = self.fresh();
-        // SAFETY: an error object of ours.
+        // SAFETY: `error` points to this object, which is live.
         unsafe { say(error, status, raw(text.as_bytes())) };
     }
-    /// Its content, part by part.
+    /// Returns a copy of its contents.
     pub fn said(&self) -> Said {
-        // SAFETY: an error object of ours, with texts of ours.
+        // SAFETY: the object is live, and its texts are in `self.texts`.
         unsafe { Said::of(&self.raw) }
     }
-    /// As [`answer`], of the function that was given this object.
+    /// Like [`answer`], for the function that was given this object.
     pub fn answer(&mut self, status: tatu_status, may_wait: bool) -> tatu_status {
-        // SAFETY: an error object of ours.
+        // SAFETY: the object is live.
         unsafe { answer(status, may_wait, self.raw()) }
     }
-    /// As [`name_plugin`].
+    /// Like [`name_plugin`], for this object.
     pub fn name_plugin(&mut self, status: tatu_status, plugin: &str, call: Call) {
-        // SAFETY: an error object of ours.
+        // SAFETY: the object is live.
         unsafe { name_plugin(status, self.raw(), plugin, call) };
     }
-    /// Whether it holds an error.
+    /// Returns whether it holds an error.
     pub fn has_said(&self) -> bool {
         self.raw.code != TATU_OK
     }
-    /// The message, with its hint.
+    /// Returns the message, with its hint.
     pub fn text(&self) -> String {
         let said = self.said();
         let mut out = said.text.unwrap_or_default();
@@ -98,25 +98,27 @@ impl ErrorSlot {
     }
 }
 
-/// What an error object says, copied; empty parts are none.
+/// The contents of an error object, copied. Empty parts are `None`.
 pub struct Said {
     /// The message.
     pub text: Option<String>,
     /// The hint.
     pub help: Option<String>,
-    /// The place in a text, a line of which counts from 1; 0: none.
+    /// The file in which the error occurred.
     pub file: Option<String>,
-    /// See `file`.
+    /// The line in that file, counted from 1; 0: none.
     pub line: u64,
     /// The traceback of a script.
     pub traceback: Option<String>,
 }
 
 impl Said {
+    /// Copies the contents of an error object.
+    ///
     /// # Safety
-    /// An error object of the host, whose texts live.
+    /// `error` must be an error object of the host whose texts are alive.
     pub unsafe fn of(error: &tatu_error) -> Self {
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that the texts are alive.
         let part = |s| Some(unsafe { crate::border::text(s) }.into_owned()).filter(|s| !s.is_empty());
         Said {
             text: part(error.text),
@@ -128,19 +130,19 @@ impl Said {
     }
 }
 
-/// The status that a plugin's function returned, as a defined one: `TATU_OK`, `TATU_WAIT` if it may wait, or an error,
-/// with a message. Anything else is a breach of the contract.
+/// Checks the status returned by a plugin's function. Returns `TATU_OK`, `TATU_WAIT` if `may_wait`, or an error with a
+/// message. Any other status is a breach of the contract.
 ///
 /// # Safety
-/// `error` is a live error object of the host.
+/// `error` must point to a live error object of the host.
 pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error) -> tatu_status {
     if status == TATU_OK || status == TATU_WAIT && may_wait || (TATU_ERR_MEMORY..0).contains(&status) {
         return status;
     }
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that `error` is live.
     unsafe {
         let text = match status {
-            // What it said stands, whatever its number means.
+            // The message counts, whatever the number means.
             ..0 if (*error).code != TATU_OK => return TATU_ERR,
             ..0 => format!("failed with status {status}, which this host does not know: the plugin may be newer"),
             _ => format!("broke the contract: it returned the status {status}, which is not defined for this call"),
@@ -150,13 +152,13 @@ pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error
     TATU_ERR
 }
 
-/// Adds the plugin and its function to an error that is the plugin's own, and not one of a script that it ran: that has
-/// a position in a text.
+/// Adds the plugin and its function to an error, if the error is the plugin's own. An error of a script that it ran has
+/// a position in a text and is left unchanged.
 ///
 /// # Safety
-/// `error` is a live error object of the host.
+/// `error` must point to a live error object of the host.
 pub unsafe fn name_plugin(status: tatu_status, error: *mut tatu_error, plugin: &str, call: Call) {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that `error` and its texts are live.
     unsafe {
         let said = crate::border::text((*error).text).into_owned();
         let placed = (*error).line > 0 || (*error).traceback.len > 0;
@@ -173,12 +175,12 @@ pub unsafe fn name_plugin(status: tatu_status, error: *mut tatu_error, plugin: &
     }
 }
 
-/// Copies one error object's content into another.
+/// Copies the contents of one error object into another.
 ///
 /// # Safety
-/// Both are live error objects of the host.
+/// Both must point to live error objects of the host.
 pub unsafe fn copy(from: *const tatu_error, to: *mut tatu_error) {
-    // SAFETY: the caller promises it; `say` and `add` copy.
+    // SAFETY: the caller guarantees that both are live; `say` and `add` copy the texts.
     unsafe {
         say(to, (*from).code, (*from).text);
         for (part, s) in
@@ -192,12 +194,13 @@ pub unsafe fn copy(from: *const tatu_error, to: *mut tatu_error) {
 }
 
 unsafe extern "C" fn say(error: *mut tatu_error, code: tatu_status, text: tatu_str) {
-    // SAFETY: the host's own object; the text is valid during the call.
+    // SAFETY: the header requires `error` to be the object passed to the plugin, whose `ctx` points to its `Texts`, and
+    // `text` to be valid during the call.
     unsafe {
         let Some(e) = error.as_mut().filter(|e| !e.ctx.is_null()) else { return };
         let texts = &mut *e.ctx.cast::<Texts>();
         e.code = if code < 0 { code } else { TATU_ERR };
-        // The text may be the object's own: copy before it is overwritten.
+        // The text may be one of the object's own, so it is copied before that is overwritten.
         let new = texts::of_error(bytes(text));
         texts.text = new;
         e.text = raw(&texts.text);
@@ -206,7 +209,7 @@ unsafe extern "C" fn say(error: *mut tatu_error, code: tatu_status, text: tatu_s
 }
 
 unsafe extern "C" fn add(error: *mut tatu_error, part: u32, text: tatu_str, line: u64) {
-    // SAFETY: the host's own error object, which is live.
+    // SAFETY: as in `say`.
     unsafe {
         let Some(e) = error.as_mut().filter(|e| !e.ctx.is_null()) else { return };
         let texts = &mut *e.ctx.cast::<Texts>();

@@ -1,10 +1,10 @@
-//! State of the process that takes system calls to read: the working folder, signal actions, standard output
-//! and error.
+//! Process state that takes system calls to read: the working folder, signal actions, standard output and standard
+//! error.
 
 #[cfg(unix)]
 pub use unix::State;
 
-/// Nothing is checked on this system.
+/// On this system, nothing is checked.
 #[cfg(not(unix))]
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct State;
@@ -29,7 +29,7 @@ mod unix {
 
     use libc::c_int;
 
-    /// Signals that the program, the loader or system libraries use.
+    /// Signals used by the program, the loader or system libraries.
     const SIGNALS: [(c_int, &str); 15] = [
         (libc::SIGABRT, "SIGABRT"),
         (libc::SIGALRM, "SIGALRM"),
@@ -49,13 +49,13 @@ mod unix {
     ];
     const OUTPUTS: [(RawFd, &str); 2] = [(1, "standard output"), (2, "standard error")];
 
-    /// An open file or folder: device and number.
+    /// Identity of an open file or folder: device and inode.
     type Identity = Option<(libc::dev_t, libc::ino_t)>;
 
-    /// What the C library adds to the flags of an action that it sets.
+    /// A flag that the C library adds to an action when it sets it.
     const SA_RESTORER: c_int = 0x0400_0000;
 
-    /// How it was.
+    /// A known good state of the process.
     #[derive(Debug, Clone)]
     pub struct State {
         kept: Arc<Kept>,
@@ -72,7 +72,7 @@ mod unix {
     }
     impl Eq for State {}
 
-    /// Folder and outputs, open: what is put back leads there. One for all states that are alike.
+    /// Open handles of the working folder and the outputs, used to restore them. Equal states share one.
     #[derive(Debug)]
     struct Kept {
         ids: (Identity, [Identity; OUTPUTS.len()]),
@@ -92,9 +92,9 @@ mod unix {
         kept
     }
 
-    /// A second descriptor of an open file.
+    /// Duplicates a file descriptor.
     fn copy(fd: RawFd) -> Option<File> {
-        // SAFETY: any number may be asked for; what comes back is ours.
+        // SAFETY: `fcntl` accepts any descriptor, and the new one is owned by nothing else.
         unsafe {
             let new = libc::fcntl(fd, libc::F_DUPFD_CLOEXEC, 3);
             (new >= 0).then(|| File::from_raw_fd(new))
@@ -102,21 +102,21 @@ mod unix {
     }
 
     fn identity(ask: impl FnOnce(*mut libc::stat) -> c_int) -> Identity {
-        // SAFETY: numbers, for which zero is a value.
+        // SAFETY: `stat` is a plain struct of numbers, for which zeros are valid.
         let mut about: libc::stat = unsafe { std::mem::zeroed() };
         (ask(&raw mut about) == 0).then_some((about.st_dev, about.st_ino))
     }
     fn folder() -> Identity {
-        // SAFETY: a text that ends with 0, and room for the answer.
+        // SAFETY: the path is NUL-terminated, and `about` points to a `stat`.
         identity(|about| unsafe { libc::stat(c".".as_ptr(), about) })
     }
     fn output(fd: RawFd) -> Identity {
-        // SAFETY: room for the answer.
+        // SAFETY: `about` points to a `stat`.
         identity(|about| unsafe { libc::fstat(fd, about) })
     }
 
     fn action(signal: c_int) -> libc::sigaction {
-        // SAFETY: numbers and pointers, for which zero is a value; asks only.
+        // SAFETY: `sigaction` is a plain struct, for which zeros are valid; with a null action the call only queries.
         unsafe {
             let mut now: libc::sigaction = std::mem::zeroed();
             libc::sigaction(signal, std::ptr::null(), &raw mut now);
@@ -128,7 +128,7 @@ mod unix {
     }
 
     impl State {
-        /// As it is now.
+        /// Captures the current state.
         pub fn now() -> Self {
             let (folder, outputs) = (folder(), OUTPUTS.map(|(fd, _)| output(fd)));
             State {
@@ -139,12 +139,12 @@ mod unix {
             }
         }
 
-        /// Restores it; returns what had been changed, in words.
+        /// Restores the state; describes what had been changed.
         pub fn restore(&self) -> Vec<String> {
             let mut out = Vec::new();
             if folder() != self.folder {
                 if let Some(home) = &self.kept.folder {
-                    // SAFETY: an open folder.
+                    // SAFETY: `home` is an open folder.
                     unsafe { libc::fchdir(home.as_raw_fd()) };
                 }
                 out.push("the working folder of the process".to_owned());
@@ -152,7 +152,7 @@ mod unix {
             for (i, (fd, name)) in OUTPUTS.into_iter().enumerate() {
                 if output(fd) != self.outputs[i] {
                     if let Some(own) = &self.kept.outputs[i] {
-                        // SAFETY: an open file, under the number that it had.
+                        // SAFETY: `own` is an open file; `fd` is replaced by a duplicate of it.
                         unsafe { libc::dup2(own.as_raw_fd(), fd) };
                     }
                     out.push(format!("{name} (closed or exchanged)"));
@@ -161,7 +161,7 @@ mod unix {
             for (i, (signal, name)) in SIGNALS.into_iter().enumerate() {
                 let was = &self.signals[i];
                 if !same(&action(signal), was) {
-                    // SAFETY: an action that the same function gave.
+                    // SAFETY: `was` was returned by `sigaction` for this signal.
                     unsafe { libc::sigaction(signal, was, std::ptr::null_mut()) };
                     out.push(format!("what {name} does"));
                 }

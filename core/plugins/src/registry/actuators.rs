@@ -1,4 +1,4 @@
-//! Kinds of actuators.
+//! Kinds of actuators that plugins offer.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use super::{
 use crate::{Declared, tables};
 
 impl Registry {
-    /// What a device's kind declares; `object_kind` is `TATU_KIND_SENSOR` or `TATU_KIND_ACTUATOR`.
+    /// Returns the declarations of a device's kind; `object_kind` is `TATU_KIND_SENSOR` or `TATU_KIND_ACTUATOR`.
     pub fn device(&self, object_kind: i32, kind: usize) -> DeviceKind<'_> {
         if object_kind == TATU_KIND_ACTUATOR {
             let k = &self.actuators[kind];
@@ -22,7 +22,7 @@ impl Registry {
         DeviceKind { plugin: k.plugin, id: &k.id, params: &k.params, commands: &[] }
     }
 
-    /// The kind of actuator of an id.
+    /// Returns the index of a kind of actuator by id.
     pub fn actuator(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
         let of_id = self.actuators.iter().enumerate().filter(|(_, a)| a.id == id);
         let claims: Vec<_> = of_id.map(|(i, a)| (i, a.plugin)).collect();
@@ -33,9 +33,9 @@ impl Registry {
     }
 
     /// # Safety
-    /// The plugin is started, and its tables are as the header says.
+    /// The plugin must have been started, and its tables must be valid.
     pub(super) unsafe fn add_actuators(&mut self, plugin: usize) {
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that the tables are valid.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_actuator>(TATU_ACTUATOR)) else {
                 return;
@@ -72,7 +72,7 @@ impl Registry {
     }
 }
 
-/// Why a kind cannot be used.
+/// Returns why a kind cannot be used, if it cannot.
 fn flaw(id: &str, raw: &tatu_actuator, params: &[Declared], commands: &[Declared]) -> Option<String> {
     if raw.n_commands as usize != commands.len() {
         let (n, m) = (raw.n_commands, commands.len());

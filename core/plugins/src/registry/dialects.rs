@@ -1,4 +1,4 @@
-//! Dialects of script languages, which only the languages know.
+//! Dialects of script languages, as declared by their plugins.
 
 use tatu_errors::{Error, Result};
 
@@ -9,7 +9,8 @@ use crate::{
 };
 
 impl Registry {
-    /// Whether a language (without one: any) knows a dialect. The error is in the words of the language.
+    /// Checks that a language (or, without one, any language) supports a dialect. The error contains the language's
+    /// message.
     pub fn check_dialect(&self, language: Option<usize>, dialect: &str) -> Result {
         if dialect.is_empty() {
             return Ok(());
@@ -19,21 +20,22 @@ impl Registry {
             let Some(knows) = l.raw.knows_dialect else { return Ok(()) };
             let (me, mut slot) = (self.plugins[l.plugin].me, ErrorSlot::new());
             let subject = format!("the dialect `{dialect}`");
-            // SAFETY: by the contract; the text lives through the call.
+            // SAFETY: `knows` is from a plugin that is never unloaded, `me` is that plugin's own pointer, and text and
+            // error object live through the call.
             let ask = || unsafe { answer(knows(me, raw(dialect.as_bytes()), slot.raw()), false, slot.raw()) };
             let status = self.watched(l.plugin, Call::KnowsDialect, &subject, ask)?;
             if status >= 0 {
                 return Ok(());
             }
             let text = slot.text();
-            // An answer is a reason; all else is the plugin's own error.
+            // A refusal explains itself; anything else is an error of the plugin.
             if text.starts_with("panicked") || text.starts_with("broke the contract") {
                 let (id, call) = (&self.plugins[l.plugin].id, Call::KnowsDialect.text());
                 return Err(Error::new("E111", format!("{subject}: plugin `{id}` {text} [{call}]")));
             }
             said.get_or_insert((i, text));
         }
-        // Without any language there is nobody to ask, and nothing to run either.
+        // Without languages nothing can be checked, nor run.
         let Some((i, text)) = said else { return Ok(()) };
         let id = &self.languages[i].id;
         Err(Error::new("E122", format!("there is no dialect `{dialect}` of the language `{id}`")).expected(text))

@@ -1,4 +1,4 @@
-//! The events that plugins declare.
+//! Events that plugins declare.
 
 use tatu_plugin_api::abi::*;
 
@@ -7,7 +7,7 @@ use crate::{Declared, events::EventInfo, tables};
 
 impl Registry {
     pub(super) unsafe fn add_events(&mut self, plugin: usize) {
-        // SAFETY: tables of a started plugin, as the header says.
+        // SAFETY: the plugin has been started, and the contract requires its tables to be valid.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_event>(TATU_EVENT)) else {
                 return;

@@ -1,4 +1,4 @@
-//! Importers: what reads files of other formats into a document.
+//! Importers, which read files of other formats into a document.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -11,12 +11,12 @@ use super::{
 };
 use crate::{Declared, tables, watchdog::Call};
 
-/// How much of a file an importer sees to decide whether it can read it, bytes.
+/// Size of the head of a file by which an importer decides whether it can read it, bytes.
 const HEAD: usize = 4096;
 
 impl Registry {
     pub(super) unsafe fn add_importers(&mut self, plugin: usize) {
-        // SAFETY: the caller promises it.
+        // SAFETY: the plugin has been started, and the contract requires its tables to be valid.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_importer>(TATU_IMPORTER)) else {
                 return;
@@ -42,7 +42,7 @@ impl Registry {
         }
     }
 
-    /// An importer by id.
+    /// Returns the index of an importer by id.
     pub fn importer(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
         let of_id = self.importers.iter().enumerate().filter(|(_, i)| i.id == id);
         let claims: Vec<_> = of_id.map(|(n, i)| (n, i.plugin)).collect();
@@ -52,9 +52,9 @@ impl Registry {
         })
     }
 
-    /// The importer of a file: the one most confident by its first bytes; of equal ones the one that `[providers]`
-    /// names for the suffix, then one with the file's suffix, then the one with the lowest id. If none is confident: by
-    /// suffix.
+    /// Chooses the importer of a file: the one most confident by the file's first bytes. Among equals it is the one
+    /// that `[providers]` names for the suffix, then one with the file's suffix, then the one with the lowest id. If
+    /// none is confident, the suffix decides.
     pub fn importer_of(
         &self,
         file: &Path,
@@ -80,13 +80,13 @@ impl Registry {
         };
         tied.sort_by_key(|(n, _, suffix)| (!named(*n), !suffix, &self.importers[*n].id));
         let Some(first) = tied.first().map(|t| t.0) else { return failed.into_iter().next().map_or(Ok(None), Err) };
-        // One that is named, or the only one with the suffix, needs no word.
+        // There is nothing to note if it is the one named, or the only one with the suffix.
         let alike = |(n, _, suffix): &(usize, u32, bool)| (named(*n), *suffix) == (named(first), tied[0].2);
         let ids: Vec<_> = tied.iter().filter(|t| alike(t)).map(|(n, _, _)| self.importers[*n].id.as_str()).collect();
         let tie = (ids.len() > 1).then(|| {
             format!("the importers {} read it; `{}` is used, choose with `importer = \"...\"`", ids.join(", "), ids[0])
         });
-        // Importers that failed are only noted, so that they do not stop files that do not need them.
+        // A failed check is only noted, so that it does not prevent the import of unrelated files.
         let notes = failed.into_iter().map(|e| e.text).chain(tie).collect();
         Ok(Some(Choice { importer: first, notes }))
     }
@@ -102,7 +102,7 @@ impl Registry {
         Err(Error::new("E111", format!("{subject}: {broke}")).expected("how sure it is, 0 to 100"))
     }
 
-    /// The error that no importer reads a file.
+    /// Returns the error that no importer reads a file.
     pub fn no_importer(&self, file: &Path) -> Error {
         let known: Vec<_> = self.importers.iter().map(|i| format!("{} ({})", i.id, i.suffixes.join(" "))).collect();
         let error = Error::new("E121", format!("no importer reads {}", file.display()));

@@ -1,9 +1,10 @@
-//! The kind of a script, where only its text shows it.
+//! Detection of a script's kind by its text.
 
 use super::Registry;
 
 impl Registry {
-    /// The kind of script that a text shows itself to be, by the first mark of its language that fits; `None`: none.
+    /// Returns the kind of script that a text appears to be, by the first matching mark of its language; `None`:
+    /// unknown.
     pub fn kind_of_script(&self, language: usize, text: &[u8]) -> Option<&str> {
         let language = &self.languages.get(language)?.id;
         let mark = self.kind_marks.iter().find(|m| m.language == *language && m.fits(text))?;

@@ -1,4 +1,4 @@
-//! Lookup by name: which one is meant where several plugins claim it, and the error where none does.
+//! Lookup by name: resolves names claimed by several plugins, and reports unknown ones.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -10,17 +10,17 @@ use tatu_errors::{Error, Result, nearest};
 use super::{Language, Registry, SensorKind};
 
 impl Registry {
-    /// A command's id and alias by name.
+    /// Returns a command's id and alias by name.
     pub fn command(&self, name: &str) -> Option<(u32, u32)> {
         self.names.get(name).copied()
     }
-    /// Whether any command or constant begins with a name and a dot.
+    /// Returns whether the name of any command or constant begins with a prefix.
     pub fn has_namespace(&self, prefix: &str) -> bool {
         let from = prefix.to_owned();
         self.names.range(from.clone()..).next().is_some_and(|(n, _)| n.starts_with(prefix))
             || self.constants.range(from..).next().is_some_and(|(n, _)| n.starts_with(prefix))
     }
-    /// The one of several plugins of one name that a scene means: its `[providers]` say so, by the plugin's id.
+    /// Chooses among several plugins that offer the same name. A scene's `[providers]` selects one by the plugin's id.
     pub(super) fn choose(
         &self,
         what: &str,
@@ -29,7 +29,7 @@ impl Registry {
         providers: &BTreeMap<String, String>,
     ) -> Result<Option<usize>> {
         let plugin = |claim: &(usize, usize)| self.plugins[claim.1].id.as_str();
-        // A provider may be the id of the thing itself, which does not say whose it is.
+        // A provider may be the id of the thing itself, which does not select a plugin.
         if let Some(wanted) = providers.get(id).filter(|w| *w != id) {
             return Ok(claims.iter().find(|c| plugin(c) == wanted).map(|c| c.0));
         }
@@ -45,7 +45,7 @@ impl Registry {
         let help = format!("choose one: [providers] \"{id}\" = \"{}\"", plugin(first));
         Err(Error::new("E322", text).expected("one plugin, named in [providers]").help(help))
     }
-    /// A model by id.
+    /// Returns the index of a model by id.
     pub fn model(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
         let of_id = self.models.iter().enumerate().filter(|(_, m)| m.id == id);
         let claims: Vec<_> = of_id.map(|(i, m)| (i, m.plugin)).collect();
@@ -54,7 +54,8 @@ impl Registry {
             self.unknown("E107", "model", id, &known)
         })
     }
-    /// The kind of sensor that is meant by an id, or by a schema (then: the provider, the only one, or the first).
+    /// Returns the index of a kind of sensor by id or by schema. For a schema it is the provider's, the only one, or
+    /// the first.
     pub fn sensor(&self, id_or_schema: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
         let of_id = |id: &str| -> Vec<(usize, usize)> {
             self.sensors.iter().enumerate().filter(|(_, s)| s.id == id).map(|(i, s)| (i, s.plugin)).collect()
@@ -81,8 +82,8 @@ impl Registry {
         let chosen = self.choose("kind of sensor", &found.id, &of_id(&found.id), providers)?;
         chosen.ok_or_else(|| self.unknown("E108", "sensor kind", id_or_schema, &known()))
     }
-    /// The script language of an id or a file name. `[providers]` may put, for an id or an ending, a language or a
-    /// plugin in the place of the first that answers to it.
+    /// Returns the index of a script language by id or by file name. For an id or a suffix, `[providers]` can select a
+    /// language or a plugin instead of the first match.
     pub fn language(&self, id_or_file: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
         let key = |l: &Language| match l.id == id_or_file {
             true => Some(l.id.clone()),
@@ -103,8 +104,8 @@ impl Registry {
         })
     }
 
-    /// The refused file that most likely has something of that name: one that says so, one that is called so, or the
-    /// only one.
+    /// Returns the rejected file that most likely contains something of that name: one whose error mentions it, one
+    /// with a similar name, or the only one.
     fn closest(&self, name: &str) -> Option<&(PathBuf, String)> {
         let named = |(_, why): &&(PathBuf, String)| why.contains(&format!("`{name}`"));
         let holds = |(file, _): &&(PathBuf, String)| stem(file).contains(name) || name.contains(&stem(file));
@@ -116,13 +117,13 @@ impl Registry {
         })
     }
 
-    /// The error for an unknown name: the nearest one or, without any plugin that offers such a thing, the searched
-    /// folders.
+    /// Returns the error for an unknown name. It suggests the nearest name or, if no plugin offers anything of this
+    /// kind, lists the searched folders.
     pub(super) fn unknown(&self, code: &'static str, what: &str, name: &str, known: &[&str]) -> Error {
         let mut text = format!("there is no {what} `{name}`");
         if let Some((file, why)) = self.closest(name) {
             let file = file.display().to_string();
-            // The reason mostly names the file itself.
+            // The reason usually names the file already.
             let why = if why.contains(&file) { why.clone() } else { format!("{file}: {why}") };
             text += &format!("; the closest match was rejected: {why}");
         }
@@ -140,7 +141,7 @@ impl Registry {
     }
 }
 
-/// A file's name as a plugin's author gave it: "libtatu_gripper.so" is "gripper".
+/// Returns the plugin's own part of a file name: "libtatu_gripper.so" gives "gripper".
 fn stem(path: &std::path::Path) -> String {
     let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let stem = stem.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(&stem);

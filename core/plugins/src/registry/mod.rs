@@ -1,10 +1,10 @@
 //! Everything that the loaded plugins offer, by id.
 //!
-//! - [`Registry`]: loading, ending, calls of plugins where there is no world;
-//! - `types`: what is offered, as the host keeps it; `read`: the tables of a plugin;
-//! - `lookup`: finding by name;
-//! - `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and finding these; `renew`: one
-//!   plugin again.
+//! - [`Registry`]: loading and ending plugins, and calling them while there is no world;
+//! - `types`: the host's representation of what they offer; `read`: reading a plugin's tables;
+//! - `lookup`: lookup by name;
+//! - `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and lookup of these; `renew`:
+//!   reloading a single plugin.
 
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
@@ -36,7 +36,7 @@ pub use types::{
     NameEntry, Prelude, PresetInfo, SensorKind, ServiceKind, Status,
 };
 
-/// What plugins offer, in order of plugin ids.
+/// Everything that plugins offer, in order of plugin ids.
 pub struct Registry {
     /// Kinds of sensors.
     pub sensors: Vec<SensorKind>,
@@ -48,68 +48,70 @@ pub struct Registry {
     pub importers: Vec<Importer>,
     /// Script languages.
     pub languages: Vec<Language>,
-    /// Commands; their ids are these indices plus one.
+    /// Commands; a command's id is its index plus one.
     pub commands: Vec<CommandEntry>,
-    /// Commands and aliases by name.
+    /// Command ids and aliases, by name.
     pub names: BTreeMap<String, (u32, u32)>,
     /// Constants by name.
     pub constants: BTreeMap<String, Constant>,
     /// Preludes.
     pub preludes: Vec<Prelude>,
-    /// Words by which the kind of a text is recognized, in order.
+    /// Words that identify the kind of a script, in order.
     pub kind_marks: Vec<KindMark>,
-    /// World life of command plugins: index of the plugin and life.
+    /// Life functions of command plugins' instances per world, with the index of the plugin.
     pub world_lives: Vec<(usize, tatu_life)>,
     /// Services, in order of their ids.
     pub services: Vec<ServiceKind>,
-    /// Events that are declared: the host's own first, then those of plugins in their order.
+    /// Declared events: the host's own, then those of plugins in order.
     pub events: Vec<crate::events::EventInfo>,
-    /// Libraries and parts of them that could not be loaded, and why.
+    /// Errors about libraries, or parts of them, that could not be loaded.
     pub refused: Vec<Error>,
-    /// What was found when the tables of all plugins were read: it is no news when one of them is read again.
+    /// Errors found when the tables of all plugins were first read, which are not reported again when one of them is
+    /// reloaded.
     known: Vec<String>,
-    /// Files that could not be loaded, or only in part, and why: where something is missing, one of them may be meant.
+    /// Files that could not be loaded, or only in part, and why: candidates when something is not found.
     closest: Vec<(PathBuf, String)>,
-    /// Notes.
+    /// Notes about loaded plugins.
     pub notes: Vec<String>,
     /// The searched folders.
     pub search: Search,
-    /// Where calls are noted while there is no world: loading, building.
+    /// The watch for calls while there is no world: loading, building.
     pub setup: Arc<Watch>,
     /// The watches of all worlds with these plugins.
     pub watches: Watches,
-    /// The plugins, last: they must outlive all that is above.
+    /// The plugins. The field is last, since everything above must be dropped before them.
     pub plugins: Vec<Arc<Plugin>>,
     host: Arc<HostTables>,
     /// Watches calls into plugins, if this is no ordinary run.
     pub inspector: Option<Arc<dyn Inspector>>,
-    /// Increases when commands are replaced.
+    /// Incremented when commands are replaced.
     pub generation: u64,
 }
 
-// SAFETY: tables are constant after loading; the header's tags say which thread may call what.
+// SAFETY: the tables do not change after loading. Plugin functions are called only on the threads that the header
+// permits; `ThreadGrant` moves instances between threads.
 unsafe impl Send for Registry {}
-// SAFETY: by the contract, what a plugin passes is valid during the call.
+// SAFETY: as for `Send`.
 unsafe impl Sync for Registry {}
 
 impl Registry {
-    /// Loads every plugin of the path and gives it the `host` tables. What cannot be loaded is listed in `refused`.
+    /// Loads every plugin on the search path and passes it the tables of `host`. Errors are listed in `refused`.
     pub fn load(search: Search, host: HostTables) -> Self {
         Self::load_watched(search, host, Watches::default())
     }
 
-    /// The same with a watchdog, which then watches all worlds with these plugins.
+    /// Like `load`, with a watchdog for all worlds with these plugins.
     pub fn load_watched(search: Search, host: HostTables, watches: Watches) -> Self {
         let setup = watches.watch();
         let host = Arc::new(host);
         let mut plugins: Vec<Arc<Plugin>> = Vec::new();
         let (mut refused, mut closest, mut notes) = (Vec::new(), Vec::new(), Vec::new());
         for (folder, _) in search.folders.iter().filter(|(f, s)| *s == Source::Scene && !f.is_dir()) {
-            let text = format!("the scene names the plugin folder {}, which is not there", folder.display());
+            let text = format!("the scene names the plugin folder {}, which does not exist", folder.display());
             refused.push(Error::new("E311", text).help("paths in `plugins` start from the folder of the scene"));
         }
         for folder in search.folders.iter().filter(|(f, s)| *s == Source::Environment && !f.is_dir()).map(|(f, _)| f) {
-            let text = format!("TATU_PLUGIN_PATH names the folder {}, which is not there", folder.display());
+            let text = format!("TATU_PLUGIN_PATH names the folder {}, which does not exist", folder.display());
             refused.push(Error::new("E311", text).help("it is a list of folders, as PATH is"));
         }
         for file in search.misnamed() {
@@ -145,8 +147,8 @@ impl Registry {
                 Err(e) => refused.push(e),
             }
         }
-        // By id, not by folder or time; those of the program come first and those that a scene brings last, so that
-        // none takes a name from the ones before.
+        // The order depends on ids, not on folders or times. Plugins of the program come first and those of a scene
+        // last, so that no plugin can take a name from an earlier one.
         let rank = |p: &Arc<Plugin>| (!search.is_of_program(&p.path), search.is_of_scene(&p.path));
         plugins.sort_by(|a, b| (rank(a), &a.id).cmp(&(rank(b), &b.id)));
         let mut registry = Registry { refused, closest, notes, ..Self::of(plugins, search, setup, watches, host) };
@@ -156,12 +158,12 @@ impl Registry {
         registry
     }
 
-    /// Tells the watchdog what commands are called.
+    /// Passes the names of commands to the watchdog.
     fn name_commands(&self) {
         self.watches.commands(self.commands.iter().map(|c| c.name().to_owned()).collect());
     }
 
-    /// With these plugins, of whose offers nothing has been read yet.
+    /// Creates a registry with these plugins, without reading their tables.
     fn of(
         plugins: Vec<Arc<Plugin>>,
         search: Search,
@@ -198,10 +200,10 @@ impl Registry {
         }
     }
 
-    /// Reads what all plugins offer, in their order.
+    /// Reads the tables of all plugins, in order.
     fn read(&mut self) {
         for i in 0..self.plugins.len() {
-            // SAFETY: tables of a started plugin, as the header says.
+            // SAFETY: the plugins have been started, and the contract requires their tables to be valid.
             unsafe {
                 self.add_sensors(i);
                 self.add_actuators(i);
@@ -217,8 +219,8 @@ impl Registry {
         self.known = self.refused.iter().map(|e| e.text.clone()).collect();
     }
 
-    /// Shuts all plugins down, when no world uses them any more; returns the errors. Without this call they are shut
-    /// down silently.
+    /// Shuts all plugins down, once no world uses them, and returns the errors. Dropping the registry does the same but
+    /// discards them.
     pub fn end(mut self) -> Vec<Error> {
         let mut out = Vec::new();
         for plugin in self.plugins.iter_mut().rev() {
@@ -227,12 +229,12 @@ impl Registry {
         out
     }
 
-    /// Whether a plugin comes with the program.
+    /// Returns whether a plugin comes with the program.
     pub fn is_of_program(&self, plugin: usize) -> bool {
         self.search.is_of_program(&self.plugins[plugin].path)
     }
 
-    /// The tables that its plugins got.
+    /// Returns the host tables passed to its plugins.
     pub fn host(&self) -> &HostTables {
         &self.host
     }
@@ -243,8 +245,8 @@ impl Registry {
         self.closest.push((p.path.clone(), text.clone()));
         self.refused.push(Error::new("E303", text).help(help));
     }
-    /// Reports that a name is claimed twice; returns whether the second claim counts. Of two in one plugin only the
-    /// first does; of two plugins a scene chooses one.
+    /// Reports that a name is claimed twice; returns whether the second claim is kept. If both are of the same plugin,
+    /// only the first one is; between two plugins, a scene chooses.
     fn is_own(&mut self, plugin: usize, what: &str, id: &str, claimed: &[usize]) -> bool {
         if claimed.contains(&plugin) {
             let help = "give each an id of its own";
@@ -260,8 +262,8 @@ impl Registry {
         true
     }
 
-    /// Calls a plugin where there is no world: noted for the watchdog, with floating-point mode and locale put back;
-    /// the plugin that changed them is reported. `subject` is what is built.
+    /// Calls a plugin while there is no world. The call is recorded for the watchdog, and floating-point mode and
+    /// locale are restored; changing them is an error. `subject` is what is being built.
     pub fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
         let home = ProcessState::now();
         self.setup.subject(subject);

@@ -18,11 +18,11 @@ use crate::{
     watchdog::Call,
 };
 
-/// Elements that one field of a reading may have.
+/// Maximum number of elements of a field.
 pub const MOST_ELEMENTS: u64 = 1 << 28;
 
 impl Registry {
-    /// The id of something that a plugin offers, if all that is required is there; otherwise the plugin is reported.
+    /// Returns the id of something that a plugin offers, if all required fields are set; otherwise reports the plugin.
     pub(super) unsafe fn named(
         &mut self,
         plugin: usize,
@@ -31,7 +31,7 @@ impl Registry {
         size: u32,
         needed: &[Required],
     ) -> Option<String> {
-        // SAFETY: NUL-terminated or null, by the contract.
+        // SAFETY: the contract requires `id` to be null or NUL-terminated.
         let id = unsafe { tables::label(id) }.filter(|id| !id.is_empty());
         let lack = tables::lacking(size, needed).or_else(|| id.is_none().then(|| "has an empty `id`".to_owned()));
         let flaw = id.as_deref().and_then(texts::flaw).map(|flaw| format!("has an invalid name: it {flaw}"));
@@ -54,9 +54,9 @@ impl Registry {
         }
     }
 
-    /// Endings of file names, but for those that are none: every name ends with an empty one.
+    /// Returns file suffixes, without invalid ones. An empty suffix, which every name ends with, is invalid.
     pub(super) unsafe fn suffixes(&mut self, plugin: usize, whose: &str, list: *const *const c_char) -> Vec<String> {
-        // SAFETY: a null-terminated list, by the contract.
+        // SAFETY: the contract requires `list` to be null or a null-terminated list of strings.
         let mut all = unsafe { labels(list) };
         all.retain(|suffix| {
             let Some(flaw) = texts::flaw(suffix) else { return true };
@@ -66,10 +66,10 @@ impl Registry {
         all
     }
 
-    /// The life of something: whole, none at all, or state that needs no functions. `None`: it is broken, and the
-    /// plugin has been reported.
+    /// Returns the life functions of something: all of them, none, or only a state block, which needs no functions.
+    /// `None`: they are incomplete, and the plugin has been reported.
     pub(super) unsafe fn life(&mut self, plugin: usize, whose: &str, life: *const tatu_life) -> Option<tatu_life> {
-        // SAFETY: a table or null, by the contract.
+        // SAFETY: the contract requires `life` to be null or a valid table.
         let Some(life) = (unsafe { tables::read(life) }) else { return Some(NO_LIFE) };
         let lack = match tables::lacking(life.size, &tables::required!(life, tatu_life: create, destroy)) {
             None => return Some(life),
@@ -81,7 +81,7 @@ impl Registry {
     }
 
     pub(super) unsafe fn add_sensors(&mut self, plugin: usize) {
-        // SAFETY: the caller promises it, here and in the functions below.
+        // SAFETY: the plugin has been started, and the contract requires its tables to be valid; likewise below.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_sensor>(TATU_SENSOR)) else {
                 return;
@@ -170,7 +170,7 @@ impl Registry {
     }
 
     pub(super) unsafe fn add_models(&mut self, plugin: usize) {
-        // SAFETY: by the contract, what a plugin passes is valid during the call.
+        // SAFETY: as in `add_sensors`.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_model>(TATU_MODEL)) else { return };
             self.offered(plugin, TATU_MODEL, ext.size, &tables::required!(ext, tatu_ext_model: models));
@@ -195,7 +195,7 @@ impl Registry {
     }
 
     pub(super) unsafe fn add_languages(&mut self, plugin: usize) {
-        // SAFETY: by the contract, what a plugin passes is valid during the call.
+        // SAFETY: as in `add_sensors`.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_script>(TATU_SCRIPT)) else {
                 return;
@@ -225,12 +225,13 @@ impl Registry {
     }
 
     pub(super) unsafe fn add_commands(&mut self, plugin: usize) {
-        // SAFETY: by the contract, what a plugin passes is valid during the call.
+        // SAFETY: as in `add_sensors`.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_command>(TATU_COMMAND)) else {
                 return;
             };
-            // Constants or preludes alone are enough: there need be no list of commands, but room for one.
+            // A plugin may offer only constants or preludes: the list of commands may be null, but the table must have
+            // the field.
             let known = ext.size as usize >= offset_of!(tatu_ext_command, constants);
             self.offered(
                 plugin,
@@ -241,7 +242,7 @@ impl Registry {
             if !ext.per_world.is_null() {
                 match self.life(plugin, "instance per world", ext.per_world) {
                     Some(life) => self.world_lives.push((plugin, life)),
-                    // Its commands would be called without what they keep.
+                    // Its commands would be called without their instance.
                     None => return,
                 }
             }
@@ -276,7 +277,7 @@ impl Registry {
                         Some((why, help)) => self.refuse(plugin, why, help),
                         None => _ = self.names.insert(name.clone(), (id, alias as u32)),
                     }
-                    // Also a name that is not used has its place: the plugin counts all of them.
+                    // Unused names are kept too, because the plugin counts all of them.
                     names.push(NameEntry { name, on_error, until });
                 }
                 self.commands.push(CommandEntry {
@@ -327,16 +328,16 @@ impl Registry {
     }
 }
 
-/// The names of a null-terminated list, as [`texts::flaw`] judges them.
+/// Returns the names of a null-terminated list, in the form that [`texts::flaw`] expects.
 ///
 /// # Safety
 /// As for [`tables::pointers`].
 unsafe fn labels(list: *const *const c_char) -> Vec<String> {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that the list is valid.
     unsafe { tables::pointers(list).into_iter().filter_map(|s| tables::label(s)).collect() }
 }
 
-/// Why a field cannot be one, and what to do.
+/// Returns why a field is invalid, and a hint, if it is.
 fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
     if let Some(flaw) = texts::flaw(&f.name) {
         return Some((format!("has an invalid name: it {flaw}"), "call it `schema.field`"));
@@ -344,7 +345,7 @@ fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
     if !f.name.contains('.') {
         return Some(("has no schema before its name".into(), "call it `schema.field`"));
     }
-    // What an instance decides counts as nothing here, and is looked at when there is one.
+    // Dimensions that an instance determines are checked when there is one.
     let open = |d: u32| d == 0 || (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) || d >= TATU_DIM_COLUMNS;
     let fixed = f.dims.iter().filter(|d| !open(**d)).map(|d| u64::from(*d));
     let elements = fixed.fold(1u64, u64::saturating_mul);

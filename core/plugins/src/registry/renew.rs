@@ -1,8 +1,8 @@
-//! A registry in which one plugin is replaced by another version of itself.
+//! Creating a registry in which one plugin is replaced by another version of itself.
 //!
-//! Worlds, documents and scripts hold numbers of what plugins offer. So everything keeps its number: what is new comes
-//! last, and a new version that lacks something of the old one is refused. Commands may vanish: calls by their old
-//! number fail with an error.
+//! Worlds, documents and scripts hold indices into the registry. Everything therefore keeps its index: additions come
+//! last, and a version that lacks something of the old one is rejected. Only commands may be missing: calling them by
+//! their old id returns an error.
 
 use std::sync::Arc;
 
@@ -13,14 +13,14 @@ use super::{CommandEntry, NameEntry, Plugin, Registry};
 use crate::load::Remarks;
 
 unsafe extern "C" fn vanished(frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: the host calls it with a live frame and its own error object.
+    // SAFETY: the host calls this like any command: with a live frame that holds its own error object.
     unsafe {
         let text = "the plugin was reloaded, and its new version has no such command";
         crate::border::say((*frame).error, TATU_ERR_GONE, text)
     }
 }
 
-/// The new list in the order of the old one; what the old one did not have comes last. `Err`: something that is missed.
+/// Sorts a new list in the order of the old one, with additions at the end. `Err`: an entry that is missing.
 fn in_order<T>(old: &[T], new: Vec<T>, same: impl Fn(&T, &T) -> bool) -> Result<Vec<T>, &T> {
     let mut new: Vec<Option<T>> = new.into_iter().map(Some).collect();
     let mut out = Vec::with_capacity(new.len());
@@ -33,8 +33,8 @@ fn in_order<T>(old: &[T], new: Vec<T>, same: impl Fn(&T, &T) -> bool) -> Result<
 }
 
 impl Registry {
-    /// Loads a plugin's file again; the others are shared with this. What is to be said about the new version stands in
-    /// the new registry's `refused` and `notes`.
+    /// Reloads a plugin's file; the other plugins are shared with this registry. Remarks on the new version are in
+    /// `refused` and `notes` of the new registry.
     pub fn renewed(&self, plugin: usize) -> Result<Registry> {
         let old = &self.plugins[plugin];
         let mut remarks = Remarks::default();
@@ -50,7 +50,7 @@ impl Registry {
         let mut registry = Self::of(plugins, search, self.setup.clone(), watches, self.host.clone());
         registry.inspector.clone_from(&self.inspector);
         registry.read();
-        // What is wrong with a declaration leaves the rest of the plugin working.
+        // A faulty declaration does not prevent the rest of the plugin from working.
         let new = registry.refused.iter().filter(|e| !self.known.contains(&e.text));
         let (flaws, refused): (Vec<_>, Vec<_>) = new.cloned().partition(|e| e.code == "E310");
         if let Some(why) = refused.into_iter().next() {
@@ -88,7 +88,7 @@ impl Registry {
 
     fn place_commands(&mut self, old: &Registry) {
         let mut new: Vec<Option<CommandEntry>> = std::mem::take(&mut self.commands).into_iter().map(Some).collect();
-        // Of each number read, the one it has now.
+        // For each command read, its new id.
         let mut numbers = vec![0; new.len()];
         let mut gone = Vec::new();
         for (i, o) in old.commands.iter().enumerate() {
@@ -120,7 +120,7 @@ impl Registry {
     }
 }
 
-/// A command that is no more, under its number and names.
+/// Returns a placeholder for a command that no longer exists, with its id and names.
 fn tombstone(old: &CommandEntry) -> CommandEntry {
     let names = old.names.iter().map(|n| NameEntry {
         name: n.name.clone(),

@@ -1,4 +1,4 @@
-//! The services that plugins offer.
+//! Services that plugins offer.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::{Declared, events::FOR_SERVICES, tables};
 
 impl Registry {
     pub(super) unsafe fn add_services(&mut self, plugin: usize) {
-        // SAFETY: tables of a started plugin, as the header says.
+        // SAFETY: the plugin has been started, and the contract requires its tables to be valid.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_service>(TATU_SERVICE)) else {
                 return;
@@ -40,7 +40,7 @@ impl Registry {
         }
     }
 
-    /// The index of a service by id.
+    /// Returns the index of a service by id.
     pub fn service(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
         let of_id = self.services.iter().enumerate().filter(|(_, s)| s.id == id);
         let claims: Vec<_> = of_id.map(|(i, s)| (i, s.plugin)).collect();

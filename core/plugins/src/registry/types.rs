@@ -1,4 +1,4 @@
-//! What a plugin can offer, as the host keeps it.
+//! The host's representation of what plugins offer.
 
 use std::{ffi::c_void, path::Path};
 
@@ -6,22 +6,22 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::Declared;
 
-/// One field of a sensor kind.
+/// A field of a sensor kind.
 #[derive(Debug, Clone, Default)]
 pub struct FieldInfo {
     /// `<schema>.<field>`
     pub name: String,
     /// `TATU_ELEM_*`
     pub elem: u32,
-    /// Shape; 0: as many as there are beams.
+    /// Shape; 0: the number of beams.
     pub dims: [u32; 3],
     /// Unit.
     pub unit: Option<String>,
-    /// One sentence.
+    /// Description, one sentence.
     pub text: String,
-    /// The field that is 0 where this one has nothing, if not as its schema says.
+    /// The field that is 0 where this one has no value, if it differs from its schema.
     pub valid: Option<String>,
-    /// The numbers that mean nothing, likewise.
+    /// The values that mean "nothing", if they differ from its schema.
     pub nothing: Option<String>,
 }
 
@@ -30,9 +30,9 @@ pub struct FieldInfo {
 pub struct PresetInfo {
     /// Its name in scene files.
     pub id: String,
-    /// One sentence.
+    /// Description, one sentence.
     pub text: String,
-    /// Lines of TOML as a scene would have them; they are read where the preset is used.
+    /// TOML lines as in a scene file, parsed when the preset is used.
     pub settings: String,
 }
 
@@ -42,9 +42,9 @@ pub struct SensorKind {
     pub plugin: usize,
     /// Its name in scene files.
     pub id: String,
-    /// One sentence.
+    /// Description, one sentence.
     pub text: String,
-    /// The schema of its readings.
+    /// Schemas of its readings.
     pub schemas: Vec<String>,
     /// Its parameters.
     pub params: Vec<Declared>,
@@ -56,7 +56,7 @@ pub struct SensorKind {
     pub field_props: Vec<u32>,
     /// The table of its functions.
     pub raw: tatu_sensor,
-    /// How its instances are made, configured, saved and ended.
+    /// Functions to create, configure, save and destroy its instances.
     pub life: tatu_life,
 }
 
@@ -66,13 +66,13 @@ pub struct Model {
     pub plugin: usize,
     /// Its name in scene files.
     pub id: String,
-    /// One sentence.
+    /// Description, one sentence.
     pub text: String,
     /// Its parameters.
     pub params: Vec<Declared>,
     /// Its category in lists; empty: none.
     pub category: String,
-    /// Objects to which others can be attached.
+    /// Objects that others can be attached to.
     pub slots: Vec<String>,
     /// The table of its functions.
     pub raw: tatu_model,
@@ -84,39 +84,39 @@ pub struct Language {
     pub plugin: usize,
     /// Its id.
     pub id: String,
-    /// One sentence.
+    /// Description, one sentence.
     pub text: String,
     /// File suffixes.
     pub suffixes: Vec<String>,
     /// The table of its functions.
     pub raw: tatu_language,
-    /// How its instances are made, configured, saved and ended.
+    /// Functions to create, configure, save and destroy its instances.
     pub life: tatu_life,
 }
 
-/// One name of a command.
+/// A name of a command.
 pub struct NameEntry {
     /// The name.
     pub name: String,
     /// What it returns instead of an error, if it is an old-style name.
     pub on_error: Option<Vec<Value>>,
-    /// The first dialect for whose scripts an error is an error all the same.
+    /// The first dialect for which an error is raised nevertheless.
     pub until: Option<Vec<u32>>,
 }
 
-/// How completely a command is implemented.
+/// The degree to which a command is implemented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
-    /// Completely.
+    /// Fully implemented.
     Full,
-    /// Partly.
+    /// Partly implemented.
     Partial,
-    /// It returns a neutral value.
+    /// Not implemented: it returns a neutral value.
     Stub,
 }
 
 impl Status {
-    /// As lists and pages have it.
+    /// Returns its name in lists and on pages.
     pub fn name(self) -> &'static str {
         match self {
             Status::Full => "full",
@@ -127,14 +127,15 @@ impl Status {
 }
 
 impl NameEntry {
-    /// What it returns instead of an error to a caller of a dialect, if it is so old.
+    /// Returns the values that callers with this dialect get instead of an error, if any.
     pub fn instead_of_error(&self, dialect: &[u8]) -> Option<&Vec<Value>> {
         let modern = self.until.as_ref().is_some_and(|until| !dialect.is_empty() && version(dialect) >= *until);
         self.on_error.as_ref().filter(|_| !modern)
     }
 }
 
-/// The numbers of a version such as "4.10.0"; none for what is no version, which is older than all.
+/// Parses the numbers of a version such as "4.10.0". A text that is not a version has none, and counts as older than
+/// all.
 pub fn version(dialect: &[u8]) -> Vec<u32> {
     let text = String::from_utf8_lossy(dialect);
     text.split('.').map_while(|part| part.trim().parse().ok()).collect()
@@ -150,21 +151,21 @@ pub struct CommandEntry {
     pub params: Vec<Declared>,
     /// Its results.
     pub returns: Vec<Declared>,
-    /// One sentence.
+    /// Description, one sentence.
     pub text: String,
-    /// An example that raises an error if the effect is missing.
+    /// An example that fails if the command has no effect.
     pub example: String,
-    /// How completely it is implemented.
+    /// The degree to which it is implemented.
     pub status: Status,
     /// What is missing or differs.
     pub notes: String,
-    /// What it is about, one word; empty: not given.
+    /// Its subject, one word; empty: not given.
     pub subject: String,
-    /// What to do where waiting is not possible.
+    /// The hint for callers that cannot wait.
     pub no_wait: Option<String>,
-    /// Takes unchecked arguments.
+    /// Whether its arguments are passed unchecked.
     pub raw_args: bool,
-    /// Scripts that run side by side may call it.
+    /// Whether parallel scripts may call it.
     pub side_by_side: bool,
     /// The table of its functions.
     pub raw: tatu_command,
@@ -177,22 +178,21 @@ impl CommandEntry {
     }
 }
 
-/// A named value for scripts, and its plugin.
+/// A named value for scripts.
 pub struct Constant {
     /// Index of the plugin.
     pub plugin: usize,
-    /// The value as its plugin declares it; valid as long as the plugin.
-    /// The table of its functions.
+    /// The value as declared by its plugin; valid as long as the plugin.
     pub raw: tatu_value,
 }
 
-/// A text for scripts of a language.
+/// A script text that a plugin provides for a language.
 pub struct Prelude {
     /// Index of the plugin.
     pub plugin: usize,
     /// Language.
     pub language: String,
-    /// Module; "" runs in every new state.
+    /// Module name; "": runs in every new state.
     pub module: String,
     /// Its text.
     pub text: Vec<u8>,
@@ -204,11 +204,11 @@ pub struct ActuatorKind {
     pub plugin: usize,
     /// Its name in scene files.
     pub id: String,
-    /// One sentence.
+    /// Description, one sentence.
     pub text: String,
     /// Its parameters.
     pub params: Vec<Declared>,
-    /// What may be commanded: one number each, in the order of the command buffer.
+    /// Its commands: one number each, in the order of the command buffer.
     pub commands: Vec<Declared>,
     /// Whether it is called before each physics step, instead of once per advance.
     pub every_substep: bool,
@@ -218,11 +218,11 @@ pub struct ActuatorKind {
     pub command_props: Vec<u32>,
     /// The table of its functions.
     pub raw: tatu_actuator,
-    /// How its instances are made, configured, saved and ended.
+    /// Functions to create, configure, save and destroy its instances.
     pub life: tatu_life,
 }
 
-/// What a device's kind declares, be it a sensor or an actuator.
+/// The declarations of a kind of sensor or actuator.
 #[derive(Clone, Copy)]
 pub struct DeviceKind<'a> {
     /// Index of the plugin.
@@ -236,7 +236,7 @@ pub struct DeviceKind<'a> {
 }
 
 impl<'a> DeviceKind<'a> {
-    /// All keys that a scene may set.
+    /// Returns all keys that a scene may set.
     pub fn declared(self) -> impl Iterator<Item = &'a Declared> {
         self.params.iter().chain(self.commands)
     }
@@ -248,9 +248,9 @@ pub struct Importer {
     pub plugin: usize,
     /// Its name in scene files.
     pub id: String,
-    /// One sentence.
+    /// Description, one sentence.
     pub text: String,
-    /// Suffixes of file names, with their dot.
+    /// Suffixes of file names, including the dot.
     pub suffixes: Vec<String>,
     /// Its parameters.
     pub params: Vec<Declared>,
@@ -258,31 +258,32 @@ pub struct Importer {
     pub raw: tatu_importer,
 }
 
-/// The importer of a file, and what is to be reported about the choice.
+/// The importer chosen for a file, and notes about the choice.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Choice {
     /// Index of the importer.
     pub importer: usize,
-    /// Others read it as well: which one was chosen; and which could not decide whether they can read it.
+    /// Notes: other importers that also read the file, and importers whose check failed.
     pub notes: Vec<String>,
 }
 
 impl Importer {
-    /// Whether a file's name ends with one of its suffixes.
+    /// Returns whether a file's name ends with one of its suffixes.
     pub(super) fn has_suffix(&self, file: &Path) -> bool {
         let name = file.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
         self.suffixes.iter().any(|s| !s.is_empty() && name.ends_with(&s.to_lowercase()))
     }
 
-    /// Confidence that it can read the file, 0 to 100.
+    /// Returns its confidence that it can read the file, 0 to 100.
     pub(super) fn sniff(&self, me: *mut c_void, head: &[u8]) -> u32 {
         let head = crate::border::raw(head);
-        // SAFETY: by the contract; the bytes live through the call.
+        // SAFETY: `f` is from a plugin that is never unloaded, `me` is that plugin's own pointer, and the bytes live
+        // through the call.
         self.raw.sniff.map_or(0, |f| unsafe { f(me, head) })
     }
 }
 
-/// A word by which the kind of a text is recognized.
+/// A word that identifies the kind of a script.
 pub struct KindMark {
     /// Language.
     pub language: String,
@@ -290,7 +291,7 @@ pub struct KindMark {
     pub kind: String,
     /// The word.
     pub word: String,
-    /// The last line begins with it; else a name anywhere in the text does.
+    /// Whether the last line must begin with the word; otherwise it may be a name anywhere in the text.
     pub last: bool,
 }
 
@@ -307,20 +308,20 @@ impl KindMark {
     }
 }
 
-/// A service: a component that runs beside worlds.
+/// A kind of service: a component that runs alongside worlds.
 pub struct ServiceKind {
     /// Index of the plugin.
     pub plugin: usize,
-    /// The name in scene files and on the command line.
+    /// Its name in scene files and on the command line.
     pub id: String,
-    /// One sentence.
+    /// Description, one sentence.
     pub text: String,
     /// Its parameters.
     pub params: Vec<Declared>,
     /// Names of the events that it subscribes to.
     pub events: Vec<String>,
-    /// The table of its functions,
+    /// The table of its functions.
     pub raw: tatu_service,
-    /// and of its life.
+    /// Functions to create, configure, save and destroy its instances.
     pub life: tatu_life,
 }

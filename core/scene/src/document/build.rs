@@ -1,4 +1,4 @@
-//! Writing a document: every property is checked against its row.
+//! The builder of documents, which checks every property against its row.
 
 use std::{collections::BTreeMap, ops::Range, sync::Arc};
 
@@ -19,23 +19,23 @@ use crate::{
     rows::{KINDS, Row, kind_name, rows_of},
 };
 
-/// Writes into a document.
+/// Builds a document.
 pub struct Builder<'a> {
-    /// What plugins offer.
+    /// The registry of plugins.
     pub registry: &'a Registry,
     /// The document.
     pub document: &'a mut Document,
-    /// Number shared by objects that come together; see [`ObjectSpec::group`].
+    /// Number of the group of objects being added; see [`ObjectSpec::group`].
     pub group: usize,
-    /// What the objects added next are described by.
+    /// The place in a file that describes the next objects.
     pub place: Option<Place>,
 }
 
-/// Most objects of a scene; the live tree has room for a million.
+/// Maximum number of objects; the live tree has room for a million.
 const MOST_OBJECTS: usize = 1_000_000;
 
 impl<'a> Builder<'a> {
-    /// Adds an object; its index.
+    /// Adds an object and returns its index.
     pub fn object(&mut self, kind: &str, parent: Option<usize>, alias: &str) -> Result<usize> {
         let Some((_, number)) = KINDS.iter().find(|(n, _)| *n == kind) else {
             let known: Vec<_> = KINDS.iter().map(|(n, _)| *n).collect();
@@ -68,17 +68,17 @@ impl<'a> Builder<'a> {
         Ok(self.document.objects.len() - 1)
     }
 
-    /// The declarations that an object's keys may mean: the core's rows, then its device's parameters.
+    /// Returns the declarations of the keys that an object can have: the core's rows, then its device's parameters.
     pub fn declared(&self, object: usize) -> Vec<(Declared, Target)> {
         let spec = &self.document.objects[object];
         // The parent is set by `parent`, and the unique name follows from the alias.
         let rows = rows_of(Some(spec.kind)).map(|r| (r.param(), Target::Row(row(r.key))));
         let rows = rows.filter(|(_, t)| !matches!(t, Target::Row(Row::Parent | Row::Name))).map(|(p, t)| match t {
-            // In a file `position_m` is where the joint itself stands.
+            // In files, `position_m` is the position of the joint object itself.
             Target::Row(Row::JointPosition) => (Declared { key: "joint_position".into(), ..p }, t),
             _ => (p, t),
         });
-        // Whether a joint turns or slides decides its units.
+        // The unit depends on whether the joint is revolute or prismatic.
         let slides =
             spec.rows.iter().rev().find(|(r, _)| *r == Row::JointType).is_some_and(|(_, v)| *v == "prismatic".into());
         let rows = rows.map(move |(p, t)| {
@@ -96,7 +96,7 @@ impl<'a> Builder<'a> {
         rows.chain(params.enumerate().map(|(i, p)| (p.clone(), Target::Param(i)))).collect()
     }
 
-    /// Sets a property by key, with or without its kind's prefix; SI units.
+    /// Sets a property by key, with or without the prefix of its kind; in SI units.
     pub fn set(&mut self, object: usize, key: &str, value: Value) -> Result {
         let Some(spec) = self.document.objects.get(object) else {
             return Err(Error::new("E110", "there is no such object in this build"));
@@ -126,8 +126,8 @@ impl<'a> Builder<'a> {
         self.put(object, declared, target, value)
     }
 
-    /// Sets the unique name of an object of the scene itself: its alias, or its alias with `#n`. In what is placed
-    /// several times, such as a model, it has no effect: all its objects then get one number.
+    /// Sets the unique name of an object of the scene itself: its alias, or its alias with `#n`. It has no effect in
+    /// models and the like, which can be placed several times: their objects get a common number.
     fn name(&mut self, object: usize, value: &Value) -> Result {
         let spec = &mut self.document.objects[object];
         let name = if let Value::Text(t) = value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
@@ -142,8 +142,8 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Sets a number of the world, `scene.dt` and the like, or `scene.data`; SI units. It is checked and has no effect
-    /// unless what is built is the scene itself.
+    /// Sets a setting of the world, such as `scene.dt`, or `scene.data`; in SI units. It is always checked, but takes
+    /// effect only if the scene itself is being built.
     pub(super) fn setting(&mut self, key: &str, value: Value, whole: bool) -> Result {
         let short = key.strip_prefix("scene.").unwrap_or(key);
         if short == "data" {
@@ -176,7 +176,7 @@ impl<'a> Builder<'a> {
         self.document.names.rename(object, alias);
     }
 
-    /// Sets what a key was found to mean.
+    /// Sets a property whose declaration and meaning are known.
     pub fn put(&mut self, object: usize, declared: &Declared, target: &Target, value: Value) -> Result {
         if declared.flags & TATU_PARAM_READ_ONLY != 0 {
             return Err(Error::new("E102", format!("`{}` is read-only", declared.key)));
@@ -208,13 +208,13 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// The kind of a sensor.
+    /// Returns the kind of a sensor.
     pub(super) fn sensor_kind(&self, object: usize) -> Option<&'a SensorKind> {
         let spec = self.document.objects.get(object).filter(|o| o.kind == TATU_KIND_SENSOR)?;
         self.registry.sensors.get(spec.device.as_ref()?.kind)
     }
 
-    /// Applies a preset now; what is set later wins. An empty name sets nothing.
+    /// Applies a preset; later settings override it. An empty name has no effect.
     fn preset(&mut self, object: usize, value: Value) -> Result {
         let id = if let Value::Text(t) = &value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
         if !id.is_empty() {
@@ -232,7 +232,7 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Noise as text, checked against the sensor's fields, their names in full.
+    /// Checks a noise text against the sensor's fields, and returns it with full field names.
     fn noise(&self, object: usize, text: &str) -> Result<Value> {
         let lacks = || Error::new("E104", "noise is set before the kind of the sensor").help("call `device` first");
         let kind = self.sensor_kind(object).ok_or_else(lacks)?;
@@ -240,7 +240,8 @@ impl<'a> Builder<'a> {
         Ok(Value::text(read.to_toml()))
     }
 
-    /// A value of a scene file for what its key was found to mean; else the error and where it lies within the item.
+    /// Converts a value of a scene file according to the meaning of its key. `Err`: the error, and its position within
+    /// the item.
     pub(super) fn value_of(
         &self,
         object: usize,
@@ -256,7 +257,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Tries a row on a blank object of the kind, so that what a live object would refuse is refused here.
+    /// Sets a row on a blank object of the kind, so that values that a live object would refuse are refused now.
     fn try_row(&self, object: usize, row: Row, value: &Value) -> Result {
         if row == Row::Mesh {
             let there = matches!(value, Value::Int(i) if *i >= 1 && *i as usize <= self.document.meshes.len());
@@ -284,7 +285,7 @@ impl<'a> Builder<'a> {
             .map_err(|e| Error::new("E102", format!("`{}`: {}", row.info().short(), e.1)))
     }
 
-    /// Makes a sensor one of a kind or of a schema's provider, or an actuator one of a kind.
+    /// Sets the kind of a sensor (by id, or by a schema, which stands for its provider) or of an actuator.
     pub fn device(&mut self, object: usize, kind_or_schema: &str) -> Result {
         let providers: &BTreeMap<_, _> = &self.document.settings.providers;
         let Some(spec) = self.document.objects.get_mut(object) else {
@@ -302,7 +303,7 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Adds a mesh; its number. Equal meshes are stored once.
+    /// Adds a mesh and returns its number. Equal meshes are stored once.
     pub fn mesh(&mut self, mesh: Mesh) -> Result<usize> {
         let n = mesh.vertices.len();
         if mesh.triangles.iter().flatten().any(|i| *i as usize >= n) {
@@ -342,7 +343,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// What was built from object `first` on is a model that stands at `placement`; its base. `None`: there is none.
+    /// Turns the objects from index `first` on into a model placed at `placement`; returns its base. `None`: there are
+    /// no objects.
     pub(super) fn placed(&mut self, first: usize, placement: Isometry3<f64>, made: Made) -> Option<usize> {
         let base = self.document.objects.get_mut(first)?;
         base.placement = placement;

@@ -1,4 +1,4 @@
-//! Files of other formats, read by importers through the builder.
+//! Import of files in other formats, by importers that use the builder.
 
 use std::path::{Path, PathBuf};
 
@@ -18,22 +18,22 @@ use super::{
     sources::Sources,
 };
 
-/// One import.
+/// An import.
 pub(super) struct Import<'a> {
     /// The file.
     pub file: &'a Path,
-    /// What is in it.
+    /// Its contents.
     pub bytes: &'a [u8],
     /// Its importer.
     pub choice: Choice,
     /// Parameters of the importer, by key.
     pub params: &'a [(String, Value)],
-    /// Whether the file stands in place of a scene: its objects are those of the scene, as are its numbers of the world
-    /// and its main script.
+    /// Whether the file takes the place of a scene: its settings and its main script then apply, and its objects belong
+    /// to the scene itself.
     pub whole: bool,
 }
 
-/// Reads the file of an import, which its scene calls `name`.
+/// Reads the file of an import, which the scene calls `name`.
 pub(super) fn source(file: &Path, name: &str, sources: &Sources) -> Result<Vec<u8>> {
     let fail = |why: String| {
         Error::new("E105", format!("cannot read the import `{name}`: {why}"))
@@ -49,9 +49,9 @@ pub(super) fn source(file: &Path, name: &str, sources: &Sources) -> Result<Vec<u
 }
 
 impl Builder<'_> {
-    /// Reads a file through its importer; the index of the first object, which is the base.
+    /// Imports a file; returns the index of the first object, which is the base.
     ///
-    /// The importer may read files in the folder of its own file, of the scene and of the run, and below these.
+    /// The importer may read files in and below the folders of its own file, of the scene and of the run.
     pub(super) fn import(
         &mut self,
         import: Import<'_>,
@@ -76,7 +76,8 @@ impl Builder<'_> {
         let me = registry.plugins[info.plugin].me;
         let asked = Asked { plugin: info.plugin, call: Call::Import, subject: &format!("the import of {shown}") };
         let done = run(self, asked, from, (&info.params, import.params), parent, |table, params, error| {
-            // SAFETY: by the contract; bytes, table and parameters live through the call.
+            // SAFETY: `f` is from a plugin that is never unloaded; the bytes, the table, the parameters and the error
+            // object live through the call.
             info.raw.load.map_or(0, |f| unsafe { f(me, border::raw(import.bytes), table, params, error) })
         });
         self.group = outer;
@@ -87,8 +88,8 @@ impl Builder<'_> {
     }
 }
 
-/// The error of a failed import: the host's refusal, or what the plugin said; in the file and line that the plugin
-/// told. An empty file name, or none, is the import itself.
+/// Returns the error of a failed import: the host's refusal or the plugin's message, at the file and line that the
+/// plugin gives. Without a file name, it is the imported file itself.
 fn told((id, who): (&str, &str), file: &Path, bytes: &[u8], from: Option<&Place>, failed: Failed) -> Error {
     let (refused, slot) = match failed {
         Failed::Breach(e) => return e,
@@ -106,10 +107,10 @@ fn told((id, who): (&str, &str), file: &Path, bytes: &[u8], from: Option<&Place>
     };
     let place = match named {
         None => Place { file: file.to_owned(), line, column: 1, span: span(bytes, line) },
-        // Beside it: without its bytes only the line is known.
+        // The contents of another file are not at hand, so only the line is known.
         Some(named) => Place { file: file.with_file_name(named), line, column: 1, span: 0..0 },
     };
-    // What has no place in the file may be the plugin's own error.
+    // An error without a place in the file may be the plugin's own.
     let (line, who) = if line > 0 { (format!(":{line}"), String::new()) } else { (String::new(), format!(" [{who}]")) };
     let error = Error::new("E120", format!("cannot import {}{line}: {text}{who}", place.file.display()));
     let wanted = from.filter(|p| p.line > 0).map(|p| format!("imported in {}:{}", p.file.display(), p.line));
@@ -120,7 +121,7 @@ fn told((id, who): (&str, &str), file: &Path, bytes: &[u8], from: Option<&Place>
     error.at(Some(place))
 }
 
-/// The bytes of a line, from 1.
+/// Returns the byte range of a line, counted from 1, without surrounding white space.
 fn span(bytes: &[u8], line: usize) -> std::ops::Range<usize> {
     let mut start = 0;
     for (n, text) in bytes.split_inclusive(|b| *b == b'\n').enumerate() {

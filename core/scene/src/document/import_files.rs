@@ -1,4 +1,4 @@
-//! Files that a model or importer reads beside its source: only within the folders that it may.
+//! Files that a model or importer reads in addition to its source, restricted to permitted folders.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -6,28 +6,28 @@ use tatu_errors::{Error, Result};
 
 use super::sources::Sources;
 
-/// What a build reads.
+/// The source of a build.
 pub(super) struct Source {
-    /// For its reports: the name of the file.
+    /// Name of the file, for its reports.
     pub name: Option<String>,
-    /// The folder that file names are relative to; without one no files can be read.
+    /// The folder that file names are relative to; without it, no files can be read.
     pub folder: Option<PathBuf>,
-    /// Folders that must not be left.
+    /// Folders that files must be in.
     pub roots: Vec<PathBuf>,
-    /// Whether the source is the scene itself, not a part of one.
+    /// Whether the source is the scene itself, rather than a part of one.
     pub whole: bool,
 }
 
-/// Files greater than this are not read, bytes.
+/// Maximum size of a file to be read, bytes.
 pub(super) const MOST_BYTES: u64 = 1 << 28;
 
 impl Source {
-    /// A file next to the source; `None`: it does not exist, and the plugin may try another name. Leaving the
-    /// allowed folders is an error, by `..`, by an absolute name or by a link.
+    /// Reads a file relative to the source; `None`: it does not exist, and the plugin may try another name. Leaving the
+    /// permitted folders by `..`, by an absolute path or by a link is an error.
     pub fn read(&self, name: &str, sources: &Sources) -> Result<Option<Vec<u8>>> {
         let Some(folder) = &self.folder else { return Ok(None) };
         let wanted = folder.join(name);
-        // Stored files were checked when they were read.
+        // Cached files were checked when they were read.
         if sources.are_kept() {
             return Ok(sources.read(&wanted).ok());
         }
@@ -40,7 +40,7 @@ impl Source {
                 .help("move it there, or describe the scene in a file above both")
         };
         let Ok(path) = real(&wanted) else {
-            // Whether a file exists must not leak: a name that climbs out is refused either way.
+            // Whether a file exists must not be revealed, so a name outside the folders is refused in any case.
             return if escapes(name, folder, &self.roots) { Err(outside()) } else { Ok(None) };
         };
         if !self.roots.iter().filter_map(|r| real(r).ok()).any(|r| path.starts_with(r)) {
@@ -58,14 +58,14 @@ impl Source {
     }
 }
 
-/// Whether a name that leads to nothing would lead out of the roots.
+/// Returns whether the name of a missing file is outside the permitted folders.
 fn escapes(name: &str, folder: &Path, roots: &[PathBuf]) -> bool {
     let Ok(here) = std::env::current_dir() else { return true };
     let full = normal(&here.join(folder).join(name));
     !roots.iter().any(|r| full.starts_with(normal(&here.join(r))))
 }
 
-/// A path without `.` and `..`, by its names alone: links are not resolved.
+/// Returns a path without `.` and `..`, resolved lexically: links are not followed.
 pub fn normal(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for c in path.components() {

@@ -13,18 +13,18 @@ use toml_edit::{Item, TableLike};
 
 use crate::drive;
 
-/// A file's text, for places.
+/// The text of a file, to find lines and columns.
 pub struct Text<'a> {
     /// The file.
     pub file: &'a Path,
     /// Its text.
     pub text: &'a str,
-    /// Where its lines begin.
+    /// Offsets of the line starts.
     lines: Vec<usize>,
 }
 
 impl<'a> Text<'a> {
-    /// Notes where the lines of a text begin.
+    /// Finds the line starts of a text.
     pub fn new(file: &'a Path, text: &'a str) -> Self {
         let breaks = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1);
         Text { file, text, lines: std::iter::once(0).chain(breaks).collect() }
@@ -32,7 +32,7 @@ impl<'a> Text<'a> {
 }
 
 impl Text<'_> {
-    /// The place of some bytes.
+    /// Returns the place of a range of bytes.
     pub fn place(&self, span: Option<Range<usize>>) -> Place {
         let span = span.unwrap_or(0..0);
         let at = span.start.min(self.text.len());
@@ -40,17 +40,17 @@ impl Text<'_> {
         let column = at - self.lines.get(line.wrapping_sub(1)).copied().unwrap_or(0) + 1;
         Place { file: PathBuf::from(self.file), line, column, span }
     }
-    /// The place of a key of a table.
+    /// Returns the place of a key of a table.
     pub fn key(&self, table: &dyn TableLike, key: &str) -> Place {
         self.place(table.key(key).and_then(|k| k.span()))
     }
-    /// The place of a value of a table.
+    /// Returns the place of a value of a table.
     pub fn value(&self, table: &dyn TableLike, key: &str) -> Place {
         self.place(table.get(key).and_then(Item::span).or_else(|| table.key(key).and_then(|k| k.span())))
     }
 }
 
-/// A TOML value as one of ours, numbers multiplied by the factor of their unit.
+/// Converts a TOML value, with numbers multiplied by the factor of their unit.
 pub fn to_value(item: &Item, factor: f64) -> Result<Value> {
     match item {
         Item::Value(v) => value(v, factor),
@@ -59,14 +59,14 @@ pub fn to_value(item: &Item, factor: f64) -> Result<Value> {
     }
 }
 
-/// A table whose keys are free, as a map.
+/// Converts a table with arbitrary keys to a map.
 pub fn to_map(item: &Item) -> Result<Value> {
     let table = item.as_table_like().ok_or_else(|| Error::new("E102", "expected a table"))?;
     let entries = table.iter().map(|(k, v)| Ok((Value::text(k), free(v)?)));
     Ok(Value::Map(entries.collect::<Result<_>>()?))
 }
 
-/// A value of free data: what is no text stands as `{ base64 = "..." }`.
+/// Converts a value of custom data; bytes that are not text are written as `{ base64 = "..." }`.
 fn free(item: &Item) -> Result<Value> {
     let coded = item.as_table_like().filter(|t| t.len() == 1).and_then(|t| t.get("base64")).and_then(Item::as_str);
     let Some(coded) = coded else { return to_value(item, 1.0) };
@@ -94,7 +94,7 @@ fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {
                 _ => Value::List(items),
             }
         }
-        // A table with a name is not a part: its reader knows its keys.
+        // A table with a name is not a part; the code that reads it knows its keys.
         T::InlineTable(t) if t.contains_key("name") => {
             let entries = t.iter().map(|(k, v)| Ok((Value::text(k), value(v, 1.0)?)));
             Value::Map(entries.collect::<Result<_>>()?)
@@ -103,7 +103,7 @@ fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {
     })
 }
 
-/// Keys of a part of a compound, and their units.
+/// Keys of a part of a compound, with their units.
 pub const PART_KEYS: &[(&str, &str)] = &[
     ("primitive", ""),
     ("size", "m"),
@@ -116,12 +116,12 @@ pub const PART_KEYS: &[(&str, &str)] = &[
     ("convex", ""),
 ];
 
-/// A part of a compound: its keys carry units like all others.
+/// Converts a part of a compound, whose keys carry units.
 fn part(table: &toml_edit::InlineTable) -> Result<Value> {
     table.iter().map(|(k, v)| with_unit("a part", PART_KEYS, k, v)).collect::<Result<_>>().map(Value::Map)
 }
 
-/// How wheels drive a robot.
+/// Converts the drive of a robot.
 pub fn to_drive(item: &Item) -> Result<Value> {
     let table = item.as_table_like().ok_or_else(|| Error::new("E102", "expected a table"))?;
     let entry = |(k, v): (&str, &Item)| match v {
@@ -131,7 +131,7 @@ pub fn to_drive(item: &Item) -> Result<Value> {
     table.iter().map(entry).collect::<Result<_>>().map(Value::Map)
 }
 
-/// An entry of a table whose keys carry units.
+/// Converts an entry of a table whose keys carry units.
 fn with_unit(what: &str, known: &[(&str, &str)], written: &str, v: &toml_edit::Value) -> Result<(Value, Value)> {
     let found = known.iter().find_map(|(k, u)| units::factor(written, k, Some(u)).map(|f| (*k, f)));
     let Some((key, factor)) = found else {
@@ -143,7 +143,7 @@ fn with_unit(what: &str, known: &[(&str, &str)], written: &str, v: &toml_edit::V
     Ok((Value::text(key), value(v, factor)?))
 }
 
-/// A value as its declaration wants it; a misspelt choice gets the nearest one.
+/// Checks a value against its declaration; the error for a misspelt choice suggests the nearest one.
 pub fn check(declared: &Declared, written: &str, value: Value) -> Result<Value> {
     let text = match &value {
         Value::Text(t) => String::from_utf8_lossy(t).into_owned(),
@@ -154,7 +154,7 @@ pub fn check(declared: &Declared, written: &str, value: Value) -> Result<Value> 
     })
 }
 
-/// What a written key means among declarations, and the factor of its unit.
+/// Finds the declaration that a written key refers to, and the factor of its unit.
 pub fn find<'d, T>(written: &str, declared: &'d [(Declared, T)], owner: &str) -> Result<(&'d (Declared, T), f64)> {
     for entry in declared {
         if let Some(factor) = units::factor(written, &entry.0.key, entry.0.unit.as_deref()) {
@@ -179,7 +179,7 @@ pub fn find<'d, T>(written: &str, declared: &'d [(Declared, T)], owner: &str) ->
         .map(|(d, _)| units::written(&d.key, d.unit.as_deref()))
         .collect();
     let error = Error::new("E101", format!("unknown key `{written}` for {owner}")).expected(known.join(", "));
-    // Without its unit a misspelt key is nearer to what it means.
+    // Without its unit, a misspelt key is closer to the intended one.
     let stem = written.rsplit_once('_').map_or(written, |(s, _)| s);
     let near = nearest(written, known.iter().map(String::as_str)).map(str::to_owned).or_else(|| {
         nearest(stem, declared.iter().map(|(d, _)| d.key.as_str()))

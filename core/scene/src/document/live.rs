@@ -1,5 +1,5 @@
-//! A document of a tree as it is now: what was made, moved or changed since it was built is in it. Velocities, and what
-//! scripts and devices keep for themselves, are not: a document is how something begins.
+//! Documents of live trees. They include everything that was added, moved or changed since the tree was built, but not
+//! velocities or the internal state of scripts and devices, because a document describes how something starts.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -12,16 +12,16 @@ use crate::{
     rows::{Row, rows_of},
 };
 
-/// What a tree does not hold itself.
+/// Data of objects that is not part of the tree.
 pub struct Beside<'a> {
-    /// Kind and parameters of a sensor's or actuator's device, by slot.
+    /// Returns the kind and parameters of a sensor's or actuator's device, by slot.
     pub device: &'a dyn Fn(u32) -> Option<DeviceSpec>,
-    /// Scripts of an object, by slot, in their order.
+    /// Returns the scripts of an object in order, by slot.
     pub scripts: &'a dyn Fn(u32) -> Vec<ScriptSpec>,
 }
 
 impl Document {
-    /// An object and all below it as a document; 0: the whole tree.
+    /// Creates a document of an object with all its descendants; 0: of the whole tree.
     pub fn of_scene(scene: &Scene, base: u32, settings: Settings, beside: &Beside<'_>) -> Document {
         let mut document = Document { settings, ..Default::default() };
         if base == 0 {
@@ -30,7 +30,7 @@ impl Document {
         let mut meshes = Meshes::default();
         let mut index: BTreeMap<u32, usize> = BTreeMap::new();
         let mut ahead: Vec<u32> = if base == 0 { scene.roots().iter().rev().copied().collect() } else { vec![base] };
-        // Parents before children, one tree after the other.
+        // Parents precede their children, one tree after the other.
         while let Some(slot) = ahead.pop() {
             let Some(o) = scene.get(slot) else { continue };
             ahead.extend(scene.children(slot).iter().rev());
@@ -53,7 +53,7 @@ impl Document {
     }
 }
 
-/// Meshes by the numbers that they get.
+/// The meshes of the document; a mesh's number is its index plus one.
 #[derive(Default)]
 struct Meshes {
     list: Vec<Arc<Mesh>>,
@@ -70,11 +70,11 @@ impl Meshes {
     }
 }
 
-/// The rows of an object that differ from those of a new one of its kind.
+/// Returns the rows of an object that differ from those of a new one of its kind.
 fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, meshes: &mut Meshes) -> Vec<(Row, Value)> {
     let Some(o) = scene.get(slot) else { return Vec::new() };
     let (blank, blank_slot) = blank(o.kind(), device);
-    // A preset is applied when a file is read, so every value must be written.
+    // The preset will be applied when the file is read, so every value must be written.
     let preset = matches!(&o.data, Data::Sensor(s) if !s.preset.is_empty());
     let pose = Value::Floats(pose_to_array(&scene.local(slot)).to_vec());
     let mut out = vec![(Row::Name, Value::text(o.name())), (Row::Pose, pose)];
@@ -103,7 +103,7 @@ fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, meshes: &mut Mesh
     out
 }
 
-/// A tree with one new object of a kind.
+/// Returns a tree with one new object of a kind.
 fn blank(kind: i32, device: Option<&DeviceSpec>) -> (Scene, u32) {
     let spec = ObjectSpec {
         kind,
@@ -120,7 +120,7 @@ fn blank(kind: i32, device: Option<&DeviceSpec>) -> (Scene, u32) {
     (scene, slots[0])
 }
 
-/// Parts of a compound.
+/// Returns the parts of a compound.
 fn parts(shape: &Shape, meshes: &mut Meshes) -> Option<Value> {
     if shape.parts.is_empty() {
         return None;
@@ -153,7 +153,7 @@ mod tests {
     use super::*;
     use crate::from_euler;
 
-    /// A tree that was changed comes back from its document as it is.
+    /// A tree that was changed is restored from its document.
     #[test]
     fn a_changed_tree_comes_back() {
         let mut scene = Scene::default();
@@ -184,7 +184,7 @@ mod tests {
                 assert_eq!(get(&scene, old, row).ok(), get(&again, new, row).ok(), "{row:?}");
             }
         }
-        // A part of it stands alone.
+        // A part of the tree as a document of its own.
         let part = Document::of_scene(&scene, b, Settings::default(), &beside);
         assert_eq!((part.objects.len(), part.objects[0].parent, part.objects[1].parent), (2, None, Some(0)));
     }

@@ -1,15 +1,15 @@
-//! What a scene file, a model or an importer describes: nothing here is live.
+//! Documents: descriptions of scenes, from scene files, models or importers. Nothing here is live.
 //!
 //! - [`Document`]: objects, scripts, settings;
-//! - [`Builder`]: writes one, checking every property against its row;
-//! - `plugin_builder`: the same builder for plugins, and models; `import`: files of other formats; `import_files`: what
-//!   they read; `live`: a document of a scene that runs;
+//! - [`Builder`]: builds a document, and checks every property against its row;
+//! - `plugin_builder`: the builder for plugins, and models; `import`: files of other formats; `import_files`: files
+//!   that they read; `live`: a document of a running scene;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys, units and values;
-//! - `presets`: settings of sensors under a name;
-//! - `settings`: the numbers of the world; `scripts`: scripts in scene files;
-//! - `services`: services that a scene asks for;
+//! - `presets`: named settings of sensors;
+//! - `settings`: settings of the world; `scripts`: scripts in scene files;
+//! - `services`: services that a scene requests;
 //! - `overrides`: `[set]`, `--set`, `--script`;
-//! - [`Sources`]: the files that a document is made of.
+//! - [`Sources`]: the source files of a document.
 
 mod build;
 mod import;
@@ -45,14 +45,14 @@ use crate::{ActuatorData, Data, Joint, Scene, SensorData, Shape, rows::Row};
 use tatu_errors::{Error, Place, Result};
 use tatu_geometry::Mesh;
 
-/// The kind of the script that runs the stages of a step itself.
+/// The kind of script that runs the stages of a step itself.
 pub const MAIN: &str = "main";
 /// The kinds of scripts.
 pub const SCRIPT_KINDS: &[&str] = &["child", "customization", MAIN, "threaded"];
 
 /// Priorities of scripts, by name.
 pub const PRIORITIES: &[&str] = &["first", "normal", "last"];
-/// The priority of scripts that name none, as an index of [`PRIORITIES`].
+/// The default priority of scripts, as an index into [`PRIORITIES`].
 pub const NORMAL: u8 = 1;
 
 /// A script of an object.
@@ -60,62 +60,63 @@ pub const NORMAL: u8 = 1;
 pub struct ScriptSpec {
     /// Index of its language.
     pub language: usize,
-    /// Its dialect; empty: the scene's, or from the text.
+    /// Its dialect; empty: the scene's, or determined from the text.
     pub dialect: String,
-    /// "child", "threaded", "customization", "main"; of scripts from outside: "addon", "sandbox".
+    /// "child", "threaded", "customization", "main"; for scripts from outside: "addon", "sandbox".
     pub kind: String,
-    /// Among scripts of one object, or of siblings: 0 first, 1 (the default), 2 last.
+    /// Order among scripts of one object, or of siblings: 0 first, 1 (the default), 2 last.
     pub priority: u8,
-    /// Its actuation and sensing may run beside those of other scripts.
+    /// Whether its actuation and sensing may run in parallel with those of other scripts.
     pub side_by_side: bool,
-    /// For messages: the file it came from, if any.
+    /// The file it came from, if any, for messages.
     pub name: String,
-    /// The text.
+    /// Its text.
     pub text: Vec<u8>,
 }
 
 impl ScriptSpec {
-    /// A script from outside a document, of kind "addon" or "sandbox"; its dialect is found from its text.
+    /// Describes a script from outside a document, of kind "addon" or "sandbox"; its dialect is determined from its
+    /// text.
     pub fn outside(language: usize, kind: &str, name: String, text: Vec<u8>) -> Self {
         let kind = kind.to_owned();
         ScriptSpec { language, dialect: String::new(), kind, priority: NORMAL, side_by_side: false, name, text }
     }
 }
 
-/// A sensor's or actuator's kind, parameters and commands.
+/// The kind, parameters and commands of a sensor or actuator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeviceSpec {
-    /// Index of the kind, among sensors or actuators.
+    /// Index of the kind among sensors or actuators.
     pub kind: usize,
-    /// Parameters and commands given, by key.
+    /// Specified parameters and commands, by key.
     pub params: Vec<(String, Value)>,
 }
 
-/// One object.
+/// Description of an object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectSpec {
     /// `TATU_KIND_*`
     pub kind: i32,
     /// Its alias.
     pub alias: String,
-    /// Index of the object above.
+    /// Index of the parent.
     pub parent: Option<usize>,
-    /// Rows set, in order.
+    /// Rows that are set, in order.
     pub rows: Vec<(Row, Value)>,
-    /// Of a sensor or actuator.
+    /// Its device, for a sensor or actuator.
     pub device: Option<DeviceSpec>,
     /// Its scripts.
     pub scripts: Vec<ScriptSpec>,
-    /// Where a model was placed: composed before the object's own pose.
+    /// Placement of a model, applied before the object's own pose.
     pub placement: Isometry3<f64>,
-    /// Objects with one number came together and share the suffix of their unique names.
+    /// Number of the group of objects that were added together. They share the suffix of their unique names.
     pub group: usize,
-    /// Where it is described.
+    /// The place where it is described.
     pub place: Option<Place>,
 }
 
 impl ObjectSpec {
-    /// The suffix of its unique name, where it is an object of the scene itself and was given such a name.
+    /// Returns the suffix of its unique name, if it is an object of the scene itself and the file specifies the name.
     fn told_suffix(&self) -> Option<i32> {
         let (_, name) = self.rows.iter().rev().find(|(r, _)| *r == Row::Name).filter(|_| self.group == 0)?;
         let Value::Text(name) = name else { return None };
@@ -123,89 +124,90 @@ impl ObjectSpec {
     }
 }
 
-/// Who built a model.
+/// The origin of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Made {
-    /// The model of this index.
+    /// Built by the model with this index.
     Model(usize),
-    /// The importer of this index.
+    /// Built by the importer with this index.
     Import(usize),
 }
 
-/// A model or import that the document placed.
+/// A model or import placed by the document.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelInstance {
-    /// Who built it.
+    /// Its origin.
     pub made: Made,
-    /// Its base, by object.
+    /// Index of its base object.
     pub base: usize,
 }
 
-/// What a builder says of its source.
+/// A message of a builder about its source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Report {
-    /// `TATU_REPORT_NOTE` or `_WARNING`: an error fails the build, and what is lacking is a setting.
+    /// `TATU_REPORT_NOTE` or `TATU_REPORT_WARNING`. An error fails the build instead, and unsupported parts are stored
+    /// in the settings.
     pub severity: u32,
-    /// For people.
+    /// The message.
     pub text: String,
 }
 
 impl Report {
-    /// A note.
+    /// Creates a note.
     pub fn note(text: String) -> Self {
         Report { severity: TATU_REPORT_NOTE, text }
     }
 }
 
-/// A whole scene, described.
+/// Description of a complete scene.
 #[derive(Debug, Clone, Default)]
 pub struct Document {
-    /// The file it came from.
+    /// The file it was read from.
     pub file: Option<PathBuf>,
-    /// Numbers of the world.
+    /// Settings of the world.
     pub settings: Settings,
-    /// Objects; parents before children.
+    /// Objects, parents before children.
     pub objects: Vec<ObjectSpec>,
-    /// Meshes, by the numbers (from 1) that shapes use.
+    /// Meshes; shapes refer to them by number, from 1.
     pub meshes: Vec<Arc<Mesh>>,
-    /// Models placed, in order.
+    /// Placed models, in order.
     pub models: Vec<ModelInstance>,
-    /// Services to start beside the world.
+    /// Services to start alongside the world.
     pub services: Vec<ServiceSpec>,
     /// Messages of builders.
     pub reports: Vec<Report>,
-    /// What the scene asks for beyond the run, as `--allow` takes it; only who runs it can grant it.
+    /// Permissions that the scene requests, in the form of `--allow`; only the user who runs it can grant them.
     pub asks: Vec<String>,
-    /// What an importer says that its file holds, if [`Options::describe`] asks for it; a map.
+    /// An importer's description of its file, a map, if requested by [`Options::describe`].
     pub description: Option<Value>,
-    /// Free data of the world at its start, by tag.
+    /// Initial custom data of the world, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
     /// Whether importers are asked to describe their files.
     pub(crate) describe: bool,
-    /// The objects by aliases.
+    /// Index of the objects by alias.
     pub(crate) names: names::Names,
-    /// Groups of objects that came together, so far.
+    /// Number of groups so far.
     groups: usize,
-    /// Scenes read as models, so far.
+    /// Number of scenes read as models so far.
     scenes_within: usize,
-    /// The files that it is made of.
+    /// Its source files.
     pub sources: Sources,
 }
 
 impl Document {
-    /// A number for objects that come together; see [`ObjectSpec::group`].
+    /// Returns a new group number; see [`ObjectSpec::group`].
     fn new_group(&mut self) -> usize {
         self.groups += 1;
         self.groups
     }
 
-    /// The live tree that it describes, and the slot of each object.
+    /// Creates the live tree that it describes; also returns the slot of each object.
     pub fn instantiate(&self) -> (Scene, Vec<u32>) {
         let mut scene = Scene::default();
         scene.friction_pairs.clone_from(&self.settings.friction_pairs);
         let slots = self.plant(&mut scene, 0);
-        // Names are given in the order of the file, so that the first of equal ones keeps its plain name. Objects of
-        // the scene itself come one by one, those of a model together.
+        // Names are assigned in file order, so that the first of equal ones keeps its plain name: object by object in
+        // the scene itself, group by group in models.
         let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (i, spec) in self.objects.iter().enumerate().filter(|(_, o)| o.group > 0) {
             members.entry(spec.group).or_default().push(i);
@@ -235,8 +237,8 @@ impl Document {
         (scene, slots)
     }
 
-    /// Adds the objects to a tree, below `above` (0: the world), with nothing but their aliases for names; the slot of
-    /// each, 0 where the tree is full.
+    /// Adds the objects to a tree below `above` (0: the world), with only their aliases as names. Returns the slot of
+    /// each object, 0 if the tree is full.
     pub fn plant(&self, scene: &mut Scene, above: u32) -> Vec<u32> {
         let mut slots = Vec::with_capacity(self.objects.len());
         for spec in &self.objects {
@@ -247,7 +249,7 @@ impl Document {
                 TATU_KIND_SENSOR => Data::Sensor(SensorData::new(spec.device.as_ref().map_or(usize::MAX, |d| d.kind))),
                 TATU_KIND_ACTUATOR => Data::Actuator(ActuatorData {
                     kind: spec.device.as_ref().map_or(usize::MAX, |d| d.kind),
-                    // Filled when its device is made.
+                    // Filled in when its device is created.
                     commands: Vec::new(),
                 }),
                 TATU_KIND_FORCE_SENSOR => Data::ForceSensor(Box::default()),
@@ -260,9 +262,9 @@ impl Document {
             let parent = spec.parent.and_then(|p| slots.get(p).copied()).unwrap_or(above);
             let slot = scene.add(parent, &spec.alias, Isometry3::identity(), data).unwrap_or(0);
             slots.push(slot);
-            // Names are given below, all together.
+            // Names are assigned by the caller, all together.
             for (row, value) in spec.rows.iter().filter(|(r, _)| *r != Row::Name) {
-                // Checked when the document was written.
+                // Cannot fail: it was checked when the document was built.
                 let _ = crate::set(scene, slot, *row, value);
             }
             self.fill_parts(scene, slot);
@@ -274,7 +276,7 @@ impl Document {
         slots
     }
 
-    /// Assigns the parts of a shape their meshes, by number.
+    /// Assigns meshes to the parts of a shape, by number.
     pub fn fill_parts(&self, scene: &mut Scene, slot: u32) {
         let Some(Data::Shape(shape)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
         for part in shape.parts.iter_mut().filter(|p| p.mesh_number > 0) {
@@ -282,7 +284,7 @@ impl Document {
         }
     }
 
-    /// Errors that no single property shows: shapes that lack what their form needs.
+    /// Checks what concerns several properties: shapes without what their form requires.
     fn check(&self) -> Result {
         self.settings.check()?;
         for spec in self.objects.iter().filter(|o| o.kind == tatu_plugin_api::abi::TATU_KIND_SHAPE) {
@@ -318,13 +320,13 @@ impl Document {
     }
 }
 
-/// A service to start beside the world.
+/// A service to start alongside the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ServiceSpec {
     /// Index of its kind.
     pub kind: usize,
-    /// Parameters given, by key, SI units; later ones win.
+    /// Specified parameters, by key, in SI units; later ones override earlier ones.
     pub params: Vec<(String, Value)>,
-    /// Where it is asked for.
+    /// The place where it is requested.
     pub place: Option<Place>,
 }

@@ -1,4 +1,4 @@
-//! The tree of a document by aliases: what paths are looked up in while it is written, and how unique names are given.
+//! The tree of a document by aliases, used to look up paths while it is being built, and to assign unique names.
 
 use std::collections::BTreeMap;
 
@@ -6,11 +6,11 @@ use nalgebra::Isometry3;
 
 use crate::{Data, Scene};
 
-/// Aliases and parents of the objects written so far; the object of index i is in slot i + 1.
+/// Aliases and parents of the objects so far; the object with index i is in slot i + 1.
 #[derive(Debug, Clone, Default)]
 pub struct Names {
     scene: Scene,
-    /// Objects whose unique name the file gives, by alias and number: no other object gets it.
+    /// Objects whose unique name is specified in the file, by alias and number. No other object gets such a name.
     told: BTreeMap<(String, i32), usize>,
 }
 
@@ -26,12 +26,12 @@ impl Names {
         self.scene.set_name(object as u32 + 1, alias, -1);
     }
 
-    /// The file gives an object's unique name; the first of equal ones keeps it.
+    /// Records an object's unique name as specified in the file; the first of equal ones keeps it.
     pub fn tell(&mut self, object: usize, alias: &str, suffix: i32) {
         self.told.entry((alias.to_owned(), suffix)).or_insert(object);
     }
 
-    /// The object of a unique name that the file gives.
+    /// Returns the object whose unique name is specified in the file.
     pub fn told(&self, name: &str) -> Option<usize> {
         let (alias, suffix) = match name.split_once('#') {
             Some((alias, "")) => (alias, -1),
@@ -41,12 +41,12 @@ impl Names {
         self.told.get(&(alias.to_owned(), suffix)).copied()
     }
 
-    /// The only object with this alias; `None`: there is none, or several.
+    /// Returns the only object with this alias; `None`: there is none, or several.
     pub fn only(&self, alias: &str) -> Option<usize> {
         self.scene.only(alias).map(|slot| slot as usize - 1)
     }
 
-    /// Finds by a path that consists of aliases only; `None`: there is none, or it needs more.
+    /// Finds an object by a path that consists only of aliases; `None`: it does not exist, or the path contains more.
     pub fn find(&self, from: Option<usize>, path: &str) -> Option<usize> {
         if path.contains([':', '#']) {
             return None;
@@ -54,7 +54,7 @@ impl Names {
         let base = from.map_or(0, |f| f as u32 + 1);
         let found = match path.starts_with(['/', '.']) {
             true => self.scene.find(base, path),
-            // Below a model, a plain name means one of its parts.
+            // Below a model, a plain name refers to one of its parts.
             false if base != 0 => self.scene.find(base, &format!("./{path}")),
             false => None,
         };
@@ -62,7 +62,7 @@ impl Names {
     }
 }
 
-/// The suffix of a unique name of an alias: -1 for `b`, n for `b#n`. `None`: it is no name of that alias.
+/// Returns the suffix of a unique name: -1 for `b`, n for `b#n`. `None`: it is not a name with this alias.
 pub fn suffix_of(name: &str, alias: &str) -> Option<i32> {
     match name.strip_prefix(alias)? {
         "" => Some(-1),

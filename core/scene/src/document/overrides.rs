@@ -1,4 +1,4 @@
-//! Changes by path: `[set]` in scenes, `--set` and `--script` of a run.
+//! Overrides by path: `[set]` in scenes, `--set` and `--script` on the command line.
 
 use std::path::PathBuf;
 
@@ -10,10 +10,10 @@ use toml_edit::Item;
 use super::{Builder, Document, Made, ScriptSpec, keys, settings};
 use crate::rows::kind_name;
 
-/// A property to set.
+/// A property to override.
 #[derive(Debug, Clone)]
 pub struct Override {
-    /// What relative paths start from.
+    /// The object that relative paths start from.
     pub from: Option<usize>,
     /// Path of the object, or "scene".
     pub path: String,
@@ -21,12 +21,12 @@ pub struct Override {
     pub key: String,
     /// Value.
     pub item: Item,
-    /// Where it is written.
+    /// The place where it is written.
     pub place: Option<Place>,
 }
 
 impl Override {
-    /// From "PATH.KEY=VALUE"; the value is TOML, or else a text.
+    /// Parses "PATH.KEY=VALUE"; the value is TOML, otherwise a text.
     pub fn parse(text: &str) -> Result<Self> {
         let wrong = || {
             Error::new("E102", format!("`{text}` is not a setting"))
@@ -34,7 +34,7 @@ impl Override {
                 .help("for instance `/Robot/leftMotor.max_force_nm=2`, or `scene.dt_s=0.01`")
         };
         let (left, value) = text.split_once('=').ok_or_else(wrong)?;
-        // Settings may have a dot in their names, paths of objects too.
+        // Both settings and paths of objects may contain dots.
         let scene = left.split_once('.').filter(|(path, _)| path.trim() == "scene");
         let (path, key) = scene.or_else(|| left.rsplit_once('.')).ok_or_else(wrong)?;
         let item = value
@@ -46,7 +46,7 @@ impl Override {
     }
 }
 
-/// A script to put in place of an object's own.
+/// A script that replaces an object's own scripts.
 #[derive(Debug, Clone)]
 pub struct ScriptOverride {
     /// Path of the object.
@@ -56,7 +56,7 @@ pub struct ScriptOverride {
 }
 
 impl ScriptOverride {
-    /// From "OBJECT=FILE".
+    /// Parses "OBJECT=FILE".
     pub fn parse(text: &str) -> Result<Self> {
         let (path, file) = text
             .split_once('=')
@@ -65,7 +65,7 @@ impl ScriptOverride {
     }
 }
 
-/// The object of a path, by index.
+/// Returns the index of the object with a path.
 pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usize> {
     if let Some(object) = document.names.find(from, path) {
         return Ok(object);
@@ -74,7 +74,7 @@ pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usiz
         if let Some(told) = document.names.told(path) {
             return Ok(told);
         }
-        // An alias that only one object has, which came by itself, is its unique name.
+        // An alias that only one object has is its unique name, if the object is not part of a group.
         if let Some(one) = document.names.only(path).filter(|i| document.objects.get(*i).is_some_and(|o| o.group == 0))
         {
             return Ok(one);
@@ -82,7 +82,7 @@ pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usiz
     }
     let (scene, slots) = document.instantiate();
     let base = from.and_then(|f| slots.get(f).copied()).unwrap_or(0);
-    // Below a model, a plain name means one of its parts.
+    // Below a model, a plain name refers to one of its parts.
     let plain = !path.starts_with(['/', '.', ':']);
     let found = match (plain, base) {
         (true, b) if b != 0 => scene.find(b, &format!("./{path}")).or_else(|| scene.find(b, path)),
@@ -98,7 +98,7 @@ pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usiz
     })
 }
 
-/// Applies overrides in order. `Some`: one of them is a parameter of a model, which must be built with it.
+/// Applies overrides in order. `Some`: one of them is a parameter of a model, which must be rebuilt with it.
 pub(super) fn apply(
     document: &mut Document,
     registry: &Registry,
@@ -125,7 +125,7 @@ pub(super) fn apply(
             }
             return Ok(Some((number, key, value)));
         }
-        // A misspelt parameter of the model whose base it is.
+        // The key may be a misspelt parameter of the model.
         let meant = params_of(document, registry, object)
             .and_then(|(_, params)| keys::find(&o.key, &params, &format!("the model `{}`", o.path)).err());
         let mut builder = Builder { registry, document, group: 0, place: None };
@@ -140,7 +140,7 @@ pub(super) fn apply(
     Ok(None)
 }
 
-/// The number of the model whose base the object is, and its parameters.
+/// Returns the number and the parameters of the model with this base object.
 fn params_of(document: &Document, registry: &Registry, object: usize) -> Option<(usize, Vec<(Declared, ())>)> {
     let number = document.models.iter().position(|m| m.base == object)?;
     let params = match document.models[number].made {
@@ -150,7 +150,7 @@ fn params_of(document: &Document, registry: &Registry, object: usize) -> Option<
     Some((number, params.iter().map(|p| (p.clone(), ())).collect()))
 }
 
-/// Whether an override means a parameter of the model whose base the object is.
+/// Returns the override as a parameter of the model with this base object, if it is one.
 fn model_param(
     document: &Document,
     registry: &Registry,
@@ -164,7 +164,7 @@ fn model_param(
     Ok(Some((number, entry.0.key.clone(), value)))
 }
 
-/// Puts scripts in place of others: all scripts of the object go.
+/// Replaces all scripts of objects by others.
 pub(super) fn replace_scripts(document: &mut Document, registry: &Registry, all: &[ScriptOverride]) -> Result {
     for o in all {
         let object = find(document, None, &o.path)?;
@@ -174,7 +174,7 @@ pub(super) fn replace_scripts(document: &mut Document, registry: &Registry, all:
             .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", o.file.display())))?;
         let name = o.file.display().to_string();
         let language = registry.language(&name, &document.settings.providers)?;
-        // It is called as the one whose place it takes: a main script stays one.
+        // The new script takes over the kind of the old one: a main script stays a main script.
         let kind = document.objects[object].scripts.first().map_or("child".into(), |s| s.kind.clone());
         let priority = crate::document::NORMAL;
         let spec = ScriptSpec { language, dialect: String::new(), kind, priority, side_by_side: false, name, text };

@@ -1,4 +1,4 @@
-//! The builder as plugins see it.
+//! The builder interface for plugins.
 
 use std::{cell::RefCell, path::PathBuf};
 
@@ -19,7 +19,7 @@ use tatu_plugins::{
 
 use super::{Builder, Made, Report, SCRIPT_KINDS, ScriptSpec, import_files::Source};
 
-/// One build: the builder, and what has gone wrong so far.
+/// A build: the builder, and the first error so far.
 struct Build<'b, 'a> {
     builder: RefCell<&'b mut Builder<'a>>,
     /// Index of the plugin's object 1.
@@ -30,26 +30,26 @@ struct Build<'b, 'a> {
     files: RefCell<Vec<Vec<u8>>>,
 }
 
-/// Why a build failed.
+/// The reason why a build failed.
 pub(super) enum Failed {
     /// The plugin broke the contract.
     Breach(Error),
-    /// What the host refused first.
+    /// The first error that the host reported.
     Refused(Error),
-    /// What the plugin said itself.
+    /// The plugin's own error.
     Said(ErrorSlot),
 }
 
-/// Which function of which plugin runs.
+/// The plugin function that is called.
 pub(super) struct Asked<'a> {
     pub plugin: usize,
     pub call: Call,
-    /// What is built, for messages.
+    /// What is being built, for messages.
     pub subject: &'a str,
 }
 
 impl Builder<'_> {
-    /// Builds a model with these parameters; the index of its base.
+    /// Builds a model with these parameters; returns the index of its base.
     pub fn model(
         &mut self,
         model: usize,
@@ -69,7 +69,7 @@ impl Builder<'_> {
     }
 }
 
-/// Runs a model's build function.
+/// Calls the build function of a model.
 fn run_model(builder: &mut Builder<'_>, model: usize, params: &[(String, Value)], parent: Option<usize>) -> Result {
     let registry = builder.registry;
     let info = &registry.models[model];
@@ -79,7 +79,8 @@ fn run_model(builder: &mut Builder<'_>, model: usize, params: &[(String, Value)]
     let asked = Asked { plugin: info.plugin, call: Call::Build, subject: &format!("the model `{}`", info.id) };
     let first = builder.document.objects.len();
     let done = run(builder, asked, source, (&info.params, params), parent, |table, params, error| {
-        // SAFETY: by the contract; the table and the parameters live through the call.
+        // SAFETY: `f` is from a plugin that is never unloaded; the table, the parameters and the error object live
+        // through the call.
         info.raw.build.map_or(TATU_OK, |f| unsafe { f(me, table, params, error) })
     });
     let plugin = &registry.plugins[info.plugin].id;
@@ -103,7 +104,7 @@ fn run_model(builder: &mut Builder<'_>, model: usize, params: &[(String, Value)]
     })
 }
 
-/// Runs a plugin's function that writes into the builder, with its parameters, defaults filled in.
+/// Calls a plugin function that writes to the builder, with its parameters and defaults filled in.
 pub(super) fn run(
     builder: &mut Builder<'_>,
     asked: Asked<'_>,
@@ -141,7 +142,7 @@ pub(super) fn run(
         describe: builder_describes.then_some(describe),
     };
     let mut slot = ErrorSlot::new();
-    // SAFETY: the host's own error object.
+    // SAFETY: `slot` is the host's own error object, which lives through the call.
     let answered = registry.watched(asked.plugin, asked.call, asked.subject, || unsafe {
         answer(call(&table, raw.as_ptr().cast(), slot.raw()), false, slot.raw())
     });
@@ -154,9 +155,10 @@ pub(super) fn run(
     }
 }
 
-/// Runs one function of the table; an error is kept for the end of the build, the first one.
+/// Runs one function of the builder table. The first error is kept until the end of the build.
 fn with<T>(table: Option<&tatu_builder>, f: impl FnOnce(&Build, &mut Builder<'_>) -> Result<T>) -> Option<T> {
-    // SAFETY: a table of a builder is one that `run` made, and its build lives through the plugin's call.
+    // SAFETY: the header requires the table to be the one passed to the plugin, made by `run`, whose build lives
+    // through the plugin's call.
     let build = unsafe { &*table?.ctx.cast::<Build<'_, '_>>() };
     let mut guard = build.builder.try_borrow_mut().ok()?;
     match f(build, &mut guard) {
@@ -175,7 +177,7 @@ fn clean(text: LentCStr<'_>) -> String {
     texts::clean(&text.text()).into_owned()
 }
 
-/// The index of an object that a plugin names by its number in the build. The builder checks whether it exists yet.
+/// Returns the index of an object given by its number in the build. The builder checks whether it exists.
 fn index(build: &Build, object: u32) -> Result<usize> {
     match object {
         0 => Err(Error::new("E110", "object 0 of a build is the place where the model is put, and cannot be changed")),
@@ -219,7 +221,7 @@ unsafe extern "C" fn mesh(
         with(t, |_, _| Err::<(), _>(Error::new("E111", text)));
         return 0;
     }
-    // SAFETY: by the contract, what a plugin passes is valid during the call; 3 numbers per point and triangle.
+    // SAFETY: not null, and the header requires 3 numbers per point and per triangle, valid during the call.
     let (points, triangles) = unsafe {
         (
             std::slice::from_raw_parts(points.cast::<[f64; 3]>(), n_points as usize),
@@ -301,12 +303,12 @@ extern "C" fn file<'a>(t: Option<&'a tatu_builder>, relative: Lent<'_>, out: Opt
         let Some(bytes) = build.source.read(&name, &b.document.sources)? else { return Ok(None) };
         let mut files = build.files.borrow_mut();
         files.push(bytes);
-        // The bytes of a vector stay where they are when the vector of vectors grows.
+        // The bytes of a vector stay in place when the vector of vectors grows.
         Ok(files.last().map(|b| tatu_plugins::border::raw(b)))
     });
     match (read.flatten(), out) {
         (Some(bytes), Some(out)) => {
-            // SAFETY: the build keeps them, which lives as long as its table.
+            // SAFETY: `files` of the build owns the bytes, and lives as long as the table.
             *out = unsafe { Lent::new(bytes) };
             TATU_OK
         }

@@ -1,4 +1,4 @@
-//! Presets: settings of a sensor under a name, as its kind offers them.
+//! Presets: named settings of a sensor, which its kind offers.
 
 use std::path::Path;
 
@@ -13,32 +13,32 @@ use crate::{
     rows::{ROWS, Row, rows_of},
 };
 
-/// What a key of an object means.
+/// The meaning of a key of an object.
 #[derive(Debug, Clone, Copy)]
 pub enum Target {
     /// One of the core's rows.
     Row(Row),
-    /// A parameter or command of its device, in their order.
+    /// A parameter or command of its device, by index.
     Param(usize),
 }
 
-/// A row by its key.
+/// Returns the row with a key.
 pub(super) fn row(key: &str) -> Row {
     ROWS.iter().position(|r| r.key == key).map_or(Row::None, |i| Row::of(i as u32))
 }
 
-/// One setting of a preset, read.
+/// A parsed setting of a preset.
 pub struct Setting {
-    /// What it sets.
+    /// The declaration of the key.
     pub declared: Declared,
-    /// What that is.
+    /// The meaning of the key.
     pub target: Target,
-    /// To what.
+    /// The value.
     pub value: Value,
 }
 
-/// What a preset of a kind of sensor sets, in its order. Its lines are read here for the first time, so what is wrong
-/// in them is reported here, with its line.
+/// Parses the settings of a preset, in order. Its lines have not been parsed before, so errors in them are reported
+/// here, with their lines.
 pub fn settings(registry: &Registry, kind: &SensorKind, id: &str) -> Result<Vec<Setting>> {
     let Some(preset) = kind.presets.iter().find(|p| p.id == id) else {
         let known: Vec<&str> = kind.presets.iter().map(|p| p.id.as_str()).collect();
@@ -70,14 +70,14 @@ pub fn settings(registry: &Registry, kind: &SensorKind, id: &str) -> Result<Vec<
     Ok(out)
 }
 
-/// What the keys of a preset may mean: the rows of sensors, but for those that say which one it is, and parameters.
+/// Returns the keys that a preset may set: parameters, and the rows of sensors except those that identify the object.
 fn declared(kind: &SensorKind) -> Vec<(Declared, Target)> {
     let rows = rows_of(Some(TATU_KIND_SENSOR)).map(|r| (r.param(), Target::Row(row(r.key))));
     let rows = rows.filter(|(_, t)| !matches!(t, Target::Row(Row::Parent | Row::Name | Row::Alias | Row::Preset)));
     rows.chain(kind.params.iter().enumerate().map(|(i, p)| (p.clone(), Target::Param(i)))).collect()
 }
 
-/// A value of the row `sensor.noise` from what a file has there: its text, with names of fields in full.
+/// Converts an item of a file to the text of the row `sensor.noise`, with full field names.
 pub fn noise(item: &Item, kind: Option<&SensorKind>) -> Result<Value, (Error, Option<std::ops::Range<usize>>)> {
     NoiseSpec::of_item(item, kind).map(|n| Value::text(n.to_toml())).map_err(|w| (w.error, w.span))
 }

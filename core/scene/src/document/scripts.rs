@@ -8,7 +8,7 @@ use toml_edit::{Item, TableLike};
 
 use super::{Builder, PRIORITIES, SCRIPT_KINDS, ScriptSpec, keys::Text};
 
-/// `script = "file"`, `script = { ... }`, `scripts = [ ... ]`.
+/// Reads `script = "file"`, `script = { ... }` and `scripts = [ ... ]`.
 pub(super) fn read(text: &Text<'_>, b: &mut Builder<'_>, table: &dyn TableLike, owner: usize) -> Result {
     for key in ["script", "scripts"] {
         let Some(item) = table.get(key) else { continue };
@@ -94,7 +94,8 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
         .map_err(|e| e.at(Some(place)))
 }
 
-/// The language of a text that names none: the only one loaded; `None`: there is none. Several are an error.
+/// Returns the language of a script text that names none: the only one loaded; `None`: no language is loaded. Several
+/// are an error.
 fn only_language(languages: &[Language]) -> Result<Option<&str>> {
     let ids: BTreeSet<&str> = languages.iter().map(|l| l.id.as_str()).collect();
     if ids.len() < 2 {

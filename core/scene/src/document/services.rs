@@ -1,4 +1,4 @@
-//! Services that a scene or a command line asks for.
+//! Services requested by a scene or on the command line.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use super::{
     keys::{self, Text},
 };
 
-/// A service of a command line: `ID` or `ID:KEY=VALUE,KEY=VALUE`.
+/// A service on the command line: `ID` or `ID:KEY=VALUE,KEY=VALUE`.
 #[derive(Debug, Clone)]
 pub struct ServiceOverride {
     id: String,
@@ -20,11 +20,11 @@ pub struct ServiceOverride {
 }
 
 impl ServiceOverride {
-    /// A service with one parameter that is a text.
+    /// Creates an override with a single text parameter.
     pub fn with_text(id: &str, key: &str, text: &str) -> Self {
         ServiceOverride { id: id.to_owned(), params: vec![(key.to_owned(), Item::Value(text.into()))] }
     }
-    /// From its text; values are TOML, or else texts.
+    /// Parses an override; values are TOML, otherwise texts.
     pub fn parse(text: &str) -> Result<Self> {
         let (id, rest) = text.split_once(':').unwrap_or((text, ""));
         let mut params = Vec::new();
@@ -45,7 +45,7 @@ impl ServiceOverride {
     }
 }
 
-/// One `[[service]]`.
+/// Reads a `[[service]]` table.
 pub(super) fn read(
     text: &Text<'_>,
     registry: &Registry,
@@ -71,7 +71,7 @@ pub(super) fn read(
     Ok(ServiceSpec { kind, params, place: Some(place) })
 }
 
-/// Services of a command line: those that the scene has are changed, others are added.
+/// Applies the services of a command line: changes those that the scene has, and adds the others.
 pub(super) fn apply(document: &mut Document, registry: &Registry, given: &[ServiceOverride]) -> Result {
     for o in given {
         let kind = registry.service(&o.id, &document.settings.providers)?;

@@ -1,4 +1,4 @@
-//! The numbers of a world, and the keys of `[scene]` that set them.
+//! Settings of a world, and the keys of `[scene]` that set them.
 
 use std::{
     collections::BTreeMap,
@@ -12,7 +12,7 @@ use tatu_physics::FrictionRule;
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::Declared;
 
-/// Rules for the friction of a pair, as scene files write them.
+/// Friction rules, as written in scene files.
 pub const FRICTION_RULES: [(&str, FrictionRule); 4] = [
     ("product", FrictionRule::Product),
     ("mean", FrictionRule::Mean),
@@ -27,19 +27,19 @@ pub struct FrictionPair {
     pub materials: [String; 2],
     /// Coulomb friction coefficient.
     pub friction: f64,
-    /// Restitution, 0 to 1; `None`: as the shapes say.
+    /// Restitution, 0 to 1; `None`: determined by the shapes.
     pub restitution: Option<f64>,
 }
 
 impl FrictionPair {
-    /// The same, for who asks.
+    /// Returns the pair as a list value.
     pub fn to_value(&self) -> Value {
         let [a, b] = &self.materials;
         let mut items = vec![Value::text(a), Value::text(b), Value::Float(self.friction)];
         items.extend(self.restitution.map(Value::Float));
         Value::List(items)
     }
-    /// As scene files write it: `["rubber", "ice", 0.1]`, or with a restitution as well.
+    /// Parses the form used in scene files: `["rubber", "ice", 0.1]`, optionally followed by a restitution.
     fn parse(value: &Value) -> Result<Self> {
         let wrong = || {
             Error::new("E102", "`friction_pairs`: not a pair of materials")
@@ -65,41 +65,41 @@ impl FrictionPair {
     }
 }
 
-/// Numbers of the world.
+/// Settings of a world.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Length of a step, s.
     pub dt: f64,
     /// Length of a physics step, s.
     pub physics_dt: f64,
-    /// Parts of a physics step in which velocities are solved.
+    /// Number of sub-steps of a physics step in which velocities are solved.
     pub physics_substeps: u32,
     /// Whether bodies that rest on something may sleep.
     pub sleep: bool,
-    /// How the friction of a pair comes from both shapes' numbers.
+    /// The rule that combines the friction of two shapes.
     pub friction_rule: FrictionRule,
-    /// Friction by material.
+    /// Friction and restitution by pairs of materials.
     pub friction_pairs: Vec<FrictionPair>,
-    /// What its sources have that cannot run here, in words: each run reports them.
+    /// Parts of its sources that are not supported, as messages; each run reports them.
     pub lacks: Vec<String>,
-    /// Natural frequency (Hz) and damping ratio of contacts; `None`: as stiff as the sub-step can carry.
+    /// Natural frequency (Hz) and damping ratio of contacts; `None`: as stiff as the length of a sub-step permits.
     pub contact_spring: Option<[f64; 2]>,
-    /// m/s^2.
+    /// Gravity, m/s^2.
     pub gravity: Vector3<f64>,
-    /// Where on Earth the world's origin lies: latitude and longitude in rad (WGS 84), height above the ellipsoid in m.
-    /// The world's x points east there, its y north.
+    /// Location of the world's origin on Earth: latitude and longitude in rad (WGS 84), height above the ellipsoid in
+    /// m. There, the world's x axis points east and its y axis north.
     pub origin: [f64; 3],
-    /// Of all that is random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// For scripts without one of their own; empty: found from their text.
+    /// Default dialect of scripts; empty: determined from their text.
     pub dialect: String,
-    /// The chosen provider of a schema or language.
+    /// Chosen providers, by schema, language or id.
     pub providers: BTreeMap<String, String>,
-    /// Instructions that one call of a script may use.
+    /// Maximum number of instructions of one call of a script.
     pub budget: u64,
-    /// Bytes that the state of one script may use.
+    /// Maximum memory of the state of a script, bytes.
     pub memory: u64,
-    /// What scripts may reach outside of the run: "exec" other programs, "native" libraries.
+    /// What scripts may access outside the run: "exec" (other programs), "native" (libraries).
     pub allow: Vec<String>,
 }
 
@@ -126,14 +126,14 @@ impl Default for Settings {
     }
 }
 
-/// Longest step, s.
+/// Maximum length of a step, s.
 pub const LONGEST: f64 = 100.0;
 
-/// Most physics steps in a step: more would take minutes, and could not be stopped.
+/// Maximum number of physics steps in a step: more would take minutes, without a way to stop them.
 const MOST_PHYSICS_STEPS: f64 = 100_000.0;
 
 impl Settings {
-    /// Errors that no single number shows.
+    /// Checks what concerns several settings.
     pub(super) fn check(&self) -> Result {
         let steps = (self.dt / self.physics_dt).ceil();
         if steps <= MOST_PHYSICS_STEPS {
@@ -146,10 +146,10 @@ impl Settings {
     }
 }
 
-/// The tables of `[scene]`.
+/// Tables within `[scene]`.
 pub(super) const TABLES: &[&str] = &["budget", "origin"];
 
-/// The keys of `[scene]`; those of its tables with the table's name before them.
+/// Returns the keys of `[scene]`; keys of its tables are prefixed with the table's name.
 pub(super) fn keys() -> Vec<(Declared, ())> {
     let of = |key: &str, kind, unit: Option<&str>, lowest: f64, count| Declared {
         key: key.to_owned(),
@@ -198,7 +198,7 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
     .collect()
 }
 
-/// All numbers that `[scene]` can hold, by key, as they are.
+/// Returns all settings that `[scene]` can hold, by key, with their current values.
 pub(super) fn values(settings: &Settings) -> Vec<(&'static str, Value)> {
     let rule = FRICTION_RULES.iter().find(|(_, r)| *r == settings.friction_rule).map_or("product", |(name, _)| name);
     let mut all = vec![
@@ -222,7 +222,7 @@ pub(super) fn values(settings: &Settings) -> Vec<(&'static str, Value)> {
     all
 }
 
-/// Takes a value that fits its declaration.
+/// Applies a value that fits its declaration.
 pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) -> Result {
     match (key, value) {
         ("dialect", Value::Text(t)) => settings.dialect = String::from_utf8_lossy(t).into_owned(),

@@ -1,4 +1,4 @@
-//! The files that a document is made of.
+//! The source files of a document.
 
 use std::{
     collections::BTreeMap,
@@ -9,37 +9,37 @@ use std::{
 
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
 
-/// Reads files for a document and remembers them, so that the document can be made again without the disk.
+/// Reads the files of a document and caches them, so that the document can be rebuilt without the disk.
 ///
-/// Clones share what they remember. Each file is read from the disk once: make a new one to see changed files.
+/// Clones share the cache. Each file is read from disk only once; create new `Sources` to see changed files.
 #[derive(Debug, Clone, Default)]
 pub struct Sources(Arc<Inner>);
 
 #[derive(Debug, Default)]
 struct Inner {
     files: Mutex<BTreeMap<PathBuf, Arc<[u8]>>>,
-    /// Nothing is read from the disk.
+    /// Whether only cached files are available, and nothing is read from disk.
     closed: bool,
 }
 
 impl Sources {
-    /// These files and no others, by the paths under which they were read.
+    /// Creates a closed set of files, by the paths under which they were read.
     pub fn of(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>) -> Self {
         let files = files.into_iter().map(|(p, b)| (p, b.into())).collect();
         Sources(Arc::new(Inner { files: Mutex::new(files), closed: true }))
     }
 
-    /// Whether these are kept files, and the disk is not read.
+    /// Returns whether the files are a closed set, so that the disk is not read.
     pub fn are_kept(&self) -> bool {
         self.0.closed
     }
 
-    /// Adds a file that belongs to the document, though nothing in it names it.
+    /// Adds a file that belongs to the document although nothing in it refers to the file.
     pub fn keep(&self, path: &Path, bytes: Vec<u8>) {
         self.0.files.lock().unwrap_or_else(PoisonError::into_inner).insert(path.to_owned(), bytes.into());
     }
 
-    /// The bytes of a file.
+    /// Returns the bytes of a file.
     pub fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         let mut files = self.0.files.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(bytes) = files.get(path) {
@@ -53,12 +53,12 @@ impl Sources {
         Ok(bytes)
     }
 
-    /// The same as text; what is not UTF-8 is an error.
+    /// Returns a file as text; invalid UTF-8 is an error.
     pub fn read_text(&self, path: &Path) -> io::Result<String> {
         String::from_utf8(self.read(path)?).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.utf8_error()))
     }
 
-    /// All files that were read, in order of their paths.
+    /// Returns all files that have been read, in order of their paths.
     pub fn files(&self) -> Vec<(PathBuf, Arc<[u8]>)> {
         let files = self.0.files.lock().unwrap_or_else(PoisonError::into_inner);
         files.iter().map(|(p, b)| (p.clone(), b.clone())).collect()
@@ -78,7 +78,7 @@ mod tests {
         assert!(disk.read(Path::new("no/such/file")).is_err());
         let kept = Sources::of(disk.files().into_iter().map(|(p, b)| (p, b.to_vec())));
         assert_eq!(kept.read_text(&manifest).unwrap(), text);
-        // The library's source is on the disk, but was not read.
+        // The library's source exists on disk, but was not read.
         let other = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs");
         assert!(other.exists() && kept.read(&other).is_err());
     }

@@ -1,15 +1,16 @@
-//! Joints that follow others: gears, linkages and cams. The place of one is a function of another's place, or its speed
-//! is a multiple of another's.
+//! Joints that follow others: gears, linkages and cams. The position of the follower is a function of the leader's
+//! position, or its speed is a multiple of the leader's.
 //!
-//! A follower is driven by its own motor, with its own force limit, towards the leader's position at the end of the
-//! last step; nothing acts back on the leader. A geared joint and its leader move as one.
+//! A follower is driven by its own motor, with its own force limit, towards the position that results from the leader's
+//! at the end of the last step; there is no reaction on the leader. A geared joint and its leader are coupled in the
+//! engine.
 
 use crate::{
     object::{Control, Data},
     tree::Scene,
 };
 
-/// The joints that follow others, and whom, in order of slots.
+/// Returns all followers with their leaders, in order of slots.
 pub(super) fn followers(scene: &Scene) -> Vec<(u32, u32)> {
     let named = scene.slots().filter_map(|(slot, o)| {
         let master = o.joint().map(|j| j.follow.master.as_str()).filter(|m| !m.is_empty())?;
@@ -20,7 +21,7 @@ pub(super) fn followers(scene: &Scene) -> Vec<(u32, u32)> {
 }
 
 impl Scene {
-    /// Joints whose leader does not exist or is not a joint: their path, and the name of the leader.
+    /// Returns the joints whose leader does not exist or is not a joint: their path, and the name of the leader.
     pub fn lost_followers(&self) -> Vec<(String, String)> {
         let found = followers(self);
         let lost = self.slots().filter_map(|(slot, o)| {
@@ -32,7 +33,7 @@ impl Scene {
     }
 }
 
-/// Joints that are geared to the one that they follow, and those that they follow.
+/// Returns the joints that are geared to a leader, with their leaders.
 pub(crate) fn geared(scene: &Scene) -> Vec<(u32, u32)> {
     let is_geared = |slot: u32| scene.get(slot).and_then(|o| o.joint()).is_some_and(|j| j.follow.geared && j.dynamic);
     followers(scene)
@@ -43,15 +44,15 @@ pub(crate) fn geared(scene: &Scene) -> Vec<(u32, u32)> {
         .collect()
 }
 
-/// Sets the targets of followers; kinematic ones are placed there. `drives` takes those
-/// whose drive has changed.
+/// Sets the targets of followers; kinematic ones are placed there. Joints whose drive has changed are added to
+/// `drives`.
 pub(super) fn update(scene: &mut Scene, followers: &[(u32, u32)], drives: &mut Vec<u32>) {
     for (slot, master) in followers {
         let Some(m) = scene.get(*master).and_then(|o| o.joint()) else { continue };
-        // One that moves no body has no speed of its own; its target velocity counts instead.
+        // A joint that moves no body has no velocity of its own, so its target velocity is used.
         let (position, velocity) = (m.position, if m.id.is_some() { m.velocity } else { m.target_velocity });
         let Some(Data::Joint(j)) = scene.get_mut(*slot).map(|o| &mut o.data) else { continue };
-        // The engine moves both as one.
+        // The engine couples the two.
         if j.follow.geared && j.dynamic {
             continue;
         }

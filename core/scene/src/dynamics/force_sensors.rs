@@ -1,10 +1,10 @@
-//! What force sensors measure in an engine step.
+//! Measurements of force sensors in an engine step.
 
 use super::state::Dynamics;
 use crate::{object::Data, tree::Scene};
 
 impl Dynamics {
-    /// After an engine step: what force sensors measured in it. One that broke lets go at once.
+    /// Takes the measurements of force sensors after an engine step. A sensor that breaks releases its bodies at once.
     pub(super) fn sample(&mut self, scene: &mut Scene) {
         for i in 0..self.force_sensors.len() {
             let (id, slot) = self.force_sensors[i];

@@ -1,5 +1,5 @@
-//! Loops that linked dummies close: the shapes above the two are held together so that the dummies coincide, in position and
-//! orientation.
+//! Loops closed by linked dummies: the shapes above two linked dummies are held together so that the dummies coincide
+//! in position and orientation.
 
 use nalgebra::Isometry3;
 use tatu_physics::{BodyId, JointDesc, JointForm, JointKind, Passive};
@@ -7,7 +7,7 @@ use tatu_physics::{BodyId, JointDesc, JointForm, JointKind, Passive};
 use super::state::{Dynamics, LoopRecord};
 use crate::{object::Data, tree::Scene};
 
-/// The pairs of linked dummies, each once, in order of slots.
+/// Returns the pairs of linked dummies, each once, in order of slots.
 pub(crate) fn links(scene: &Scene) -> Vec<(u32, u32)> {
     let mut pairs: Vec<(u32, u32)> = scene
         .slots()
@@ -23,7 +23,7 @@ pub(crate) fn links(scene: &Scene) -> Vec<(u32, u32)> {
     pairs
 }
 
-/// The body of the nearest shape above an object, and the object's frame in it.
+/// Returns the body of the nearest shape above an object, and the object's pose in it.
 fn carrier(scene: &Scene, slot: u32) -> Option<(BodyId, Isometry3<f64>)> {
     let mut at = scene.get(slot)?.parent;
     while let Some(o) = scene.get(at) {
@@ -36,7 +36,7 @@ fn carrier(scene: &Scene, slot: u32) -> Option<(BodyId, Isometry3<f64>)> {
 }
 
 impl Scene {
-    /// Dummies whose link does not exist or is not a dummy: their path, and the name of the link.
+    /// Returns the dummies whose link does not exist or is not a dummy: their path, and the name of the link.
     pub fn lost_links(&self) -> Vec<(String, String)> {
         let lost = self.slots().filter_map(|(slot, o)| {
             let Data::Dummy(Some(link)) = &o.data else { return None };
@@ -49,7 +49,7 @@ impl Scene {
 }
 
 impl Dynamics {
-    /// Lets go of loops whose dummies changed or whose bodies are gone.
+    /// Opens loops whose dummies have changed or whose bodies no longer exist.
     pub(super) fn loosen_loops(&mut self, scene: &Scene, alive: &dyn Fn(BodyId) -> bool) {
         let pairs = links(scene);
         let version = |slot| scene.get(slot).map_or(0, |o| o.version);
@@ -66,7 +66,7 @@ impl Dynamics {
         });
     }
 
-    /// Closes the loops that are open.
+    /// Closes all loops that are open.
     pub(super) fn close_loops(&mut self, scene: &Scene) {
         for (one, other) in links(scene) {
             if self.loops.iter().any(|l| l.dummies == (one, other)) {

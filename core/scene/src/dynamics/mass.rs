@@ -1,4 +1,4 @@
-//! Mass and surface of shapes, as the engine gets them.
+//! Mass and surface properties of shapes, as passed to the engine.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use crate::{
     tree::Scene,
 };
 
-/// The materials of the scene's friction pairs, in order; the engine knows them by their numbers, from 1.
+/// Returns the materials of the scene's friction pairs, in order; in the engine they have numbers from 1.
 fn material_names(scene: &Scene) -> BTreeSet<&str> {
     scene.friction_pairs.iter().flat_map(|p| p.materials.iter().map(String::as_str)).collect()
 }
@@ -35,7 +35,7 @@ pub(super) fn surface(scene: &Scene, shape: &Shape) -> Surface {
     Surface { material: material(scene, &shape.material), ..shape.surface }
 }
 
-/// Mass properties of a shape, defaults filled in.
+/// Returns the mass properties of a shape, with defaults filled in.
 pub fn mass_props(shape: &Shape) -> MassProps {
     let mass = shape.mass.unwrap_or_else(|| default_mass(shape));
     let inertia = shape.inertia.map_or_else(|| default_inertia(shape, mass), |i| Matrix3::from_row_slice(&i));

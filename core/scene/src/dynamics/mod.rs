@@ -1,10 +1,11 @@
-//! Which objects become bodies and joints of the engine, how time passes in it, and how states come back.
+//! The mapping between objects and the engine's bodies and joints: creating them, advancing time, and copying states
+//! back.
 //!
-//! - here: an advance of the engine; `state`: the engine, and what stands for what in it;
-//! - `settle`: bodies and joints are made of objects; `mass`: their mass and surface; `loops`: what linked dummies hold
-//!   together; `follow`: joints that follow others;
-//! - `targets`: what drives joints, and how they follow position targets; `force_sensors`: what ties measure;
-//! - `pose_writeback`: how states come back.
+//! - here: an advance of the engine; `state`: the engine, and the mapping;
+//! - `settle`: creates bodies and joints from objects; `mass`: their mass and surface; `loops`: loops closed by linked
+//!   dummies; `follow`: joints that follow others;
+//! - `targets`: drives of joints, and smooth position targets; `force_sensors`: measurements of force sensors;
+//! - `pose_writeback`: copying states back.
 
 mod follow;
 mod force_sensors;
@@ -27,20 +28,20 @@ use crate::{
     tree::Scene,
 };
 
-/// Faster than this hardly anything of a robot is, m/s,
+/// Speed that hardly anything on a robot exceeds, m/s.
 const FAST: f64 = 100.0;
-/// and none goes so far, m.
+/// Distance that hardly anything on a robot travels, m.
 const FAR: f64 = 1000.0;
 
 impl Dynamics {
-    /// A joint's drive changed: passed to the engine before the next step.
+    /// Marks that a joint's drive has changed; it is passed to the engine before the next step.
     pub fn drive_changed(&mut self, slot: u32) {
         self.drives.push(slot);
     }
 
-    /// An object was placed by hand: it, and the bodies below it, are put there before the next step.
+    /// Marks that an object was placed by hand. It and the bodies below it are moved there before the next step.
     pub fn moved(&mut self, slot: u32) {
-        // A script that scans turns the same joint hundreds of times.
+        // A script that scans may turn the same joint hundreds of times.
         if self.moved.last() != Some(&slot) {
             self.moved.push(slot);
         }
@@ -70,7 +71,7 @@ impl Dynamics {
         self.apply_changes(scene);
     }
 
-    /// Gears by joints of the engine; cheap where nothing changed.
+    /// Passes all gears to the engine; cheap if nothing has changed.
     fn apply_gears(&mut self, scene: &Scene) {
         let gears = self.geared.iter().filter_map(|(slot, leader)| {
             let joint = scene.get(*slot)?.joint()?;
@@ -81,13 +82,13 @@ impl Dynamics {
         self.engine.set_gears(&gears);
     }
 
-    /// In how many engine steps of equal length `dt` passes, none longer than the scene's.
+    /// Returns the number of engine steps of equal length that make up `dt`, none longer than the scene's physics step.
     pub fn engine_steps(&self, dt: f64) -> u32 {
         if dt > 0.0 { (dt / self.settings.step - 1e-9).ceil().max(1.0) as u32 } else { 0 }
     }
 
-    /// Lets `dt` pass in engine steps, then copies poses and joint states back. Objects whose bodies were lost.
-    /// `before`, if there is one, is asked before each engine step for pushes that act in it.
+    /// Advances by `dt` in engine steps, then copies poses and joint states back. Returns the objects whose bodies were
+    /// lost. `before`, if given, is called before each engine step for pushes that act in it.
     pub fn advance(&mut self, scene: &mut Scene, dt: f64, mut before: Option<&mut BeforeStep<'_>>) -> Vec<u32> {
         follow::update(scene, &self.followers, &mut self.drives);
         self.apply_changes(scene);
@@ -104,8 +105,8 @@ impl Dynamics {
         self.look(scene)
     }
 
-    /// One of the engine steps in which `dt` passes, counted from 0, with the same bits as in [`Dynamics::advance`].
-    /// What was moved by hand between two of them is only seen by the first step of the next advance.
+    /// Runs one of the engine steps that make up `dt`, counted from 0, with the same bits as in [`Dynamics::advance`].
+    /// Poses that are set by hand between them take effect in the first step of the next advance.
     pub fn advance_part(
         &mut self,
         scene: &mut Scene,
@@ -143,13 +144,13 @@ impl Dynamics {
         self.engine.advance_part(part, steps, Some(&mut ask));
     }
 
-    /// Whether scripts are asked between the engine steps of an advance from now on: what they push with acts in one
+    /// Sets whether scripts are called between the engine steps of an advance, so that their pushes act in a single
     /// step.
     pub fn set_between(&mut self, between: bool) {
         self.between = between;
     }
 
-    /// Whatever an advance takes, exactly that passes.
+    /// Adjusts the length of an engine step so that an advance takes exactly the requested time.
     fn set_step(&mut self, step: f64) {
         if (step - self.step).abs() > 1e-12 {
             self.step = step;
@@ -164,22 +165,22 @@ impl Dynamics {
         lost.iter().filter_map(|b| self.object_of(*b)).collect()
     }
 
-    /// How two shapes meet from the next engine step on.
+    /// Sets the contact parameters of two shapes from the next engine step on.
     pub fn set_pair(&mut self, a: &Shape, b: &Shape, rule: Option<PairRule>) {
         if let (Some(a), Some(b)) = (a.body.0, b.body.0) {
             self.engine.set_pair(a, b, rule);
         }
     }
 
-    /// What drives a joint in the next engine step, other than its own properties say.
+    /// Overrides the drive of a joint for the next engine step.
     pub fn drive(&mut self, joint: &Joint, drive: Drive) {
         if let Some(id) = joint.id {
             self.engine.drive(id, drive);
         }
     }
 
-    /// Bodies that have become faster than 100 m/s or have come farther than 1 km from where they were made, each
-    /// reported once: slot, m/s, m.
+    /// Returns bodies that have become faster than 100 m/s or moved farther than 1 km from their initial position, each
+    /// once: slot, speed in m/s, distance in m.
     pub fn strays(&mut self, scene: &Scene) -> Vec<(u32, f64, f64)> {
         let mut found = Vec::new();
         for b in self.bodies.iter_mut().filter(|b| b.motion == Motion::Dynamic && !b.stray) {

@@ -1,4 +1,4 @@
-//! Copying states of the engine back: to bodies and joints, and to what they carry.
+//! Copying the engine's state back: to bodies, joints, and the objects that they carry.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::{
 };
 
 impl Dynamics {
-    /// Copies poses and joint states back. Parents come before children, so each child finds its frame already moved.
+    /// Copies poses and joint states back. Parents precede their children, so each child's parent frame is up to date.
     pub(super) fn copy_back(&mut self, scene: &mut Scene) {
         if self.pose_writeback.whole != scene.shape_version {
             return self.copy_all(scene);
@@ -39,7 +39,8 @@ impl Dynamics {
         }
     }
 
-    /// The same for every object, whatever carries it; who may hang, hangs from now on.
+    /// Like `copy_back`, for every object. From then on, the world poses of objects without a body or other reason to
+    /// store them are computed on demand.
     fn copy_all(&mut self, scene: &mut Scene) {
         for record in &self.joints {
             if let Some(Data::Joint(joint)) = scene.get_mut(record.tie).map(|o| &mut o.data) {
@@ -66,7 +67,7 @@ impl Dynamics {
     fn list_carried(&mut self, scene: &Scene) {
         let list = &mut self.pose_writeback.list;
         list.clear();
-        // Where several joints of the engine stand for one, the last counts.
+        // If an object has several joints in the engine, the last one counts.
         let joints: BTreeMap<u32, JointId> = self.joints.iter().map(|j| (j.tie, j.id)).collect();
         let mut walk: Vec<(u32, u32, bool)> = scene.roots().iter().rev().map(|s| (*s, 0, false)).collect();
         while let Some((slot, parent, moves)) = walk.pop() {
@@ -87,7 +88,7 @@ impl Dynamics {
 }
 
 impl Joint {
-    /// Takes over its state in the engine.
+    /// Takes over its state from the engine.
     fn take(&mut self, state: &JointState) {
         (self.position, self.velocity, self.effort) = (state.position, state.velocity, state.effort);
         self.rotation = state.rotation;

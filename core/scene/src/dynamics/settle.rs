@@ -1,8 +1,8 @@
-//! Bodies and joints of the engine are made of objects.
+//! Creation of the engine's bodies and joints from objects.
 //!
-//! The rule (V-REP's): a dynamic shape below a joint or force sensor that is below a shape is tied to that shape, by
-//! the joint or rigidly; any other dynamic shape is free, wherever it hangs. A respondable static shape collides; it
-//! is carried along when something above it can move.
+//! The rule is V-REP's: a dynamic shape below a joint or force sensor that is itself below a shape is connected to that
+//! shape, by the joint or rigidly. Any other dynamic shape is free, whatever its parent. A respondable static shape
+//! collides; it is kinematic if something above it can move.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,7 +22,7 @@ use crate::{
 };
 
 impl Dynamics {
-    /// Updates bodies and joints from the scene: only what changed is recreated, so that the rest is unaffected.
+    /// Updates bodies and joints from the scene. Only what has changed is recreated, so that the rest is unaffected.
     pub fn settle(&mut self, scene: &mut Scene) {
         scene.settle();
         if self.built == scene.shape_version {
@@ -66,7 +66,7 @@ impl Dynamics {
                 forget(scene, slot);
             }
         }
-        // Forms without end come last: in the engine's tree of boxes what comes after them finds no good place.
+        // Infinite forms come last, because the engine's tree of bounding boxes places anything added after them badly.
         let mut endless = Vec::new();
         scene.visit(|scene, slot| match scene.get(slot).and_then(|o| o.shape()).is_some_and(is_endless) {
             true => endless.push(slot),
@@ -133,7 +133,7 @@ impl Dynamics {
             a,
             b,
             frame_in_a: scene.world(above).inverse() * scene.world(tie),
-            // The child hangs on the moved frame: at position 0 that frame is the joint's own.
+            // The child is attached to the joint's moving frame, which equals the joint's own frame at position 0.
             frame_in_b: scene.world(slot).inverse() * scene.frame(tie),
             kind,
             limits,

@@ -1,4 +1,4 @@
-//! The engine, and what stands for what in it.
+//! The engine, and the mapping between its bodies and joints and the scene's objects.
 
 use nalgebra::{Isometry3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use tatu_physics::{BodyId, Engine, EngineSettings, JointForm, JointId, Motion, P
 
 use crate::{object::Shape, tree::Scene};
 
-/// A body and the object it stands for, as that was when the body was made.
+/// A body, with the object that it represents and the state of that object when the body was created.
 #[derive(Serialize, Deserialize)]
 pub(super) struct BodyRecord {
     pub(super) id: BodyId,
@@ -14,13 +14,13 @@ pub(super) struct BodyRecord {
     pub(super) uid: u64,
     pub(super) version: u64,
     pub(super) motion: Motion,
-    /// Where it was made, world, m.
+    /// Initial position in the world, m.
     pub(super) start: Vector3<f64>,
-    /// Whether it was found far off or very fast.
+    /// Whether it was found far away or very fast.
     pub(super) stray: bool,
 }
 
-/// A joint and the objects that it is made of.
+/// A joint, with the objects that it connects.
 #[derive(Serialize, Deserialize)]
 pub(super) struct JointRecord {
     pub(super) id: JointId,
@@ -31,45 +31,45 @@ pub(super) struct JointRecord {
     pub(super) frame_in_a: Isometry3<f64>,
     pub(super) form: JointForm,
     pub(super) geared: bool,
-    /// Whether its load is measured.
+    /// Whether its load is measured, for a force sensor.
     pub(super) sensor: bool,
 }
 
-/// The engine and what stands for what in it.
+/// The engine, and the mapping between its bodies and joints and the scene's objects.
 pub struct Dynamics {
     pub(super) engine: Box<dyn Engine>,
-    /// In order of ids.
+    /// Bodies, in order of ids.
     pub(super) bodies: Vec<BodyRecord>,
-    /// Those that are moved by hand or by what carries them, with their slots.
+    /// Bodies that are moved by hand or by their parents, with their slots.
     pub(super) kinematic: Vec<(BodyId, u32)>,
-    /// In order of ids.
+    /// Joints, in order of ids.
     pub(super) joints: Vec<JointRecord>,
-    /// Loops that linked dummies close.
+    /// Loops closed by linked dummies.
     pub(super) loops: Vec<LoopRecord>,
-    /// Joints whose drive changed since the last step.
+    /// Joints whose drive has changed since the last step.
     pub(super) drives: Vec<u32>,
-    /// Joints whose position target is under way.
+    /// Joints whose position target still moves.
     pub(super) courses: Vec<u32>,
     pub(super) built: u64,
     pub(super) moved: Vec<u32>,
-    /// Pushes that act in the next engine step alone.
+    /// Pushes that act in the next engine step only.
     pub(super) pushes: Vec<Push>,
-    /// Whether an advance is under way, step by step, and scripts are asked in between.
+    /// Whether an advance is running step by step, with scripts called in between.
     pub(super) between: bool,
-    /// What poses are copied back to.
+    /// The objects that poses are copied back to.
     pub(super) pose_writeback: Carried,
-    /// Joints that follow others, and whom.
+    /// Joints that follow others, with their leaders.
     pub(super) followers: Vec<(u32, u32)>,
-    /// Joints that are geared to others.
+    /// Joints that are geared to others, with their leaders.
     pub(super) geared: Vec<(u32, u32)>,
-    /// Force sensors that tie two bodies, with their slots.
+    /// Force sensors between two bodies, with their slots.
     pub(super) force_sensors: Vec<(JointId, u32)>,
     pub(super) settings: EngineSettings,
-    /// Length of an engine step as the engine has it now, s.
+    /// Current length of an engine step, s.
     pub(super) step: f64,
 }
 
-/// A loop of the engine.
+/// A loop that is closed in the engine.
 #[derive(Serialize, Deserialize)]
 pub(super) struct LoopRecord {
     pub(super) id: JointId,
@@ -85,41 +85,41 @@ pub(super) struct Place {
     pub(super) from: From,
 }
 
-/// What decides where it is.
+/// The source of an object's pose.
 pub(super) enum From {
     /// Its body.
     Body(BodyId),
-    /// Its frame; its joint has a state too.
+    /// Its parent's frame; its joint also has a state.
     Joint(JointId),
-    /// Its frame.
+    /// Its parent's frame.
     Frame,
 }
 
-/// The objects that move with the engine. All others are where they were put.
+/// The objects that move with the engine. All others stay where they were put.
 #[derive(Default)]
 pub(super) struct Carried {
-    /// Robot by robot, parents before children, without those that hang.
+    /// Robot by robot, parents before children, without objects whose world pose is computed on demand.
     pub(super) list: Vec<Place>,
-    /// The version of the tree that it was made of; 0: of none.
+    /// The version of the tree for which the list was built; 0: none.
     pub(super) listed: u64,
-    /// The version at which all objects were gone through last: a change of the tree leaves places that do not follow
-    /// from those above to the last bit.
+    /// The version of the tree for which all objects were last visited: after a change of the tree, stored poses may
+    /// differ in the last bits from those computed from the parents'.
     pub(super) whole: u64,
 }
 
 impl Carried {
-    /// What a snapshot keeps.
+    /// Returns the part that a snapshot contains.
     pub fn whole(&self) -> u64 {
         self.whole
     }
-    /// After a snapshot.
+    /// Restores from a snapshot.
     pub fn after(whole: u64) -> Self {
         Carried { whole, ..Carried::default() }
     }
 }
 
 impl Dynamics {
-    /// An empty engine.
+    /// Creates an empty engine.
     pub fn new(settings: EngineSettings) -> Self {
         Dynamics {
             engine: Box::new(Rapier::new(settings)),
@@ -148,7 +148,7 @@ impl Dynamics {
         self.force_sensors = self.joints.iter().filter(|j| j.sensor).map(|j| (j.id, j.tie)).collect();
     }
 
-    /// Everything as bytes, for [`Dynamics::restore`].
+    /// Returns the complete state as bytes, for [`Dynamics::restore`].
     pub fn snapshot(&self) -> Vec<u8> {
         let Dynamics {
             engine,
@@ -184,7 +184,7 @@ impl Dynamics {
         postcard::to_stdvec(&all).unwrap_or_default()
     }
 
-    /// Takes it back. After a failure nothing has changed.
+    /// Restores a state. If it fails, nothing has changed.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
         type Tables = (Vec<BodyRecord>, (Vec<JointRecord>, Vec<LoopRecord>), (Vec<u32>, Vec<u32>));
         type Pairs = Vec<(u32, u32)>;
@@ -204,42 +204,42 @@ impl Dynamics {
     }
 
     pub(super) fn object_of(&self, body: BodyId) -> Option<u32> {
-        // Bodies are made in ascending order of ids.
+        // Bodies are created in ascending order of ids.
         self.bodies.binary_search_by_key(&body, |b| b.id).ok().map(|i| self.bodies[i].slot)
     }
 
-    /// The engine, for looking at bodies and joints.
+    /// Returns the engine, to query bodies and joints.
     pub fn engine(&self) -> &dyn Engine {
         &*self.engine
     }
-    /// The bodies above and below a joint of the engine, and its frame in the one above.
+    /// Returns the bodies above and below a joint of the engine, and its frame in the upper one.
     pub fn tie(&self, joint: JointId) -> Option<((BodyId, BodyId), Isometry3<f64>)> {
-        // Joints are made in ascending order of ids.
+        // Joints are created in ascending order of ids.
         let i = self.joints.binary_search_by_key(&joint, |j| j.id).ok()?;
         Some((self.joints[i].bodies, self.joints[i].frame_in_a))
     }
-    /// Velocity of a shape that has a body.
+    /// Returns the velocity of a shape that has a body.
     pub fn twist(&self, shape: &Shape) -> Option<Twist> {
         shape.body.0.map(|b| self.engine.twist(b))
     }
-    /// Sets it.
+    /// Sets the velocity of a body.
     pub fn set_twist(&mut self, body: BodyId, twist: &Twist) {
         self.engine.set_twist(body, twist);
     }
-    /// Force N and torque N m, world, asked for by a script or a service: for the next advance, or within one for the next
-    /// engine step.
+    /// Adds a force (N) and a torque (N m) in the world frame, requested by a script or a service: for the next advance
+    /// or, during one, for the next engine step.
     pub fn ask_push(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
         match self.between {
             true => self.pushes.push(Push { body, force, torque }),
             false => self.engine.push(body, force, torque),
         }
     }
-    /// Force N and torque N m, world, for the next advance, or the rest of the one under way.
+    /// Adds a force (N) and a torque (N m) in the world frame, for the next advance or the rest of the current one.
     pub fn push(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
         self.engine.push(body, force, torque);
     }
-    /// Contacts after the last step, as objects. Read from the engine when asked for. Those of objects that were removed
-    /// since are left out: their bodies go with the next step.
+    /// Returns the contacts after the last step, by object. Contacts of objects removed since then are left out: their
+    /// bodies are removed with the next step.
     pub fn contacts(&self, scene: &Scene) -> impl Iterator<Item = (u32, u32, tatu_physics::Contact)> {
         let mut all = Vec::new();
         self.engine.contacts(&mut all);
@@ -254,7 +254,7 @@ impl Dynamics {
         self.settings = settings;
         self.engine.configure(EngineSettings { step: self.step, ..settings });
     }
-    /// Velocities of all dynamic bodies with their objects, in order of bodies.
+    /// Returns the velocities of all dynamic bodies with their objects, in order of bodies.
     pub fn twists(&self) -> impl Iterator<Item = (u32, Twist)> + '_ {
         self.bodies.iter().filter(|b| b.motion == Motion::Dynamic).map(|b| (b.slot, self.engine.twist(b.id)))
     }

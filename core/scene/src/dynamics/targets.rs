@@ -1,9 +1,9 @@
-//! What joints are driven by, and how position targets are followed between scene steps.
+//! Drives of joints, and smooth position targets between scene steps.
 //!
-//! A target comes once a scene step, which consists of several physics steps. Followed as it comes it would jump, and
-//! shake what a gripper holds. Targets are therefore control points of a uniform quadratic B-spline: acceleration is
-//! their second difference. It lags by half a scene step, and a lone target is reached after two. Where a scene step is
-//! one physics step, and where targets come between physics steps, they are taken as they come.
+//! A target is set once per scene step, which consists of several physics steps. If it were applied at once, it would
+//! jump and shake what a gripper holds. Targets are therefore control points of a uniform quadratic B-spline, whose
+//! acceleration is their second difference. It lags by half a scene step, and a single target is reached after two. If
+//! a scene step is one physics step, and for targets set between physics steps, targets are applied at once.
 
 use tatu_physics::{Drive, Tracking};
 
@@ -13,15 +13,15 @@ use crate::{
     tree::Scene,
 };
 
-/// Where position control is to go in a physics step. Beyond its limits it would press against them for ever, and
-/// dither.
+/// Returns the target of position control in a physics step. A target beyond the limits would press against them
+/// permanently and cause jitter, so it is clamped.
 fn target_of(j: &Joint, part: u32, steps: u32) -> f64 {
     let share = f64::from(part + 1) / f64::from(steps);
     let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
     j.course.map_or(j.target_position, |c| c.target(share)).max(low).min(high)
 }
 
-/// The drive of a joint that is geared to another one, from the drive of that.
+/// Returns the drive of a geared joint, derived from the drive of its leader.
 fn geared(drive: Drive, factor: f64, offset: f64, limit: f64) -> Drive {
     match drive {
         Drive::Free => Drive::Free,
@@ -36,7 +36,7 @@ fn geared(drive: Drive, factor: f64, offset: f64, limit: f64) -> Drive {
     }
 }
 
-/// The same drive with a share of its torque or force.
+/// Returns a drive with a fraction of its torque or force.
 fn shared(drive: Drive, share: f64) -> Drive {
     match drive {
         Drive::Velocity { target, max_force, slip } => Drive::Velocity { target, max_force: share * max_force, slip },
@@ -48,17 +48,17 @@ fn shared(drive: Drive, share: f64) -> Drive {
     }
 }
 
-/// Whether the targets of a joint are control points of a spline.
+/// Returns whether the targets of a joint are smoothed by a spline.
 fn is_smooth(j: &Joint) -> bool {
     j.smooth_target && j.dynamic && j.control == Control::Position && j.id.is_some()
 }
 
-/// Whether a motor holds a velocity or a position.
+/// Returns whether a motor holds a velocity or a position.
 fn is_held(j: &Joint) -> bool {
     matches!(j.control, Control::Velocity | Control::Position)
 }
 
-/// The target, continuous with an earlier one: a cyclic joint takes the shorter way round.
+/// Returns the target, continuous with an earlier one: a cyclic joint takes the shorter way around.
 fn near(j: &Joint, from: f64) -> f64 {
     let way = j.target_position - from;
     if j.kind == JointType::Revolute && j.limits.is_none() {
@@ -78,13 +78,13 @@ fn drive_of(j: &Joint, target: f64) -> Option<Drive> {
             tracking: j.gains.map(|[p, i, d]| Tracking { p, i, d, velocity: j.target_velocity }),
         },
         Control::Force => Drive::Force(j.max_force),
-        // A script answers for it in each engine step.
+        // A script provides the drive in each engine step.
         Control::Callback => return None,
     })
 }
 
 impl Dynamics {
-    /// Targets that came since the last advance become control points, if an advance is several physics steps.
+    /// Turns targets set since the last advance into control points, if an advance consists of several physics steps.
     pub(super) fn plot_courses(&mut self, scene: &mut Scene, steps: u32) {
         let mut slots = std::mem::take(&mut self.courses);
         slots.extend(&self.drives);
@@ -96,7 +96,7 @@ impl Dynamics {
                 j.course = None;
                 continue;
             }
-            // What begins to hold a target goes there from where it is.
+            // A joint that starts to hold a target moves there from its current position.
             let course = j.course.unwrap_or(Course::at(j.position));
             let course = course.next(near(j, course.points[2]));
             j.course = Some(course);
@@ -106,8 +106,8 @@ impl Dynamics {
         }
     }
 
-    /// Passes to the engine the drives of joints in the `part`-th of `steps` physics steps: of those whose drive
-    /// changed, and of those whose target is under way.
+    /// Passes the drives of joints to the engine in the `part`-th of `steps` physics steps: of those whose drive has
+    /// changed, and of those whose target still moves.
     pub(super) fn apply_drives(&mut self, scene: &mut Scene, part: u32, steps: u32) {
         let mut drives = std::mem::take(&mut self.drives);
         for slot in drives.drain(..) {
@@ -130,9 +130,9 @@ impl Dynamics {
         self.share_drives(scene, part, steps);
     }
 
-    /// Joints that are geared to each other are driven as one, wherever the motor is: the engine finds what goes from
-    /// one to the other in single rows, and finds it better the less that is. A motor of the follower goes where the
-    /// leader's goes; a follower without one has its part of the leader's.
+    /// Drives joints that are geared to each other as one, wherever the motor is. The engine transmits forces between
+    /// them by single constraints, which are the more accurate the less they transmit. A motor of the follower moves
+    /// with the leader's; a follower without a motor gets a share of the leader's.
     fn share_drives(&mut self, scene: &Scene, part: u32, steps: u32) {
         for (slot, leader) in &self.geared {
             let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());
@@ -155,19 +155,19 @@ impl Dynamics {
         }
     }
 
-    /// The part of the leader's motor that acts on a follower without one.
+    /// Returns the share of the leader's motor that acts on a follower without a motor.
     fn share_of(&self, scene: &Scene, slot: u32, leader: u32) -> Option<f64> {
         let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());
         let is_free = |slot: u32| joint(slot).is_some_and(|j| j.control == Control::Free && j.follow.factor != 0.0);
         let (l, follows) = (joint(leader)?, self.geared.iter().any(|(slot, _)| *slot == leader));
         let motor = is_held(l) || l.control == Control::Force;
-        // A motor that gives way to its load does so by the whole of it.
+        // A motor with slip yields to its full load, so it is not shared.
         let yields = l.slip != 0.0 || l.passive.no_load_speed != 0.0;
         let others = self.geared.iter().filter(|(slot, l)| *l == leader && is_free(*slot)).count();
         (motor && !yields && !follows && is_free(slot)).then(|| 1.0 / (others + 1) as f64)
     }
 
-    /// What leaders' motors exerted, with what acted of them on followers.
+    /// Adds to the efforts of leaders' motors what acted on their followers.
     pub(super) fn sum_efforts(&mut self, scene: &mut Scene) {
         for (slot, leader) in &self.geared {
             if self.share_of(scene, *slot, *leader).is_none() {
@@ -206,7 +206,7 @@ mod tests {
         }
         assert_eq!((way[10], way[20], way[30]), (0.5, 1.0, 1.0));
         assert!(!course.under_way());
-        // Its second difference is that of the targets, 1 for a step, shared among ten parts.
+        // Its second difference is that of the targets, which is 1 per step, divided among ten parts.
         let bend = way.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).fold(0.0, f64::max);
         assert!((bend - 0.01).abs() < 1e-12, "{bend}");
     }

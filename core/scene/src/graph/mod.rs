@@ -1,8 +1,8 @@
-//! Graphs: streams of numbers over time and curves of one over another.
+//! Graphs: streams of numbers over time, and curves of one over another.
 //!
-//! - `spec`: streams and curves as scene files and plugins describe them; `values`: tables with a few keys;
-//! - [`Stream`]: one number over time, and what is made of it;
-//! - [`Graph`]: streams recorded together, and their curves.
+//! - `spec`: descriptions of streams and curves; `values`: tables with a fixed set of keys;
+//! - [`Stream`]: one number over time, with its transformation;
+//! - [`Graph`]: streams that are recorded together, and their curves.
 
 mod recording;
 mod spec;

@@ -1,4 +1,4 @@
-//! Streams recorded together, and curves of one over another.
+//! Graphs: streams that are recorded together, and curves of one over another.
 
 use std::collections::VecDeque;
 
@@ -11,40 +11,40 @@ use super::{
     spec::{self, Axis},
 };
 
-/// Most streams and curves of a graph.
+/// Maximum number of streams and curves of a graph.
 const MOST: usize = 1000;
 
 /// A curve of a graph.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
-    /// Its number in the graph; streams and curves are counted together.
+    /// Its number in the graph; streams and curves share the numbering.
     pub id: i64,
-    /// What it is.
+    /// Its description.
     pub spec: CurveSpec,
     /// Red, green, blue, 0 to 1.
     pub color: [f64; 3],
-    /// Of one that does not change any more: its points.
+    /// Points of a static curve, which no longer changes.
     pub points: Option<Vec<Vec<f64>>>,
 }
 
-/// What an object of kind graph has recorded.
+/// The recorded data of an object of kind graph.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Graph {
     /// Unique name of its object.
     pub name: String,
-    /// Samples that it keeps.
+    /// Number of samples kept.
     pub buffer: usize,
-    /// When samples were taken, s.
+    /// Times of the samples, s.
     pub times: VecDeque<f64>,
-    /// In order of their making.
+    /// Streams, in order of creation.
     pub streams: Vec<Stream>,
-    /// In order of their making.
+    /// Curves, in order of creation.
     pub curves: Vec<Curve>,
     last: i64,
 }
 
 impl Graph {
-    /// As described, and empty; what does not fit together is left out.
+    /// Creates an empty graph from a description; inconsistent streams and curves are left out.
     pub fn new(spec: &GraphSpec, name: String) -> Self {
         let mut graph = Self::blank(spec, name);
         for s in &spec.streams {
@@ -55,7 +55,7 @@ impl Graph {
         }
         graph
     }
-    /// The same, where nothing is left out: why it does not fit together.
+    /// Creates an empty graph from a description, or returns why the description is inconsistent.
     pub fn try_new(spec: &GraphSpec, name: String) -> Result<Self, Refusal> {
         let mut graph = Self::blank(spec, name);
         for s in &spec.streams {
@@ -80,14 +80,14 @@ impl Graph {
         self.last += 1;
         Ok(self.last)
     }
-    /// Adds a stream; its number, from 1.
+    /// Adds a stream and returns its number, from 1.
     pub fn add_stream(&mut self, spec: StreamSpec) -> Result<i64, Refusal> {
         let id = self.number(&spec.name)?;
         let color = spec::color(self.streams.len());
         self.streams.push(Stream::new(id, spec, color, self.times.len()));
         Ok(id)
     }
-    /// Adds a curve; its number.
+    /// Adds a curve and returns its number.
     pub fn add_curve(&mut self, spec: CurveSpec) -> Result<i64, Refusal> {
         for axis in &spec.axes {
             if let Axis::Stream(name) = axis
@@ -103,7 +103,7 @@ impl Graph {
         self.curves.push(Curve { id, spec, color, points: None });
         Ok(id)
     }
-    /// Adds a curve that is as another one is now, and stays so.
+    /// Adds a static copy of a curve in its current state.
     pub fn freeze(&mut self, curve: i64, name: &str) -> Result<i64, Refusal> {
         let Some(of) = self.curves.iter().find(|c| c.id == curve).cloned() else {
             return Err(Refusal(TATU_ERR_MISSING, format!("the graph has no curve {curve}")));
@@ -119,7 +119,7 @@ impl Graph {
         self.curves.push(Curve { id, spec, color, points: Some(points) });
         Ok(id)
     }
-    /// Removes a stream or curve; whether there was one. Curves of a stream that is gone stand still.
+    /// Removes a stream or a curve; returns whether it existed. Curves of a removed stream become static.
     pub fn remove(&mut self, id: i64) -> bool {
         if let Some(stream) = self.streams.iter().find(|s| s.id == id) {
             let name = stream.spec.name.clone();
@@ -135,22 +135,22 @@ impl Graph {
         self.curves.retain(|c| c.id != id);
         self.streams.len() + self.curves.len() < before
     }
-    /// The number of a stream or curve, by name.
+    /// Returns the number of a stream or curve, by name.
     pub fn find(&self, name: &str) -> Option<i64> {
         let stream = self.streams.iter().find(|s| s.spec.name == name).map(|s| s.id);
         stream.or_else(|| self.curves.iter().find(|c| c.spec.name == name).map(|c| c.id))
     }
-    /// A stream.
+    /// Returns a stream by number.
     pub fn stream(&mut self, id: i64) -> Result<&mut Stream, Refusal> {
         let missing = || Refusal(TATU_ERR_MISSING, format!("the graph has no stream {id}"));
         self.streams.iter_mut().find(|s| s.id == id).ok_or_else(missing)
     }
-    /// Forgets all samples.
+    /// Discards all samples.
     pub fn empty(&mut self) {
         self.times.clear();
         self.streams.iter_mut().for_each(Stream::empty);
     }
-    /// Takes a sample of each stream; `numbers` in their order.
+    /// Adds a sample to each stream; `numbers` are in the order of the streams.
     pub fn take(&mut self, time: f64, numbers: &[Option<f64>]) {
         if self.times.len() >= self.buffer {
             self.times.pop_front();
@@ -163,7 +163,7 @@ impl Graph {
             s.take(time, *number);
         }
     }
-    /// The points of a curve, one for each sample; not a number where a coordinate is missing.
+    /// Returns the points of a curve, one per sample; missing coordinates are NaN.
     pub fn points(&self, curve: &Curve) -> Vec<Vec<f64>> {
         if let Some(points) = &curve.points {
             return points.clone();

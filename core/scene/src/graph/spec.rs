@@ -1,4 +1,4 @@
-//! Streams and curves as scene files and plugins describe them: tables of a few keys.
+//! Descriptions of streams and curves in scene files and by plugins: tables with a few keys.
 
 use serde::{Deserialize, Serialize};
 use tatu_errors::Refusal;
@@ -6,10 +6,10 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::values::{Keys, map};
 
-/// Most samples of a stream.
+/// Maximum number of samples of a stream.
 pub const MOST_SAMPLES: i64 = 1_000_000;
 
-/// Colours for those that name none, in order: dark enough on white, distinct to most people (Okabe and Ito's).
+/// Default colours, in order: dark enough on white and easy to distinguish for most people (by Okabe and Ito).
 const COLORS: [[f64; 3]; 7] = [
     [0.0, 0.45, 0.70],
     [0.84, 0.37, 0.0],
@@ -20,69 +20,69 @@ const COLORS: [[f64; 3]; 7] = [
     [0.25, 0.25, 0.25],
 ];
 
-/// The colour of the `i`-th of those that name none.
+/// Returns the default colour of the `i`-th stream or curve.
 pub fn color(i: usize) -> [f64; 3] {
     COLORS[i % COLORS.len()]
 }
 
-/// What is made of the numbers of a stream, before factor, offset and average.
+/// The transformation of a stream's numbers, before factor, offset and average.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum Transform {
     #[default]
     Raw,
-    /// Change per second since the sample before; the first has none.
+    /// Change per second since the previous sample; undefined for the first one.
     Derivative,
-    /// Sum of the trapezoids under it.
+    /// Integral by the trapezoidal rule.
     Integral,
     /// Sum of all samples.
     Cumulative,
 }
 
 impl Transform {
-    /// Its names, in order of their numbers.
+    /// Names of the transformations, in order of their numbers.
     pub const NAMES: [&str; 4] = ["raw", "derivative", "integral", "cumulative"];
 
-    /// By its name; empty: raw.
+    /// Returns the transformation with a name; an empty name means raw.
     fn parse(name: &str) -> Option<Self> {
         let all = [Self::Raw, Self::Derivative, Self::Integral, Self::Cumulative];
         if name.is_empty() { Some(Self::Raw) } else { Self::NAMES.iter().position(|n| *n == name).map(|i| all[i]) }
     }
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> &'static str {
         Self::NAMES[self as usize]
     }
 }
 
-/// One number over time.
+/// Description of a stream: one number over time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StreamSpec {
     /// Its name in the graph.
     pub name: String,
-    /// Unit of what is shown; for people.
+    /// Unit of the result, for display.
     pub unit: String,
-    /// Red, green, blue, 0 to 1; none: chosen by its place.
+    /// Red, green, blue, 0 to 1; `None`: a default colour.
     pub color: Option<[f64; 3]>,
-    /// Path of the object whose number it is; empty: a script sets it.
+    /// Path of the object that the number belongs to; empty: a script sets the number.
     pub of: String,
-    /// Which number: "x", "speed", "joint.position", `object.world_pose[2]`, a field of a reading.
+    /// The number: "x", "speed", "joint.position", `object.world_pose[2]`, or a field of a reading.
     pub data: String,
-    /// What is made of it,
+    /// Transformation of the numbers.
     pub transform: Transform,
-    /// then times this,
+    /// Factor applied afterwards.
     pub factor: f64,
-    /// and more by this,
+    /// Offset added afterwards.
     pub offset: f64,
-    /// and the mean of so many samples at last.
+    /// Number of samples that are averaged last.
     pub window: u32,
-    /// Recorded, but not drawn.
+    /// Whether it is recorded but not drawn.
     pub hidden: bool,
 }
 
 impl StreamSpec {
     const KEYS: &[&str] = &["name", "unit", "color", "of", "data", "transform", "factor", "offset", "window", "hidden"];
 
-    /// From a table.
+    /// Parses a table.
     pub fn from_value(value: &Value) -> Result<Self, Refusal> {
         let blank = StreamSpec { factor: 1.0, window: 1, ..Default::default() };
         let spec = blank.with(value)?;
@@ -95,7 +95,7 @@ impl StreamSpec {
         }
         Ok(spec)
     }
-    /// Itself, with what a table says.
+    /// Returns a copy with the changes that a table specifies.
     pub fn with(&self, value: &Value) -> Result<Self, Refusal> {
         let keys = Keys::new("a stream", value, Self::KEYS)?;
         let other =
@@ -119,7 +119,7 @@ impl StreamSpec {
             hidden: keys.flag("hidden")? || self.hidden,
         })
     }
-    /// As a table.
+    /// Returns it as a table.
     pub fn to_value(&self) -> Value {
         map([
             ("name", Value::text(&self.name)),
@@ -136,23 +136,23 @@ impl StreamSpec {
     }
 }
 
-/// One coordinate of a curve.
+/// A coordinate of a curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Axis {
     /// A stream, by name.
     Stream(String),
-    /// Always this.
+    /// A constant value.
     Always(f64),
 }
 
-/// A curve of one stream over another, or of three in space.
+/// Description of a curve: one stream over another, or three in space.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CurveSpec {
     /// Its name in the graph.
     pub name: String,
-    /// Unit of its axes; for people.
+    /// Unit of its axes, for display.
     pub unit: String,
-    /// Red, green, blue, 0 to 1; none: chosen by its place.
+    /// Red, green, blue, 0 to 1; `None`: a default colour.
     pub color: Option<[f64; 3]>,
     /// 2 or 3 coordinates.
     pub axes: Vec<Axis>,
@@ -161,7 +161,7 @@ pub struct CurveSpec {
 impl CurveSpec {
     const KEYS: &[&str] = &["name", "unit", "color", "x", "y", "z"];
 
-    /// From a table.
+    /// Parses a table.
     pub fn from_value(value: &Value) -> Result<Self, Refusal> {
         let keys = Keys::new("a curve", value, Self::KEYS)?;
         let name = keys.text("name")?;
@@ -179,7 +179,7 @@ impl CurveSpec {
         }
         Ok(CurveSpec { name, unit: keys.text("unit")?, color: keys.color("color")?, axes })
     }
-    /// As a table.
+    /// Returns it as a table.
     pub fn to_value(&self) -> Value {
         let axes = ["x", "y", "z"].into_iter().zip(&self.axes).map(|(key, axis)| match axis {
             Axis::Stream(name) => (key, Value::text(name)),
@@ -194,7 +194,7 @@ impl CurveSpec {
     }
 }
 
-/// What a copy of a curve is to be: its name (empty: chosen), and the number of the curve.
+/// Parses the description of a copy of a curve: its name (empty: chosen automatically), and the number of the curve.
 pub fn keys_of(value: &Value) -> Result<(String, i64), Refusal> {
     let keys = Keys::new("a copy", value, &["name", "curve"])?;
     match keys.count("curve", 1..=i64::from(u32::MAX))? {
@@ -203,14 +203,14 @@ pub fn keys_of(value: &Value) -> Result<(String, i64), Refusal> {
     }
 }
 
-/// A graph as the scene describes it.
+/// Description of a graph in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GraphSpec {
-    /// Records only on request.
+    /// Whether it records only on request.
     pub explicit: bool,
-    /// Samples of a stream that it keeps.
+    /// Number of samples kept per stream.
     pub buffer: usize,
-    /// What it records.
+    /// Streams that it records.
     pub streams: Vec<StreamSpec>,
     /// Curves of one stream over another.
     pub curves: Vec<CurveSpec>,

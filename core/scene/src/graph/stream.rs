@@ -1,4 +1,4 @@
-//! One number over time, and what is made of it.
+//! Streams: one number over time, with its transformation.
 
 use std::collections::VecDeque;
 
@@ -11,24 +11,24 @@ use super::{StreamSpec, Transform};
 pub struct Stream {
     /// Its number in the graph.
     pub id: i64,
-    /// What it is.
+    /// Its description.
     pub spec: StreamSpec,
     /// Red, green, blue, 0 to 1.
     pub color: [f64; 3],
-    /// One for each time of the graph; not a number where nothing was given.
+    /// One value for each time of the graph; NaN where none was given.
     pub values: VecDeque<f64>,
-    /// What a script has set since the last sample.
+    /// The value set by a script since the last sample.
     pub given: Option<f64>,
-    /// Time and number of the sample before.
+    /// Time and number of the previous sample.
     before: Option<(f64, f64)>,
     /// Integral or sum so far.
     sum: f64,
-    /// The samples of which the mean is taken, newest last.
+    /// The samples to be averaged, newest last.
     window: VecDeque<f64>,
 }
 
 impl Stream {
-    /// An empty one, beside which `recorded` samples have been taken already.
+    /// Creates a stream in a graph that already has `recorded` samples, which are missing in this stream.
     pub fn new(id: i64, spec: StreamSpec, color: [f64; 3], recorded: usize) -> Self {
         let color = spec.color.unwrap_or(color);
         Stream {
@@ -42,12 +42,12 @@ impl Stream {
             window: VecDeque::new(),
         }
     }
-    /// Forgets all samples.
+    /// Discards all samples.
     pub fn empty(&mut self) {
         let (spec, color) = (std::mem::take(&mut self.spec), self.color);
         *self = Stream { color, ..Stream::new(self.id, spec, color, 0) };
     }
-    /// Takes a sample; `None`: there was no number.
+    /// Adds a sample; `None`: there is no number.
     pub fn take(&mut self, time: f64, number: Option<f64>) {
         let value = number.filter(|x| x.is_finite()).and_then(|x| self.transformed(time, x));
         self.values.push_back(value.unwrap_or(f64::NAN));
@@ -78,7 +78,7 @@ impl Stream {
         while self.window.len() > self.spec.window as usize {
             self.window.pop_front();
         }
-        // Summed anew each time, so that no rounding adds up.
+        // The sum is recomputed each time, so that rounding errors do not accumulate.
         Some(self.window.iter().sum::<f64>() / self.window.len() as f64)
     }
 }
@@ -104,7 +104,7 @@ mod tests {
         let slope = made(Transform::Derivative, 1.0, 0.0, 1, line);
         assert!(slope[0].is_nan());
         assert_eq!(slope[1..], [3.0; 4]);
-        // The integral of 3 t is 1.5 t^2, which trapezoids give exactly.
+        // The integral of 3 t is 1.5 t^2, for which the trapezoidal rule is exact.
         assert_eq!(made(Transform::Integral, 1.0, 0.0, 1, line), [0.0, 0.375, 1.5, 3.375, 6.0]);
         assert_eq!(made(Transform::Cumulative, 1.0, 0.0, 1, line), [0.0, 1.5, 4.5, 9.0, 15.0]);
         // Means of 0; 0, 1.5; 0, 1.5, 3; 1.5, 3, 4.5; 3, 4.5, 6.

@@ -1,16 +1,16 @@
-//! Reading maps of values, whose keys are few and known.
+//! Reading of maps with a fixed set of keys.
 
 use tatu_errors::{Refusal, nearest};
 use tatu_plugin_api::{abi::*, safe::Value};
 
-/// A map whose keys must be among `known`.
+/// A map whose keys are known.
 pub struct Keys<'a> {
     what: &'static str,
     entries: &'a [(Value, Value)],
 }
 
 impl<'a> Keys<'a> {
-    /// Refuses what is no map, and unknown keys, naming the nearest.
+    /// Wraps a map. Refuses other values and unknown keys; the message names the nearest key.
     pub fn new(what: &'static str, value: &'a Value, known: &[&str]) -> Result<Self, Refusal> {
         let Value::Map(entries) = value else {
             return Err(Refusal(TATU_ERR_ARGUMENT, format!("{what} must be a table: {}", known.join(", "))));
@@ -34,11 +34,11 @@ impl<'a> Keys<'a> {
     fn find(&self, key: &str) -> Option<&'a Value> {
         self.entries.iter().find(|(k, _)| matches!(k, Value::Text(t) if t == key.as_bytes())).map(|(_, v)| v)
     }
-    /// The error about a key of another type.
+    /// Returns the error for a value of the wrong type.
     pub fn wrong<T>(&self, key: &str, expected: &str) -> Result<T, Refusal> {
         Err(Refusal(TATU_ERR_ARGUMENT, format!("{}: `{key}` must be {expected}", self.what)))
     }
-    /// A text; empty if it is not there.
+    /// Returns a text; empty if the key is missing.
     pub fn text(&self, key: &str) -> Result<String, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(String::new()),
@@ -46,7 +46,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "a text"),
         }
     }
-    /// A finite number, if it is there.
+    /// Returns a finite number, if the key exists.
     pub fn number(&self, key: &str) -> Result<Option<f64>, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(None),
@@ -55,7 +55,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "a finite number"),
         }
     }
-    /// A whole number of a range, if it is there.
+    /// Returns a whole number within a range, if the key exists.
     pub fn count(&self, key: &str, range: std::ops::RangeInclusive<i64>) -> Result<Option<i64>, Refusal> {
         match self.number(key)? {
             None => Ok(None),
@@ -63,7 +63,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, &format!("a whole number from {} to {}", range.start(), range.end())),
         }
     }
-    /// A list of texts that are not empty; empty if it is not there.
+    /// Returns a list of non-empty texts; empty if the key is missing.
     pub fn texts(&self, key: &str) -> Result<Vec<String>, Refusal> {
         let text = |v: &Value| match v {
             Value::Text(t) if !t.is_empty() => String::from_utf8(t.clone()).ok(),
@@ -77,7 +77,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "a list of texts"),
         }
     }
-    /// A list of finite numbers; empty if it is not there.
+    /// Returns a list of finite numbers; empty if the key is missing.
     pub fn numbers(&self, key: &str) -> Result<Vec<f64>, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(Vec::new()),
@@ -86,7 +86,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "a list of finite numbers"),
         }
     }
-    /// An object; 0 if it is not there.
+    /// Returns an object; 0 if the key is missing.
     pub fn object(&self, key: &str) -> Result<tatu_object, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(0),
@@ -94,7 +94,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "an object"),
         }
     }
-    /// True or false; false if it is not there.
+    /// Returns a boolean; `false` if the key is missing.
     pub fn flag(&self, key: &str) -> Result<bool, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(false),
@@ -102,7 +102,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "true or false"),
         }
     }
-    /// Red, green, blue, 0 to 1, if they are there.
+    /// Returns red, green and blue, each from 0 to 1, if the key exists.
     pub fn color(&self, key: &str) -> Result<Option<[f64; 3]>, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(None),
@@ -112,7 +112,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "red, green and blue, each from 0 to 1"),
         }
     }
-    /// A text or a number, as text; `None` if it is not there.
+    /// Returns a text (as `Err`) or a number; `None` if the key is missing.
     pub fn text_or_number(&self, key: &str) -> Result<Option<Result<f64, String>>, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(None),
@@ -122,7 +122,7 @@ impl<'a> Keys<'a> {
     }
 }
 
-/// A map from its entries.
+/// Builds a map from its entries.
 pub fn map(entries: impl IntoIterator<Item = (&'static str, Value)>) -> Value {
     Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
 }

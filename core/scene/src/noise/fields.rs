@@ -1,4 +1,4 @@
-//! Which field a name means, what its shape is, and which value of it means nothing.
+//! The fields that names refer to: their shape, and the value that means "nothing".
 
 use tatu_errors::Error;
 use tatu_plugin_api::abi::*;
@@ -6,24 +6,24 @@ use tatu_plugins::{FieldInfo, SensorKind, schemas};
 
 use super::wrong::{Wrong, wrong};
 
-/// A field that a name means.
+/// The field that a name refers to.
 pub struct Meant<'k> {
-    /// Its place among the fields of the kind.
+    /// Index of the field in its kind.
     pub index: usize,
-    /// What the kind declares of it.
+    /// The kind's declaration of the field.
     pub info: &'k FieldInfo,
-    /// Numbers that belong together: the innermost dimension, where it is declared as a number.
+    /// Number of components per row: the innermost dimension, if it is declared as a fixed number.
     pub components: usize,
-    /// What is there where nothing is, one number or one for each component; `None`: no value means that.
+    /// The value that means "nothing", one number or one per component; `None`: there is no such value.
     pub nothing: Option<Vec<f64>>,
-    /// The field that is 0 where nothing is, if its schema names one.
+    /// The field that is 0 where this one has no value, if its schema names one.
     pub valid: Option<usize>,
 }
 
-/// More components than these are elements of their own.
+/// Maximum number of components; more are treated as separate elements.
 pub const MOST_COMPONENTS: usize = 64;
 
-/// The field of a kind with this name; its schema may be omitted if the name is unambiguous.
+/// Returns the field of a kind with this name. The schema may be omitted if the name is unambiguous.
 pub fn meant<'k>(kind: &'k SensorKind, name: &str) -> Result<Meant<'k>, Wrong> {
     let short = |f: &FieldInfo| f.name.rsplit('.').next() == Some(name);
     let fields = || kind.fields.iter().enumerate();
@@ -47,7 +47,7 @@ pub fn meant<'k>(kind: &'k SensorKind, name: &str) -> Result<Meant<'k>, Wrong> {
     }
 }
 
-/// The field of this index.
+/// Returns the field with this index.
 pub fn of(kind: &SensorKind, index: usize) -> Result<Meant<'_>, Wrong> {
     let info = &kind.fields[index];
     if info.elem == TATU_ELEM_OBJECT {
@@ -65,7 +65,7 @@ pub fn of(kind: &SensorKind, index: usize) -> Result<Meant<'_>, Wrong> {
     Ok(Meant { index, info, components, nothing: nothing(info, declared, components), valid })
 }
 
-/// The declared shape without ones at its end.
+/// Returns the declared shape without trailing ones.
 fn shape(info: &FieldInfo) -> &[u32] {
     let n = info.dims.iter().rposition(|d| *d != 1).map_or(0, |i| i + 1);
     &info.dims[..n]
@@ -73,7 +73,7 @@ fn shape(info: &FieldInfo) -> &[u32] {
 
 fn nothing(info: &FieldInfo, declared: Option<&schemas::SchemaField>, components: usize) -> Option<Vec<f64>> {
     let Some(words) = info.nothing.as_ref().or_else(|| Some(&declared?.nothing)) else {
-        // A schema of somebody else: infinity is no measure of anything, and 0 is what integers have for it.
+        // Without a schema of the project: infinity cannot be a measured value, and integers use 0.
         return Some(vec![if matches!(info.elem, TATU_ELEM_F64 | TATU_ELEM_F32) { f64::INFINITY } else { 0.0 }]);
     };
     let number = |word: &str| if matches!(word, "infinity" | "inf") { Some(f64::INFINITY) } else { word.parse().ok() };
@@ -82,7 +82,7 @@ fn nothing(info: &FieldInfo, declared: Option<&schemas::SchemaField>, components
 }
 
 impl Meant<'_> {
-    /// Whether another field has an element for each of this one's.
+    /// Checks that another field has an element for each of this one's.
     pub fn same_shape(&self, other: &Meant<'_>) -> Result<(), Wrong> {
         if shape(self.info) == shape(other.info) {
             return Ok(());
@@ -90,7 +90,7 @@ impl Meant<'_> {
         Err(wrong(format!("`{}` differs in shape from `{}`", other.info.name, self.info.name)))
     }
 
-    /// Whether another field can mark which elements of this one are valid: one for each element, each row, or for all.
+    /// Checks that another field can mark valid elements of this one: one mark per element, per row, or for all.
     pub fn is_valid_by(&self, other: &Meant<'_>) -> Result<(), Wrong> {
         if other.info.name == self.info.name {
             return Err(wrong("`valid` names the field itself"));

@@ -1,7 +1,7 @@
-//! Noise of sensors, as a scene declares it: by the names of fields.
+//! Noise of sensors as declared in a scene, by field name.
 //!
-//! - `spec`: what is declared, as TOML and back;
-//! - `fields`: which field a name means, and which of its values mean nothing.
+//! - `spec`: declarations, and their TOML form; `wrong`: errors in them;
+//! - `fields`: the fields that names refer to, and the values that mean "nothing".
 
 mod fields;
 mod spec;

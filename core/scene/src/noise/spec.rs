@@ -1,4 +1,4 @@
-//! What a scene declares: noise by the names of fields, as TOML, and back.
+//! Declarations of noise by field name, and their TOML form.
 
 use std::{collections::BTreeMap, fmt::Write, ops::Range};
 
@@ -15,60 +15,61 @@ use super::{
 /// The noise of a sensor.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct NoiseSpec {
-    /// How old the reading is that readers see, s; `None`: not declared.
+    /// Age of the reading that readers see, s; `None`: not declared.
     pub latency: Option<f64>,
-    /// By the full names of fields; an empty one takes away what stood there before.
+    /// Noise by full field name. An empty entry removes the noise that a preset declares for the field.
     pub fields: BTreeMap<String, FieldNoise>,
-    /// It declares that there is no noise.
+    /// Whether it declares that there is no noise.
     pub none: bool,
 }
 
 /// The noise of one field, in the field's unit.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct FieldNoise {
-    /// Standard deviation of white noise: coefficients from the constant on, one list for all components, or one each.
+    /// Standard deviation of white noise: polynomial coefficients from the constant on; one list for all components, or
+    /// one per component.
     pub sigma: Vec<Vec<f64>>,
-    /// The field that `sigma` is a polynomial in; `None`: the value itself.
+    /// The field that is the variable of the polynomial; `None`: the value itself.
     pub of: Option<String>,
-    /// Half width of uniform noise; here and below: one number for all components, or one each.
+    /// Half width of uniform noise. Here and below: one number for all components, or one per component.
     pub uniform: Vec<f64>,
-    /// Half width of an offset drawn once a run.
+    /// Half width of a uniform offset that is drawn once per run.
     pub shift: Vec<f64>,
-    /// Standard deviation of an offset drawn once a run.
+    /// Standard deviation of a normal offset that is drawn once per run.
     pub shift_sigma: Vec<f64>,
-    /// A bias that wanders.
+    /// A slowly varying bias.
     pub walk: Option<Walk>,
-    /// The value is a multiple of this.
+    /// Values are rounded to multiples of this.
     pub step: Vec<f64>,
-    /// 1 / value is a multiple of this.
+    /// Inverses of values are rounded to multiples of this.
     pub inverse_step: Vec<f64>,
-    /// Probability with which an element is lost.
+    /// Probability that an element is lost.
     pub dropout: f64,
     /// The field that is 0 where an element is lost.
     pub valid: Option<String>,
     /// Rare, large errors.
     pub outliers: Option<Outliers>,
-    /// Least and greatest value that can be reported.
+    /// Minimum and maximum value; elements beyond are lost.
     pub limits: Option<[f64; 2]>,
 }
 
-/// Gauss and Markov's process of first order.
+/// A first-order Gauss-Markov process.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Walk {
-    /// Standard deviation in the long run.
+    /// Long-run standard deviation.
     pub sigma: Vec<f64>,
-    /// Time in which it forgets, s.
+    /// Time constant, s.
     pub tau: f64,
 }
 
-/// Errors that come with a probability.
+/// Errors that occur with a probability.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Outliers {
-    /// 0 to 1.
+    /// Probability, 0 to 1.
     pub probability: f64,
-    /// Standard deviation.
+    /// Standard deviation of a normal error.
     pub sigma: Vec<f64>,
-    /// Half width.
+    /// Half width of a uniform error.
     pub uniform: Vec<f64>,
 }
 
@@ -91,11 +92,12 @@ const KEYS: &[&str] = &[
 const WALK: &[&str] = &["sigma", "tau_s"];
 const OUTLIERS: &[&str] = &["probability", "sigma", "uniform"];
 
-/// The longest delay, s: what is under way is kept whole.
+/// Maximum delay, s; all delayed readings are stored in full.
 const LONGEST: f64 = 10.0;
 
 impl NoiseSpec {
-    /// From the text of a table, or `none`. With a kind, names of fields may be short, and all is checked against it.
+    /// Parses the text of a table, or `none`. If the kind is given, field names may be short, and everything is checked
+    /// against the kind.
     pub fn parse(text: &str, kind: Option<&SensorKind>) -> Read<Self> {
         if matches!(text.trim(), "" | "none") {
             return Ok(NoiseSpec { none: true, ..Default::default() });
@@ -107,7 +109,7 @@ impl NoiseSpec {
         Self::read(doc.as_table(), kind)
     }
 
-    /// From an item of a scene: a table, or the text `none`.
+    /// Reads an item of a scene: a table, or the text `none`.
     pub fn of_item(item: &Item, kind: Option<&SensorKind>) -> Read<Self> {
         match (item.as_table_like(), item.as_str()) {
             (Some(table), _) => Self::read(table, kind),
@@ -123,7 +125,7 @@ impl NoiseSpec {
         }
     }
 
-    /// From a table. An empty one declares that there is no noise.
+    /// Reads a table. An empty one declares that there is no noise.
     pub fn read(table: &dyn TableLike, kind: Option<&SensorKind>) -> Read<Self> {
         let mut spec = NoiseSpec { none: table.is_empty(), ..Default::default() };
         for (key, item) in table.iter() {
@@ -137,7 +139,7 @@ impl NoiseSpec {
                 let error = Error::new("E101", format!("unknown key `{key}` of `noise`")).expected(known);
                 return Err(Wrong { error: error.nearest(key, ["latency_s"]), span: at });
             };
-            // `[noise.range_scan.distance]`, without quotes.
+            // `[noise.range_scan.distance]`, without quotes around the field name.
             let schema = format!("{key}.");
             if kind.is_some_and(|k| k.fields.iter().any(|f| f.name.starts_with(&schema))) {
                 for (short, item) in inner.iter() {
@@ -174,7 +176,8 @@ impl NoiseSpec {
         Ok(())
     }
 
-    /// What holds when this is set where the other stands: by field, this one's word. `None`: no noise at all.
+    /// Returns the combination of this declaration with an earlier one, which it overrides field by field; `None`: no
+    /// noise at all.
     pub fn over(self, before: Option<&NoiseSpec>) -> Option<NoiseSpec> {
         if self.none {
             return None;
@@ -186,7 +189,7 @@ impl NoiseSpec {
         (out.latency.is_some() || !out.fields.is_empty()).then_some(out)
     }
 
-    /// As text that [`parse`](Self::parse) reads.
+    /// Formats it as text for [`parse`](Self::parse).
     pub fn to_toml(&self) -> String {
         let mut out = String::new();
         if let Some(s) = self.latency {
@@ -282,13 +285,13 @@ impl FieldNoise {
         Ok(n)
     }
 
-    /// Whether elements may become nothing.
+    /// Returns whether elements can be lost.
     fn loses(&self) -> bool {
         self.dropout > 0.0 || self.limits.is_some() || self.inverse_step.iter().any(|s| *s > 0.0)
     }
 
     fn write(&self, out: &mut String) {
-        // One number alone is written as one.
+        // A single number is written without brackets.
         let list = |v: &[f64]| match v {
             [x] => format!("{x:?}"),
             v => format!("{v:?}"),
@@ -345,7 +348,7 @@ fn number(key: &str, item: &Item, least: f64, greatest: f64) -> Read<f64> {
     found.filter(|x| (least..=greatest).contains(x)).ok_or_else(|| wrong(format!("`{key}`: expected {expected}")))
 }
 
-/// One number for all components, or one each.
+/// Reads one number for all components, or one per component.
 fn each(key: &str, item: &Item, components: Option<usize>, least: f64) -> Read<Vec<f64>> {
     let Some(array) = item.as_array() else { return Ok(vec![number(key, item, least, f64::MAX)?]) };
     let numbers: Option<Vec<f64>> = array.iter().map(|v| float(v).filter(|x| x.is_finite() && *x >= least)).collect();
@@ -365,7 +368,7 @@ fn count(key: &str, n: usize, components: Option<usize>) -> Read<()> {
     }
 }
 
-/// A number, a polynomial, or a polynomial for each component.
+/// Reads a number, a polynomial, or a polynomial per component.
 fn sigma(key: &str, item: &Item, components: Option<usize>) -> Read<Vec<Vec<f64>>> {
     let expected = || wrong(format!("`{key}`: expected a number, or numbers c0, c1, ...: c0 + c1 x + c2 x^2 ..."));
     let polynomial = |a: &toml_edit::Array| -> Option<Vec<f64>> {

@@ -1,20 +1,20 @@
-//! What is wrong in a table of noise.
+//! Errors in noise tables.
 
 use std::ops::Range;
 
 use tatu_errors::Error;
 
-/// What is wrong in a table, and where in its text.
+/// An error in a table, and its position in the text.
 #[derive(Debug)]
 pub struct Wrong {
-    /// What.
+    /// The error.
     pub error: Error,
-    /// Where.
+    /// Its position, bytes.
     pub span: Option<Range<usize>>,
 }
 
 impl Wrong {
-    /// The error with the line, for a text that is no file.
+    /// Returns the error with its line number, for a text that is not from a file.
     pub fn in_text(self, text: &str) -> Error {
         let Some(span) = self.span else { return self.error };
         let line = text.as_bytes()[..span.start.min(text.len())].iter().filter(|b| **b == b'\n').count() + 1;
@@ -27,7 +27,7 @@ pub fn wrong(text: impl Into<String>) -> Wrong {
 }
 
 impl Wrong {
-    /// With a place, if it has none.
+    /// Sets the position if the error has none.
     pub fn or(self, span: &Option<Range<usize>>) -> Self {
         Wrong { span: self.span.or_else(|| span.clone()), ..self }
     }

@@ -1,13 +1,13 @@
-//! The way of a position target between scene steps.
+//! The course of a position target between scene steps.
 
 use serde::{Deserialize, Serialize};
 
-/// The way of a position target.
+/// The course of a position target, a uniform quadratic B-spline.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Course {
-    /// The targets of the last three scene steps, rad or m, the newest one last.
+    /// Control points: the targets of the last three scene steps, rad or m, newest last.
     pub points: [f64; 3],
-    /// Whether a target came between physics steps.
+    /// Whether a target was set between physics steps, so that the course is not smooth.
     pub direct: bool,
 }
 
@@ -16,19 +16,19 @@ impl Course {
         Course { points: [target; 3], direct: false }
     }
 
-    /// With the next scene step.
+    /// Returns the course for the next scene step.
     pub(crate) fn next(self, target: f64) -> Self {
         let [_, a, b] = self.points;
         if self.direct { Course::at(target) } else { Course { points: [a, b, target], direct: false } }
     }
 
-    /// Whether it is not yet where it leads to.
+    /// Returns whether the target still moves.
     pub fn under_way(&self) -> bool {
         let [a, b, c] = self.points;
         a != b || b != c
     }
 
-    /// The target when a share of the scene step has passed.
+    /// Returns the target after a fraction of the scene step.
     pub(crate) fn target(&self, share: f64) -> f64 {
         let [a, b, c] = self.points;
         let rest = 1.0 - share;

@@ -1,12 +1,12 @@
-//! Which joint a joint follows, and how.
+//! The rule by which a joint follows another one.
 
 use serde::{Deserialize, Serialize};
 
-/// Which joint a joint follows, and how.
+/// The rule by which a joint follows another one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 pub struct Follow {
-    /// Empty: nobody.
+    /// Path of the leader; empty: none.
     pub master: String,
     pub factor: f64,
     pub offset: f64,
@@ -21,7 +21,7 @@ impl Default for Follow {
 }
 
 impl Follow {
-    /// Where it stands when the other stands at `position`.
+    /// Returns the follower's position for a position of the leader.
     pub(crate) fn position(&self, position: f64) -> f64 {
         let (pairs, _) = self.curve.as_chunks::<2>();
         let (Some([x0, y0]), Some([_, y1])) = (pairs.first(), pairs.last()) else {
@@ -40,7 +40,7 @@ impl Follow {
     }
 }
 
-/// Whether these numbers are pairs whose first numbers ascend; none at all is no curve.
+/// Returns whether numbers are pairs with ascending first numbers. An empty list is valid and means no curve.
 pub(crate) fn is_curve(v: &[f64]) -> bool {
     let (pairs, rest) = v.as_chunks::<2>();
     rest.is_empty() && pairs.len() != 1 && pairs.windows(2).all(|p| p[0][0] < p[1][0])

@@ -1,11 +1,11 @@
-//! Force sensors: they tie what is below them rigidly to what is above, measure what that takes, and break under too much.
+//! Force sensors: they rigidly connect their children to their parent, measure the load, and break if it is too high.
 
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 use tatu_physics::JointId;
 
-/// Most values that a filter takes.
+/// Maximum number of values of a filter.
 pub const MOST_SAMPLES: usize = 1000;
 
 /// A force sensor. Forces in N, torques in N m, in its own frame.
@@ -22,11 +22,11 @@ pub struct ForceSensor {
     pub broken: bool,
     /// Whether it has measured since the start.
     pub measured: bool,
-    /// How many values in a row were above a threshold.
+    /// Number of consecutive values above a threshold.
     over: u32,
-    /// The newest values, force and torque.
+    /// The latest values, force and torque.
     last: VecDeque<[f64; 6]>,
-    /// In the engine, if it ties two bodies there.
+    /// Its id in the engine, if it connects two bodies there.
     pub id: Option<JointId>,
 }
 
@@ -50,7 +50,7 @@ impl Default for ForceSensor {
 }
 
 impl ForceSensor {
-    /// Takes the value of an engine step; whether it breaks.
+    /// Processes the value of an engine step; returns whether the sensor breaks.
     pub(crate) fn take(&mut self, value: [f64; 6]) -> bool {
         self.last.push_back(value);
         while self.last.len() > self.samples {

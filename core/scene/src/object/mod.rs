@@ -1,6 +1,7 @@
-//! One object: what every kind has, and what its own kind adds.
+//! Objects: the properties that every object has, and those of each kind.
 //!
-//! - here: what all have, shapes, joints and devices; `follow`: joints that follow others; `course`: position targets;
+//! - here: common properties, shapes, joints and devices; `follow`: joints that follow others; `course`: position
+//!   targets;
 //! - `force_sensor`: force sensors; `views`: cameras, lights and paths.
 
 use std::{collections::BTreeMap, sync::Arc};
@@ -24,63 +25,63 @@ pub(crate) use follow::is_curve;
 pub use force_sensor::{ForceSensor, MOST_SAMPLES};
 pub use views::{Camera, LIGHT_FORMS, Light, LightForm, Path};
 
-/// An object of the scene. What a step asks of a device's object comes first, so that it lies in one cache line.
+/// An object of the scene. What a step needs of a device's object comes first, so that it fits in one cache line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[repr(C)]
 pub struct Object {
-    /// What its kind adds.
+    /// Properties of its kind.
     pub data: Data,
     /// Name among its siblings.
     pub(crate) alias: String,
     /// Number of its unique name: -1 for `alias`, n for `alias#n`.
     pub(crate) suffix: i32,
-    /// Slot of the object above; 0: the world.
+    /// Slot of the parent; 0: the world.
     pub parent: u32,
-    /// Slots of the objects below, in order.
+    /// Slots of the children, in order.
     pub children: Vec<u32>,
-    /// Unique for the life of the scene, in order of creation.
+    /// Unique for the lifetime of the scene, in order of creation.
     pub uid: u64,
-    /// Increases when its counterpart in the engine must be recreated.
+    /// Incremented when its counterpart in the engine must be recreated.
     pub version: u64,
-    /// Whether pictures show it.
+    /// Whether it is visible in pictures.
     pub visible: bool,
     /// Layers, one bit each.
     pub layer: u32,
-    /// Free data by tag.
+    /// Custom data, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
-    /// The wheels that drive what it is the base of.
+    /// The drive of the robot whose base it is.
     pub drive: Option<Box<Drive>>,
 }
 
-/// What the kinds add.
+/// Properties of each kind of object.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub enum Data {
     /// A solid.
     Shape(Box<Shape>),
     /// A joint.
     Joint(Box<Joint>),
-    /// A frame; the path of the dummy that it is linked to.
+    /// A frame, with the path of the dummy that it is linked to.
     Dummy(Option<Box<str>>),
     /// A sensor.
     Sensor(SensorData),
     /// An actuator.
     Actuator(ActuatorData),
-    /// Ties what is below rigidly to what is above.
+    /// A rigid connection between its parent and its children that measures their load.
     ForceSensor(Box<ForceSensor>),
     /// Records numbers over time.
     Graph(Box<GraphSpec>),
-    /// A script; belongs to its parent, and is not among its children.
+    /// A script; it belongs to its parent but is not among its children.
     Script,
-    /// From where a view looks.
+    /// The viewpoint of a view.
     Camera(Box<Camera>),
-    /// What lights a view.
+    /// A light source of a view.
     Light(Box<Light>),
-    /// A way through space.
+    /// A path through space.
     Path(Box<Path>),
 }
 
 impl Object {
-    /// `TATU_KIND_*`
+    /// Returns its kind: `TATU_KIND_*`.
     pub fn kind(&self) -> i32 {
         match self.data {
             Data::Shape(_) => TATU_KIND_SHAPE,
@@ -96,23 +97,23 @@ impl Object {
             Data::Path(_) => TATU_KIND_PATH,
         }
     }
-    /// Its name among its siblings; changed by [`Scene::set_name`](crate::Scene::set_name).
+    /// Returns its name among its siblings; changed by [`Scene::set_name`](crate::Scene::set_name).
     pub fn alias(&self) -> &str {
         &self.alias
     }
-    /// The number of its unique name: -1 for `alias`, n for `alias#n`.
+    /// Returns the number of its unique name: -1 for `alias`, n for `alias#n`.
     pub fn suffix(&self) -> i32 {
         self.suffix
     }
-    /// Its unique name.
+    /// Returns its unique name.
     pub fn name(&self) -> String {
         if self.suffix < 0 { self.alias.clone() } else { format!("{}#{}", self.alias, self.suffix) }
     }
-    /// As a shape.
+    /// Returns it as a shape, if it is one.
     pub fn shape(&self) -> Option<&Shape> {
         if let Data::Shape(s) = &self.data { Some(s) } else { None }
     }
-    /// As a joint.
+    /// Returns it as a joint, if it is one.
     pub fn joint(&self) -> Option<&Joint> {
         if let Data::Joint(j) = &self.data { Some(j) } else { None }
     }
@@ -131,45 +132,45 @@ pub enum Primitive {
     Compound,
 }
 
-/// Their names, in the order of [`Primitive`].
+/// Names of the primitives, in the order of [`Primitive`].
 pub const PRIMITIVES: &[&str] = &["box", "sphere", "cylinder", "capsule", "plane", "mesh", "compound"];
 
 impl Primitive {
-    /// By its name in `PRIMITIVES`.
+    /// Returns the primitive with a name in `PRIMITIVES`.
     pub fn parse(name: &str) -> Option<Self> {
         use Primitive::*;
         let all = [Box, Sphere, Cylinder, Capsule, Plane, Mesh, Compound];
         PRIMITIVES.iter().position(|p| *p == name).map(|i| all[i])
     }
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> &'static str {
         PRIMITIVES[self as usize]
     }
 }
 
-/// One part of a compound.
+/// A part of a compound.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ShapePart {
     /// Its form.
     pub primitive: Primitive,
     /// Full extents.
     pub size: Vector3<f64>,
-    /// In the shape's frame.
+    /// Pose in the shape's frame.
     pub pose: Isometry3<f64>,
-    /// Its color, if not the shape's.
+    /// Its colour, if it differs from the shape's.
     pub color: Option<[f64; 3]>,
-    /// Its friction, if not the shape's.
+    /// Its friction, if it differs from the shape's.
     pub friction: Option<f64>,
-    /// Number of its mesh in the document, from 1, for the form `mesh`; else 0.
+    /// Number of its mesh in the document, from 1, if it has the form `mesh`; otherwise 0.
     pub mesh_number: u32,
-    /// That mesh; left out of snapshots.
+    /// That mesh; not stored in snapshots.
     #[serde(skip)]
     pub mesh: Option<Arc<Mesh>>,
-    /// Whether its mesh is its own convex hull.
+    /// Whether the convex hull of the mesh is used.
     pub convex: bool,
 }
 
-/// Where a shape stands in the engine.
+/// The shape's body in the engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Body(pub Option<BodyId>);
 
@@ -179,7 +180,7 @@ pub struct Body(pub Option<BodyId>);
 pub struct Shape {
     pub primitive: Primitive,
     pub size: Vector3<f64>,
-    /// Left out of snapshots, which name the document's mesh instead.
+    /// Not stored in snapshots, which contain the number of the document's mesh instead.
     #[serde(skip)]
     pub mesh: Option<Arc<Mesh>>,
     pub convex: bool,
@@ -193,21 +194,21 @@ pub struct Shape {
     pub mask: u16,
     pub friction: f64,
     pub restitution: f64,
-    /// `None`: by its form.
+    /// `None`: determined by its form.
     pub detectable: Option<bool>,
-    /// How the joints of the mechanism that begins with it are kept together.
+    /// The solver for the joints of the mechanism that begins with this shape.
     pub joint_solver: JointSolver,
-    /// Continuous collision detection against moving bodies, too.
+    /// Whether continuous collision detection also applies to moving bodies.
     pub bullet: bool,
-    /// m/s of the centre of mass and rad/s at the start, in the world.
+    /// Initial velocity of the centre of mass, m/s, and angular velocity, rad/s, in the world frame.
     pub initial_velocity: Vector3<f64>,
     pub initial_angular_velocity: Vector3<f64>,
-    /// Share of its velocity, and of its angular velocity, that it loses in a second, 1/s.
+    /// Rates at which it loses velocity and angular velocity, 1/s.
     pub damping: [f64; 2],
-    /// Its number of the material is known to the engine alone.
+    /// Its material number is used by the engine only.
     pub surface: Surface,
     pub material: String,
-    /// Which beams see it, if it is detectable.
+    /// The kinds of beams that see it, if it is detectable.
     pub detectable_mask: u16,
     pub collide_as: Option<Primitive>,
     pub collide_size: Vector3<f64>,
@@ -248,17 +249,17 @@ impl Default for Shape {
 }
 
 impl Object {
-    /// Whether pictures show it: it is visible, and on one of the layers that are shown.
+    /// Returns whether pictures show it: it is visible and on one of the layers that are shown.
     pub fn is_visible(&self) -> bool {
         self.visible && self.layer & SHOWN_LAYERS != 0
     }
 }
 
-/// The lower eight of the sixteen layers are shown, the others hold what is hidden.
+/// The lower eight of the sixteen layers are shown; objects on the others are hidden.
 const SHOWN_LAYERS: u32 = 0xFF;
 
 impl Shape {
-    /// Whether beams see it: floors that are planes are left out unless a scene asks for them.
+    /// Returns whether beams see it. Planes, which are mostly floors, are not seen unless the scene asks for it.
     pub fn is_detectable(&self) -> bool {
         self.detectable.unwrap_or(self.primitive != Primitive::Plane)
     }
@@ -274,11 +275,11 @@ pub enum JointType {
 }
 
 impl JointType {
-    /// By its name.
+    /// Returns the type with a name.
     pub fn parse(name: &str) -> Option<Self> {
         [Self::Revolute, Self::Prismatic, Self::Spherical].into_iter().find(|t| t.name() == name)
     }
-    /// As scene files write it.
+    /// Returns its name in scene files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Revolute => "revolute",
@@ -288,7 +289,7 @@ impl JointType {
     }
 }
 
-/// How the joints of a mechanism are kept together; a property of its first shape.
+/// The solver for the joints of a mechanism, a property of its first shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum JointSolver {
@@ -299,11 +300,11 @@ pub enum JointSolver {
 }
 
 impl JointSolver {
-    /// By its name; others mean `auto`.
+    /// Returns the solver with a name; other names mean `auto`.
     pub fn parse(name: &str) -> Self {
         [Self::Reduced, Self::Impulse].into_iter().find(|s| s.name() == name).unwrap_or_default()
     }
-    /// As scene files write it.
+    /// Returns its name in scene files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -313,7 +314,7 @@ impl JointSolver {
     }
 }
 
-/// What a joint's motor does.
+/// Control modes of a joint's motor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum Control {
@@ -325,20 +326,20 @@ pub enum Control {
     Spring,
 }
 
-/// A joint; rad and N m, or m and N. What changes in each step lies in one cache line.
+/// A joint; in rad and N m, or in m and N. What changes in each step fits in one cache line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 #[repr(C, align(64))]
 pub struct Joint {
     pub position: f64,
     pub velocity: f64,
-    /// Of a spherical joint.
+    /// Rotation of a spherical joint.
     pub rotation: UnitQuaternion<f64>,
     pub effort: f64,
     pub target_velocity: f64,
     pub max_force: f64,
     pub slip: f64,
-    /// In the engine, if it ties two bodies there.
+    /// Its id in the engine, if it connects two bodies there.
     pub id: Option<JointId>,
     pub kind: JointType,
     pub dynamic: bool,
@@ -347,14 +348,14 @@ pub struct Joint {
     pub max_velocity: f64,
     pub limits: Option<(f64, f64)>,
     pub follow: Follow,
-    /// Of its position controller, P, I and D.
+    /// Gains P, I and D of its position controller.
     pub gains: Option<[f64; 3]>,
-    /// Metres along its axis for a whole turn, if it is a screw.
+    /// Translation along its axis per turn if it is a screw, m.
     pub lead: f64,
     /// Damping, dry friction, armature and spring.
     pub passive: Passive,
     pub smooth_target: bool,
-    /// How the target of position control moves between scene steps; `None`: it has none, or is taken as it comes.
+    /// The course of the position target between scene steps; `None`: there is no target, or it is applied at once.
     pub course: Option<Course>,
 }
 
@@ -386,11 +387,11 @@ impl Default for Joint {
 }
 
 impl Joint {
-    /// Metres along its axis for each radian; 0 if it is no screw.
+    /// Returns the translation along its axis per radian, m; 0 if it is not a screw.
     pub fn lead_per_radian(&self) -> f64 {
         if self.kind == JointType::Revolute { self.lead / std::f64::consts::TAU } else { 0.0 }
     }
-    /// What its position does to the frame of its children.
+    /// Returns the transformation of its children's frame at its current position.
     pub fn motion(&self) -> Isometry3<f64> {
         match self.kind {
             JointType::Revolute => Isometry3::from_parts(
@@ -403,36 +404,36 @@ impl Joint {
     }
 }
 
-/// A sensor. So laid out that objects stay small.
+/// A sensor, laid out so that objects stay small.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[repr(C)]
 pub struct SensorData {
-    /// What is done to its fields after each measure.
+    /// Noise applied to its fields after each measurement.
     pub noise: Option<Arc<NoiseSpec>>,
-    /// Hz; 0: it measures in each step.
+    /// Rate, Hz; 0: it measures in each step.
     pub rate: f64,
     /// Index of its kind in the registry.
     pub kind: usize,
-    /// The preset that was set last.
+    /// The preset that was last set.
     pub preset: Box<str>,
-    /// Measures only on request.
+    /// Whether it measures only on request.
     pub explicit: bool,
-    /// What it sees of the scene; `None`: all.
+    /// The objects that it sees; `None`: all.
     pub view: Option<Arc<SensorTargets>>,
 }
 
-/// What a sensor sees, by paths seen from itself. Each stands for its object with all below it; of nested ones the nearest
-/// above an object decides.
+/// The objects that a sensor sees, by paths relative to the sensor. Each path includes all descendants of its object;
+/// for nested ones, the nearest ancestor decides.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SensorTargets {
-    /// What it sees; empty: all.
+    /// Objects that it sees; empty: all.
     pub targets: Vec<String>,
-    /// What it does not see.
+    /// Objects that it does not see.
     pub ignored: Vec<String>,
 }
 
 impl SensorData {
-    /// One of a kind, as it is by default.
+    /// Creates the data of a sensor of a kind, with defaults.
     pub fn new(kind: usize) -> Self {
         SensorData { kind, explicit: false, rate: 0.0, preset: Box::default(), noise: None, view: None }
     }
@@ -443,6 +444,6 @@ impl SensorData {
 pub struct ActuatorData {
     /// Index of its kind in the registry.
     pub kind: usize,
-    /// Its commands, one number for each that its kind declares; live, and reset at stop like everything else.
+    /// Its commands, one number for each that its kind declares. They are live, and reset on stop like everything else.
     pub commands: Vec<f64>,
 }

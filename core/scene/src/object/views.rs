@@ -1,8 +1,8 @@
-//! Cameras, lights and paths: objects that views and scripts use. Physics and sensors do not know them.
+//! Cameras, lights and paths: objects for views and scripts, which physics and sensors ignore.
 
 use serde::{Deserialize, Serialize};
 
-/// From where a view looks: along its z axis, y is up.
+/// The viewpoint of a view. It looks along its z axis; y is up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 pub struct Camera {
@@ -18,7 +18,7 @@ impl Default for Camera {
     }
 }
 
-/// What lights a view.
+/// A light source of a view.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 pub struct Light {
@@ -28,7 +28,7 @@ pub struct Light {
     pub angle: f64,
 }
 
-/// Where its light goes.
+/// The form of a light's beam.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum LightForm {
@@ -37,7 +37,7 @@ pub enum LightForm {
     Directional,
 }
 
-/// Their names, in the order of [`LightForm`].
+/// Names of the light forms, in the order of [`LightForm`].
 pub const LIGHT_FORMS: &[&str] = &["omni", "spot", "directional"];
 
 impl Default for Light {
@@ -46,7 +46,7 @@ impl Default for Light {
     }
 }
 
-/// A way through space.
+/// A path through space.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 pub struct Path {

@@ -1,16 +1,16 @@
-//! What a change means, and refusals.
+//! Effects of a change, and refusals.
 
 use tatu_errors::Refusal;
 use tatu_plugin_api::abi::tatu_status;
 
-/// What a change means for physics.
+/// The effect of a change on physics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Changed {
-    /// Nothing.
+    /// The change has no effect on physics.
     Value,
-    /// The object, and what hangs on it, has moved.
+    /// The object and its descendants have moved.
     Moved,
-    /// What drives a joint has changed.
+    /// The drive of a joint has changed.
     Drive,
     /// Bodies must be recreated.
     Rebuild,

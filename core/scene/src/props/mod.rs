@@ -1,5 +1,5 @@
-//! Reading and setting the core's property rows on live objects: `set` sets them, `values` takes lists apart, `views` are
-//! those of cameras, lights and paths; `changed`: what a change means.
+//! Reading and setting the core's property rows on live objects: `set` sets rows, `values` converts lists and maps,
+//! `views` handles cameras, lights and paths; `changed`: effects of a change.
 
 mod changed;
 mod set;
@@ -156,7 +156,7 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
     })
 }
 
-/// Reads the numbers of a row into `out`; how many there are, `None` if the row has none or they do not fit.
+/// Reads the numbers of a row into `out`. Returns how many there are; `None`: the row has none, or they do not fit.
 pub fn numbers(scene: &Scene, slot: u32, row: Row, out: &mut [f64]) -> Option<usize> {
     fn put(out: &mut [f64], from: &[f64]) -> Option<usize> {
         out.get_mut(..from.len())?.copy_from_slice(from);

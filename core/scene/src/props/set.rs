@@ -24,12 +24,12 @@ use crate::{
     object::{MOST_SAMPLES as MOST_SAMPLES_OF_FORCE, SensorTargets, is_curve},
 };
 
-/// Whether a row is a number of a joint's drive, which any finite number may be.
+/// Returns whether a row is a number of a joint's drive, for which any finite number is valid.
 pub fn is_drive(row: Row) -> bool {
     matches!(row, Row::TargetVelocity | Row::TargetPosition | Row::MaxForce | Row::MaxVelocity | Row::Slip)
 }
 
-/// Sets a row that is numbers and live; `None`: it is not one of these, use [`set`].
+/// Sets a live row that consists of numbers; `None`: it is not such a row, use [`set`].
 pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<Result<Changed, Refusal>> {
     if !v.iter().all(|x| x.is_finite()) {
         return Some(refuse(TATU_ERR_ARGUMENT, format!("`{}`: expected finite numbers", row.info().key)));
@@ -121,7 +121,7 @@ fn clamp(j: &Joint, x: f64) -> f64 {
     }
 }
 
-/// Sets a row of an object. The value has been checked against the row's declaration.
+/// Sets a row of an object. The value must have been checked against the row's declaration.
 pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Changed, Refusal> {
     if scene.get(slot).is_none() {
         return refuse(TATU_ERR_MISSING, format!("there is no object {slot}"));
@@ -357,7 +357,7 @@ fn set_sensor(s: &mut SensorData, row: Row, value: &Value, text: String) -> Resu
         (Row::Explicit, Value::Bool(b)) => s.explicit = *b,
         (Row::Rate, Value::Float(x)) if *x >= 0.0 && x.is_finite() => s.rate = *x,
         (Row::Rate, _) => return refuse(TATU_ERR_ARGUMENT, "a rate must be at least 0 Hz; 0: in each step"),
-        // Its settings are applied by the caller, who knows the kind.
+        // The caller, who knows the kind, applies the preset's settings.
         (Row::Preset, _) => s.preset = text.into(),
         (Row::Noise, _) => {
             let more = NoiseSpec::parse(&text, None).map_err(|w| Refusal(TATU_ERR_ARGUMENT, w.in_text(&text).text))?;

@@ -1,4 +1,4 @@
-//! Values that are lists and maps: surfaces, parts of shapes, free data.
+//! Values that are lists and maps: surfaces, parts of shapes, custom data.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use super::{
     refuse,
 };
 
-/// A mesh from a list of coordinates and a list of places.
+/// Builds a mesh from a list of coordinates and a list of vertex indices.
 pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
     let numbers = |v: Option<&Value>| -> Option<Vec<f64>> {
         match v? {
@@ -44,7 +44,7 @@ pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
     })
 }
 
-/// Free data from a map of texts.
+/// Converts a map of texts to custom data.
 pub fn notes(value: &Value) -> Result<BTreeMap<Vec<u8>, Vec<u8>>, Refusal> {
     let Value::Map(pairs) = value else {
         return refuse(TATU_ERR_ARGUMENT, "free data must be a map from tags to texts");
@@ -58,12 +58,12 @@ pub fn notes(value: &Value) -> Result<BTreeMap<Vec<u8>, Vec<u8>>, Refusal> {
         .collect()
 }
 
-/// Free data as a map, in order of tags.
+/// Returns custom data as a map, in order of tags.
 pub fn notes_value(notes: &BTreeMap<Vec<u8>, Vec<u8>>) -> Value {
     Value::Map(notes.iter().map(|(k, v)| (Value::Text(k.clone()), Value::Text(v.clone()))).collect())
 }
 
-/// The numbers of the meshes that a list of parts names.
+/// Returns the numbers of the meshes in a list of parts.
 pub fn part_meshes(parts: &Value) -> Vec<u32> {
     let Value::List(parts) = parts else { return Vec::new() };
     parts.iter().filter_map(|p| parse_part(p).ok()).map(|p| p.mesh_number).filter(|n| *n > 0).collect()

@@ -1,4 +1,4 @@
-//! Calling a command: arguments as declared, the frame filled, errors framed.
+//! Calls of commands: converts the arguments, fills in the frame, and adds context to errors.
 
 mod results;
 
@@ -23,25 +23,25 @@ pub(crate) use results::check_results;
 
 use crate::cell::{Caller, CallersRoom, Function, Owner, Wait, WorldCell, parse_wait};
 
-/// Returns values as results, as far as there is room for them; `Err`: they do not fit into memory.
+/// Writes values as results, up to the capacity of the frame. `Err`: the arena is full.
 pub(crate) fn give_results(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> Result<(), tatu_status> {
     let mut arena = world.run.calls.arena.borrow_mut();
     f.n_results = 0;
     for value in values.iter().take(f.results_cap as usize) {
         let raw = value.to_raw(&mut *arena).ok_or(TATU_ERR_SPACE)?;
-        // SAFETY: within the caller's array.
+        // SAFETY: `n_results < results_cap`, the length of the array at `results`.
         unsafe { *f.results.add(f.n_results as usize) = raw };
         f.n_results += 1;
     }
     Ok(())
 }
 
-/// What a running command may ask about its call.
+/// The functions that a command may call on its own frame.
 pub(crate) static CALL_API: tatu_call_api =
     tatu_call_api { size: size_of::<tatu_call_api>() as u32, reserved: 0, alloc: Some(alloc), wait: Some(wait) };
 
 unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
-    // SAFETY: by the contract, null or a running call, with its world.
+    // SAFETY: the contract requires `call` to be null or a running call, whose `world` is the one it belongs to.
     let world = unsafe { call.as_ref().map(|call| WorldRef::new(call.world)) };
     let world = world.map(|world| WorldCell::admit(world, Function::looks("call.alloc")));
     let Some(Ok(world)) = world else { return std::ptr::null_mut() };
@@ -49,9 +49,9 @@ unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
 }
 
 unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: tatu_str, resume: u64) -> tatu_status {
-    // SAFETY: by the contract, null or a running call, and a name that is valid during it.
+    // SAFETY: the contract requires `call` to be null or a running call, and `name` to be valid during this one.
     let (Some(call), name) = (unsafe { (call.as_mut(), bytes(name)) }) else { return TATU_ERR_ARGUMENT };
-    // SAFETY: the call's own world.
+    // SAFETY: `world` is the world that the running call belongs to.
     let world = match WorldCell::admit(unsafe { WorldRef::new(call.world) }, Function::acts("call.wait")) {
         Ok(world) => world,
         Err(status) => return status,
@@ -78,13 +78,13 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
     }
 }
 
-/// Calls a command. The frame's arrays, command, alias and wait token are the caller's; the rest is filled here.
-/// `resume`: the word of a wait that has ended, or 0.
+/// Calls a command. The caller provides the frame's arrays, command, alias and wait token; the rest is filled in here.
+/// `resume`: the resume value of a wait that has ended, or 0.
 ///
 /// # Safety
-/// The frame and its arrays are valid.
+/// `frame` must point to a frame whose arrays are valid for the whole call.
 pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resume: u64) -> tatu_status {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that `frame` points to a valid frame.
     let f = unsafe { &mut *frame };
     f.n_results = 0;
     let calls = &world.run.calls;
@@ -138,7 +138,8 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     } else {
         calls.caller.set(Caller { kind: TATU_CALLER_NATIVE, ..caller });
         let outer = world.border.watch.command(f.command);
-        // SAFETY: the plugin's function; no borrow of the world is alive here.
+        // SAFETY: `call` is from a plugin that is never unloaded, the frame is valid, and no borrow of the world is
+        // held.
         let mut run = |frame: *mut tatu_call| unsafe { call(frame) };
         let cross = || match &world.model.registry.inspector {
             None => run(frame),
@@ -149,7 +150,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         status
     };
     drop(level);
-    // SAFETY: the frame again, after the plugin wrote its results.
+    // SAFETY: the frame is still valid; the plugin's use of it has ended.
     let f = unsafe { &mut *frame };
     f.error = error;
     if !callers.give_back(f) {
@@ -161,7 +162,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         );
     }
     if !calls.arena.try_borrow().is_ok_and(|arena| arena.is_whole_since(mark)) {
-        // Its results are released as well, so that the caller is not blamed for the same damage.
+        // The results are released as well, so that the caller is not blamed for the same damage.
         if let Ok(mut arena) = calls.arena.try_borrow_mut() {
             arena.release(mark);
         }
@@ -186,7 +187,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     }
 }
 
-/// A command wrote where it must not: it fails, and gives nothing.
+/// Fails a command that wrote out of bounds; it has no results.
 #[cold]
 fn broken(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, text: &str) -> tatu_status {
     f.n_results = 0;
@@ -194,7 +195,7 @@ fn broken(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, text: &str
     failed(world, entry, f, TATU_ERR)
 }
 
-/// Says once per run that a command gives a neutral value only.
+/// Logs once per run that a command is a stub.
 #[cold]
 fn tell_stub(world: &WorldCell, entry: &CommandEntry, id: u32, alias: u32) {
     if world.run.calls.stubs.try_borrow_mut().is_ok_and(|mut told| told.insert(id)) {
@@ -203,7 +204,7 @@ fn tell_stub(world: &WorldCell, entry: &CommandEntry, id: u32, alias: u32) {
     }
 }
 
-/// The command waits on behalf of the calling script or service.
+/// Registers the wait that a command requested on behalf of the calling script or service.
 fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller: Caller) -> tatu_status {
     let mut waits = world.run.calls.waits.borrow_mut();
     match waits.asked.take() {
@@ -224,11 +225,11 @@ fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller
     }
 }
 
-/// Arguments as declared: converted where types allow it, defaults filled in; else the error.
+/// Converts the arguments as declared and fills in defaults, or returns the error.
 ///
-/// `room` takes few arguments that are single numbers; others go into the arena.
+/// `room` is used for up to `FEW` arguments that are single numbers; others go into the arena.
 fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: &mut Room) -> tatu_status {
-    // SAFETY: the frame's arguments are valid.
+    // SAFETY: the contract of `call_command` requires the frame's `args` to point to `n_args` values.
     let args = unsafe { ValueRef::slice(f.args, f.n_args as usize) };
     let as_it_is = |(i, p): (usize, &Declared)| match args.get(i) {
         Some(a) => is_exact(p, *a),
@@ -246,8 +247,8 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: 
         f.args = room.as_ptr();
         return TATU_OK;
     }
-    // Names of old manners cut fractions off, as they did when scripts were written for them.
-    // SAFETY: the dialect lives as long as the caller.
+    // Names with old behaviour truncate numbers, as they did when scripts were written for them.
+    // SAFETY: the dialect is owned by the calling script's instance, which lives through the call.
     let dialect = unsafe { bytes(f.caller_dialect) };
     let old = |n: &NameEntry| n.until.is_some() && !dialect.is_empty() && n.instead_of_error(dialect).is_some();
     let cuts = entry.names.get(f.alias as usize).is_some_and(|n| n.on_error.is_some()) || entry.names.iter().any(old);
@@ -260,19 +261,20 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: 
     }
 }
 
-/// Arguments that are converted without memory.
+/// Maximum number of arguments that are converted without using the arena.
 const FEW: usize = 8;
 type Room = [tatu_value; FEW];
 
-/// Converts an argument that is the right type, or a number that becomes it without doubt; `false`: it needs more.
+/// Converts an argument that has the right type, or is a number that can be converted without checks. Returns `false`
+/// if it needs more.
 fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bool {
     let Some(a) = a.copied() else { return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil };
     let raw = a.raw();
-    // SAFETY: the tag says which member is set.
+    // SAFETY: `i` is used only if the tag is `TATU_I64`; every bit pattern is a valid `i64`.
     let int = unsafe { raw.u.i };
     *out = match (p.kind, a.tag()) {
         _ if is_exact(p, a) => raw,
-        // All strings of scripts are texts.
+        // Scripts have a single string type, which arrives as text.
         (TATU_BYTES, TATU_TEXT) | (TATU_TEXT, TATU_BYTES) if p.choices.is_empty() => tatu_value { tag: p.kind, ..raw },
         _ if p.lowest != f64::NEG_INFINITY || p.highest != f64::INFINITY || p.flags & TATU_PARAM_ANY != 0 => {
             return false;
@@ -284,10 +286,10 @@ fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bo
     true
 }
 
-/// Parameters that need no argument.
+/// Flags of parameters that need no argument.
 const MAY_LACK: u32 = TATU_PARAM_OPTIONAL | TATU_PARAM_REST;
 
-/// Whether an argument can be passed on without checking its content.
+/// Returns whether an argument can be passed on without checking its content.
 fn is_exact(p: &Declared, a: ValueRef<'_>) -> bool {
     if p.flags & TATU_PARAM_ANY != 0 {
         return true;
@@ -328,7 +330,7 @@ fn convert_args(
             let value = given.to_value().map_err(|e| format!("{}: {}", name(), e.text()))?;
             let value = match value {
                 Value::Float(x) if cuts && matches!(p.kind, TATU_I64 | TATU_OBJECT) => Value::Float(x.trunc()),
-                // To scripts of old manners every number is true, 0 as well.
+                // For old-style names every number is true, including 0.
                 Value::Float(_) | Value::Int(_) if cuts && p.kind == TATU_BOOL => Value::Bool(true),
                 other => other,
             };
@@ -341,17 +343,17 @@ fn convert_args(
     if room.is_null() {
         return Err(space());
     }
-    // SAFETY: room for exactly `n` values.
+    // SAFETY: `alloc` returned room for `n` values, aligned to 16 bytes, which does not overlap `out`.
     unsafe { std::ptr::copy_nonoverlapping(out.as_ptr(), room, n) };
     Ok((room, n as u32))
 }
 
-/// Frames the error of a command; an old-style name logs it and returns its values instead.
+/// Adds the command's name to its error. An old-style name logs it and returns its own values instead.
 #[cold]
 fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: tatu_status) -> tatu_status {
     let plugin = &world.model.registry.plugins[entry.plugin];
     let name = entry_name(entry, f.alias);
-    // SAFETY: the host's own error objects.
+    // SAFETY: both are error objects that the host made and that live through the call.
     let text = unsafe {
         if (*f.error).code == TATU_OK {
             let last = world.run.calls.last.borrow_mut().raw();
@@ -374,13 +376,13 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
         _ if status == TATU_ERR_PANIC || text.starts_with("broke the contract") => {
             format!("{name}: plugin `{}` {text}", plugin.id)
         }
-        // A chain of calls of one command names it once.
+        // If a command calls itself, its name is added once.
         _ if text.starts_with(&format!("{name}: ")) => text,
-        // A function that it called, or a file that it read, failed there.
+        // The failure has a place of its own, in a function it called or a file it read.
         _ if line > 0 && file.is_some() => format!("{name}: {}:{line}: {text}", file.unwrap_or_default()),
         _ => format!("{name}: {text}"),
     };
-    // SAFETY: the dialect lives as long as the caller.
+    // SAFETY: the dialect is owned by the calling script's instance, which lives through the call.
     let dialect = unsafe { bytes(f.caller_dialect) };
     let old = entry.names.get(f.alias as usize).and_then(|n| n.instead_of_error(dialect));
     match old {
@@ -397,7 +399,7 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
             *world.run.calls.blame.borrow_mut() = Some((text.clone(), plugin.id.clone()));
             say(f.error, status, &text);
             if let Some(help) = help {
-                // SAFETY: the host's own error object of this call; `add` copies the text.
+                // SAFETY: `f.error` is the host's own error object of this call; `add` copies the text.
                 unsafe { (*f.error).add.map(|add| add(f.error, TATU_PART_HELP, border::raw(help.as_bytes()), 0)) };
             }
             status

@@ -1,20 +1,20 @@
-//! Results of plugins: checked against the contract before they are read.
+//! Checks of a plugin's results against the contract, before they are read.
 
 use tatu_plugin_api::{abi::*, safe::MAX_DEPTH};
 
-/// Results as the contract has them: no more than there is room for, each of a type that there is. A span without a
-/// place has no elements. What lies in lists is looked at by who reads them.
+/// Checks that there are no more results than there is room for, each of a known type, and empties spans without an
+/// address. Values nested in lists are checked by their readers.
 pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
     if f.n_results > f.results_cap {
         return Err(format!("broke the contract: {} results where there is room for {}", f.n_results, f.results_cap));
     }
     for i in 0..f.n_results as usize {
-        // SAFETY: within the caller's array.
+        // SAFETY: `i < n_results <= results_cap`, the length of the array at `results`.
         let v = unsafe { &mut *f.results.add(i) };
         if v.tag > TATU_OBJECT {
             return Err(format!("broke the contract: result {} has the unknown type {}", i + 1, v.tag));
         }
-        // SAFETY: the tag says which member is set.
+        // SAFETY: these tags have the member `s`.
         if (TATU_TEXT..=TATU_MAP).contains(&v.tag) && unsafe { v.u.s.ptr.is_null() } {
             v.u.s.len = 0;
         }
@@ -22,10 +22,11 @@ pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks the results of a command inside lists, maps and spans now: when they are read, the plugin is no longer known.
+/// Checks values inside lists, maps and spans of a command's results. It is done now because the plugin is no longer
+/// known when they are read.
 pub(super) fn check_nested(f: &tatu_call) -> Result<(), String> {
     for i in 0..f.n_results as usize {
-        // SAFETY: within the caller's array, whose results have been checked.
+        // SAFETY: `i < n_results`, and `check_results` has checked that so many fit.
         let v = unsafe { &*f.results.add(i) };
         if (TATU_TEXT..=TATU_MAP).contains(&v.tag)
             && let Some(flaw) = span_flaw(v, 0)
@@ -36,10 +37,10 @@ pub(super) fn check_nested(f: &tatu_call) -> Result<(), String> {
     Ok(())
 }
 
-/// Most bytes of a span: a world holds no more in flight.
+/// Maximum size of a span, bytes: the arena of a world holds no more.
 const LARGEST: u64 = 256 << 20;
 
-/// What is wrong with a value that has a span.
+/// Describes what is wrong with a value that has a span, if anything.
 fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
     let each = match v.tag {
         TATU_F64S | TATU_I64S => 8,
@@ -48,7 +49,7 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
         TATU_MAP => 2 * size_of::<tatu_value>() as u64,
         _ => 1,
     };
-    // SAFETY: the tag says which member is set.
+    // SAFETY: the caller passes only values whose tag has the member `s`.
     let (ptr, len) = unsafe { (v.u.s.ptr, v.u.s.len) };
     if len.checked_mul(each).is_none_or(|bytes| bytes > LARGEST) {
         return Some(format!("has {len} elements: at most {} MB can be passed", LARGEST >> 20));
@@ -66,13 +67,14 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
         return Some(format!("nests deeper than {MAX_DEPTH}: it may contain itself"));
     }
     let n = if v.tag == TATU_MAP { 2 * len } else { len } as usize;
-    // SAFETY: by the contract, as many values as stated; a pair is two of them.
+    // SAFETY: the contract requires a span to hold `len` values (two per pair of a map); address, alignment and size
+    // were checked above.
     let values = unsafe { std::slice::from_raw_parts(ptr.cast::<tatu_value>(), n) };
     for (i, inner) in values.iter().enumerate() {
         let is_key = v.tag == TATU_MAP && i % 2 == 0;
         let flaw = match inner.tag {
             tag if tag > TATU_OBJECT => Some(format!("holds a value of the unknown type {tag}")),
-            // SAFETY: the tag says which member is set.
+            // SAFETY: the tag `TATU_F64` has the member `f`.
             TATU_F64 if is_key && unsafe { inner.u.f.is_nan() } => {
                 Some("holds a map with a key that is not a number".into())
             }

@@ -1,37 +1,37 @@
-//! Memory of values in flight: a stack of chunks whose addresses stay.
+//! Memory of values that are being passed: a stack of chunks with stable addresses.
 //!
-//! Each block is followed by a guard, which shows that a plugin wrote past the end.
+//! Each block is followed by a guard word, which reveals that a plugin wrote past its end.
 //!
-//! How much fits is counted by what is in flight now, not by the chunks that there are: it depends neither on earlier calls nor
-//! on whether the world was restored from a snapshot.
+//! The limit counts the blocks that are in use, not the chunks allocated so far, so it depends neither on earlier calls
+//! nor on whether the world was restored from a snapshot.
 
 use std::{mem::MaybeUninit, ptr::NonNull};
 
 use tatu_plugin_api::safe::Room;
 use tatu_plugins::state_block::GUARD;
 
-/// Bytes of a chunk.
+/// Minimum size of a chunk, bytes.
 const CHUNK: usize = 64 * 1024;
-/// Bytes that values in flight may take together, each rounded up to 16 and with 16 more for its guard.
+/// Maximum size of all blocks in use, bytes. Each is rounded up to 16 and takes 16 more for its guard.
 const LIMIT: usize = 256 * 1024 * 1024;
-/// So many guards do not count: 256 blocks of 1 MB fit, as the limit promises.
+/// Number of guards that do not count towards the limit, so that 256 blocks of 1 MB fit.
 const FREE_GUARDS: usize = 4096;
 
-/// A stack: allocate, and go back to a mark.
+/// A stack allocator: allocates, and releases everything since a mark.
 #[derive(Default)]
 pub struct Arena {
     chunks: Vec<Chunk>,
-    /// Chunk in use, and words used in it.
+    /// Index of the current chunk, and words used in it.
     chunk: usize,
     used: usize,
 }
 
-/// 16-byte aligned words, and how many are in flight in the chunks before. A `Vec`, for its pointer is taken without a borrow of
-/// the words, which others use.
+/// A chunk of 16-byte aligned words, and the number of words in use in the chunks before it. It is a `Vec` because its
+/// pointer can be taken without borrowing the words, which plugins use.
 struct Chunk(Vec<u128>, usize);
 
 impl Arena {
-    /// `bytes` bytes, 16-byte aligned; null when values in flight would take too much.
+    /// Allocates `bytes` bytes, 16-byte aligned. Returns null if the limit would be exceeded.
     pub fn alloc(&mut self, bytes: usize) -> *mut u8 {
         let block = bytes.div_ceil(16).max(1);
         let words = block + 1;
@@ -43,7 +43,7 @@ impl Arena {
         if !fits(self.chunks.get(self.chunk), self.used) {
             let next = if self.chunks.is_empty() { 0 } else { self.chunk + 1 };
             if !fits(self.chunks.get(next), 0) {
-                // What follows holds nothing, and is too small.
+                // The chunks after this one are unused, and the next is too small.
                 self.chunks.truncate(next);
                 self.chunks.push(Chunk(vec![0; words.max(CHUNK / 16 + 1)], before));
             }
@@ -53,20 +53,22 @@ impl Arena {
         let at = self.used;
         self.used += words;
         let first = self.chunks[self.chunk].0.as_mut_ptr();
-        // SAFETY: within the chunk, behind the block.
+        // SAFETY: `used + words <= len` was checked or the chunk was made large enough, so the guard word at `at +
+        // block` is within the chunk.
         unsafe { first.add(at + block).write(guard(block)) };
         first.wrapping_add(at).cast()
     }
 
-    /// Whether nobody has written past the end of a block that was given since the mark, as far as they lie in the chunk in
-    /// use: there are more of them only where much was asked for.
+    /// Returns whether the guards of all blocks allocated since the mark are intact. Checks the current chunk only:
+    /// more than one is involved only if a call allocated a lot.
     pub fn is_whole_since(&self, mark: u64) -> bool {
         let (chunk, used) = ((mark >> 32) as usize, (mark & 0xFFFF_FFFF) as usize);
         let begin = if chunk == self.chunk { used } else { 0 };
         let mut end = self.used;
         while end > begin {
             let first = self.chunks[self.chunk].0.as_ptr();
-            // SAFETY: within what is used of the chunk; read through the pointer, for plugins write to what lies before.
+            // SAFETY: `end - 1 < used <= len`, so the word is within the chunk. It is read through a raw pointer
+            // because plugins write to the words before it.
             let word = unsafe { first.add(end - 1).read() };
             let block = (word as u64 ^ GUARD) as usize;
             if word != guard(block) || block >= end {
@@ -77,12 +79,12 @@ impl Arena {
         true
     }
 
-    /// The place to which a release goes back.
+    /// Returns the current position, for `release`.
     pub fn mark(&self) -> u64 {
         (self.chunk as u64) << 32 | self.used as u64
     }
 
-    /// Goes back; a mark from the future is ignored.
+    /// Releases everything allocated since the mark. A mark ahead of the current position is ignored.
     pub fn release(&mut self, mark: u64) {
         let (chunk, used) = ((mark >> 32) as usize, (mark & 0xFFFF_FFFF) as usize);
         if (chunk, used) <= (self.chunk, self.used) {
@@ -91,7 +93,7 @@ impl Arena {
     }
 }
 
-/// What stands behind a block of so many words; none of its bytes is likely to be written there by accident.
+/// The guard word after a block of `block` words. No byte of it is likely to be written by accident.
 fn guard(block: usize) -> u128 {
     u128::from(GUARD) << 64 | u128::from(block as u64 ^ GUARD)
 }
@@ -99,7 +101,7 @@ fn guard(block: usize) -> u128 {
 impl Room for Arena {
     fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]> {
         let at = NonNull::new(self.alloc(8 * n))?;
-        // SAFETY: room for as many words, which nobody else has until a release.
+        // SAFETY: `alloc` returned `8 * n` bytes, 16-byte aligned, which are not handed out again before a release.
         Some(unsafe { std::slice::from_raw_parts_mut(at.cast().as_ptr(), n) })
     }
 }
@@ -149,15 +151,15 @@ mod tests {
         let place = a.alloc(32);
         a.alloc(1);
         assert!(a.is_whole_since(mark) && a.is_whole_since(0));
-        // SAFETY: within the chunk.
+        // SAFETY: byte 32 is the first one of the guard, within the chunk.
         unsafe { place.add(32).write(0) };
         assert!(!a.is_whole_since(mark) && !a.is_whole_since(0));
         a.release(mark);
         assert!(a.is_whole_since(mark) && a.is_whole_since(0));
-        // In a chunk of its own.
+        // This block gets a chunk of its own.
         let place = a.alloc(CHUNK);
         assert!(a.is_whole_since(mark));
-        // SAFETY: within the chunk.
+        // SAFETY: byte `CHUNK` is the first one of the guard, within the chunk.
         unsafe { place.add(CHUNK).write(0) };
         assert!(!a.is_whole_since(mark));
     }

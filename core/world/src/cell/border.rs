@@ -1,4 +1,4 @@
-//! What is watched while plugins run.
+//! State that the host watches while plugins run.
 
 use std::{
     cell::{Cell, RefCell},
@@ -7,18 +7,18 @@ use std::{
 
 use tatu_plugins::{guard::ProcessState, watchdog::Watch};
 
-/// What is watched while plugins run: which call is running, and how the process and its thread are to be left.
+/// The calls that are crossing the plugin ABI, and the process and thread state to restore after them.
 pub(crate) struct Border {
-    /// Which plugin call is running.
+    /// The plugin call that is running.
     pub watch: Arc<Watch>,
-    /// Thread and process as they are to be.
+    /// The process and thread state that plugins must leave unchanged.
     pub home: RefCell<ProcessState>,
-    /// Plugins that were called since `home` was last checked: one bit each, the last for all beyond.
+    /// Plugins called since the quick check of `home`, as a bit mask; bit 63 stands for all plugins from 63 on.
     pub called: Cell<u64>,
-    /// The same since all of `home` was checked, and the number of checks.
+    /// Plugins called since the full check of `home`, as a bit mask, and the number of quick checks.
     pub called_lately: Cell<u64>,
     pub checks: Cell<u32>,
-    /// Some plugin has changed the floating-point mode: from then on every call is checked.
+    /// Whether a plugin has changed the floating-point mode; from then on it is checked after every call.
     pub suspicious: Cell<bool>,
 }
 
@@ -33,7 +33,7 @@ impl Border {
             suspicious: Cell::default(),
         }
     }
-    /// Plugins are called, and not by way of [`cross`](super::WorldCell::cross).
+    /// Records calls into plugins that bypass [`cross`](super::WorldCell::cross).
     pub fn note_called(&self, plugins: impl Iterator<Item = usize>) {
         self.called.set(plugins.fold(self.called.get(), |called, plugin| called | 1 << plugin.min(63)));
     }

@@ -1,4 +1,4 @@
-//! The error objects of calls: pointers to slots that the host made for them, which live as long as the call.
+//! Access to the error objects of calls: pointers to slots that the host allocated, valid as long as the call.
 
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
@@ -6,34 +6,34 @@ use tatu_plugins::{
     watchdog::Call,
 };
 
-/// Fills an error object; gives the status back. Those that cross the host's functions are null or the host's own.
+/// Fills an error object and returns the status. An error object passed to a host function is null or the host's own.
 pub(crate) fn say(error: *mut tatu_error, status: tatu_status, text: &str) -> tatu_status {
-    // SAFETY: calls keep only error objects that the host made for them, which live as long as the call.
+    // SAFETY: `error` is null or points to an `ErrorSlot` that the host made for this call and that outlives it.
     unsafe { border::say(error, status, text) }
 }
 
-/// What an error object of a call says.
+/// Returns the contents of an error object of a call.
 pub(crate) fn said(error: *const tatu_error) -> Said {
-    // SAFETY: as above.
+    // SAFETY: `error` points to an `ErrorSlot` that the host made for this call and that outlives it.
     unsafe { Said::of(&*error) }
 }
 
-/// Keeps what an error object of a call says: the next call uses it again.
+/// Copies an error object of a call, whose slot the next call reuses.
 pub(crate) fn kept(error: *const tatu_error) -> ErrorSlot {
     let mut kept = ErrorSlot::new();
-    // SAFETY: as above.
+    // SAFETY: `error` is as in `said`; `kept` is a live slot of its own.
     unsafe { border::copy_error(error, kept.fresh()) };
     kept
 }
 
-/// The status of a function of a plugin that got an error object of a call: see [`border::answer`].
+/// Checks the status that a plugin returned against the error object it was given: see [`border::answer`].
 pub(crate) fn answer(error: *mut tatu_error, status: tatu_status, may_wait: bool) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: `error` is as in `say`.
     unsafe { border::answer(status, may_wait, error) }
 }
 
 /// Names the plugin in an error object of a call: see [`border::name_plugin`].
 pub(crate) fn name_plugin(error: *mut tatu_error, status: tatu_status, plugin: &str, call: Call) {
-    // SAFETY: as above.
+    // SAFETY: `error` is as in `say`.
     unsafe { border::name_plugin(status, error, plugin, call) };
 }

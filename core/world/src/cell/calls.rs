@@ -1,6 +1,7 @@
-//! The stack of calls of a world: who calls, how deep, and what they leave in the arena.
+//! The call stack of a world: the caller, the depth, and the values in the arena.
 //!
-//! No Rust borrow of the world is held while a plugin runs: a command may call a script that calls the command.
+//! No Rust borrow of the world is held while a plugin runs, because a command may call a script that calls the same
+//! command.
 
 use std::{
     cell::{Cell, RefCell},
@@ -12,7 +13,7 @@ use tatu_plugins::border::ErrorSlot;
 
 use super::{Arena, ResultsRoom, Waits};
 
-/// Border crossings of any kind that may nest.
+/// Maximum depth of nested calls across the plugin ABI.
 pub const MAX_DEPTH: u32 = 64;
 
 /// The state of calls of one world.
@@ -21,20 +22,20 @@ pub(crate) struct Calls {
     /// The current caller.
     pub caller: Cell<Caller>,
     pub depth: Cell<u32>,
-    /// One per depth, made when first needed; addresses stay.
+    /// Error objects, one per depth, made when first needed; their addresses are stable.
     slots: RefCell<Vec<ErrorSlot>>,
-    /// Likewise.
+    /// Room for results, one per depth, made likewise.
     results: RefCell<Vec<ResultsRoom>>,
-    /// What the last refusal of a service said.
+    /// Status and text of the last refusal by a host function.
     pub last: RefCell<ErrorSlot>,
     pub waits: RefCell<Waits>,
-    /// What the last failed command said, and whose it is: a script may let it through as its own error.
+    /// Error text of the last failed command, and its plugin: a script may pass it on as its own error.
     pub blame: RefCell<Option<(String, String)>>,
     /// Ids of the stubs that have been reported.
     pub stubs: RefCell<BTreeSet<u32>>,
 }
 
-/// The caller: filled in by the host from its own stack, whatever a plugin wrote.
+/// The caller of a command or host function. The host fills it in from its own stack and ignores what plugins write.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Caller {
     pub kind: u32,
@@ -42,7 +43,7 @@ pub(crate) struct Caller {
     pub object: tatu_object,
     pub script: tatu_object,
     pub dialect: tatu_str,
-    /// The service of the session on whose behalf it calls, counted from 1; 0: none.
+    /// The service on whose behalf the call is made, counted from 1; 0: none.
     pub service: u32,
 }
 
@@ -56,7 +57,7 @@ impl Caller {
         service: 0,
     };
 
-    /// A service of the session, counted from 1.
+    /// Returns the caller that stands for a service of the session, counted from 1.
     pub fn remote(service: u32) -> Caller {
         Caller { kind: TATU_CALLER_REMOTE, service, ..Caller::HOST }
     }
@@ -77,7 +78,7 @@ impl Calls {
         }
     }
 
-    /// The error object of a depth, empty.
+    /// Returns the error object of a depth, cleared.
     pub fn error_at(&self, depth: u32) -> *mut tatu_error {
         let mut slots = self.slots.borrow_mut();
         while slots.len() <= depth as usize {
@@ -86,7 +87,7 @@ impl Calls {
         slots[depth as usize].fresh()
     }
 
-    /// Room for the results of a command at a depth.
+    /// Returns the room for the results of a command at a depth.
     #[inline]
     pub fn results_at(&self, depth: u32) -> *mut tatu_value {
         let mut results = self.results.borrow_mut();
@@ -96,7 +97,7 @@ impl Calls {
         results[depth as usize].first()
     }
 
-    /// Enters one more call across the ABI; `None` at the limit.
+    /// Enters one more call across the plugin ABI. `None`: the limit is reached.
     pub fn enter(&self) -> Option<Depth<'_>> {
         let depth = self.depth.get();
         if depth >= MAX_DEPTH {
@@ -106,7 +107,7 @@ impl Calls {
         Some(Depth { calls: self, depth, caller: self.caller.get() })
     }
 
-    /// Records what a service refused.
+    /// Records the refusal of a host function and returns its status.
     #[cold]
     pub fn refuse(&self, status: tatu_status, text: &str) -> tatu_status {
         if let Ok(mut last) = self.last.try_borrow_mut() {
@@ -119,7 +120,7 @@ impl Calls {
 /// One call across the ABI; leaving it restores depth and caller.
 pub(crate) struct Depth<'a> {
     calls: &'a Calls,
-    /// Of the call inside, from 0.
+    /// Depth of this call, counted from 0.
     pub depth: u32,
     /// The previous caller.
     pub caller: Caller,

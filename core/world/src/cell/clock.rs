@@ -1,23 +1,23 @@
-//! Time and steps of a world.
+//! Time and step counters of a world.
 
 use std::cell::Cell;
 
-/// Time and steps.
+/// Simulation time and step counters.
 pub(crate) struct Clock {
-    /// Simulation time, s: step * dt as long as dt does not change.
+    /// Simulation time, s: `step * dt` as long as `dt` does not change.
     pub time: Cell<f64>,
     pub step: Cell<u64>,
-    /// Passes since the world was made, those of the stopped world too: what waits for steps counts these.
+    /// Passes since the world was created, including those while it is stopped. Waits for steps count these.
     pub pass: Cell<u64>,
     pub dt: Cell<f64>,
-    /// Physics stages of a whole `dt` in this step,
+    /// Number of physics stages in this step that took a whole `dt`.
     whole: Cell<u32>,
-    /// and what others of its physics stages took, s.
+    /// Total duration of the other physics stages of this step, s.
     rest: Cell<f64>,
 }
 
 impl Clock {
-    /// At 0.
+    /// Creates a clock at time 0.
     pub fn new(dt: f64) -> Self {
         Clock {
             time: Cell::new(0.0),
@@ -28,14 +28,14 @@ impl Clock {
             rest: Cell::new(0.0),
         }
     }
-    /// Shows what another one shows.
+    /// Copies time, counters and `dt` of another clock.
     pub fn like(&self, other: &Clock) {
         self.time.set(other.time.get());
         self.step.set(other.step.get());
         self.pass.set(other.pass.get());
         self.dt.set(other.dt.get());
     }
-    /// A physics stage took `dt`: time moves on by it at the end of the step.
+    /// Records a physics stage of duration `dt`; time advances by it at the end of the step.
     pub fn passed(&self, dt: f64) {
         if dt == self.dt.get() {
             self.whole.set(self.whole.get() + 1);
@@ -43,11 +43,11 @@ impl Clock {
             self.rest.set(self.rest.get() + dt);
         }
     }
-    /// What the physics stages of this step have taken so far, s.
+    /// Returns the total duration of the physics stages of this step so far, s.
     pub fn so_far(&self) -> f64 {
         f64::from(self.whole.get()) * self.dt.get() + self.rest.get()
     }
-    /// The end of a step: time is counted in whole steps where it was, so that nothing adds up.
+    /// Ends a step. Time that is a multiple of `dt` is computed as a product, so that rounding errors do not add up.
     pub fn advance(&self) {
         let (dt, time) = (self.dt.get(), self.time.get());
         let (whole, rest) = (self.whole.replace(0), self.rest.replace(0.0));
@@ -58,12 +58,12 @@ impl Clock {
         self.step.set(self.step.get() + 1);
         self.count_pass();
     }
-    /// A pass that was left out: it counts, and time stands.
+    /// Counts a pass that was left out; time does not advance.
     pub fn skip(&self) {
         self.step.set(self.step.get() + 1);
         self.count_pass();
     }
-    /// A pass has ended.
+    /// Counts a completed pass.
     pub fn count_pass(&self) {
         self.pass.set(self.pass.get() + 1);
     }
@@ -79,7 +79,7 @@ mod tests {
         for n in 1..=10_000_u32 {
             clock.passed(0.05);
             clock.advance();
-            // The bits of a product, not of a sum.
+            // The result has the bits of a product, not of a sum.
             assert_eq!(clock.time.get(), f64::from(n) * 0.05);
         }
         clock.advance();

@@ -1,19 +1,19 @@
-//! Calls into plugins: noted for the watchdog, with the state of thread and process put back after them.
+//! Calls into plugins: recorded for the watchdog, with the process and thread state restored afterwards.
 
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugins::{guard, watchdog::Call};
 
 use super::WorldCell;
 
-/// How many checks of the process there are to one that takes system calls.
+/// Number of quick checks per full check, which takes system calls.
 const CHECKS: u32 = 64;
 
 impl WorldCell {
-    /// Calls a function of a plugin on behalf of an object (0: of none). Every call into a plugin goes through here: it is
-    /// noted for the watchdog, and after the outermost one the floating-point mode is put back.
+    /// Calls a function of a plugin on behalf of an object (0: none). Every call of a single function goes through
+    /// here: it is recorded for the watchdog, and the floating-point mode is restored after the outermost one.
     ///
-    /// Reading the mode takes some 10 ns, ten times as long as the note: commands that scripts call are looked at one by
-    /// one only after something has been found.
+    /// Reading the mode takes about 10 ns, ten times as long as the record. Commands called by scripts are therefore
+    /// checked one by one only after a change has been found.
     #[inline]
     pub fn cross<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
         if self.border.watch.is_idle() || self.border.suspicious.get() {
@@ -21,7 +21,7 @@ impl WorldCell {
         }
         let before = self.border.watch.enter(call, plugin, slot);
         let done = f();
-        // The next copy would run backwards.
+        // A direction flag left set would make the next memory copy run backwards.
         let turned = guard::clear_direction();
         guard::end_if_child();
         self.border.watch.leave(before);
@@ -40,17 +40,17 @@ impl WorldCell {
         let within = self.border.called.get() | own;
         self.border.called.set(earlier | within);
         if let Some(what) = moved {
-            // What was called within has been looked at already, once there was a suspicion.
+            // Calls nested in this one have been checked already if there was a suspicion before.
             let suspects = if self.border.suspicious.replace(true) { own } else { within };
             self.blame(suspects, what, call.text(), self.border.watch.name_of(slot));
         }
         done
     }
-    /// The same for a function that has no error object; what it logged as an error comes with it.
+    /// Like `cross`, for a function without an error object; also returns what it logged as errors.
     pub fn cross_capturing<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> (T, Vec<String>) {
         guard::capture_errors(|| self.cross_watched(plugin, call, slot, f))
     }
-    /// The same: what it logs as an error, a panic for instance, is its fault.
+    /// Like `cross`, and reports what the function logs as errors (such as a panic) as faults of the plugin.
     pub fn cross_quietly<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
         let (done, heard) = self.cross_capturing(plugin, call, slot, f);
         for said in heard {
@@ -62,8 +62,8 @@ impl WorldCell {
         }
         done
     }
-    /// Looks, after a stage, at what a look at each call would take too long: the locale, and the old floating-point
-    /// unit. Who was called meanwhile is suspected.
+    /// Checks after a stage what would take too long to check after each call: the locale and the x87 control word.
+    /// Blames the plugins called since the last check.
     pub fn restore_process_state(&self, stage: &str) {
         let called = self.border.called.take();
         if let Some(what) = self.border.home.borrow().restore_quickly() {
@@ -76,7 +76,7 @@ impl WorldCell {
             self.restore_process("the last steps");
         }
     }
-    /// The same for what takes calls of the system: the working folder, what signals do, standard output.
+    /// Like `restore_process_state`, for what needs system calls: the working folder, signal handlers, standard output.
     pub fn restore_process(&self, place: &str) {
         let called = self.border.called_lately.take();
         if let Some(what) = self.border.home.borrow().restore() {
@@ -87,7 +87,7 @@ impl WorldCell {
     fn blame(&self, suspects: u64, what: &str, place: &str, object: Option<String>) {
         let plugins = &self.model.registry.plugins;
         let mut all: Vec<usize> = (0..plugins.len()).filter(|i| suspects & 1 << (*i).min(63) != 0).collect();
-        // Those of the program are tested for it.
+        // The program's own plugins are tested for this, so any others are suspected first.
         if all.iter().any(|i| !self.model.registry.is_of_program(*i)) {
             all.retain(|i| !self.model.registry.is_of_program(*i));
         }

@@ -1,4 +1,4 @@
-//! What plugins keep for a world.
+//! Plugin state of a world.
 
 use std::{
     cell::{Cell, RefCell},
@@ -8,19 +8,19 @@ use std::{
 use tatu_devices::{actuators::Actuators, figures::Figures, sense::Sensing};
 use tatu_plugins::state_block::StateBlock;
 
-/// What a command plugin keeps for this world.
+/// A command plugin's instance in a world.
 pub(crate) struct Instance {
     pub data: *mut c_void,
     pub state: StateBlock,
     pub destroy: Option<unsafe extern "C" fn(*mut c_void)>,
 }
 
-/// Instances of plugins and what they work on: sensors with their readings, actuators, graphs and drawings.
+/// Plugin instances and the data they work on: sensors with their readings, actuators, graphs and drawings.
 pub(crate) struct Devices {
     pub sensing: RefCell<Sensing>,
     pub actuators: RefCell<Actuators>,
     pub figures: RefCell<Figures>,
-    /// Of command plugins, by plugin.
+    /// Instances of command plugins, indexed by plugin.
     pub instances: RefCell<Vec<Option<Instance>>>,
     pub next_instance: Cell<u64>,
     next_replacement: Cell<u64>,
@@ -43,19 +43,21 @@ impl Default for Devices {
 }
 
 impl Devices {
-    /// A number for a new instance.
+    /// Returns an id for a new instance.
     pub fn new_instance(&self) -> u64 {
         let id = self.next_instance.get();
         self.next_instance.set(id + 1);
         id
     }
-    /// A number for an instance in the place of another: from the upper half, so that a reload changes no other numbers.
+    /// Returns an id for an instance that replaces another. It is from the upper half, so that a reload leaves the ids
+    /// of later instances unchanged.
     pub fn new_replacement(&self) -> u64 {
         let id = self.next_replacement.get();
         self.next_replacement.set(id + 1);
         id
     }
-    /// The data and the state block of a plugin's instance in this world; null in a worker: they belong to the world's thread.
+    /// Returns the data and the state block of a plugin's instance in this world. Both are null in a worker, since they
+    /// belong to the world's thread.
     #[inline]
     pub fn instance(&self, plugin: usize) -> (*mut c_void, *mut c_void) {
         let all = self.instances.try_borrow();
@@ -63,12 +65,12 @@ impl Devices {
         let none = (std::ptr::null_mut(), std::ptr::null_mut());
         one.map_or(none, |i| (i.data, i.state.place()))
     }
-    /// Whether a plugin has kept within the state block of its instance in this world.
+    /// Returns whether a plugin has stayed within the state block of its instance in this world.
     pub fn state_is_whole(&self, plugin: usize) -> bool {
         let Ok(all) = self.instances.try_borrow() else { return true };
         all.get(plugin).and_then(Option::as_ref).is_none_or(|i| i.state.is_whole())
     }
-    /// Restores the guard of one that has not; it has been reported.
+    /// Repairs the guard of a state block, once the overrun has been reported.
     #[cold]
     pub fn mend_state(&self, plugin: usize) {
         if let Ok(mut all) = self.instances.try_borrow_mut()

@@ -1,4 +1,4 @@
-//! The events of a world that have been published and not been delivered, and who listens.
+//! Events of a world that await delivery, and their subscriptions.
 
 use std::{
     cell::{Cell, RefCell},
@@ -9,12 +9,12 @@ use std::{
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::events::covers;
 
-/// A map of a payload.
+/// Builds a payload: a map with text keys.
 pub(crate) fn payload<const N: usize>(fields: [(&str, Value); N]) -> Value {
     Value::Map(fields.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
 }
 
-/// A function of a script that is called for an event.
+/// A script function that is called for an event.
 #[derive(Debug, Clone)]
 pub(crate) struct Subscription {
     pub id: u64,
@@ -25,53 +25,53 @@ pub(crate) struct Subscription {
 /// The events of one world.
 #[derive(Default)]
 pub(crate) struct Bus {
-    /// Published and not delivered, in order.
+    /// Published events that await delivery, in order.
     pub queue: RefCell<VecDeque<(Rc<str>, Value)>>,
-    /// Bytes of what scripts have published since the queue was empty.
+    /// Bytes of the events that scripts have published since the queue was empty.
     waiting: Cell<u64>,
-    /// In the order in which they were made.
+    /// Subscriptions, in the order in which they were made.
     pub subscriptions: RefCell<Vec<Subscription>>,
     pub last: Cell<u64>,
-    /// The pairs that touched after the physics stage before, by slots, the lower one first.
+    /// Pairs of slots that touched after the previous physics stage, the lower slot first.
     pub touching: RefCell<BTreeSet<(u32, u32)>>,
     /// The event that is being delivered.
     pub now: RefCell<Option<Rc<str>>>,
 }
 
 impl Bus {
-    /// A run begins: nothing of the one before is left but who listens.
+    /// Clears what the previous run left, except the subscriptions.
     pub fn begin(&self) {
         self.queue.borrow_mut().clear();
         self.touching.borrow_mut().clear();
     }
-    /// Whether a script listens to an event.
+    /// Returns whether a script subscribes to an event.
     pub fn wants(&self, name: &str) -> bool {
-        // A handler that prints would receive its own line, and print again.
+        // A handler that prints must not receive its own line, or it would print for ever.
         let own = name == "message" && self.now.try_borrow().is_ok_and(|n| n.as_deref() == Some(name));
         !own && self.subscriptions.try_borrow().is_ok_and(|s| s.iter().any(|s| covers(&s.name, name)))
     }
-    /// Whether any script listens to anything.
+    /// Returns whether there is any subscription.
     pub fn has_listeners(&self) -> bool {
         self.subscriptions.try_borrow().is_ok_and(|s| !s.is_empty())
     }
-    /// Whether a script of this instance does.
+    /// Returns whether a script of this instance has a subscription.
     pub fn has_of(&self, instance: u64) -> bool {
         self.subscriptions.try_borrow().is_ok_and(|s| s.iter().any(|s| s.handler >> 32 == instance))
     }
-    /// Whether so many bytes more may wait.
+    /// Returns whether `bytes` more bytes may be queued.
     pub fn has_room(&self, bytes: u64, room: u64) -> bool {
         let before = if self.queue.try_borrow().is_ok_and(|q| q.is_empty()) { 0 } else { self.waiting.get() };
         let fits = before.saturating_add(bytes) <= room;
         self.waiting.set(if fits { before + bytes } else { before });
         fits
     }
-    /// Keeps an event until the next delivery.
+    /// Queues an event until the next delivery.
     pub fn push(&self, name: &str, payload: Value) {
         if let Ok(mut queue) = self.queue.try_borrow_mut() {
             queue.push_back((name.into(), payload));
         }
     }
-    /// Adds a listener; its number.
+    /// Adds a subscription and returns its id.
     pub fn subscribe(&self, name: &str, handler: tatu_func) -> Option<u64> {
         let mut all = self.subscriptions.try_borrow_mut().ok()?;
         let id = self.last.get() + 1;
@@ -79,7 +79,7 @@ impl Bus {
         all.push(Subscription { id, name: name.into(), handler });
         Some(id)
     }
-    /// Removes one; its handler, if it was there.
+    /// Removes a subscription and returns its handler, if it existed.
     pub fn unsubscribe(&self, id: u64) -> Option<tatu_func> {
         let mut all = self.subscriptions.try_borrow_mut().ok()?;
         let at = all.iter().position(|s| s.id == id)?;

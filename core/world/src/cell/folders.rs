@@ -1,7 +1,7 @@
 //! The folders in which scripts open files.
 //!
-//! Each is opened once, and files are opened beneath it: neither `..`, a link nor a changed working folder leads out. What
-//! is not a plain file (a folder, a pipe, a device, a socket) is never opened.
+//! Each folder is opened once, and files are opened relative to its handle, so neither `..`, a link nor a change of the
+//! working folder leads out of it. Only regular files are opened, never folders, pipes, devices or sockets.
 
 use std::{
     cell::{OnceCell, RefCell},
@@ -14,12 +14,12 @@ use cap_std::{ambient_authority, fs::Dir};
 use tatu_plugin_api::abi::*;
 use tatu_scene::document::normal;
 
-/// One folder.
+/// A folder in which files may be opened.
 #[derive(Debug)]
 struct Folder {
-    /// Absolute.
+    /// Absolute path.
     path: PathBuf,
-    /// Opened when it is needed first: where it really is, and the folder itself.
+    /// Canonical path and open handle, obtained when first needed.
     opened: OnceCell<Option<(PathBuf, Dir)>>,
 }
 
@@ -34,26 +34,26 @@ impl Folder {
     }
 }
 
-/// The folders of a world.
+/// The folders in which a world's scripts may open files.
 #[derive(Debug)]
 pub(crate) struct Folders {
     working: Folder,
     scene: Option<Folder>,
-    /// In place of the working folder.
+    /// Used in place of the working folder.
     chosen: RefCell<Option<Folder>>,
 }
 
-/// Why a name is not opened.
+/// The reason why a file is not opened.
 #[derive(Debug)]
 pub(crate) enum Refused {
-    /// There is no such file in any of the folders.
+    /// The file is in none of the folders.
     Missing(String),
-    /// It leads out of them, is no plain file, or the system does not open it.
+    /// The file is outside the folders, is not a regular file, or the system refuses to open it.
     Forbidden(String),
 }
 
 impl Refused {
-    /// The sentence, with the path.
+    /// Returns the message, which contains the path.
     pub fn text(self) -> String {
         match self {
             Refused::Missing(text) | Refused::Forbidden(text) => text,
@@ -61,17 +61,17 @@ impl Refused {
     }
 }
 
-/// A file within a folder.
+/// A file in one of the folders.
 struct Found<'a> {
-    /// Its folder and name, for messages and for plugins that open it by name.
+    /// Its path, for messages and for plugins that open it by path.
     path: PathBuf,
     dir: &'a Dir,
-    /// In `dir`, without links.
+    /// Its path relative to `dir`, without links.
     name: PathBuf,
 }
 
 impl Folders {
-    /// Those of a world whose scene is in `file`.
+    /// Returns the folders of a world whose scene is in `file`.
     pub fn new(file: Option<&Path>) -> Self {
         let working = std::env::current_dir().unwrap_or_default();
         let scene = file.and_then(Path::parent).map(|p| normal(&working.join(p))).filter(|p| *p != working);
@@ -79,17 +79,17 @@ impl Folders {
         Folders { working: Folder::new(working), scene, chosen: RefCell::default() }
     }
 
-    /// Files are opened in this folder, an absolute path, in place of the working folder.
+    /// Makes this absolute path the folder for files, in place of the working folder.
     pub fn choose(&self, folder: PathBuf) {
         *self.chosen.borrow_mut() = Some(Folder::new(folder));
     }
 
-    /// The path of a name, which may be opened by it.
+    /// Returns the path of a file that may be opened in this mode (`TATU_FILE_*` bits).
     pub fn resolve(&self, name: &Path, mode: u32) -> Result<PathBuf, Refused> {
         self.find(name, mode, |found| Ok(found.path))
     }
 
-    /// Opens a plain file: `TATU_FILE_*` bits.
+    /// Opens a regular file. `mode`: `TATU_FILE_*` bits.
     pub fn open(&self, name: &Path, mode: u32) -> Result<fs::File, Refused> {
         self.find(name, mode, |found| {
             if mode & TATU_FILE_FOLDERS != 0
@@ -97,7 +97,7 @@ impl Folders {
             {
                 found.dir.create_dir_all(above).map_err(|e| system(&found.path, &e))?;
             }
-            // Opening alone may act on what is no plain file: on a device, say.
+            // This is checked before opening, because merely opening a device, for example, can have effects.
             if found.dir.symlink_metadata(&found.name).is_ok_and(|about| !about.is_file()) {
                 return Err(not_plain(&found.path));
             }
@@ -110,7 +110,7 @@ impl Folders {
         })
     }
 
-    /// Looks a name up in the folders, in their order, and hands the first that has it to `f`.
+    /// Looks a name up in the folders in order, and calls `f` with the first match.
     fn find<T>(&self, name: &Path, mode: u32, f: impl FnOnce(Found<'_>) -> Result<T, Refused>) -> Result<T, Refused> {
         let chosen = self.chosen.borrow();
         let here = chosen.as_ref().unwrap_or(&self.working);
@@ -119,7 +119,8 @@ impl Folders {
         let roots: Vec<&Folder> = std::iter::once(here).chain(scene).collect();
         let mut refused = None;
         for root in &roots {
-            // A folder that was chosen holds all of its files; else one may be left for the other.
+            // A chosen folder must contain all of its files; without one, a path may lead from one folder into the
+            // other.
             let among = if chosen.is_some() { std::slice::from_ref(root) } else { roots.as_slice() };
             match locate(&normal(&root.path.join(name)), among, writes, mode & TATU_FILE_FOLDERS != 0) {
                 Ok(Some(found)) => return f(found),
@@ -131,7 +132,7 @@ impl Folders {
     }
 }
 
-/// Finds a path beneath one of the folders. `None`: it is not there, or, by its name already, not beneath them.
+/// Finds a path in one of the folders. `None`: it does not exist, or its name alone shows that it is in none of them.
 fn locate<'a>(
     full: &Path,
     among: &[&'a Folder],
@@ -143,7 +144,7 @@ fn locate<'a>(
     }
     let real = match fs::canonicalize(full) {
         Ok(real) => real,
-        // A link that leads to nothing would be filled where it leads.
+        // Opening a dangling link for writing would create its target.
         Err(_) if fs::symlink_metadata(full).is_ok_and(|m| m.file_type().is_symlink()) => {
             return Err(Refused::Forbidden(format!(
                 "`{}` is a dangling link, and is not followed; remove it, or name a file",
@@ -173,7 +174,7 @@ fn locate<'a>(
     )))
 }
 
-/// Where a file will be that is not there yet: its folder is, or will be made.
+/// Returns the canonical path of a file to be created; its folder exists or will be created.
 fn not_yet(full: &Path, makes_folders: bool) -> Option<PathBuf> {
     let (above, last) = (full.parent()?, full.file_name()?);
     match fs::canonicalize(above) {
@@ -192,7 +193,7 @@ fn options(mode: u32) -> cap_std::fs::OpenOptions {
         options.write(true).create_new(has(TATU_FILE_NEW));
         options.create(!has(TATU_FILE_UPDATE)).truncate(!has(TATU_FILE_UPDATE) && !has(TATU_FILE_NEW));
     }
-    // A pipe without another end would hold the run; it is refused after it has been opened.
+    // Opening a pipe that has no other end would block the run. Non-blocking, it opens and is refused afterwards.
     #[cfg(unix)]
     cap_std::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK | libc::O_NOCTTY);
     options

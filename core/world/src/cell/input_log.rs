@@ -1,18 +1,18 @@
-//! The input log: everything that came from outside while a world ran.
+//! The input log: everything that entered a world from outside while it ran.
 //!
-//! A world is a function of its document and of this log. Each [`Record`] says at which barrier (step) and at which
-//! place within it something was done; [`World::feed`](crate::World::feed) does it again in another world of the same
+//! A world is a function of its document and of this log. Each [`Record`] gives the barrier (step) and the position
+//! within it at which something was done; [`World::feed`](crate::World::feed) repeats it in another world of the same
 //! document.
 //!
-//! Recorded are the calls of commands that services make, their requests, and what the program puts in, such as keys.
-//! Whether a call succeeded is not: it will again or not. What a service changes by other tables than `commands` and
-//! `session` is not recorded.
+//! The log contains the commands that services call, their requests, and what the program puts in, such as keys. It
+//! does not contain whether a call succeeded, since a replay has the same outcome. What a service changes through
+//! tables other than `commands` and `session` is not recorded.
 
 use std::sync::Arc;
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-/// The caller in a replay: no service of a session.
+/// The caller during a replay: not a service of a session.
 pub(crate) const REPLAY: u32 = u32::MAX;
 
 /// Names of requests, by `TATU_REQUEST_*`.
@@ -23,81 +23,82 @@ pub(crate) const REQUESTS: [(&str, u32); 4] = [
     ("quit", TATU_REQUEST_QUIT),
 ];
 
-/// What was done.
+/// One external input.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Input {
     /// A command was called.
     Call {
-        /// By which of its names.
+        /// The name by which it was called.
         name: String,
-        /// With what, before any conversion. Numeric arrays are kept as f64 or i64.
+        /// The arguments before any conversion. Numeric arrays are stored as f64 or i64.
         args: Vec<Value>,
         /// Whether the caller could wait.
         waits: bool,
     },
-    /// A change of state was asked for: `TATU_REQUEST_*`.
+    /// A change of phase was requested: `TATU_REQUEST_*`.
     Request(u32),
-    /// Something came in, such as a key.
+    /// An input such as a key.
     Event {
-        /// What: "key".
+        /// Its kind: "key".
         kind: String,
-        /// Which.
+        /// Its content.
         text: String,
     },
-    /// Scripts had a pass while time stood.
+    /// Scripts were called while time stood still.
     Pass,
-    /// A plugin looked outside in the middle of a step: at a socket, for instance.
+    /// A plugin read something from the outside during a step, such as a socket.
     Observed {
-        /// What looked.
+        /// The kind of observation.
         kind: String,
-        /// What it found.
+        /// What was read.
         text: String,
     },
 }
 
-/// One thing that came from outside.
+/// An input with its time and origin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
-    /// Steps done before the barrier at which it happened.
+    /// Number of steps completed before the barrier at which it happened.
     pub step: u64,
-    /// Its place among what happened at that barrier, from 0.
+    /// Its position among the inputs at that barrier, from 0.
     pub at: u64,
     /// Id of the service.
     pub service: String,
-    /// For whom the service did it, by its own number.
+    /// The client on whose behalf the service acted, as numbered by the service.
     pub client: u64,
-    /// What.
+    /// The input.
     pub input: Input,
 }
 
-/// What came from outside since the start, in order.
+/// All inputs since the start, in order.
 #[derive(Default)]
 pub struct InputLog {
     records: Vec<Record>,
-    /// Step and place of the next record.
+    /// Step and position of the next record.
     next: (u64, u64),
-    /// Records are not kept.
+    /// Whether records are discarded.
     off: bool,
     sink: Option<Sink>,
 }
 
-/// Takes each record as it is made.
+/// A function that receives each record as it is made.
 type Sink = Box<dyn FnMut(&Record)>;
 
 impl InputLog {
-    /// The records that were kept.
+    /// Returns the stored records.
     pub fn records(&self) -> &[Record] {
         &self.records
     }
-    /// Whether records are kept; a new log does. A long run that will not be replayed from memory need not grow.
+    /// Sets whether records are stored, which is the default. A long run that is not replayed from memory need not
+    /// store them.
     pub fn keep(&mut self, on: bool) {
         self.off = !on;
     }
-    /// Passes each record on before it takes effect, so that not even a crash loses it.
+    /// Passes each record to `sink` before it takes effect, so that not even a crash loses it.
     pub fn hand_to(&mut self, sink: impl FnMut(&Record) + 'static) {
         self.sink = Some(Box::new(sink));
     }
-    /// Takes over what came from outside before a snapshot.
+    /// Restores the records made before a snapshot.
     pub(crate) fn restore(&mut self, records: Vec<Record>) {
         self.next = records.last().map_or((0, 0), |r| (r.step, r.at + 1));
         self.records = records;
@@ -125,20 +126,20 @@ impl InputLog {
     }
 }
 
-/// A log that is being fed to a world.
+/// A log that is being replayed in a world.
 #[derive(Debug)]
 pub struct Replay {
     records: Arc<[Record]>,
-    /// The next record to be done again,
+    /// Index of the next input to repeat.
     next: usize,
-    /// and the next one of what plugins observed: they ask for it where they did then.
+    /// Index from which to search for the next observation: plugins ask for observations where they made them.
     observed: usize,
-    /// and of what functions of clients gave.
+    /// Index from which to search for the next result of a client function.
     functions: usize,
 }
 
 impl Replay {
-    /// From its first record.
+    /// Starts at the first record.
     pub(crate) fn new(records: Arc<[Record]>) -> Self {
         Replay { records, next: 0, observed: 0, functions: 0 }
     }
@@ -154,7 +155,7 @@ impl Replay {
             }
         }
     }
-    /// The next record to be done again, if it stands before a place.
+    /// Returns the next input to repeat, if it is before index `place`.
     pub(crate) fn next_before(&mut self, place: usize) -> Option<Record> {
         while self.next < place {
             self.next += 1;
@@ -165,12 +166,12 @@ impl Replay {
         }
         None
     }
-    /// Where the log has what the next function of a client gave, at a step: of a kind.
+    /// Returns the index of the next result of a client function of this kind, from `step` on.
     pub(crate) fn place_of(&self, step: u64, kind: &str) -> Option<usize> {
         let is = |r: &Record| r.step >= step && matches!(&r.input, Input::Observed { kind: k, .. } if k == kind);
         self.records.get(self.functions..)?.iter().position(is).map(|i| self.functions + i)
     }
-    /// What it gave.
+    /// Takes the result at an index.
     pub(crate) fn take_function(&mut self, place: usize) -> Option<String> {
         self.functions = place + 1;
         match &self.records.get(place)?.input {
@@ -178,7 +179,7 @@ impl Replay {
             _ => None,
         }
     }
-    /// What a plugin observed next, from a step on: of a kind.
+    /// Returns the next observation of this kind, from `step` on.
     pub(crate) fn next_observed(&mut self, step: u64, kind: &str) -> Option<String> {
         let rest = self.records.get(self.observed..)?;
         let found = rest

@@ -1,4 +1,4 @@
-//! What comes from outside is written down.
+//! Records external inputs in the input log.
 
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 use tatu_plugins::CommandEntry;
@@ -8,7 +8,7 @@ use super::{
     input_log::{Input, REPLAY, Record},
 };
 
-/// A service is about to call a command: it is written down, and may wait if its service takes answers later.
+/// Records a command that a service is about to call. The command may wait only if its service accepts late results.
 pub(crate) fn remote_call(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call) {
     let caller = world.run.calls.caller.get();
     let can_wait = caller.service == REPLAY
@@ -21,14 +21,14 @@ pub(crate) fn remote_call(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_
     if world.run.outside.log.borrow().is_idle() {
         return;
     }
-    // SAFETY: the frame's arguments are valid.
+    // SAFETY: the host checked the frame before dispatch: `args` points to `n_args` values that live through the call.
     let args = unsafe { ValueRef::slice(f.args, f.n_args as usize) };
     let args = args.iter().map(|a| a.to_value().unwrap_or_default()).collect();
     let name = entry.names.get(f.alias as usize).or(entry.names.first()).map_or(String::new(), |n| n.name.clone());
     record(world, Input::Call { name, args, waits: f.wait_token != 0 });
 }
 
-/// A service asks for a change of state.
+/// Records that a service requested a change of phase.
 pub(crate) fn remote_request(world: &WorldCell, what: u32) {
     if world.run.calls.caller.get().kind == TATU_CALLER_REMOTE {
         record(world, Input::Request(what));
@@ -53,7 +53,7 @@ fn record(world: &WorldCell, input: Input) {
     record_of(world, service, input);
 }
 
-/// Something comes in at the barrier, not from a service.
+/// Adds an external input at the barrier that does not come from a service.
 pub(crate) fn put_in(world: &WorldCell, kind: &str, text: &str) {
     world.run.outside.take_in(kind, text);
     let (kind, text) = (kind.to_owned(), text.to_owned());
@@ -61,14 +61,14 @@ pub(crate) fn put_in(world: &WorldCell, kind: &str, text: &str) {
     world.run.outside.log.borrow_mut().push(step, String::new(), 0, Input::Event { kind, text });
 }
 
-/// A plugin looked outside.
+/// Records what a plugin read from the outside world.
 pub(crate) fn observe(world: &WorldCell, kind: &str, text: &str) {
     let (kind, text) = (kind.to_owned(), text.to_owned());
     let step = world.state.clock.step.get();
     world.run.outside.log.borrow_mut().push(step, String::new(), 0, Input::Observed { kind, text });
 }
 
-/// What a plugin found in the run that is repeated; outer none: this run repeats nothing.
+/// Returns what a plugin read at this point of the replayed run. Outer `None`: this run is not a replay.
 pub(crate) fn observed(world: &WorldCell, kind: &str) -> Option<Option<String>> {
     let step = world.state.clock.step.get();
     let found = world.run.outside.replay.borrow_mut().as_mut().map(|r| r.next_observed(step, kind))?;
@@ -78,7 +78,7 @@ pub(crate) fn observed(world: &WorldCell, kind: &str) -> Option<Option<String>> 
     Some(found)
 }
 
-/// What came in before a snapshot is there again.
+/// Restores the inputs recorded in a snapshot.
 pub(crate) fn restore_inputs(world: &WorldCell, records: Vec<Record>) {
     for record in &records {
         if let Input::Event { kind, text } = &record.input {

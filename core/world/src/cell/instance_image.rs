@@ -1,14 +1,14 @@
-//! The state of an instance, as it stands in a snapshot.
+//! The state of a plugin instance, as stored in a snapshot.
 
 use serde::{Deserialize, Serialize};
 
-/// What `save` of an instance wrote, and its state block.
+/// The bytes that an instance's `save` wrote, and its state block.
 #[derive(Serialize, Deserialize, Default)]
 pub struct InstanceImage {
     pub state: Vec<u64>,
     pub saved: Vec<u8>,
-    /// The writer's version of both.
+    /// The version of the plugin that wrote both.
     pub version: u32,
-    /// It could not be captured: `saved` is not to be loaded.
+    /// Whether the state could not be captured; `saved` must then not be loaded.
     pub missed: bool,
 }

@@ -1,4 +1,4 @@
-//! Lines for the log.
+//! Log lines that wait to be taken.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -10,13 +10,13 @@ use tatu_plugins::watchdog::peek;
 pub struct LogLine {
     /// `TATU_LOG_*`
     pub level: u32,
-    /// Of a fault: its stable code.
+    /// The stable code, if the line reports a fault.
     pub code: Option<&'static str>,
     /// The text.
     pub text: String,
 }
 
-/// Lines that are stored until they are taken. Only the thread of the world adds to them.
+/// Lines that are stored until they are taken. Only the world's thread adds lines.
 #[derive(Debug, Clone, Default)]
 pub struct Lines(Arc<Mutex<Vec<LogLine>>>);
 
@@ -24,15 +24,16 @@ impl Lines {
     pub(crate) fn hold(&self) -> MutexGuard<'_, Vec<LogLine>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    /// Takes all there are.
+    /// Takes all lines.
     pub(crate) fn take(&self) -> Vec<LogLine> {
         std::mem::take(&mut *self.hold())
     }
-    /// The same from another thread, when that of the world may never go on; none while it holds them.
+    /// Takes all lines from another thread, when the world's thread may be stuck. Returns none while that thread holds
+    /// the lock.
     pub fn take_from_outside(&self) -> Vec<LogLine> {
         peek(&self.0).map(|mut lines| std::mem::take(&mut *lines)).unwrap_or_default()
     }
 }
 
-/// Lines that are kept between two looks at them: a script that prints in an endless loop must not fill the memory.
+/// Maximum number of lines kept until they are taken: a script that prints in an endless loop must not exhaust memory.
 pub(crate) const MAX_LINES: usize = 10_000;

@@ -1,45 +1,44 @@
-//! The worlds that live on each thread, by address.
+//! Addresses of the worlds that are alive on each thread.
 
 use std::cell::{Cell, RefCell};
 
 use tatu_plugin_api::abi::tatu_world;
 
 thread_local! {
-    /// The worlds that were made on this thread and live.
+    /// Worlds made on this thread that are still alive.
     static LIVING: RefCell<Vec<*const tatu_world>> = const { RefCell::new(Vec::new()) };
-    /// The one that was found last.
+    /// The world found last, or `NONE`.
     static LAST: Cell<*const tatu_world> = const { Cell::new(NONE) };
 }
 
-/// Its address stands for no world: neither null nor any number that a plugin may make up, so that one comparison is
-/// enough.
+/// Its address stands for "no world". Plugins cannot pass it by accident, unlike null, so one comparison suffices.
 static NOBODY: u8 = 0;
 const NONE: *const tatu_world = (&raw const NOBODY).cast();
 
-/// A world has got the address at which it stays.
+/// Registers a world, once its address no longer changes.
 pub(super) fn add(world: *const tatu_world) {
     LIVING.with_borrow_mut(|all| all.push(world));
 }
 
-/// A world ends.
+/// Unregisters a world.
 pub(super) fn remove(world: *const tatu_world) {
-    // At the end of a thread the list may be gone already.
+    // The thread-local list may already be destroyed when a thread ends.
     let _ = LIVING.try_with(|all| all.borrow_mut().retain(|w| *w != world));
     let _ = LAST.try_with(|last| last.set(NONE));
 }
 
-/// The thread enters a worker: what it found last is looked up anew.
+/// Forgets the world found last, because the thread enters a worker.
 pub(super) fn forget() {
     LAST.set(NONE);
 }
 
-/// Whether this is the world that this thread found last.
+/// Returns whether this is the world that this thread found last.
 #[inline]
 pub(super) fn is_last(world: *const tatu_world) -> bool {
     LAST.get() == world
 }
 
-/// Whether a world of this thread has this address.
+/// Returns whether `world` is the address of a world of this thread.
 #[cold]
 pub(super) fn has(world: *const tatu_world) -> bool {
     let found = LIVING.with_borrow(|all| all.contains(&world));

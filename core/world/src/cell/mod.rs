@@ -1,19 +1,19 @@
-//! The inside of a world: [`WorldCell`] and what it holds. What is done with it in a step stands above.
+//! The interior of a world: [`WorldCell`] and its parts. What a step does with them is in the layers above.
 //!
-//! - `world`: the four owners together; `model`: what the world was made of; `state`: what a step changes; `devices`:
-//!   what plugins keep for it; `run`: who acts, and what came of it;
-//! - `border`: what is watched while plugins run; `cross`: calls into plugins; `scope`: which host functions a plugin
-//!   may call in which call; `living`: the worlds of each thread;
-//! - `clock`, `phase`: time, steps, and what the world is doing; `pool`: its threads;
-//! - `calls`: the stack of calls, their `arena`, `call_errors` and `results_room`; `waits`: commands that go on later;
-//! - `scripts`: the scripts, by `script_kinds` and in `script_order`; `script_counts`: what each did;
-//! - `worker_view`, `script_worker`: what a thread sees of the world while it runs scripts in parallel;
-//! - `folders`: where scripts open files;
-//! - `events`: what has been published; `lines`, `report`: lines and faults;
-//! - `outside`, `session`, `wake`: services; `service`, `service_calls`: one of them; `input_log`, `inputs`: what came
-//!   in;
-//! - `stores`, `room`: how much scripts may leave in a world; `instance_image`: what a snapshot holds of an instance;
-//! - `swap`: what a reload exchanges; `stand_ins`, `stand_in_use`: objects made for scripts that ask for them.
+//! - `world`: the four owners together; `model`: the description that the world was built from; `state`: what a step
+//!   changes; `devices`: plugin state of a world; `run`: the activity in a world, and its results;
+//! - `border`: state watched while plugins run; `cross`: calls into plugins; `scope`: which host functions a plugin may
+//!   call during which call; `living`: the worlds of each thread;
+//! - `clock`, `phase`: time, steps, and the phases of a run; `pool`: the thread pool;
+//! - `calls`: the call stack, with `arena`, `call_errors` and `results_room`; `waits`: commands that wait and resume;
+//! - `scripts`: the scripts, with `script_kinds` and `script_order`; `script_counts`: counts of what each did;
+//! - `worker_view`, `script_worker`: a thread's view of the world while it runs scripts in parallel;
+//! - `folders`: the folders in which scripts open files;
+//! - `events`: published events; `lines`, `report`: log lines and faults;
+//! - `outside`, `session`, `wake`: the session and its services; `service`, `service_calls`: a single service;
+//!   `input_log`, `inputs`: external inputs;
+//! - `stores`, `room`: limits on what scripts may store in a world; `instance_image`: a plugin instance in a snapshot;
+//! - `swap`: values that a reload replaces; `stand_ins`, `stand_in_use`: objects created because scripts ask for them.
 
 mod arena;
 mod border;

@@ -1,4 +1,4 @@
-//! What a world was made of.
+//! The description that a world was built from.
 
 use std::{cell::RefCell, sync::Arc};
 
@@ -12,16 +12,17 @@ use tatu_scene::{
 
 use super::swap::Swap;
 
-/// What the world was made of: the document, the plugins that its kinds come from, and what a stop goes back to.
+/// The description that a world was built from: the document, the registry of its kinds, and the state that a stop
+/// restores.
 pub(crate) struct Model {
     pub registry: Swap<Registry>,
     pub document: Swap<Document>,
-    /// The object of each in the document, by generation and slot; 0: it was never made.
+    /// Handle of each object of the document; 0: it was not created.
     pub origins: RefCell<Vec<tatu_object>>,
     pub settings: RefCell<Settings>,
     /// The scene at the start of the run.
     pub initial: RefCell<Option<Scene>>,
-    /// Slots, kinds and parameters of the devices at the start.
+    /// Slots, kinds and parameters of the devices at the start of the run.
     pub initial_devices: RefCell<Vec<(u32, DeviceSpec)>>,
 }
 
@@ -41,11 +42,11 @@ impl Model {
             initial_devices: RefCell::default(),
         }
     }
-    /// The seed of something, from the scene's seed and its key.
+    /// Returns a seed derived from the scene's seed and `key`.
     pub fn seed_of(&self, key: &str) -> u64 {
         xxhash_rust::xxh3::xxh3_64_with_seed(key.as_bytes(), self.settings.borrow().seed)
     }
-    /// The settings that concern the engine.
+    /// Returns the settings that concern the engine.
     pub fn engine_settings(settings: &Settings) -> EngineSettings {
         EngineSettings {
             gravity: settings.gravity,

@@ -1,4 +1,4 @@
-//! What a world keeps of its outside.
+//! The world's connections to the outside.
 
 use std::{
     cell::{Cell, RefCell},
@@ -19,57 +19,57 @@ use super::{
     session::{SessionCell, WorldHandle},
 };
 
-/// The world's side of its session: events for services, the input log, what is replayed.
+/// The world's side of its session: events for services, the input log, and the log being replayed.
 pub(crate) struct Outside {
     session: RefCell<Weak<SessionCell>>,
-    /// By which the session knows the world.
+    /// The handle by which the session knows the world.
     pub handle: Rc<WorldHandle>,
-    /// Somebody stands by who can lift a pause.
+    /// Whether a user is present who can end a pause.
     pub interactive: Cell<bool>,
-    /// The client on whose behalf the current service acts, by the service's number.
+    /// The client on whose behalf the current service acts, as numbered by the service.
     pub client: Cell<u64>,
-    /// What scripts from outside were given, by slot.
+    /// Options of scripts from outside the document, by slot.
     pub options: RefCell<BTreeMap<u32, Value>>,
-    /// What happens, for scripts.
+    /// Events for scripts.
     pub bus: Bus,
     /// Events queued for services until the next barrier.
     events: RefCell<Vec<(Rc<str>, Value)>>,
     pub log: RefCell<InputLog>,
     pub replay: RefCell<Option<Replay>>,
-    /// What services kept of the world, from a snapshot: until they take it up.
+    /// States of services from a snapshot, until the services take them.
     pub saved_services: RefCell<Vec<(String, InstanceImage)>>,
-    /// Functions of clients that run now, one within the other.
+    /// Number of client functions running now, nested in each other.
     pub functions: Cell<u32>,
-    /// The caller of the call that is being replayed.
+    /// Name of the caller whose call is being replayed.
     pub replayed: RefCell<String>,
-    /// What came in since the start, but for what services did: kind and text.
+    /// Inputs since the start, except the actions of services: kind and text.
     pub inputs: RefCell<Vec<(String, String)>>,
-    /// What clocks show, s since the start, where that is not simulation time.
+    /// Time that clocks show, s since the start, if it is not simulation time.
     pub clock: Cell<Option<f64>>,
-    /// The date of the start, s since 1970.
+    /// The date of the start, Unix time in s.
     pub epoch: Cell<i64>,
-    /// Files that scripts or plugins asked to read since the start.
+    /// Files that scripts or plugins have asked to read since the start.
     pub opened: RefCell<BTreeSet<String>>,
-    /// Reads another scene, with which the program goes on when it is asked to; none: it runs this one only.
+    /// Loads another scene when one is requested. `None`: the program runs only this one.
     pub scene_reader: RefCell<Option<SceneReader>>,
-    /// The scene that was asked for.
+    /// The scene to load next, if one was requested.
     pub next_scene: RefCell<Option<NextScene>>,
 }
 
-/// Reads the scene in a file; an empty path: the present one again.
+/// Reads a scene file. An empty path means the current scene.
 pub(crate) type SceneReader = Rc<dyn Fn(&Path) -> Result<Arc<Document>, Error>>;
 
-/// A scene with which the program is to go on.
+/// The scene with which the program continues.
 pub struct NextScene {
-    /// Its file; empty: that of the present one.
+    /// Its file; empty: that of the current scene.
     pub file: PathBuf,
-    /// What it is made of.
+    /// Its contents.
     pub document: Arc<Document>,
-    /// It is to start at once: a start was requested since.
+    /// Whether it starts at once, because a start was requested after it.
     pub starts: bool,
 }
 
-/// Where clocks show simulation time, runs start with the first second of 2015, in universal time.
+/// The start of runs whose clocks show simulation time: 2015-01-01 00:00:00 UTC.
 const EPOCH: i64 = 1_420_070_400;
 
 impl Default for Outside {
@@ -98,7 +98,7 @@ impl Default for Outside {
 }
 
 impl Outside {
-    /// Something came in: kept for plugins, and if it is the time, for clocks.
+    /// Handles an input: sets a clock if it is one for clocks, otherwise keeps it for plugins.
     pub fn take_in(&self, kind: &str, text: &str) {
         match kind {
             "clock" => self.clock.set(text.parse().ok()),
@@ -106,20 +106,20 @@ impl Outside {
             _ => self.inputs.borrow_mut().push((kind.to_owned(), text.to_owned())),
         }
     }
-    /// The world joins a session, which knows it by `world`.
+    /// Joins a session, which knows the world as `world`.
     pub fn join(&self, session: &Rc<SessionCell>, world: *mut tatu_world) {
         self.handle.set(world);
         *self.session.borrow_mut() = Rc::downgrade(session);
     }
-    /// The world leaves its session.
+    /// Leaves the session.
     pub fn leave(&self) {
         *self.session.borrow_mut() = Weak::new();
     }
-    /// The session, if the world is in one that still lives.
+    /// Returns the session, if the world is in one that is still alive.
     pub fn session(&self) -> Option<Rc<SessionCell>> {
         self.session.borrow().upgrade()
     }
-    /// The world starts.
+    /// Resets the state of the run when the world starts.
     pub fn begin(&self) {
         self.log.borrow_mut().clear();
         self.opened.borrow_mut().clear();
@@ -132,12 +132,12 @@ impl Outside {
         self.bus.begin();
         self.tell("started", Value::Nil);
     }
-    /// Publishes an event that costs nothing to make.
+    /// Publishes an event whose payload is already at hand.
     pub fn tell(&self, name: &str, payload: Value) {
         self.publish(name, || payload);
     }
-    /// Publishes an event: for scripts at the next delivery, for services at the next barrier. What it holds is only
-    /// made if somebody listens.
+    /// Publishes an event: to scripts at the next delivery, to services at the next barrier. `payload` is called only
+    /// if something subscribes to the event.
     pub fn publish(&self, name: &str, payload: impl FnOnce() -> Value) {
         let (scripts, services) = (self.bus.wants(name), self.services_want(name));
         if !scripts && !services {
@@ -165,7 +165,7 @@ impl Outside {
     pub fn has_events(&self) -> bool {
         !self.events.borrow().is_empty()
     }
-    /// Something went wrong for the first time.
+    /// Publishes the events for a fault that occurred for the first time.
     pub fn fault(&self, fault: &Fault) {
         let of = match fault.kind {
             FaultKind::Plugin => "plugin_failed",

@@ -5,8 +5,8 @@
 //!                     running -> last before pause -> paused -> first after pause -> running
 //! ```
 //!
-//! A stop or a pause is a request. A phase changes only after a pass, so the pass in which a script asks is an ordinary
-//! one to its end, and readers of the phase learn of a stop two passes before the end.
+//! Stops and pauses are requests. The phase changes only after a pass, so the pass in which a script makes the request
+//! ends like any other, and readers of the phase see a stop two passes ahead.
 
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::*;
@@ -14,27 +14,27 @@ use tatu_plugin_api::abi::*;
 /// What a world is doing: `TATU_PHASE_*`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Phase {
-    /// It is not started.
+    /// The world has not been started.
     #[default]
     Stopped = TATU_PHASE_STOPPED as isize,
-    /// Its first pass.
+    /// The first pass of a run.
     First = TATU_PHASE_FIRST as isize,
-    /// Any pass between.
+    /// Any pass between the first and the last ones.
     Running = TATU_PHASE_RUNNING as isize,
-    /// A pause was asked for; after this pass time stands.
+    /// A pause was requested; time stands still after this pass.
     LastBeforePause = TATU_PHASE_LAST_BEFORE_PAUSE as isize,
-    /// Time stands.
+    /// Time stands still.
     Paused = TATU_PHASE_PAUSED as isize,
     /// The first pass after a pause.
     FirstAfterPause = TATU_PHASE_FIRST_AFTER_PAUSE as isize,
-    /// A stop was asked for; one more pass follows.
+    /// A stop was requested; one more pass follows.
     Stopping = TATU_PHASE_STOPPING as isize,
-    /// The last pass, at whose end the scripts of the run clean up.
+    /// The last pass, at the end of which the scripts of the run clean up.
     Last = TATU_PHASE_LAST as isize,
 }
 
 impl Phase {
-    /// The phase after a pass in this one.
+    /// Returns the phase that follows a pass in this one.
     pub(crate) fn after(self, stop: bool, pause: bool) -> Phase {
         match self {
             Phase::First | Phase::FirstAfterPause => Phase::Running,
@@ -47,12 +47,12 @@ impl Phase {
         }
     }
 
-    /// Whether a pause may be asked for.
+    /// Returns whether a pause may be requested.
     pub(crate) fn takes_pause(self) -> bool {
         matches!(self, Phase::First | Phase::Running | Phase::FirstAfterPause)
     }
 
-    /// Whether scripts can see that the end is near.
+    /// Returns whether the run is about to end.
     pub(crate) fn is_ending(self) -> bool {
         matches!(self, Phase::Stopping | Phase::Last)
     }
@@ -62,7 +62,7 @@ impl Phase {
 mod tests {
     use super::*;
 
-    /// Passes until `to`, the request standing all the while.
+    /// Returns the phases of the passes until `to`, with the requests pending throughout.
     fn passes(mut from: Phase, to: Phase, stop: bool, pause: bool) -> Vec<Phase> {
         let mut out = Vec::new();
         while from != to {
@@ -81,7 +81,7 @@ mod tests {
         assert_eq!(passes(Running, Paused, false, true), [Running, LastBeforePause]);
         assert_eq!(passes(First, Paused, false, true), [First, Running, LastBeforePause]);
         assert_eq!(passes(FirstAfterPause, Stopped, true, false), [FirstAfterPause, Running, Stopping, Last]);
-        // A stop comes before a pause.
+        // A stop takes precedence over a pause.
         assert_eq!(passes(Running, Stopped, true, true), [Running, Stopping, Last]);
     }
 }

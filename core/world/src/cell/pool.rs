@@ -1,4 +1,4 @@
-//! The threads that a world computes with.
+//! The thread pool in which a world computes.
 
 use std::{cell::RefCell, sync::Arc};
 
@@ -6,17 +6,17 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use tatu_errors::{Error, Result};
 
 thread_local! {
-    /// The pool that this thread is one of, once it was needed.
+    /// The pool that this thread belongs to, once it has been needed.
     static OWN: RefCell<Option<Arc<ThreadPool>>> = const { RefCell::new(None) };
 }
 
-/// A pool of `threads` threads for a world of the calling thread, which is one of them: nothing is handed from thread to
-/// thread that it could do itself, and what it has in its caches stays of use.
+/// Returns a pool of `threads` threads for a world of the calling thread, which is one of them: it does its own share
+/// of the work without a hand-over, with warm caches.
 ///
-/// A world never computes in a pool of several threads that another thread uses: the engine waits there for tasks that
-/// it gave to the pool, and two worlds that wait in one pool of two would wait for ever. Worlds of one thread never
-/// compute at once, and share its pool. A thread belongs to one pool for ever: where it is one of another, a pool of
-/// other threads is made.
+/// A world never computes in a pool of several threads that another thread also uses: the engine blocks until its tasks
+/// in the pool are done, and two worlds blocking in one pool of two threads would deadlock. Single-threaded worlds of a
+/// thread never compute at the same time, so they share its pool. A thread can belong to only one pool for its
+/// lifetime; if it already belongs to a pool of another size, a pool of other threads is made.
 pub(crate) fn of(threads: usize) -> Result<Arc<ThreadPool>> {
     let threads = threads.max(1);
     OWN.with_borrow_mut(|own| {

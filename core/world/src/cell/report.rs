@@ -1,4 +1,4 @@
-//! What a world reports: lines and faults, and who called.
+//! Reports of a world: log lines, faults, and the caller they concern.
 
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -13,7 +13,7 @@ use super::{
 };
 
 impl WorldCell {
-    /// The current caller, for messages.
+    /// Returns the name of the current caller, for messages.
     pub fn caller_name(&self) -> String {
         let caller = self.run.calls.caller.get();
         match self.see(|w| &w.state.scene) {
@@ -21,7 +21,7 @@ impl WorldCell {
             _ => "the host".into(),
         }
     }
-    /// Adds to a fault whose script it was.
+    /// Adds the calling object and script to a fault.
     pub fn blame_caller(&self, fault: &mut Fault) {
         let caller = self.run.calls.caller.get();
         if let (Some(scene), true) = (self.see(|w| &w.state.scene), caller.object != 0) {
@@ -29,7 +29,7 @@ impl WorldCell {
         }
         self.with_caller(|script| fault.script = Some(script.name.clone()));
     }
-    /// Does something with the script that calls, if it is one.
+    /// Calls `f` with the calling script, if a script is calling.
     pub fn with_caller(&self, f: impl FnOnce(&Script)) {
         let instance = self.run.calls.caller.get().instance;
         let script = self.see(|w| &w.run.scripts).and_then(|s| s.by_id(instance));
@@ -37,7 +37,7 @@ impl WorldCell {
             f(&script);
         }
     }
-    /// Records a fault: reported once, then counted.
+    /// Records a fault: the first is reported, equal ones are counted.
     pub fn report(&self, fault: Fault) {
         if let Some(worker) = &self.worker {
             return worker.note(DeferredEffect::Fault(Box::new(fault)));
@@ -64,7 +64,7 @@ impl WorldCell {
         drop(faults);
         self.run.lines.hold().push(LogLine { level: TATU_LOG_ERROR, code, text });
     }
-    /// Keeps a line until `take_lines` is called.
+    /// Keeps a log line until `take_lines` is called.
     pub fn log(&self, level: u32, text: &str) {
         if let Some(worker) = &self.worker {
             return worker.note(DeferredEffect::Line(level, text.to_owned()));
@@ -96,7 +96,7 @@ impl WorldCell {
             _ => {}
         }
     }
-    /// Publishes a line, if there are subscribers.
+    /// Publishes a log line as an event, if something subscribes to it.
     fn tell_line(&self, level: u32, text: &str) {
         let level = match level {
             TATU_LOG_ERROR => "error",
@@ -114,7 +114,7 @@ impl WorldCell {
         };
         self.run.outside.publish("message", || payload([("level", Value::text(level)), ("text", Value::text(text))]));
     }
-    /// Publishes that an object is there, or is gone.
+    /// Publishes that an object was added or removed.
     pub fn tell_object(&self, event: &str, scene: &Scene, slot: u32) {
         self.run.outside.publish(event, || {
             let kind = scene.get(slot).map_or("", |o| kind_name(o.kind()));
@@ -124,13 +124,13 @@ impl WorldCell {
     }
 }
 
-/// A fault of a plugin's instance, which is switched off.
+/// Describes the failure of a plugin's instance, which is switched off.
 pub(crate) fn instance_fault(cell: &WorldCell, plugin: usize, slot: u32, status: tatu_status, text: &str) -> Fault {
     let id = &cell.model.registry.plugins[plugin].id;
     let path = cell.state.scene.try_borrow().map(|s| s.path(slot)).unwrap_or_default();
     let what =
         cell.state.scene.try_borrow().ok().and_then(|s| s.get(slot).map(|o| kind_name(o.kind()))).unwrap_or("sensor");
-    // What it says begins with a verb where it is the host that says it.
+    // The host's own messages begin with a verb, so they need no "failed".
     let how = if status == TATU_ERR_PANIC || text.starts_with("broke the contract") { "" } else { "failed: " };
     let mut fault =
         Fault::new(FaultKind::Plugin, format!("plugin `{id}` {how}{text}; the {what} {path} is switched off"));

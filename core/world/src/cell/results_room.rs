@@ -1,25 +1,26 @@
-//! Memory for the results of a command: always the host's own, with a guard on each side. A command that writes out of
-//! bounds is blamed itself, and does not damage what its caller keeps beside its own array.
+//! Room for the results of a command: always the host's own memory, with guards on both sides. A command that writes
+//! out of bounds is then blamed itself, and does not damage what its caller keeps next to its own array.
 
 use std::ptr::null_mut;
 
 use tatu_plugin_api::abi::*;
 use tatu_plugins::state_block::GUARD;
 
-/// Results that a command has room for at most, if its caller has as much.
+/// Maximum number of results a command has room for; fewer if its caller has less room.
 const MOST: usize = 64;
-/// Values on each side: enough for mistaking the room for one twice as large.
+/// Guard values on each side; the rear ones suffice if a command takes the room to be twice as large.
 const FRONT: usize = 2;
 const BACK: usize = MOST + 8;
 
-/// Of one call. A `Vec`, for its pointer stays when it is moved. Nobody borrows it while the command writes.
+/// The room of one call. It is a `Vec` because its buffer stays in place when it is moved. Nothing borrows the buffer
+/// while the command writes.
 pub(crate) struct ResultsRoom(Vec<tatu_value>);
 
-/// The array of a caller, put aside while the command writes to the host's.
+/// The caller's array, set aside while the command writes to the host's.
 pub(crate) struct CallersRoom {
     results: *mut tatu_value,
     cap: u32,
-    /// The command's; null: it writes to the caller's.
+    /// The host's array; null: the command writes to the caller's.
     own: *mut tatu_value,
 }
 
@@ -30,28 +31,28 @@ impl ResultsRoom {
     pub fn new() -> Self {
         ResultsRoom(vec![GUARDS; FRONT + MOST + BACK])
     }
-    /// The first result.
+    /// Returns the place of the first result.
     pub fn first(&mut self) -> *mut tatu_value {
         self.0.as_mut_ptr().wrapping_add(FRONT)
     }
 }
 
 impl CallersRoom {
-    /// Provides room for the frame's command in `own`, as much as its caller has. A caller with room for more gets no
-    /// guards.
+    /// Redirects the frame's results to `own`, with the capacity that the caller provides. A caller with room for more
+    /// than `MOST` keeps its own array, without guards.
     #[inline]
     pub fn put_aside(f: &mut tatu_call, own: *mut tatu_value) -> CallersRoom {
         let fits = f.results_cap as usize <= MOST;
         let room = CallersRoom { results: f.results, cap: f.results_cap, own: if fits { own } else { null_mut() } };
         if fits {
             f.results = own;
-            // SAFETY: within the room or its guards.
+            // SAFETY: `own` has `MOST + BACK` values from its first result, and `cap <= MOST`.
             unsafe { own.add(room.cap as usize).write(GUARDS) };
         }
         room
     }
 
-    /// Restores the caller's array, with the results in it; returns whether the command kept within its room.
+    /// Restores the caller's array and copies the results into it. Returns whether the command stayed within its room.
     #[inline]
     #[must_use]
     pub fn give_back(self, f: &mut tatu_call) -> bool {
@@ -59,7 +60,8 @@ impl CallersRoom {
         if self.own.is_null() {
             return true;
         }
-        // SAFETY: the host's room with its guards; the caller's array has room for `cap`, and is another one.
+        // SAFETY: `own` is the first result of a room with `FRONT` guards before and `MOST + BACK` values after it. The
+        // caller's array has room for `cap` values and does not overlap the room.
         unsafe {
             let whole = is_guard(self.own.sub(1)) && is_guard(self.own.add(self.cap as usize));
             if !whole {
@@ -70,7 +72,7 @@ impl CallersRoom {
             if n > 0 {
                 self.results.copy_from_nonoverlapping(self.own, n);
             }
-            // What a later command counts as a result and does not write is of no type, not what this one left.
+            // A later command may count a result without writing it: it must not see the result of this command.
             for i in 0..n {
                 self.own.add(i).write(GUARDS);
             }
@@ -80,9 +82,10 @@ impl CallersRoom {
 }
 
 /// # Safety
-/// A value of the room.
+/// `at` must point to an initialised value of a room.
 #[inline]
 unsafe fn is_guard(at: *const tatu_value) -> bool {
-    // SAFETY: the caller promises it; the payload is read as the number that any bits are.
+    // SAFETY: the caller guarantees that `at` is valid; all members of the payload union are plain data, and every bit
+    // pattern is a valid `u64`.
     unsafe { (*at).tag == GUARDS.tag && (*at).reserved == GUARDS.reserved && (*at).u.u == GUARD }
 }

@@ -1,4 +1,4 @@
-//! How much room the stores of a world have.
+//! Size limit of the stores of a world.
 
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::Scene;
@@ -6,14 +6,14 @@ use tatu_scene::Scene;
 use super::{WorldCell, stores::bytes_of};
 
 impl WorldCell {
-    /// Bytes that each of the stores may take.
+    /// Returns the maximum size of each store, bytes.
     pub fn store_room(&self) -> u64 {
         match self.see(|w| &w.model.settings).map_or(0, |s| s.memory) {
             0 => u64::MAX,
             room => room,
         }
     }
-    /// Refuses what would not fit.
+    /// Refuses `what`, because it would exceed the limit.
     pub fn no_room(&self, what: &str) -> tatu_status {
         let text = format!(
             "{what} of the scene would take more than {} MB, the memory that its scripts may use: remove some, or raise \
@@ -22,7 +22,7 @@ impl WorldCell {
         );
         self.run.calls.refuse(TATU_ERR_SPACE, &text)
     }
-    /// Refuses free data of an object, or of the world (0), for which there is no room.
+    /// Returns an error if there is no room for custom data of an object; slot 0: of the world.
     pub fn check_notes(&self, scene: &Scene, slot: u32, value: &Value) -> Result<(), tatu_status> {
         let fits = self.state.noted.has_room(scene, slot, bytes_of(value), self.store_room());
         if fits { Ok(()) } else { Err(self.no_room("custom data")) }

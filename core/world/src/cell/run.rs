@@ -14,29 +14,29 @@ use super::{
     stand_ins::StandIns,
 };
 
-/// Scripts, calls of commands, services, lines and faults.
+/// Scripts, calls of commands, services, log lines and faults.
 pub(crate) struct Run {
     pub scripts: RefCell<Scripts>,
-    /// Which callbacks there have been among its scripts, so that the rest are not searched for.
+    /// The callbacks that any script has had, so that the others need no search.
     pub callback_mask: CallbackMask,
     pub calls: Calls,
-    /// The stages that are running, outermost first, and who asked for each.
+    /// The running stages, outermost first, and who asked for each.
     pub stages: RefCell<Vec<(u32, Cow<'static, str>)>>,
-    /// What comes from outside: services, the log of what they did, what is replayed.
+    /// Services, the input log, and the log being replayed.
     pub outside: Outside,
-    /// Where scripts open files.
+    /// The folders in which scripts open files.
     pub folders: Folders,
-    /// Stand-ins for what scripts ask for, in runs without a scene.
+    /// Stand-ins for objects that scripts ask for, in runs without a scene.
     pub stand_ins: StandIns,
     pub faults: RefCell<Vec<Fault>>,
     pub lines: Lines,
-    /// Bytes of the lines that are kept; all bits: they take too much, which has been reported.
+    /// Total bytes of the lines kept; `u64::MAX`: the limit was exceeded, and this has been reported.
     pub line_bytes: Cell<u64>,
     pub pool: Arc<rayon::ThreadPool>,
 }
 
 impl Run {
-    /// `file`: that of the scene, whose folder scripts may read.
+    /// Creates the state of a run. `file` is the scene's file, whose folder scripts may read.
     pub fn new(file: Option<&Path>, pool: Arc<rayon::ThreadPool>) -> Self {
         Run {
             scripts: RefCell::new(Scripts::default()),
@@ -52,11 +52,11 @@ impl Run {
             pool,
         }
     }
-    /// Runs `f` with the world's pool of threads.
+    /// Runs `f` in the world's thread pool.
     pub fn install<T: Send>(&self, f: impl FnOnce() -> T + Send) -> T {
         self.pool.install(f)
     }
-    /// The world's threads.
+    /// Returns the world's thread pool.
     pub fn pool(&self) -> &rayon::ThreadPool {
         &self.pool
     }

@@ -1,8 +1,8 @@
-//! What a plugin may ask of the host depends on the call that it is in. The host checks this in every function that
-//! takes a world.
+//! Checks of which host functions a plugin may use during which call. Every host function that takes a world makes
+//! them.
 //!
-//! A world belongs to the thread that made it. A pointer that belongs to no living world of this thread is refused
-//! before it is read: it is used on a thread of the plugin's own, or was kept after its world ended.
+//! A world belongs to the thread that created it. A pointer that is not the address of a living world of this thread is
+//! refused before it is read: either a plugin uses it on a thread of its own, or kept it after its world had ended.
 
 use std::{
     collections::BTreeSet,
@@ -18,38 +18,38 @@ use tatu_plugins::watchdog::Call;
 
 use super::{WorldCell, living, script_worker};
 
-/// A function of the host, for messages: "scene.pose", and whether it changes something.
+/// A function of the host.
 #[derive(Clone, Copy)]
 pub(crate) struct Function {
-    /// As the header calls it.
+    /// Its name in the header, for messages: "scene.pose".
     pub name: &'static str,
-    /// Whether it changes the world, or lets others do so.
+    /// Whether it changes the world, or lets others change it.
     pub acts: bool,
 }
 
 impl Function {
-    /// One that changes nothing.
+    /// Describes a function that changes nothing.
     pub const fn looks(name: &'static str) -> Self {
         Function { name, acts: false }
     }
-    /// One that changes the world, or lets others do so.
+    /// Describes a function that changes the world, or lets others change it.
     pub const fn acts(name: &'static str) -> Self {
         Function { name, acts: true }
     }
 }
 
-/// What a call may use. Each level includes the previous ones.
+/// The host functions that a call may use. Each level includes the previous ones.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Scope {
-    /// Nothing that needs a world.
+    /// Only functions that need no world.
     Nothing,
-    /// What changes nothing.
+    /// Also functions that change nothing.
     Look,
-    /// Everything.
+    /// All functions.
     Act,
 }
 
-/// Scopes, indexed by the number of a call in the watchdog's notes.
+/// Scopes, indexed by call number in the watchdog's records.
 static SCOPES: [Scope; Call::ALL.len()] = {
     let mut all = [Scope::Nothing; Call::ALL.len()];
     let mut i = 0;
@@ -62,10 +62,10 @@ static SCOPES: [Scope; Call::ALL.len()] = {
 
 const fn scope(call: Option<Call>) -> Scope {
     match call {
-        // These run in parallel, on any thread, in the middle of a stage.
+        // These run in parallel on any thread, in the middle of a stage.
         Some(Call::Aim | Call::Measure | Call::Finish | Call::Apply) | None => Scope::Nothing,
-        // A snapshot, a restore or a change of parameters must not change anything else, or the run could not continue
-        // from it.
+        // A snapshot, a restore or a change of parameters must change nothing else; otherwise the run could not
+        // continue from it.
         Some(
             Call::Create
             | Call::Destroy
@@ -85,7 +85,7 @@ const fn scope(call: Option<Call>) -> Scope {
     }
 }
 
-/// A world has got the address at which it stays.
+/// Registers a world, once its address no longer changes.
 pub(crate) fn enlist(world: &WorldCell) {
     if let Ok(mut all) = STRANGERS.lock() {
         all.known.clear();
@@ -94,28 +94,28 @@ pub(crate) fn enlist(world: &WorldCell) {
 }
 
 impl WorldCell {
-    /// The world behind an ABI pointer, whatever call is running: for the log. None where no world of this thread
-    /// has that address. On a thread that runs scripts beside others it is the thread's own cell.
+    /// Returns the world behind an ABI pointer, whatever call is running; used directly by the log. `None`: no world of
+    /// this thread has that address. On a thread that runs scripts in parallel, it is the thread's own worker.
     #[inline]
     pub fn at<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
         let world = ptr.cast::<WorldCell>().cast_const();
         if living::is_last(ptr) {
-            // SAFETY: it is alive on this thread, and the thread is not in a worker: ending the world or entering a
-            // worker clears the entry that `is_last` compares with.
+            // SAFETY: `is_last` holds only while the world is alive on this thread and the thread is not in a worker:
+            // ending the world and entering a worker both clear the entry.
             return unsafe { world.as_ref() };
         }
         match script_worker::of_this_thread() {
             None if living::has(ptr) => {
-                // SAFETY: the list holds only worlds that are alive on this thread.
+                // SAFETY: the list contains only worlds that are alive on this thread.
                 unsafe { world.as_ref() }
             }
             None => None,
-            // Nothing else is to be touched from here.
+            // In a worker, only the worker's own cell may be used.
             Some(cell) => (cell.raw() == ptr).then_some(cell),
         }
     }
 
-    /// The same for a function of the host: the call that runs must allow it. `Err`: the status, whose message has been
+    /// Like `at`, for a host function: the running call must allow it. `Err`: the status, whose message has been
     /// recorded.
     #[inline]
     pub fn admit<'a>(world: WorldRef<'a>, function: Function) -> Result<&'a WorldCell, tatu_status> {
@@ -139,7 +139,7 @@ fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
     };
     let text = format!("`{name}` was called in `{}`, and is refused: it {why}", call.text());
     if let Some(plugin) = world.model.registry.plugins.get(world.border.watch.plugin()) {
-        // Statuses are easily passed over: who broke the rule is named.
+        // Callers easily ignore a status, so the plugin that broke the rule is reported too.
         let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{}` broke the contract: {text}", plugin.id));
         fault.plugin = Some(plugin.id.clone());
         fault.object = world.border.watch.name_of(world.border.watch.slot());
@@ -148,22 +148,21 @@ fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
     world.run.calls.refuse(TATU_ERR_BUSY, &text)
 }
 
-/// Refusals that belong to no world, with the library that called: each is reported once, and the first world to look
-/// takes them for faults of its run.
+/// Breaches of the contract that belong to no world. Each is kept once, and the first world to check takes them as
+/// faults of its run.
 static STRANGERS: Mutex<Strangers> = Mutex::new(Strangers { known: BTreeSet::new(), pending: Vec::new() });
 static ANY_STRANGER: AtomicBool = AtomicBool::new(false);
-/// How many of them are kept.
+/// Maximum number of breaches kept.
 const MOST_STRANGERS: usize = 16;
 
 struct Strangers {
-    /// Reported since the last world was made.
+    /// Those found since the last world was created.
     known: BTreeSet<String>,
-    /// Not reported yet.
+    /// Those not reported yet.
     pending: Vec<String>,
 }
 
-/// A plugin broke the contract outside of any call that a world knows of: a fault of the run that looks next, reported
-/// once.
+/// Records a breach of the contract outside any call that a world knows of. The next run that checks reports it once.
 pub fn breach(text: String) {
     if let Ok(mut all) = STRANGERS.lock()
         && all.known.len() < MOST_STRANGERS
@@ -190,7 +189,7 @@ fn refuse_stranger(ptr: *mut tatu_world, name: &str) -> tatu_status {
 }
 
 impl WorldCell {
-    /// Takes refusals that belong to no world for faults of this run.
+    /// Reports breaches that belong to no world as faults of this run.
     pub fn take_strangers(&self) {
         if ANY_STRANGER.swap(false, Relaxed)
             && let Ok(mut all) = STRANGERS.lock()
@@ -202,9 +201,9 @@ impl WorldCell {
     }
 }
 
-/// The caller of a host function, where no call is noted.
+/// Identifies the caller of a host function when no call is recorded.
 mod caller {
-    /// The library of a plugin in the chain of calls, nearest first.
+    /// Returns the library of the nearest plugin on the call stack.
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     pub fn library() -> Option<String> {
         use std::ffi::{CStr, c_int, c_void};
@@ -212,7 +211,8 @@ mod caller {
             fn backtrace(frames: *mut *mut c_void, n: c_int) -> c_int;
         }
         let mut frames = [std::ptr::null_mut(); 32];
-        // SAFETY: room for as many; any address may be asked for, and the names live as long as their libraries.
+        // SAFETY: `frames` has room for 32 addresses; `dladdr` accepts any address, and the file name it returns lives
+        // as long as its library is loaded.
         unsafe {
             let n = backtrace(frames.as_mut_ptr(), 32).clamp(0, 32) as usize;
             frames[..n].iter().find_map(|at| {

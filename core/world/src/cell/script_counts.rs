@@ -1,40 +1,40 @@
-//! What scripts did, for the summary of a run.
+//! Counts of what scripts did, for the summary of a run.
 
 use std::{cell::RefCell, collections::BTreeMap};
 
-/// What one script did since its world began.
+/// The activity of one script since its world was created.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScriptSummary {
-    /// Path of the object that it belongs to.
+    /// Path of the object that the script belongs to.
     pub object: String,
     /// "child", "customization", "main", ...
     pub kind: String,
-    /// The dialect chosen for it; empty: it could not be loaded.
+    /// The dialect chosen for the script; empty: it could not be loaded.
     pub dialect: String,
-    /// How often each of its callbacks was called.
+    /// Number of calls, by callback.
     pub calls: BTreeMap<String, u64>,
-    /// Instructions that it used, as its language counts them.
+    /// Instructions executed, as the language counts them.
     pub instructions: u64,
 }
 
-/// Calls by callback.
+/// Numbers of calls of a script, by callback.
 #[derive(Debug, Default)]
 pub(crate) struct CallCounts {
-    /// One for each callback; there are few, and the busy ones come first.
+    /// Counts by callback, searched linearly: there are few, and the frequent ones come first.
     counts: RefCell<Vec<Count>>,
     pub dialect: RefCell<String>,
 }
 
 #[derive(Debug)]
 struct Count {
-    /// The language's number; 0: it has none any more.
+    /// The language's id of the callback; 0: no current id.
     id: u32,
     calls: u64,
     name: String,
 }
 
 impl CallCounts {
-    /// Notes the language's number for a callback.
+    /// Records the language's id of a callback.
     pub fn name(&self, id: u32, name: &[u8]) {
         let mut counts = self.counts.borrow_mut();
         if id == 0 || counts.iter().any(|c| c.id == id) {
@@ -46,13 +46,13 @@ impl CallCounts {
             None => counts.push(Count { id, calls: 0, name: name.into_owned() }),
         }
     }
-    /// Counts a call of it.
+    /// Counts a call of a callback.
     pub fn count(&self, id: u32) {
         if let Some(count) = self.counts.borrow_mut().iter_mut().find(|c| c.id == id) {
             count.calls += 1;
         }
     }
-    /// How often each callback was called.
+    /// Returns the number of calls of each callback.
     pub fn calls(&self) -> BTreeMap<String, u64> {
         let mut calls = BTreeMap::new();
         for count in self.counts.borrow().iter().filter(|c| c.calls > 0) {
@@ -60,7 +60,7 @@ impl CallCounts {
         }
         calls
     }
-    /// Takes that back.
+    /// Restores the counts that `calls` returned.
     pub fn recall(&self, calls: BTreeMap<String, u64>) {
         let mut counts = self.counts.borrow_mut();
         counts.iter_mut().for_each(|c| c.calls = 0);
@@ -71,7 +71,7 @@ impl CallCounts {
             }
         }
     }
-    /// Forgets the numbers: another instance gives its own.
+    /// Forgets all ids: the next instance assigns its own.
     pub fn renumber(&self) {
         self.counts.borrow_mut().iter_mut().for_each(|c| c.id = 0);
     }

@@ -1,38 +1,38 @@
-//! Kinds of scripts, and the callbacks that the host knows by name.
+//! Kinds of scripts, and the callbacks that the host calls by name.
 
 use std::cell::Cell;
 use tatu_plugin_api::abi::*;
 
-/// Whose a script is, and how long its state lives.
+/// The kind of a script, which determines the lifetime of its state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Kind {
-    /// Runs the stages of a pass itself; from start to stop.
+    /// Runs the stages of a pass itself; lives from start to stop.
     Main,
-    /// From start to stop.
+    /// Lives from start to stop.
     Child,
-    /// As long as the world.
+    /// Lives as long as the world.
     Customization,
-    /// Of nothing in the scene; as long as the world.
+    /// Belongs to no object of the scene; lives as long as the world.
     Addon,
-    /// The same, called after all others.
+    /// Like an add-on, but called after all others.
     Sandbox,
 }
 
 impl Kind {
-    /// By its name in documents and in the ABI.
+    /// Returns the kind with a name, as used in documents and in the ABI.
     pub fn parse(name: &str) -> Option<Self> {
         use Kind::*;
         let at = tatu_scene::document::SCRIPT_KINDS.iter().chain(OUTSIDE_KINDS).position(|k| *k == name)?;
-        // What runs as a thread is a child script in all else; its language gets the word.
+        // A threaded script is a child script in all other respects; its language receives the name.
         Some([Child, Customization, Main, Child, Addon, Sandbox][at])
     }
-    /// Whether its state lives from start to stop only.
+    /// Returns whether its state lives only from start to stop.
     pub fn of_run(self) -> bool {
         matches!(self, Kind::Main | Kind::Child)
     }
 }
 
-/// Kinds that come from outside a document: see [`World::attach`](crate::run::World::attach).
+/// Kinds of scripts that come from outside a document: see [`World::attach`](crate::run::World::attach).
 pub const OUTSIDE_KINDS: &[&str] = &["addon", "sandbox"];
 
 macro_rules! callbacks {
@@ -41,7 +41,8 @@ macro_rules! callbacks {
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub(crate) enum Callback { $(#[doc = $when] $name),* }
 
-        /// Their names in the ABI, in the order of [`Callback`]; `init` comes before any other is looked for.
+        /// Their names in the ABI, in the order of [`Callback`]. `init` is not among them: it is called before any
+        /// other is looked up.
         pub(crate) const CALLBACKS: &[&str] = &[$($text),*];
     };
 }
@@ -65,8 +66,7 @@ callbacks! {
     Measured "measured", "After the sensor that it belongs to has measured in the sensing stage.";
 }
 
-/// Which callbacks any script of a world has had, and what else there has been: a first look, before one at all
-/// scripts.
+/// The callbacks and kinds that any script of a world has had: a quick check that saves a search of all scripts.
 #[derive(Default)]
 pub(crate) struct CallbackMask(Cell<u32>);
 
@@ -74,12 +74,12 @@ impl CallbackMask {
     const DRIVER: u32 = 1 << 31;
     const LATE: u32 = 1 << 30;
 
-    /// A script has these callbacks.
+    /// Records the callbacks of a script.
     pub(crate) fn note(&self, numbers: &CallbackIds) {
         let bits = numbers.iter().enumerate().filter(|(_, n)| **n != 0).map(|(i, _)| 1 << i);
         self.0.set(bits.fold(self.0.get(), |all, bit| all | bit));
     }
-    /// A script of this kind was added; `late`: while the world ran.
+    /// Records the kind of a script that was added; `late`: while the world ran.
     pub(crate) fn note_kind(&self, kind: Kind, late: bool) {
         let bits = if kind == Kind::Main { Self::DRIVER } else { 0 } | if late { Self::LATE } else { 0 };
         self.0.set(self.0.get() | bits);
@@ -97,23 +97,23 @@ impl CallbackMask {
 
 const _: () = assert!(CALLBACKS.len() <= 30);
 
-/// The language's numbers for a script's callbacks, by [`Callback`]; 0: it has none.
+/// The language's ids of a script's callbacks, indexed by [`Callback`]; 0: not defined.
 pub(crate) type CallbackIds = [u32; CALLBACKS.len()];
 
 /// The order in which scripts are called: see `script_order`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Order {
-    /// Down the trees.
+    /// Each tree from its root down, parents first.
     ParentsFirst,
-    /// Up each tree, by kind.
+    /// By kind of script; within a kind, each tree from the leaves up.
     ByKind,
-    /// Deepest first over the whole scene.
+    /// By depth in the whole scene, deepest first.
     #[default]
     DeepestFirst,
 }
 
 impl Order {
-    /// By its number in the ABI.
+    /// Returns the order with a number in the ABI.
     pub fn of(number: u32) -> Option<Self> {
         match number {
             TATU_ORDER_PARENTS_FIRST => Some(Order::ParentsFirst),

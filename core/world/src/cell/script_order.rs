@@ -6,7 +6,7 @@
 //! | by kind and tree | threaded child scripts, child scripts, customization scripts; in each kind up each tree, siblings by priority |
 //! | deepest first | child scripts, then customization scripts; in each kind by depth over the whole scene, the deepest first, equal depth in the order of the hierarchy, priority only among those of one object |
 //!
-//! Add-ons and the sandbox come last. The languages of its scripts decide which order a world has.
+//! Add-ons and the sandbox come last. The languages of the scripts determine the order of a world.
 
 use std::{collections::BTreeMap, rc::Rc};
 
@@ -17,14 +17,14 @@ use super::{
     scripts::Script,
 };
 
-/// Where scripts stand among others of their class: what comes first compares less.
+/// Position of a script among others of its class; earlier ones compare less.
 type Place = (usize, usize);
 
-/// Puts scripts in order.
+/// Sorts scripts into their order of calling.
 pub(crate) fn sort(scripts: &mut [Rc<Script>], scene: &Scene, order: Order) {
     let owner = |s: &Script| scene.get(s.slot).map_or(0, |o| o.parent);
     let class = |s: &Script| match s.kind {
-        // A driver calls the others, and is not called.
+        // A driver calls the other scripts and is not called itself.
         Kind::Main => 0,
         Kind::Child if order != Order::DeepestFirst && s.threaded.get() => 1,
         Kind::Child => 2,
@@ -43,7 +43,7 @@ pub(crate) fn sort(scripts: &mut [Rc<Script>], scene: &Scene, order: Order) {
     });
 }
 
-/// Depth, the greatest first, then the hierarchy.
+/// Places by depth, deepest first, then by hierarchy.
 fn by_depth(scene: &Scene) -> BTreeMap<u32, Place> {
     let mut places = BTreeMap::new();
     let (mut level, mut depth) = (scene.roots().to_vec(), 0);
@@ -60,7 +60,7 @@ fn by_depth(scene: &Scene) -> BTreeMap<u32, Place> {
     places
 }
 
-/// Each tree by itself, parents before or after what is below them; siblings by priority, then the hierarchy.
+/// Places tree by tree, parents before or after their children; siblings by priority, then by hierarchy.
 fn by_tree(
     scripts: &[Rc<Script>],
     scene: &Scene,
@@ -78,7 +78,7 @@ fn by_tree(
         slots
     };
     let mut places = BTreeMap::new();
-    // What is still to be done, the next one last; `true`: what is below it is done.
+    // Stack of objects to visit, the next one last; `true`: its children are done.
     let mut open: Vec<(u32, bool)> = sorted(scene.roots()).into_iter().rev().map(|s| (s, false)).collect();
     while let Some((slot, below_done)) = open.pop() {
         if parents_first != below_done {

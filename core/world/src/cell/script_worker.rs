@@ -1,10 +1,10 @@
-//! What a thread sees of a world while it runs scripts beside those of other threads (see `scripts::beside`).
+//! A thread's view of a world while it runs scripts in parallel with other threads (see `scripts::parallel_scripts`).
 //!
-//! Such scripts do not touch the world. Their thread is in a *worker*: a cell of its own, with its own stack of calls,
-//! errors and lines, which takes the world's place in every service. It looks at the world as it stood when the stage
-//! began, through shared references. What scripts set, say and do wrong is noted as a [`DeferredEffect`], and done to
-//! the world in the order of the scripts when all of them have run: what comes out does not depend on the number of
-//! workers. Whatever else would change the world is refused.
+//! Parallel scripts do not touch the world. Their thread is in a *worker*: a cell with its own call stack, errors and
+//! lines, which services use in place of the world. It reads the world through shared references, in the state it had
+//! when the stage began. What the scripts set, log or get wrong is recorded as [`DeferredEffect`]s, which are applied
+//! to the world in script order after all of them have run, so the result does not depend on the number of workers. Any
+//! other change of the world is refused.
 
 use std::{
     cell::{Cell, RefCell},
@@ -20,19 +20,20 @@ use super::{
 };
 
 thread_local! {
-    /// The worker that this thread is in.
+    /// The worker that this thread is in, or null.
     static WORKER: Cell<*const WorldCell> = const { Cell::new(null()) };
 }
 
-/// The cell of the worker that this thread is in.
+/// Returns the cell of the worker that this thread is in.
 #[inline]
 pub(crate) fn of_this_thread<'a>() -> Option<&'a WorldCell> {
-    // SAFETY: set by `ScriptWorker::enter` only, for as long as the worker is borrowed.
+    // SAFETY: the pointer is null or was set by `ScriptWorker::enter`, which keeps the boxed cell borrowed until it
+    // restores the previous pointer.
     unsafe { WORKER.get().as_ref() }
 }
 
 impl ScriptWorker {
-    /// A worker of a world.
+    /// Creates a worker for a world.
     pub fn of(world: &WorldCell) -> Self {
         let settings = world.model.settings.borrow().clone();
         let (registry, document) = (world.model.registry.shared(), world.model.document.shared());
@@ -41,7 +42,8 @@ impl ScriptWorker {
         cell.border.watch = world.border.watch.beside(&world.model.registry.watches);
         cell.worker = Some(Box::new(WorkerView::new()));
         let cell = Box::new(cell);
-        // What is not looked at through the world counts as in use: services that try refuse.
+        // Parts that workers do not read from the world stay borrowed for ever, so that services which try to use them
+        // refuse.
         std::mem::forget((
             cell.state.scene.borrow_mut(),
             cell.state.dynamics.borrow_mut(),
@@ -56,7 +58,7 @@ impl ScriptWorker {
         ScriptWorker(cell)
     }
 
-    /// At the start of a stage: updates the worker from the world.
+    /// Updates the worker from the world at the start of a stage.
     pub fn begin(&self, world: &WorldCell) {
         let cell = &*self.0;
         if !std::ptr::eq(&raw const *cell.model.registry, &raw const *world.model.registry) {
@@ -74,12 +76,12 @@ impl ScriptWorker {
         worker.begin(world.raw());
     }
 
-    /// Runs something in the worker.
+    /// Runs `f` in the worker.
     ///
     /// # Safety
-    /// The world that the worker began with is not changed meanwhile.
+    /// The world that was passed to `begin` must be alive and must not change during the call.
     pub unsafe fn enter<T>(&self, f: impl FnOnce(&WorldCell, &WorkerView) -> T) -> Option<T> {
-        /// Leaves it, however it is left.
+        /// Restores the previous worker, also on unwinding.
         struct Inside(*const WorldCell);
         impl Drop for Inside {
             fn drop(&mut self) {
@@ -92,7 +94,8 @@ impl ScriptWorker {
         Some(f(&self.0, worker))
     }
 
-    /// The effects of its chunks, and what it found about the floating-point mode.
+    /// Takes the effects of the worker's chunks, and passes on which plugins were called and whether the floating-point
+    /// mode is suspect.
     pub fn end(&self, world: &WorldCell) -> (Vec<DeferredEffect>, Vec<(usize, usize)>) {
         world.border.called.set(world.border.called.get() | self.0.border.called.take());
         if self.0.border.suspicious.get() {
@@ -102,7 +105,7 @@ impl ScriptWorker {
         worker.take()
     }
 
-    /// Takes the memory of effects back.
+    /// Takes the vector back, to reuse its allocation.
     pub fn reuse(&self, effects: Vec<DeferredEffect>) {
         if let Some(worker) = &self.0.worker {
             worker.reuse(effects);
@@ -111,25 +114,27 @@ impl ScriptWorker {
 }
 
 impl WorldCell {
-    /// A look at a part of the world; `None`: it is in use by a caller further up.
+    /// Borrows a part of the world for reading. `None`: a caller further up the stack holds it mutably.
     #[inline]
     pub fn see<T>(&self, part: impl Fn(&WorldCell) -> &RefCell<T>) -> Option<PartRef<'_, T>> {
         match &self.worker {
             None => part(self).try_borrow().ok().map(PartRef::Own),
-            // SAFETY: nobody changes the world while its workers are in use (`ScriptWorker::enter`).
+            // SAFETY: `ScriptWorker::enter` guarantees that the world is alive and unchanged while its workers run, so
+            // shared references to its parts are sound.
             Some(worker) => unsafe {
                 worker.world().cast::<WorldCell>().as_ref().map(|w| PartRef::Shared(&*part(w).as_ptr()))
             },
         }
     }
 
-    /// In a worker: sets a number of a joint's drive, when all scripts of the stage have run. `Err`: why not.
+    /// In a worker, sets a number of a joint's drive, applied after all scripts of the stage have run. `Err` says why
+    /// it is refused.
     pub fn set_later(&self, slot: u32, row: Row, x: f64) -> Result<(), String> {
         let joint = self.see(|w| &w.state.scene).filter(|s| s.is_joint(slot)).map(|s| s.id(slot));
         match (&self.worker, joint.filter(|_| is_drive(row))) {
             _ if !x.is_finite() => Err(format!("`{}`: expected finite numbers", row.info().key)),
             (Some(worker), Some(joint)) => {
-                // As it would be kept.
+                // Later reads of this script must see the value as the joint will store it.
                 worker.set(joint, row, if row == Row::Slip { x.max(0.0) } else { x });
                 Ok(())
             }

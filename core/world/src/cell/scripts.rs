@@ -1,4 +1,4 @@
-//! The scripts of a world: what is kept of each.
+//! The scripts of a world, and the state the host keeps for each.
 
 use std::{cell::Cell, ffi::c_void, rc::Rc};
 
@@ -11,44 +11,45 @@ use super::{
     script_kinds::{CALLBACKS, Callback, CallbackIds, Kind, Order},
 };
 
-/// One script. The state of a child script exists while the world runs, that of others as long as the world.
+/// A script. The state of main and child scripts exists from start to stop, that of others as long as the world.
 pub(crate) struct Script {
     pub slot: u32,
     pub language: usize,
     pub kind: Kind,
-    /// The same as text.
+    /// The kind as text.
     pub kind_name: String,
-    /// Among scripts of one object, or of siblings: 0 first, 1, 2 last.
+    /// Order among scripts of one object, or of siblings: 0 first, 1, 2 last.
     pub priority: u8,
-    /// The scene lets it run beside others.
+    /// Whether the scene allows it to run in parallel with others.
     pub side_by_side: bool,
-    /// For messages: its file, if it has one.
+    /// Its file if it has one, for messages.
     pub name: String,
     pub text: Rc<[u8]>,
     pub wanted_dialect: String,
-    /// Instance number; 0: not made.
+    /// Instance id; 0: no instance.
     pub id: Cell<u64>,
     pub data: Cell<*mut c_void>,
-    /// The dialect chosen; owned by the instance.
+    /// The chosen dialect; the text is owned by the instance.
     pub dialect: Cell<tatu_str>,
     /// `TATU_SCRIPT_*`, from its language.
     pub traits: Cell<u32>,
-    /// Runs as a thread by itself.
+    /// Whether it runs as a thread of its own.
     pub threaded: Cell<bool>,
     pub initialised: Cell<bool>,
-    /// It was added while the world ran: until it has begun it comes after all others.
+    /// Whether it was added while the world ran; until it has begun, it comes after all others.
     pub late: Cell<bool>,
-    /// It had its clean-up.
+    /// Whether its clean-up has been called.
     pub cleaned: Cell<bool>,
-    /// It ended itself.
+    /// Whether it ended itself.
     pub ended: Cell<bool>,
-    /// Its text could not be loaded, it used up its budget, or it failed and is silent from then on.
+    /// Whether it is no longer called: its text could not be loaded, it exceeded its budget, or it failed and is
+    /// silenced.
     pub dead: Cell<bool>,
-    /// Of actuation and of sensing: the turn in which it was called last.
+    /// The turns of actuation and of sensing in which it was last called.
     pub called_in: [Cell<u64>; 2],
-    /// Calls into it that are running.
+    /// Number of calls into it that are running.
     pub depth: Cell<u32>,
-    /// What it asked for, to be done when no call of it runs any more.
+    /// Its request, carried out when no call into it is running.
     pub asked: Cell<ExitRequest>,
     pub callbacks: Cell<CallbackIds>,
     pub calls: Cell<u64>,
@@ -59,9 +60,9 @@ pub(crate) struct Script {
 /// All scripts of a world.
 #[derive(Default)]
 pub(crate) struct Scripts {
-    /// In the order in which they were added.
+    /// All scripts, in the order in which they were added.
     pub list: Vec<Rc<Script>>,
-    /// In the order in which they are called, as of this version of the tree; 0: to be rebuilt.
+    /// All scripts in calling order, for the tree version `sorted_at`; 0: to be rebuilt.
     pub sorted: Rc<[Rc<Script>]>,
     pub sorted_at: u64,
     /// How often the stages of actuation and of sensing have begun.
@@ -69,29 +70,29 @@ pub(crate) struct Scripts {
     pub order: Order,
 }
 
-/// What a script has asked for, the weightiest last.
+/// A request of a script; the strongest last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum ExitRequest {
     Nothing,
-    /// It failed: its clean-up, and nothing more.
+    /// The script failed: it is cleaned up and no longer called.
     Silence,
     Restart,
     End,
 }
 
 impl Scripts {
-    /// A script by its instance.
+    /// Returns the script with an instance id.
     pub fn by_id(&self, id: u64) -> Option<Rc<Script>> {
         self.list.iter().find(|s| id != 0 && s.id.get() == id).cloned()
     }
-    /// A script by its object.
+    /// Returns the script of a slot.
     pub fn by_slot(&self, slot: u32) -> Option<Rc<Script>> {
         self.list.iter().find(|s| s.slot == slot).cloned()
     }
 }
 
 impl Script {
-    /// A script that has not begun; `dialect` is the one of scripts that name none.
+    /// Creates a script that has not begun. `dialect` is the default for scripts that name none.
     pub fn new(slot: u32, kind: Kind, spec: &ScriptSpec, dialect: String) -> Self {
         Script {
             slot,
@@ -102,7 +103,7 @@ impl Script {
             side_by_side: spec.side_by_side,
             name: spec.name.clone(),
             text: spec.text.clone().into(),
-            // What comes from outside was not written for this scene.
+            // Scripts from outside were not written for this scene, so its default does not apply to them.
             wanted_dialect: if spec.dialect.is_empty() && kind < Kind::Addon { dialect } else { spec.dialect.clone() },
             id: Cell::new(0),
             data: Cell::new(std::ptr::null_mut()),
@@ -128,7 +129,7 @@ impl Script {
         !self.data.get().is_null() && !self.dead.get()
     }
 
-    /// The language's number for a callback; 0: it has none.
+    /// Returns the language's id of a callback; 0: the script does not define it.
     pub fn number(&self, callback: Callback) -> u32 {
         self.callbacks.get()[callback as usize]
     }

@@ -1,4 +1,4 @@
-//! A running service: made, ended, and what it may do.
+//! A running service: its start, its end, and its capabilities.
 
 use std::{
     cell::{Cell, RefCell},
@@ -21,22 +21,22 @@ use tatu_scene::document::ServiceSpec;
 
 /// A service that has been started.
 pub(crate) struct Running {
-    /// Index of its kind.
+    /// Index of its kind in the registry.
     pub kind: usize,
     /// Its number in the session, from 1.
     pub number: u32,
     pub data: *mut c_void,
     /// Its state block.
     pub state: RefCell<StateBlock>,
-    /// How messages call it.
+    /// Its name in messages.
     pub subject: String,
-    /// It failed: it has no more turns, and holds nothing.
+    /// Whether it failed; it is then no longer called and holds nothing.
     pub off: Cell<bool>,
     /// Whether it has been reported that it holds the session for long.
     pub hold_told: Cell<bool>,
 }
 
-/// Values in the ABI form, and the memory of their spans.
+/// Values in ABI form, with the memory of their spans.
 pub(super) struct Laid(pub Vec<tatu_value>, #[allow(dead_code, reason = "keeps the spans alive")] Owned);
 
 pub(super) fn lay<'v>(values: impl IntoIterator<Item = &'v Value>) -> Laid {
@@ -74,7 +74,8 @@ impl Running {
             state: state.place(),
             session,
         };
-        // SAFETY: by the contract; the description and what it points to live through the call.
+        // SAFETY: `f` is the plugin's `create` for this kind; `info`, `data` and `error` are local and live through the
+        // call, as does everything that `info` points to.
         let run = || unsafe {
             let status = kind.life.create.map_or(TATU_OK, |f| f(plugin.me, &info, &mut data, error.raw()));
             answer(status, false, error.raw())
@@ -93,11 +94,11 @@ impl Running {
         Ok(Running { kind: spec.kind, number, data, state: state.into(), subject, off, hold_told })
     }
 
-    /// Ends it; its threads are joined when this returns.
+    /// Ends the service; its threads have been joined when this returns.
     pub fn stop(&self, registry: &Registry) -> Result {
         let kind = self.info(registry);
         let Some(stop) = kind.life.destroy else { return Ok(()) };
-        // SAFETY: made by `create`, given back once.
+        // SAFETY: `data` was made by `create` of the same kind, and a service is stopped once.
         let run = || unsafe { stop(self.data) };
         let done = registry.watched(kind.plugin, Call::Stop, &self.subject, run);
         done.map_err(|e| if e.code == "E111" { Error { code: "E323", ..e } } else { e })
@@ -107,22 +108,22 @@ impl Running {
         &registry.services[self.kind]
     }
 
-    /// How messages call it, with its plugin.
+    /// Returns its name in messages, with its plugin.
     pub fn name(&self, registry: &Registry) -> String {
         format!("{} (plugin `{}`)", self.subject, registry.plugins[self.info(registry).plugin].id)
     }
 
-    /// Whether commands that it calls may wait.
+    /// Returns whether commands that it calls may wait.
     pub fn can_wait(&self, registry: &Registry) -> bool {
         !self.off.get() && self.info(registry).raw.resume.is_some()
     }
 
-    /// Whether it gives functions of its clients to commands.
+    /// Returns whether it offers functions of its clients to commands.
     pub fn gives_functions(&self, registry: &Registry) -> bool {
         !self.off.get() && self.info(registry).raw.call_func.is_some()
     }
 
-    /// Whether it subscribes to an event.
+    /// Returns whether it subscribes to an event.
     pub fn wants(&self, registry: &Registry, name: &str) -> bool {
         self.info(registry).events.iter().any(|wanted| covers(wanted, name))
     }

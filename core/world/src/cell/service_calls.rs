@@ -1,4 +1,4 @@
-//! Calls into a service.
+//! Calls into the functions of a service.
 
 use std::ffi::c_void;
 
@@ -17,7 +17,7 @@ use super::{
 };
 
 impl Running {
-    /// Runs something that is noted as this service's.
+    /// Runs `f` with this service recorded as the subject of the plugin call.
     pub fn noted<T>(&self, world: &WorldCell, f: impl FnOnce() -> T) -> T {
         world.border.watch.subject(&self.subject);
         let done = f();
@@ -25,7 +25,7 @@ impl Running {
         done
     }
 
-    /// Calls a function of one of its clients. The results' memory is the caller's to release.
+    /// Calls a function of one of its clients. The caller releases the arena memory of the results.
     pub fn call_func(&self, world: &WorldCell, local: u32, f: &mut tatu_call) -> tatu_status {
         let kind = self.info(&world.model.registry);
         let Some(call) = kind.raw.call_func else { return TATU_ERR_UNSUPPORTED };
@@ -33,7 +33,8 @@ impl Running {
         (f.world, f.caller_kind) = (world.raw(), TATU_CALLER_HOST);
         (f.caller, f.caller_object, f.caller_script) = (0, 0, 0);
         let error = f.error;
-        // SAFETY: by the contract; no borrow of the world is alive here, and the frame lives through the call.
+        // SAFETY: `call` is from the function table of a plugin that is never unloaded, and `self.data` is the instance
+        // that it created. The frame lives through the call, and no borrow of the world is held.
         let status =
             world.cross(kind.plugin, Call::ServiceFunc, 0, || unsafe { call(self.data, world.raw(), local, f) });
         f.error = error;
@@ -44,7 +45,7 @@ impl Running {
         status
     }
 
-    /// Runs a call into it: depth, caller and arena are afterwards as before.
+    /// Runs a call into the service; call depth, caller and arena are restored afterwards.
     fn enter<T>(&self, world: &WorldCell, call: Call, f: impl FnOnce(&tatu_service, *mut c_void) -> T) -> Option<T> {
         if self.off.get() {
             return None;
@@ -66,8 +67,8 @@ impl Running {
         Some(out)
     }
 
-    /// Runs a call with an error object; `None`: it does not work any more. After a failure it is switched off, and
-    /// named.
+    /// Runs a call with an error object. A failed call is reported and switches the service off. `None`: it is switched
+    /// off already, or the call depth is exhausted.
     fn ask(
         &self,
         world: &WorldCell,
@@ -89,25 +90,26 @@ impl Running {
         None
     }
 
-    /// Its turn at the barrier; whether it holds the world.
+    /// Calls the service at the barrier; returns whether it holds the world.
     pub fn barrier(&self, world: &WorldCell) -> bool {
         let step = world.state.clock.step.get();
         let answer = self.ask(world, Call::Barrier, |raw, data, error| {
-            // SAFETY: by the contract; no borrow of the world is alive here.
+            // SAFETY: `f` is from the table of a loaded plugin, `data` is its instance, `error` lives through the call,
+            // and no borrow of the world is held.
             raw.barrier.map_or(TATU_GO, |f| unsafe { f(data, world.raw(), step, error) })
         });
         answer == Some(TATU_HOLD)
     }
 
-    /// The world ends: the last time that it is seen.
+    /// Notifies the service that the world is about to end; it sees the world for the last time.
     pub fn last(&self, world: &WorldCell) {
         self.ask(world, Call::Last, |raw, data, error| {
-            // SAFETY: by the contract; no borrow of the world is alive here.
+            // SAFETY: as in `barrier`.
             raw.last.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), error) })
         });
     }
 
-    /// Delivers an event to it, if it subscribes to that.
+    /// Delivers an event if the service subscribes to it.
     pub fn event(&self, world: &WorldCell, name: &str, payload: &Value) {
         if !self.wants(&world.model.registry, name) {
             return;
@@ -115,20 +117,20 @@ impl Running {
         let payload = lay([payload]);
         self.ask(world, Call::Event, |service, data, error| {
             let name = raw(name.as_bytes());
-            // SAFETY: by the contract; name and payload live through the call.
+            // SAFETY: as in `barrier`; `name` and `payload` live through the call.
             service.event.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), name, payload.0.as_ptr(), error) })
         });
     }
 
-    /// Hands it the end of a command that waited.
+    /// Passes on the result of a command that waited.
     pub fn resume(&self, world: &WorldCell, token: u64, status: tatu_status, frame: &tatu_call) {
         self.ask(world, Call::ServiceResume, |service, data, error| {
-            // SAFETY: by the contract; the frame lives through the call.
+            // SAFETY: as in `barrier`; the frame lives through the call.
             service.resume.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), token, status, frame, error) })
         });
     }
 
-    /// It failed, and has no more turns; `how` begins with a verb, or with a colon.
+    /// Reports a failure and switches the service off. `how` begins with a verb or with a colon.
     fn switch_off(&self, world: &WorldCell, call: Call, how: &str) {
         self.off.set(true);
         let info = self.info(&world.model.registry);
@@ -141,7 +143,7 @@ impl Running {
     }
 }
 
-/// A failure without a sentence.
+/// Describes a failure for which the service gave no message.
 fn failure(status: tatu_status) -> String {
     match status {
         TATU_ERR_PANIC => "panicked".to_owned(),

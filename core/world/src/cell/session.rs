@@ -1,4 +1,4 @@
-//! The inside of a session: its services and the worlds that they serve.
+//! The interior of a session: its services, and the worlds that they serve.
 
 use std::{
     cell::{Cell, RefCell},
@@ -15,71 +15,72 @@ use tatu_plugins::Registry;
 
 use super::{service::Running, wake::Wake};
 
-/// The pointer by which plugins know a world; it goes with the world.
+/// The pointer by which plugins know a world; dropped with the world.
 pub(crate) type WorldHandle = Cell<*mut tatu_world>;
 
-/// The inside, at an address that stays: plugins hold it as `tatu_session *`.
+/// The interior of a session, at a stable address: plugins hold it as `tatu_session *`.
 pub(crate) struct SessionCell {
     pub wake: Wake,
     pub registry: Arc<Registry>,
     pub services: RefCell<Vec<Rc<Running>>>,
-    /// The handles of those that live, in the order in which they joined.
+    /// Handles of the living worlds, in the order in which they joined.
     pub worlds: RefCell<Vec<Weak<WorldHandle>>>,
     pub interrupt: RefCell<Arc<AtomicBool>>,
 }
 
 impl SessionCell {
-    /// The pointer that plugins get.
+    /// Returns the pointer that plugins get.
     pub fn raw(&self) -> *mut tatu_session {
         (&raw const *self).cast_mut().cast()
     }
-    /// Wakes a session that sleeps at its barrier; from any thread.
+    /// Wakes a session that sleeps at its barrier; may be called from any thread.
     ///
     /// # Safety
-    /// `session` is null or a living session of this host.
+    /// `session` must be null or point to a living session of this host.
     pub unsafe fn wake(session: *mut tatu_session) {
         let cell = session.cast::<SessionCell>().cast_const();
         if !cell.is_null() {
-            // SAFETY: the caller promises it; of all its parts only this one, which threads may share, is looked at.
+            // SAFETY: the caller guarantees that the pointer is to a living session. Only `wake`, which is `Sync`, is
+            // borrowed.
             let wake: &Wake = unsafe { &(*cell).wake };
             wake.wake();
         }
     }
-    /// The session behind an ABI pointer.
+    /// Returns the session behind an ABI pointer.
     ///
     /// # Safety
-    /// `session` is null or a living session of this host, and this is its thread.
+    /// `session` must be null or point to a living session of this host, and the call must be on the session's thread.
     pub unsafe fn of<'a>(session: *mut tatu_session) -> Option<&'a SessionCell> {
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that the pointer is null or valid on this thread.
         unsafe { session.cast::<SessionCell>().cast_const().as_ref() }
     }
-    /// The worlds that are there, in the order in which they joined.
+    /// Returns the living worlds, in the order in which they joined.
     pub fn worlds(&self) -> Vec<*mut tatu_world> {
         self.worlds.borrow().iter().filter_map(Weak::upgrade).map(|w| w.get()).collect()
     }
     pub fn interrupted(&self) -> bool {
         self.interrupt.borrow().load(Ordering::Relaxed)
     }
-    /// Ends the services that there are, the last one first.
+    /// Ends all services, the last one first, and returns the errors.
     pub fn end(&self) -> Vec<Error> {
         let services = std::mem::take(&mut *self.services.borrow_mut());
         services.iter().rev().filter_map(|s| s.stop(&self.registry).err()).collect()
     }
-    /// Whether a service is left that works.
+    /// Returns whether any service is still working.
     pub fn any_service(&self) -> bool {
         self.services.borrow().iter().any(|s| !s.off.get())
     }
-    /// Whether a running service subscribes to an event.
+    /// Returns whether a working service subscribes to an event.
     pub fn wants(&self, name: &str) -> bool {
         let Ok(services) = self.services.try_borrow() else { return false };
         services.iter().any(|s| !s.off.get() && s.wants(&self.registry, name))
     }
-    /// A service of a plugin that runs, by id.
+    /// Returns the id of a plugin's running service.
     pub fn service_of(&self, plugin: usize) -> Option<String> {
         let kind = |s: &Rc<Running>| &self.registry.services[s.kind];
         self.services.borrow().iter().map(kind).find(|k| k.plugin == plugin).map(|k| k.id.clone())
     }
-    /// The `i`-th service, copied out so that the list is free while it runs.
+    /// Returns the `i`-th service, cloned so that the list is not borrowed while the service runs.
     pub fn nth(&self, i: usize) -> Option<Rc<Running>> {
         self.services.borrow().get(i).cloned()
     }

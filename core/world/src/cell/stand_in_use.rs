@@ -1,4 +1,5 @@
-//! Stand-ins are made when a script asks for an object, and become what they are used as.
+//! Creates a stand-in when a script asks for an object that does not exist, and turns it into the kind that its use
+//! implies.
 
 use tatu_plugin_api::abi::*;
 use tatu_scene::{
@@ -12,7 +13,7 @@ use super::{
     stand_ins::{StandIn, StandIns},
 };
 
-/// Begins to listen: every object of the document is a stand-in.
+/// Starts recording, with every object of the document as a stand-in.
 pub(crate) fn begin(world: &WorldCell, values: &[String]) {
     let (scene, origins) = (world.state.scene.borrow(), world.model.origins.borrow());
     let schema = |d: &DeviceSpec| world.model.registry.sensors.get(d.kind).and_then(|k| k.schemas.first().cloned());
@@ -44,8 +45,8 @@ pub(crate) fn begin(world: &WorldCell, values: &[String]) {
     world.run.stand_ins.begin(list, values);
 }
 
-/// The object of a path or unique name, made if it is not there; `from`: what "." means, and what unique names are made
-/// below. `None`: these are no names, or there are too many.
+/// Returns the object with a path or unique name, creating it if it does not exist. `from` is the object that "."
+/// refers to and under which objects with unique names are created. `None`: not a name, or too many stand-ins.
 pub(crate) fn find_or_make(world: &WorldCell, from: u32, name: &str) -> Option<tatu_object> {
     let mut scene = world.state.scene.try_borrow_mut().ok()?;
     let scene = &mut *scene;
@@ -67,7 +68,7 @@ pub(crate) fn find_or_make(world: &WorldCell, from: u32, name: &str) -> Option<t
         Some((alias, n)) => (alias, n.parse().unwrap_or(-1)),
         None => (name, -1),
     };
-    // The smaller numbers come first, as they did when the object got its own.
+    // Smaller suffixes are created first, so that the object gets the suffix that was asked for.
     for _ in -1..suffix.clamp(-1, 63) + 1 {
         stand_ins.add(scene, from, &alias.replace('/', "_"))?;
         if let Some(slot) = scene.find_name(name) {
@@ -77,7 +78,7 @@ pub(crate) fn find_or_make(world: &WorldCell, from: u32, name: &str) -> Option<t
     None
 }
 
-/// Makes what a part of a path means, with those that stand before it by its index.
+/// Creates the object that one part of a path names, with as many siblings before it as its index requires.
 fn make_part(stand_ins: &StandIns, scene: &mut Scene, at: u32, part: &str) -> Option<u32> {
     let alias = part.split(['[', '{']).next()?.replace(['*', '?'], "x");
     for _ in 0..64 {
@@ -85,7 +86,7 @@ fn make_part(stand_ins: &StandIns, scene: &mut Scene, at: u32, part: &str) -> Op
         if let Some(slot) = scene.below(at, part) {
             return Some(slot);
         }
-        // A wildcard that fits no name fits this one.
+        // A wildcard that matches no existing name matches the new one.
         if !part.contains(['[', '{']) {
             return Some(made);
         }
@@ -93,7 +94,8 @@ fn make_part(stand_ins: &StandIns, scene: &mut Scene, at: u32, part: &str) -> Op
     None
 }
 
-/// An object was used as one of a kind, or as a sensor that fills a schema; whether it is one now.
+/// Notes that an object was used as a kind of object, or as a sensor with a schema. Returns whether it is of that kind
+/// now.
 pub(crate) fn becomes(world: &WorldCell, object: tatu_object, kind: &str) -> bool {
     if !world.run.stand_ins.is_on() {
         return false;
@@ -109,13 +111,13 @@ pub(crate) fn becomes(world: &WorldCell, object: tatu_object, kind: &str) -> boo
         }
         Some(TATU_KIND_JOINT) => Data::Joint(Box::<Joint>::default()),
         Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor(Box::default()),
-        // Made with the next document.
+        // Devices are created with the next document.
         _ => return false,
     };
     scene.change_kind(slot, data)
 }
 
-/// A row was asked for that belongs to another kind of object; whether the object is of that kind now.
+/// Notes that a property of another kind of object was accessed. Returns whether the object is of that kind now.
 pub(crate) fn becomes_by_row(world: &WorldCell, object: tatu_object, row: Row) -> bool {
     match row.info().of {
         Of::Kind(kind) if world.run.stand_ins.is_on() => becomes(world, object, kind_name(kind)),

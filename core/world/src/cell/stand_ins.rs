@@ -1,9 +1,9 @@
-//! Stand-ins: what scripts ask for in a run that has no scene of its own.
+//! Stand-ins: objects created because scripts ask for them in a run without a scene of its own.
 //!
-//! Off unless [`World::make_stand_ins`](crate::run::World::make_stand_ins) was called. Then an object that a script asks for
-//! and that is not there is made as a dummy, and a dummy that is used as something else becomes that, where the host can
-//! change it while the world lives. What was learned is kept in order, so that the next run's document can have it from
-//! the start: a sensor, for one, must be there before the world is.
+//! They are off unless [`World::make_stand_ins`](crate::run::World::make_stand_ins) was called. After that, an object
+//! that a script asks for and that does not exist is created as a dummy. A dummy that is used as another kind becomes
+//! that kind if the host can change it in a live world. The list of what was learned keeps its order, so that the next
+//! run's document can contain it from the start: a sensor, for example, must exist when the world is created.
 
 use std::{
     cell::{Cell, RefCell},
@@ -14,39 +14,40 @@ use nalgebra::Isometry3;
 use tatu_plugin_api::abi::*;
 use tatu_scene::{Data, Scene};
 
-/// What an object is until its use shows more.
+/// Kind of an object whose use has not shown more.
 const UNKNOWN: &str = "dummy";
-/// No script asks for more objects than this.
+/// Maximum number of objects that are created.
 const MOST: usize = 2000;
 
-/// An object that stands in for one that a script asked for.
+/// A stand-in for an object that a script asked for and that does not exist.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StandIn {
-    /// The stand-in above, by its place in the list.
+    /// Index of the parent stand-in in the list; `None`: the world.
     pub parent: Option<usize>,
     /// Its alias.
     pub alias: String,
     /// The number after `#` in its unique name; -1: none.
     pub suffix: i32,
-    /// A kind of object, or a schema where a sensor was read: "joint", "pose/1". "dummy": nothing was learned.
+    /// A kind of object ("joint"), or a schema if it was read as a sensor ("pose/1"). "dummy": unknown.
     pub kind: String,
-    /// A script of its own was asked for.
+    /// Whether a script of its own was asked for.
     pub script: bool,
 }
 
 impl StandIn {
-    /// Its unique name.
+    /// Returns its unique name.
     pub fn name(&self) -> String {
         if self.suffix < 0 { self.alias.clone() } else { format!("{}#{}", self.alias, self.suffix) }
     }
 }
 
-/// What was asked for in passing, and would be strange to make unless it is missed: see [`World::wishes`](crate::run::World::wishes).
+/// Something that was asked for in passing and should be created only if it is really missed: see
+/// [`World::wishes`](crate::run::World::wishes).
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wish {
-    /// What a stand-in hangs on.
+    /// The parent of a stand-in.
     Parent,
-    /// What hangs on it, of a kind; empty: of any.
+    /// A child of a kind; empty: of any kind.
     Child(String),
     /// Its script.
     Script,
@@ -58,7 +59,7 @@ pub(crate) struct StandIns {
     on: Cell<bool>,
     list: RefCell<Vec<(tatu_object, StandIn)>>,
     wishes: RefCell<BTreeSet<(tatu_object, Wish)>>,
-    /// Values that were asked for by name and are not there, and those that this run is to have.
+    /// Names of values that were asked for and do not exist.
     missed: RefCell<BTreeSet<String>>,
     values: RefCell<BTreeSet<String>>,
 }
@@ -67,13 +68,13 @@ impl StandIns {
     pub fn is_on(&self) -> bool {
         self.on.get()
     }
-    /// Begins to listen: these objects of the document are stand-ins.
+    /// Starts recording, with these objects of the document as stand-ins.
     pub fn begin(&self, list: Vec<(tatu_object, StandIn)>, values: &[String]) {
         *self.values.borrow_mut() = values.iter().cloned().collect();
         self.on.set(true);
         *self.list.borrow_mut() = list;
     }
-    /// Notes what an object is used as; `false`: it is no stand-in, or was known already.
+    /// Notes the kind that an object is used as. Returns `false` if it is not a stand-in or its kind is already known.
     pub fn learn(&self, object: tatu_object, kind: &str) -> bool {
         let Ok(mut list) = self.list.try_borrow_mut() else { return false };
         let Some((_, stand_in)) = list.iter_mut().find(|(o, s)| *o == object && s.kind == UNKNOWN) else {
@@ -82,11 +83,11 @@ impl StandIns {
         kind.clone_into(&mut stand_in.kind);
         true
     }
-    /// What is known now, in the order in which it was asked for.
+    /// Returns the stand-ins with what is known of them, in the order in which they were asked for.
     pub fn list(&self) -> Vec<StandIn> {
         self.list.borrow().iter().map(|(_, s)| s.clone()).collect()
     }
-    /// Whether this run is to have a value; if not, that it was asked for is noted.
+    /// Returns whether this run provides a value; if not, notes that it was asked for.
     pub fn has_value(&self, name: &str) -> bool {
         let has = self.values.borrow().contains(name);
         if !has && self.missed.borrow().len() < MOST {
@@ -94,16 +95,16 @@ impl StandIns {
         }
         has
     }
-    /// Values that were asked for in vain.
+    /// Returns the names of values that were asked for and do not exist.
     pub fn missed(&self) -> Vec<String> {
         self.missed.borrow().iter().cloned().collect()
     }
-    /// What was asked for in passing, by places in the list.
+    /// Returns what was asked for in passing, by index into the list.
     pub fn wishes(&self) -> Vec<(usize, Wish)> {
         let (list, wishes) = (self.list.borrow(), self.wishes.borrow());
         wishes.iter().filter_map(|(o, w)| Some((list.iter().position(|(id, _)| id == o)?, w.clone()))).collect()
     }
-    /// Notes it.
+    /// Notes something that was asked for in passing.
     pub fn wish(&self, object: tatu_object, wish: Wish) {
         self.wishes.borrow_mut().insert((object, wish));
     }

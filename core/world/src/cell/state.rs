@@ -1,4 +1,4 @@
-//! What a step changes.
+//! The part of a world that a step changes.
 
 use std::cell::{Cell, RefCell};
 
@@ -12,20 +12,20 @@ use super::{
     waits::Due,
 };
 
-/// What a step changes and a snapshot holds: objects, the engine, time and phase, signals.
+/// The part of a world that a step changes and a snapshot contains: objects, engine, time, phase and signals.
 pub(crate) struct State {
     pub scene: RefCell<Scene>,
     pub dynamics: RefCell<Dynamics>,
     pub clock: Clock,
     pub phase: Cell<Phase>,
-    /// Bits of `1 << TATU_REQUEST_*`, carried out at the barrier.
+    /// Requested changes of phase, as bits `1 << TATU_REQUEST_*`, carried out at the barrier.
     pub requests: Cell<u32>,
-    /// The last pass is done, and the run is to be ended.
+    /// Whether the last pass is done and the run is to be ended.
     pub over: Cell<bool>,
-    /// The stopped world had a pass.
+    /// Whether a pass took place while the world was stopped.
     pub rested: Cell<bool>,
     pub signals: RefCell<Signals>,
-    /// How much custom data has been written.
+    /// An upper bound of the size of the custom data.
     pub noted: Noted,
 }
 
@@ -43,7 +43,7 @@ impl State {
             noted: Noted::default(),
         }
     }
-    /// Whether a wait has ended.
+    /// Returns whether a wait has ended.
     pub fn is_over(&self, due: &Due) -> bool {
         match due {
             Due::Step(s) => self.clock.pass.get() >= *s,
@@ -52,7 +52,8 @@ impl State {
             Due::Poll => true,
         }
     }
-    /// Velocity of an object: from the engine if it moves it, else from its motion in the last step.
+    /// Returns the velocity of an object: the engine's if the engine moves it, otherwise from its motion in the last
+    /// step.
     pub fn twist(&self, scene: &Scene, dynamics: &Dynamics, slot: u32) -> [f64; 6] {
         let Some(o) = scene.get(slot) else { return [0.0; 6] };
         if let Some(t) = o.shape().filter(|s| s.dynamic).and_then(|s| dynamics.twist(s)) {
@@ -60,7 +61,7 @@ impl State {
         }
         self.twist_by_motion(scene, slot)
     }
-    /// Velocity of an object by its motion in the last step.
+    /// Returns the velocity of an object from its motion in the last step.
     pub fn twist_by_motion(&self, scene: &Scene, slot: u32) -> [f64; 6] {
         let (Some(_), Some(old)) = (scene.get(slot), scene.before(slot)) else { return [0.0; 6] };
         let (now, dt) = (scene.world(slot), self.clock.dt.get());

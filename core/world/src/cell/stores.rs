@@ -1,6 +1,8 @@
-//! How much scripts and plugins may leave in a world: signals, drawings, free data, queued events, logged lines.
+//! Limits on what scripts and plugins may store in a world: signals, drawings, custom data, queued events, logged
+//! lines.
 //!
-//! A script's own memory has a budget; what it hands over is not in it. Each of these stores has the same room.
+//! A script's own memory has a budget that does not include what it stores in the world. Each of these stores has the
+//! same limit.
 
 use std::{cell::Cell, collections::BTreeMap, ops::Deref};
 
@@ -10,14 +12,14 @@ use tatu_scene::Scene;
 /// The value of a signal.
 pub(crate) struct Signal {
     pub value: Value,
-    /// Set by a script of the run: it ends with it.
+    /// Whether a script of the run set it, so that it is removed when the run ends.
     pub of_run: bool,
 }
 
-/// What an entry of a table costs beside its content, roughly, bytes.
+/// Approximate overhead of a table entry, bytes.
 const ENTRY: u64 = 64;
 
-/// Bytes of a value, roughly.
+/// Returns the approximate size of a value, bytes.
 pub(crate) fn bytes_of(value: &Value) -> u64 {
     ENTRY
         + match value {
@@ -31,7 +33,7 @@ pub(crate) fn bytes_of(value: &Value) -> u64 {
         }
 }
 
-/// Named values of a world, with the room that they take.
+/// The signals of a world, and their total size.
 #[derive(Default)]
 pub(crate) struct Signals {
     all: BTreeMap<(u32, Vec<u8>), Signal>,
@@ -50,7 +52,7 @@ fn signal_bytes((_, name): &(u32, Vec<u8>), signal: &Signal) -> u64 {
 }
 
 impl Signals {
-    /// Sets one; `false`: all together would take more than `room`.
+    /// Sets a signal. Returns `false` if the total size would exceed `room`.
     pub fn set(&mut self, key: (u32, Vec<u8>), signal: Signal, room: u64) -> bool {
         let before = self.all.get(&key).map_or(0, |s| signal_bytes(&key, s));
         let now = self.bytes - before + signal_bytes(&key, &signal);
@@ -61,7 +63,7 @@ impl Signals {
         self.all.insert(key, signal);
         true
     }
-    /// Keeps those for which `keep` holds.
+    /// Keeps the signals for which `keep` returns `true`.
     pub fn retain(&mut self, keep: impl Fn(&(u32, Vec<u8>), &Signal) -> bool) {
         self.all.retain(|key, signal| keep(key, signal));
         self.bytes = self.all.iter().map(|(key, s)| signal_bytes(key, s)).sum();
@@ -81,13 +83,13 @@ impl FromIterator<((u32, Vec<u8>), Signal)> for Signals {
     }
 }
 
-/// Free data that was written since it was last counted, bytes: objects take theirs away with them, so that only a count
-/// tells what is there.
+/// An upper bound of the size of all custom data, bytes: the size at the last count plus everything written since.
+/// Removed objects take their data with them, so the actual size is known only by counting.
 #[derive(Default)]
 pub(crate) struct Noted(Cell<u64>);
 
 impl Noted {
-    /// Whether there is room for the free data of an object; 0: of the world.
+    /// Returns whether `more` bytes fit as the custom data of an object; slot 0: of the world.
     pub fn has_room(&self, scene: &Scene, slot: u32, more: u64, room: u64) -> bool {
         let sum = self.0.get() + more;
         self.0.set(sum);
@@ -97,7 +99,7 @@ impl Noted {
         let of = |notes: &BTreeMap<Vec<u8>, Vec<u8>>| {
             notes.iter().map(|(k, v)| ENTRY + (k.len() + v.len()) as u64).sum::<u64>()
         };
-        // What is replaced makes room.
+        // The previous data of this object is about to be replaced, so it is not counted.
         let other = scene.slots().filter(|(s, _)| *s != slot).map(|(_, o)| of(&o.notes)).sum::<u64>();
         let there = other + if slot == 0 { 0 } else { of(&scene.notes) };
         let fits = there + more <= room;
@@ -121,7 +123,7 @@ mod tests {
         assert!(all.set(key("a"), signal(1000), 2000));
         assert!(!all.set(key("b"), signal(1000), 2000));
         assert!(all.set(key("a"), signal(1500), 2000));
-        // One that shrinks is taken even where there is too little room.
+        // A signal that shrinks is accepted even if the total exceeds the limit.
         assert!(all.set(key("a"), signal(900), 10));
         all.remove(&key("a"));
         assert_eq!((all.bytes, all.len()), (0, 0));

@@ -1,4 +1,4 @@
-//! What a world is made of, and may be exchanged between two steps.
+//! A shared value that a reload can replace between two steps.
 
 use std::{
     cell::{Cell, RefCell},
@@ -7,8 +7,8 @@ use std::{
     sync::Arc,
 };
 
-/// A shared value that can be exchanged while references to the former one are alive: all of them are kept as long as
-/// this lives. Reading costs what reading through an `Arc` does.
+/// A shared value that can be replaced while references to previous values are alive: all of them are kept until this
+/// is dropped. Reading costs as much as through an `Arc`.
 pub(crate) struct Swap<T> {
     now: Cell<NonNull<T>>,
     kept: RefCell<Vec<Arc<T>>>,
@@ -18,7 +18,7 @@ impl<T> Swap<T> {
     pub fn new(value: Arc<T>) -> Self {
         Swap { now: Cell::new(NonNull::from(&*value)), kept: RefCell::new(vec![value]) }
     }
-    /// Puts another in its place.
+    /// Replaces the value.
     pub fn set(&self, value: Arc<T>) {
         let mut kept = self.kept.borrow_mut();
         self.now.set(NonNull::from(&*value));
@@ -26,7 +26,7 @@ impl<T> Swap<T> {
             kept.push(value);
         }
     }
-    /// The present one.
+    /// Returns the current value.
     pub fn shared(&self) -> Arc<T> {
         let kept = self.kept.borrow();
         let now = kept.iter().find(|k| std::ptr::eq(Arc::as_ptr(k), self.now.get().as_ptr()));
@@ -37,7 +37,7 @@ impl<T> Swap<T> {
 impl<T> Deref for Swap<T> {
     type Target = T;
     fn deref(&self) -> &T {
-        // SAFETY: points into one of `kept`, which are dropped only with this.
+        // SAFETY: `now` points into an `Arc` in `kept`, which only grows, so the value lives as long as `self`.
         unsafe { self.now.get().as_ref() }
     }
 }

@@ -1,4 +1,4 @@
-//! Commands that go on later.
+//! Commands that wait and resume later.
 
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::*;
@@ -6,17 +6,17 @@ use tatu_plugin_api::abi::*;
 /// The condition of a wait.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Due {
-    /// At the beginning of this step.
+    /// The wait ends at the start of this step.
     Step(u64),
-    /// At this simulation time, s.
+    /// The wait ends at this simulation time, s.
     Time(f64),
-    /// When this signal exists, of any kind.
+    /// The wait ends when a signal of this name exists, of any kind.
     Signal(Vec<u8>),
-    /// In each step.
+    /// The command is resumed in every step.
     Poll,
 }
 
-/// For whom a command waits.
+/// The owner of a command that waits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Owner {
     /// A script, by its instance id.
@@ -32,21 +32,21 @@ pub struct Wait {
     pub owner: Owner,
     /// The coroutine or client, by the owner's number.
     pub token: u64,
-    /// The command, to be called again.
+    /// The command, which is called again when the wait ends.
     pub command: u32,
-    /// The name that was used.
+    /// Index of the name under which it was called.
     pub alias: u32,
-    /// The command's own word.
+    /// The command's own resume value.
     pub resume: u64,
-    /// When.
+    /// The condition under which it resumes.
     pub due: Due,
 }
 
-/// All waits, in order of their beginning.
+/// All waits, in the order in which they began.
 #[derive(Debug, Default)]
 pub struct Waits {
     list: Vec<Wait>,
-    /// What the running command asked for, by its token.
+    /// The wait that the running command requested: its token, condition and resume value.
     pub asked: Option<(u64, Due, u64)>,
 }
 
@@ -55,27 +55,27 @@ impl Waits {
     pub fn begin(&mut self, wait: Wait) {
         self.list.push(wait);
     }
-    /// Whether there are any waits.
+    /// Returns whether there are any waits.
     pub fn any(&self) -> bool {
         !self.list.is_empty()
     }
-    /// Whether an owner waits.
+    /// Returns whether an owner has a wait.
     pub fn any_of(&self, owner: Owner) -> bool {
         self.list.iter().any(|w| w.owner == owner)
     }
-    /// Takes out those of an owner that are over.
+    /// Removes and returns the waits of an owner that have ended.
     pub fn take_due(&mut self, owner: Owner, over: impl Fn(&Due) -> bool) -> Vec<Wait> {
         self.take(|w| w.owner == owner && over(&w.due))
     }
-    /// All, for snapshots.
+    /// Returns all waits, for snapshots.
     pub fn all(&self) -> Vec<Wait> {
         self.list.clone()
     }
-    /// Takes all back.
+    /// Restores all waits from a snapshot.
     pub fn restore(&mut self, list: Vec<Wait>) {
         *self = Waits { list, asked: None };
     }
-    /// Takes out those of services that are over, in order of their beginning.
+    /// Removes and returns the waits of services that have ended, in the order in which they began.
     pub fn take_remote(&mut self, over: impl Fn(&Due) -> bool) -> Vec<Wait> {
         self.take(|w| matches!(w.owner, Owner::Service(_)) && over(&w.due))
     }
@@ -90,13 +90,13 @@ impl Waits {
         });
         taken
     }
-    /// Forgets the waits of an owner that has ended.
+    /// Drops the waits of an owner that has ended.
     pub fn forget(&mut self, owner: Owner) {
         self.list.retain(|w| w.owner != owner);
     }
 }
 
-/// What a command asked `wait` for.
+/// Converts the arguments of a command's `wait` into a condition.
 pub(crate) fn parse(until: u32, value: f64, name: &[u8], step: u64) -> Result<Due, &'static str> {
     match until {
         TATU_UNTIL_STEPS if value >= 0.0 => Ok(Due::Step(step + (value.ceil() as u64).max(1))),

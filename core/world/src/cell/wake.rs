@@ -1,11 +1,11 @@
-//! The word on which a held session sleeps.
+//! The flag that wakes a session sleeping at its barrier.
 
 use std::{
     sync::{Condvar, Mutex, PoisonError},
     time::Duration,
 };
 
-/// A word that any thread may set; who sleeps on it wakes and takes it.
+/// A flag that any thread may set. A sleeping thread wakes up and clears it.
 #[derive(Default)]
 pub(crate) struct Wake {
     word: Mutex<bool>,
@@ -13,13 +13,13 @@ pub(crate) struct Wake {
 }
 
 impl Wake {
-    /// Sets the flag. If nothing is asleep, it ends the next sleep at once, so that no wake-up is lost.
+    /// Sets the flag. If no thread is asleep, it ends the next sleep at once, so that no wake-up is lost.
     pub fn wake(&self) {
         *self.word.lock().unwrap_or_else(PoisonError::into_inner) = true;
         self.bell.notify_all();
     }
 
-    /// Sleeps until the word is set, at most so long.
+    /// Sleeps until the flag is set, but no longer than `most`.
     pub fn sleep(&self, most: Duration) {
         let word = self.word.lock().unwrap_or_else(PoisonError::into_inner);
         let slept = self.bell.wait_timeout_while(word, most, |set| !*set);
@@ -39,7 +39,7 @@ mod tests {
         for _ in 0..100 {
             let other = wake.clone();
             let thread = thread::spawn(move || other.wake());
-            // Would hang if the word were lost; the limit is far beyond any delay.
+            // A lost wake-up would make this hang; the limit is far longer than any delay.
             wake.sleep(Duration::from_secs(600));
             thread.join().unwrap();
         }

@@ -1,4 +1,4 @@
-//! What a worker sees of its world, and what its scripts did (see `script_worker`).
+//! A worker's view of its world, and the effects of its scripts (see `script_worker`).
 
 use std::{
     cell::{Cell, Ref, RefCell},
@@ -13,35 +13,35 @@ use tatu_scene::rows::Row;
 
 use super::lines::MAX_LINES;
 
-/// What a script did, to be done to the world.
+/// An effect of a parallel script, to be applied to the world.
 pub(crate) enum DeferredEffect {
-    /// It has been done.
+    /// An effect that has already been applied.
     Done,
-    /// It logged a line of a level.
+    /// The script logged a line at this level.
     Line(u32, String),
-    /// A command that it called failed, and gave a value all the same.
+    /// A command that the script called failed but still returned a value.
     Fault(Box<Fault>),
-    /// It set a number of a joint's drive.
+    /// The script set a number of a joint's drive.
     Set(tatu_object, Row, f64),
-    /// An error left it: its place in the order, the status, and what was said.
+    /// The script failed: its position in the order, the status, its error, and the command that caused it.
     Failed(usize, tatu_status, Box<(ErrorSlot, Option<(String, String)>)>),
-    /// It asked for its end.
+    /// The script asked to be ended; its position in the order.
     Settle(usize),
-    /// It is none that can run beside others now.
+    /// The script cannot run in parallel at present; its position in the order.
     Alone(usize),
 }
 
-/// The part of a cell that makes it a worker.
+/// The state that makes a cell a worker.
 pub(crate) struct WorkerView {
     world: Cell<*mut tatu_world>,
     effects: RefCell<Vec<DeferredEffect>>,
-    /// What the running script has set: each number once.
+    /// Numbers that the running script has set, each at most once.
     own: RefCell<Vec<(tatu_object, Row, f64)>>,
-    /// Lines that the scripts of the chunk have logged.
+    /// Number of lines logged by the scripts of the chunk.
     lines: Cell<usize>,
-    /// Where the effects of the running script begin.
+    /// Index of the first effect of the running script.
     begun: Cell<usize>,
-    /// Chunks of scripts that have run here, and where their effects begin.
+    /// Chunks of scripts that ran here, each with the index of its first effect.
     pub chunks: RefCell<Vec<(usize, usize)>>,
 }
 
@@ -56,40 +56,41 @@ impl WorkerView {
             chunks: RefCell::default(),
         }
     }
-    /// The world itself, for plugins to know it by.
+    /// Returns the world's own pointer, by which plugins know it.
     pub fn world(&self) -> *mut tatu_world {
         self.world.get()
     }
-    /// A stage of a world begins.
+    /// Prepares the worker for a stage of a world.
     pub fn begin(&self, world: *mut tatu_world) {
         self.world.set(world);
         self.effects.borrow_mut().clear();
         self.chunks.borrow_mut().clear();
     }
-    /// The effects of its chunks.
+    /// Takes all effects, and the chunks that they belong to.
     pub fn take(&self) -> (Vec<DeferredEffect>, Vec<(usize, usize)>) {
         (self.effects.take(), self.chunks.take())
     }
-    /// Takes the memory of effects back.
+    /// Takes the vector back, to reuse its allocation.
     pub fn reuse(&self, mut effects: Vec<DeferredEffect>) {
         effects.clear();
         self.effects.replace(effects);
     }
-    /// The next scripts are those of a chunk.
+    /// Starts a chunk: scripts that run from now on belong to it.
     pub fn begin_chunk(&self, chunk: usize) {
         self.chunks.borrow_mut().push((chunk, self.effects.borrow().len()));
         self.lines.set(0);
     }
-    /// Another script begins.
+    /// Starts a script.
     pub fn begin_script(&self) {
         self.begun.set(self.effects.borrow().len());
     }
-    /// The script has run: what it has set becomes effects.
+    /// Ends the running script: turns the numbers that it has set into effects.
     pub fn end_script(&self) {
         let mut own = self.own.borrow_mut();
         self.effects.borrow_mut().extend(own.drain(..).map(|(object, row, x)| DeferredEffect::Set(object, row, x)));
     }
-    /// Notes a effect of the running script. Of lines no more than the world would keep of the chunk's; of equal faults one.
+    /// Records an effect of the running script. Keeps no more log lines of a chunk than the world would, and merges
+    /// equal faults.
     pub fn note(&self, effect: DeferredEffect) {
         let mut effects = self.effects.borrow_mut();
         match &effect {
@@ -116,18 +117,18 @@ impl WorkerView {
             None => own.push((object, row, x)),
         }
     }
-    /// What the running script has set a number of an object to.
+    /// Returns the number of an object as the running script has set it.
     pub fn number(&self, slot: u32, row: Row) -> Option<f64> {
         let own = self.own.borrow();
         own.iter().find(|(o, r, _)| tatu_slot(*o) == slot && *r == row).map(|(_, _, x)| *x)
     }
 }
 
-/// A part of the world that is looked at.
+/// A shared borrow of a part of the world.
 pub(crate) enum PartRef<'a, T> {
-    /// By its only thread.
+    /// A borrow taken by the world's own thread.
     Own(Ref<'a, T>),
-    /// By one of several.
+    /// A reference taken by one of several worker threads.
     Shared(&'a T),
 }
 

@@ -1,7 +1,7 @@
-//! The inside of a world: four owners of its parts, each part behind a `RefCell` of its own.
+//! The interior of a world: four owners, with each of their parts in a `RefCell` of its own.
 //!
-//! Plugins call back while they are called. Whatever runs a plugin that may call back holds no borrow; a service borrows
-//! one part, acts, and lets it go.
+//! Plugins call back while they are called. Code that calls a plugin which may call back holds no borrow; a host
+//! function borrows one part, acts, and releases it.
 
 use std::{cell::RefCell, sync::Arc};
 
@@ -17,20 +17,20 @@ use super::{
     worker_view::WorkerView,
 };
 
-/// The inside of a world, at an address that stays: plugins hold it as `tatu_world *`.
+/// The interior of a world, at a stable address: plugins hold it as `tatu_world *`.
 pub(crate) struct WorldCell {
     pub model: Model,
     pub state: State,
     pub devices: Devices,
     pub run: Run,
     pub border: Border,
-    /// Cells of threads that run scripts side by side, made when they are needed first.
+    /// Cells of the threads that run scripts in parallel, made when first needed.
     pub workers: RefCell<Vec<ScriptWorker>>,
-    /// This is such a cell: what its thread sees of the world.
+    /// Set if this cell is such a worker: its view of the world.
     pub worker: Option<Box<WorkerView>>,
 }
 
-/// A worker of a world; its cell stays where it is.
+/// A worker of a world. Its cell is boxed, so its address is stable.
 pub(crate) struct ScriptWorker(pub(super) Box<WorldCell>);
 
 impl Drop for WorldCell {
@@ -40,8 +40,8 @@ impl Drop for WorldCell {
 }
 
 impl WorldCell {
-    /// A cell with a scene, and neither devices, scripts nor instances of plugins. `origins`: the object of each in the
-    /// document.
+    /// Creates a cell with a scene, but without devices, scripts and plugin instances. `origins` holds, for each object
+    /// of the document, its handle in the scene.
     pub fn new(
         document: Arc<Document>,
         registry: Arc<Registry>,
@@ -60,28 +60,28 @@ impl WorldCell {
             model: Model::new(document, registry, settings, origins),
         }
     }
-    /// Whether the world is started.
+    /// Returns whether the world has been started.
     pub fn running(&self) -> bool {
         self.state.phase.get() != Phase::Stopped
     }
-    /// Whether something asked for a stop.
+    /// Returns whether a stop has been requested.
     pub fn stop_requested(&self) -> bool {
         self.state.requests.get() & (1 << TATU_REQUEST_STOP | 1 << TATU_REQUEST_QUIT) != 0
     }
-    /// The pointer that plugins get.
+    /// Returns the pointer that plugins get.
     pub fn raw(&self) -> *mut tatu_world {
         match &self.worker {
             Some(worker) => worker.world(),
             None => (&raw const *self).cast_mut().cast(),
         }
     }
-    /// The description that a new instance of an object gets.
+    /// Returns the description passed to a new plugin instance of an object.
     ///
-    /// `key` names the owner by what does not change when other things are added: its seed follows from it.
+    /// `key` identifies the owner independently of other objects; the instance's seed is derived from it.
     pub fn instance_info(&self, owner: tatu_object, key: &str) -> tatu_instance {
         self.instance_again(owner, key, self.devices.new_instance())
     }
-    /// The same for one that takes the place of another, under a number that is given.
+    /// Like `instance_info`, for an instance that replaces another, with a given id.
     pub fn instance_again(&self, owner: tatu_object, key: &str, id: u64) -> tatu_instance {
         tatu_instance {
             size: size_of::<tatu_instance>() as u32,
@@ -95,8 +95,8 @@ impl WorldCell {
             session: std::ptr::null_mut(),
         }
     }
-    /// The data and the state block of a plugin's instance in this world; null in a worker: they belong to the world's
-    /// thread.
+    /// Returns the data and the state block of a plugin's instance in this world. Both are null in a worker, since they
+    /// belong to the world's thread.
     #[inline]
     pub fn instance(&self, plugin: usize) -> (*mut std::ffi::c_void, *mut std::ffi::c_void) {
         self.devices.instance(plugin)

@@ -1,4 +1,4 @@
-//! Shapes that touch, compared with those that touched before.
+//! Contact events: compares the touching shapes with those of the previous physics stage.
 
 use std::collections::BTreeSet;
 
@@ -9,8 +9,8 @@ use tatu_scene::Scene;
 
 use crate::cell::{WorldCell, payload};
 
-/// After a physics stage: publishes pairs that touch, begin to touch and ceased to. Queries the engine only if somebody
-/// listens; after nobody did, all that touch count as begun.
+/// Publishes the pairs that touch, begin to touch or cease to, after a physics stage. Queries the engine only if there
+/// is a subscriber. If there was none before, all touching pairs count as new.
 pub(crate) fn compare(world: &WorldCell) {
     let outside = &world.run.outside;
     let [collision, separation, contact] = [0, 1, 2].map(|i| outside.wants(GATHERED[i]));
@@ -21,7 +21,7 @@ pub(crate) fn compare(world: &WorldCell) {
         return;
     }
     let (Ok(scene), Ok(dynamics)) = (world.state.scene.try_borrow(), world.state.dynamics.try_borrow()) else { return };
-    // Of each pair the strongest contact; pairs by slots.
+    // The strongest contact of each pair, with the lower slot first.
     let mut pairs: Vec<(u32, u32, Contact)> = Vec::new();
     for (a, b, c) in dynamics.contacts(&scene) {
         let (a, b, c) = if a <= b { (a, b, c) } else { (b, a, Contact { normal: -c.normal, ..c }) };

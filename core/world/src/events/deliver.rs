@@ -1,4 +1,4 @@
-//! Handing out what was published.
+//! Delivery of published events.
 
 use std::rc::Rc;
 
@@ -14,15 +14,15 @@ use crate::{
     scripts::{self, Room},
 };
 
-/// Events of one delivery: handlers that publish for each other must come to an end.
+/// Maximum number of events in one delivery; it ends a loop of handlers that publish for each other.
 const MOST: usize = 10_000;
 
-/// Delivers all that was published to the functions of scripts: event by event in the order in which they were published,
-/// each to its handlers in the order in which they subscribed. What these publish comes last. Must be called without any
-/// borrow of the world.
+/// Delivers all published events to the functions of scripts: in the order in which they were published, each to its
+/// handlers in the order of their subscriptions. Events that handlers publish come last. No part of the world may be
+/// borrowed.
 pub(crate) fn deliver(world: &WorldCell) {
     let bus = &world.run.outside.bus;
-    // A handler may ask for a stage, after which this is called again: the outer delivery goes on with what is new.
+    // If a handler requests a stage, this is called again; the outer delivery then takes care of the new events.
     if bus.queue.borrow().is_empty() || bus.now.borrow().is_some() {
         return;
     }
@@ -50,7 +50,7 @@ fn hand_out(world: &WorldCell, name: &Rc<str>, payload: &Value) {
     for id in wanted {
         let handler = {
             let all = world.run.outside.bus.subscriptions.borrow();
-            // One before it may have ended this one.
+            // An earlier handler may have removed this subscription.
             all.iter().find(|s| s.id == id).map(|s| s.handler)
         };
         if let Some(handler) = handler {
@@ -59,11 +59,11 @@ fn hand_out(world: &WorldCell, name: &Rc<str>, payload: &Value) {
     }
 }
 
-/// Calls one handler. One that fails is not called again.
+/// Calls one handler. A handler that fails is not called again.
 fn call(world: &WorldCell, id: u64, handler: tatu_func, name: &str, payload: &Value) {
     let bus = &world.run.outside.bus;
     let Some((script, _)) = scripts::owner_of_func(world, handler) else {
-        // Its script has ended, and with it the function.
+        // The script has ended, and its function with it.
         bus.unsubscribe(id);
         return;
     };

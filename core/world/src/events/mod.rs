@@ -1,7 +1,7 @@
 //! Events of a world, delivered in order to their subscribers.
 //!
-//! - `deliver`: handing out, at the moments that `docs/reference/events.md` states;
-//! - `contacts`: shapes that begin, go on and cease to touch.
+//! - `deliver`: delivery, at the moments that `docs/reference/events.md` states;
+//! - `contacts`: pairs of shapes that begin, continue and cease to touch.
 //!
 //! An event without subscribers is not even created: see `Outside::wants`.
 

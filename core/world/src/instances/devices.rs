@@ -9,7 +9,7 @@ use tatu_scene::{Data, document::DeviceSpec, rows::kind_name};
 use super::filled;
 use crate::cell::WorldCell;
 
-/// Makes the devices of the document.
+/// Creates the devices of the document.
 pub(crate) fn make_devices(cell: &WorldCell, slots: &[u32]) -> Result {
     let document = cell.model.document.shared();
     for (spec, slot) in document.objects.iter().zip(slots) {
@@ -20,7 +20,7 @@ pub(crate) fn make_devices(cell: &WorldCell, slots: &[u32]) -> Result {
     Ok(())
 }
 
-/// Remembers which devices there are, for [`remake_devices`].
+/// Records the current devices, for [`remake_devices`].
 pub(crate) fn note_devices(cell: &WorldCell) {
     let (sensing, actuators) = (cell.devices.sensing.borrow(), cell.devices.actuators.borrow());
     let named = |declared: &[Declared], params: &[Value]| {
@@ -35,8 +35,8 @@ pub(crate) fn note_devices(cell: &WorldCell) {
     *cell.model.initial_devices.borrow_mut() = sensors.chain(actuators).collect();
 }
 
-/// Ends all devices and makes those anew that there were at the start: also of objects removed since, and with the
-/// parameters of then. The scene is already what it was.
+/// Replaces all devices by those that existed at the start, including those of objects removed since, with the
+/// parameters they had then. The scene must have been restored already.
 pub(crate) fn remake_devices(cell: &WorldCell) {
     end_devices(cell);
     for (slot, spec) in std::mem::take(&mut *cell.model.initial_devices.borrow_mut()) {
@@ -54,7 +54,7 @@ pub(crate) fn end_devices(cell: &WorldCell) {
     actuators.into_iter().for_each(|d| end_actuator(cell, d));
 }
 
-/// Makes the device of an object. Must be called without any borrow of the world.
+/// Creates the device of an object. No part of the world may be borrowed.
 pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, place: Option<&Place>) -> Result {
     let (owner, name, path, object_kind) = {
         let scene = cell.state.scene.borrow();
@@ -66,7 +66,7 @@ pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, plac
     let what = kind_name(object_kind);
     let (params, commands) = (filled(info.params, &device.params), filled(info.commands, &device.params));
     let all = info.params.iter().zip(&params).chain(info.commands.iter().zip(&commands));
-    // An actuator that is reset has its commands in the scene already.
+    // The commands of an actuator that is reset are in the scene already.
     let known = |d: &Declared| object_kind == TATU_KIND_ACTUATOR && place.is_none() && info.commands.contains(d);
     if let Some((p, _)) = { all }.find(|(p, v)| **v == Value::Nil && !p.optional() && !known(p)) {
         let key = tatu_plugins::units::written(&p.key, p.unit.as_deref());

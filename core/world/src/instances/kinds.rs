@@ -1,4 +1,4 @@
-//! Making and ending the instances of sensors, actuators and command plugins.
+//! Creates and ends the instances of sensors, actuators and command plugins.
 
 use std::{ffi::c_void, rc::Rc};
 
@@ -17,7 +17,7 @@ use tatu_plugins::{
 use super::{Made, make};
 use crate::cell::{Instance, WorldCell};
 
-/// Makes the instance of a sensor and asks for its beams. Must be called without any borrow of the world.
+/// Creates the instance of a sensor and asks for its beams. No part of the world may be borrowed.
 pub(crate) fn create_sensor(
     world: &WorldCell,
     kind_index: usize,
@@ -39,20 +39,20 @@ pub(crate) fn create_sensor(
     Ok(device)
 }
 
-/// Ends the instance. Must be called without any borrow of the world.
+/// Ends the instance of a sensor. No part of the world may be borrowed.
 pub(crate) fn end_sensor(world: &WorldCell, sensor: Device) {
     let kind = &world.model.registry.sensors[sensor.kind];
     if let Some(destroy) = kind.life.destroy {
-        // SAFETY: made by `create`, given back once.
+        // SAFETY: `data` was made by this kind's `create` and is destroyed once: the device is consumed.
         world.cross_quietly(kind.plugin, Call::Destroy, sensor.slot, || unsafe { destroy(sensor.data) });
     }
 }
 
-/// Asks an instance for its beams. Must be called without any borrow of the world.
+/// Asks an instance for its beams. No part of the world may be borrowed.
 pub(crate) fn ask_layout(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Layout>, String> {
     let kind = &world.model.registry.sensors[kind];
     let inspector = world.model.registry.inspector.as_deref();
-    // SAFETY: an instance of this kind; its caller has none of the world borrowed.
+    // SAFETY: `data` is a live instance of this kind, and the caller holds no borrow of the world.
     let asked = world.cross(kind.plugin, Call::Beams, slot, || unsafe { BeamPlan::ask(data, kind, inspector) });
     let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
     let layout = Layout::new(plan, kind)?;
@@ -60,7 +60,7 @@ pub(crate) fn ask_layout(world: &WorldCell, kind: usize, slot: u32, data: *mut c
     Ok(like_it.unwrap_or_else(|| Rc::new(layout)))
 }
 
-/// Makes the instance of an actuator. Must be called without any borrow of the world.
+/// Creates the instance of an actuator. No part of the world may be borrowed.
 pub(crate) fn create_actuator(
     world: &WorldCell,
     kind: usize,
@@ -74,24 +74,25 @@ pub(crate) fn create_actuator(
     Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_told: false })
 }
 
-/// Ends the instance. Must be called without any borrow of the world.
+/// Ends the instance of an actuator. No part of the world may be borrowed.
 pub(crate) fn end_actuator(world: &WorldCell, actuator: Actuator) {
     let kind = &world.model.registry.actuators[actuator.kind];
     if let Some(destroy) = kind.life.destroy {
-        // SAFETY: made by `create`, given back once.
+        // SAFETY: `data` was made by this kind's `create` and is destroyed once: the device is consumed.
         world.cross_quietly(kind.plugin, Call::Destroy, actuator.slot, || unsafe { destroy(actuator.data) });
     }
 }
 
 impl Instance {
-    /// What a command plugin keeps for a world. Must be called without any borrow of the world.
+    /// Creates a command plugin's instance for a world. No part of the world may be borrowed.
     pub fn create(cell: &WorldCell, plugin: usize, life: &tatu_life, id: u64) -> Result<Self> {
         let state = StateBlock::new(life.state_bytes);
         let info = tatu_instance { state: state.place(), ..cell.instance_again(0, "", id) };
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         let p = &cell.model.registry.plugins[plugin];
         if let Some(create) = life.create {
-            // SAFETY: by the contract; `info` lives through the call, the state as long as the instance.
+            // SAFETY: `create` is from a plugin that is never unloaded; `info`, `data` and `error` live through the
+            // call, the state block as long as the instance.
             let made = || unsafe { answer(create(p.me, &info, &mut data, error.raw()), false, error.raw()) };
             if cell.cross(plugin, Call::Create, 0, made) < 0 {
                 let (why, call) = (error.text(), Call::Create.text());
@@ -102,12 +103,13 @@ impl Instance {
         Ok(Instance { data, state, destroy: life.destroy })
     }
 
-    /// The scripts of the run have ended. Whether it goes on; an error is reported.
+    /// Notifies the instance that the scripts of the run have ended. Returns whether it continues to serve the world;
+    /// an error is reported.
     pub fn end_run(&self, cell: &WorldCell, plugin: usize, life: &tatu_life) -> bool {
         let Some(end_run) = life.end_run else { return false };
         let p = &cell.model.registry.plugins[plugin];
         let mut error = ErrorSlot::new();
-        // SAFETY: by the contract; `data` is what `create` made.
+        // SAFETY: `data` is what `create` made, and `error` lives through the call; no borrow of the world is held.
         let ended = || unsafe { answer(end_run(p.me, self.data, cell.raw(), error.raw()), false, error.raw()) };
         if cell.cross(plugin, Call::EndRun, 0, ended) >= 0 {
             return true;
@@ -117,10 +119,10 @@ impl Instance {
         false
     }
 
-    /// Ends it.
+    /// Ends the instance.
     pub fn end(self, cell: &WorldCell, plugin: usize) {
         if let Some(destroy) = self.destroy {
-            // SAFETY: made by `create`, given back once.
+            // SAFETY: `data` was made by `create` and is destroyed once: `self` is consumed.
             cell.cross_quietly(plugin, Call::Destroy, 0, || unsafe { destroy(self.data) });
         }
     }

@@ -1,8 +1,8 @@
-//! Instances of plugins in a world: made, configured, saved and ended.
+//! Instances of plugins in a world: created, configured, saved and ended.
 //!
-//! - here: what all have in common; `kinds`: of sensors, actuators and command plugins;
-//! - `devices`: those of the document, and those that a stop goes back to;
-//! - `save`: what an instance writes of itself.
+//! - here: what all instances have in common; `kinds`: instances of sensors, actuators and command plugins;
+//! - `devices`: instances from the document, and those that a stop restores;
+//! - `save`: the saved state of an instance.
 
 mod devices;
 mod kinds;
@@ -28,21 +28,21 @@ pub(crate) use kinds::{ask_layout, create_actuator, create_sensor, end_actuator,
 pub use save::Missed;
 pub(crate) use save::{load_instance, save_instance, state_of};
 
-/// What a plugin keeps for one device, and the state block that the host keeps for it.
+/// A plugin's data for one device, and the state block that the host allocated for it.
 pub(crate) struct Made {
     pub id: u64,
     pub data: *mut c_void,
-    /// Its address stays until the instance ends.
+    /// Its address is stable until the instance ends.
     pub state: StateBlock,
 }
 
-/// Values in the ABI form, and the memory of their spans.
+/// Converts values to ABI form; also returns the memory of their spans.
 fn laid(params: &[Value]) -> (Vec<tatu_value>, Owned) {
     let mut owned = Owned::default();
     (params.iter().map(|p| owned.raw(p)).collect(), owned)
 }
 
-/// Makes an instance with the values of its declared parameters. Must be called without any borrow of the world.
+/// Creates an instance with the values of its declared parameters. No part of the world may be borrowed.
 pub(crate) fn make(
     world: &WorldCell,
     plugin: usize,
@@ -57,7 +57,8 @@ pub(crate) fn make(
     let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
     if let Some(create) = life.create {
         let me = world.model.registry.plugins[plugin].me;
-        // SAFETY: by the contract of the extension; `info` and what it points to live through the call.
+        // SAFETY: `create` is from a plugin that is never unloaded; `info`, what it points to, `data` and `error` live
+        // through the call.
         let made = || unsafe { answer(create(me, &info, &mut data, error.raw()), false, error.raw()) };
         if world.cross(plugin, Call::Create, slot, made) < 0 {
             return Err(format!("{} [{}]", error.text(), Call::Create.text()));
@@ -69,7 +70,7 @@ pub(crate) fn make(
     Ok(Made { id: info.id, data, state })
 }
 
-/// An instance that lives: whose, of which object, and what its plugin knows it by.
+/// A live instance: its plugin, its object, and the plugin's data.
 #[derive(Clone, Copy)]
 pub(crate) struct Living {
     pub plugin: usize,
@@ -77,15 +78,15 @@ pub(crate) struct Living {
     pub data: *mut c_void,
 }
 
-/// Whether a change of a parameter is passed to the live instance, instead of recreating it.
+/// Returns whether a change of a parameter is passed to the live instance, instead of recreating it.
 pub(crate) fn takes_changes(life: &tatu_life, declared: &[Declared], at: usize) -> bool {
     let rebuilds = declared.get(at).is_none_or(|d| d.flags & TATU_PARAM_REBUILDS != 0);
-    // There is a bit for each of the first 64.
+    // The mask of changed parameters has 64 bits.
     life.configure.is_some() && !rebuilds && at < 64
 }
 
-/// Passes an instance its parameters, of which the one at `at` has changed; returns whether it took them, or must be
-/// recreated. Must be called without any borrow of the world.
+/// Passes all parameters to an instance, of which the one at `at` has changed. Returns `false` if it must be recreated
+/// instead. No part of the world may be borrowed.
 pub(crate) fn configure(
     world: &WorldCell,
     of: Living,
@@ -94,11 +95,11 @@ pub(crate) fn configure(
     at: usize,
 ) -> Result<bool, String> {
     let Some(configure) = life.configure else { return Ok(false) };
-    // It may set parameters itself.
+    // `configure` may itself set parameters, so it counts as a nested call.
     let Some(_level) = world.run.calls.enter() else { return Err("calls nest too deep".to_owned()) };
     let (raw, _room) = laid(params);
     let mut error = ErrorSlot::new();
-    // SAFETY: by the contract; the values live through the call.
+    // SAFETY: `of.data` is a live instance of the plugin; values and error object live through the call.
     let run = || unsafe {
         answer(configure(of.data, raw.as_ptr(), raw.len() as u32, 1 << at, error.raw()), false, error.raw())
     };
@@ -113,7 +114,7 @@ pub(crate) fn configure(
     Ok(true)
 }
 
-/// Values of declared parameters from what a document gives, defaults filled in.
+/// Returns the values of declared parameters: those given in a document, otherwise the defaults.
 pub(crate) fn filled(declared: &[Declared], given: &[(String, Value)]) -> Vec<Value> {
     declared
         .iter()

@@ -1,4 +1,4 @@
-//! The state of an instance: written by its plugin, and read again.
+//! Saves and loads the state of plugin instances.
 
 use std::ffi::c_void;
 
@@ -13,14 +13,14 @@ use tatu_plugins::{
 use super::Living;
 use crate::cell::{InstanceImage, WorldCell};
 
-/// An instance that could not be captured.
+/// An instance whose state could not be saved.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Missed {
-    /// What it belongs to, such as "the script of /Robot"; empty: the world.
+    /// Its owner, such as "the script of /Robot"; empty: the world.
     pub object: String,
     /// Its plugin.
     pub plugin: String,
-    /// Why: what in it cannot be written.
+    /// The reason: what part of it cannot be saved.
     pub reason: String,
 }
 
@@ -34,16 +34,17 @@ impl std::fmt::Display for Missed {
 }
 
 unsafe extern "C" fn write(writer: *const tatu_writer, bytes: *const c_void, n: u64) {
-    // SAFETY: a writer of `save_instance`, whose vector lives through the call.
+    // SAFETY: `writer` was made by `save_instance`, whose vector lives through the call and is not used otherwise
+    // meanwhile.
     let out = unsafe { &mut *(*writer).ctx.cast::<Vec<u8>>() };
     if !bytes.is_null() {
-        // SAFETY: by the contract.
+        // SAFETY: the contract requires `bytes` to point to `n` bytes.
         out.extend_from_slice(unsafe { std::slice::from_raw_parts(bytes.cast(), n as usize) });
     }
 }
 
-/// What an instance writes of itself; or why it cannot. That it cannot is no fault, unless it panicked or broke the
-/// contract. Must be called without any borrow of the world.
+/// Saves the state of an instance. `Err` is the reason why that is not possible; it is reported as a fault only if the
+/// plugin panicked or broke the contract. No part of the world may be borrowed.
 pub(crate) fn save_instance(
     world: &WorldCell,
     of: &Living,
@@ -52,7 +53,7 @@ pub(crate) fn save_instance(
 ) -> Result<InstanceImage, String> {
     let mut image = InstanceImage { state: state.to_vec(), saved: Vec::new(), version: life.version, missed: false };
     let Some(save) = life.save else {
-        // Without data of its own there is nothing but the state block.
+        // An instance without data has nothing to save but the state block.
         let why = "its plugin keeps data for it, but cannot save it";
         return if of.data.is_null() { Ok(image) } else { Err(why.to_owned()) };
     };
@@ -63,7 +64,7 @@ pub(crate) fn save_instance(
         write: Some(write),
     };
     let mut error = ErrorSlot::new();
-    // SAFETY: by the contract; the writer lives through the call.
+    // SAFETY: `of.data` is a live instance of the plugin; the writer and its vector live through the call.
     let status = world.cross(of.plugin, Call::Save, of.slot, || unsafe { save(of.data, &writer, error.raw()) });
     if error.answer(status, false) == TATU_OK {
         return Ok(image);
@@ -79,7 +80,7 @@ pub(crate) fn save_instance(
     Err(error.text())
 }
 
-/// Restores the saved state of an instance. Must be called without any borrow of the world.
+/// Restores the saved state of an instance. No part of the world may be borrowed.
 pub(crate) fn load_instance(
     world: &WorldCell,
     of: &Living,
@@ -94,7 +95,7 @@ pub(crate) fn load_instance(
         inspector.loads(of.plugin, saved.to_mut(), &mut version);
     }
     let mut error = ErrorSlot::new();
-    // SAFETY: by the contract; the bytes live through the call.
+    // SAFETY: `of.data` is a live instance of the plugin; the bytes and the error object live through the call.
     let run = || unsafe { answer(load(of.data, raw(&saved), version, error.raw()), false, error.raw()) };
     if world.cross(of.plugin, Call::Restore, of.slot, run) < 0 {
         let plugin = &world.model.registry.plugins[of.plugin].id;
@@ -103,7 +104,7 @@ pub(crate) fn load_instance(
     Ok(())
 }
 
-/// The state block of an image, if its writer meant the same by it.
+/// Returns the state block of an image if version and size match, otherwise zeros.
 pub(crate) fn state_of(life: &tatu_life, image: &InstanceImage) -> Vec<u64> {
     let words = (life.state_bytes as usize).div_ceil(8);
     if image.version == life.version && image.state.len() == words { image.state.clone() } else { vec![0; words] }

@@ -1,4 +1,4 @@
-//! Graphs take samples of the world; `source`: where a stream finds its numbers.
+//! Recording of graphs. `source`: the numbers of the world that a stream can record.
 
 mod source;
 
@@ -13,7 +13,7 @@ fn busy() -> Refusal {
     Refusal(TATU_ERR_BUSY, "not possible from within this call".into())
 }
 
-/// At the end of a step: all graphs that record by themselves take a sample of the world as it is now.
+/// Records a sample in all graphs that are not explicit, at the end of a step.
 pub(crate) fn record_due(world: &WorldCell, time: f64) -> Result<usize, Refusal> {
     let due: Vec<tatu_object> = {
         let scene = world.state.scene.try_borrow().map_err(|_| busy())?;
@@ -30,7 +30,7 @@ pub(crate) fn record_due(world: &WorldCell, time: f64) -> Result<usize, Refusal>
     Ok(due.len())
 }
 
-/// A graph takes a sample now, and notes it under `time`, s.
+/// Records a sample of the current world in a graph, at `time`, s.
 pub(crate) fn record(world: &WorldCell, object: tatu_object, time: f64) -> Result<(), Refusal> {
     let scene = world.state.scene.try_borrow().map_err(|_| busy())?;
     let mut figures = world.devices.figures.try_borrow_mut().map_err(|_| busy())?;

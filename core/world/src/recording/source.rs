@@ -1,4 +1,4 @@
-//! Where a stream finds its numbers in the world.
+//! The numbers of the world that a stream can record.
 
 use tatu_plugin_api::{
     abi::{TATU_LOG_WARNING, tatu_slot},
@@ -11,11 +11,11 @@ use tatu_scene::{
 
 use crate::cell::WorldCell;
 
-/// Short names of what is asked for most.
+/// Short names of the most common numbers.
 const SHORT: &[(&str, &str)] =
     &[("x", "object.world_pose[0]"), ("y", "object.world_pose[1]"), ("z", "object.world_pose[2]")];
 
-/// Reports streams of the scene that will never find a number.
+/// Warns of streams of the scene that can never have a value.
 pub(crate) fn check(world: &WorldCell) {
     let (scene, figures) = (world.state.scene.borrow(), world.devices.figures.borrow());
     for (object, graph) in &figures.graphs {
@@ -32,7 +32,7 @@ pub(crate) fn check(world: &WorldCell) {
     }
 }
 
-/// Whether any object could have such a number.
+/// Returns whether any object could have a number with this name.
 fn is_known(world: &WorldCell, data: &str) -> bool {
     let key = data.split_once('[').map_or(data, |(key, _)| key);
     ["x", "y", "z", "alpha", "beta", "gamma", "speed", "turning"].contains(&data)
@@ -40,7 +40,7 @@ fn is_known(world: &WorldCell, data: &str) -> bool {
         || world.model.registry.sensors.iter().flat_map(|s| &s.fields).any(|f| f.name == key)
 }
 
-/// The number `data` of an object now; `None`: it has none such, or a sensor has not measured yet.
+/// Returns the current number `data` of an object; `None`: it has no such number, or a sensor has not measured yet.
 pub fn number(world: &WorldCell, scene: &Scene, graph: u32, of: &str, data: &str) -> Option<f64> {
     let slot = scene.find(graph, of)?;
     match data {

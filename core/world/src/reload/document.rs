@@ -1,7 +1,7 @@
-//! What differs between two documents, and how a world takes it.
+//! Applying the differences between two documents to a running world.
 //!
-//! Objects are compared by their place in the tree. Only what differs between the two documents is set, so what physics
-//! and scripts have made of everything else stays. Objects that were added or removed wait for another start.
+//! Objects are matched by their place in the tree. Only what differs between the two documents is set, so everything
+//! else stays as physics and scripts have left it. Added and removed objects require a restart.
 
 use std::{collections::BTreeMap, path::PathBuf, rc::Rc, sync::Arc};
 
@@ -37,7 +37,7 @@ impl<'a> Described<'a> {
         Described { document, scene, slots }
     }
 
-    /// The place of each object: the names above it, and which of those of equal names it is.
+    /// Returns the place of each object: its parent, its alias, and its number among siblings with the same alias.
     fn places(&self) -> Vec<(Option<usize>, &'a str, usize)> {
         let mut seen: BTreeMap<(Option<usize>, &str), usize> = BTreeMap::new();
         let all = self.document.objects.iter();
@@ -58,12 +58,12 @@ impl<'a> Described<'a> {
     }
 }
 
-/// Of each object of the new document, its index in the old one.
+/// Returns, for each object of the new document, its index in the old one.
 fn pairs(old: &Described<'_>, new: &Described<'_>) -> Vec<Option<usize>> {
     let by_place: BTreeMap<_, usize> = old.places().into_iter().enumerate().map(|(i, p)| (p, i)).collect();
     let mut out: Vec<Option<usize>> = Vec::new();
     for (i, (parent, alias, count)) in new.places().into_iter().enumerate() {
-        // Parents come before children.
+        // Parents precede their children.
         let above = parent.map(|p| out[p]);
         let found = match above {
             Some(None) => None,
@@ -79,8 +79,8 @@ fn same_kind(a: &ObjectSpec, b: &ObjectSpec) -> bool {
 }
 
 impl World {
-    /// Takes what differs between a document and the one that the world was made of, between two steps: properties,
-    /// parameters, scripts. Names what needs another start.
+    /// Applies the differences between a document and the world's current one, between two steps: properties,
+    /// parameters, scripts. The report names changes that require a restart.
     pub fn take_document(&self, new: Arc<Document>) -> ReloadReport {
         let cell: &WorldCell = self.cell();
         let old = cell.model.document.shared();
@@ -97,7 +97,7 @@ impl World {
                 restart.push(format!("{path} was added"));
                 continue;
             };
-            // What scripts have removed meanwhile stays removed.
+            // Objects that scripts have removed stay removed.
             let object = origins.get(j).copied().unwrap_or(0);
             let slot = cell.state.scene.borrow().resolve(object).ok().filter(|_| object != 0);
             let Some(slot) = slot else { continue };
@@ -131,7 +131,7 @@ impl World {
         told
     }
 
-    /// Sets the properties that differ; their keys.
+    /// Sets the properties that differ; returns their keys.
     fn take_rows(
         &self,
         slot: u32,
@@ -144,7 +144,7 @@ impl World {
             |d: &Described<'_>, n: usize| d.document.objects[n].rows.iter().map(|(r, _)| *r).collect::<Vec<_>>();
         let mut rows = written(is, i);
         rows.extend(written(was, j));
-        // Position and orientation together, with where a model was placed.
+        // These rows are applied together as `pose`, including where a model was placed; meshes are handled below.
         let parts = [Row::Position, Row::Quaternion, Row::Orientation, Row::WorldPose, Row::Mesh];
         rows.retain(|r| !parts.contains(r));
         rows.push(Row::Pose);
@@ -182,7 +182,7 @@ impl World {
         keys
     }
 
-    /// In the scene that runs, and in the one to which a stop goes back.
+    /// Calls `f` with the running scene, and with the one that a stop restores.
     fn each_scene(&self, mut f: impl FnMut(&mut Scene)) {
         let cell: &WorldCell = self.cell();
         f(&mut cell.state.scene.borrow_mut());
@@ -203,7 +203,7 @@ impl World {
                     Changed::Value | Changed::Rebuild => {}
                 }
                 if let Some(initial) = &mut *cell.model.initial.borrow_mut() {
-                    // It is in the scene of the start under the same number, if it was there then.
+                    // If the object existed at the start, it has the same slot in that scene.
                     let _ = tatu_scene::set(initial, slot, row, value);
                 }
                 true
@@ -220,7 +220,7 @@ impl World {
         }
     }
 
-    /// Parameters and commands of a sensor or actuator that differ; their keys.
+    /// Applies parameters and commands of a sensor or actuator that differ; returns their keys.
     fn take_parameters(&self, slot: u32, old: &ObjectSpec, new: &ObjectSpec, told: &mut ReloadReport) -> Vec<String> {
         let cell: &WorldCell = self.cell();
         let (Some(was), Some(is)) = (&old.device, &new.device) else { return Vec::new() };
@@ -275,7 +275,7 @@ impl World {
         keys
     }
 
-    /// Scripts that differ.
+    /// Replaces the scripts that differ.
     fn take_scripts(
         &self,
         slot: u32,
@@ -302,12 +302,12 @@ impl World {
         cell.restore_process_state("the reload of scripts");
     }
 
-    /// Scripts from outside the document whose files have changed.
+    /// Replaces scripts from outside the document whose files have changed.
     pub(super) fn take_outside(&self, changed: &[PathBuf]) -> ReloadReport {
         let (cell, mut told): (&WorldCell, ReloadReport) = (self.cell(), ReloadReport::default());
         for script in Scripts::from_outside(cell) {
             let Some(file) = changed.iter().find(|f| f.display().to_string() == script.name) else { continue };
-            // One that cannot be read at present is left as it is.
+            // A file that cannot be read at present is ignored.
             let Ok(text) = read_plain(file, MOST_BYTES) else { continue };
             let spec = script.spec(text);
             self.exchange(&script, &spec, &format!("the {} {}", spec.kind, spec.name), &mut told);
@@ -316,7 +316,7 @@ impl World {
         told
     }
 
-    /// Replaces the text of a script, and reports it as a reload does.
+    /// Replaces the text of a script, and adds the result to the report.
     fn exchange(&self, script: &Rc<Script>, spec: &ScriptSpec, what: &str, told: &mut ReloadReport) {
         let cell: &WorldCell = self.cell();
         match script.renewed(cell, Some(spec)) {
@@ -337,8 +337,7 @@ impl World {
     }
 }
 
-/// Puts another text in the place of a script's, between two calls of it. `Err`: it cannot be loaded, or the script
-/// runs.
+/// Replaces the text of a script between two calls into it. `Err`: the text cannot be loaded, or the script is running.
 pub(crate) fn change_script(cell: &WorldCell, script: &Rc<Script>, text: Vec<u8>) -> Result<(), Error> {
     if script.depth.get() > 0 {
         return Err(Error::new("E305", "a script cannot be replaced while it runs"));

@@ -1,4 +1,4 @@
-//! From the instances of one version of a plugin to those of another.
+//! Replacing the instances of a plugin by those of another version of it.
 
 use std::{rc::Rc, sync::Arc};
 
@@ -17,18 +17,18 @@ use crate::{
     run::World,
     scripts::{Handed, Written},
 };
-/// A device on its way: its object, what the old instance wrote, the parameters of the new one.
+/// A device that is being replaced: its object, the state that the old instance saved, the parameters of the new one.
 struct Moving {
     slot: u32,
     kind: usize,
     id: u64,
     params: Vec<Value>,
-    /// Parameters that there are no more.
+    /// Keys of parameters that no longer exist.
     dropped: Vec<String>,
     image: Written,
 }
 
-/// What has been made under the new version, and is in no list yet.
+/// Instances created under the new version that are not in use yet.
 #[derive(Default)]
 struct Made {
     sensors: Vec<Device>,
@@ -48,7 +48,8 @@ impl Made {
     }
 }
 
-/// Passes a new instance the saved state of the old one; the state block goes to `block`. `Err`: why it starts over.
+/// Passes the saved state of the old instance to a new one; the state block is passed to `block`. `Err`: why the new
+/// instance starts from scratch.
 fn hand_over(
     cell: &WorldCell,
     of: &Living,
@@ -73,7 +74,7 @@ fn by_key(declared: &[Declared], params: &[Value]) -> Vec<(String, Value)> {
     declared.iter().map(|d| d.key.clone()).zip(params.iter().cloned()).collect()
 }
 
-/// Parameters for a new list of declarations; those that vanished.
+/// Returns the parameters for a new list of declarations, and the keys of those that no longer exist.
 fn moved_params(old: &[Declared], new: &[Declared], params: &[Value]) -> (Vec<Value>, Vec<String>) {
     let given: Vec<_> = by_key(old, params).into_iter().filter(|(_, v)| *v != Value::Nil).collect();
     let lost = old.iter().filter(|o| !new.iter().any(|n| n.key == o.key)).map(|o| o.key.clone()).collect();
@@ -84,7 +85,7 @@ fn path_of(cell: &WorldCell, slot: u32) -> String {
     cell.state.scene.borrow().path(slot)
 }
 
-/// The description that a replacement of an instance gets.
+/// Returns the description passed to the replacement of an instance.
 fn info(cell: &WorldCell, slot: u32, id: u64) -> tatu_instance {
     let (owner, name) = {
         let scene = cell.state.scene.borrow();
@@ -94,10 +95,11 @@ fn info(cell: &WorldCell, slot: u32, id: u64) -> tatu_instance {
 }
 
 impl World {
-    /// Loads the file of a plugin again, between two steps: all its instances become those of the new version, and take
-    /// over the state of the old ones where both agree. `Err`: the new version is refused, and nothing has changed.
+    /// Reloads the file of a plugin between two steps: all its instances are replaced by those of the new version,
+    /// which take over the old state where both versions agree. `Err`: the new version is rejected, and nothing has
+    /// changed.
     ///
-    /// What holds addresses within the plugin stands in its way: a service that runs.
+    /// A plugin with a running service cannot be reloaded, because the service holds addresses within it.
     pub fn reload_plugin(&self, plugin: usize) -> Result<ReloadReport> {
         let cell: &WorldCell = self.cell();
         let old = cell.model.registry.shared();
@@ -123,8 +125,8 @@ impl World {
         Ok(told)
     }
 
-    /// Makes the instance of a sensor or actuator anew with other parameters; it takes over the state. `Ok(Some)`: it
-    /// could not, and begins anew.
+    /// Recreates the instance of a sensor or actuator with other parameters, and hands its state over. `Ok(Some)`: why
+    /// the state could not be handed over.
     pub(super) fn remake_device(&self, slot: u32, params: Vec<Value>) -> Result<Option<String>, String> {
         let cell: &WorldCell = self.cell();
         let object = cell.state.scene.borrow().id(slot);
@@ -148,7 +150,7 @@ impl World {
     }
 }
 
-/// The whole exchange: what begins anew, in words.
+/// Replaces all instances; returns a sentence for each that starts from scratch.
 fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Registry>) -> Result<Vec<String>> {
     let (sensors, actuators, instance) = written(cell, plugin, old, new);
     let scripts = Scripts::written(cell, plugin);
@@ -179,7 +181,7 @@ fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Regi
             };
             let done = hand_over(cell, &Living { plugin, slot: 0, data }, life, image, &mut block);
             if done.is_err() && image.is_ok() {
-                // It may have taken a part.
+                // The failed load may have changed a part of its state.
                 let fresh = Instance::create(cell, plugin, life, cell.devices.new_replacement()).ok();
                 let half = fresh.and_then(|f| cell.devices.instances.borrow_mut()[plugin].replace(f));
                 half.into_iter().for_each(|i| i.end(cell, plugin));
@@ -209,7 +211,7 @@ fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Regi
         let keys = m.dropped.join("`, `");
         resets.push(format!("{} has no parameter `{keys}` any more", path_of(cell, m.slot)));
     }
-    // Each version ends what it has made.
+    // Instances must be destroyed by the version that created them.
     cell.model.registry.set(old.clone());
     gone.undo(cell, plugin);
     cell.model.registry.set(new.clone());
@@ -238,7 +240,7 @@ fn moving_actuator(cell: &WorldCell, i: usize) -> Moving {
     Moving { slot, kind, id: cell.devices.new_replacement(), params, dropped: Vec::new(), image }
 }
 
-/// What the instances of the old version write.
+/// Saves the state of the old version's instances.
 fn written(
     cell: &WorldCell,
     plugin: usize,
@@ -276,7 +278,7 @@ fn written(
     (sensors, actuators, instance)
 }
 
-/// Makes everything under the new version.
+/// Creates all instances under the new version.
 fn make(
     cell: &WorldCell,
     plugin: usize,
@@ -324,7 +326,7 @@ fn make(
     Ok(made)
 }
 
-/// Puts a sensor's new instance in its place: the old one, and why the new one begins anew.
+/// Installs a sensor's new instance. Returns the old one, and why the new one starts from scratch, if it does.
 fn place_sensor(cell: &WorldCell, mut new: Device, m: &Moving, same_fields: bool) -> (Option<Device>, Option<String>) {
     let kind = &cell.model.registry.sensors[m.kind];
     let of = Living { plugin: kind.plugin, slot: m.slot, data: new.data };
@@ -347,7 +349,7 @@ fn place_sensor(cell: &WorldCell, mut new: Device, m: &Moving, same_fields: bool
     };
     let why = hand_over(cell, &of, &kind.life, &m.image, &mut block).err();
     if why.is_some() && m.image.is_ok() {
-        // It may have taken a part.
+        // The failed load may have changed a part of its state.
         let fresh = create_sensor(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone());
         let half = fresh.ok().and_then(|fresh| {
             let mut sensing = cell.devices.sensing.borrow_mut();
@@ -383,7 +385,7 @@ fn place_actuator(cell: &WorldCell, new: Actuator, m: &Moving) -> (Option<Actuat
     (old, why)
 }
 
-/// What an actuator is commanded, for the commands that it has now.
+/// Carries an actuator's command values over to the commands that it has now.
 fn keep_commands(cell: &WorldCell, m: &Moving, old: &Registry, new: &Registry) {
     let mut scene = cell.state.scene.borrow_mut();
     let Some(Data::Actuator(a)) = scene.get_mut(m.slot).map(|o| &mut o.data) else { return };

@@ -1,13 +1,13 @@
-//! Taking changed files into a world that runs, between two steps.
+//! Hot reload: applying changed files to a running world, between two steps.
 //!
-//! - [`Reload`]: looks whether files have changed, and takes those that have;
-//! - `watch`: which files have changed;
-//! - `document`: what differs between two documents, and how a world takes it;
-//! - `instances`: from one version of a plugin to another.
+//! - [`Reload`]: checks whether files have changed, and applies those that have;
+//! - `watch`: detects which files have changed;
+//! - `document`: applies the differences between two documents;
+//! - `instances`: replaces the instances of a plugin.
 //!
-//! A new version that is broken is refused as a whole, and the old one goes on. What nobody has changed does not notice:
-//! numbers of instances, seeds and the order of everything stay. Nothing here runs unless a run asks for it, since such a
-//! run depends on when files are written.
+//! A new version with an error is rejected as a whole, and the old one stays. Everything else remains unaffected: ids
+//! of instances, seeds and all orders stay the same. Reloading is off unless a run asks for it, since such a run
+//! depends on when files are written.
 
 mod document;
 mod instances;
@@ -23,14 +23,14 @@ pub(crate) use document::change_script;
 
 use crate::run::World;
 
-/// What became of changed files.
+/// The result of a reload.
 #[derive(Debug, Default)]
 pub struct ReloadReport {
-    /// What was taken, and what state was lost by it.
+    /// What was applied, and which state was lost in doing so.
     pub notes: Vec<String>,
-    /// What was refused: the old version stays.
+    /// What was rejected; the old version stays.
     pub warnings: Vec<Error>,
-    /// How many scripts, plugins and objects changed.
+    /// Number of scripts, plugins and objects that changed.
     pub taken: u64,
 }
 
@@ -42,7 +42,7 @@ impl ReloadReport {
     }
 }
 
-/// Looks at the files that a world is made of: scene, models, scripts, imported files, plugins.
+/// Watches the files that a world is made of: scene, models, scripts, imported files, plugins.
 pub struct Reload {
     scene: PathBuf,
     options: Options,
@@ -50,8 +50,8 @@ pub struct Reload {
 }
 
 impl Reload {
-    /// For a world that was made of this scene with these options. Its plugins must have been opened as
-    /// [copies](tatu_plugins::Search::copies): a library must not be written while it is used.
+    /// Creates the watcher for a world made of this scene with these options. Its plugins must have been opened as
+    /// [copies](tatu_plugins::Search::copies), because a library must not be overwritten while it is loaded.
     pub fn new(scene: &Path, options: &Options, world: &World) -> Self {
         let mut files = Watcher::new();
         for plugin in &world.registry().plugins {
@@ -68,7 +68,8 @@ impl Reload {
         }
     }
 
-    /// Takes what has changed since the last look; between two steps. Looks ten times a second at most.
+    /// Applies the changes since the last call; must be called between two steps. Checks the disk at most ten times a
+    /// second.
     pub fn look(&mut self, world: &World) -> ReloadReport {
         let mut told = ReloadReport::default();
         let changed = self.files.changed();

@@ -1,4 +1,4 @@
-//! Which files have changed.
+//! Detection of changed files.
 
 use std::{
     collections::BTreeMap,
@@ -10,23 +10,23 @@ use std::{
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
 use xxhash_rust::xxh3::xxh3_64;
 
-/// Between two looks at the disk.
+/// Minimum time between two checks of the disk.
 const PAUSE: Duration = Duration::from_millis(100);
-/// A file that was written less than this ago may still be half of itself.
+/// A file written more recently than this may still be incomplete.
 const SETTLED: Duration = Duration::from_millis(50);
-/// One that is empty has just been made, or cut, by a compiler or an editor that is about to write it.
+/// An empty file more recent than this is probably about to be written by a compiler or an editor.
 const EMPTY: Duration = Duration::from_secs(2);
 
-/// What is known of a file.
+/// The known state of a file.
 #[derive(Default)]
 struct Known {
-    /// When it was last written, and its size, bytes.
+    /// Modification time, and size in bytes.
     stamp: Option<(SystemTime, u64)>,
-    /// Hash of its content.
+    /// Hash of its contents.
     content: Option<u64>,
 }
 
-/// Files, and what was last seen of them.
+/// Watched files, with their last known state.
 pub(super) struct Watcher {
     files: BTreeMap<PathBuf, Known>,
     looked: Option<Instant>,
@@ -42,7 +42,7 @@ impl Watcher {
         Watcher { files: BTreeMap::new(), looked: None }
     }
 
-    /// Watches a file from now on; `content`: what was read of it, if it has been read already.
+    /// Watches a file from now on; `content`: its contents, if they have been read already.
     pub fn watch(&mut self, file: &Path, content: Option<&[u8]>) {
         let known = self.files.entry(file.to_owned()).or_default();
         if let Some(bytes) = content {
@@ -53,8 +53,8 @@ impl Watcher {
         }
     }
 
-    /// Files whose content differs from what was last seen; each change is reported once. Checks the disk ten times a second
-    /// at most. A file that is not there is waited for.
+    /// Returns the files whose contents differ from the last known; each change is reported once. Checks the disk at
+    /// most ten times a second. Files that do not exist are watched until they do.
     pub fn changed(&mut self) -> Vec<PathBuf> {
         if self.looked.is_some_and(|l| l.elapsed() < PAUSE) {
             return Vec::new();
@@ -67,7 +67,7 @@ impl Watcher {
 
 fn has_changed(file: &Path, known: &mut Known) -> bool {
     let Some(now) = stamp(file) else { return false };
-    // A time in the future says nothing about how long ago it was.
+    // A modification time in the future does not count as recent.
     let settled = if now.1 == 0 { EMPTY } else { SETTLED };
     let fresh = now.0.elapsed().is_ok_and(|e| e < settled);
     if fresh || known.stamp == Some(now) {

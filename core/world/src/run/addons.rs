@@ -1,4 +1,4 @@
-//! Scripts that come from outside the document (add-ons): their options and single runs; `life` attaches them.
+//! Options and single runs of scripts from outside the document (add-ons); `life` attaches them.
 
 use tatu_plugin_api::safe::Value;
 
@@ -6,19 +6,19 @@ use super::World;
 use crate::cell::Scripts;
 
 impl World {
-    /// Asks an attached script that has not begun: its text is run, then this callback; its answer, if that is a map.
-    /// For a world of its own: the script has run once, and its state is not fresh any more.
+    /// Runs the text of an attached script that has not begun, then this callback; returns its answer, if that is a
+    /// map. Use a separate world for this: the script's state is no longer fresh afterwards.
     pub fn ask(&self, slot: u32, callback: &str) -> Option<Value> {
         Scripts::ask_first(&self.cell, slot, callback)
     }
 
-    /// Runs an attached script once, and removes it: the text of a function, which has no life of its own.
+    /// Runs an attached script once and removes it: for the text of a function, which has no life cycle.
     pub fn run_once(&self, slot: u32) {
         Scripts::run_once(&self.cell, slot);
         self.cell.run.outside.options.borrow_mut().remove(&slot);
     }
 
-    /// What an attached script is started with, before it begins: keys and texts, of equal keys the last counts.
+    /// Sets the options of an attached script before it begins: keys and texts. Of equal keys, the last one counts.
     pub fn give_options(&self, slot: u32, options: &[(String, String)]) {
         let mut all: Vec<(Value, Value)> = Vec::new();
         for (key, value) in options {

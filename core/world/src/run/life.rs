@@ -1,13 +1,13 @@
-//! A run from its start to its end.
+//! The run of a world, from its start to its end.
 //!
 //! ```text
-//! start             customization scripts have their pass, `beforeSimulation`; the scene is remembered; phase first
+//! start             a pass of the stopped world, `beforeSimulation`; the scene is saved; phase first
 //! step, step, ...   one pass each
 //! request_stop      the pass that follows is an ordinary one
 //! step              running
 //! step              stopping
 //! step              last, with the clean-up of scripts at its end
-//! step              no pass: the scene goes back to how it was at the start; stopped, `false`
+//! step              no pass: the scene is restored to its state at the start; stopped, `false`
 //! ```
 
 use std::{collections::BTreeMap, path::Path, rc::Rc, sync::Arc};
@@ -29,12 +29,13 @@ use crate::{
 };
 
 impl World {
-    /// What the world is doing.
+    /// Returns the current phase.
     pub fn phase(&self) -> Phase {
         self.cell.state.phase.get()
     }
 
-    /// A pass while it is stopped: scripts that live as long as the world have their turn. Nothing, while it runs.
+    /// Runs a pass of a stopped world, in which scripts that live as long as the world are called. Does nothing if it
+    /// is running.
     pub fn idle(&self) {
         if !self.cell.running() {
             self.cell.state.rested.set(true);
@@ -42,8 +43,8 @@ impl World {
         }
     }
 
-    /// Starts: time is 0, the states of child scripts are made. Their first callbacks run in the first step. A world
-    /// that never had a pass while stopped has one first.
+    /// Starts the world: time is 0, and the states of child scripts are created; their first callbacks run in the first
+    /// step. A world that has had no pass while stopped gets one first.
     pub fn start(&self) {
         let cell = &self.cell;
         if cell.running() {
@@ -56,7 +57,7 @@ impl World {
         self.prepare();
     }
 
-    /// The same without a callback: for a state that is about to be restored.
+    /// Starts the world without calling scripts, for a state that is about to be restored.
     pub(crate) fn start_silently(&self) {
         Scripts::begin(&self.cell, false);
         self.cell.state.rested.set(true);
@@ -79,17 +80,17 @@ impl World {
         cell.restore_process_state("the start of scripts");
     }
 
-    /// One pass, and whether the world still runs.
+    /// Runs one pass; returns whether the world is still running.
     ///
-    /// In a session services have their turn first, and may hold the world: then this sleeps until they let go. If a
-    /// stop is asked for meanwhile, or the session is interrupted, no pass is done: see
-    /// [`stop_requested`](Self::stop_requested). The passes after a stop was asked for follow with the next calls.
+    /// In a session, services have their turns first and may hold the world; this then sleeps until they release it. If
+    /// a stop is requested meanwhile or the session is interrupted, there is no pass: see
+    /// [`stop_requested`](Self::stop_requested). The passes after a requested stop follow with the next calls.
     pub fn step(&self) -> bool {
         if self.barrier() { self.step_on() } else { self.cell.running() }
     }
 
-    /// What comes before the next pass, without the pass; `false`: no pass is to be done. For a replay of a run that
-    /// was ended within a barrier.
+    /// Does what precedes the next pass, without the pass itself; returns `false` if there is to be no pass. It serves
+    /// to replay a run that was ended within a barrier.
     pub fn barrier(&self) -> bool {
         if self.cell.state.over.replace(false) {
             self.finish();
@@ -97,7 +98,7 @@ impl World {
         session::before_step(&self.cell)
     }
 
-    /// The pass that comes after [`barrier`](Self::barrier); whether the world still runs.
+    /// Runs the pass that follows [`barrier`](Self::barrier); returns whether the world is still running.
     pub fn step_on(&self) -> bool {
         if self.cell.running() && !self.cell.state.over.get() {
             step::step(&self.cell);
@@ -105,12 +106,12 @@ impl World {
         self.cell.running()
     }
 
-    /// Asks for a stop: the next three passes are the last ones.
+    /// Requests a stop: the next three passes are the last ones.
     pub fn request_stop(&self) {
         self.request(TATU_REQUEST_STOP);
     }
 
-    /// Asks for a pause: the next two passes are the last ones before it. It stands in the input log.
+    /// Requests a pause: the next two passes are the last ones before it. Recorded in the input log.
     pub fn request_pause(&self) {
         session::outside_request(&self.cell, TATU_REQUEST_PAUSE);
     }
@@ -124,42 +125,41 @@ impl World {
         self.cell.state.requests.set(self.cell.state.requests.get() | 1 << what);
     }
 
-    /// Somebody stands by who can lift a pause: a terminal, for instance. Otherwise a pause that no service and no
-    /// add-on can lift ends the run.
+    /// Sets whether a user is present who can end a pause, at a terminal for example. If not, a pause that no service
+    /// and no add-on can end ends the run.
     pub fn set_interactive(&self, on: bool) {
         self.cell.run.outside.interactive.set(on);
     }
 
-    /// The program goes on with another scene when a service asks for one: see [`next_scene`](Self::next_scene). `read`
-    /// reads it (an empty path means the current scene); its error is returned to the service that asked, and this
-    /// world continues.
+    /// Lets services request another scene: see [`next_scene`](Self::next_scene). `read` loads it (an empty path means
+    /// the current scene); if that fails, the service gets the error and this world continues.
     pub fn take_scenes(&self, read: impl Fn(&Path) -> Result<Arc<Document>> + 'static) {
         *self.cell.run.outside.scene_reader.borrow_mut() = Some(Rc::new(read));
     }
 
-    /// The scene that was asked for since the last call.
+    /// Takes the scene that was requested since the last call, if any.
     pub fn next_scene(&self) -> Option<NextScene> {
         self.cell.run.outside.next_scene.borrow_mut().take()
     }
 
-    /// The program has changed something of its process since the world was made (what signals do): plugins are to
-    /// leave it so.
+    /// Makes the current process state, such as signal handlers, the one that plugins must leave unchanged. To be
+    /// called after the program has changed it.
     pub fn take_process_anew(&self) {
         self.cell.border.home.borrow_mut().take_process_anew();
     }
 
-    /// Writes a line, as the host does.
+    /// Logs a line.
     pub fn say(&self, level: u32, text: &str) {
         self.cell.log(level, text);
     }
 
-    /// Whether something asked for a stop.
+    /// Returns whether a stop has been requested.
     pub fn stop_requested(&self) -> bool {
         self.cell.stop_requested()
     }
 
-    /// Asks for a stop and carries it out: scripts see the end coming, clean up and end, the scene goes back to how it
-    /// was at the start.
+    /// Requests a stop and carries it out: scripts see the end coming, clean up and end, and the scene is restored to
+    /// its state at the start.
     pub fn stop(&self) {
         if self.cell.running() {
             self.request_stop();
@@ -169,8 +169,8 @@ impl World {
         }
     }
 
-    /// Adds a script that is part of no document: of kind "addon" or "sandbox". It lives as long as the world, and is
-    /// called after all others. Its slot; an error when its kind is another, or no slot is free.
+    /// Adds a script that is not part of the document, of kind "addon" or "sandbox". It lives as long as the world and
+    /// is called after all others. Returns its slot, or an error if it has another kind or no slot is free.
     pub fn attach(&self, spec: &ScriptSpec) -> Result<u32> {
         let kinds = OUTSIDE_KINDS;
         if !kinds.contains(&spec.kind.as_str()) {
@@ -180,7 +180,7 @@ impl World {
         Scripts::add(&self.cell, 0, spec).ok_or_else(|| Error::new("E401", "the world has no room for another script"))
     }
 
-    /// At the end of a run: ends states, and resets the scene to its state at the start.
+    /// Ends the run: ends states, and restores the scene to its state at the start.
     fn finish(&self) {
         let cell = &self.cell;
         Scripts::end_run(cell);
@@ -205,14 +205,15 @@ impl World {
     }
 }
 
-/// Free data stays, but for what plugins keep there of an object: tags that begin with a control character.
+/// Carries custom data over to the restored scene, except data under tags that begin with a control character, where
+/// plugins keep their own.
 fn leave(then: &mut BTreeMap<Vec<u8>, Vec<u8>>, now: &BTreeMap<Vec<u8>, Vec<u8>>) {
     let free = |tag: &[u8]| tag.first().is_none_or(|c| !c.is_ascii_control());
     then.retain(|tag, _| !free(tag));
     then.extend(now.iter().filter(|(tag, _)| free(tag)).map(|(tag, data)| (tag.clone(), data.clone())));
 }
 
-/// The scene as it was at the start, but for what a stop leaves.
+/// Restores the scene at the start, except for what a stop leaves unchanged.
 fn go_back(cell: &WorldCell, mut initial: Scene) {
     let mut scene = cell.state.scene.borrow_mut();
     for (slot, now) in scene.slots() {
@@ -228,7 +229,7 @@ fn go_back(cell: &WorldCell, mut initial: Scene) {
         }
     }
     leave(&mut initial.notes, &scene.notes);
-    // What the engine and the beams made of the running scene is not what they make of this one.
+    // The new version makes the engine and the beams rebuild what they derived from the scene.
     initial.shape_version = scene.shape_version + 1;
     initial.forget_before();
     *scene = initial;
@@ -245,7 +246,7 @@ fn go_back(cell: &WorldCell, mut initial: Scene) {
 }
 
 impl World {
-    /// A property of an object, by path or unique name, and key; `None`: there is none.
+    /// Returns a property of an object, by path or unique name, and key; `None`: it does not exist.
     pub fn property(&self, path: &str, key: &str) -> Option<Value> {
         let scene = self.cell.state.scene.borrow();
         let row = rows::ROWS.iter().position(|r| r.key == key)?;
@@ -253,7 +254,8 @@ impl World {
     }
 }
 
-/// What of its sources cannot run here is a fault of each run, so that none of them passes for a whole one.
+/// Reports parts of the document's sources that are not supported. Each run reports them as faults, so that no result
+/// passes for that of the complete scene.
 fn report_lacks(world: &WorldCell) {
     let settings = &world.model.document.settings;
     settings.lacks.iter().for_each(|text| world.report(Fault::new(FaultKind::Unsupported, text.as_str())));

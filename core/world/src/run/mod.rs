@@ -1,8 +1,8 @@
 //! The public handle of a world: create, start, step, stop and inspect it.
 //!
-//! - [`World`]: a scene that runs; `life`: start, step, stop; `addons`: scripts that are part of no document;
-//! - [`Reading`]: what a sensor measured last; `snapshot`: writing its state, and going on from it;
-//! - [`Session`]: services beside worlds; `replay`: doing again what an input log holds.
+//! - [`World`]: a scene that runs; `life`: start, step, stop; `addons`: scripts from outside the document;
+//! - [`Reading`]: a sensor's last reading; `snapshot`: saving and restoring the state;
+//! - [`Session`]: services that run alongside worlds; `replay`: replaying an input log.
 
 mod addons;
 mod life;
@@ -30,18 +30,18 @@ use crate::{
     session as barrier,
     state::{self, Hash},
 };
-/// A scene that runs. One thread at a time uses it; different worlds run on different threads.
+/// A scene that runs. It is used by one thread; different worlds may run on different threads.
 pub struct World {
     cell: Rc<WorldCell>,
 }
 
 impl World {
-    /// Makes a world of a document: its objects, devices and command instances.
+    /// Creates a world from a document: its objects, devices and command instances.
     pub fn new(document: Arc<Document>, registry: Arc<Registry>) -> Result<Self> {
         Self::with_threads(document, registry, 1)
     }
 
-    /// The same, with so many threads; the results do not depend on their number.
+    /// Like `new`, with a number of threads, which does not affect the results.
     pub fn with_threads(document: Arc<Document>, registry: Arc<Registry>, threads: usize) -> Result<Self> {
         let pool = pool_of(threads)?;
         let settings = document.settings.clone();
@@ -71,17 +71,17 @@ impl World {
         Ok(world)
     }
 
-    /// What mechanics forbids in this scene, or makes hard: a sentence each.
+    /// Returns mechanical problems of the scene, such as what is impossible or hard to simulate, one sentence each.
     pub fn mechanics(&self) -> Vec<String> {
         tatu_scene::mechanics(&self.cell.state.scene.borrow(), &self.cell.model.settings.borrow())
     }
 
-    /// Calls `f` with what the world shows now: its objects, and its graphs and drawings.
+    /// Calls `f` with the current objects, graphs and drawings.
     pub fn look_at<T>(&self, f: impl FnOnce(&Scene, &Figures) -> T) -> T {
         f(&self.cell.state.scene.borrow(), &self.cell.devices.figures.borrow())
     }
 
-    /// Runs `f` with the world's pool of threads.
+    /// Runs `f` in the world's thread pool.
     pub fn install<T: Send>(&self, f: impl FnOnce() -> T + Send) -> T {
         self.cell.run.install(f)
     }
@@ -96,8 +96,8 @@ impl World {
         Ok(())
     }
 
-    /// At the end of a run: what command plugins keep for scripts of the run goes, what they keep for others stays. Those
-    /// that cannot tell them apart begin again.
+    /// Ends the part of command plugin instances that serves scripts of the run; the rest stays. Instances that cannot
+    /// separate the two are recreated.
     fn renew_instances(&self) -> Result {
         let cell = &self.cell;
         for (plugin, life) in &cell.model.registry.world_lives {
@@ -115,7 +115,7 @@ impl World {
         Ok(())
     }
 
-    /// Ends what command plugins keep for this world.
+    /// Ends the instances of command plugins for this world.
     fn end_instances(&self) {
         let instances = std::mem::take(&mut *self.cell.devices.instances.borrow_mut());
         for (plugin, i) in instances.into_iter().enumerate() {
@@ -125,8 +125,8 @@ impl World {
         }
     }
 
-    /// The folder in which scripts open files, and whose files they may write, instead of the working folder. E105: it
-    /// is not a folder.
+    /// Sets the folder in which scripts open files and may write them, in place of the working folder. E105: it is not
+    /// a folder.
     pub fn open_files_in(&self, folder: &Path) -> Result {
         let folder = match folder.canonicalize() {
             Ok(folder) if folder.is_dir() => folder,
@@ -136,58 +136,58 @@ impl World {
         self.cell.run.folders.choose(folder);
         Ok(())
     }
-    /// Makes a stand-in for each object that scripts ask for and that is not there, and lets dummies become what they
-    /// are used as; values of these names, such as parameters of scripts, are there in some neutral form. For runs
-    /// without a scene of their own: before the start.
+    /// Creates a stand-in for each object that scripts ask for and that does not exist, and turns dummies into the kind
+    /// that their use implies. The named values, such as parameters of scripts, exist with neutral contents. It serves
+    /// runs without a scene of their own and must be called before the start.
     pub fn make_stand_ins(&self, values: &[String]) {
         let cell = &self.cell;
         cell::begin_stand_ins(cell, values);
     }
-    /// Names of values that were asked for in vain, in order.
+    /// Returns the names of values that were asked for and do not exist, in order.
     pub fn missed_values(&self) -> Vec<String> {
         self.cell.run.stand_ins.missed()
     }
-    /// The objects of the document, then what was made since, each as what its use showed; empty unless
-    /// [`make_stand_ins`](Self::make_stand_ins) was called.
+    /// Returns the objects of the document, then those created since, each with the kind that its use implied. Empty
+    /// unless [`make_stand_ins`](Self::make_stand_ins) was called.
     pub fn stand_ins(&self) -> Vec<StandIn> {
         self.cell.run.stand_ins.list()
     }
 
-    /// What was asked for in passing and was not there, by places in [`stand_ins`](Self::stand_ins): the parent of an
-    /// object, or a child by number. Scripts mostly ask so to see where the tree ends.
+    /// Returns what was asked for in passing and does not exist, by index into [`stand_ins`](Self::stand_ins): the
+    /// parent of an object, or a child by number. Scripts usually ask for these to find where the tree ends.
     pub fn wishes(&self) -> Vec<(usize, Wish)> {
         self.cell.run.stand_ins.wishes()
     }
 
-    /// What plugins offer, as it is now.
+    /// Returns the current registry of plugins.
     pub fn registry(&self) -> Arc<Registry> {
         self.cell.model.registry.shared()
     }
-    /// What the world was made of, as it is now.
+    /// Returns the current document.
     pub fn document(&self) -> Arc<Document> {
         self.cell.model.document.shared()
     }
 
-    /// What came from outside since the start.
+    /// Returns the log of external inputs since the start.
     pub fn input_log(&self) -> std::cell::Ref<'_, InputLog> {
         self.cell.run.outside.log.borrow()
     }
-    /// The same, to set whether records are kept and where else they go.
+    /// Returns the input log, to set whether and where records are stored.
     pub fn input_log_mut(&self) -> std::cell::RefMut<'_, InputLog> {
         self.cell.run.outside.log.borrow_mut()
     }
-    /// Puts something in from outside at the barrier that the world stands at, before its next step: a key, say, `kind`
-    /// being "key" and `text` its character or name. Plugins that know the kind read it; it stands in the input log.
-    /// "clock" (s since the start) and "epoch" (s since 1970) set what clocks show.
+    /// Adds an external input at the current barrier, before the next step, and records it in the input log. For a key,
+    /// `kind` is "key" and `text` its character or name; plugins that know the kind read it. "clock" (s since the
+    /// start) and "epoch" (Unix time in s) set the time that clocks show.
     pub fn put_in(&self, kind: &str, text: &str) {
         cell::put_in(&self.cell, kind, text);
     }
-    /// Feeds an input log: what it holds is done again, each at its barrier. Before the start.
+    /// Attaches an input log, whose inputs are repeated, each at its barrier. Must be called before the start.
     pub fn feed(&self, records: Arc<[Record]>) {
         barrier::log::attach(&self.cell, records);
     }
-    /// Files that scripts or plugins asked to read since the start, by the names that they gave: what they read is not
-    /// part of the input log.
+    /// Returns the files that scripts or plugins have asked to read since the start, by the names given. Their contents
+    /// are not part of the input log.
     pub fn files_opened(&self) -> Vec<String> {
         self.cell.run.outside.opened.borrow().iter().cloned().collect()
     }
@@ -195,51 +195,51 @@ impl World {
         &self.cell
     }
 
-    /// Simulation time, s.
+    /// Returns the simulation time, s.
     pub fn time(&self) -> f64 {
         self.cell.state.clock.time.get()
     }
-    /// Steps done.
+    /// Returns the number of steps done.
     pub fn steps(&self) -> u64 {
         self.cell.state.clock.step.get()
     }
-    /// Length of a step, s.
+    /// Returns the length of a step, s.
     pub fn dt(&self) -> f64 {
         self.cell.state.clock.dt.get()
     }
-    /// Hash over the dynamic state, with its table of contents.
+    /// Returns the hash of the dynamic state, with a hash per object.
     pub fn hash(&self) -> Hash {
         state::hash(&self.cell.state.scene.borrow(), &self.cell.state.dynamics.borrow(), &self.cell.state.clock)
     }
-    /// What its scripts did, in the order in which they were added.
+    /// Returns a summary of each script, in the order in which they were added.
     pub fn scripts(&self) -> Vec<crate::cell::ScriptSummary> {
         crate::cell::Scripts::told(&self.cell)
     }
-    /// Everything that went wrong so far.
+    /// Returns all faults so far.
     pub fn faults(&self) -> Vec<Fault> {
         self.cell.run.faults.borrow().clone()
     }
-    /// Lines logged since the last call.
+    /// Takes the lines logged since the last call.
     pub fn take_lines(&self) -> Vec<LogLine> {
         self.cell.run.lines.take()
     }
-    /// Where its lines are stored: for a program that ends while a step is running.
+    /// Returns the store of log lines, for a program that ends while a step is running.
     pub fn lines(&self) -> Lines {
         self.cell.run.lines.clone()
     }
-    /// Path and pose (m, quaternion x y z w) of every model base, in order of slots.
+    /// Returns path and pose (m, quaternion x y z w) of every model base, in order of slots.
     pub fn model_bases(&self) -> Vec<(String, [f64; 7])> {
         let scene = self.cell.state.scene.borrow();
         let mut paths = scene.paths();
         let bases = scene.slots().map(|(s, _)| s).filter(|s| scene.is_model_base(*s));
         bases.filter_map(|s| Some((paths.remove(&s)?, pose_to_array(&scene.world(s))))).collect()
     }
-    /// The world as a document, for a scene file: how it would begin if it began as it is now. Velocities, and what
-    /// scripts and devices keep, are left out.
+    /// Returns the world as a document for a scene file, which starts in the current state. It does not contain
+    /// velocities or the internal state of scripts and devices.
     pub fn to_document(&self) -> Document {
         crate::state::save::document_of(&self.cell, 0)
     }
-    /// What can be seen of an object by path or unique name; `None`: there is none.
+    /// Returns the observable state of an object, by path or unique name; `None`: it does not exist.
     pub fn observe(&self, path: &str) -> Option<Observed> {
         let cell = &self.cell;
         let scene = cell.state.scene.borrow();
@@ -255,44 +255,44 @@ impl World {
         let joint = o.joint().map(|j| [j.position, j.velocity, j.effort]);
         Some(Observed { path: scene.path(slot), pose, twist, joint, reading })
     }
-    /// The nearest name to one that is not there.
+    /// Returns the existing path most similar to one that does not exist.
     pub fn nearest(&self, path: &str) -> Option<String> {
         self.cell.state.scene.borrow().nearest(path)
     }
-    /// Contacts between shapes after the last step, by path, with the normal force in N.
+    /// Returns the contacts between shapes after the last step: two paths, and the normal force in N.
     pub fn contacts(&self) -> Vec<(String, String, f64)> {
         let scene = self.cell.state.scene.borrow();
         let dynamics = self.cell.state.dynamics.borrow();
         dynamics.contacts(&scene).map(|(a, b, c)| (scene.path(a), scene.path(b), c.force)).collect()
     }
-    /// Graphs and drawings; graphs keep what they recorded when the world stops.
+    /// Returns graphs and drawings. Graphs keep their samples when the world stops.
     pub fn figures(&self) -> std::cell::Ref<'_, Figures> {
         self.cell.devices.figures.borrow()
     }
-    /// Gravity, m/s^2.
+    /// Returns gravity, m/s^2.
     pub fn gravity(&self) -> Vector3<f64> {
         self.cell.model.settings.borrow().gravity
     }
 }
 
-/// What can be seen of an object.
+/// The observable state of an object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observed {
     /// Its path.
     pub path: String,
-    /// x y z, quaternion x y z w, world.
+    /// World pose: x y z in m, quaternion x y z w.
     pub pose: [f64; 7],
-    /// m/s, rad/s, world.
+    /// Velocity in the world frame: m/s, rad/s.
     pub twist: [f64; 6],
-    /// Of a joint: position, velocity, effort.
+    /// For a joint: position, velocity, effort.
     pub joint: Option<[f64; 3]>,
-    /// Of a sensor: its fields.
+    /// For a sensor: its fields.
     pub reading: Option<Vec<(String, Value)>>,
 }
 
 impl World {
-    /// Ends all that plugins keep for this world; what goes wrong is still reported in [`faults`](Self::faults).
-    /// Afterwards the world is read-only. Dropping it does the same.
+    /// Ends all plugin instances of this world; errors are reported in [`faults`](Self::faults). Afterwards the world
+    /// is read-only. Dropping it has the same effect.
     pub fn end(&self) {
         let cell = &self.cell;
         Scripts::end(cell);

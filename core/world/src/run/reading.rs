@@ -1,4 +1,4 @@
-//! What a sensor measured last, as its plugin declares it.
+//! Readings of sensors, with the fields that their plugins declare.
 
 use tatu_devices::sense::{Edge, edges};
 use tatu_plugin_api::safe::Value;
@@ -14,15 +14,15 @@ pub struct Reading {
     pub kind: String,
     /// Schemas that its kind fills, such as `range_scan/1`.
     pub schemas: Vec<String>,
-    /// When it measured, s.
+    /// Simulation time of the measurement, s.
     pub time: f64,
-    /// How often it has measured; 0: never.
+    /// Number of measurements so far; 0: it has not measured.
     pub sequence: u64,
-    /// x y z, quaternion x y z w, world: where it is now.
+    /// Its current pose in the world frame: x y z in m, quaternion x y z w.
     pub pose: [f64; 7],
-    /// The edges of what it sends out, in its own frame.
+    /// Outline of its beams, in the sensor's frame.
     pub edges: Vec<Edge>,
-    /// In the order in which they are declared.
+    /// Its fields, in the order of their declaration.
     pub fields: Vec<Field>,
 }
 
@@ -35,40 +35,40 @@ pub struct Field {
     pub unit: Option<String>,
     /// Elements along each axis, outermost first; unused axes are 1.
     pub dims: [u32; 3],
-    /// Its numbers.
+    /// Its value.
     pub value: Value,
 }
 
 impl Reading {
-    /// A field's numbers, if it has any.
+    /// Returns the numbers of a field, if it has any.
     pub fn floats(&self, name: &str) -> Option<&[f64]> {
         match self.field(name)? {
             Field { value: Value::Floats(f), .. } => Some(f),
             _ => None,
         }
     }
-    /// A field by its name.
+    /// Returns a field by name.
     pub fn field(&self, name: &str) -> Option<&Field> {
         self.fields.iter().find(|f| f.name == name)
     }
 }
 
 impl World {
-    /// The paths of all sensors, in the order in which they were made.
+    /// Returns the paths of all sensors, in the order in which they were created.
     pub fn sensors(&self) -> Vec<String> {
         let cell = self.cell();
         let (scene, sensing) = (cell.state.scene.borrow(), cell.devices.sensing.borrow());
         sensing.devices.iter().filter(|d| scene.get(d.slot).is_some()).map(|d| scene.path(d.slot)).collect()
     }
 
-    /// The path of an object by its slot, as fields of readings name it; `None`: there is none.
+    /// Returns the path of an object by its slot, as given in fields of readings; `None`: it does not exist.
     pub fn path_of(&self, slot: i64) -> Option<String> {
         let scene = self.cell().state.scene.borrow();
         let slot = u32::try_from(slot).ok().filter(|s| *s != 0)?;
         scene.get(slot).map(|_| scene.path(slot))
     }
 
-    /// What a sensor measured last, by path or unique name; `None`: there is no such sensor.
+    /// Returns the last reading of a sensor, by path or unique name; `None`: it does not exist.
     pub fn reading(&self, path: &str) -> Option<Reading> {
         let cell = self.cell();
         let (scene, sensing) = (cell.state.scene.borrow(), cell.devices.sensing.borrow());

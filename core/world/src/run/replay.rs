@@ -1,4 +1,4 @@
-//! Doing again what an input log holds.
+//! Replaying an input log.
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use tatu_scene::document::Document;
 use super::World;
 use crate::cell::Record;
 
-/// A new world of a document in which everything of a log happened again, `step` steps after its start. It stands
-/// before the barrier of that step; the rest of the log stays attached and is fed as the world goes on.
+/// Returns a new world of a document in which the inputs of a log have been repeated, `step` steps after its start. It
+/// is before the barrier of that step; the rest of the log stays attached and is repeated as the world continues.
 ///
-/// A stop in the log ends the way there early: compare [`World::steps`].
+/// A stop in the log may end the run earlier: compare [`World::steps`].
 pub fn replay_to(document: Arc<Document>, registry: Arc<Registry>, log: &[Record], step: u64) -> Result<World> {
     let world = World::new(document, registry)?;
     world.feed(log.into());

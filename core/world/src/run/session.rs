@@ -16,7 +16,7 @@ use crate::{
     session, state,
 };
 
-/// Services and the worlds that they serve.
+/// Services, and the worlds that they serve.
 ///
 /// Services are started once, in order of their ids, and stopped when the session is dropped; worlds come and go.
 pub struct Session {
@@ -24,7 +24,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Starts services. Fails with E404 when one cannot be started; those before it are stopped again.
+    /// Starts services. Returns E404 if one cannot be started; those already started are stopped again.
     pub fn new(registry: Arc<Registry>, services: &[ServiceSpec]) -> Result<Self> {
         let cell = Rc::new(SessionCell {
             wake: Wake::default(),
@@ -44,39 +44,39 @@ impl Session {
         Ok(session)
     }
 
-    /// A world joins: from now on services have their turn before each of its steps. It leaves when it is dropped.
+    /// Adds a world: from now on services have a turn before each of its steps. It leaves when it is dropped.
     pub fn join(&self, world: &World) {
         let handle = &world.cell().run.outside.handle;
         let mut worlds = self.cell.worlds.borrow_mut();
         worlds.retain(|w| w.strong_count() > 0 && !std::ptr::eq(w.as_ptr(), Rc::as_ptr(handle)));
         worlds.push(Rc::downgrade(handle));
         world.cell().run.outside.join(&self.cell, world.cell().raw());
-        // A world from a snapshot brings what they kept of it.
+        // A world restored from a snapshot holds the states that services saved.
         if let Err(e) = state::restore::services(world.cell()) {
             world.cell().report(Fault::new(FaultKind::Plugin, e.text));
         }
     }
 
-    /// A flag that ends every wait at the barrier when it is set, by a signal for instance. It is looked at ten times
-    /// a second while a world is held.
+    /// Sets a flag that ends every wait at the barrier, for example when a signal sets it. While a world is held, the
+    /// flag is checked ten times a second.
     pub fn interrupt_by(&self, flag: Arc<AtomicBool>) {
         *self.cell.interrupt.borrow_mut() = flag;
     }
 
-    /// Lets services have their turn in a world that is stopped, until one asks for a start: `true`. `false`: one asked
-    /// for another scene or to quit, the session was interrupted, or no service is left that could ask.
+    /// Lets services take turns in a stopped world until one requests a start; returns `true` then. Returns `false` if
+    /// one requested another scene or the end, if the session was interrupted, or if no service is left.
     pub fn wait_for_start(&self, world: &World) -> bool {
         session::rest(world.cell(), &self.cell)
     }
 
-    /// Whether any service runs.
+    /// Returns whether any service is working.
     pub fn has_services(&self) -> bool {
         self.cell.any_service()
     }
 }
 
 impl Session {
-    /// Ends the services; what went wrong. Dropping the session does the same silently.
+    /// Ends the services and returns the errors. Dropping the session does the same but discards them.
     pub fn end(self) -> Vec<Error> {
         self.cell.end()
     }

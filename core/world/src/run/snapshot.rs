@@ -1,4 +1,4 @@
-//! Writing the state of a world, and going on from it.
+//! Saving the state of a world, and restoring it.
 
 use tatu_errors::{Error, Result};
 
@@ -6,16 +6,16 @@ use super::World;
 use crate::state::{self, Snapshot};
 
 impl World {
-    /// Everything that decides the future, at the boundary between two steps; what could not be captured is named in
-    /// the head. The run, which continues, is not affected.
+    /// Captures everything that determines the future, between two steps. The header names what could not be saved. The
+    /// run continues unaffected.
     pub fn snapshot(&self) -> Result<Snapshot> {
         state::take(self.cell())
     }
 
-    /// Makes a world that has just been made of the snapshot's document go on from the snapshot's step.
+    /// Restores a snapshot in a new world of the snapshot's document.
     ///
-    /// An incomplete snapshot is refused, unless `allow_partial`: then what it lacks is as at the start of a run. After
-    /// a failure the world is half one and half the other: drop it.
+    /// An incomplete snapshot is refused unless `allow_partial` is set; what it lacks is then as at the start of a run.
+    /// If this fails, the world is in a mixed state and must be dropped.
     pub fn restore(&self, snapshot: &Snapshot, allow_partial: bool) -> Result {
         let cell = self.cell();
         state::restore::check(cell, snapshot, allow_partial)?;
@@ -23,8 +23,8 @@ impl World {
         state::restore::go_on(cell, snapshot)
     }
 
-    /// Runs a world that has just been made to the snapshot's step, without repeating what it reported the first time,
-    /// and compares the state hash.
+    /// Runs a new world up to the snapshot's step, discarding the log lines that were reported the first time, and
+    /// compares the state hash.
     pub fn replay(&self, snapshot: &Snapshot) -> Result {
         let cell = self.cell();
         snapshot.check(&cell.model.document, &cell.model.registry)?;
@@ -36,7 +36,7 @@ impl World {
         self.take_lines();
         let hash = self.hash().total;
         if hash == snapshot.head.hash {
-            // From here on the run is its own.
+            // From here on, the run no longer follows the log.
             cell.run.outside.replay.take();
             return Ok(());
         }

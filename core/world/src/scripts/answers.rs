@@ -1,7 +1,7 @@
-//! What a callback may answer with, and what becomes of a script that asks for its end or fails.
+//! Answers of callbacks, and the end of scripts that ask for it or fail.
 //!
-//! A map with `cmd`: "cleanup" ends the script, "restart" ends it and lets it begin anew in the next stage. It is carried
-//! out once no call of the script runs any more, since calls of a script can enter each other.
+//! An answer is a map with the key `cmd`: "cleanup" ends the script, "restart" ends it and starts it again in the next
+//! stage. This is done only when no call into the script is running, because calls into a script can be nested.
 
 use std::rc::Rc;
 
@@ -12,7 +12,7 @@ use tatu_plugin_api::{
 
 use crate::cell::{Callback, ExitRequest, Script, WorldCell};
 
-/// The value of a key in a map.
+/// Returns the value of a key in a map.
 pub(crate) fn entry<'v>(map: &'v Value, key: &str) -> Option<&'v Value> {
     let Value::Map(entries) = map else { return None };
     let is_key = |k: &Value| matches!(k, Value::Text(t) | Value::Bytes(t) if t == key.as_bytes());
@@ -24,12 +24,13 @@ impl Script {
         self.asked.set(self.asked.get().max(ask));
     }
 
-    /// Reads what a callback answered; the answer, if it is a map.
+    /// Reads the answer of a callback and notes its request; returns the answer if it is a map.
     pub(super) fn capture_errors(&self, frame: &tatu_call) -> Option<Value> {
         if frame.n_results == 0 {
             return None;
         }
-        // SAFETY: the results of a call that has just returned.
+        // SAFETY: the call has just returned, and its results were checked; they stay in the frame's array until the
+        // next call.
         let first = unsafe { ValueRef::slice(frame.results, frame.n_results as usize) }.first()?;
         let answer = first.to_value().ok().filter(|v| matches!(v, Value::Map(_)))?;
         match entry(&answer, "cmd") {
@@ -40,14 +41,14 @@ impl Script {
         Some(answer)
     }
 
-    /// Carries out what was asked for, once no call of the script runs any more.
+    /// Carries out the script's request, unless a call into it is still running.
     pub(super) fn settle(self: &Rc<Self>, world: &WorldCell) {
         if self.asked.get() == ExitRequest::Nothing || self.depth.get() > 0 {
             return;
         }
         let asked = self.asked.replace(ExitRequest::Nothing);
         self.clean_up(world);
-        // What its clean-up asks for is too late.
+        // Requests made by the clean-up itself are ignored.
         self.asked.set(ExitRequest::Nothing);
         match asked {
             ExitRequest::Nothing => {}
@@ -62,7 +63,7 @@ impl Script {
         }
     }
 
-    /// Its clean-up, if it has begun and had none.
+    /// Calls the clean-up callback of a script that has begun, once.
     pub(super) fn clean_up(self: &Rc<Self>, world: &WorldCell) {
         if self.initialised.get() && self.is_there(world) && !self.cleaned.replace(true) {
             let number = self.find(world, TATU_FIND_CALLBACK, b"cleanup");
@@ -70,7 +71,7 @@ impl Script {
         }
     }
 
-    /// Calls a callback, if it has begun and has it.
+    /// Calls a callback if the script has begun and defines it.
     pub(super) fn run_if_begun(self: &Rc<Self>, world: &WorldCell, callback: Callback, args: &[tatu_value]) {
         let number = self.number(callback);
         if number != 0 && self.initialised.get() && !self.cleaned.get() && self.is_there(world) {

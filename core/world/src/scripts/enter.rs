@@ -1,4 +1,4 @@
-//! One way into a script: depth, caller, budget, error object.
+//! The common path of all calls into a script: depth, caller, budget, error object.
 
 use std::{ffi::c_void, rc::Rc};
 
@@ -17,13 +17,13 @@ impl Room {
     pub fn new() -> Self {
         Room([ValueRef::NIL.raw(); 64])
     }
-    /// A frame with these arguments, whose results go into this room.
+    /// Returns a frame with these arguments, whose results go into this room.
     pub fn frame(&mut self, args: &[tatu_value]) -> tatu_call {
         tatu_call { results: self.0.as_mut_ptr(), results_cap: self.0.len() as u32, ..function_frame(args) }
     }
 }
 
-/// An empty frame with these arguments and no room for results.
+/// Returns an empty frame with these arguments and no room for results.
 pub(crate) fn function_frame(args: &[tatu_value]) -> tatu_call {
     tatu_call {
         size: size_of::<tatu_call>() as u32,
@@ -35,7 +35,7 @@ pub(crate) fn function_frame(args: &[tatu_value]) -> tatu_call {
     }
 }
 
-/// Enters a script.
+/// Calls a function of a script's language.
 pub(super) fn enter(
     world: &WorldCell,
     script: &Rc<Script>,
@@ -46,7 +46,7 @@ pub(super) fn enter(
     enter_with_error(world, script, call, frame, std::ptr::null_mut(), f)
 }
 
-/// Enters a script; the frame carries an error object for it to read, if one is given.
+/// Calls a function of a script's language; the frame carries `carried`, an error object for it to read, or null.
 pub(super) fn enter_with_error(
     world: &WorldCell,
     script: &Rc<Script>,
@@ -100,7 +100,7 @@ pub(super) fn enter_with_error(
     status
 }
 
-/// The script that a function reference belongs to, and the reference's local number.
+/// Returns the script that a function reference belongs to, and the reference's local number.
 pub(crate) fn owner_of_func(world: &WorldCell, func: tatu_func) -> Option<(Rc<Script>, u32)> {
     let script = world.run.scripts.try_borrow().ok()?.by_id(func >> 32)?;
     script.is_there(world).then_some((script, func as u32))
@@ -109,9 +109,9 @@ pub(crate) fn owner_of_func(world: &WorldCell, func: tatu_func) -> Option<(Rc<Sc
 /// Calls a function reference.
 ///
 /// # Safety
-/// The frame and its arrays are valid.
+/// `frame` must point to a frame whose arrays are valid for the whole call.
 pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that `frame` points to a valid frame.
     let f = unsafe { &mut *frame };
     let Some((script, local)) = owner_of_func(world, func) else {
         f.n_results = 0;
@@ -119,7 +119,8 @@ pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut t
         return say(f.error, TATU_ERR_GONE, "the function's script has ended");
     };
     let Some(call) = script.raw(&world.model.registry).call_func else { return TATU_ERR_UNSUPPORTED };
-    // SAFETY: by the contract.
+    // SAFETY: `call` is from a plugin that is never unloaded, `data` is the script's live instance (`is_there`), and
+    // frame and error object live through the call.
     enter(world, &script, Call::CallFunc, f, |data, frame, budget, used, error| unsafe {
         call(data, local, frame, budget, used, error)
     })
@@ -128,9 +129,9 @@ pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut t
 /// Calls a function of a script by its own name.
 ///
 /// # Safety
-/// The frame and its arrays are valid.
+/// `frame` must point to a frame whose arrays are valid for the whole call.
 pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that `frame` points to a valid frame.
     let f = unsafe { &mut *frame };
     f.n_results = 0;
     let refuse = |f: &mut tatu_call, status, text: &str| {
@@ -147,7 +148,7 @@ pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], fr
         let text = format!("the script `{}` has no function `{}`", script.name, String::from_utf8_lossy(name));
         return refuse(f, TATU_ERR_MISSING, &text);
     };
-    // SAFETY: by the contract.
+    // SAFETY: as in `call_func`.
     let status = enter(world, &script, Call::ScriptCall, f, |data, frame, budget, used, error| unsafe {
         call(data, id, frame, budget, used, error)
     });
@@ -157,21 +158,21 @@ pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], fr
     status
 }
 
-/// Makes a borrowed function reference last.
+/// Turns a borrowed function reference into one that is valid until it is dropped.
 pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func> {
     let (script, local) = owner_of_func(world, func)?;
     let keep = script.raw(&world.model.registry).keep_func?;
-    // SAFETY: by the contract.
+    // SAFETY: `keep` is from a plugin that is never unloaded, and the script's instance is live (`owner_of_func`).
     let keep = || unsafe { keep(script.data.get(), local) };
     let kept = world.cross_quietly(script.plugin(world), Call::KeepFunc, script.slot, keep);
     (kept != 0).then_some(script.id.get() << 32 | u64::from(kept))
 }
 
-/// Releases a retained one.
+/// Releases a function reference that was kept.
 pub(crate) fn drop_func(world: &WorldCell, func: tatu_func) {
     let Some((script, local)) = owner_of_func(world, func) else { return };
     if let Some(drop) = script.raw(&world.model.registry).drop_func {
-        // SAFETY: by the contract.
+        // SAFETY: as in `keep_func`.
         let drop = || unsafe { drop(script.data.get(), local) };
         world.cross_quietly(script.plugin(world), Call::DropFunc, script.slot, drop);
     }

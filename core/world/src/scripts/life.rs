@@ -1,4 +1,4 @@
-//! What is called when, of all scripts of a world.
+//! The life cycle of scripts: which callbacks are called when.
 //!
 //! | moment | child scripts | customization scripts, add-ons, sandbox |
 //! |---|---|---|
@@ -10,7 +10,7 @@
 //! | scene is back | | `afterSimulation` |
 //! | end of the world | | `cleanup` |
 //!
-//! A driver (a script of kind `main`) is called before the others, and asks for the stages in which they act.
+//! A driver (a script of kind `main`) is called before the others, and requests the stages in which they act.
 
 use std::rc::Rc;
 
@@ -20,7 +20,8 @@ use super::answers::entry;
 use crate::cell::{Callback, Kind, Phase, Script, Scripts, WorldCell};
 
 impl Scripts {
-    /// Makes the states of those that have none yet and loads their texts: of child scripts and the driver, or of others.
+    /// Creates the states of scripts that have none yet and loads their texts: of child scripts and the driver if
+    /// `of_run`, otherwise of the others.
     pub fn begin(world: &WorldCell, of_run: bool) {
         let (mut i, mut any) = (0, of_run);
         while let Some(script) = Self::nth(world, i) {
@@ -35,7 +36,7 @@ impl Scripts {
         }
     }
 
-    /// A pass of a stopped world.
+    /// Calls the scripts in a pass of a stopped world.
     pub fn idle(world: &WorldCell) {
         Self::begin(world, false);
         Self::each_called(world, |script| {
@@ -47,7 +48,7 @@ impl Scripts {
         });
     }
 
-    /// A pass of any kind has come to its end: add-ons that want no more than to be called have their turn.
+    /// Calls the `run` callback of add-ons, at the end of a pass of any kind.
     pub fn run_addons(world: &WorldCell) {
         if Self::any_has(world, Callback::Run) {
             Self::each_called(world, |script| {
@@ -58,7 +59,7 @@ impl Scripts {
         }
     }
 
-    /// Makes the state of a script that lives as long as the world, and calls a callback of it before any other.
+    /// Creates the state of a script that lives as long as the world, and calls one of its callbacks before any other.
     pub fn ask_first(world: &WorldCell, slot: u32, callback: &str) -> Option<Value> {
         Self::begin(world, false);
         let script = world.run.scripts.borrow().by_slot(slot).filter(|s| s.is_there(world))?;
@@ -66,7 +67,7 @@ impl Scripts {
         script.ask_callback(world, number, &[])
     }
 
-    /// Runs a script from outside once, as far as its `init`, and removes it without another call.
+    /// Runs a script from outside once, up to its `init`, and removes it without another call.
     pub fn run_once(world: &WorldCell, slot: u32) {
         Self::ask_first(world, slot, "init");
         let script = world.run.scripts.borrow().by_slot(slot);
@@ -81,12 +82,12 @@ impl Scripts {
         world.state.scene.borrow_mut().remove(slot);
     }
 
-    /// A start was asked for, and nothing has been prepared.
+    /// Calls `beforeSimulation` after a start was requested, before anything is prepared.
     pub fn before_run(world: &WorldCell) {
         Self::each_has(world, Callback::BeforeSimulation);
     }
 
-    /// Before the stages of a pass; whether some script wants it to be left out.
+    /// Calls `beforeStep` before the stages of a pass; returns whether a script wants the pass to be skipped.
     pub fn before_step(world: &WorldCell) -> bool {
         let mut hold = false;
         if Self::any_has(world, Callback::BeforeStep) {
@@ -103,25 +104,26 @@ impl Scripts {
         hold
     }
 
-    /// Actuation: a script that is new begins first; waits that are over go on before its own callback.
+    /// Runs actuation: a new script begins first, and waits that have ended resume before its own callback.
     pub fn actuate(world: &WorldCell) {
         Self::not_yet(world, TATU_STAGE_ACTUATE);
         Self::each_in_turn(world, Callback::Actuation, |script| script.actuate(world, &[]));
     }
 
-    /// Sensing.
+    /// Runs sensing.
     pub fn react(world: &WorldCell) {
         Self::not_yet(world, TATU_STAGE_REACT);
         Self::each_in_turn(world, Callback::Sensing, |script| script.react(world, &[]));
     }
 
-    /// A stage begins: it has called no script yet.
+    /// Starts a new turn of a stage, in which no script has been called yet.
     fn not_yet(world: &WorldCell, stage: u32) {
         let turn = &world.run.scripts.borrow().turns[turn_of(stage)];
         turn.set(turn.get() + 1);
     }
 
-    /// Calls the child scripts below an object that a running stage has not called yet, in its place; how many.
+    /// Calls those child scripts below an object that a running stage has not called yet, in their order. Returns how
+    /// many.
     pub fn call_below(world: &WorldCell, above: u32, stage: u32, args: &[tatu_value]) -> u32 {
         let runs = world.run.stages.try_borrow().is_ok_and(|s| s.iter().any(|(running, _)| *running == stage));
         if !runs || ![TATU_STAGE_ACTUATE, TATU_STAGE_REACT].contains(&stage) {
@@ -151,7 +153,7 @@ impl Scripts {
         n
     }
 
-    /// Time is paused, stays paused, or resumes: the driver is called, then all other scripts.
+    /// Calls a callback for the start, each pass or the end of a pause: the driver's first, then all others'.
     pub fn pause(world: &WorldCell, callback: Callback) {
         if let Some(driver) = Self::driver(world) {
             driver.run_if_begun(world, callback, &[]);
@@ -159,7 +161,7 @@ impl Scripts {
         Self::each_has(world, callback);
     }
 
-    /// The end of the last pass: scripts of the run clean up, each once.
+    /// Calls `cleanup` of the run's scripts at the end of the last pass, each once.
     pub fn clean_up(world: &WorldCell) {
         for script in &*Self::in_order(world) {
             if script.kind.of_run() {
@@ -168,7 +170,7 @@ impl Scripts {
         }
     }
 
-    /// The states of the run's scripts end.
+    /// Ends the states of the run's scripts.
     pub fn end_run(world: &WorldCell) {
         Self::clean_up(world);
         let mut i = 0;
@@ -180,12 +182,12 @@ impl Scripts {
         }
     }
 
-    /// The scene is back where it was at the start.
+    /// Calls `afterSimulation`, after the scene has been restored to its initial state.
     pub fn after_run(world: &WorldCell) {
         Self::each_has(world, Callback::AfterSimulation);
     }
 
-    /// Clean-up of all that are left, then the end of their states. Customization scripts go in the opposite order.
+    /// Cleans up all remaining scripts, then ends their states. Customization scripts are cleaned up in reverse order.
     pub fn end(world: &WorldCell) {
         Self::end_run(world);
         let all = Self::in_order(world);
@@ -202,14 +204,14 @@ impl Scripts {
 }
 
 impl Script {
-    /// Makes the state of one that was added while the world runs.
+    /// Creates the state of a script that was added while the world runs.
     pub(super) fn begin_if_late(&self, world: &WorldCell) {
         if self.late.get() && self.id.get() == 0 && !self.ended.get() {
             self.begin(world);
         }
     }
 
-    /// Does something with it if stages call it. It begins first, if it was added while the world ran.
+    /// Calls `f` with the script if stages call it. If it was added while the world ran, it begins first.
     pub(super) fn called(self: &Rc<Self>, world: &WorldCell, f: impl Fn(&Rc<Self>)) {
         self.begin_if_late(world);
         if self.kind != Kind::Main && self.is_there(world) {
@@ -217,14 +219,14 @@ impl Script {
         }
     }
 
-    /// Its `init` and thread, if it has not begun.
+    /// Calls `init` and starts the thread of a script that has not begun.
     fn make_ready(self: &Rc<Self>, world: &WorldCell) {
         if !self.initialised.get() && self.is_there(world) {
             self.initialise(world);
         }
     }
 
-    /// Its turn in actuation, once in each stage.
+    /// Runs its actuation, once per turn of the stage.
     fn actuate(self: &Rc<Self>, world: &WorldCell, args: &[tatu_value]) {
         if self.takes_turn(world, TATU_STAGE_ACTUATE) {
             self.make_ready(world);
@@ -233,7 +235,7 @@ impl Script {
         }
     }
 
-    /// Its turn in sensing, once in each stage.
+    /// Runs its sensing, once per turn of the stage.
     fn react(self: &Rc<Self>, world: &WorldCell, args: &[tatu_value]) {
         if self.takes_turn(world, TATU_STAGE_REACT) {
             self.make_ready(world);
@@ -241,18 +243,19 @@ impl Script {
         }
     }
 
-    /// Takes its turn in a stage; `false`: it had it.
+    /// Marks the script as called in this turn of a stage; returns `false` if it was called before.
     fn takes_turn(&self, world: &WorldCell, stage: u32) -> bool {
         let now = world.run.scripts.borrow().turns[turn_of(stage)].get();
         self.called_in[turn_of(stage)].replace(now) != now
     }
-    /// Whether it has had its turn in a stage.
+    /// Returns whether the script was called in this turn of a stage.
     fn had_turn(&self, world: &WorldCell, stage: u32) -> bool {
         self.called_in[turn_of(stage)].get() == world.run.scripts.borrow().turns[turn_of(stage)].get()
     }
 
-    /// One pass of the driver: `init` first, then its callbacks, from which it asks for the stages; `cleanup` in the last.
-    /// A driver that could not be loaded or was stopped for its budget runs none: steps count, and time stands.
+    /// Runs one pass of the driver: first `init`, then its callbacks, which request the stages, and in the last pass
+    /// `cleanup`. A driver that could not be loaded or that exceeded its budget runs no stage: steps are counted, but
+    /// time stands still.
     pub fn drive(self: &Rc<Self>, world: &WorldCell) {
         if !self.is_there(world) {
             return;
@@ -262,13 +265,13 @@ impl Script {
         self.run_if_begun(world, Callback::Actuation, &[]);
         self.run_if_begun(world, Callback::Sensing, &[]);
         if world.state.phase.get() == Phase::Last {
-            // It may ask for the others' clean-up itself.
+            // The driver may request the clean-up of the other scripts itself.
             self.clean_up(world);
         }
     }
 }
 
-/// The place of a stage among those that call scripts.
+/// Index of a stage among those that call scripts.
 pub(super) fn turn_of(stage: u32) -> usize {
     usize::from(stage != TATU_STAGE_ACTUATE)
 }

@@ -1,10 +1,10 @@
-//! What scripts do in a step: their callbacks, waits and functions.
+//! The scripts of a world in a step: their callbacks, waits and functions.
 //!
-//! - `life`: what is called when, from the first pass of a stopped world to its end;
-//! - `script`: one script's callbacks and waits; `answers`: what its callbacks may ask for;
+//! - `life`: the life cycle, from the first pass of a stopped world to its end;
+//! - `script`: one script's callbacks and waits; `answers`: requests in the answers of callbacks;
 //! - `parallel_scripts`: scripts that run on several threads at once;
-//! - `enter`: one way into a script's language, with budget, caller and errors;
-//! - `reload`: another text in place of one that runs;
+//! - `enter`: the common path into a script's language, with budget, caller and errors;
+//! - `reload`: replacing the text of a running script;
 //! - `snapshot`: scripts in snapshots.
 
 mod answers;
@@ -28,7 +28,7 @@ pub(crate) use snapshot::ScriptImage;
 use crate::cell::{Callback, Kind, Script, ScriptSummary, Scripts, WorldCell};
 
 impl Scripts {
-    /// Takes the scripts of the document: each becomes an object that belongs to its owner.
+    /// Adds the scripts of the document; each becomes an object whose parent is its owner.
     pub fn declare(world: &WorldCell, slots: &[u32]) {
         for (spec, owner) in world.model.document.objects.iter().zip(slots) {
             for s in &spec.scripts {
@@ -37,13 +37,14 @@ impl Scripts {
         }
     }
 
-    /// Adds a script that belongs to an object (0: to none); the slot of its own object. `None`: no slot is free, or
-    /// its kind is unknown.
+    /// Adds a script that belongs to an object (0: to none). Returns the slot of its own object; `None`: no slot is
+    /// free, or its kind is unknown.
     pub fn add(world: &WorldCell, owner: u32, spec: &ScriptSpec) -> Option<u32> {
         let kind = Kind::parse(&spec.kind)?;
         let local = nalgebra::Isometry3::identity();
         let mut scene = world.state.scene.try_borrow_mut().ok()?;
-        // Where scripts are objects, their file names them; other names are those of text files, or of their owners.
+        // In files where scripts are objects, the name is an alias; otherwise it is that of a text file or of the
+        // owner.
         let is_owners = scene.get(owner).is_some_and(|o| o.alias() == spec.name);
         let is_own = is_alias(&spec.name) && !spec.name.contains('.') && !is_owners;
         let of_object = matches!(kind, Kind::Child | Kind::Customization);
@@ -60,28 +61,28 @@ impl Scripts {
         Some(slot)
     }
 
-    /// The `i`-th script, copied out so that the list is free while the script runs.
+    /// Returns the `i`-th script, cloned so that the list is not borrowed while the script runs.
     fn nth(world: &WorldCell, i: usize) -> Option<Rc<Script>> {
         world.run.scripts.try_borrow().ok()?.list.get(i).cloned()
     }
-    /// Whether a script that comes from outside the document could lift a pause.
+    /// Returns whether a script from outside the document could end a pause.
     pub fn any_addon_waits(&self) -> bool {
         let waits = |s: &Rc<Script>| s.kind >= Kind::Addon && !s.dead.get() && s.number(Callback::Suspended) != 0;
         self.list.iter().any(waits)
     }
-    /// Whether a script calls whose state ends with the run.
+    /// Returns whether the caller is a script whose state ends with the run.
     pub fn caller_is_of_run(world: &WorldCell) -> bool {
         let caller = world.run.calls.caller.get();
         let script = world.run.scripts.try_borrow().ok().and_then(|s| s.by_id(caller.instance));
         script.is_some_and(|s| s.kind.of_run())
     }
-    /// Whether any script has a callback.
+    /// Returns whether any script has a callback.
     pub fn any_has(world: &WorldCell, callback: Callback) -> bool {
         let has = |s: &Rc<Script>| s.initialised.get() && !s.dead.get() && s.number(callback) != 0;
         world.run.callback_mask.has(callback) && world.run.scripts.try_borrow().is_ok_and(|s| s.list.iter().any(has))
     }
 
-    /// The script that runs the stages itself, if the world has one.
+    /// Returns the script that runs the stages itself, if the world has one.
     pub fn driver(world: &WorldCell) -> Option<Rc<Script>> {
         if !world.run.callback_mask.any_driver() {
             return None;
@@ -89,7 +90,7 @@ impl Scripts {
         world.run.scripts.try_borrow().ok()?.list.iter().find(|s| s.kind == Kind::Main).cloned()
     }
 
-    /// All scripts in the order in which they are called, as it is now; who was added meanwhile comes last.
+    /// Returns all scripts in calling order, as of now; scripts added while the world ran come last.
     fn in_order(world: &WorldCell) -> Rc<[Rc<Script>]> {
         let (Ok(mut scripts), Ok(scene)) = (world.run.scripts.try_borrow_mut(), world.state.scene.try_borrow()) else {
             return Rc::default();
@@ -108,7 +109,7 @@ impl Scripts {
         all.into()
     }
 
-    /// The order of the world: the first of its languages that knows one decides.
+    /// Chooses the order of the world: that of the first of its languages that has one.
     fn choose_order(world: &WorldCell) {
         let all = world.run.scripts.borrow().list.clone();
         let modern = all.iter().any(|s| s.traits.get() & TATU_SCRIPT_MODERN != 0);
@@ -125,14 +126,15 @@ impl Scripts {
         (scripts.order, scripts.sorted_at) = (told.unwrap_or_default(), 0);
     }
 
-    /// All scripts that stages call, in order. The driver calls, and is not called.
+    /// Calls `f` with all scripts that stages call, in order. The driver is not among them.
     fn each_called(world: &WorldCell, f: impl Fn(&Rc<Script>)) {
         for script in &*Self::in_order(world) {
             script.called(world, &f);
         }
     }
 
-    /// The same for a stage that calls a callback. Scripts one after the other that run side by side do so.
+    /// Like `each_called`, for a stage that calls a callback; runs of consecutive scripts that permit it run in
+    /// parallel.
     fn each_in_turn(world: &WorldCell, callback: Callback, f: impl Fn(&Rc<Script>)) {
         let order = Self::in_order(world);
         let mut rest = 0..order.len();
@@ -147,14 +149,14 @@ impl Scripts {
         }
     }
 
-    /// Calls a callback in all scripts that have begun and have it.
+    /// Calls a callback of all scripts that have begun and define it.
     fn each_has(world: &WorldCell, callback: Callback) {
         if Self::any_has(world, callback) {
             Self::each_called(world, |s| s.run_if_begun(world, callback, &[]));
         }
     }
 
-    /// The same with one argument.
+    /// Like `each_has`, with one argument.
     pub fn tell(world: &WorldCell, callback: Callback, payload: &Value) {
         if Self::any_has(world, callback) {
             Self::with_payload(world, payload, |payload| {
@@ -180,7 +182,7 @@ impl Scripts {
         });
     }
 
-    /// Asks the scripts that have a callback, in order or the other way round, until one answers with a map.
+    /// Calls a callback of the scripts that define it, in order or in reverse, until one answers with a map.
     pub fn ask(world: &WorldCell, callback: Callback, payload: &Value, last_first: bool) -> Option<Value> {
         let mut all = Self::in_order(world).to_vec();
         if last_first {
@@ -201,7 +203,7 @@ impl Scripts {
         answer
     }
 
-    /// Runs a function with a value in its ABI form.
+    /// Calls `f` with a value in ABI form.
     fn with_payload(world: &WorldCell, payload: &Value, f: impl FnOnce(tatu_value)) {
         let mark = world.run.calls.arena.borrow().mark();
         let raw = {
@@ -214,7 +216,7 @@ impl Scripts {
         world.run.calls.arena.borrow_mut().release(mark);
     }
 
-    /// Calls a callback by name in all scripts that have it, but one.
+    /// Calls a callback by name in all scripts that define it, except one.
     pub fn broadcast(world: &WorldCell, name: &[u8], args: &[tatu_value], except: u32) {
         for script in &*Self::in_order(world) {
             if script.is_there(world) && script.slot != except && script.initialised.get() {
@@ -226,7 +228,7 @@ impl Scripts {
         }
     }
 
-    /// Ends the instances of scripts whose objects are gone.
+    /// Ends the instances of scripts whose objects have been removed.
     pub fn end_removed(world: &WorldCell) {
         let gone: Vec<Rc<Script>> = {
             let (Ok(mut scripts), Ok(scene)) = (world.run.scripts.try_borrow_mut(), world.state.scene.try_borrow())
@@ -242,7 +244,7 @@ impl Scripts {
             gone
         };
         for script in gone {
-            // Its object is gone, its state is not yet: it may close its files.
+            // The object is gone but the state is not yet, so the script can still close its files.
             if script.initialised.get() && !script.dead.get() && !script.cleaned.get() && !script.data.get().is_null() {
                 script.run_callback(world, script.number(Callback::Cleanup), &[]);
             }
@@ -252,7 +254,7 @@ impl Scripts {
 }
 
 impl Scripts {
-    /// What all scripts did that are there, in the order in which they were added.
+    /// Returns a summary of each script, in the order in which they were added.
     pub fn told(world: &WorldCell) -> Vec<ScriptSummary> {
         let Ok(scripts) = world.run.scripts.try_borrow() else { return Vec::new() };
         scripts.list.iter().map(|s| s.tell(world)).collect()

@@ -1,11 +1,12 @@
-//! Scripts that run side by side, on all threads of the world.
+//! Scripts that run in parallel, on all threads of the world.
 //!
-//! A scene may let scripts do so (`side_by_side = true`). Their actuation and sensing then see the world as it stood
-//! when the first of them was called, and what they set takes effect in the order of scripts when all have run; so they
-//! may run in any order, and on several threads. That is so with one thread too: the number of threads changes no bit.
+//! A scene may permit this for a script (`side_by_side = true`). Its actuation and sensing then see the world in the
+//! state it had when the first of them was called, and what they set is applied in script order after all of them have
+//! run. They can therefore run in any order and on several threads. The same rules hold with a single thread, so the
+//! number of threads has no influence on the results.
 //!
-//! A script that cannot run so just now (it has not begun, it waits, its language does not allow it) runs by itself
-//! when the others have run.
+//! A script that cannot run in parallel at present (it has not begun, it waits, its language does not support it) runs
+//! by itself after the others.
 
 use std::{
     rc::Rc,
@@ -22,32 +23,32 @@ use crate::{
     cell::{Callback, DeferredEffect, ExitRequest, Kind, Owner, Script, ScriptWorker, WorkerView, WorldCell},
 };
 
-/// Scripts that a thread takes at a time: neighbours are in each other's caches.
+/// Number of consecutive scripts that a thread takes at a time; neighbours share cache lines.
 const CHUNK: usize = 32;
 
-/// How many of the next scripts may run in parallel.
+/// Returns how many of the next scripts may run in parallel.
 pub(super) fn how_many(world: &WorldCell, order: &[Rc<Script>]) -> usize {
-    // Stand-ins are made of what scripts do.
+    // Stand-ins are created as scripts ask for objects, which needs the world itself.
     if world.run.stand_ins.is_on() {
         return 0;
     }
     order.iter().take_while(|s| s.side_by_side).count()
 }
 
-/// What the threads of a stage share.
+/// Data shared by the threads of a stage.
 struct Stage<'a> {
     world: &'a WorldCell,
     order: &'a [Rc<Script>],
     callback: Callback,
-    /// The stage and its turn, by which a script knows whether it had its own.
+    /// Index and number of the current turn, by which a script knows whether it has been called.
     turn: (usize, u64),
     /// Whether any command waits for a script.
     waits: bool,
-    /// Of each worker, its first chunk that nobody has taken, and where the next worker's begin.
+    /// For each worker, the next of its chunks that is not taken, and the end of its chunks.
     chunks: Vec<(AtomicUsize, usize)>,
 }
 
-/// Runs scripts side by side; `alone` runs one that cannot.
+/// Runs scripts in parallel; `alone` runs those that cannot.
 pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, alone: &impl Fn(&Rc<Script>)) {
     let chunks = order.len().div_ceil(CHUNK);
     let workers = world.run.pool().current_num_threads().min(chunks);
@@ -60,7 +61,7 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
     };
     taken[..workers].iter().for_each(|worker| worker.begin(world));
     {
-        // The world does not change while several threads read it.
+        // These borrows keep the world unchanged while several threads read it.
         let (_scene, _sensing, _scripts) =
             (world.state.scene.borrow(), world.devices.sensing.borrow(), world.run.scripts.borrow());
         let (_dynamics, _settings, _instances) =
@@ -82,10 +83,10 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
         } else {
             world.run.pool().in_place_scope(|scope| {
                 for (i, worker) in taken[..workers].iter().enumerate().skip(1) {
-                    // SAFETY: only scripts are called whose language declares `TATU_LANGUAGE_SIDE_BY_SIDE`
-                    // (`is_ready`), and from a worker only commands that declare `TATU_COMMAND_SIDE_BY_SIDE`. A script
-                    // is used by the one thread that has taken its chunk, a worker by the one that it is handed to; the
-                    // borrows above keep the world as it is.
+                    // SAFETY: only scripts whose language declares `TATU_LANGUAGE_SIDE_BY_SIDE` are called
+                    // (`is_ready`), and a worker calls only commands that declare `TATU_COMMAND_SIDE_BY_SIDE`. A script
+                    // is used only by the thread that has taken its chunk, a worker only by the thread that it is
+                    // passed to, and the borrows above keep the world unchanged.
                     let mut granted = unsafe { ThreadGrant::new((stage, worker)) };
                     scope.spawn(move |_| {
                         let (stage, worker) = granted.get();
@@ -100,7 +101,7 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
     world.workers.replace(taken);
 }
 
-/// Does what the scripts of a stage wanted done, in their order.
+/// Applies the effects of the scripts of a stage, in script order.
 fn settle(world: &WorldCell, order: &[Rc<Script>], workers: &[ScriptWorker], alone: &impl Fn(&Rc<Script>)) {
     let (mut chunks, mut effects) = (Vec::new(), Vec::with_capacity(workers.len()));
     for (i, worker) in workers.iter().enumerate() {
@@ -141,8 +142,7 @@ fn settle_one(world: &WorldCell, order: &[Rc<Script>], effect: DeferredEffect, a
     }
 }
 
-/// Sets the drives of joints that scripts which ran beside others have set, up to the first effect of another kind; how
-/// many.
+/// Applies the drives that parallel scripts have set, up to the first effect of another kind. Returns how many.
 fn set_drives(world: &WorldCell, effects: &[DeferredEffect]) -> usize {
     let (Ok(mut scene), Ok(mut dynamics)) = (world.state.scene.try_borrow_mut(), world.state.dynamics.try_borrow_mut())
     else {
@@ -150,7 +150,7 @@ fn set_drives(world: &WorldCell, effects: &[DeferredEffect]) -> usize {
     };
     for (i, effect) in effects.iter().enumerate() {
         let DeferredEffect::Set(object, row, x) = effect else { return i };
-        // A script that ran by itself in between may have removed it.
+        // A script that ran alone in between may have removed the joint.
         let Ok(slot) = scene.resolve(*object) else { continue };
         if let Some(Ok(Changed::Drive)) = set_numbers(&mut scene, slot, *row, &[*x]) {
             dynamics.drive_changed(slot);
@@ -160,9 +160,9 @@ fn set_drives(world: &WorldCell, effects: &[DeferredEffect]) -> usize {
 }
 
 impl Stage<'_> {
-    /// Runs chunks of scripts in a worker: its own, then those that other workers have left.
+    /// Runs chunks of scripts in a worker: first its own, then chunks that other workers have not taken.
     fn work(&self, own: usize, worker: &ScriptWorker) {
-        // SAFETY: `run` borrows all parts of the world that workers look at.
+        // SAFETY: `run` holds shared borrows of all parts of the world that workers read, until all threads are done.
         let run = || unsafe {
             worker.enter(|cell, worker| {
                 for i in (own..self.chunks.len()).chain(0..own) {
@@ -180,7 +180,7 @@ impl Stage<'_> {
         run();
     }
 
-    /// Runs a script.
+    /// Runs one script.
     fn one(&self, cell: &WorldCell, worker: &WorkerView, at: usize) {
         let script = &self.order[at];
         let (place, turn) = self.turn;
@@ -188,7 +188,7 @@ impl Stage<'_> {
             return;
         }
         worker.begin_script();
-        // What others before it in this worker have left must not show.
+        // Errors of earlier scripts in this worker must not be visible to this one.
         cell.run.calls.blame.take();
         cell.run.calls.last.borrow_mut().fresh();
         if !self.is_ready(cell, script) {
@@ -202,7 +202,8 @@ impl Stage<'_> {
         script.ask_and(cell, number, &[], |status, error| {
             let kept = kept(error);
             let blame = cell.run.calls.blame.borrow_mut().take();
-            // Its clean-up, which may come next, has the last word.
+            // The drives it set come before the failure, which may lead to its clean-up: the clean-up must override
+            // them.
             worker.end_script();
             worker.note(DeferredEffect::Failed(at, status, Box::new((kept, blame))));
         });
@@ -212,10 +213,10 @@ impl Stage<'_> {
         }
     }
 
-    /// Whether a script can run in parallel now. One that has ended needs no thread.
+    /// Returns whether a script can run in parallel now.
     fn is_ready(&self, cell: &WorldCell, script: &Script) -> bool {
-        // SAFETY: nobody begins or ends a wait while scripts run side by side: several threads look at once, for which
-        // the cell's count of borrows is not made.
+        // SAFETY: no wait begins or ends while scripts run in parallel, so the list is not modified. The `RefCell`'s
+        // borrow count is bypassed because several threads read at once, and the count is not atomic.
         let waits = || unsafe { (*self.world.run.calls.waits.as_ptr()).any_of(Owner::Script(script.id.get())) };
         script.kind != Kind::Main
             && script.initialised.get()
@@ -227,7 +228,7 @@ impl Stage<'_> {
     }
 }
 
-/// The stage that calls a callback.
+/// Returns the stage that calls a callback.
 fn stage_of(callback: Callback) -> u32 {
     if callback == Callback::Actuation { TATU_STAGE_ACTUATE } else { TATU_STAGE_REACT }
 }

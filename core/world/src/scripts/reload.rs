@@ -1,4 +1,4 @@
-//! Another text in the place of a script that runs, or the same one under another version of its language.
+//! Replacing a running script by one with a new text, or with another version of its language.
 
 use std::rc::Rc;
 
@@ -10,35 +10,35 @@ use crate::{
     instances::{Living, load_instance},
 };
 
-/// What an instance wrote of itself, or why it could not.
+/// The state that an instance saved, or the reason why it could not.
 pub(crate) type Written = Result<InstanceImage, String>;
 
-/// What became of a script's state.
+/// The fate of a script's state when it is replaced.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Handed {
-    /// It continues with the state of the old one.
+    /// The new script continues with the state of the old one.
     Kept,
-    /// It begins anew, as there was nothing to hand over.
+    /// The new script starts from scratch, because there was no state to hand over.
     Begun,
-    /// It begins anew: why.
+    /// The new script starts from scratch, for this reason.
     Reset(String),
 }
 
 impl Scripts {
-    /// The scripts of a language's plugin, and what each wrote of itself; `None`: it has not begun, or failed.
+    /// Returns the scripts of a language's plugin, with the state that each saved; `None`: it has not begun, or failed.
     pub fn written(world: &WorldCell, plugin: usize) -> Vec<(Rc<Script>, Option<Written>)> {
         let all = world.run.scripts.borrow().list.clone();
         let of_plugin = all.into_iter().filter(|s| s.plugin(world) == plugin);
         of_plugin.map(|s| (s.clone(), s.written(world))).collect()
     }
 
-    /// Those that are part of no document.
+    /// Returns the scripts that are not part of the document.
     pub fn from_outside(world: &WorldCell) -> Vec<Rc<Script>> {
         world.run.scripts.borrow().list.iter().filter(|s| s.kind >= Kind::Addon).cloned().collect()
     }
 
-    /// Puts a script in the place of another and hands the state over. The old one is still to be
-    /// [ended](Script::end_replaced).
+    /// Replaces a script by another and hands the state over. The caller must still [end](Script::end_replaced) the old
+    /// one.
     pub fn replace(world: &WorldCell, old: &Rc<Script>, new: &Rc<Script>, image: Option<Written>) -> Handed {
         if let Some(place) = world.run.scripts.borrow_mut().list.iter_mut().find(|s| Rc::ptr_eq(s, old)) {
             *place = new.clone();
@@ -54,7 +54,7 @@ impl Scripts {
     }
 }
 
-/// The bytes of a line, counted from 1.
+/// Returns the byte range of a line, counted from 1.
 fn line_of(text: &[u8], line: usize) -> std::ops::Range<usize> {
     let mut start = 0;
     for (i, l) in text.split(|b| *b == b'\n').enumerate() {
@@ -67,7 +67,7 @@ fn line_of(text: &[u8], line: usize) -> std::ops::Range<usize> {
 }
 
 impl Script {
-    /// What it was made of, with this text.
+    /// Returns its description, with this text.
     pub fn spec(&self, text: Vec<u8>) -> ScriptSpec {
         ScriptSpec {
             side_by_side: self.side_by_side,
@@ -80,22 +80,22 @@ impl Script {
         }
     }
 
-    /// What it wrote of itself; `None`: there is nothing to write.
+    /// Returns its saved state; `None`: it has none.
     pub fn written(&self, world: &WorldCell) -> Option<Written> {
         let lives = self.initialised.get() && !self.dead.get() && !self.data.get().is_null();
-        // Handlers belong to the state that gave them.
+        // Event handlers belong to the state that registered them.
         let listens = world.run.outside.bus.has_of(self.id.get());
         let why = || Err("functions that it registered for events are not carried over".to_owned());
         lives.then(|| if listens { why() } else { self.save(world) })
     }
 
-    /// A script for the place of this one: begun, if this one was, and in no list. `Err`: its text is broken, and nothing
-    /// has happened.
+    /// Creates a script to replace this one: begun if this one has begun, and not yet in the list. `Err`: its text
+    /// cannot be loaded, and nothing has changed.
     pub fn renewed(&self, world: &WorldCell, spec: Option<&ScriptSpec>) -> Result<Rc<Script>> {
         let default = world.model.settings.borrow().dialect.clone();
         let own = self.spec(self.text.to_vec());
         let new = Rc::new(Script::new(self.slot, self.kind, spec.unwrap_or(&own), default));
-        // Numbered apart, so that those of later instances stay what they would have been.
+        // The id comes from a separate range, so that the ids of later instances do not change.
         if let Err((status, mut error)) = new.try_begin(world, world.devices.new_replacement()) {
             let fault = new.fault(world, status, error.raw());
             new.destroy(world);
@@ -109,14 +109,14 @@ impl Script {
             return Err(Error::new("E306", text).at(place).help("the old one goes on; correct the file"));
         }
         if self.data.get().is_null() {
-            // It was only tried: it begins when this one would have.
+            // It was loaded only to check it; it begins when this one would have.
             new.destroy(world);
         }
         Ok(new)
     }
 
-    /// First as it is, which the language accepts where the text means the same; else `init` runs, and the language
-    /// takes what fits.
+    /// Loads the state before `init`, which the language accepts if the text means the same; otherwise runs `init` and
+    /// lets the language take what fits.
     fn take_over(self: &Rc<Self>, world: &WorldCell, image: &InstanceImage) -> Handed {
         let load = || {
             let life = &world.model.registry.languages[self.language].life;
@@ -128,7 +128,7 @@ impl Script {
             self.find_callbacks(world);
             return Handed::Kept;
         }
-        // What declined may have taken a part.
+        // A load that failed may have changed a part of the state.
         self.destroy(world);
         if let Err((status, mut error)) = self.try_begin(world, world.devices.new_replacement()) {
             self.fail(world, status, error.raw());
@@ -143,12 +143,12 @@ impl Script {
         handed
     }
 
-    /// Ends one whose place another has taken.
+    /// Ends a script that has been replaced.
     pub fn end_replaced(&self, world: &WorldCell) {
         self.end(world);
     }
 
-    /// The path of the object that it belongs to.
+    /// Returns the path of its owner.
     pub fn owner(&self, world: &WorldCell) -> String {
         self.owner_path(world)
     }

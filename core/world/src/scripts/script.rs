@@ -1,4 +1,4 @@
-//! One script: making it, its callbacks, its waits, its end.
+//! A single script: its creation, its callbacks, its waits, its end.
 
 use std::rc::Rc;
 
@@ -23,7 +23,7 @@ impl Script {
             && world.see(|w| &w.state.scene).is_some_and(|s| s.get(self.slot).is_some())
     }
 
-    /// The index of its language's plugin.
+    /// Returns the index of its language's plugin.
     pub(super) fn plugin(&self, world: &WorldCell) -> usize {
         world.model.registry.languages[self.language].plugin
     }
@@ -32,21 +32,21 @@ impl Script {
         &registry.languages[self.language].raw
     }
 
-    /// Creates its state and loads its text; after an error, which is reported, the script never runs.
+    /// Creates its state and loads its text. An error is reported, and the script never runs.
     pub(super) fn begin(&self, world: &WorldCell) {
         if let Err((status, mut error)) = self.try_begin(world, world.devices.new_instance()) {
             self.fail(world, status, error.raw());
         }
     }
 
-    /// The same under this number; `Err`: it is dead, and nothing has been reported.
+    /// Like `begin`, with a given instance id. `Err`: the script is dead, and nothing has been reported.
     pub(super) fn try_begin(&self, world: &WorldCell, number: u64) -> Result<(), (tatu_status, ErrorSlot)> {
         let language = &world.model.registry.languages[self.language];
         let plugin = &world.model.registry.plugins[language.plugin];
         let (owner, key) = {
             let scene = world.state.scene.borrow();
             let at = scene.get(self.slot).map_or(0, |o| o.parent);
-            // Of those before it that hang on the same object.
+            // Counts the earlier scripts of the same object.
             let scripts = world.run.scripts.borrow();
             let before = scripts.list.iter().take_while(|s| s.slot != self.slot);
             let number = before.filter(|s| scene.get(s.slot).is_some_and(|o| o.parent == at)).count();
@@ -56,11 +56,11 @@ impl Script {
         self.id.set(info.id);
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         world.run.calls.caller.set(self.as_caller(world));
-        // SAFETY: by the contract; `info` lives through the call.
+        // SAFETY: `create` is from a plugin that is never unloaded; `info`, `data` and `error` live through the call.
         let create =
             || language.life.create.map_or(TATU_ERR, |f| unsafe { f(plugin.me, &info, &mut data, error.raw()) });
         {
-            // Calls of its commands are noted under the object that it belongs to.
+            // Calls of the script's commands are recorded under its owner.
             let scene = world.state.scene.borrow();
             let owner = scene.get(self.slot).map_or(0, |o| o.parent);
             world.border.watch.name(owner, scene.path(owner));
@@ -84,8 +84,7 @@ impl Script {
         let mut chosen = raw(&[]);
         let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
         let load = || {
-            // SAFETY: the host's own error object and plugin data, which live through the call; the texts live through
-            // the call.
+            // SAFETY: `data` is the instance that `create` made; the texts and the error object live through the call.
             language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) })
         };
         let status = world.cross(language.plugin, Call::ScriptLoad, self.slot, load);
@@ -104,7 +103,7 @@ impl Script {
             self.breach(world, Call::ScriptLoad, what);
         }
         self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
-        // SAFETY: by the contract.
+        // SAFETY: `data` is a live instance of the language.
         let traits = || language.raw.traits.map_or(0, |f| unsafe { f(data) });
         let traits = world.cross_quietly(language.plugin, Call::ScriptTraits, self.slot, traits);
         let known = TATU_SCRIPT_SILENT | TATU_SCRIPT_MODERN | TATU_SCRIPT_THREADED;
@@ -118,16 +117,16 @@ impl Script {
         let traits = if traits & !known == 0 { traits } else { 0 };
         self.traits.set(traits);
         self.threaded.set(traits & TATU_SCRIPT_THREADED != 0);
-        // SAFETY: the text lives as long as the instance, which was just made.
+        // SAFETY: the text is owned by the instance, which was just created and is alive.
         *self.told.dialect.borrow_mut() = unsafe { tatu_plugins::border::text(self.dialect.get()) }.into_owned();
         self.told.renumber();
         Ok(())
     }
 
-    /// The order of a world of such a dialect, if its language has one.
+    /// Returns the order that its language requires in a world with this dialect, if any.
     pub(super) fn order_of(&self, world: &WorldCell, dialect: &str, modern: bool) -> Option<Order> {
         let order = self.raw(&world.model.registry).order?;
-        // SAFETY: by the contract; the text lives through the call.
+        // SAFETY: `data` is a live instance of the language; the text lives through the call.
         let order = || unsafe { order(self.data.get(), raw(dialect.as_bytes()), modern.into()) };
         match world.cross_quietly(self.plugin(world), Call::ScriptOrder, self.slot, order) {
             0 => None,
@@ -138,12 +137,12 @@ impl Script {
         }
     }
 
-    /// Where it is, while a command that it called runs.
+    /// Adds the script's current position to a fault, while a command that it called is running.
     pub fn place(&self, world: &WorldCell, fault: &mut Fault) {
         let Some(place) = self.raw(&world.model.registry).place.filter(|_| !self.data.get().is_null()) else { return };
         let mut error = ErrorSlot::new();
         let raw = error.fresh();
-        // SAFETY: by the contract; the error object lives through the call.
+        // SAFETY: `data` is a live instance of the language, checked above; the error object lives through the call.
         world
             .cross_quietly(self.plugin(world), Call::ScriptPlace, self.slot, || unsafe { place(self.data.get(), raw) });
         let said = error.said();
@@ -151,7 +150,7 @@ impl Script {
         fault.line = Some(said.line).filter(|line| *line > 0);
     }
 
-    /// Its language returned something invalid; `what` begins with a verb.
+    /// Reports that its language returned something invalid; `what` begins with a verb.
     fn breach(&self, world: &WorldCell, call: Call, what: &str) {
         let id = &world.model.registry.plugins[self.plugin(world)].id;
         let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{id}` {what} [{}]", call.text()));
@@ -160,12 +159,12 @@ impl Script {
         world.report(fault);
     }
 
-    /// Runs `init` and asks which callbacks there are; the thread function begins.
+    /// Calls `init`, looks up the callbacks, and starts the thread function.
     pub(super) fn initialise(self: &Rc<Self>, world: &WorldCell) {
         self.initialise_and(world, || {});
     }
 
-    /// The same; `then` comes after `init`, if that went well.
+    /// Like `initialise`, with `then` called after `init` if that succeeded.
     pub(super) fn initialise_and(self: &Rc<Self>, world: &WorldCell, then: impl FnOnce()) {
         self.initialised.set(true);
         let init = self.find(world, TATU_FIND_CALLBACK, b"init");
@@ -191,7 +190,7 @@ impl Script {
         if self.data.get().is_null() || self.dead.get() {
             return 0;
         }
-        // SAFETY: by the contract; the name lives through the call.
+        // SAFETY: `data` is a live instance of the language; the name lives through the call.
         let find = || self.raw(&world.model.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) });
         let id = world.cross_quietly(self.plugin(world), Call::ScriptFind, self.slot, find);
         if how == TATU_FIND_CALLBACK {
@@ -204,7 +203,7 @@ impl Script {
         self.callback_with(world, id, &[]);
     }
 
-    /// Calls a callback; an error is a fault of this script, and it may have other callbacks afterwards.
+    /// Calls a callback. An error becomes a fault of this script, whose set of callbacks may change.
     pub(super) fn callback_with(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) {
         if self.is_there(world) {
             self.run_callback(world, id, args);
@@ -216,7 +215,7 @@ impl Script {
         self.settle(world);
     }
 
-    /// The same; what it answers, if that is a map.
+    /// Calls a callback and returns its answer, if that is a map.
     pub(super) fn ask_callback(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) -> Option<Value> {
         self.ask_and(world, id, args, |status, error| {
             self.fail(world, status, error);
@@ -224,7 +223,7 @@ impl Script {
         })
     }
 
-    /// The same; `failed` hears of an error that leaves it.
+    /// Like `ask_callback`, but passes an error to `failed`.
     pub(super) fn ask_and(
         self: &Rc<Self>,
         world: &WorldCell,
@@ -239,7 +238,7 @@ impl Script {
         let mut room = enter::Room::new();
         let mut frame = room.frame(args);
         frame.flags = if world.worker.is_some() { TATU_CALL_SIDE_BY_SIDE } else { 0 };
-        // SAFETY: the frame lives through the call.
+        // SAFETY: `data` is the script's live instance; frame and error object live through the call.
         let status =
             enter::enter(world, self, Call::ScriptCall, &mut frame, |data, frame, budget, used, error| unsafe {
                 call(data, id, frame, budget, used, error)
@@ -254,8 +253,8 @@ impl Script {
         answer
     }
 
-    /// Commands that waited for this script and need not wait any more: they are called again, and their results go
-    /// to the coroutine.
+    /// Resumes waits of this script that have ended: the commands are called again, and their results are passed to the
+    /// coroutine.
     pub(super) fn resume_waits(self: &Rc<Self>, world: &WorldCell) {
         let owner = Owner::Script(self.id.get());
         let due = world.run.calls.waits.borrow_mut().take_due(owner, |due| world.state.is_over(due));
@@ -268,7 +267,7 @@ impl Script {
             let mut frame = room.frame(&[]);
             (frame.command, frame.alias, frame.wait_token) = (wait.command, wait.alias, wait.token);
             world.run.calls.caller.set(self.as_caller(world));
-            // SAFETY: the frame and its room live through the call.
+            // SAFETY: the frame and its arrays live through the call.
             let status = unsafe { call_command(world, &mut frame, wait.resume) };
             world.run.calls.caller.set(Caller::HOST);
             if status != TATU_WAIT {
@@ -281,10 +280,11 @@ impl Script {
     pub(super) fn resume(self: &Rc<Self>, world: &WorldCell, token: u64, failed: tatu_status, done: &tatu_call) {
         let Some(resume) = self.raw(&world.model.registry).resume else { return };
         let mut room = enter::Room::new();
-        // SAFETY: the results of the command, which are still in the arena.
+        // SAFETY: `done.results` holds `n_results` values of the command that has returned, valid until the frame's
+        // room is dropped.
         let results = unsafe { std::slice::from_raw_parts(done.results, done.n_results as usize) };
         let mut frame = room.frame(results);
-        // The command's error object is used again by the call below: keep what it says.
+        // The call below reuses the slot of the command's error object, so its contents are copied.
         let mut carried = if failed < 0 { kept(done.error) } else { ErrorSlot::new() };
         let carried = carried.raw();
         let status = enter::enter_with_error(
@@ -294,7 +294,7 @@ impl Script {
             &mut frame,
             carried,
             |data, frame, budget, used, error| {
-                // SAFETY: the frame lives through the call.
+                // SAFETY: `data` is the script's live instance; frame and error objects live through the call.
                 unsafe { resume(data, token, failed.min(0), frame, budget, used, error) }
             },
         );
@@ -313,7 +313,7 @@ impl Script {
         self.destroy(world);
     }
 
-    /// Restores its state.
+    /// Destroys its instance.
     pub(super) fn destroy(&self, world: &WorldCell) {
         let data = self.data.replace(std::ptr::null_mut());
         if data.is_null() {
@@ -323,7 +323,7 @@ impl Script {
         self.dialect.set(raw(&[]));
         self.id.set(0);
         if let Some(destroy) = world.model.registry.languages[self.language].life.destroy {
-            // SAFETY: made by `create`, given back once.
+            // SAFETY: `data` was made by `create` and is destroyed once: it has been replaced by null.
             world.cross_quietly(self.plugin(world), Call::Destroy, self.slot, || unsafe { destroy(data) });
         }
     }
@@ -343,8 +343,8 @@ impl Script {
         }
     }
 
-    /// An error that left the script: reported once per place. Scripts of some dialects are silent from then on, and
-    /// those that come from outside.
+    /// Reports an error of the script, once per place. Scripts of some dialects and scripts from outside are silenced
+    /// afterwards.
     pub(super) fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
         let fault = self.fault(world, status, error);
         if status == TATU_ERR_BUDGET {
@@ -365,7 +365,7 @@ impl Script {
         }
         fault.script = Some(self.name.clone());
         if let Ok(scene) = world.state.scene.try_borrow() {
-            // Scripts from outside belong to nothing.
+            // Scripts from outside have no owner.
             fault.object = scene.get(self.slot).filter(|o| o.parent != 0).map(|o| scene.path(o.parent));
         }
         (fault.help, fault.traceback) = (help, traceback);

@@ -1,4 +1,4 @@
-//! Scripts in snapshots: what the host knows of each, and what its language wrote.
+//! Scripts in snapshots: the host's record of each, and the state that its language saved.
 
 use serde::{Deserialize, Serialize};
 use tatu_errors::{Error, Result};
@@ -8,11 +8,11 @@ use crate::{
     instances::{Living, Missed, load_instance, save_instance},
 };
 
-/// A script.
+/// A script in a snapshot.
 #[derive(Serialize, Deserialize)]
 pub struct ScriptImage {
     pub slot: u32,
-    /// 0: its state was not made.
+    /// Instance id; 0: it had no state.
     pub id: u64,
     pub initialised: bool,
     pub dead: bool,
@@ -22,12 +22,12 @@ pub struct ScriptImage {
     pub calls: u64,
     pub instructions: u64,
     pub instance: InstanceImage,
-    /// Calls by callback.
+    /// Number of calls, by callback.
     pub told: std::collections::BTreeMap<String, u64>,
 }
 
 impl Scripts {
-    /// Every script as a snapshot holds it.
+    /// Returns the images of all scripts; adds those that could not be saved to `missed`.
     pub fn images(world: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ScriptImage> {
         let mut out = Vec::new();
         while let Some(script) = Self::nth(world, out.len()) {
@@ -42,7 +42,7 @@ impl Scripts {
             out.push(ScriptImage {
                 slot: script.slot,
                 id: script.id.get(),
-                // What cannot be captured begins anew, if it is restored at all.
+                // A script whose state could not be saved starts from scratch, if it is restored at all.
                 initialised: script.initialised.get() && captured,
                 dead: script.dead.get(),
                 cleaned: script.cleaned.get(),
@@ -57,7 +57,7 @@ impl Scripts {
         out
     }
 
-    /// Ends the scripts that are not in `slots`, without their clean-up, which they have behind them.
+    /// Ends the scripts that are not in `slots`. They are not cleaned up: that was done before the snapshot.
     pub fn end_others(world: &WorldCell, slots: &[u32]) {
         let (keep, gone) = std::mem::take(&mut world.run.scripts.borrow_mut().list)
             .into_iter()
@@ -71,7 +71,7 @@ impl Scripts {
         }
     }
 
-    /// Takes all back; the scripts have been begun.
+    /// Restores all scripts from their images; their instances must have been created.
     pub fn load(world: &WorldCell, images: Vec<ScriptImage>) -> Result {
         for image in images {
             let Some(script) = world.run.scripts.borrow().by_slot(image.slot) else { continue };
@@ -111,7 +111,7 @@ impl Scripts {
 }
 
 impl Script {
-    /// The state that its language saves. A script that is not initialised, or is dead, has none.
+    /// Returns the state that its language saves. A script that is not initialised or is dead has none.
     pub(super) fn save(&self, world: &WorldCell) -> Result<InstanceImage, String> {
         if !self.initialised.get() || self.dead.get() || self.data.get().is_null() {
             return Ok(InstanceImage::default());

@@ -1,17 +1,17 @@
-//! What all functions of the host have in common: finding the world, checking arguments, refusing, lending memory.
+//! Helpers shared by all host functions: finding the world, checking arguments, refusing, lending memory.
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::cell::{Calls, Function, WorldCell};
 
-/// What every function of the host may touch: the sentence of a refusal, and memory that it lends.
+/// The parts of the world that every host function may use: the message of a refusal, and memory to lend.
 ///
-/// A service that runs no plugin takes a context of its own, which holds an answer and the parts of the world that it
-/// needs; see [`with`]. One that may run a plugin takes the whole world.
+/// A function that calls no plugin takes a context of its own, with an answer and the parts of the world that it needs;
+/// see [`with`]. A function that may call a plugin takes the whole world.
 #[derive(Clone, Copy)]
 pub(super) struct Answer<'a> {
     pub calls: &'a Calls,
-    /// On a thread that runs scripts side by side with others.
+    /// Whether the call is on a thread that runs scripts in parallel.
     pub beside: bool,
 }
 
@@ -21,10 +21,10 @@ impl<'a> From<&'a WorldCell> for Answer<'a> {
     }
 }
 
-/// How a service function ends: done, or refused with a status whose sentence has been recorded.
+/// The result of a host function: done, or refused with a status whose message has been recorded.
 pub(super) type Done = Result<(), tatu_status>;
 
-/// Runs `f` on a world, if the call that runs may use the function.
+/// Calls `f` with a world, if the running call may use the function.
 pub(super) fn on<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a WorldCell) -> Done) -> tatu_status {
     here(world, function, |world| match world.worker {
         None => f(world),
@@ -32,13 +32,13 @@ pub(super) fn on<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a
     })
 }
 
-/// The same for a service that only looks: scripts that run side by side may use it.
+/// Like `on`, for a function that changes nothing and that parallel scripts may use.
 #[inline]
 pub(super) fn here<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a WorldCell) -> Done) -> tatu_status {
     WorldCell::admit(world, function).and_then(f).err().unwrap_or(TATU_OK)
 }
 
-/// Runs `f` on a context, which holds the parts of the world that the service may touch.
+/// Calls `f` with a context, which holds the parts of the world that the function uses.
 pub(super) fn with<'a, C: From<&'a WorldCell>>(
     world: WorldRef<'a>,
     function: Function,
@@ -47,17 +47,17 @@ pub(super) fn with<'a, C: From<&'a WorldCell>>(
     on(world, function, |world| f(world.into()))
 }
 
-/// The world of a function that has no status: none where it is refused.
+/// Returns the world for a function without a status; `None` if the function is refused.
 pub(super) fn here_now<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a WorldCell> {
     WorldCell::admit(world, function).ok()
 }
 
-/// The same; none on a thread that runs scripts beside others.
+/// Like `here_now`; also `None` on a thread that runs scripts in parallel.
 pub(super) fn alone<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a WorldCell> {
     here_now(world, function).filter(|cell| cell.worker.is_none())
 }
 
-/// What a caller must give, or a place for an answer; null is refused.
+/// Returns an argument or a place for a result; null is refused.
 #[inline]
 pub(super) fn place<'a, T>(answer: impl Into<Answer<'a>>, what: &str, given: Option<T>) -> Result<T, tatu_status> {
     given.ok_or_else(|| refuse_null(answer, what))
@@ -68,7 +68,7 @@ pub(super) fn refuse_null<'a>(answer: impl Into<Answer<'a>>, what: &str) -> tatu
     answer.into().calls.refuse(TATU_ERR_ARGUMENT, &format!("expected {what}, found null"))
 }
 
-/// The same for a list.
+/// Checks that the pointer to a list is not null.
 pub(super) fn needs<'a, T>(answer: impl Into<Answer<'a>>, what: &str, pointer: *const T) -> Done {
     match pointer.is_null() {
         false => Ok(()),
@@ -76,10 +76,10 @@ pub(super) fn needs<'a, T>(answer: impl Into<Answer<'a>>, what: &str, pointer: *
     }
 }
 
-/// What a caller gave, `n` of them; null is refused where there are any.
+/// Returns a list of `n` elements given by a caller; null is refused unless `n` is 0.
 ///
 /// # Safety
-/// `pointer` is null or leads to `n`, which live as long as the call.
+/// `pointer` must be null or point to `n` elements that stay valid and unchanged for the whole call.
 pub(super) unsafe fn list_of<'a, T>(
     answer: impl Into<Answer<'a>>,
     what: &str,
@@ -90,14 +90,14 @@ pub(super) unsafe fn list_of<'a, T>(
         return Ok(&[]);
     }
     needs(answer, what, pointer)?;
-    // SAFETY: the caller promises it.
+    // SAFETY: the pointer is not null, so the caller guarantees that it points to `n` valid elements.
     Ok(unsafe { std::slice::from_raw_parts(pointer, n as usize) })
 }
 
-/// The same for places to write to.
+/// Like `list_of`, for a list to write to.
 ///
 /// # Safety
-/// As for [`list_of`]; nobody else uses the places meanwhile.
+/// As for [`list_of`]; in addition, nothing else may use the elements during the call.
 pub(super) unsafe fn room_of<'a, T>(
     answer: impl Into<Answer<'a>>,
     what: &str,
@@ -108,14 +108,15 @@ pub(super) unsafe fn room_of<'a, T>(
         return Ok(&mut []);
     }
     needs(answer, what, pointer)?;
-    // SAFETY: the caller promises it.
+    // SAFETY: the pointer is not null, so the caller guarantees that it points to `n` elements that are not aliased.
     Ok(unsafe { std::slice::from_raw_parts_mut(pointer, n as usize) })
 }
 
-/// The frame of a call, if its caller knew all of it.
+/// Checks that a frame has the full size, and that its arrays are not null.
 #[inline]
 pub(super) fn needs_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_call) -> Done {
-    // SAFETY: null, or a frame, which begins with its size; the other fields are looked at only if they lie within.
+    // SAFETY: `frame` is null or points to a frame, whose first field is its size; other fields are read only if the
+    // size includes them.
     let fits = unsafe {
         !frame.is_null()
             && (*frame).size as usize >= size_of::<tatu_call>()
@@ -129,7 +130,7 @@ pub(super) fn needs_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_
 pub(super) fn refuse_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_call) -> tatu_status {
     let text = match frame.is_null() {
         true => "expected a frame, found null",
-        // SAFETY: a frame begins with its size.
+        // SAFETY: not null, and every frame begins with its size.
         false if (unsafe { (*frame).size } as usize) < size_of::<tatu_call>() => {
             "the size of the frame is that of no version of `tatu_call`"
         }
@@ -138,12 +139,12 @@ pub(super) fn refuse_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu
     answer.into().calls.refuse(TATU_ERR_ARGUMENT, text)
 }
 
-/// A status that something else gave, done or not.
+/// Converts a status to a result.
 pub(super) fn passed(status: tatu_status) -> Done {
     if status == TATU_OK { Ok(()) } else { Err(status) }
 }
 
-/// Another part of the same world is in use by a caller further up.
+/// Refuses because a caller further up the stack holds a part of the world.
 pub(super) fn busy<'a>(answer: impl Into<Answer<'a>>) -> tatu_status {
     let answer = answer.into();
     let text = match answer.beside {
@@ -153,7 +154,7 @@ pub(super) fn busy<'a>(answer: impl Into<Answer<'a>>) -> tatu_status {
     answer.calls.refuse(TATU_ERR_BUSY, text)
 }
 
-/// The slot of an object that a caller names, or the refusal.
+/// Returns the slot of an object given by a caller, or the refusal.
 pub(super) fn slot<'a>(
     answer: impl Into<Answer<'a>>,
     scene: &tatu_scene::Scene,
@@ -173,13 +174,13 @@ pub(super) fn slot<'a>(
     })
 }
 
-/// Copies a list into a caller's array as far as it fits, and returns the full count.
+/// Copies a list into a caller's array as far as it fits, and returns its full length in `n`.
 ///
 /// # Safety
-/// `out` has room for `cap`, or is null.
+/// `out` must be null or have room for `cap` elements.
 pub(super) unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: Option<&mut u32>) -> Done {
     if !out.is_null() {
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that `out` has room for `cap` elements; it does not overlap the host's list.
         unsafe { std::ptr::copy_nonoverlapping(all.as_ptr(), out, all.len().min(cap as usize)) };
     }
     if let Some(n) = n {
@@ -188,7 +189,7 @@ pub(super) unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: Option<&
     Ok(())
 }
 
-/// Puts a text into the world's arena, where it lives until the plugin's call returns.
+/// Copies a text into the world's arena, where it is valid until the plugin's call returns.
 pub(super) fn lend<'a>(answer: impl Into<Answer<'a>>, text: &[u8]) -> Result<Lent<'a>, tatu_status> {
     let answer = answer.into();
     let mut arena = answer.calls.arena.try_borrow_mut().map_err(|_| busy(answer))?;
@@ -196,22 +197,22 @@ pub(super) fn lend<'a>(answer: impl Into<Answer<'a>>, text: &[u8]) -> Result<Len
     if room.is_null() {
         return Err(TATU_ERR_SPACE);
     }
-    // SAFETY: there is room for as many bytes, which the arena keeps until the plugin's call returns or gives up a
-    // mark.
+    // SAFETY: `room` has `text.len()` bytes, which the arena keeps until the plugin's call returns or releases a mark.
     unsafe {
         std::ptr::copy_nonoverlapping(text.as_ptr(), room, text.len());
         Ok(Lent::new(tatu_str { ptr: room.cast(), len: text.len() as u64 }))
     }
 }
 
-/// Puts a value into the world's arena, where it lives until the plugin's call returns, and writes its ABI form.
+/// Copies a value into the world's arena, where it is valid until the plugin's call returns, and writes its ABI form to
+/// `out`.
 pub(super) fn give<'a>(answer: impl Into<Answer<'a>>, value: &Value, out: Option<&mut ValueRef<'a>>) -> Done {
     let answer = answer.into();
     let Ok(mut arena) = answer.calls.arena.try_borrow_mut() else { return Err(busy(answer)) };
     let out = place(answer, "a place for the value", out)?;
     match value.to_raw(&mut *arena) {
         Some(raw) => {
-            // SAFETY: it points into the arena, which keeps it until the plugin's call returns or gives up a mark.
+            // SAFETY: `raw` points into the arena, which keeps it until the plugin's call returns or releases a mark.
             *out = unsafe { ValueRef::new(raw) };
             Ok(())
         }

@@ -1,4 +1,4 @@
-//! `tatu.host.bodies`: velocities, pushes, contacts.
+//! `tatu.host.bodies`: velocities, forces, contacts.
 
 use nalgebra::Vector3;
 use tatu_physics::{BodyId, Contact, Twist};
@@ -33,7 +33,7 @@ extern "C" fn twist(w: WorldRef<'_>, object: tatu_object, out: Option<&mut [f64;
     })
 }
 
-/// The body of a dynamic shape, made now if its shape is new; with its mass and inertia.
+/// Returns the body of a dynamic shape, with mass and inertia; it is created now if the shape is new.
 fn body(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
     match body_now(world, object) {
         Err(TATU_ERR_ARGUMENT) if stand_in_use::becomes(world, object, kind_name(TATU_KIND_SHAPE)) => {
@@ -57,7 +57,7 @@ fn body_now(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_statu
     })
 }
 
-/// Three numbers, or zeros for null; `None` if one is not finite.
+/// Returns three numbers, zeros for null; `None` if one is not finite.
 fn three(v: Option<&[f64; 3]>) -> Option<Vector3<f64>> {
     let v = v.copied().unwrap_or_default();
     v.iter().all(|x| x.is_finite()).then(|| Vector3::from(v))
@@ -138,7 +138,7 @@ unsafe extern "C" fn contacts(
     cap: u32,
     n: Option<&mut u32>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    // SAFETY: the header requires `out` to be null or to have room for `cap` elements for the whole call.
     unsafe {
         with(w, Function::looks("bodies.contacts"), |c: Context<'_>| {
             let all = contacts_of(&c, object, |scene, (a, b, c)| tatu_contact {
@@ -159,7 +159,7 @@ unsafe extern "C" fn frictions(
     cap: u32,
     n: Option<&mut u32>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    // SAFETY: the header requires `out` to be null or to have room for `cap` elements for the whole call.
     unsafe {
         with(w, Function::looks("bodies.frictions"), |c: Context<'_>| {
             let all = contacts_of(&c, object, |_, (_, _, c)| [c.friction.x, c.friction.y, c.friction.z])?;
@@ -168,7 +168,7 @@ unsafe extern "C" fn frictions(
     }
 }
 
-/// Contacts of a shape, or (0) of all, as `show` makes them.
+/// Returns the contacts of a shape, or (0) of all shapes, converted by `show`.
 fn contacts_of<T>(
     context: &Context<'_>,
     object: tatu_object,

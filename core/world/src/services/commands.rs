@@ -1,4 +1,4 @@
-//! `tatu.host.commands`: every command of every plugin, constants, preludes, the arena, functions.
+//! `tatu.host.commands`: the commands of all plugins, constants, preludes, the arena, function references.
 
 use std::ffi::c_void;
 
@@ -59,7 +59,7 @@ extern "C" fn describe(w: WorldRef<'_>, id: u32) -> *const tatu_command {
 }
 
 unsafe extern "C" fn call(w: WorldRef<'_>, frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    // SAFETY: the header requires `frame` to be null or valid, with its arrays, for the whole call.
     unsafe {
         here(w, Function::acts("commands.call"), |world| {
             needs_frame(world, frame)?;
@@ -78,11 +78,11 @@ extern "C" fn constant<'a>(w: WorldRef<'a>, name: Lent<'_>, out: Option<&mut Val
         let name = name.text();
         match world.model.registry.constants.get(name.as_ref()) {
             Some(c) => {
-                // SAFETY: the registry's own value, which lives as long as the registry.
+                // SAFETY: the value belongs to the registry, which outlives the borrow of the world.
                 *out = unsafe { ValueRef::new(c.raw) };
                 Ok(())
             }
-            // Asked for often by scripts that test names: no sentence.
+            // Scripts often ask for names just to test whether they exist, so no message is recorded.
             None => Err(TATU_ERR_MISSING),
         }
     })
@@ -143,7 +143,7 @@ unsafe extern "C" fn release(w: WorldRef<'_>, mark: u64) {
 
 extern "C" fn retain(w: WorldRef<'_>, func: tatu_func, kept: Option<&mut tatu_func>) -> tatu_status {
     let last = |world: &WorldCell| match functions::is_of_client(func) {
-        // They last as long as their client.
+        // Client functions are valid as long as their client.
         true => functions::is_there(world, func).then_some(func),
         false => scripts::keep_func(world, func),
     };
@@ -164,7 +164,7 @@ extern "C" fn drop_func(w: WorldRef<'_>, func: tatu_func) {
 }
 
 unsafe extern "C" fn call_func(w: WorldRef<'_>, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    // SAFETY: the header requires `frame` to be null or valid, with its arrays, for the whole call.
     unsafe {
         on(w, Function::acts("commands.call_func"), |world| {
             needs_frame(world, frame)?;

@@ -1,5 +1,5 @@
-//! What can be read and set of a sensor or actuator by the key `<kind>.<key>`: parameters, of which live ones are
-//! passed to the instance and others make it anew, and commands of actuators.
+//! Access to a sensor's or actuator's parameters and commands by the key `<kind>.<key>`. A changed parameter is passed
+//! to the instance if it is live, otherwise the instance is recreated.
 
 use tatu_errors::nearest;
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -14,13 +14,13 @@ use crate::{
     },
 };
 
-/// What a key means for an object.
+/// The meaning of a key for an object.
 enum Meaning {
-    /// Parameter of a sensor of this kind.
+    /// A parameter of a sensor of this kind.
     Sensor { kind: usize, at: usize },
-    /// Parameter of an actuator of this kind.
+    /// A parameter of an actuator of this kind.
     Actuator { kind: usize, at: usize },
-    /// Command of an actuator of this kind.
+    /// A command of an actuator of this kind.
     Command { kind: usize, at: usize },
 }
 
@@ -42,7 +42,7 @@ fn meaning(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> Opti
     }
 }
 
-/// There is no such key: what there is, and the nearest.
+/// Refuses an unknown key; the message names the nearest key and all others.
 fn missing(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> tatu_status {
     let key = world.model.registry.host().key(prop).unwrap_or_default();
     let mut text = format!("object {slot} `{}` has no property `{key}`", scene.path(slot));
@@ -63,7 +63,7 @@ fn missing(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> tatu
     world.run.calls.refuse(TATU_ERR_MISSING, &text)
 }
 
-/// Reads a parameter or command.
+/// Reads a parameter or a command.
 pub(super) fn read(world: &WorldCell, slot: u32, prop: tatu_prop) -> Result<Value, tatu_status> {
     let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
     let found = match meaning(world, &scene, slot, prop) {
@@ -84,7 +84,7 @@ pub(super) fn read(world: &WorldCell, slot: u32, prop: tatu_prop) -> Result<Valu
     found.ok_or_else(|| missing(world, &scene, slot, prop))
 }
 
-/// A value as a declaration wants it. One number is a number, however many a caller could have given.
+/// Checks a value against its declaration. A list of one number is accepted as a number.
 fn checked(world: &WorldCell, declared: &Declared, prop: tatu_prop, value: Value) -> Result<Value, tatu_status> {
     let value = match value {
         Value::Floats(v) if v.len() == 1 && declared.kind != TATU_F64S => Value::Float(v[0]),
@@ -96,7 +96,7 @@ fn checked(world: &WorldCell, declared: &Declared, prop: tatu_prop, value: Value
     })
 }
 
-/// Sets a parameter or command.
+/// Sets a parameter or a command.
 pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Done {
     let (slot, owner, name, meaning) = {
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
@@ -118,13 +118,13 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
     }
 }
 
-/// Why a parameter keeps its value.
+/// The reason why a parameter could not be changed.
 enum Stop {
     /// A part of the world is in use.
     Busy,
-    /// There is no instance any more.
+    /// The instance no longer exists.
     Gone,
-    /// The plugin, or the host, did not take it.
+    /// The plugin or the host refused the value, with a message.
     Refused(String),
 }
 
@@ -142,11 +142,11 @@ impl Stop {
     }
 }
 
-/// Slot, full id and name of a device's object.
+/// Slot, full handle and name of a device's object.
 type Whose<'a> = (u32, tatu_object, &'a str);
 
-/// Changes a sensor's parameter. A *live* one is passed to the instance, which is then asked for its beams; for others
-/// the instance is recreated. No borrow is alive while the plugin is called.
+/// Changes a parameter of a sensor. If it is live, it is passed to the instance, which is then asked for its beams;
+/// otherwise the instance is recreated. No borrow is held while the plugin is called.
 fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize), value: Value) -> Result<(), Stop> {
     let (slot, ..) = whose;
     let info = &world.model.registry.sensors[kind];
@@ -165,11 +165,11 @@ fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize)
     }
     let layout = match ask_layout(world, kind, slot, data) {
         Ok(layout) => layout,
-        // It has the new value, and no beams for it: back to what worked.
+        // The instance accepted the value but has no valid beams for it: it is recreated with the previous parameters.
         Err(why) => return new_sensor(world, whose, kind, old).and(Err(Stop::Refused(why))),
     };
     let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
-    // It may have been removed or recreated meanwhile.
+    // The sensor may have been removed or recreated during the call.
     let device = sensing.devices.iter_mut().find(|d| d.slot == slot && d.id == id).ok_or(Stop::Gone)?;
     device.params[at] = params.swap_remove(at);
     device.lay_out(layout);
@@ -177,7 +177,7 @@ fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize)
     Ok(())
 }
 
-/// Sets several parameters of a sensor at once, and makes it anew: one by one they might contradict each other.
+/// Sets several parameters of a sensor at once and recreates it, because one by one they might contradict each other.
 pub(super) fn write_params(world: &WorldCell, object: tatu_object, new: Vec<(usize, Value)>) -> Done {
     let (slot, owner, name) = {
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
@@ -197,13 +197,13 @@ pub(super) fn write_params(world: &WorldCell, object: tatu_object, new: Vec<(usi
 fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, params: Vec<Value>) -> Result<(), Stop> {
     let mut instance = world.instance_info(owner, name);
     if let Some(old) = world.devices.sensing.try_borrow().map_err(|_| Stop::Busy)?.device(slot) {
-        // It is the same sensor: its random numbers continue, even if it was renamed.
+        // It is still the same sensor, so its random numbers continue, even if it was renamed.
         instance.seed = old.seed;
     }
     let mut made = create_sensor(world, kind, slot, instance, params).map_err(Stop::Refused)?;
     let old = {
         let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
-        // What the scene says of it is taken up before it measures.
+        // The settings in the scene are applied before it measures.
         sensing.unsettle();
         let place = sensing.devices.iter_mut().find(|d| d.slot == slot);
         place.map(|d| {
@@ -216,7 +216,7 @@ fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, pa
     Ok(())
 }
 
-/// The same for an actuator, which has no beams.
+/// Like `set_of_sensor`, for an actuator, which has no beams.
 fn set_of_actuator(
     world: &WorldCell,
     (slot, owner, name): Whose<'_>,

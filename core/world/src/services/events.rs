@@ -1,4 +1,4 @@
-//! `tatu.host.events`: publishing what happened, and listening to it.
+//! `tatu.host.events`: publishing events and subscribing to them.
 
 use tatu_errors::nearest;
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -28,7 +28,7 @@ extern "C" fn publish(w: WorldRef<'_>, name: Lent<'_>, payload: Option<&ValueRef
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &said));
         }
         let payload = payload.copied().unwrap_or(ValueRef::NIL);
-        // An empty table of a script may look like a list.
+        // A script's empty table may arrive as an empty list.
         let nothing = payload.is_nil() || (TATU_F64S..=TATU_LIST).contains(&payload.tag()) && payload.is_empty();
         if !nothing && payload.tag() != TATU_MAP {
             let found = payload.to_value().map_or("a broken value".into(), |v| describe(&v));
@@ -64,7 +64,7 @@ extern "C" fn subscribe(w: WorldRef<'_>, name: Lent<'_>, handler: tatu_func, id:
     })
 }
 
-/// Whether a name can be one of an event.
+/// Checks that an event with this name can exist.
 fn check(world: &WorldCell, name: &str) -> Done {
     let declared = &world.model.registry.events;
     if name == ALL || name.contains('.') || declared.iter().any(|e| e.name == name) {

@@ -1,4 +1,4 @@
-//! `tatu.host.figures`: streams and curves of graphs, drawings.
+//! `tatu.host.figures`: streams and curves of graphs, and drawings.
 
 use nalgebra::Isometry3;
 use tatu_devices::figures::{Drawing, Figures};
@@ -26,14 +26,14 @@ pub static TABLE: tatu_host_figures = tatu_host_figures {
     part: Some(super::shown::part),
 };
 
-/// Runs `f` on the figures of a world.
+/// Calls `f` with the figures of a world.
 fn with<T>(world: &WorldCell, f: impl FnOnce(&Scene, &mut Figures) -> Result<T, Refusal>) -> Result<T, tatu_status> {
     let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
     let mut all = world.devices.figures.try_borrow_mut().map_err(|_| busy(world))?;
     f(&scene, &mut all).map_err(|r| refusal(world, r))
 }
 
-/// The full id of an object that a caller names.
+/// Returns the full handle of an object given by a caller.
 fn full(world: &WorldCell, object: tatu_object) -> Result<tatu_object, tatu_status> {
     let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
     Ok(scene.id(slot(world, &scene, object)?))
@@ -43,7 +43,7 @@ fn missing<T>(what: &str, id: i64) -> Result<T, Refusal> {
     Err(Refusal(TATU_ERR_MISSING, format!("there is no {what} {id}")))
 }
 
-/// A map that a caller gave.
+/// Converts a map given by a caller.
 fn keys(world: &WorldCell, map: Option<&ValueRef<'_>>) -> Result<Option<Value>, tatu_status> {
     map.map(|map| map.to_value()).transpose().map_err(|e| world.run.calls.refuse(e.code(), e.text()))
 }
@@ -77,7 +77,7 @@ extern "C" fn add(
                 }
                 all.draw(drawing)
             }
-            _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("there are no figures of sort {what}"))),
+            _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("there are no figures of kind {what}"))),
         })?;
         *out = id;
         Ok(())
@@ -125,7 +125,7 @@ unsafe extern "C" fn put(
     n: u64,
     taken: Option<&mut u64>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    // SAFETY: the header requires `numbers` to be null or to hold `n` numbers for the whole call.
     unsafe {
         on(w, Function::acts("figures.put"), |world| {
             let numbers =
@@ -174,7 +174,7 @@ unsafe extern "C" fn put(
     }
 }
 
-/// Where the parent of a drawing is.
+/// Returns the world pose of a drawing's parent.
 fn frame(scene: &Scene, drawing: &Drawing) -> Isometry3<f64> {
     scene.resolve(drawing.parent).map_or(Isometry3::identity(), |slot| scene.world(slot))
 }
@@ -200,7 +200,7 @@ unsafe extern "C" fn list(
     cap: u32,
     n: Option<&mut u32>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    // SAFETY: the header requires `out` to be null or to have room for `cap` elements for the whole call.
     unsafe {
         on(w, Function::looks("figures.list"), |world| {
             let owner = if object == 0 { 0 } else { full(world, object)? };
@@ -210,7 +210,7 @@ unsafe extern "C" fn list(
                     TATU_FIGURE_STREAM => all.graph(scene, owner)?.streams.iter().map(|s| s.id).collect(),
                     TATU_FIGURE_CURVE => all.graph(scene, owner)?.curves.iter().map(|c| c.id).collect(),
                     TATU_FIGURE_DRAWING => all.drawings.keys().copied().collect(),
-                    _ => return Err(Refusal(TATU_ERR_ARGUMENT, format!("there are no figures of sort {what}"))),
+                    _ => return Err(Refusal(TATU_ERR_ARGUMENT, format!("there are no figures of kind {what}"))),
                 })
             })?;
             fill(&ids, out, cap, n)
@@ -238,7 +238,7 @@ extern "C" fn get<'a>(
     })
 }
 
-/// A map with more entries.
+/// Returns a map with additional entries.
 fn more(value: Value, entries: impl IntoIterator<Item = (&'static str, Value)>) -> Value {
     let mut all = if let Value::Map(all) = value { all } else { Vec::new() };
     all.extend(entries.into_iter().map(|(k, v)| (Value::text(k), v)));

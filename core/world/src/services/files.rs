@@ -1,4 +1,4 @@
-//! `tatu.host.files`: names that scripts give, within the folders that the run allows.
+//! `tatu.host.files`: files that scripts name, within the folders that the run allows.
 
 use std::{fs::File, path::Path};
 
@@ -14,7 +14,7 @@ pub static TABLE: tatu_host_files = tatu_host_files {
     open: Some(open),
 };
 
-/// What the functions of this table may touch.
+/// The parts of the world that the functions of this table use.
 struct Context<'a> {
     folders: &'a Folders,
     outside: &'a Outside,
@@ -61,7 +61,8 @@ extern "C" fn open(w: WorldRef<'_>, name: Lent<'_>, mode: u32, out: Option<&mut 
     })
 }
 
-/// Something is opened, to write in one way at most; what concerns writing comes with it.
+/// Returns whether a combination of mode bits is valid: the file is opened, for at most one way of writing, and options
+/// for writing are set only with it.
 fn makes_sense(mode: u32) -> bool {
     let has = |bits| mode & bits != 0;
     let known =
@@ -74,7 +75,8 @@ fn makes_sense(mode: u32) -> bool {
         && (has(TATU_FILE_WRITE | TATU_FILE_APPEND) || !has(TATU_FILE_FOLDERS))
 }
 
-/// What is read is not part of the input log; the names are stored, so that a user who keeps a log can be warned.
+/// Records the name of a file that is opened for reading. Its contents are not part of the input log, so the user of a
+/// log can be warned.
 fn note(outside: &Outside, name: &str, mode: u32) {
     if mode & TATU_FILE_READ != 0 {
         outside.opened.borrow_mut().insert(name.to_owned());

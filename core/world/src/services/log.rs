@@ -1,7 +1,8 @@
-//! `tatu.host.log`: lines, and why a service refused.
+//! `tatu.host.log`: log lines, and the message of a refusal.
 //!
-//! Lines name their plugin. The program's own plugins do so themselves; lines of others are prefixed with the id, which the host
-//! pointer leads to, on whatever thread. What scripts print, and what goes to status bars and consoles, stays as it is.
+//! Lines name the plugin they come from. The program's own plugins do so themselves; lines of other plugins are
+//! prefixed with the plugin's id, which is found through the host pointer on any thread. What scripts print, and lines
+//! for status bars and consoles, are left unchanged.
 
 use std::borrow::Cow;
 
@@ -19,28 +20,28 @@ pub static TABLE: tatu_host_log = tatu_host_log {
 
 unsafe extern "C" fn write(host: *const tatu_host, w: WorldRef<'_>, level: u32, line: Lent<'_>) {
     let line = line.text();
-    // SAFETY: by the contract: null, or the host that the plugin got.
+    // SAFETY: the header requires `host` to be null or the host pointer that the plugin was given.
     let host = unsafe { HostTables::holder_at(host) };
     let Some(world) = WorldCell::at(w.ptr()) else { return outside(host, level, &clean(&line)) };
     match level {
         _ if prints(world) => world.log(level, &line),
         TATU_LOG_ERROR..=TATU_LOG_DEBUG => world.log(level, &signed(host, Some(world), &line)),
-        // Of scripts, by way of the program's own plugins; or of another plugin, which may not act on a terminal.
+        // The program's own plugins pass on what scripts print; other plugins must not control the terminal.
         TATU_LOG_STATUS..=TATU_LOG_CONSOLE_CLEAR if host.is_some_and(|h| h.of_program) => world.log(level, &line),
         TATU_LOG_STATUS | TATU_LOG_CLEAR => world.log(level, &clean(&line)),
-        // A title, NUL, and the text.
+        // The line consists of a title, NUL, and the text.
         TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => world.log(level, &line),
         _ => world.log(TATU_LOG_INFO, &signed(host, Some(world), &line)),
     }
 }
 
-/// Whether the call that runs is one of a script: then the line is what the script prints.
+/// Returns whether a script is running, so that the line is its output.
 fn prints(world: &WorldCell) -> bool {
     use Call::{CallFunc, ScriptCall, ScriptLoad, ScriptResume};
     matches!(world.border.watch.call(), Some(ScriptLoad | ScriptCall | ScriptResume | CallFunc))
 }
 
-/// A line of a plugin, with its id before it.
+/// Prefixes a line of a plugin with its id.
 fn signed<'a>(holder: Option<&Holder>, world: Option<&WorldCell>, line: &'a str) -> Cow<'a, str> {
     let (id, of_program) = match (holder, world) {
         (Some(holder), _) => (holder.plugin.as_str(), holder.of_program),
@@ -58,9 +59,9 @@ fn signed<'a>(holder: Option<&Holder>, world: Option<&WorldCell>, line: &'a str)
     }
 }
 
-/// A line that belongs to no world.
+/// Logs a line that belongs to no world.
 fn outside(holder: Option<&Holder>, level: u32, line: &str) {
-    // The host reports an error once, with the plugin and the function.
+    // A captured error is reported by the host, once, with the plugin and the function.
     if level == TATU_LOG_ERROR && guard::say(line) {
         return;
     }

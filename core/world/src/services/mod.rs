@@ -1,7 +1,7 @@
-//! The host's side of the ABI: one file per table.
+//! The host functions of the plugin ABI: one file per table.
 //!
-//! Every function looks its world up, borrows one part of it, acts, and lets it go. A borrow that is refused (the
-//! caller is inside a measure, say) is an error, never a panic.
+//! Every function looks up its world, borrows one part of it, acts, and releases it. If the part is already borrowed
+//! (because the caller is inside a measure, for example), the function returns an error; it never panics.
 
 mod answer;
 mod bodies;
@@ -28,7 +28,7 @@ use tatu_plugin_api::abi::*;
 use tatu_plugins::HostTables;
 use tatu_scene::rows::ROWS;
 
-/// The tables that plugins get: an argument of [`Registry::load`](tatu_plugins::Registry::load).
+/// Returns the tables that plugins get: an argument of [`Registry::load`](tatu_plugins::Registry::load).
 pub fn host_tables() -> HostTables {
     HostTables::new(table, ROWS.iter().map(|row| row.key))
 }

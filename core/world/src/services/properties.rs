@@ -1,4 +1,4 @@
-//! Reading and setting properties of objects, sensors, scripts and the world itself.
+//! Access to properties of objects, sensors, scripts and the world itself.
 
 use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -75,7 +75,7 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
             let Some(s) = script else { return Err(world.run.calls.refuse(TATU_ERR_GONE, "the script has ended")) };
             Ok(match row {
                 Row::ScriptLanguage => Value::text(&world.model.registry.languages[s.language].id),
-                // SAFETY: the dialect lives as long as the script's instance, which is there.
+                // SAFETY: the dialect is owned by the script's instance, which is alive.
                 Row::ScriptDialect => Value::text(unsafe { tatu_plugins::border::bytes(s.dialect.get()) }),
                 Row::ScriptKind => Value::text(&s.kind_name),
                 Row::ScriptName => Value::text(&s.name),
@@ -157,7 +157,7 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         done => done?,
     };
     if matches!(row, Row::GraphStreams | Row::GraphCurves | Row::GraphBuffer) {
-        // It begins anew, as it is described now.
+        // The graph is recreated from its new description.
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         let mut figures = world.devices.figures.try_borrow_mut().map_err(|_| busy(world))?;
         figures.graphs.remove(&scene.id(slot));
@@ -166,8 +166,8 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
     after_change(world, slot, changed)
 }
 
-/// Rows of a sensor that depend on its kind: a preset is applied, noise is checked, and its fields are named
-/// in full.
+/// Checks rows of a sensor that depend on its kind: a preset is applied, noise is checked, and the fields in it are
+/// given their full names.
 fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Result<Value, tatu_status> {
     let kind = {
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
@@ -176,7 +176,7 @@ fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Re
             _ => None,
         }
     };
-    // Other objects have no such row; setting it reports that.
+    // Other objects do not have such rows, which is reported when the row is set.
     let (Some(kind), Value::Text(text)) = (kind, &value) else { return Ok(value) };
     let text = String::from_utf8_lossy(text);
     let refuse = |e: tatu_errors::Error| {
@@ -287,7 +287,7 @@ pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_p
     write(world, object, prop, value)
 }
 
-/// Of a script that runs beside others: sets a number of a joint's drive when all of them have run.
+/// In a parallel script, sets a number of a joint's drive, applied after all of them have run.
 fn set_later(world: &WorldCell, object: tatu_object, row: Row, x: f64) -> Done {
     let slot = {
         let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;

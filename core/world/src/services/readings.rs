@@ -1,4 +1,4 @@
-//! `tatu.host.readings`: what sensors measured.
+//! `tatu.host.readings`: readings of sensors.
 
 use std::f64::consts::PI;
 
@@ -23,7 +23,7 @@ pub static TABLE: tatu_host_readings = tatu_host_readings {
     look: Some(look),
 };
 
-/// The device of a sensor that a caller names, by index.
+/// Returns the index of the device of a sensor given by a caller.
 fn device(world: &WorldCell, sensor: tatu_object) -> Result<usize, tatu_status> {
     let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
     let slot = slot(world, &scene, sensor)?;
@@ -68,7 +68,7 @@ extern "C" fn sense_now(w: WorldRef<'_>, sensor: tatu_object, only: tatu_object)
 unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tatu_look) -> tatu_status {
     on(w, Function::acts("readings.look"), |world| {
         needs(world, "a look", look)?;
-        // SAFETY: by the contract: it has all fields of the first version.
+        // SAFETY: not null, and the header requires it to have at least all fields of the first version.
         let look = unsafe { &*look };
         let (near, slant) = (look.far_m >= 0.0, (0.0..=PI).contains(&look.max_incidence));
         let faces = Faces { front: look.flags & TATU_BEAMS_NO_FRONT == 0, back: look.flags & TATU_BEAMS_NO_BACK == 0 };
@@ -90,7 +90,7 @@ unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tat
     })
 }
 
-/// Handles a sensor now.
+/// Measures with a sensor now.
 fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Option<Limits>) -> Done {
     let i = device(world, sensor)?;
     let only = match only {
@@ -109,7 +109,7 @@ fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Opti
     }
     let turn = {
         let mut sensing = world.devices.sensing.borrow_mut();
-        // What it sees is a number, which a change of the scene may have changed.
+        // The forms it sees are cached by number, which a change of the scene may have invalidated.
         sensing.settle(&world.state.scene.borrow(), &world.model.registry);
         sensing.alone(i)
     };
@@ -134,15 +134,16 @@ unsafe extern "C" fn describe(w: WorldRef<'_>, sensor: tatu_object, index: u32, 
         let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
         let d = &sensing.devices[i];
         let kind = &world.model.registry.sensors[d.kind];
-        // By the size that the plugin knew: it may be older than this host.
-        // SAFETY: a list of the plugin, which was checked when it was loaded.
+        // The plugin's own declaration is used, with the size that the plugin knew: it may be older than this host.
+        // SAFETY: the list belongs to the plugin, which is never unloaded, and was checked when the plugin was loaded.
         let declared = unsafe { tables::list(kind.raw.fields) }.into_iter().nth(index as usize);
         let Some((_, mut told)) = declared else {
             let text = format!("a sensor of kind `{}` has {} fields", kind.id, kind.fields.len());
             return Err(world.run.calls.refuse(TATU_ERR_MISSING, &text));
         };
         told.dims = d.layout.plan.shape(told.dims);
-        // SAFETY: by the contract: as large as its `size`, which may be less than ours.
+        // SAFETY: the header requires `out` to be as large as its `size`, which may be less than the host's; no more
+        // than that is written.
         unsafe {
             let size = (*out).size.min(size_of::<tatu_field>() as u32);
             std::ptr::copy_nonoverlapping((&raw const told).cast::<u8>(), out.cast::<u8>(), size as usize);
@@ -159,7 +160,7 @@ unsafe extern "C" fn list(
     cap: u32,
     n: Option<&mut u32>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    // SAFETY: the header requires `out` to be null or to have room for `cap` elements for the whole call.
     unsafe {
         on(w, Function::looks("readings.list"), |world| {
             let schema = schema.text();

@@ -39,7 +39,7 @@ pub static TABLE: tatu_host_scene = tatu_host_scene {
 };
 
 unsafe extern "C" fn prop(host: *const tatu_host, key: LentCStr<'_>) -> tatu_prop {
-    // SAFETY: by the contract: null, or the host that the plugin got.
+    // SAFETY: the header requires `host` to be null or the host pointer that the plugin was given.
     key.get().and_then(|key| unsafe { HostTables::number_at(host, &key.to_string_lossy()) }).unwrap_or(0)
 }
 
@@ -72,7 +72,7 @@ unsafe extern "C" fn get_f64(
     out: *mut f64,
     n: u32,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; `out` has room for `n`.
+    // SAFETY: the header requires `out` to be null or to have room for `n` numbers for the whole call.
     unsafe {
         here(w, Function::looks("scene.get_f64"), |world| {
             read_numbers(world, object, prop, room_of(world, "room for numbers", out, n)?)
@@ -87,7 +87,7 @@ unsafe extern "C" fn set_f64(
     values: *const f64,
     n: u32,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; `values` has `n`.
+    // SAFETY: the header requires `values` to be null or to hold `n` numbers for the whole call.
     unsafe {
         here(w, Function::acts("scene.set_f64"), |world| {
             write_numbers(world, object, prop, list_of(world, "a list of numbers", values, n)?)
@@ -103,7 +103,8 @@ unsafe extern "C" fn get_f64_many(
     out: *mut f64,
     n: u32,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; `out` has room for `n` each.
+    // SAFETY: the header requires `objects` to hold `count` handles and `out` to have room for `n` numbers each, for
+    // the whole call; null pointers are refused before use.
     unsafe {
         here(w, Function::looks("scene.get_f64_many"), |world| {
             let objects = list_of(world, "a list of objects", objects, count)?;
@@ -126,7 +127,8 @@ unsafe extern "C" fn set_f64_many(
     values: *const f64,
     n: u32,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; `values` has `n` each.
+    // SAFETY: the header requires `objects` to hold `count` handles and `values` `n` numbers each, for the whole call;
+    // null pointers are refused before use.
     unsafe {
         here(w, Function::acts("scene.set_f64_many"), |world| {
             let objects = list_of(world, "a list of objects", objects, count)?;
@@ -141,7 +143,7 @@ unsafe extern "C" fn set_f64_many(
     }
 }
 
-/// The frame that a caller names: 0 is the world, a joint means its moved frame.
+/// Returns the frame of an object given by a caller: 0 is the world, a joint stands for its moving frame.
 fn frame_of(world: &WorldCell, scene: &Scene, frame: tatu_object) -> Result<Isometry3<f64>, tatu_status> {
     if frame == 0 {
         return Ok(Isometry3::identity());
@@ -282,7 +284,7 @@ extern "C" fn create(
 }
 
 unsafe extern "C" fn remove(w: WorldRef<'_>, objects: *const tatu_object, n: u32) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; `objects` has `n`.
+    // SAFETY: the header requires `objects` to be null or to hold `n` handles for the whole call.
     unsafe {
         on(w, Function::acts("scene.remove"), |world| {
             let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
@@ -317,7 +319,7 @@ unsafe extern "C" fn list(
     cap: u32,
     n: Option<&mut u32>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    // SAFETY: the header requires `out` to be null or to have room for `cap` handles for the whole call.
     unsafe {
         on(w, Function::looks("scene.list"), |world| {
             let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;

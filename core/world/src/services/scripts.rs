@@ -26,7 +26,7 @@ unsafe extern "C" fn list(
     cap: u32,
     n: Option<&mut u32>,
 ) -> tatu_status {
-    // SAFETY: by the contract, here and below: pointers are valid during the call.
+    // SAFETY: the header requires `out` to be null or to have room for `cap` handles for the whole call.
     unsafe {
         on(w, Function::looks("scripts.list"), |world| {
             let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
@@ -46,7 +46,7 @@ unsafe extern "C" fn call(
     function: Lent<'_>,
     frame: *mut tatu_call,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    // SAFETY: the header requires `frame` to be null or valid, with its arrays, for the whole call.
     unsafe {
         on(w, Function::acts("scripts.call"), |world| {
             needs_frame(world, frame)?;
@@ -66,7 +66,7 @@ unsafe extern "C" fn broadcast(
     n_args: u32,
     except: tatu_object,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; `args` has `n_args`.
+    // SAFETY: the header requires `args` to be null or to hold `n_args` values for the whole call.
     unsafe {
         on(w, Function::acts("scripts.broadcast"), |world| {
             let args = list_of(world, "a list of arguments", args, n_args)?;
@@ -136,7 +136,7 @@ unsafe extern "C" fn call_below(
     n_args: u32,
     n: Option<&mut u32>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; `args` has `n_args`.
+    // SAFETY: the header requires `args` to be null or to hold `n_args` values for the whole call.
     unsafe {
         on(w, Function::acts("scripts.call_below"), |world| {
             let above = {

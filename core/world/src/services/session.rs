@@ -46,7 +46,7 @@ extern "C" fn request(w: WorldRef<'_>, what: u32) -> tatu_status {
             _ => return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}"))),
         }
         crate::cell::remote_request(world, what);
-        // A start that follows a request for another scene is meant for that one.
+        // A start after a request for another scene applies to that scene.
         if what == TATU_REQUEST_START
             && let Some(next) = &mut *world.run.outside.next_scene.borrow_mut()
         {
@@ -59,7 +59,7 @@ extern "C" fn request(w: WorldRef<'_>, what: u32) -> tatu_status {
 }
 
 unsafe extern "C" fn wake(session: *mut tatu_session) {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    // SAFETY: the header requires `session` to be null or the living session that the plugin was given.
     unsafe { SessionCell::wake(session) };
 }
 
@@ -69,7 +69,8 @@ unsafe extern "C" fn worlds(
     cap: u32,
     n: Option<&mut u32>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    // SAFETY: the header requires `session` to be null or the living session that the plugin was given, on its thread,
+    // and `out` to be null or to have room for `cap` pointers.
     unsafe {
         let Some(session) = SessionCell::of(session) else { return TATU_ERR_ARGUMENT };
         fill(&session.worlds(), out, cap, n).err().unwrap_or(TATU_OK)
@@ -128,7 +129,7 @@ extern "C" fn observed<'a>(w: WorldRef<'a>, kind: Lent<'_>, out: Option<&mut Len
     let found = match crate::cell::observed(world, &kind.text()) {
         None => return TATU_ERR_MISSING,
         Some(None) => {
-            let told = "the run that is replayed took fewer inputs from outside: this run diverges";
+            let told = "the recorded run took fewer inputs from outside: this run diverges";
             return world.run.calls.refuse(TATU_ERR_GONE, told);
         }
         Some(Some(found)) => found,
@@ -167,7 +168,7 @@ extern "C" fn function(w: WorldRef<'_>, local: u32, out: Option<&mut tatu_func>)
         match out {
             None => Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected a place for the function, found null")),
             Some(_) if !gives => {
-                let text = "only a service that has `call_func` gives functions, in its turn at the barrier";
+                let text = "only a service with `call_func` can register functions, in its turn at the barrier";
                 Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text))
             }
             Some(out) => {
@@ -188,8 +189,7 @@ extern "C" fn put_in(w: WorldRef<'_>, kind: Lent<'_>, what: Lent<'_>) -> tatu_st
 extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>) -> tatu_status {
     on(w, Function::acts("session.open"), |world| {
         let Some(read) = world.run.outside.scene_reader.borrow().clone() else {
-            let text =
-                "this program runs one scene, and no other: `tatu serve` and `tatu open` go from one to the next";
+            let text = "this program runs only one scene; `tatu serve` and `tatu open` can switch to another";
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         };
         let file = PathBuf::from(file.text().into_owned());
@@ -224,7 +224,7 @@ fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
     }
 }
 
-/// An error as one sentence, with its place and what to do.
+/// Formats an error as one sentence, with its place and its help.
 fn one_line(e: &Error) -> String {
     let place = e.place.as_ref().map_or(String::new(), |p| format!("{}:{}: ", p.file.display(), p.line));
     let help = e.help.as_ref().map_or(String::new(), |h| format!(" ({h})"));

@@ -1,4 +1,4 @@
-//! What views ask for: the properties of an object with what they mean, the visible parts of a shape, texts of scripts.
+//! Data for views: the declared properties of an object, the visible parts of a shape, texts of scripts.
 
 use tatu_geometry::Form;
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -19,7 +19,8 @@ fn map<const N: usize>(entries: [(&str, Value); N]) -> Value {
     Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
 }
 
-/// A declared property or parameter as views get it. `prefix`: the kind of device before its own keys.
+/// Describes a declared property or parameter for views. `prefix`: the kind of device, which precedes the device's own
+/// keys.
 fn told(p: &Declared, prefix: &str, settable: bool) -> Value {
     let choices = p.choices.iter().map(Value::text).collect();
     let key = if prefix.is_empty() { p.key.clone() } else { format!("{prefix}.{}", p.key) };
@@ -123,7 +124,7 @@ pub(super) extern "C" fn text<'a>(w: WorldRef<'a>, script: tatu_object, out: Opt
     })
 }
 
-/// The script that a caller names.
+/// Returns the script given by a caller.
 fn script_at(world: &WorldCell, script: tatu_object) -> Result<std::rc::Rc<crate::cell::Script>, tatu_status> {
     let slot = {
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;

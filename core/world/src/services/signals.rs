@@ -1,4 +1,4 @@
-//! `tatu.host.signals`: named values of the world.
+//! `tatu.host.signals`: the signals of a world.
 
 use std::cell::RefCell;
 
@@ -16,7 +16,7 @@ pub static TABLE: tatu_host_signals = tatu_host_signals {
     name: Some(name),
 };
 
-/// What the functions of this table may touch.
+/// The parts of the world that the functions of this table use.
 struct Context<'a> {
     signals: &'a RefCell<Signals>,
     answer: Answer<'a>,

@@ -1,4 +1,4 @@
-//! Solids of shapes: the shortest way between them, and whether physics moves them.
+//! Solids of shapes: the shortest distance between them, and whether physics moves them.
 
 use std::cell::RefCell;
 
@@ -8,7 +8,7 @@ use tatu_scene::{Data, Dynamics, Scene, collision_parts};
 use super::answer::{Answer, busy, list_of, place, slot, with};
 use crate::cell::{Function, WorldCell};
 
-/// What functions that only read bodies may touch.
+/// The parts of the world used by functions that only read bodies.
 pub(super) struct Context<'a> {
     pub scene: &'a RefCell<Scene>,
     pub dynamics: &'a RefCell<Dynamics>,
@@ -21,7 +21,8 @@ impl<'a> From<&'a WorldCell> for Context<'a> {
     }
 }
 
-/// The shortest way between any shape of one list and any of another; an empty second list: all other shapes.
+/// Finds the shortest distance between any shape of one list and any of another. An empty second list stands for all
+/// other shapes.
 #[allow(clippy::too_many_arguments, reason = "the contract's")]
 pub(super) unsafe extern "C" fn closest(
     w: WorldRef<'_>,
@@ -33,7 +34,7 @@ pub(super) unsafe extern "C" fn closest(
     points: Option<&mut [f64; 6]>,
     pair: Option<&mut [tatu_object; 2]>,
 ) -> tatu_status {
-    // SAFETY: by the contract: the lists have as many elements as stated, `points` room for 6, `pair` for 2.
+    // SAFETY: the header requires the lists to be null or to hold as many handles as stated, for the whole call.
     unsafe {
         with(w, Function::looks("bodies.closest"), |Context { scene, answer, .. }| {
             let scene = scene.try_borrow().map_err(|_| busy(answer))?;
@@ -69,7 +70,7 @@ pub(super) unsafe extern "C" fn closest(
     }
 }
 
-/// Whether physics moves an object now: dynamic shapes, and joints that tie two bodies of the engine.
+/// Returns whether physics currently moves an object: dynamic shapes, and joints between two bodies of the engine.
 pub(super) extern "C" fn is_dynamic(w: WorldRef<'_>, object: tatu_object, out: Option<&mut u32>) -> tatu_status {
     with(w, Function::looks("bodies.is_dynamic"), |Context { scene, answer, .. }| {
         let out = place(answer, "a place for the answer", out)?;

@@ -1,4 +1,4 @@
-//! Parts of a scene as wholes: copied, read from a file, written to one; with their sensors, actuators and scripts.
+//! Whole parts of a scene: copied, loaded from a file, saved to one, with their sensors, actuators and scripts.
 
 use std::{
     io::Error,
@@ -21,14 +21,15 @@ use crate::{
     },
 };
 
-/// Copies objects: with their place in the world; below the copy of their parent if that is copied too, else below none.
+/// Copies objects with their world poses. The parent of a copy is the copy of the original's parent, if that is copied
+/// too, otherwise none.
 pub(super) unsafe extern "C" fn copy(
     w: WorldRef<'_>,
     objects: *const tatu_object,
     n: u32,
     out: *mut tatu_object,
 ) -> tatu_status {
-    // SAFETY: by the contract: `objects` has `n`, `out` has room for `n`.
+    // SAFETY: the header requires `objects` and `out` to be null or to hold `n` elements for the whole call.
     unsafe {
         on(w, Function::acts("scene.copy"), |world| {
             let objects = list_of(world, "a list of objects", objects, n)?;
@@ -49,7 +50,7 @@ pub(super) unsafe extern "C" fn copy(
             };
             free(world)?;
             for (old, new) in from.iter().zip(&to) {
-                // Nothing is borrowed while a plugin makes what it keeps.
+                // No borrow is held while a plugin creates an instance.
                 if let Some(device) = device_of(world, *old) {
                     make_device(world, *new, &device, None).map_err(|e| world.run.calls.refuse(TATU_ERR, &e.text))?;
                 }
@@ -64,7 +65,7 @@ pub(super) unsafe extern "C" fn copy(
     }
 }
 
-/// Reads a file into the world.
+/// Loads a file into the world.
 pub(super) extern "C" fn load(
     w: WorldRef<'_>,
     file: Lent<'_>,
@@ -114,7 +115,7 @@ pub(super) extern "C" fn load(
     })
 }
 
-/// Writes an object and all below it, or the whole scene.
+/// Saves an object with all its descendants, or the whole scene.
 pub(super) extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, base: tatu_object) -> tatu_status {
     on(w, Function::acts("scene.save"), |world| {
         let path = PathBuf::from(file.text().into_owned());
@@ -134,7 +135,7 @@ pub(super) extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, base: tatu_object
         let written =
             document::write(&document_of(world, base), &world.model.registry, &document::folder_beside(&path));
         let written = written.map_err(|e| fail(e.text))?;
-        // The name may be that of a link by now, and so may the folder beside it.
+        // The path or its folder may have become a link meanwhile, so it is resolved again.
         let whole = |path: &Path, bytes: &[u8]| {
             let path = world.run.folders.resolve(path, TATU_FILE_WRITE).map_err(|why| Error::other(why.text()))?;
             write_whole(&path, bytes)
@@ -143,7 +144,7 @@ pub(super) extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, base: tatu_object
     })
 }
 
-/// Nothing of the world is in use by a caller further up.
+/// Checks that no caller further up the stack holds a part of the world.
 fn free(world: &WorldCell) -> Result<(), tatu_status> {
     let busy_now = world.state.scene.try_borrow_mut().is_err()
         || world.devices.sensing.try_borrow_mut().is_err()
@@ -157,7 +158,7 @@ fn full(world: &WorldCell) -> tatu_status {
     world.run.calls.refuse(TATU_ERR_SPACE, "the world already holds a million objects, the limit")
 }
 
-/// Adds scripts to an object. There is one main script in a scene, and it is not this one.
+/// Adds scripts to an object, except main scripts, of which a scene has only one.
 fn add_scripts(world: &WorldCell, owner: u32, scripts: &[ScriptSpec]) {
     for spec in scripts.iter().filter(|s| s.kind != MAIN && Kind::parse(&s.kind).is_some()) {
         Scripts::add(world, owner, spec);
@@ -165,7 +166,7 @@ fn add_scripts(world: &WorldCell, owner: u32, scripts: &[ScriptSpec]) {
 }
 
 fn copies(scene: &mut Scene, from: &[u32]) -> Option<Vec<u32>> {
-    // Parents before children, whatever the order of the list.
+    // Parents must precede their children, whatever the order of the list.
     let mut order: Vec<usize> = (0..from.len()).collect();
     let depth = |scene: &Scene, mut s: u32| {
         let mut n = 0;

@@ -1,12 +1,13 @@
-//! The barrier before a step. Time stands; in this order:
+//! The barrier before a step. Time stands still while these are done, in this order:
 //!
-//! 1. commands that waited for a service and need not wait any more are called again, their services are notified;
-//! 2. calls of a replay are made again;
-//! 3. services have their turns, in order of their ids, again and again until all say go and no pause is on; while time
-//!    stands, scripts have a pass after each round.
+//! 1. Commands that waited on behalf of services and whose waits have ended are called again, and their services
+//!    notified.
+//! 2. Recorded calls are repeated, in a replay.
+//! 3. Services take turns, in order of their ids, until all of them release the world and there is no pause; while time
+//!    stands still, scripts get a pass after each round.
 //!
-//! The order decides what a replay does: what happens once per step comes first, what depends on when messages arrive
-//! comes last and is written down.
+//! The order matters for replays: what happens once per step comes first; what depends on when messages arrive comes
+//! last and is recorded.
 
 use std::time::{Duration, Instant};
 
@@ -21,24 +22,24 @@ use crate::{
     step,
 };
 
-/// How long a held session sleeps before it looks at its interrupt flag.
+/// How long a held session sleeps before it checks its interrupt flag.
 const SLICE: Duration = Duration::from_millis(100);
 
-/// How long one service may hold a session before that is reported.
+/// How long a service may hold a session before this is reported.
 const LONG: Duration = Duration::from_secs(5);
 
 const START: u32 = 1 << TATU_REQUEST_START;
 const QUIT: u32 = 1 << TATU_REQUEST_QUIT;
 
-/// What comes before a pass; `false`: none is to be done, since a stop has just been asked for, the world is not
-/// started, or time stands.
+/// Prepares a pass; returns `false` if there is to be none: the world is not started, a stop has just been requested,
+/// or time stands still.
 pub(crate) fn before_step(world: &WorldCell) -> bool {
     if !world.running() {
         return false;
     }
     world.run.calls.caller.set(Caller::HOST);
     resume_waits(world);
-    // The passes after a request to stop are the world's own.
+    // Services have no turns in the passes after a stop has been requested.
     if !world.stop_requested() {
         log::feed(world);
         if !world.stop_requested()
@@ -60,7 +61,7 @@ pub(crate) fn before_step(world: &WorldCell) -> bool {
     world.state.phase.get() != Phase::Paused
 }
 
-/// One pass of a paused world without services; ends the run if nothing could end the pause.
+/// Runs one pass of a paused world without services; ends the run if nothing could end the pause.
 fn stand(world: &WorldCell) {
     let addons = world.run.scripts.try_borrow().is_ok_and(|s| s.any_addon_waits());
     if addons || world.run.outside.interactive.get() {
@@ -72,7 +73,7 @@ fn stand(world: &WorldCell) {
     world.state.requests.set(world.state.requests.get() | 1 << TATU_REQUEST_STOP);
 }
 
-/// Turns of services until the world may go on, or a stop is asked for.
+/// Lets services take turns until the world may continue, or a stop is requested.
 fn pass(world: &WorldCell, session: &SessionCell) {
     let mut holder = None;
     loop {
@@ -86,14 +87,14 @@ fn pass(world: &WorldCell, session: &SessionCell) {
         tell_holder(session, by, &mut holder);
         let held = by.is_some();
         let paused = world.state.phase.get() == Phase::Paused;
-        // The service that could lift a pause may have failed meanwhile.
+        // The service that could have ended the pause may have failed.
         if !session.any_service() || !held && !paused {
             return;
         }
         if paused {
             log::stand(world);
         }
-        // A script may have lifted the pause.
+        // A script may have ended the pause.
         if !held && world.state.phase.get() != Phase::Paused {
             continue;
         }
@@ -101,12 +102,12 @@ fn pass(world: &WorldCell, session: &SessionCell) {
     }
 }
 
-/// Reports, once in a session for each service, which one holds it for long. `holder`: who has held it so far, and
-/// since when.
+/// Reports which service holds a session for long, once per session and service. `holder`: which one has held it so
+/// far, and since when.
 ///
-/// To the person who looks on, and at once, since the lines of the world come after the step. It is no warning:
-/// services hold as long as a client wants it, for instance while its user looks at a variable, and which of them wait
-/// for nobody the host cannot know; a warning would fail `--strict` runs that are correct.
+/// The message goes to the program's own log, since the world's lines appear only after the step. It is not a warning:
+/// a service holds a session as long as a client wants it, for example while a user inspects a variable, and the host
+/// cannot tell when nobody is waiting any more. A warning would fail correct runs under `--strict`.
 fn tell_holder(session: &SessionCell, by: Option<usize>, holder: &mut Option<(usize, Instant)>) {
     let Some(i) = by else { return *holder = None };
     let since = match *holder {
@@ -120,7 +121,8 @@ fn tell_holder(session: &SessionCell, by: Option<usize>, holder: &mut Option<(us
     }
 }
 
-/// Turns of services in a stopped world, until a start (`true`), or until another scene or the end is asked for.
+/// Lets services take turns in a stopped world, until one requests a start (`true`), another scene or the end
+/// (`false`).
 pub(crate) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
     world.state.requests.set(world.state.requests.get() & QUIT);
     while !session.interrupted() && session.any_service() {
@@ -142,7 +144,7 @@ pub(crate) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
     false
 }
 
-/// Events, then one turn of each service; the first one that holds, by its place.
+/// Delivers events, then calls each service once. Returns the index of the first one that holds the world.
 fn turns(world: &WorldCell, session: &SessionCell) -> Option<usize> {
     while world.run.outside.has_events() {
         tell(world, session);
@@ -157,7 +159,7 @@ fn turns(world: &WorldCell, session: &SessionCell) -> Option<usize> {
     held
 }
 
-/// Delivers events to services.
+/// Delivers all pending events to the services.
 fn tell(world: &WorldCell, session: &SessionCell) {
     for (name, payload) in world.run.outside.take_events() {
         let mut i = 0;
@@ -168,18 +170,18 @@ fn tell(world: &WorldCell, session: &SessionCell) {
     }
 }
 
-/// A command that waited, at its end.
+/// A command that waited and has completed.
 struct Ended {
     wait: Wait,
     status: tatu_status,
     frame: tatu_call,
-    /// Where the frame's results lie.
+    /// The memory of the frame's results.
     room: Box<Room>,
     error: ErrorSlot,
 }
 
-/// Commands that waited on behalf of services and need not wait any more. First all are called again, then their
-/// services are notified: what these call then comes after, as it will in a replay.
+/// Resumes commands that waited on behalf of services. All of them are called first and their services notified
+/// afterwards, so that calls which the services make in response come later, as they do in a replay.
 fn resume_waits(world: &WorldCell) {
     let due = world.run.calls.waits.borrow_mut().take_remote(|due| world.state.is_over(due));
     if due.is_empty() {
@@ -193,7 +195,7 @@ fn resume_waits(world: &WorldCell) {
         let mut frame = room.frame(&[]);
         (frame.command, frame.alias, frame.wait_token) = (wait.command, wait.alias, wait.token);
         world.run.calls.caller.set(Caller::remote(number));
-        // SAFETY: the frame and its room live through the call.
+        // SAFETY: the frame and its arrays live through the call.
         let status = unsafe { call_command(world, &mut frame, wait.resume) };
         world.run.calls.caller.set(Caller::HOST);
         if status != TATU_WAIT {
@@ -217,7 +219,7 @@ fn hand_over(world: &WorldCell, ended: Vec<Ended>) {
     }
 }
 
-/// The world ends: services see it for the last time.
+/// Notifies services that the world is about to end.
 pub(crate) fn last(world: &WorldCell) {
     let Some(session) = world.run.outside.session() else { return };
     world.run.calls.caller.set(Caller::HOST);
@@ -229,7 +231,7 @@ pub(crate) fn last(world: &WorldCell) {
     world.run.outside.leave();
 }
 
-/// The world has been stopped: commands that wait are cancelled, and services are notified.
+/// Cancels commands that wait when the world has been stopped, and notifies their services.
 pub(crate) fn stopped(world: &WorldCell) {
     let waits = world.run.calls.waits.borrow_mut().take_remote(|_| true);
     let ended = waits.into_iter().map(|wait| {

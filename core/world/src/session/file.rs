@@ -1,11 +1,12 @@
-//! An input log as a file: JSON lines that are enough for a replay, without the scene.
+//! The input log as a file: JSON lines that suffice for a replay, without the scene.
 //!
-//! The first line is the [`Header`]: versions, what the command line changed, and the text of every file that the
-//! document was made of. Then one line per [`Record`]; at the end one with the number of steps. Each line is
-//! written before its record takes effect, so that the log of a killed run can be used.
+//! The first line is the [`Header`]: versions, command-line options, and the contents of every file that the document
+//! was read from. One line per [`Record`] follows, and a last line with the number of steps. Each line is written
+//! before its record takes effect, so that the log of a killed run is usable.
 //!
-//! Each line ends with a checksum of itself and of all lines before it, and the last one holds the hash of the world: lines
-//! that are lost, exchanged or edited are found. What is cut off at the end is not damage: the rest is replayed.
+//! Each line ends with a checksum of itself and all previous lines, and the last line holds the hash of the world, so
+//! lines that are missing, reordered or edited are detected. A truncated log does not count as damaged: what is there
+//! is replayed.
 
 use std::{
     fs::File,
@@ -26,30 +27,30 @@ use crate::cell::{Input, REQUESTS, Record};
 /// Version of the format.
 const FORMAT: u64 = 2;
 
-/// What a replay needs beside the records.
+/// The information that a replay needs in addition to the records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// Version of the format.
     pub tatu_input_log: u64,
     /// Version of the program.
     pub tatu: String,
-    /// The scene, by the path that was given.
+    /// The scene's path, as it was given.
     pub scene: PathBuf,
-    /// Seed that the command line gave.
+    /// The seed given on the command line.
     pub seed: Option<u64>,
-    /// `--set` of the command line.
+    /// The values of `--set` on the command line.
     pub set: Vec<String>,
-    /// `--script` of the command line.
+    /// The values of `--script` on the command line.
     pub scripts: Vec<String>,
-    /// The scene was made of what a script asked for; the names of values that stand in.
+    /// Set if stand-ins were created for missing objects: the names of values with neutral contents.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stand_ins: Option<Vec<String>>,
-    /// Add-ons that ran, in their order; their files are among those below.
+    /// Add-ons that ran, in order; their files are in `files`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub addons: Vec<AddonEntry>,
-    /// Plugins that were loaded, but for those that only offer services: a replay starts none.
+    /// Plugins that were loaded, except those that offer only services, which a replay does not start.
     pub plugins: Vec<PluginVersion>,
-    /// Every file that the document was made of.
+    /// Every file that the document was read from.
     files: Vec<KeptFile>,
 }
 
@@ -58,11 +59,11 @@ pub struct Header {
 pub struct AddonEntry {
     /// Its name.
     pub name: String,
-    /// Its script.
+    /// Its script file.
     pub file: PathBuf,
-    /// The version that it was written for; empty: from its text.
+    /// The version that it was written for; empty: determined from its text.
     pub dialect: String,
-    /// What it was started with.
+    /// The options that it was started with.
     pub options: Vec<(String, String)>,
 }
 
@@ -80,13 +81,14 @@ struct KeptFile {
     path: PathBuf,
     #[serde(skip_serializing_if = "Option::is_none")]
     text: Option<String>,
-    /// Base64, where the bytes are no text.
+    /// Base64, if the bytes are not valid UTF-8.
     #[serde(skip_serializing_if = "Option::is_none")]
     bytes: Option<String>,
 }
 
 impl Header {
-    /// Of a document that is about to run; `seed`, `set` and `scripts` as the command line gave them.
+    /// Creates the header for a document that is about to run; `seed`, `set` and `scripts` are as given on the command
+    /// line.
     pub fn new(
         document: &Document,
         registry: &Registry,
@@ -112,7 +114,7 @@ impl Header {
         }
     }
 
-    /// How the document is to be read: from the files of the log, changed as it was then.
+    /// Returns the options for reading the document: from the files in the log, with the original command-line options.
     pub fn options(&self) -> Result<Options> {
         let mut files = Vec::new();
         for f in &self.files {
@@ -132,16 +134,16 @@ impl Header {
             services: Vec::new(),
             describe: false,
             sources: Sources::of(files),
-            // What other programs do is not in the log.
+            // External programs are not part of the log.
             allow: Vec::new(),
         })
     }
 
-    /// How the plugins at hand differ from those of the log: one sentence each.
+    /// Describes how the loaded plugins differ from those of the log, one sentence each.
     pub fn differences(&self, registry: &Registry) -> Vec<String> {
         let here = versions(registry);
         let differs = |p: &PluginVersion| match here.iter().find(|h| h.id == p.id) {
-            None => Some(format!("the plugin `{}` {} is not here", p.id, p.version)),
+            None => Some(format!("the plugin `{}` {} is missing", p.id, p.version)),
             Some(h) if h.version != p.version => {
                 Some(format!("the plugin `{}` was of version {}, here it is {}", p.id, p.version, h.version))
             }
@@ -169,19 +171,19 @@ fn versions(registry: &Registry) -> Vec<PluginVersion> {
 pub struct Writer {
     file: BufWriter<File>,
     path: PathBuf,
-    /// Of all lines so far.
+    /// Checksum of all lines so far.
     check: u64,
 }
 
-/// What stands between a line and its check.
+/// The text between a line and its checksum.
 const CHECK: &str = ",\"check\":\"";
 
-/// The check of a line, which is given without its closing brace and without the check itself.
+/// Returns the checksum of a line, which is given without its closing brace and its checksum.
 fn check_of(before: u64, line: &[u8]) -> u64 {
     xxhash_rust::xxh3::xxh3_64_with_seed(line, before)
 }
 
-/// The checksum of a line, if it matches the one written in the line.
+/// Returns the checksum of a line, if it matches the one written in the line.
 fn verified(before: u64, line: &[u8]) -> Option<u64> {
     let rest = line.strip_suffix(b"\"}")?;
     let (rest, digits) = rest.split_at_checked(rest.len().checked_sub(16)?)?;
@@ -192,7 +194,7 @@ fn verified(before: u64, line: &[u8]) -> Option<u64> {
 }
 
 impl Writer {
-    /// Makes the file and writes the header.
+    /// Creates the file and writes the header.
     pub fn create(path: &Path, header: &Header) -> Result<Self> {
         let file = File::create(path)
             .map_err(|e| Error::new("E105", format!("cannot write the input log {}: {e}", path.display())))?;
@@ -201,13 +203,14 @@ impl Writer {
         writer.flush()?;
         Ok(writer)
     }
-    /// Writes a record, down to the system.
+    /// Writes a record and flushes it to the operating system.
     pub fn write(&mut self, record: &Record) -> Result {
         self.line(&record_json(record))?;
         self.flush()
     }
-    /// Ends it: so many steps were done; `begun`: and the barrier after them had begun; `opened`: these files were read
-    /// meanwhile and are not in the log; `hash`: the world's total after the last step.
+    /// Writes the last line. `steps`: number of steps done; `begun`: whether the barrier after them had begun;
+    /// `opened`: files that were read during the run and are not in the log; `hash`: the world's total hash after the
+    /// last step.
     pub fn end(mut self, steps: u64, begun: bool, opened: &[String], hash: u64) -> Result {
         let mut line = json!({ "end": steps, "begun": begun, "hash": format!("{hash:016x}") });
         if !opened.is_empty() {
@@ -256,37 +259,37 @@ fn record_json(r: &Record) -> Json {
     line
 }
 
-/// A log that was read.
+/// A log that has been read.
 #[derive(Debug)]
 pub struct Log {
     /// Its header.
     pub header: Header,
-    /// What came from outside, in order.
+    /// The external inputs, in order.
     pub records: Vec<Record>,
-    /// Steps that the run did; `None`: it was killed.
+    /// Number of steps of the run; `None`: it was killed.
     pub end: Option<u64>,
-    /// Whether the run was ended within the barrier after its last step, so that this belongs to it.
+    /// Whether the run ended within the barrier after its last step, so that the inputs of that barrier belong to it.
     pub begun: bool,
-    /// Files that were read while it ran, which the log does not hold: a replay reads them from the disk.
+    /// Files that were read during the run but are not in the log; a replay reads them from disk.
     pub opened: Vec<String>,
     /// Hash of the world after the last step.
     pub hash: Option<u64>,
-    /// Its last line is cut off, and left out.
+    /// Whether the last line is truncated; it is left out.
     pub cut: bool,
 }
 
 impl Log {
-    /// Steps of the run, as far as the log says.
+    /// Returns the number of steps of the run, as far as the log shows.
     pub fn steps(&self) -> u64 {
         self.end.unwrap_or_else(|| self.records.last().map_or(0, |r| r.step))
     }
 }
 
-/// Size of the largest input log or snapshot that is read, in bytes. The limit is generous because the program writes
-/// these files itself.
+/// Maximum size of an input log or snapshot to be read, bytes. The limit is generous because the program writes these
+/// files itself.
 pub(crate) const MOST_OWN: u64 = 4 << 30;
 
-/// Reads a log. E105: the file cannot be read; E116: it is no log, or damaged.
+/// Reads a log. E105: the file cannot be read; E116: it is not an input log, or it is damaged.
 pub fn read(path: &Path) -> Result<Log> {
     let bytes = tatu_plugin_api::safe::read_plain(path, MOST_OWN)
         .map_err(|e| Error::new("E105", format!("cannot read the input log {}: {e}", path.display())))?;
@@ -295,7 +298,7 @@ pub fn read(path: &Path) -> Result<Log> {
         Error::new("E116", text).at(Some(place))
     };
     let mut lines: Vec<&[u8]> = bytes.split(|b| *b == b'\n').collect();
-    // After the last line end there is nothing, or a line that was being written.
+    // The last newline is followed by nothing, or by a line that was only partly written.
     let cut = lines.pop().is_some_and(|rest| !rest.is_empty());
     let first = lines.first().ok_or_else(|| {
         wrong(0, format!("{} is not a complete input log", path.display()))
@@ -353,12 +356,12 @@ pub fn read(path: &Path) -> Result<Log> {
     Ok(log)
 }
 
-/// Records as lines, for snapshots.
+/// Converts records to lines, for snapshots.
 pub(crate) fn to_bytes(records: &[Record]) -> Vec<u8> {
     records.iter().flat_map(|r| format!("{}\n", record_json(r)).into_bytes()).collect()
 }
 
-/// Takes them back; `None`: they are damaged.
+/// Reads records written by `to_bytes`; `None`: they are damaged.
 pub(crate) fn from_bytes(bytes: &[u8]) -> Option<Vec<Record>> {
     let lines = bytes.split(|b| *b == b'\n').filter(|l| !l.is_empty());
     lines.map(|l| record(&serde_json::from_slice(l).ok()?)).collect()

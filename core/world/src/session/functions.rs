@@ -1,5 +1,6 @@
-//! Functions of clients: what services give to commands as arguments. What a function gave is written into the input log,
-//! after what its client did meanwhile; a run that is repeated does the same, and takes the results from there.
+//! Functions of clients, which services pass to commands as arguments. The result of a call is recorded in the input
+//! log, after the inputs that its client made meanwhile. A replay repeats those inputs and takes the result from the
+//! log.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
@@ -13,20 +14,20 @@ use crate::{
     cell::{self, WorldCell},
 };
 
-/// Numbers of functions of clients begin where instances of scripts do not come: 1 << 63 | service << 32 | local.
+/// References to client functions are outside the range of script instances: 1 << 63 | service << 32 | local.
 const CLIENTS: u64 = 1 << 63;
 
-/// Whether a function is one of a client.
+/// Returns whether a function reference belongs to a client.
 pub(crate) fn is_of_client(func: tatu_func) -> bool {
     func & CLIENTS != 0
 }
 
-/// The function of the client of a service, by the service's number in its session.
+/// Returns the reference to a client's function, for a service with this number in its session.
 pub(crate) fn of_client(service: u32, local: u32) -> tatu_func {
     CLIENTS | u64::from(service) << 32 | u64::from(local)
 }
 
-/// Whether it can be called: its service is there, or the log has what it gave.
+/// Returns whether the function can be called: its service is running, or this is a replay.
 pub(crate) fn is_there(world: &WorldCell, func: tatu_func) -> bool {
     world.run.outside.replay.borrow().is_some() || service_of(world, func).is_some()
 }
@@ -40,9 +41,9 @@ fn service_of(world: &WorldCell, func: tatu_func) -> Option<std::rc::Rc<cell::Ru
 /// Calls a function of a client.
 ///
 /// # Safety
-/// The frame and its arrays are valid.
+/// `frame` must point to a frame whose arrays are valid for the whole call.
 pub(crate) unsafe fn call(world: &WorldCell, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that `frame` points to a valid frame.
     let f = unsafe { &mut *frame };
     f.n_results = 0;
     let Some(level) = world.run.calls.enter() else {
@@ -61,7 +62,7 @@ pub(crate) unsafe fn call(world: &WorldCell, func: tatu_func, frame: *mut tatu_c
     status
 }
 
-/// Calls it in its client, and writes down what it gave.
+/// Calls the function in its client, and records the result.
 fn now(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call) -> tatu_status {
     let status = match service_of(world, func) {
         Some(service) => service.call_func(world, func as u32, f),
@@ -77,10 +78,10 @@ fn now(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call) -> tat
         return status;
     }
     let found = if status < 0 {
-        // SAFETY: the host's own error object of this call.
+        // SAFETY: `f.error` is the host's own error object of this call.
         json!({ "status": status, "error": said(f.error).text.unwrap_or_default() })
     } else {
-        // SAFETY: as many results as the frame states, within its capacity.
+        // SAFETY: the results have been checked: `n_results` values within the capacity of the array.
         let results = unsafe { ValueRef::slice(f.results, f.n_results as usize) };
         results.iter().map(|v| json::write(&v.to_value().unwrap_or_default())).collect::<Json>()
     };
@@ -88,12 +89,12 @@ fn now(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call) -> tat
     status
 }
 
-/// Does again what its client did meanwhile, and gives what the log has.
+/// Repeats the inputs that its client made meanwhile, and returns the recorded result.
 fn again(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
     let step = world.state.clock.step.get();
     let place = world.run.outside.replay.borrow().as_ref().and_then(|r| r.place_of(step, kind));
     let Some(place) = place else {
-        let text = "the run that is repeated called functions of its clients less often: this run goes another way";
+        let text = "the recorded run called functions of its clients less often: this run diverges";
         return say(f.error, TATU_ERR_GONE, text);
     };
     log::feed_until(world, place);

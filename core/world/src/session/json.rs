@@ -1,14 +1,14 @@
-//! Values as JSON, exactly: what is read is bit for bit what was written.
+//! Values as JSON, without loss: reading returns exactly the bits that were written.
 //!
-//! Plain are null, truth values, integers, finite floats (always with a point or exponent), texts and lists. All else
-//! is an object with one key: `floats`, `ints`, `bytes` and `text` (base64), `map` (pairs), `bits` (a float that is
-//! not finite), `func`, `object`.
+//! Null, booleans, integers, finite floats (always with a point or an exponent), texts and lists are plain JSON.
+//! Everything else is an object with a single key: `floats`, `ints`, `bytes` and `text` (base64), `map` (pairs), `bits`
+//! (a float that is not finite), `func`, `object`.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::Value;
 
-/// A value as JSON.
+/// Converts a value to JSON.
 pub(super) fn write(value: &Value) -> Json {
     match value {
         Value::Nil => Json::Null,
@@ -33,7 +33,7 @@ fn float(x: f64) -> Json {
     if x.is_finite() { json!(x) } else { json!({ "bits": format!("{:016x}", x.to_bits()) }) }
 }
 
-/// The value of what [`write`] gave; `None`: it gave no such thing.
+/// Converts the output of [`write`] back to a value; `None`: it is not such output.
 pub(super) fn read(json: &Json) -> Option<Value> {
     Some(match json {
         Json::Null => Value::Nil,
@@ -106,7 +106,7 @@ mod tests {
         })
     }
 
-    /// Every bit of every float, also of those that are not numbers and so not equal to themselves.
+    /// Formats a value with every bit of its floats, so that NaNs compare equal too.
     fn bits(v: &Value) -> String {
         match v {
             Value::Float(f) => format!("{:x}", f.to_bits()),

@@ -1,4 +1,4 @@
-//! Requests, passes while simulation time is stopped, and the replay of an input log.
+//! Requests, passes while time stands still, and the replay of an input log.
 
 use std::sync::Arc;
 
@@ -13,14 +13,14 @@ use crate::{
 };
 use tatu_errors::{Fault, FaultKind};
 
-/// Somebody outside any service asks for a change of state.
+/// Records and applies a request that does not come from a service.
 pub(crate) fn outside_request(world: &WorldCell, what: u32) {
     world.run.outside.client.set(0);
     record_of(world, String::new(), Input::Request(what));
     apply(world, what);
 }
 
-/// What a request does at once; the rest is done after the next pass.
+/// Carries out the immediate part of a request; the rest follows after the next pass.
 pub(crate) fn apply(world: &WorldCell, what: u32) {
     let (asked, bit) = (world.state.requests.get(), 1 << what);
     let pause = 1 << TATU_REQUEST_PAUSE;
@@ -28,7 +28,7 @@ pub(crate) fn apply(world: &WorldCell, what: u32) {
         TATU_REQUEST_PAUSE if !world.state.phase.get().takes_pause() || world.stop_requested() => {}
         TATU_REQUEST_START if world.running() => {
             world.state.requests.set(asked & !pause);
-            // From outside a pause is lifted at once; a script that asks within a pass lets that pass end first.
+            // A request from outside ends a pause at once; when a script makes it, the current pass is completed first.
             if world.run.calls.caller.get().instance != 0 {
                 let paused = world.state.phase.get() == Phase::Paused;
                 world.state.requests.set(asked & !pause | if paused { bit } else { 0 });
@@ -40,8 +40,8 @@ pub(crate) fn apply(world: &WorldCell, what: u32) {
     }
 }
 
-/// A pass of scripts while time stands: it is written down, for how many there are depends on the clock. Where no script
-/// would notice there is none.
+/// Runs a pass of scripts while time stands still, if any script would notice. It is recorded, because the number of
+/// such passes depends on real time.
 pub(crate) fn stand(world: &WorldCell) {
     let notices = Scripts::any_has(world, Callback::Suspended);
     if notices {
@@ -55,7 +55,7 @@ pub(crate) fn attach(world: &WorldCell, records: Arc<[Record]>) {
     *world.run.outside.replay.borrow_mut() = Some(Replay::new(records));
 }
 
-/// Does again what the attached log has for this barrier.
+/// Repeats the inputs that the attached log has for this barrier.
 pub(crate) fn feed(world: &WorldCell) {
     let step = world.state.clock.step.get();
     loop {
@@ -64,7 +64,7 @@ pub(crate) fn feed(world: &WorldCell) {
     }
 }
 
-/// Does again what was done before a place of the log.
+/// Repeats the inputs before an index of the log.
 pub(crate) fn feed_until(world: &WorldCell, place: usize) {
     loop {
         let Some(record) = world.run.outside.replay.borrow_mut().as_mut().and_then(|r| r.next_before(place)) else {
@@ -86,12 +86,12 @@ fn feed_one(world: &WorldCell, record: Record) {
         }
         Input::Event { kind, text } => put_in(world, &kind, &text),
         Input::Pass => stand(world),
-        // The service that observed it asks for it in its turn.
+        // The code that made the observation asks for it when it is its turn.
         Input::Observed { .. } => {}
         Input::Call { name, args, waits } => match world.model.registry.command(&name) {
             None => {
                 let mut fault =
-                    Fault::new(FaultKind::UnknownFunction, format!("the input log calls `{name}`, which is not there"));
+                    Fault::new(FaultKind::UnknownFunction, format!("the input log calls `{name}`, which is unknown"));
                 fault.help = Some("load the plugin that offered it when the log was written".into());
                 world.report(fault);
             }
@@ -104,7 +104,8 @@ fn feed_one(world: &WorldCell, record: Record) {
                 let mut room = Room::new();
                 let mut frame = room.frame(&args);
                 (frame.command, frame.alias, frame.wait_token) = (command, alias, u64::from(waits));
-                // SAFETY: the frame and its arrays live through the call. A refusal was reported to the client then.
+                // SAFETY: the frame and its arrays live through the call. Its status is ignored: the original run
+                // passed it to the client.
                 unsafe { call_command(world, &mut frame, 0) };
                 world.run.calls.arena.borrow_mut().release(mark);
             }

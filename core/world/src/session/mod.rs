@@ -1,8 +1,8 @@
-//! What outlives worlds: services, and the barrier at which they act.
+//! Sessions: services, which outlive worlds, and the barrier at which they act.
 //!
-//! - `barrier`: what happens between two steps: waits that are over, replayed calls, services until all say go;
-//! - `functions`: what clients give to commands, to be called back;
-//! - [`mod@log`]: feeding what came from outside again; [`mod@file`]: the same as a file.
+//! - `barrier`: the barrier between two steps: waits that have ended, replayed calls, turns of services;
+//! - `functions`: functions of clients, passed to commands to be called back;
+//! - [`mod@log`]: requests, and the replay of external inputs; [`mod@file`]: the input log as a file.
 //!
 //! A session and its worlds live on one thread; different sessions live on different threads. Only `wake` is called
 //! from other threads.

@@ -1,16 +1,17 @@
-//! Which scene a snapshot is of: a number over all that decides how a document runs.
+//! The fingerprint of a document, by which a snapshot identifies its scene.
 
 use tatu_scene::document::{Document, ObjectSpec};
 use xxhash_rust::xxh3::Xxh3;
 
-/// The same for equal scenes, wherever their files lie; seed and overrides count, names of files do not.
+/// Returns a hash of everything that determines how a document runs. Seed and overrides are included, names and places
+/// of files are not.
 pub fn fingerprint(document: &Document) -> u64 {
     let mut h = Xxh3::new();
     let mut put = |text: String| {
         h.update(&(text.len() as u64).to_le_bytes());
         h.update(text.as_bytes());
     };
-    // The derived texts hold every field, and floats in full.
+    // The `Debug` output contains every field, and floats in full precision.
     put(format!("{:?}", document.settings));
     for object in &document.objects {
         let ObjectSpec { kind, alias, parent, rows, device, scripts, placement, group, place: _ } = object;

@@ -1,4 +1,4 @@
-//! The file of a snapshot: magic, format, checksum, head, sections.
+//! The snapshot file: magic number, format, checksum, header, sections.
 
 use std::path::Path;
 
@@ -11,43 +11,43 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::fingerprint;
 use crate::instances::Missed;
 
-/// What every snapshot begins with.
+/// The first bytes of every snapshot.
 const MAGIC: &[u8; 8] = b"tatusnap";
-/// Grows when the meaning of a section changes.
+/// Format version, increased when the meaning of a section changes.
 const FORMAT: u32 = 8;
 const BEFORE_BODY: usize = MAGIC.len() + 4 + 8;
 
 /// The state of a world at a step, complete or not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
-    /// What it is of.
+    /// Its header.
     pub head: Head,
-    /// Parts by name: each part of a world has a section of its own.
+    /// Serialized parts of the world, by name.
     sections: Vec<(String, Vec<u8>)>,
 }
 
-/// What a snapshot is of.
+/// The header of a snapshot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Head {
     /// Version of the program that wrote it.
     pub tatu: String,
-    /// [`fingerprint`] of the scene.
+    /// [`fingerprint`] of the scene's document.
     pub document: u64,
-    /// Id and version of every plugin that was there, in order.
+    /// Id and version of every loaded plugin, in order.
     pub plugins: Vec<(String, String)>,
-    /// Steps done.
+    /// Number of steps done.
     pub step: u64,
     /// Simulation time, s.
     pub time: f64,
-    /// Total of the state hash.
+    /// Total state hash.
     pub hash: u64,
-    /// What could not be captured; empty: the snapshot is complete.
+    /// Instances whose state could not be saved; empty: the snapshot is complete.
     pub missed: Vec<Missed>,
-    /// Calls from outside until this step, to be fed back by a replay; empty: there were none.
+    /// External inputs up to this step, for a replay; empty: there were none.
     pub log: Vec<u8>,
 }
 
-/// Id and version of every plugin.
+/// Returns the id and version of every plugin.
 pub(super) fn plugins(registry: &Registry) -> Vec<(String, String)> {
     registry.plugins.iter().map(|p| (p.id.clone(), p.version.clone())).collect()
 }
@@ -57,12 +57,12 @@ impl Snapshot {
         Snapshot { head, sections: Vec::new() }
     }
 
-    /// Whether everything could be captured.
+    /// Returns whether every instance could be saved.
     pub fn is_complete(&self) -> bool {
         self.head.missed.is_empty()
     }
 
-    /// Adds a part.
+    /// Adds a section.
     pub(super) fn put(&mut self, name: &str, part: &impl Serialize) -> Result {
         let bytes = postcard::to_stdvec(part)
             .map_err(|e| Error::new("E501", format!("the part `{name}` of a snapshot cannot be written: {e}")))?;
@@ -70,14 +70,14 @@ impl Snapshot {
         Ok(())
     }
 
-    /// Reads a part.
+    /// Reads a section.
     pub(super) fn get<'a, T: Deserialize<'a>>(&'a self, name: &str) -> Result<T> {
         let bytes = self.sections.iter().find(|(n, _)| n == name).map(|(_, b)| b.as_slice());
         let bytes = bytes.ok_or_else(|| damaged(format!("its part `{name}` is missing")))?;
         postcard::from_bytes(bytes).map_err(|e| damaged(format!("its part `{name}` cannot be read: {e}")))
     }
 
-    /// As bytes, for [`Snapshot::from_bytes`].
+    /// Converts it to bytes, for [`Snapshot::from_bytes`].
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let body = postcard::to_stdvec(&(&self.head, &self.sections))
             .map_err(|e| Error::new("E501", format!("the snapshot cannot be written: {e}")))?;
@@ -89,7 +89,7 @@ impl Snapshot {
         Ok(out)
     }
 
-    /// From bytes. Bytes that were cut or changed, and those of another format, are refused.
+    /// Reads a snapshot from bytes. Truncated or modified bytes, and those of another format, are refused.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let rest = bytes.strip_prefix(MAGIC).ok_or_else(|| {
             Error::new("E501", "this is not a snapshot")
@@ -102,7 +102,7 @@ impl Snapshot {
             return Err(Error::new("E502", text).help("write it again with this version of the program"));
         }
         let (sum, body) = rest.split_first_chunk::<8>().ok_or_else(|| damaged("it is cut off"))?;
-        // The parts trust each other's indices; damaged ones must not get that far.
+        // The sections rely on each other's indices, so damaged ones must be detected before they are read.
         if xxh3_64(body) != u64::from_le_bytes(*sum) {
             return Err(damaged("it is cut off, or bytes in it were changed (the checksum differs)"));
         }
@@ -110,7 +110,7 @@ impl Snapshot {
         Ok(Snapshot { head, sections })
     }
 
-    /// Writes the file; a half-written one never stands under its name.
+    /// Writes the file atomically: it never exists under its name half-written.
     pub fn write(&self, path: &Path) -> Result {
         let bytes = self.to_bytes()?;
         let fail = |e: std::io::Error| Error::new("E105", format!("cannot write the snapshot {}: {e}", path.display()));
@@ -127,7 +127,7 @@ impl Snapshot {
         })
     }
 
-    /// Refuses a world of another scene, other plugins or another version.
+    /// Refuses a snapshot of another scene, with other plugins, or from another version of the program.
     pub fn check(&self, document: &Document, registry: &Registry) -> Result {
         let own = env!("CARGO_PKG_VERSION");
         if self.head.tatu != own {
@@ -158,7 +158,7 @@ impl Snapshot {
     }
 }
 
-/// A file that is not whole.
+/// Returns the error for a damaged file.
 pub(super) fn damaged(what: impl std::fmt::Display) -> Error {
     Error::new("E501", format!("the snapshot is damaged: {what}"))
         .help("write it again, or copy it again from an intact original")
@@ -205,7 +205,7 @@ mod tests {
             prop_assert!(Snapshot::from_bytes(&bytes).is_err());
         }
 
-        /// Behind a right checksum anything may stand: an error or a snapshot, never a crash.
+        /// Even with a correct checksum, arbitrary bytes must lead to an error or a snapshot, never to a crash.
         #[test]
         fn bodies_of_any_bytes(body in prop::collection::vec(any::<u8>(), 0..300)) {
             let mut bytes = MAGIC.to_vec();

@@ -1,25 +1,25 @@
-//! The hash of a world, with a table of contents.
+//! The hash of a world's state, with a hash per object.
 
 use tatu_scene::{Data, Dynamics, Scene};
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::cell::{Clock, WorldCell};
 
-/// A hash over the dynamic state, and the hash of each object that it is made of, so that a difference can be named.
+/// A hash of the dynamic state, and the hash of each object in it, so that a difference can be located.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hash {
-    /// Over everything.
+    /// Hash of everything.
     pub total: u64,
     /// Path and hash of each object, in order of slots.
     pub objects: Vec<(String, u64)>,
 }
 
 impl Hash {
-    /// The hash of an object and of all below it.
+    /// Returns the hash of an object and all its descendants.
     pub fn subtree(&self, path: &str) -> u64 {
         self.subtrees([path])[0]
     }
-    /// The same of several objects, in one pass.
+    /// Like `subtree`, for several objects in one pass.
     pub fn subtrees<'a>(&self, paths: impl IntoIterator<Item = &'a str>) -> Vec<u64> {
         let mut all = Vec::new();
         let mut number = std::collections::BTreeMap::new();
@@ -37,8 +37,8 @@ impl Hash {
     }
 }
 
-/// Hashes poses and velocities of what physics moves, joints, and everything that stands where scripts put it. Objects
-/// that only watch (sensors) do not enter, nor do bits that mean the same (-0 and 0).
+/// Hashes poses and velocities of objects that physics moves, joints, and the poses of all other objects. Passive
+/// objects (sensors) are left out; -0 and 0 have the same hash.
 pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
     let mut total = Xxh3::new();
     total.update(&clock.step.get().to_le_bytes());
@@ -68,7 +68,7 @@ pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
     Hash { total: total.digest(), objects }
 }
 
-/// The hash of a world as it is now, all in one.
+/// Returns the total hash of a world's current state.
 pub(crate) fn hash_of(cell: &WorldCell) -> u64 {
     hash(&cell.state.scene.borrow(), &cell.state.dynamics.borrow(), &cell.state.clock).total
 }

@@ -1,4 +1,4 @@
-//! The parts of a world as they stand in a snapshot.
+//! The serialized parts of a world in a snapshot.
 
 use serde::{Deserialize, Serialize};
 use tatu_devices::sense::Memory;
@@ -8,7 +8,7 @@ use tatu_scene::{Scene, document::Settings};
 
 use crate::cell::{InstanceImage, Wait};
 
-/// A value of a signal or parameter.
+/// The value of a signal or parameter.
 #[derive(Serialize, Deserialize)]
 pub enum ValueImage {
     Nil,
@@ -63,26 +63,26 @@ impl From<ValueImage> for Value {
     }
 }
 
-/// What the core itself knows: the tree, the engine, clock, signals, waits, faults.
+/// The state of the core itself: scene, engine, clock, signals, waits, faults.
 #[derive(Serialize, Deserialize)]
 pub struct CoreImage {
     pub scene: Scene,
-    /// Shapes with a mesh: slot, and number of the mesh in the document.
+    /// Shapes with a mesh: slot, and index of the mesh in the document.
     pub meshes: Vec<(u32, u32)>,
     pub settings: Settings,
     pub dynamics: Vec<u8>,
     pub phase: crate::cell::Phase,
-    /// Time, steps, length of a step, passes.
+    /// Time, step count, step length, pass count.
     pub clock: (f64, u64, f64, u64),
     pub requests: u32,
     pub next_instance: u64,
-    /// Kind, name, value, whether it ends with the run.
+    /// Kind, name, value, and whether it ends with the run.
     pub signals: Vec<(u32, Vec<u8>, ValueImage, bool)>,
     pub waits: Vec<Wait>,
     pub faults: Vec<FaultImage>,
 }
 
-/// A sensor.
+/// A sensor's state.
 #[derive(Serialize, Deserialize)]
 pub struct DeviceImage {
     pub slot: u32,
@@ -95,17 +95,17 @@ pub struct DeviceImage {
     pub time: f64,
     pub drawn: u64,
     pub period: Option<u64>,
-    /// What its noise remembers.
+    /// The state of its noise.
     pub noise: Option<Memory>,
     pub off: bool,
 }
 
-/// An actuator; its commands stand in the scene.
+/// An actuator's state; its commands are in the scene.
 #[derive(Serialize, Deserialize)]
 pub struct ActuatorImage {
     pub slot: u32,
     pub kind: u32,
-    /// Generation and slot.
+    /// Handle of the object: generation and slot.
     pub object: u64,
     pub params: Vec<ValueImage>,
     pub instance: InstanceImage,
@@ -113,7 +113,7 @@ pub struct ActuatorImage {
     pub idle_told: bool,
 }
 
-/// A fault reported so far.
+/// A fault reported before the snapshot.
 #[derive(Serialize, Deserialize)]
 pub struct FaultImage {
     kind: FaultKind,

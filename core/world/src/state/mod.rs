@@ -1,12 +1,13 @@
 //! The state of a world: its hash, and snapshots of it.
 //!
-//! - `hash`: over the dynamic state, with a table of contents;
-//! - [`Snapshot`]: everything that decides the future, as a file (`file`);
-//! - `snapshot`, `restore`: out of a world, and into one;
-//! - `image`: the parts of a world as they stand in the file;
-//! - `document`: which scene a snapshot is of; `save`: a world as a document; `whole`: files that are written as a whole.
+//! - `hash`: a hash of the dynamic state, with a hash per object;
+//! - [`Snapshot`]: everything that determines the future, as a file (`file`);
+//! - `snapshot`, `restore`: taking and restoring it;
+//! - `image`: the serialized parts of a world;
+//! - `document`: the fingerprint of a scene; `save`: a world as a document; `whole`: atomic writing of files.
 //!
-//! A world whose state a plugin cannot write comes back by *replay*: a new world of the same scene runs to the step.
+//! If a plugin cannot save its state, a world can be restored by *replay*: a new world of the same scene is run up to
+//! that step.
 
 mod document;
 mod file;

@@ -1,4 +1,4 @@
-//! Into a world: a snapshot, or a replay of the run that led to it.
+//! Restoring a world from a snapshot, or by a replay of the run that led to it.
 
 use std::collections::BTreeSet;
 
@@ -24,8 +24,7 @@ fn refused(what: impl std::fmt::Display, why: impl std::fmt::Display) -> Error {
         .help("replay the run to that step: a new world of the scene, stepped until then")
 }
 
-/// What is to be known before a snapshot may be taken up: it fits, it is complete or may be partial, and the world is
-/// new.
+/// Checks that a snapshot fits the world, that it is complete unless `allow_partial`, and that the world is new.
 pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) -> Result {
     snapshot.check(&cell.model.document, &cell.model.registry)?;
     if let Some(first) = snapshot.head.missed.first().filter(|_| !allow_partial) {
@@ -40,7 +39,7 @@ pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) 
     Ok(())
 }
 
-/// Makes a world that has just been started silently go on from the snapshot's step.
+/// Restores the snapshot in a world that has just been started silently.
 pub(crate) fn go_on(cell: &WorldCell, snapshot: &Snapshot) -> Result {
     let image: CoreImage = snapshot.get("core")?;
     scripts(cell, snapshot.get("scripts")?, &image)?;
@@ -60,12 +59,12 @@ pub(crate) fn go_on(cell: &WorldCell, snapshot: &Snapshot) -> Result {
     Ok(())
 }
 
-/// What came from outside until the snapshot.
+/// Returns the external inputs recorded up to the snapshot.
 pub(crate) fn records(snapshot: &Snapshot) -> Result<Vec<Record>> {
     session::file::from_bytes(&snapshot.head.log).ok_or_else(|| damaged("the recorded inputs cannot be read"))
 }
 
-/// Ends the scripts that had ended by then; the others must be those of the snapshot.
+/// Ends the scripts that had ended before the snapshot; all others must exist in it.
 fn scripts(cell: &WorldCell, images: Vec<ScriptImage>, core: &CoreImage) -> Result {
     let there: Vec<u32> = images.iter().map(|i| i.slot).collect();
     let known = |slot: u32| cell.run.scripts.borrow().by_slot(slot).is_some();
@@ -107,11 +106,11 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
         {
             let mut sensing = cell.devices.sensing.borrow_mut();
             let d = &mut sensing.devices[index];
-            // Plugins hold the block's address: it is filled, not replaced.
+            // Plugins hold the address of the block, so it is filled, not replaced.
             d.state.copy_from_slice(&state_of(life, &image.instance));
             d.fields.copy_from_slice(&image.fields);
             (d.sequence, d.time, d.drawn, d.off) = (image.sequence, image.time, image.drawn, image.off);
-            // What the scene declares is taken up at the next measure.
+            // The next measurement applies what the scene declares.
             (d.period, d.noise) = (image.period, image.noise.map(|m| Box::new(Noise::of_memory(m))));
             sensing.unsettle();
         }
@@ -141,7 +140,7 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
                 return Err(refused(&what, "its parameters were changed during the run"));
             }
             let kind = &cell.model.registry.actuators[d.kind];
-            // Plugins hold the block's address: it is filled, not replaced.
+            // Plugins hold the address of the block, so it is filled, not replaced.
             d.state.copy_from_slice(&state_of(&kind.life, &image.instance));
             (d.off, d.idle_told) = (image.off, image.idle_told);
             (&kind.life, Living { plugin: kind.plugin, slot: d.slot, data: d.data })
@@ -184,9 +183,9 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
         .collect();
     cell.run.calls.waits.borrow_mut().restore(image.waits);
     *cell.run.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
-    // What a start reports was reported by the run that wrote the snapshot.
+    // The run that wrote the snapshot has already reported what a start reports.
     cell.run.lines.hold().clear();
-    // The scene of the beams is rebuilt from the scene.
+    // The scene in which beams are cast is rebuilt from the restored one.
     cell.devices.sensing.borrow_mut().forget_scene();
     Ok(())
 }
@@ -204,8 +203,8 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
     Ok(())
 }
 
-/// Restores the state of services; that of services that do not run is ignored. A world that is in no session yet
-/// keeps it until it joins one.
+/// Restores the state of services; that of services that are not running is dropped. A world that is not in a session
+/// keeps the states until it joins one.
 pub(crate) fn services(cell: &WorldCell) -> Result {
     let Some(session) = cell.run.outside.session() else { return Ok(()) };
     for (id, image) in std::mem::take(&mut *cell.run.outside.saved_services.borrow_mut()) {

@@ -1,4 +1,4 @@
-//! A world as a document: how it would begin if it began as it is now.
+//! Saving a world as a document, which starts in the world's current state.
 
 use tatu_plugin_api::safe::Value;
 use tatu_plugins::Declared;
@@ -9,8 +9,9 @@ use tatu_scene::{
 
 use crate::cell::WorldCell;
 
-/// An object and all below it, or everything (0): objects, devices with their parameters, scripts of the scene with
-/// their texts. Velocities, and what scripts and devices keep, are left out.
+/// Returns a document of an object and all its descendants, or of everything (0): objects, devices with their
+/// parameters, and scripts of the scene with their texts. It does not contain velocities or the internal state of
+/// scripts and devices.
 pub(crate) fn document_of(cell: &WorldCell, base: u32) -> Document {
     let mut settings = cell.model.settings.borrow().clone();
     settings.allow.clear();
@@ -22,7 +23,7 @@ pub(crate) fn document_of(cell: &WorldCell, base: u32) -> Document {
     document
 }
 
-/// Kind and parameters of the device of an object, as they are now.
+/// Returns the kind and the current parameters of an object's device.
 pub(crate) fn device_of(cell: &WorldCell, slot: u32) -> Option<DeviceSpec> {
     let scene = cell.state.scene.borrow();
     let named = |declared: &[Declared], params: &[Value]| -> Vec<(String, Value)> {
@@ -47,7 +48,7 @@ pub(crate) fn device_of(cell: &WorldCell, slot: u32) -> Option<DeviceSpec> {
     }
 }
 
-/// Scripts of an object that belong to the scene; add-ons belong to the run.
+/// Returns the scripts of an object that belong to the scene; add-ons belong to the run.
 pub(crate) fn scripts_of(cell: &WorldCell, slot: u32) -> Vec<ScriptSpec> {
     let (scene, scripts) = (cell.state.scene.borrow(), cell.run.scripts.borrow());
     let all = scene.scripts(slot).into_iter().filter_map(|s| scripts.by_slot(s));

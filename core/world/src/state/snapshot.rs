@@ -1,4 +1,4 @@
-//! Out of a world.
+//! Taking a snapshot of a world.
 
 use tatu_errors::{Error, Result};
 use tatu_geometry::Mesh;
@@ -14,8 +14,8 @@ use crate::{
     session,
 };
 
-/// Everything that decides the future, at the boundary between two steps; what could not be captured is named in the
-/// head. The run, which continues, is not affected.
+/// Captures everything that determines the future, between two steps. The header names what could not be saved. The run
+/// continues unaffected.
 pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
     if !cell.running() {
         return Err(Error::new("E503", "a world that does not run has no state to write").help("start it first"));
@@ -49,7 +49,7 @@ pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
     Ok(snapshot)
 }
 
-/// The meshes that shapes use, by their number in the document.
+/// Returns the meshes that shapes use, by index in the document.
 fn meshes(cell: &WorldCell, scene: &Scene) -> Result<Vec<(u32, u32)>> {
     let mut out = Vec::new();
     for (slot, o) in scene.slots() {
@@ -165,7 +165,8 @@ fn actuators(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ActuatorImage> {
     out
 }
 
-/// Commands that wait for a client of a service: in another process there is no such client.
+/// Returns the commands that wait for a client of a service: they cannot be saved, because another process has no such
+/// client.
 fn clients(cell: &WorldCell) -> Vec<Missed> {
     let waits = cell.run.calls.waits.borrow().all();
     let remote = waits.into_iter().filter(|w| matches!(w.owner, Owner::Service(_)));
@@ -179,7 +180,7 @@ fn clients(cell: &WorldCell) -> Vec<Missed> {
         .collect()
 }
 
-/// What command plugins keep for the world, by plugin.
+/// Saves the instances of command plugins, by plugin.
 fn plugins(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceImage)> {
     let mut out = Vec::new();
     for (plugin, life) in &cell.model.registry.world_lives {
@@ -194,7 +195,7 @@ fn plugins(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceI
     out
 }
 
-/// What services keep of the world, by service: only those that keep something.
+/// Saves the instances of services for this world, by service; services without state are left out.
 fn services(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceImage)> {
     let Some(session) = cell.run.outside.session() else { return Vec::new() };
     let (mut out, mut i) = (Vec::new(), 0);

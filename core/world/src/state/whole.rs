@@ -1,4 +1,4 @@
-//! Files that stand under their name as a whole or not at all.
+//! Atomic writing of files.
 
 use std::{
     fs::{self, File},
@@ -6,9 +6,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Writes a file beside its place, then puts it there in one go. A link stays, and the file that it leads to is replaced; a
-/// file that is there keeps its mode. What is no plain file, such as a pipe or a device, is refused: it would be replaced by
-/// one.
+/// Writes a temporary file next to `path`, then renames it. If `path` is a link, the file that it leads to is replaced,
+/// and an existing file keeps its permissions. Anything but a regular file, such as a pipe or a device, is refused,
+/// because renaming would replace it.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let path = target(path)?;
     let before = match fs::metadata(&path) {
@@ -30,7 +30,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     part.persist(&path).map(drop).map_err(|e| e.error)
 }
 
-/// Where a path leads, which need not be there itself.
+/// Returns the target of a link, which need not exist.
 fn target(path: &Path) -> Result<PathBuf> {
     let mut path = path.to_owned();
     for _ in 0..40 {
@@ -42,7 +42,7 @@ fn target(path: &Path) -> Result<PathBuf> {
     Err(Error::new(ErrorKind::InvalidInput, "the link leads to itself"))
 }
 
-/// Names of their own, so that two runs do not share one; the mode that a new file gets.
+/// Configures temporary files: a unique name, so that two runs do not share one, and the permissions of a new file.
 fn builder() -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".tatu-").suffix(".part");

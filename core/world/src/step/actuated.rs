@@ -1,4 +1,4 @@
-//! Physics while actuators push.
+//! Physics with actuators.
 
 use tatu_devices::actuators;
 use tatu_plugins::thread_grant::ThreadGrant;
@@ -6,7 +6,7 @@ use tatu_scene::{Dynamics, Scene};
 
 use crate::cell::WorldCell;
 
-/// Lets `dt` pass; objects whose bodies were lost, actuators that failed.
+/// Advances physics by `dt`. Returns objects whose bodies were lost, and actuators that failed.
 pub(super) fn advance(
     world: &WorldCell,
     scene: &mut Scene,
@@ -16,7 +16,7 @@ pub(super) fn advance(
 ) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
     dynamics.prepare(scene);
     world.border.note_called(actuators.devices.iter().map(|d| world.model.registry.actuators[d.kind].plugin));
-    // Only asked where no body carries an actuator.
+    // Called only for actuators that no body carries.
     let scene_now: &Scene = scene;
     let twist = |slot: u32| world.state.twist_by_motion(scene_now, slot);
     let time = world.state.clock.time.get() + world.state.clock.so_far();
@@ -37,7 +37,8 @@ pub(super) fn advance(
     ) {
         None => world.run.install(|| dynamics.advance(scene, dt, None)),
         Some(mut substeps) => {
-            // SAFETY: `apply` is tagged `[parallel]` in the header; this thread waits while a thread of the pool advances.
+            // SAFETY: the header declares `apply` as `[parallel]`, so it may run on another thread; this thread waits
+            // until the pool's thread is done, so nothing is shared.
             let mut granted = unsafe { ThreadGrant::new(&mut substeps) };
             let lost = world.run.install(|| {
                 let substeps = granted.get();
@@ -50,7 +51,7 @@ pub(super) fn advance(
     (lost, failed)
 }
 
-/// The same for one step of the engine, the `part`-th from 0.
+/// Like `advance`, for one step of the engine: the `part`-th, from 0.
 pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
     let (mut scene, mut dynamics, mut actuators) =
         (world.state.scene.borrow_mut(), world.state.dynamics.borrow_mut(), world.devices.actuators.borrow_mut());
@@ -79,7 +80,7 @@ pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, 
     ) {
         None => world.run.install(|| dynamics.advance_part(scene, dt, part, None)),
         Some(mut substeps) => {
-            // SAFETY: `apply` is tagged `[parallel]` in the header; this thread waits while a thread of the pool advances.
+            // SAFETY: as in `advance`.
             let mut granted = unsafe { ThreadGrant::new(&mut substeps) };
             let lost = world.run.install(|| {
                 let substeps = granted.get();

@@ -1,4 +1,4 @@
-//! Between two passes: removed objects lose their scripts and devices, added ones join.
+//! The barrier between two passes: removed objects lose their scripts and devices, added ones join.
 
 use super::sensors;
 use crate::{
@@ -7,11 +7,11 @@ use crate::{
     instances::end_actuator,
 };
 
-/// What was removed is ended; what was added joins.
+/// Ends removed objects, and adds new ones.
 pub(crate) fn barrier(world: &WorldCell) {
     world.run.calls.caller.set(Caller::HOST);
     let version = world.state.scene.try_borrow().map_or(0, |s| s.shape_version);
-    // Whatever is gone has changed the tree.
+    // Every removal changes the version of the tree.
     if world.devices.swept.replace(version) != version || version == 0 {
         Scripts::end_removed(world);
         sensors::end_removed(world);
@@ -24,7 +24,7 @@ pub(crate) fn barrier(world: &WorldCell) {
     events::deliver(world);
 }
 
-/// Ends the instances of actuators that are gone.
+/// Ends the actuators whose objects have been removed.
 fn end_removed_actuators(world: &WorldCell) {
     let gone = {
         let scene = world.state.scene.borrow();

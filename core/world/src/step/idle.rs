@@ -1,11 +1,11 @@
-//! Passes in which time stands: of a stopped world, and of a paused one.
+//! Passes in which time stands still: of a stopped world, and of a paused one.
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::barrier::barrier;
 use crate::cell::{Callback, Phase, Scripts, WorldCell};
 
-/// A pass of a stopped world.
+/// Runs a pass of a stopped world.
 pub(crate) fn idle(world: &WorldCell) {
     barrier(world);
     Scripts::idle(world);
@@ -14,7 +14,7 @@ pub(crate) fn idle(world: &WorldCell) {
     world.restore_process_state("a pass of the stopped world");
 }
 
-/// Time begins to stand.
+/// Starts a pause.
 pub(super) fn suspend(world: &WorldCell) {
     world.state.requests.set(world.state.requests.get() & !(1 << TATU_REQUEST_PAUSE | 1 << TATU_REQUEST_START));
     Scripts::pause(world, Callback::Suspend);
@@ -22,7 +22,7 @@ pub(super) fn suspend(world: &WorldCell) {
     world.restore_process_state("the beginning of a pause");
 }
 
-/// A pass of a paused world. A script that asks for a start lifts the pause at its end.
+/// Runs a pass of a paused world. A script that requests a start ends the pause with this pass.
 pub(crate) fn paused(world: &WorldCell) {
     barrier(world);
     Scripts::pause(world, Callback::Suspended);
@@ -33,7 +33,7 @@ pub(crate) fn paused(world: &WorldCell) {
     }
 }
 
-/// Ends a pause: time advances again with the next pass.
+/// Ends a pause: time advances again in the next pass.
 pub(crate) fn lift(world: &WorldCell) {
     world.state.requests.set(world.state.requests.get() & !(1 << TATU_REQUEST_PAUSE | 1 << TATU_REQUEST_START));
     if world.state.phase.get() == Phase::Paused {

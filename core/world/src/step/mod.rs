@@ -1,19 +1,19 @@
-//! One pass of a world, on one page.
+//! One pass of a world.
 //!
 //! ```text
-//! barrier   what was removed is ended, what was added joins; time stands
-//! actuate   scripts act: callbacks, waits that are over
+//! barrier   removed objects are ended, added ones join; time stands still
+//! actuate   scripts act: callbacks, waits that have ended
 //! physics   actuators push, the engine advances dt; poses are copied back
 //! sense     due sensors: beams, batches by kind, readings
-//! react     scripts look at what was sensed
-//! turn      time moves on, then the phase: requests to pause and stop take effect here
+//! react     scripts process the readings
+//! turn      time advances, then the phase: requests to pause and stop take effect here
 //! ```
 //!
-//! The stages are functions of the world; `step` is their default order. A world with a driver (a script of kind
-//! `main`) runs none of them by itself: the driver is called, and asks for stages as it likes (see `stages`).
+//! The stages are functions of the world, and `step` calls them in the default order. If the world has a driver (a
+//! script of kind `main`), `step` calls the driver instead, which requests stages in any order (see `stages`).
 //!
-//! Time moves on at the end of a pass by what its physics stages took: all callbacks of a pass see the time at which it
-//! began, and a driver that skips physics lets no time pass.
+//! Time advances at the end of a pass, by the duration of its physics stages: all callbacks of a pass see the time at
+//! which it began, and if a driver skips physics, time does not advance.
 
 mod actuated;
 mod barrier;
@@ -35,10 +35,10 @@ use crate::{
     recording,
 };
 
-/// One pass: the driver's, or the default order of the stages.
+/// Runs one pass: that of the driver, or the stages in their default order.
 pub(crate) fn step(world: &WorldCell) {
     barrier(world);
-    // After a request to stop no service can hold the world any more.
+    // After a stop has been requested, scripts can no longer hold the world.
     if Scripts::before_step(world) && !world.stop_requested() {
         return world.state.clock.skip();
     }
@@ -47,10 +47,10 @@ pub(crate) fn step(world: &WorldCell) {
         None => {
             let dt = world.state.clock.dt.get();
             for stage in [Stage::Actuate, Stage::Physics, Stage::Sense, Stage::React] {
-                // Nothing runs yet that could be in the way.
+                // This cannot fail: no stage is running, and nothing is borrowed.
                 let _ = run(world, stage, dt, "the step");
             }
-            // What the step has led to; a driver records by itself.
+            // Graphs record the result of the step; a driver requests records itself.
             let _ = recording::record_due(world, world.state.clock.time.get() + world.state.clock.so_far());
         }
     }
@@ -62,7 +62,7 @@ pub(crate) fn step(world: &WorldCell) {
     turn(world);
 }
 
-/// The phase after a pass. The world carries out the end of a run with the next step, so that its last state can be
+/// Advances the phase after a pass. The end of a run is carried out with the next step, so that its last state can be
 /// read.
 fn turn(world: &WorldCell) {
     let (stop, pause) = (world.stop_requested(), world.state.requests.get() & 1 << TATU_REQUEST_PAUSE != 0);

@@ -8,7 +8,8 @@ use tatu_plugins::watchdog::Call;
 use super::{actuated, substeps};
 use crate::cell::{WorldCell, instance_fault};
 
-/// Actuators apply their forces and the engine advances; one sub-step at a time where scripts have callbacks in between.
+/// Applies the forces of actuators and advances the engine: one sub-step at a time if scripts have callbacks in
+/// between.
 pub(super) fn physics(world: &WorldCell, dt: f64) {
     let (lost, failed) = if dt > 0.0 && substeps::wanted(world) {
         substeps::advance(world, dt)
@@ -40,7 +41,7 @@ pub(super) fn physics(world: &WorldCell, dt: f64) {
     }
 }
 
-/// Reports an actuator that failed, once; warns of one that acts on nothing.
+/// Reports an actuator that failed, once, or warns of one that has no effect.
 fn tell_of_actuator(world: &WorldCell, failed: &actuators::ApplyFailure) {
     if failed.status < 0 {
         let plugin = world.model.registry.actuators[failed.kind].plugin;
@@ -52,7 +53,7 @@ fn tell_of_actuator(world: &WorldCell, failed: &actuators::ApplyFailure) {
     }
 }
 
-/// Warns of a body that is very fast or far off: mostly something went wrong before.
+/// Warns of a body that is very fast or far away, which usually means that something went wrong before.
 fn tell_of_stray(world: &WorldCell, slot: u32, speed: f64, way: f64) {
     let (path, time) =
         (world.state.scene.borrow().path(slot), world.state.clock.time.get() + world.state.clock.so_far());

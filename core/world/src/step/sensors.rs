@@ -7,7 +7,7 @@ use crate::{
     cell::{Callback, Scripts, WorldCell, instance_fault},
     instances::end_sensor,
 };
-/// Sensors that are due measure.
+/// Measures with all sensors that are due.
 pub(super) fn sense(world: &WorldCell) {
     let mut measured = Scripts::any_has(world, Callback::Measured).then(Vec::new);
     let mut asked = Turn::default();
@@ -46,7 +46,7 @@ pub(super) fn sense(world: &WorldCell) {
     world.restore_process_state("sensing");
 }
 
-/// Handles some sensors of one kind now; one that fails is switched off and reported once.
+/// Measures with some sensors of one kind now. A sensor that fails is switched off and reported once.
 pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &MeasureOptions) {
     let moment = Moment { time: world.state.clock.time.get(), step: world.state.clock.step.get() };
     let Turn { devices, cuts, sees } = turn;
@@ -70,7 +70,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &
         let mut sensing = world.devices.sensing.borrow_mut();
         if let Some(d) = sensing.devices.iter_mut().find(|d| d.slot == f.slot) {
             d.off = true;
-            // What it measured before is no reading of now.
+            // Its previous measurement is not a current reading.
             d.forget();
             d.fields.fill(0);
             sensing.relist();
@@ -82,7 +82,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &
     }
 }
 
-/// Ends the instances of sensors that are gone.
+/// Ends the sensors whose objects have been removed.
 pub(super) fn end_removed(world: &WorldCell) {
     let gone = {
         let scene = world.state.scene.borrow();

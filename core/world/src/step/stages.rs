@@ -1,4 +1,4 @@
-//! Running one stage, for the step itself or for a driver.
+//! Running a single stage, for the step itself or for a driver.
 
 use std::borrow::Cow;
 
@@ -21,7 +21,7 @@ pub(crate) enum Stage {
 }
 
 impl Stage {
-    /// By its number in the ABI.
+    /// Returns the stage with a number in the ABI.
     pub fn of(number: u32) -> Option<Self> {
         [Stage::Actuate, Stage::Physics, Stage::Sense, Stage::React, Stage::Clean]
             .into_iter()
@@ -38,7 +38,7 @@ impl Stage {
     }
 }
 
-/// Ends a stage, however it is left.
+/// Pops the stage and restores the caller on drop, including when unwinding.
 struct Running<'a>(&'a WorldCell, Caller);
 
 impl Drop for Running<'_> {
@@ -50,8 +50,8 @@ impl Drop for Running<'_> {
     }
 }
 
-/// Runs a stage now; `who` asks. `Err`: it is running already (with the chain of calls), or a part of the world is in
-/// use by a caller further up.
+/// Runs a stage now; `who` requests it. `Err`: it is running already (the message shows the chain of requests), or a
+/// caller further up holds a part of the world.
 pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'static, str>>) -> Result<(), String> {
     let who = who.into();
     {
@@ -64,7 +64,7 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
             let name = stage.name();
             return Err(format!("the stage `{name}` was requested from within itself: {chain}{who} -> {name}"));
         }
-        // A plugin that asks from within a measure or apply, where it may call nothing but the log.
+        // The request came from within a measure or apply, which may call nothing but the log.
         if world.state.scene.try_borrow_mut().is_err() || world.devices.sensing.try_borrow_mut().is_err() {
             return Err(format!("the stage `{}` cannot run from within this call", stage.name()));
         }
@@ -77,33 +77,33 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
         Stage::Physics => physics(world, dt),
         Stage::Sense => sense(world),
         Stage::React => react(world),
-        // Only the last pass ends anything.
+        // Scripts are cleaned up only in the last pass.
         Stage::Clean if world.state.phase.get() != Phase::Last => {}
         Stage::Clean => clean(world),
     }
     if stage == Stage::Physics {
         events::compare_contacts(world);
     }
-    // A stage within a stage: the outer one delivers.
+    // In nested stages, the outermost one delivers.
     if outermost {
         events::deliver(world);
     }
     Ok(())
 }
 
-/// Scripts act.
+/// Runs the actuation of scripts.
 fn actuate(world: &WorldCell) {
     Scripts::actuate(world);
     world.restore_process_state("actuation");
 }
 
-/// Scripts of the run clean up.
+/// Cleans up the scripts of the run.
 fn clean(world: &WorldCell) {
     Scripts::clean_up(world);
     world.restore_process_state("clean-up");
 }
 
-/// Scripts look at what was sensed.
+/// Runs the sensing of scripts.
 fn react(world: &WorldCell) {
     Scripts::react(world);
     world.restore_process_state("reaction");

@@ -1,11 +1,11 @@
-//! Physics with callbacks of scripts before, within and after each step of the engine. They are called between two
-//! steps, never from inside the solver.
+//! Physics with script callbacks before, within and after each step of the engine. They are called between two steps of
+//! the engine, never from inside its solver.
 //!
 //! ```text
 //! dyn       after = false
-//! joint     for each joint whose control is `callback`; what the first script answers drives it in this step
+//! joint     for each joint whose control is `callback`; the first script's answer drives it in this step
 //! (the engine's step)
-//! contact   for each pair that began to touch in it; what the first script answers holds from the next step on
+//! contact   for each pair that began to touch in it; the first script's answer applies from the next step on
 //! dyn       after = true
 //! ```
 
@@ -22,18 +22,18 @@ use crate::{
     scripts::entry,
 };
 
-/// Whether any script wants to be called.
+/// Returns whether any script has one of these callbacks.
 pub(super) fn wanted(world: &WorldCell) -> bool {
     [Callback::Dyn, Callback::Joint, Callback::Contact].into_iter().any(|c| Scripts::any_has(world, c))
 }
 
-/// One step of the engine, of those in which an advance takes place.
+/// One of the engine's steps that make up an advance.
 #[derive(Clone, Copy)]
 struct Part {
-    /// From 0.
+    /// Index of the step, from 0.
     number: u32,
     count: u32,
-    /// Of all together, s.
+    /// Duration of all steps together, s.
     whole: f64,
 }
 
@@ -41,7 +41,7 @@ impl Part {
     fn dt(self) -> f64 {
         self.whole / f64::from(self.count)
     }
-    /// The fields that every callback gets.
+    /// Returns the fields that every callback gets.
     fn entries(self) -> Vec<(Value, Value)> {
         vec![
             of("step", Value::Int(i64::from(self.number) + 1)),
@@ -63,7 +63,7 @@ fn number(map: &Value, keys: &[&str]) -> Option<f64> {
     })
 }
 
-/// Lets `dt` pass; objects whose bodies were lost, actuators that failed.
+/// Advances physics by `dt`. Returns objects whose bodies were lost, and actuators that failed.
 pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
     let (mut lost, mut failed) = (Vec::new(), Vec::new());
     let count = {
@@ -82,7 +82,7 @@ pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::A
         failed.extend(f);
         let now = pairs(world);
         for (a, b) in now.difference(&touching) {
-            // A callback may have removed one of them.
+            // A callback may have removed one of the shapes.
             let there = |slot: &u32| world.state.scene.borrow().get(*slot).is_some_and(|o| o.shape().is_some());
             if there(a) && there(b) {
                 tell_contact(world, (*a, *b));
@@ -95,7 +95,7 @@ pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::A
     (lost, failed)
 }
 
-/// The pairs of shapes that touch.
+/// Returns the pairs of shapes that touch.
 fn pairs(world: &WorldCell) -> BTreeSet<(u32, u32)> {
     let scene = world.state.scene.borrow();
     world.state.dynamics.borrow().contacts(&scene).map(|(a, b, _)| (a.min(b), a.max(b))).collect()
@@ -107,7 +107,7 @@ fn tell(world: &WorldCell, part: Part, after: bool) {
     Scripts::tell(world, Callback::Dyn, &Value::Map(map));
 }
 
-/// Asks for the drives of all joints that are controlled by scripts.
+/// Sets the drives of all joints controlled by scripts to what the scripts answer.
 fn drive_joints(world: &WorldCell, part: Part) {
     let joints: Vec<u32> = {
         let scene = world.state.scene.borrow();
@@ -131,20 +131,20 @@ fn drive_joints(world: &WorldCell, part: Part) {
     }
 }
 
-/// What a script is asked about a joint.
+/// Builds the argument of a script's joint callback.
 fn question(world: &WorldCell, slot: u32, part: Part) -> Option<Value> {
     let scene = world.state.scene.borrow();
     let j = scene.get(slot)?.joint()?;
     let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
     let mut way = j.target_position - j.position;
     if j.limits.is_none() && j.kind == JointType::Revolute {
-        // The shorter way round.
+        // The shorter way around.
         way = tatu_geometry::wrap_angle(way);
     }
     let first = part.number == 0 && world.state.phase.get() == Phase::First;
     let mut map = part.entries();
     map.extend([
-        // The number that the field gives to joints that physics moves.
+        // The field's value for joints that physics moves.
         of("mode", Value::Int(5)),
         of("first", Value::Bool(first)),
         of("handle", Value::Int(slot.into())),
@@ -164,7 +164,7 @@ fn question(world: &WorldCell, slot: u32, part: Part) -> Option<Value> {
     Some(Value::Map(map))
 }
 
-/// Reports two shapes that have begun to touch.
+/// Calls the contact callback for two shapes that have begun to touch, and applies the answer to the pair.
 fn tell_contact(world: &WorldCell, (a, b): (u32, u32)) {
     let map = [("shape1", i64::from(a)), ("shape2", i64::from(b)), ("engine", 0)];
     let map = Value::Map(map.map(|(k, v)| of(k, Value::Int(v))).to_vec());

@@ -1,4 +1,4 @@
-//! Images against rays, closed forms and themselves.
+//! Tests of images against rays, against closed forms and against each other.
 
 mod rays;
 mod scenes;
@@ -13,7 +13,7 @@ use super::*;
 use crate::Faces;
 use crate::{BeamScene, Target, beams_tests::Dice, simd};
 
-/// A camera that looks at the middle of the scene, more or less.
+/// Returns a camera that looks roughly at the centre of the scene.
 fn looking_inward(dice: &mut Dice) -> Isometry3<f64> {
     let (eye, at) = (Point3::from(dice.vector(3.5)), Point3::from(dice.vector(1.0)));
     Isometry3::face_towards(&eye, &at, &dice.vector(1.0))
@@ -49,7 +49,7 @@ fn random_scenes_are_seen_as_rays_see_them() {
         seen += image.depth.iter().filter(|d| d.is_finite()).count();
     }
     assert!(seen * 4 > pixels, "the scenes are empty: {seen} of {pixels}");
-    // The meshes are fine for such small images: many pixels hold several edges.
+    // The meshes are fine for such small images: many pixels contain several edges.
     assert!(depth * 500 < pixels, "{depth} of {pixels} pixels differ in depth");
     assert!(name * 500 < pixels, "{name} of {pixels} pixels differ at edges");
 }
@@ -69,7 +69,7 @@ fn cameras_within_forms_see_them_from_within() {
     }
 }
 
-/// All that this processor has.
+/// Returns the instruction set levels to test on this processor.
 fn levels() -> Vec<Level> {
     let best = Level::new();
     let mut all = vec![Level::baseline(), best];
@@ -123,7 +123,7 @@ fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
 
 #[test]
 fn every_number_of_threads_gives_the_same_bytes_of_a_mesh() {
-    // Groups of all heights, from a part of a row to the whole image; frame after frame in the same buffers.
+    // Groups of all heights, from part of a row to the whole image, and many frames in the same buffers.
     let light = Light::default();
     let pools: Vec<_> =
         [1, 2, 3, 5].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()).into();
@@ -157,7 +157,7 @@ fn every_number_of_threads_gives_the_same_bytes_of_a_mesh() {
 
 #[test]
 fn a_plate_is_as_far_as_it_is() {
-    // A wall across the view: the depth is its distance, whatever the angle of the ray.
+    // The depth of a wall perpendicular to the axis is its distance, whatever the angle of the ray.
     let light = Light::default();
     let grid = Grid { columns: 640, rows: 480, view: View::Perspective { angle: 1.0 }, near: 0.01, far: 3.5 };
     let wall = mesh(
@@ -211,7 +211,7 @@ fn equal_depths_go_to_the_lowest_tag() {
 
 #[test]
 fn a_closed_mesh_has_no_holes() {
-    // Seen from far, near and within: each ray through a closed surface from outside meets a front first.
+    // Seen from afar, up close and from inside: each ray from outside a closed surface meets a front face first.
     let light = Light::default();
     let mut dice = Dice(77);
     for round in 0..40 {
@@ -225,10 +225,11 @@ fn a_closed_mesh_has_no_holes() {
             near: 0.01,
             far: 100.0,
         };
-        // From within, all is surface.
+        // From inside, every pixel shows the surface.
         let image = render(&scene, &cast_of(&grid, &light, dice.pose(0.3)));
         assert!(image.depth.iter().all(|d| d.is_finite()), "round {round}: a hole from within");
-        // From without, whatever is seen with both sides is seen with fronts alone: a back behind a gap would show.
+        // From outside, seeing both sides gives the same image as seeing fronts only; a back face behind a gap would
+        // show.
         scene.update_poses(&[(0, Isometry3::translation(0.0, 0.0, dice.between(1.2, 9.0)) * dice.pose(0.05))]);
         let mut cast = cast_of(&grid, &light, Isometry3::identity());
         let both = render(&scene, &cast);
@@ -312,7 +313,7 @@ fn ten_thousand_objects() {
 
 #[test]
 fn colours_are_the_sum_of_the_lamps() {
-    // A red wall across the view, 2 m away: at the axis the cosine to the camera is 1, to the sun -sun.z.
+    // A red wall, perpendicular to the axis and 2 m away: at the axis the cosine to the camera is 1, to the sun -sun.z.
     let grid = Grid { columns: 41, rows: 31, view: View::Perspective { angle: 1.0 }, near: 0.1, far: 10.0 };
     let turned = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
     let pose = Isometry3::from_parts(Translation3::new(0.0, 0.0, 2.0), turned);

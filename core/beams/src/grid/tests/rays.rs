@@ -1,11 +1,12 @@
-//! What rays through the middles of pixels see, which no code of images casts.
+//! Reference results from rays through the centres of pixels, which share no code with images.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::*;
 use crate::{Beam, Hit};
 
-/// The ray of a place in the image, in columns and rows from the middle of the first pixel; and the depth per metre of it.
+/// Returns the ray of an image position, in columns and rows from the centre of the first pixel, and the depth per
+/// metre of its length.
 pub(super) fn ray(cast: &GridCast<'_>, column: f64, row: f64) -> (Beam, f64) {
     let Grid { columns, rows, view, near, far } = *cast.grid;
     let (across, up) = (column + 0.5 - 0.5 * f64::from(columns), row + 0.5 - 0.5 * f64::from(rows));
@@ -31,7 +32,7 @@ pub(super) fn ray(cast: &GridCast<'_>, column: f64, row: f64) -> (Beam, f64) {
     (beam, 1.0 / length)
 }
 
-/// What the image must show at a place.
+/// Returns what the image must show at a position: the depth, the hit and the ray.
 pub(super) fn expected(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row: f64) -> (f64, Hit, Beam) {
     let (beam, per_metre) = ray(cast, column, row);
     let hit = scene.cast_one(&beam);
@@ -42,8 +43,8 @@ pub(super) fn same_depth(a: f64, b: f64) -> bool {
     a == b || (a - b).abs() <= 1e-4 * a.abs().min(b.abs()).max(1.0)
 }
 
-/// Whether some place at most a hundredth of a pixel away shows a depth: a ray sees it there, or two rays see more and
-/// less of one primitive. Limits may be a millionth off.
+/// Whether a depth is seen at most a hundredth of a pixel away: either one ray sees it, or two rays see more and less
+/// on the same primitive. The near and far limits may be off by a few millionths.
 pub(super) fn explained(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row: f64, ours: f64) -> bool {
     let mut seen = vec![expected(scene, cast, column, row)];
     for k in 0..75 {
@@ -55,7 +56,7 @@ pub(super) fn explained(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row
         seen.push(expected(scene, &cast, column + away * turn.cos(), row + away * turn.sin()));
     }
     let place = |hit: &Hit| (hit.object, hit.primitive);
-    // Meshes are rounded to a part of a pixel, which moves the depth of steep surfaces.
+    // Meshes are rounded to a fraction of a pixel, which changes the depth of steep surfaces.
     let size = match cast.grid.view {
         View::Perspective { angle } => 2.0 * ours * (0.5 * angle).tan(),
         View::Orthographic { width } => width,
@@ -69,16 +70,16 @@ pub(super) fn explained(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row
     })
 }
 
-/// Pixels that differ from what a ray sees.
+/// Number of pixels that differ from what a ray sees.
 #[derive(Debug, Default)]
 pub(super) struct Beside {
-    /// In depth.
+    /// Pixels with a different depth.
     pub depth: usize,
-    /// Only in what is there: at an edge between two faces.
+    /// Pixels with a different surface at the same depth: an edge between two faces.
     pub name: usize,
 }
 
-/// Compares an image with rays; how many pixels differ, all at silhouettes or steep surfaces.
+/// Compares an image with rays. Returns how many pixels differ, which happens only at silhouettes and steep surfaces.
 pub(super) fn compare(scene: &BeamScene, cast: &GridCast<'_>, image: &GridImage, what: &str) -> Beside {
     let mut beside = Beside::default();
     for row in 0..cast.grid.rows {

@@ -1,4 +1,4 @@
-//! Scenes and cameras of all kinds.
+//! Random scenes and cameras for the tests.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ pub(super) fn mesh(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Form
     Form::Mesh { mesh: Arc::new(Mesh { vertices, triangles }), convex: false }
 }
 
-/// A closed ball of triangles with bumps.
+/// Returns a closed, bumpy sphere of triangles.
 pub(super) fn ball(dice: &mut Dice, radius: f64, around: u32, up: u32, bumps: f64) -> Form {
     let mut vertices = vec![Point3::new(0.0, 0.0, -radius)];
     for i in 1..up {
@@ -61,7 +61,7 @@ pub(super) fn any_form(dice: &mut Dice, size: f64) -> Form {
             ball(dice, radius, around, up, 0.1)
         }
         5 => {
-            // Loose triangles of all sizes.
+            // Unconnected triangles of all sizes.
             let vertices: Vec<Point3<f64>> = (0..60).map(|_| Point3::from(dice.vector(size))).collect();
             mesh(vertices, (0..20).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
         }

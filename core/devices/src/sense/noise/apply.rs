@@ -1,7 +1,8 @@
-//! The stages, in their order: shift, walk, white, uniform, outliers, step, inverse step, limits, dropout.
+//! The stages of noise, in order: shift, walk, white, uniform, outliers, step, inverse step, limits, dropout.
 //!
-//! What is drawn for an element follows from the sensor's seed, how often it has measured, the field's name, the stage and
-//! the element's place: from nothing that came before, and from no other sensor. So parts can be done in any order.
+//! The random numbers of an element depend only on the sensor's seed, its number of measurements, the field's name, the
+//! stage and the element's index, not on any earlier draw or any other sensor. Parts can therefore be computed in any
+//! order.
 
 use std::ops::Range;
 
@@ -12,7 +13,7 @@ use tatu_scene::noise::{FieldNoise, Meant};
 use super::numbers::{FieldNumbers, FieldNumbersMut, rounded};
 use crate::sense::random::Key;
 
-/// Who draws, added to the number of the field.
+/// Numbers of the stages that draw, added to the field's stream.
 const SHIFT: u64 = 1;
 const WALK: u64 = 2;
 const WHITE: u64 = 3;
@@ -20,15 +21,15 @@ const UNIFORM: u64 = 4;
 const WHETHER: u64 = 5;
 const OUTLIER: u64 = 6;
 const DROPOUT: u64 = 7;
-/// The count of measures for what is drawn once a run.
+/// The measurement count for numbers that are drawn once per run.
 const ONCE: u64 = u64::MAX;
 
-/// Elements that are worked on at once.
+/// Number of elements processed at once.
 const BLOCK: usize = 256;
-/// Elements of one task for the pool, if there are more than that.
+/// Number of elements per task of the thread pool, if there are more than that.
 const TASK: usize = 1 << 14;
 
-/// Noise of one field of a kind.
+/// The noise of one field of a kind.
 pub(super) struct FieldPlan {
     pub name: String,
     pub field: usize,
@@ -37,39 +38,39 @@ pub(super) struct FieldPlan {
     pub components: usize,
     nothing: Option<Vec<f64>>,
     noise: FieldNoise,
-    /// From the field's name, so that other fields of the kind change nothing.
+    /// Derived from the field's name, so that other fields of the kind have no influence.
     stream: u64,
 }
 
-/// What one measure is done with.
+/// The inputs of one measurement.
 pub(super) struct Measure<'a> {
     pub seed: u64,
     pub drawn: u64,
-    /// The field that the polynomial is in, if it is another.
+    /// The field that the polynomial is in, if it is another one.
     pub of: Option<FieldNumbers<'a>>,
-    /// Which elements are there, and how many of these share one answer.
+    /// The field that marks valid elements, and how many elements share one mark.
     pub valid: Option<(FieldNumbers<'a>, usize)>,
-    /// What is the same for all rows, one number for each component.
+    /// Offsets that are the same for all rows, one per component.
     pub bias: Vec<f64>,
 }
 
-/// A walk on its way: where it stands, one number for each component, in standard deviations.
+/// The state of a walk, one number per component, in standard deviations.
 pub(super) struct Walking<'a> {
     pub state: &'a mut Vec<f64>,
-    /// Time since the last measure, s.
+    /// Time since the last measurement, s.
     pub passed: f64,
 }
 
-/// Some elements of a field.
+/// A part of the elements of a field.
 struct Part<'a> {
     first: usize,
     data: FieldNumbersMut<'a>,
-    /// Which elements became nothing; empty where nobody asks.
+    /// Marks elements that became invalid; empty if not needed.
     lost: &'a mut [bool],
 }
 
 impl FieldPlan {
-    /// What is declared for a field; `None`: the kind lacks a field, as a new version of it may.
+    /// Builds the plan for a field; `None`: the kind has no such field, for example in a new version.
     pub fn new(kind: &SensorKind, name: &str, noise: &FieldNoise) -> Option<Self> {
         let find = |name: &String| tatu_scene::noise::meant(kind, name).ok().map(|m| m.index);
         let Meant { index, components, nothing, valid: usual, .. } = tatu_scene::noise::meant(kind, name).ok()?;
@@ -94,21 +95,21 @@ impl FieldPlan {
         })
     }
 
-    /// The first two stages: an offset for each component, the same for all rows. The walk goes on.
+    /// Computes the first two stages, which advances the walk: an offset per component, the same for all rows.
     pub fn bias(&self, seed: u64, drawn: u64, walk: Option<Walking<'_>>) -> Vec<f64> {
         let mut bias = vec![0.0; self.components];
         let noise = &self.noise;
         let once = Key::new(seed, ONCE, self.stream.wrapping_add(SHIFT));
         for (c, bias) in bias.iter_mut().enumerate() {
             let uniform = 2.0 * once.uniform(c as u64) - 1.0;
-            // Other numbers than those of the uniform one.
+            // Uses other random numbers than the uniform one.
             let normal = once.normal((c + self.components) as u64);
             *bias += of_component(&noise.shift, c) * uniform + of_component(&noise.shift_sigma, c) * normal;
         }
         if let (Some(w), Some(walking)) = (&noise.walk, walk) {
             let key = Key::new(seed, drawn, self.stream.wrapping_add(WALK));
             let (state, x) = (walking.state, walking.passed.max(0.0) / w.tau);
-            // It begins as it is in the long run.
+            // The walk starts in its stationary distribution.
             let begins = state.len() != self.components;
             let (left, new) = if begins { (0.0, 1.0) } else { (libm::exp(-x), (-libm::expm1(-2.0 * x)).sqrt()) };
             state.resize(self.components, 0.0);
@@ -120,18 +121,18 @@ impl FieldPlan {
         bias
     }
 
-    /// Whether it has a walk.
+    /// Returns whether it has a walk.
     pub fn walks(&self) -> bool {
         self.noise.walk.is_some()
     }
 
-    /// Does all other stages. `lost`: as many places as there are elements, or none where nobody asks.
+    /// Computes all other stages. `lost` has one entry per element, or none if it is not needed.
     pub fn apply(&self, data: FieldNumbersMut<'_>, lost: &mut [bool], m: &Measure<'_>, pool: &rayon::ThreadPool) {
         let n = data.len();
         if n <= TASK {
             return self.part(Part { first: 0, data, lost }, m);
         }
-        // A whole number of rows, and of blocks.
+        // A multiple of the rows and of the blocks.
         let task = TASK / self.block() * self.block();
         let mut parts: Vec<Part<'_>> = Vec::with_capacity(n.div_ceil(task));
         let mut losts = lost.chunks_mut(task);
@@ -141,7 +142,7 @@ impl FieldPlan {
         pool.install(|| parts.into_par_iter().for_each(|part| self.part(part, m)));
     }
 
-    /// Elements of a block: whole rows.
+    /// Returns the number of elements in a block, which consists of whole rows.
     fn block(&self) -> usize {
         BLOCK / self.components * self.components
     }
@@ -158,7 +159,7 @@ impl FieldPlan {
         }
     }
 
-    /// Some rows of a part that begins with the field's element `before`.
+    /// Processes some rows of a part that begins at the field's element `before`.
     fn rows(
         &self,
         data: &mut FieldNumbersMut<'_>,
@@ -176,7 +177,7 @@ impl FieldPlan {
         let (drawn, x) = (&mut drawn[..n], &mut x[..n]);
         data.view().load(at, value);
         self.find_nothing(value, there, first as usize, m);
-        // What sigma is a polynomial in, before anything is added.
+        // The variable of sigma's polynomial is the value before anything is added.
         match m.of {
             Some(of) if !noise.sigma.is_empty() => of.load(first as usize, x),
             _ => x.copy_from_slice(value),
@@ -198,7 +199,7 @@ impl FieldPlan {
                     let c = i % self.components;
                     let more = of_component(&o.sigma, c) * size.normal(index)
                         + of_component(&o.uniform, c) * (2.0 * size.uniform(index | 1 << 62) - 1.0);
-                    // Not even a zero is added: it would turn -0 into 0.
+                    // Nothing is added if it is zero, because adding 0 would turn -0 into 0.
                     *v = if more != 0.0 { *v + more } else { *v };
                 }
             }
@@ -207,7 +208,7 @@ impl FieldPlan {
             for_components(value, &noise.step, |v, s| if s > 0.0 { rounded(v / s) * s } else { v });
         }
         if some(&noise.inverse_step) {
-            // Farther than half a step from 0 is infinitely far: lost, below.
+            // Inverses within half a step of 0 become infinitely far, and are lost below.
             for_components(value, &noise.inverse_step, |v, s| {
                 if s > 0.0 && v != 0.0 { 1.0 / (rounded(1.0 / (v * s)) * s) } else { v }
             });
@@ -230,7 +231,7 @@ impl FieldPlan {
         }
     }
 
-    /// Invalid elements: marked by another field, or by their value. They stay as they are.
+    /// Finds invalid elements, marked by another field or by their own value. They stay unchanged.
     fn find_nothing(&self, value: &[f64], there: &mut [bool], first: usize, m: &Measure<'_>) {
         match (&m.valid, &self.nothing) {
             (Some((valid, group)), _) => {
@@ -248,7 +249,7 @@ impl FieldPlan {
         value.iter().zip(there.iter_mut()).for_each(|(v, t)| *t &= v.is_finite());
     }
 
-    /// What became nothing gets the value that means it, a row as a whole where only a whole row can mean it.
+    /// Sets lost elements to the value that means "invalid". If that value is a row, the row is lost as a whole.
     fn lose(&self, value: &mut [f64], there: &mut [bool], gone: &mut [bool]) {
         gone.iter_mut().zip(&*there).for_each(|(g, t)| *g &= *t);
         match &self.nothing {
@@ -259,10 +260,10 @@ impl FieldPlan {
                 let each = nothing.iter().cycle();
                 value.iter_mut().zip(&*gone).zip(each).for_each(|((v, g), x)| *v = if *g { *x } else { *v });
             }
-            // No value means it: what was measured stays, and another field marks it.
+            // There is no such value: the measured value stays, and another field marks it.
             None => there.iter_mut().zip(&*gone).for_each(|(t, g)| *t &= !*g),
         }
-        // Too large a sum is no measure, and infinity would mean nothing.
+        // A sum that overflowed is not a measurement, and infinity would mean "invalid".
         value.iter().zip(&*gone).zip(there.iter_mut()).for_each(|((v, g), t)| *t &= v.is_finite() || *g);
     }
 }
@@ -279,12 +280,12 @@ fn of_component(size: &[f64], c: usize) -> f64 {
     }
 }
 
-/// Numbers in [-1, 1).
+/// Fills `out` with random numbers in [-1, 1).
 fn symmetric(key: Key, first: u64, out: &mut [f64]) {
     (first..).zip(out).for_each(|(i, x)| *x = 2.0 * key.uniform(i) - 1.0);
 }
 
-/// Adds what was drawn, times its size; where that is 0, not even a zero: the value stays bit for bit.
+/// Adds random numbers, times their size. If the size is 0, nothing is added, so that the value keeps all its bits.
 fn add(value: &mut [f64], drawn: &[f64], size: &[f64]) {
     let sum = |v: f64, d: f64, s: f64| if s > 0.0 { v + s * d } else { v };
     match size {
@@ -300,7 +301,7 @@ fn for_components(value: &mut [f64], size: &[f64], f: impl Fn(f64, f64) -> f64) 
     }
 }
 
-/// Adds normal numbers with the standard deviation that follows from `x`; below 0 it is none.
+/// Adds normal numbers whose standard deviation is a polynomial in `x`; negative values count as 0.
 fn white(value: &mut [f64], x: &[f64], drawn: &[f64], sigma: &[Vec<f64>]) {
     let sum = |v: f64, s: f64, d: f64| if s > 0.0 && s < f64::INFINITY { v + s * d } else { v };
     let all = value.iter_mut().zip(x).zip(drawn);

@@ -1,9 +1,9 @@
-//! Noise, applied by the host to the fields of a sensor after each measure.
+//! Noise that the host applies to the fields of a sensor after each measurement.
 //!
-//! - `numbers`: the elements of a field, whatever their type; `apply`: the stages, in their order;
-//! - here: what is kept from measure to measure: walks, and readings that are delayed.
+//! - `numbers`: the elements of a field, whatever their type; `apply`: the stages of noise, in order;
+//! - here: the state kept between measurements: walks and delayed readings.
 //!
-//! What a scene declares is in [`NoiseSpec`], of the crate `tatu-scene`.
+//! The noise that a scene declares is a [`NoiseSpec`] of the crate `tatu-scene`.
 
 mod apply;
 mod numbers;
@@ -24,26 +24,26 @@ use apply::{FieldPlan, Measure, Walking};
 use numbers::{FieldNumbers, FieldNumbersMut};
 use tatu_plugins::SensorKind;
 
-/// A sensor's noise: what is done, and what it remembers.
+/// The noise of a sensor, with its state.
 #[derive(Default)]
 pub struct Noise {
-    /// What it was made of.
+    /// The declaration that it was built from.
     spec: Option<Arc<NoiseSpec>>,
     plans: Vec<FieldPlan>,
     latency: f64,
     memory: Memory,
 }
 
-/// What is kept from measure to measure; state.
+/// The state kept between measurements.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// By field: the time of the last measure, and where each component's walk stands, in standard deviations.
+    /// By field: time of the last measurement, and the state of each component's walk, in standard deviations.
     walks: BTreeMap<String, (f64, Vec<f64>)>,
-    /// Readings that nobody may see yet, oldest first.
+    /// Delayed readings that are not visible yet, oldest first.
     held: VecDeque<HeldReading>,
 }
 
-/// A reading: its time, number and fields.
+/// A delayed reading: its time, number and fields.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct HeldReading {
     pub time: f64,
@@ -51,29 +51,29 @@ pub struct HeldReading {
     pub fields: ReadingBuffer,
 }
 
-/// One measure: whose, when, and where its fields lie.
+/// A measurement: its sensor, its time and its fields.
 pub struct Measured<'a> {
     pub kind: &'a SensorKind,
     pub seed: u64,
     pub drawn: u64,
     pub time: f64,
     pub fields: &'a mut [u64],
-    /// Of each field: first word, elements.
+    /// For each field: index of its first word, and number of elements.
     pub spans: &'a [(usize, usize)],
 }
 
 impl Noise {
-    /// With what it remembers from before.
+    /// Creates noise with a saved state.
     pub fn of_memory(memory: Memory) -> Self {
         Noise { memory, ..Default::default() }
     }
 
-    /// What it remembers.
+    /// Returns the state of the noise, for snapshots.
     pub fn memory(&self) -> &Memory {
         &self.memory
     }
 
-    /// The noise that the scene declares now, in place of what was. What goes on keeps its memory.
+    /// Replaces the noise by what the scene declares now. Walks that continue keep their state.
     pub fn follow(now: &mut Option<Box<Noise>>, spec: Option<&Arc<NoiseSpec>>, kind: &SensorKind) {
         let same = match (&*now, spec) {
             (None, None) => true,
@@ -85,7 +85,7 @@ impl Noise {
         }
         let mut memory = now.take().map(|n| n.memory).unwrap_or_default();
         let Some(spec) = spec else {
-            // Delayed readings are published by the owner of the fields; there is no delay any more.
+            // Without noise there is no delay, and the owner of the fields publishes the readings that are still held.
             if !memory.held.is_empty() {
                 memory.walks.clear();
                 *now = Some(Box::new(Noise { memory, ..Default::default() }));
@@ -99,9 +99,9 @@ impl Noise {
         *now = Some(Box::new(Noise { spec: Some(spec.clone()), plans, latency, memory }));
     }
 
-    /// Changes the fields of a measure.
+    /// Applies the noise to the fields of a measurement.
     pub fn apply(&mut self, m: Measured<'_>, pool: &rayon::ThreadPool) {
-        // What others of its fields are judged by stays as it was measured until all are done.
+        // Fields that others depend on keep their measured values until all fields are done.
         let noisy = |i: usize| self.plans.iter().any(|p| p.field == i);
         let asked = self.plans.iter().flat_map(|p| [p.of, p.valid]).flatten();
         let kept: BTreeMap<usize, Vec<u64>> = asked
@@ -115,7 +115,8 @@ impl Noise {
             let other = |i: usize| {
                 let (first, n) = m.spans[i];
                 let at = kept.get(&i).map_or(base.wrapping_add(first).cast_const(), |k| k.as_ptr());
-                // SAFETY: a field other than the one that is changed, or a copy; both stay as they are meanwhile.
+                // SAFETY: `at` points to the field's words in `fields` or to a copy of them; both are aligned and hold
+                // `n` elements. It is not the field being modified, so nothing writes to it meanwhile.
                 unsafe { FieldNumbers::at(at, m.kind.fields[i].elem, n) }.map(|numbers| (numbers, n))
             };
             let of = plan.of.and_then(other).filter(|(_, k)| *k == n).map(|(of, _)| of);
@@ -127,7 +128,8 @@ impl Noise {
             });
             let bias = plan.bias(m.seed, m.drawn, walking);
             let mut lost = vec![false; if valid.is_some() { n } else { 0 }];
-            // SAFETY: the field lies in `fields`, of which nobody else uses this part.
+            // SAFETY: the field's words are in `fields`, which is borrowed exclusively, and no other reference to this
+            // part of it exists.
             let data = unsafe { FieldNumbersMut::at(base.wrapping_add(first), m.kind.fields[plan.field].elem, n) };
             let measure = Measure { seed: m.seed, drawn: m.drawn, of, valid, bias };
             if let Some(data) = data {
@@ -140,7 +142,8 @@ impl Noise {
         for (field, group, lost) in cleared {
             let (first, n) = m.spans[field];
             if let Some(mut valid) =
-                // SAFETY: the field lies in `fields`, of which nobody else uses this part.
+                // SAFETY: the field's words are in `fields`, which is borrowed exclusively, and no other reference to
+                // this part of it exists.
                 unsafe { FieldNumbersMut::at(base.wrapping_add(first), m.kind.fields[field].elem, n) }
             {
                 lost.iter().enumerate().filter(|(_, l)| **l).for_each(|(i, _)| valid.clear(i / group));
@@ -148,17 +151,17 @@ impl Noise {
         }
     }
 
-    /// Whether readings are delayed, or some still are from before.
+    /// Returns whether readings are delayed, or some are still held.
     pub fn delays(&self) -> bool {
         self.latency > 0.0 || !self.memory.held.is_empty()
     }
 
-    /// The number of the newest reading that is under way.
+    /// Returns the number of the newest reading that is held.
     pub fn newest(&self) -> Option<u64> {
         self.memory.held.back().map(|r| r.sequence)
     }
 
-    /// Keeps a reading back. One of the same time takes the place of the one before.
+    /// Holds a reading back. It replaces one of the same time.
     pub fn hold(&mut self, reading: HeldReading) {
         if self.memory.held.back().is_some_and(|r| r.time == reading.time) {
             self.memory.held.pop_back();
@@ -166,15 +169,15 @@ impl Noise {
         self.memory.held.push_back(reading);
     }
 
-    /// The newest reading that is old enough to be seen.
+    /// Releases the newest reading that is old enough.
     pub fn release(&mut self, now: f64) -> Option<HeldReading> {
-        // Times are sums of steps: what lacks a millionth of a step's rounding is there.
+        // Times are sums of steps, so the comparison tolerates rounding errors.
         let old = |r: &HeldReading| r.time + self.latency <= now + 1e-9 * (1.0 + now.abs());
         let n = self.memory.held.iter().take_while(|r| old(r)).count();
         self.memory.held.drain(..n).next_back()
     }
 
-    /// Forgets what is under way.
+    /// Drops all held readings.
     pub fn drop_held(&mut self) {
         self.memory.held.clear();
     }

@@ -1,8 +1,8 @@
-//! The elements of a field as numbers, whatever their type.
+//! Access to the elements of a field as numbers, whatever their type.
 
 use tatu_plugin_api::abi::*;
 
-/// Elements to be read.
+/// Elements to read.
 #[derive(Clone, Copy)]
 pub(super) enum FieldNumbers<'a> {
     F64(&'a [f64]),
@@ -12,7 +12,7 @@ pub(super) enum FieldNumbers<'a> {
     U8(&'a [u8]),
 }
 
-/// Elements to be changed.
+/// Elements to modify.
 pub(super) enum FieldNumbersMut<'a> {
     F64(&'a mut [f64]),
     F32(&'a mut [f32]),
@@ -22,13 +22,14 @@ pub(super) enum FieldNumbersMut<'a> {
 }
 
 impl<'a> FieldNumbers<'a> {
-    /// The `n` elements of a type that begin at `at`; `None`: they are no numbers.
+    /// Returns `n` elements of a type that begin at `at`; `None`: they are not numbers.
     ///
     /// # Safety
-    /// They are there, aligned, and nobody writes to them while this lives.
+    /// The elements must be valid and aligned, and must not be written to while the result is in use.
     pub unsafe fn at(at: *const u64, elem: u32, n: usize) -> Option<Self> {
         use std::slice::from_raw_parts as slice;
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that the elements are valid, aligned and not modified, and every bit pattern is
+        // a valid number.
         unsafe {
             Some(match elem {
                 TATU_ELEM_F64 => FieldNumbers::F64(slice(at.cast(), n)),
@@ -41,7 +42,7 @@ impl<'a> FieldNumbers<'a> {
         }
     }
 
-    /// Copies elements from `first` on.
+    /// Copies the elements from index `first` on, as many as fit.
     pub fn load(&self, first: usize, out: &mut [f64]) {
         fn copy<T: Copy + Into<f64>>(from: &[T], out: &mut [f64]) {
             out.iter_mut().zip(from).for_each(|(o, x)| *o = (*x).into());
@@ -55,7 +56,7 @@ impl<'a> FieldNumbers<'a> {
         }
     }
 
-    /// Whether an element is 0.
+    /// Returns whether an element is 0.
     pub fn is_zero(&self, i: usize) -> bool {
         match self {
             FieldNumbers::F64(v) => v[i] == 0.0,
@@ -68,11 +69,14 @@ impl<'a> FieldNumbers<'a> {
 }
 
 impl<'a> FieldNumbersMut<'a> {
+    /// Like [`FieldNumbers::at`], for elements to modify.
+    ///
     /// # Safety
-    /// As [`FieldNumbers::at`], and nobody reads them either.
+    /// As for [`FieldNumbers::at`]; in addition, the elements must not be read by others while the result is in use.
     pub unsafe fn at(at: *mut u64, elem: u32, n: usize) -> Option<Self> {
         use std::slice::from_raw_parts_mut as slice;
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that the elements are valid, aligned and exclusively borrowed, and every bit
+        // pattern is a valid number.
         unsafe {
             Some(match elem {
                 TATU_ELEM_F64 => FieldNumbersMut::F64(slice(at.cast(), n)),
@@ -95,7 +99,7 @@ impl<'a> FieldNumbersMut<'a> {
         }
     }
 
-    /// Parts of `n` elements, the last one of what is left.
+    /// Splits the elements into parts of `n` elements; the last part may be shorter.
     pub fn parts(self, n: usize) -> Vec<FieldNumbersMut<'a>> {
         match self {
             FieldNumbersMut::F64(v) => v.chunks_mut(n).map(FieldNumbersMut::F64).collect(),
@@ -106,7 +110,7 @@ impl<'a> FieldNumbersMut<'a> {
         }
     }
 
-    /// To read.
+    /// Returns a view for reading.
     pub fn view(&self) -> FieldNumbers<'_> {
         match self {
             FieldNumbersMut::F64(v) => FieldNumbers::F64(v),
@@ -135,7 +139,7 @@ impl<'a> FieldNumbersMut<'a> {
         }
     }
 
-    /// Makes an element 0.
+    /// Sets an element to 0.
     pub fn clear(&mut self, i: usize) {
         match self {
             FieldNumbersMut::F64(v) => v[i] = 0.0,
@@ -147,12 +151,12 @@ impl<'a> FieldNumbersMut<'a> {
     }
 }
 
-/// The nearest integer, with halves rounded to even. Two additions, which vectorise and give the same result on every
-/// platform: the sum is too large to hold a fraction.
+/// Rounds to the nearest integer, halves to even. Two additions suffice: the sum is too large to hold a fraction. They
+/// vectorise and give the same result on every platform.
 #[inline(always)]
 pub(super) fn rounded(x: f64) -> f64 {
     const ROOM: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
     let y = (x + ROOM) - ROOM;
-    // Beyond this there are no fractions.
+    // Larger numbers have no fraction.
     if x.abs() < 2_251_799_813_685_248.0 { y } else { x }
 }

@@ -1,11 +1,10 @@
-//! Noise judged by statistics: each judge passes the right model and fails wrong ones. Random numbers come from fixed
-//! seeds.
+//! Statistical tests of noise: each check accepts the correct model and rejects wrong ones. All seeds are fixed.
 
 use super::{judge::*, tests::*};
 
 const N: usize = 200_000;
 
-/// `N` numbers of a field that measures `value` everywhere, as errors.
+/// Returns the errors of `N` elements that all measure `value`.
 fn errors(noise: &str, value: f64, seed: u64) -> Vec<f64> {
     let mut s = Sensor::new(noise, N, seed);
     s.measure(0.0, |fields| fields.of(MANY).fill(value));
@@ -15,7 +14,7 @@ fn errors(noise: &str, value: f64, seed: u64) -> Vec<f64> {
 #[test]
 fn white_noise() {
     white(&errors("many.sigma = 0.01", 3.0, 1), 0.01).unwrap();
-    // From measure to measure, and in single precision.
+    // The same over successive measurements, and in single precision.
     let mut s = Sensor::new("one.sigma = 0.5\nsmall.sigma = 0.01", 1, 2);
     let (mut x, mut y) = (Vec::new(), Vec::new());
     for i in 0..N {
@@ -29,25 +28,25 @@ fn white_noise() {
     assert!(together.abs() < 4.0 / (N as f64).sqrt(), "{together}");
 }
 
-/// What is not white noise of that sigma does not pass for it.
+/// Noise that is not white noise of this sigma must be rejected.
 #[test]
 fn wrong_models_of_white_noise_fail() {
     let fails = |x: &[f64], why: &str| assert!(white(x, 0.01).unwrap_err().starts_with(why), "{:?}", white(x, 0.01));
     fails(&errors("many.sigma = 0.011", 3.0, 1), "standard deviation");
     fails(&errors("many.sigma = 0.0101", 3.0, 1), "standard deviation");
-    // Even noise of the same standard deviation.
+    // Uniform noise of the same standard deviation.
     fails(&errors(&format!("many.uniform = {}", 0.01 * 3f64.sqrt()), 3.0, 1), "Kolmogorov");
     fails(&errors("many = { sigma = 0.01, step = 0.005 }", 3.0, 1), "standard deviation");
     let right = errors("many.sigma = 0.01", 3.0, 1);
     fails(&right.iter().map(|x| x + 0.0002).collect::<Vec<_>>(), "mean");
-    // A tenth of each number from the one before, at the same standard deviation.
+    // Each number contains a tenth of the previous one, at the same standard deviation.
     let mut before = 0.0;
     let correlated = right.iter().map(|x| {
         before = 0.1 * before + 0.99f64.sqrt() * x;
         before
     });
     fails(&correlated.collect::<Vec<_>>(), "correlation");
-    // The same numbers for two halves.
+    // Each number occurs twice.
     let twice: Vec<f64> = right[..N / 2].iter().flat_map(|x| [*x, *x]).collect();
     assert!(white(&twice, 0.01).is_err());
 }
@@ -61,11 +60,12 @@ fn uniform_noise() {
 
 #[test]
 fn a_polynomial_in_the_value_or_in_another_field() {
-    // 1.5 mm - 0.5 z + 0.3 z^2: at 2 m, 1.7 mm.
+    // 1.5 mm - 0.5 z + 0.3 z^2 is 1.7 mm at 2 m.
     white(&errors("many.sigma = [1.5e-3, -0.5e-3, 0.3e-3]", 2.0, 1), 1.7e-3).unwrap();
     assert!(white(&errors("many.sigma = [1.5e-3, -0.5e-3, 0.3e-3]", 3.0, 1), 1.7e-3).is_err());
     white(&errors("many.sigma = [0, 0, 0, 1e-3]", 2.0, 1), 8e-3).unwrap();
-    // In the other field, that of half of the elements twice as large; its own noise changes nothing.
+    // The polynomial is in another field, which is twice as large for half of the elements; that field's own noise has
+    // no influence.
     for more in ["", "\nother.sigma = 5"] {
         let mut s = Sensor::new(&format!("many = {{ sigma = [0, 0.01], of = \"other\" }}{more}"), N, 1);
         s.measure(0.0, |f| {
@@ -80,7 +80,7 @@ fn a_polynomial_in_the_value_or_in_another_field() {
     }
 }
 
-/// A walk of a million measures, 0.1 s apart.
+/// Returns a walk of a million measurements, 0.1 s apart.
 fn walk(sigma: f64, tau: f64) -> Vec<f64> {
     let mut s = Sensor::new(&format!("one.walk = {{ sigma = {sigma}, tau_s = {tau} }}"), 1, 4);
     let measured = (0..1_000_000).map(|i| {
@@ -90,15 +90,16 @@ fn walk(sigma: f64, tau: f64) -> Vec<f64> {
     measured.collect()
 }
 
-/// Whether Allan's deviation is that of Gauss and Markov's process, and rises and falls as it must: with the root of
-/// the time while it is short beside tau, and with one over the root when it is long.
+/// Checks that the Allan deviation is that of a Gauss-Markov process, and that it rises and falls as it must: with the
+/// square root of time for times much shorter than tau, and with its inverse for times much longer.
 fn is_walk(x: &[f64], sigma: f64, tau: f64) -> Result<(), String> {
     let mut found = Vec::new();
     for m in [10usize, 40, 200, 1000, 4000, 16_000] {
         let t = m as f64 * 0.1;
         let (is, wanted) = (allan(x, m), allan_of_walk(sigma, tau, t));
-        // Each of k differences counts about as much as an independent one: sd 1 / sqrt(2 k) of the deviation, a little
-        // more since neighbours share an average; 4 of them, and 0.5 % for averages of few samples.
+        // Each of the k differences counts about as much as an independent one, so the relative standard deviation is 1
+        // / sqrt(2 k), slightly more because neighbours share an average. The tolerance is 4 of these, plus 0.5 % for
+        // averages of few samples.
         let close = 4.0 * 1.2 / (2.0 * (x.len() / m - 1) as f64).sqrt() + 0.005;
         if (is / wanted - 1.0).abs() > close {
             return Err(format!("Allan deviation {is} at {t} s, expected {wanted} within {close}"));
@@ -106,7 +107,7 @@ fn is_walk(x: &[f64], sigma: f64, tau: f64) -> Result<(), String> {
         found.push(libm::log(is));
     }
     let slope = |i: usize| (found[i + 1] - found[i]) / libm::log(4f64);
-    // 1 s to 4 s beside tau = 10 s, 400 s to 1600 s; the closed form gives 0.44 and -0.49.
+    // From 1 s to 4 s, for tau = 10 s, and from 400 s to 1600 s; the closed form gives 0.44 and -0.49.
     let (rising, falling) = (slope(0), slope(4));
     match (rising - 0.5).abs() < 0.1 && (falling + 0.5).abs() < 0.15 {
         true => Ok(()),
@@ -118,7 +119,8 @@ fn is_walk(x: &[f64], sigma: f64, tau: f64) -> Result<(), String> {
 fn a_bias_walks() {
     let right = walk(2.0, 10.0);
     is_walk(&right, 2.0, 10.0).unwrap();
-    // In the long run it has its sigma; numbers tau apart share 1/e. There are 10^5 s / (2 tau) independent ones.
+    // In the long run it has its sigma, and numbers tau apart have correlation 1/e. There are 10^5 s / (2 tau)
+    // independent ones.
     let sd = (right.iter().map(|x| x * x).sum::<f64>() / right.len() as f64).sqrt();
     assert!((sd / 2.0 - 1.0).abs() < 4.0 / (2.0 * 5000f64).sqrt(), "{sd}");
     let r = correlation(&right[100..], &right[..right.len() - 100]);
@@ -128,7 +130,7 @@ fn a_bias_walks() {
     assert!(is_walk(&walk(2.0, 12.0), 2.0, 10.0).is_err(), "tau times 1.2");
     let white = errors("many.sigma = 2", 0.5, 1);
     assert!(is_walk(&white, 2.0, 10.0).is_err(), "white noise");
-    // Steps that add up without end.
+    // A random walk without bounds.
     let mut sum = 0.0;
     let endless: Vec<f64> = white
         .iter()
@@ -140,7 +142,7 @@ fn a_bias_walks() {
     assert!(is_walk(&endless, 2.0, 10.0).is_err(), "a walk without tau");
 }
 
-/// A walk of measures that come at other times is the same process: it knows how much time has passed.
+/// Measurements at other intervals are the same process, since the walk depends on the elapsed time.
 #[test]
 fn a_walk_knows_time() {
     for dt in [0.02, 0.5] {
@@ -162,7 +164,7 @@ fn a_walk_knows_time() {
 #[test]
 fn elements_drop_out_with_their_probability() {
     let lost = |noise: &str| errors(noise, 3.0, 1).iter().filter(|x| x.is_infinite()).count() as f64;
-    // sd of a count: sqrt(n p (1 - p)) = 44.5; 4 of them.
+    // The standard deviation of the count is sqrt(n p (1 - p)) = 44.5; the tolerance is 4 of these.
     let close = 4.0 * (N as f64 * 0.01 * 0.99).sqrt();
     assert!((lost("many.dropout = 0.01") - 2000.0).abs() < close);
     assert!((lost("many.dropout = 0.011") - 2000.0).abs() > close);
@@ -206,7 +208,7 @@ fn a_shift_is_drawn_once_a_run() {
 #[test]
 fn rounding_errors_are_even() {
     let mut s = Sensor::new("many.step = 0.01", N, 1);
-    // Values that have nothing to do with the grid.
+    // Values unrelated to the grid.
     let value = |i: usize| 1.0 + (i as f64 * 0.618_033_988_749).fract();
     s.measure(0.0, |f| f.of(MANY).iter_mut().enumerate().for_each(|(i, x)| *x = value(i)));
     let read = s.read(MANY);

@@ -1,4 +1,4 @@
-//! Noise stage by stage, without a world.
+//! Tests of the noise stages, without a world.
 
 use std::sync::{Arc, LazyLock};
 
@@ -7,7 +7,7 @@ use tatu_plugins::FieldInfo;
 
 use super::*;
 
-/// Fields of a kind that there is only here.
+/// Indices of the fields of the test kind.
 pub const ONE: usize = 0;
 pub const MANY: usize = 1;
 pub const OTHER: usize = 2;
@@ -33,14 +33,14 @@ fn kind() -> SensorKind {
         field("test.place", TATU_ELEM_F64, [3, 1, 1]),
         field("test.seen", TATU_ELEM_U8, [0, 1, 1]),
         field("test.raw", TATU_ELEM_U16, [0, 1, 1]),
-        // With a field that marks validity, and 0 where there is no value.
+        // Fields with a separate field that marks validity; they are 0 where there is no value.
         marked("fix.altitude", [1, 1, 1], "0"),
         marked("fix.position", [3, 1, 1], "0 0 0"),
         field("fix.valid", TATU_ELEM_I32, [1, 1, 1]),
         field("test.object", TATU_ELEM_OBJECT, [1, 1, 1]),
         field("else.one", TATU_ELEM_F64, [1, 1, 1]),
     ];
-    // SAFETY: tables of numbers and pointers, which may be null.
+    // SAFETY: both are plain structs of numbers, pointers and optional functions, for which zeros are valid.
     let (raw, life) = unsafe { (std::mem::zeroed(), std::mem::zeroed()) };
     SensorKind {
         plugin: 0,
@@ -56,7 +56,7 @@ fn kind() -> SensorKind {
     }
 }
 
-/// The fields of a measure, to be written.
+/// The fields of a measurement, to be written.
 pub struct Fields<'a> {
     words: &'a mut [u64],
     spans: &'a [(usize, usize)],
@@ -65,7 +65,8 @@ pub struct Fields<'a> {
 impl Fields<'_> {
     fn typed<T>(&mut self, field: usize) -> &mut [T] {
         let (first, n) = self.spans[field];
-        // SAFETY: there is room for `n` of the largest elements.
+        // SAFETY: `words` has room for `n` elements of 8 bytes at `first`, and the fields of the tests are at most that
+        // large.
         unsafe { std::slice::from_raw_parts_mut(self.words[first..].as_mut_ptr().cast(), n) }
     }
     pub fn of(&mut self, field: usize) -> &mut [f64] {
@@ -76,7 +77,7 @@ impl Fields<'_> {
     }
 }
 
-/// A sensor with noise, and nothing else.
+/// A sensor that has noise and nothing else.
 pub struct Sensor {
     kind: SensorKind,
     noise: Option<Box<Noise>>,
@@ -88,7 +89,7 @@ pub struct Sensor {
     pool: Arc<rayon::ThreadPool>,
 }
 
-/// One thread, shared by all sensors: making threads takes longer than most of what is tested.
+/// A single-threaded pool shared by all sensors, because creating threads takes longer than most of the tests.
 static POOL: LazyLock<Arc<rayon::ThreadPool>> = LazyLock::new(|| pool(1));
 
 fn pool(threads: usize) -> Arc<rayon::ThreadPool> {
@@ -96,7 +97,7 @@ fn pool(threads: usize) -> Arc<rayon::ThreadPool> {
 }
 
 impl Sensor {
-    /// With so many beams.
+    /// Creates a sensor with this noise and number of beams.
     pub fn new(noise: &str, beams: usize, seed: u64) -> Self {
         let kind = kind();
         let full = noise.replace("one.", "\"test.one\".");
@@ -140,7 +141,7 @@ impl Sensor {
     }
 }
 
-/// Values of all sorts, some of which mean nothing.
+/// Values of all sorts, including invalid ones.
 fn values(i: usize) -> f64 {
     match i % 7 {
         0 => 0.0,
@@ -176,7 +177,7 @@ fn what_means_nothing_stays() {
     let mut s = Sensor::new("many.sigma = 1\naltitude.sigma = 1\nposition.sigma = 1", 100, 5);
     s.measure(0.0, |f| f.of(MANY).fill(f64::INFINITY));
     assert!(s.read(MANY).iter().all(|x| *x == f64::INFINITY));
-    // Here the schema names the field that marks validity: a position of 0 0 0 is one where there is a fix.
+    // The schema names the field that marks validity: a position of 0 0 0 is valid where there is a fix.
     let mut s = Sensor::new("altitude.sigma = 1\nposition.sigma = 1", 1, 5);
     for detected in [0, 1] {
         s.measure(0.0, |f| f.typed::<i32>(VALID)[0] = detected);
@@ -205,7 +206,7 @@ fn a_lost_element_is_told_by_value_and_by_field() {
     let lost = s.read(MANY).iter().zip(&seen).filter(|(x, s)| (x.is_infinite(), **s) == (true, 0)).count();
     let kept = s.read(MANY).iter().zip(&seen).filter(|(x, s)| (**x, **s) == (2.0, 1)).count();
     assert!(lost + kept == 1000 && lost.abs_diff(500) < 70, "{lost} {kept}");
-    // A point is lost as a whole, with the one field that marks it, and then is 0 0 0 as its schema says.
+    // A point is lost as a whole, together with the field that marks it, and then is 0 0 0 as its schema requires.
     let mut s = Sensor::new("position.dropout = 0.5", 1, 5);
     let mut lost = 0;
     for i in 0..1000 {
@@ -244,7 +245,7 @@ fn values_stand_on_their_grid() {
         f.typed::<u16>(RAW).copy_from_slice(&[0, 1, 500, 65535, 30_000]);
     });
     assert_eq!(s.read(MANY), [0.0, 0.25, -0.25, 1e17, 7.0]);
-    // 1 / 0.9 = 1.11 is nearest to 9 / 8; 1 / 100 is nearer to 0 than to 1 / 8: too far to be represented.
+    // 1 / 0.9 = 1.11 is closest to 9 / 8; 1 / 100 is closer to 0 than to 1 / 8, so it is too far to be represented.
     let inf = f32::INFINITY;
     assert_eq!(s.read32(SMALL), [1.0, 8.0 / 9.0, 4.0, inf, inf]);
     let raw = s.fields().typed::<u16>(RAW).to_vec();
@@ -252,7 +253,7 @@ fn values_stand_on_their_grid() {
     assert!(raw[3] > 65_000 && raw[4] != 30_000 && raw[4].abs_diff(30_000) < 60, "{raw:?}");
 }
 
-/// The order of stages: white noise lies on the grid, outliers too, and limits see what is on the grid.
+/// The order of stages: white noise and outliers are rounded to the grid, and limits apply to rounded values.
 #[test]
 fn stages_have_their_order() {
     let noise = "many = { sigma = 0.3, shift = 1, outliers = { probability = 0.5, uniform = 9 }, step = 0.5, limits = [-2, 2] }";
@@ -261,7 +262,7 @@ fn stages_have_their_order() {
     for x in s.read(MANY) {
         assert!(x == f64::INFINITY || x.abs() <= 2.0 && (x * 2.0).fract() == 0.0, "{x}");
     }
-    // A shift is the same for all elements, and stands before the grid.
+    // A shift is the same for all elements and is added before rounding.
     let mut s = Sensor::new("many.shift = 1", 10, 5);
     s.measure(0.0, |f| f.of(MANY).fill(0.5));
     let all = s.read(MANY);
@@ -282,7 +283,7 @@ fn a_field_has_its_own_numbers() {
     assert_eq!(read(both, 1, MANY), read("many.sigma = 1", 1, MANY), "noise of another field changes nothing");
     assert_ne!(read(both, 1, MANY), read(both, 1, OTHER));
     assert_ne!(read(both, 1, MANY), read(both, 2, MANY));
-    // Another stage takes none of its numbers.
+    // Another stage does not change its random numbers.
     let with = read("many = { sigma = 1, dropout = 0.5 }", 1, MANY);
     let without = read("many.sigma = 1", 1, MANY);
     assert!(with.iter().zip(&without).all(|(a, b)| a == b || a.is_infinite()));
@@ -315,13 +316,13 @@ fn walks_are_kept_over_changes_and_lost_without_them() {
         s.read(MANY)[0] - 1.0
     };
     let first = at(&mut s, 0.0);
-    // In 1 s of 10^6 it moves by 0.0014 of its sigma.
+    // In 1 s of tau = 10^6 s, the walk moves by 0.0014 of its sigma.
     assert!((at(&mut s, 1.0) - first).abs() < 0.01);
     s.set("other.sigma = 1");
     assert!((at(&mut s, 2.0) - first).abs() < 0.01, "noise of another field was added");
     s.set("many = { walk = { sigma = 2, tau_s = 1e6 } }");
     assert!((at(&mut s, 3.0) - 2.0 * first).abs() < 0.02);
-    // What it remembers is all that decides how it goes on.
+    // Its memory is all that determines how it continues.
     let memory = s.noise.as_ref().unwrap().memory().clone();
     let on = at(&mut s, 4.0);
     (s.noise, s.drawn) = (Some(Box::new(Noise::of_memory(memory))), 4);
@@ -346,12 +347,12 @@ fn readings_are_held_until_they_are_old_enough() {
     assert_eq!(seen(noise.release(0.10)), None);
     assert_eq!(seen(noise.release(0.15)), Some(1));
     assert_eq!(seen(noise.release(0.15)), None);
-    // The newest of those that are old enough.
+    // The newest of those that are old enough is released.
     assert_eq!(seen(noise.release(0.25)), Some(3));
-    // Two of the same time are one.
+    // Two readings of the same time count as one.
     noise.hold(reading(0.15, 9));
     assert_eq!((noise.newest(), seen(noise.release(0.27)), noise.newest()), (Some(9), Some(9), None));
-    // Sums of steps lack a little.
+    // Times are sums of steps, with rounding errors.
     noise.hold(reading(0.3, 10));
     assert_eq!(seen(noise.release(0.42 - 1e-15)), Some(10));
 }
@@ -384,7 +385,7 @@ fn what_is_set_later_wins_by_field() {
     let parse = |text: &str| NoiseSpec::parse(text, Some(&kind)).unwrap_or_else(|w| panic!("{}", w.error));
     let preset = parse("latency_s = 1\nmany = { sigma = 1, step = 2 }\nsmall.sigma = 3").over(None).unwrap();
     let set = |text: &str| parse(text).over(Some(&preset));
-    // All settings of that field, and nothing else.
+    // A new setting replaces all settings of its field, and of no other.
     let changed = set("many.uniform = 4").unwrap();
     assert_eq!(changed.fields["test.many"], FieldNoise { uniform: vec![4.0], ..Default::default() });
     assert_eq!(
@@ -440,7 +441,7 @@ fn what_is_wrong_is_named() {
             assert!(told.contains(word), "{text}: `{told}` lacks {word}");
         }
     }
-    // The line is reported.
+    // The error names the line.
     let text = "many.sigma = 1\nsmall.sigma = 1\nsmall.step = true";
     let wrong = NoiseSpec::parse(text, Some(&kind)).unwrap_err().in_text(text);
     assert!(wrong.text.starts_with("line 3 of the noise"), "{}", wrong.text);

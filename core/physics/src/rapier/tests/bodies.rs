@@ -11,7 +11,7 @@ use crate::{Contact, JointDesc, JointForm, JointKind, Passive, Twist};
 
 const BALL: [f64; 3] = [0.4e-2; 3];
 
-/// Semi-implicit Euler in sub-steps h: v = g t exactly, and the way is g t (t + h) / 2.
+/// Semi-implicit Euler with sub-step h: v = g t exactly, and the distance is g t (t + h) / 2.
 #[test]
 fn falls() {
     let mut engine = engine(0.01);
@@ -23,7 +23,7 @@ fn falls() {
     assert!((z - (10.0 - G * (1.0 + h) / 2.0)).abs() < 1e-9, "{z}");
 }
 
-/// v = F t / m and w = M t / I; the push acts in every step of one advance and in none of the next.
+/// v = F t / m and w = M t / I; a push acts in every step of one advance and not in the next.
 #[test]
 fn pushed() {
     let mut engine = engine(0.01);
@@ -40,7 +40,7 @@ fn pushed() {
     assert!((engine.twist(ball).linear - linear).norm() < 1e-12);
 }
 
-/// The centre of mass moves as it should, wherever the body's origin is.
+/// The centre of mass moves correctly, wherever the body's origin is.
 #[test]
 fn spins_about_its_centre_of_mass() {
     let mut engine = engine(0.01);
@@ -56,7 +56,8 @@ fn spins_about_its_centre_of_mass() {
     assert!((engine.pose(id).rotation.angle() - 2.0).abs() < 1e-4);
 }
 
-/// A physical pendulum of length l swings with T = 2 pi sqrt((I + m l^2) / (m g l)), longer by 1 + a^2/16.
+/// A physical pendulum of length l has the period T = 2 pi sqrt((I + m l^2) / (m g l)), times 1 + a^2/16 at amplitude
+/// a.
 #[test]
 fn pendulum() {
     let mut engine = engine(0.005);
@@ -80,7 +81,7 @@ fn pendulum() {
         })
         .unwrap();
     assert!((engine.joint_state(joint).position.abs() - amplitude).abs() < 1e-12);
-    // Moments of passing the lowest point, between steps by a straight line.
+    // Times of passing the lowest point, interpolated linearly between steps.
     let mut passed = Vec::new();
     let mut before = engine.joint_state(joint).position;
     for step in 1..4000 {
@@ -97,7 +98,7 @@ fn pendulum() {
     assert!((period / wanted - 1.0).abs() < 0.002, "{period} s instead of {wanted} s");
 }
 
-/// On a slope a box slides with a = g (sin s - mu cos s), mu the product of both numbers, or not at all.
+/// On a slope, a box slides with a = g (sin s - mu cos s), where mu is the product of both coefficients, or not at all.
 #[test]
 fn slides() {
     let slope = 30f64.to_radians();
@@ -110,7 +111,7 @@ fn slides() {
         let start = incline * at(0.0, 0.0, 0.05);
         let slider =
             engine.add_body(&BodyDesc { friction: frictions.1, ..body(start, props, part(Form::Box { half })) });
-        // The first tenth of a second settles the contact.
+        // The contact settles in the first tenth of a second.
         engine.advance(20);
         let v0 = (incline.inverse() * engine.twist(slider).linear).x;
         engine.advance(200);
@@ -139,7 +140,7 @@ fn rolls() {
     assert!((contacts[0].point - below).norm() < 0.002, "{} is not {below}", contacts[0].point);
 }
 
-/// Every form rests on the floor at its lowest point, and the contact carries its weight.
+/// Every form rests on the floor on its lowest point, and the contact carries its weight.
 #[test]
 fn forms_rest_where_they_end() {
     let corners = |h: f64| {
@@ -209,7 +210,7 @@ fn bounces() {
     }
 }
 
-/// A kinematic body pushes with the velocity of its way, spread over the steps of an advance.
+/// A kinematic body pushes with the velocity of its motion, spread over the steps of an advance.
 #[test]
 fn kinematic_pushes() {
     let mut engine = engine(0.01);
@@ -236,7 +237,7 @@ fn kinematic_pushes() {
     assert_eq!(engine.twist(pusher).linear.x, 0.0);
 }
 
-/// What lies asleep falls when its support goes, whether removed or moved away.
+/// A sleeping body falls when its support is removed or moved away.
 #[test]
 fn sleepers_wake() {
     for moved in [false, true] {
@@ -271,7 +272,7 @@ fn ids_are_not_used_again() {
     assert_eq!(engine.pose(first), Isometry3::identity());
 }
 
-/// A hundred equal robots read the sizes of one.
+/// Equal forms share a shape, and unused shapes are dropped.
 #[test]
 fn equal_forms_are_made_once_and_unused_ones_forgotten() {
     let mut engine = engine(0.01);
@@ -279,7 +280,7 @@ fn equal_forms_are_made_once_and_unused_ones_forgotten() {
         let id = engine.add_body(&body(at(0.0, 0.0, 10.0), mass(1.0, BALL), part(form)));
         let body = &engine.world.bodies[engine.record(id).unwrap().handle];
         let shape = engine.world.colliders[body.colliders()[0]].shared_shape().0.clone();
-        // The bodies are taken away again: what stays is in use by this test alone.
+        // The body is removed again, so that only this test holds the shape.
         engine.remove_body(id);
         (shape, engine.shapes.primitives.len())
     };

@@ -1,10 +1,10 @@
-//! Cylinders that roll.
+//! Tests of rolling cylinders.
 
 use std::f64::consts::FRAC_PI_2;
 
 use super::*;
 
-/// on a box, and after a snapshot, at the speed that it was given.
+/// A cylinder that rolls on a box keeps the speed it was given, also after a snapshot.
 #[test]
 fn cylinders_keep_their_speed() {
     const RADIUS: f64 = 0.03;

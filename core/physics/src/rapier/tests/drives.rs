@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::*;
 use crate::{Drive, JointDesc, JointForm, JointId, JointKind, JointState, Passive};
 
-/// A rod of 1 kg and twice `reach`, held at its end; axis along -y, so that positive positions lift it.
+/// Adds a rod of 1 kg and length `2 * reach`, held at its end; the axis is -y, so that positive positions lift it.
 fn arm(engine: &mut Rapier, reach: f64, limits: Option<(f64, f64)>) -> JointId {
     let base = engine.add_body(&fixed(Isometry3::identity(), vec![]));
     let axis = turned(Vector3::zeros(), Vector3::x(), FRAC_PI_2);
@@ -26,7 +26,7 @@ fn arm(engine: &mut Rapier, reach: f64, limits: Option<(f64, f64)>) -> JointId {
     engine.add_joint(&desc).unwrap()
 }
 
-/// A slider of 2 kg on a vertical guide.
+/// Adds a slider of 2 kg on a vertical guide.
 fn lift(engine: &mut Rapier, limits: Option<(f64, f64)>) -> JointId {
     let base = engine.add_body(&fixed(Isometry3::identity(), vec![]));
     let car = engine.add_body(&body(Isometry3::identity(), mass(2.0, [0.02; 3]), vec![]));
@@ -46,7 +46,7 @@ fn lift(engine: &mut Rapier, limits: Option<(f64, f64)>) -> JointId {
     engine.add_joint(&desc).unwrap()
 }
 
-/// Reaches its velocity within 0.1 % against gravity, and reports the force it takes: m g.
+/// The drive reaches its velocity within 0.1 % against gravity, and reports the force it needs: m g.
 #[test]
 fn velocity() {
     let mut engine = engine(0.01);
@@ -59,7 +59,7 @@ fn velocity() {
     assert!((effort / (2.0 * G) - 1.0).abs() < 0.01, "{effort}");
 }
 
-/// A motor that is too weak exerts its limit and no more: a = F / m - g.
+/// A motor that is too weak exerts exactly its limit: a = F / m - g.
 #[test]
 fn weak_motor() {
     let mut engine = engine(0.01);
@@ -71,7 +71,7 @@ fn weak_motor() {
     assert!((effort - 15.0).abs() < 1e-9);
 }
 
-/// Constant force: v = (F / m - g) t, pulling on both sides alike.
+/// Constant force: v = (F / m - g) t, with equal and opposite forces on the two sides.
 #[test]
 fn force() {
     let mut engine = engine(0.01);
@@ -86,7 +86,7 @@ fn force() {
     assert_eq!(engine.joint_state(joint).effort, 0.0);
 }
 
-/// The force on one body is the opposite of that on the other: two free bodies keep their momentum.
+/// The forces on the two bodies are opposite: two free bodies conserve momentum.
 #[test]
 fn force_is_mutual() {
     let mut engine = engine(0.01);
@@ -113,7 +113,7 @@ fn force_is_mutual() {
     assert!((engine.joint_state(joint).velocity - (b - a)).abs() < 1e-12);
 }
 
-/// Moves to its target no faster than the limit and holds it; the effort is m g l cos(angle).
+/// The drive moves to its target no faster than the limit and holds it; the effort is m g l cos(angle).
 #[test]
 fn position() {
     let mut engine = engine(0.01);
@@ -123,13 +123,13 @@ fn position() {
     for step in 0..500 {
         engine.advance(1);
         let state = engine.joint_state(joint);
-        // What is read of the first step, a jump, is more than there is.
+        // The velocity read after the first step, in which it jumps, is too high.
         if step > 0 {
             fastest = fastest.max(state.velocity.abs());
         }
         if step == 100 {
-            // What the iterations leave of a rod's error: 0.3 % of the velocity, less of the way (here with 20 ms
-            // for getting under way).
+            // The iterations leave an error of 0.3 % of the velocity for a rod, and less of the distance (here with 20
+            // ms to get going).
             assert!((state.velocity - 0.5).abs() < 0.003 * 0.5, "{state:?}");
             assert!((state.position - 0.505).abs() < 0.002, "{state:?}");
         }
@@ -141,7 +141,7 @@ fn position() {
     assert!((state.effort / wanted - 1.0).abs() < 0.02, "{} instead of {wanted}", state.effort);
 }
 
-/// Without limits the shorter way, over pi; with limits the way inside them.
+/// Without limits it takes the shorter way, across pi; with limits, the way within them.
 #[test]
 fn ways_round() {
     for (limits, over_pi) in [(None, true), (Some((-3.0, 3.0)), false)] {
@@ -203,7 +203,7 @@ fn fixed_joint() {
     assert_eq!(engine.joint_state(joint), JointState::default());
 }
 
-/// Numbers that are none leave the joint passive.
+/// Drives with NaN or infinite numbers leave the joint passive.
 #[test]
 fn nonsense() {
     let mut engine = engine(0.01);

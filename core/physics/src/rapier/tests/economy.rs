@@ -1,4 +1,4 @@
-//! What is not computed where nothing depends on it.
+//! Tests that work is avoided where it has no effect.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use tatu_geometry::{Form, Mesh};
 use super::{at, body, engine, fixed, floor, mass, part};
 use crate::{Drive, Engine, JointDesc, JointForm, JointKind, Passive};
 
-/// Points of a ball, on rings.
+/// Returns a hull of points on the rings of a sphere.
 fn ball(rings: u32, radius: f64) -> Form {
     let round = 2 * rings;
     let point = |i: u32| {
@@ -32,15 +32,15 @@ fn hulls_of_many_points_are_in_a_box_that_turns_with_them() {
         let handle = engine.record(id).unwrap().handle;
         let collider = engine.world.bodies[handle].colliders()[0];
         assert_eq!(engine.world.colliders[collider].shape().as_compound().is_some(), boxed);
-        // It comes to lie on one of its faces.
+        // It comes to rest on one of its faces.
         engine.advance(400);
         let height = engine.pose(id).translation.z;
         assert!(height < 0.1 && height > least, "{rings}: {height}");
     }
 }
 
-/// A pendulum whose damping brings it to rest: parts of a step are halved while it swings, at the ends of swings too, and
-/// not when it hangs still.
+/// A pendulum that damping brings to rest: sub-steps are halved while it swings, including the turning points, and no
+/// longer once it hangs still.
 #[test]
 fn parts_are_halved_until_a_swing_ends() {
     let mut engine = engine(0.005);

@@ -1,4 +1,4 @@
-//! Pairs that overlap when they are made.
+//! Tests of pairs that overlap when they are created.
 
 use super::*;
 use crate::{JointDesc, JointForm, JointKind, Passive};
@@ -21,7 +21,7 @@ fn run(engine: &mut Rapier, steps: u32) {
     }
 }
 
-/// They are a pair like all others once they have parted, and cost no more.
+/// Once they have separated, they are an ordinary pair.
 #[test]
 fn parted_pairs_are_forgotten() {
     let mut engine = engine(0.005);
@@ -35,7 +35,8 @@ fn parted_pairs_are_forgotten() {
     assert!(hooks.into_iter().all(|h| h.is_empty()));
 }
 
-/// What only touches, or stands in the floor by less than the engine would push it out of slowly, is no such pair.
+/// A pair does not count as overlapping if it only touches, or penetrates by so little that the engine corrects it
+/// slowly anyway.
 #[test]
 fn touching_is_not_overlapping() {
     let mut engine = engine(0.005);
@@ -45,7 +46,7 @@ fn touching_is_not_overlapping() {
     assert!(engine.tables.partings.is_empty());
 }
 
-/// Tied by a joint they stay as they are.
+/// Overlapping bodies that a joint connects stay as they are.
 #[test]
 fn what_is_tied_stays() {
     for form in [JointForm::Reduced, JointForm::Impulse] {
@@ -72,7 +73,7 @@ fn what_is_tied_stays() {
     }
 }
 
-/// A snapshot between goes on as the run does.
+/// A run restored from a snapshot in between continues like the original.
 #[test]
 fn parting_is_kept_in_snapshots() {
     let mut first = engine(0.005);

@@ -1,4 +1,4 @@
-//! Pushes of a whole advance, and of one step of it.
+//! Tests of pushes for a whole advance, and for a single step of it.
 
 use super::*;
 use crate::Push;
@@ -39,7 +39,7 @@ fn pushes_of_a_step_act_in_it_alone_and_leave_the_others_as_they_were() {
     let t = engine.twist(ball);
     assert!((t.linear.x - 0.1).abs() < 1e-12 && (t.linear.y - 6.0 * 0.01 / 2.0).abs() < 1e-12, "{t:?}");
     assert!((t.angular.z - 2.0 * 0.01 / 0.1).abs() < 1e-9, "{t:?}");
-    // Nothing is left for the next advance.
+    // Pushes do not persist into the next advance.
     engine.advance(5);
     assert!((engine.twist(ball).linear - t.linear).norm() < 1e-12);
 }

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::*;
 use crate::{Drive, JointDesc, JointForm, JointKind, Passive};
 
-/// Whether a ball falling on another, fixed one stays on top.
+/// Returns whether a ball that falls on a fixed box stays on top.
 fn collide(lower: Respond, upper: Respond) -> bool {
     let mut engine = engine(0.01);
     let half = Vector3::repeat(0.5);
@@ -14,7 +14,7 @@ fn collide(lower: Respond, upper: Respond) -> bool {
     engine.pose(ball).translation.z > 0.0
 }
 
-/// V-REP's rule, over all cases: low bytes within a tree, high bytes between trees.
+/// V-REP's rule in all cases: low bytes within a tree, high bytes between trees.
 #[test]
 fn rule() {
     let masks = [0x0000, 0x0001, 0x0002, 0x0100, 0x0101, 0x0102, 0x0201, 0xff01, 0xff02, 0xffff];
@@ -30,14 +30,14 @@ fn rule() {
     }
 }
 
-/// The filter of one tree, needed for its own pairs, changes nothing for others.
+/// The filter that a tree needs for its own pairs does not affect other pairs.
 #[test]
 fn filtered_trees_meet_others() {
     for (mask, on_floor) in [(0xff01, true), (0x0001, false)] {
         let mut engine = engine(0.01);
         floor(&mut engine);
         let low = |other| Respond { mask: other, tree: 7 };
-        // Together in one place; only a filter can keep them apart, or together.
+        // All at one place, so only the filter can decide which of them collide.
         let ids = [mask, 0xff02, 0x0003].map(|m| {
             let desc = body(at(0.0, 0.0, 0.1), mass_of_ball(), sphere(0.1));
             engine.add_body(&BodyDesc { respond: low(m), ..desc })
@@ -53,7 +53,7 @@ fn mass_of_ball() -> MassProps {
     mass(1.0, [0.004; 3])
 }
 
-/// Neither static bodies nor kinematic ones meet each other, with or without a filter.
+/// Static and kinematic bodies do not collide with each other, with or without a filter.
 #[test]
 fn only_dynamic_bodies_meet() {
     let mut engine = engine(0.01);
@@ -69,7 +69,7 @@ fn only_dynamic_bodies_meet() {
     assert!(contacts.is_empty(), "{contacts:?}");
 }
 
-/// A joint does not stop its bodies from colliding; only their masks do.
+/// A joint does not keep its bodies from colliding; only their masks do.
 #[test]
 fn jointed_bodies_collide() {
     for (mask, stopped) in [(0xffff, true), (0xff00, false)] {

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::{two_wheels::two_wheels, *};
 use crate::{Drive, JointDesc, JointForm, JointKind, Passive, Twist};
 
-/// Robots among boxes, with every kind of drive and a push under way.
+/// Robots among boxes, with every kind of drive and a pending push.
 fn busy() -> Rapier {
     let mut engine = engine(0.01);
     floor(&mut engine);
@@ -37,7 +37,7 @@ fn busy() -> Rapier {
     engine
 }
 
-/// Equal to the bit, step by step, after going on from the bytes; and the bytes come out again as they went in.
+/// After a restore, each step is equal bit for bit, and a snapshot of the restored state equals the original.
 #[test]
 fn goes_on_from_a_snapshot() {
     let mut one = busy();
@@ -52,7 +52,7 @@ fn goes_on_from_a_snapshot() {
         two.advance(1);
         assert!(one.snapshot() == two.snapshot(), "differs after step {step}");
     }
-    // Taking the same state back in the same engine repeats the same steps.
+    // Restoring the state in the same engine repeats the same steps.
     let end = one.snapshot();
     one.restore(&bytes).unwrap();
     for _ in 0..100 {
@@ -77,7 +77,7 @@ fn refuses_foreign_bytes() {
     assert!(engine.snapshot() == good);
 }
 
-/// The number of threads changes no bit.
+/// The number of threads does not affect the bits of the result.
 #[test]
 fn same_bits_on_any_number_of_threads() {
     let run = |threads| {
@@ -93,7 +93,7 @@ fn same_bits_on_any_number_of_threads() {
     assert!(one == run(3));
 }
 
-/// A body that gets a number that is none is frozen where it was and named once; the rest goes on unharmed.
+/// A body that gets a NaN or an infinite number is frozen where it was and reported once; the others are unaffected.
 #[test]
 fn quarantine() {
     let nan = Vector3::new(f64::NAN, 0.0, 0.0);
@@ -102,7 +102,7 @@ fn quarantine() {
         &|e, id| e.push(id, nan, Vector3::zeros()),
         &|e, id| e.set_twist(id, &Twist { linear: nan, angular: Vector3::zeros() }),
         &|e, id| e.set_pose(id, &at(f64::INFINITY, 0.0, 0.0)),
-        // Not caught at the door: becomes infinite inside.
+        // Every push is finite, but their sum overflows.
         &|e, id| {
             for _ in 0..4 {
                 e.push(id, Vector3::x() * f64::MAX, Vector3::zeros());
@@ -125,7 +125,7 @@ fn quarantine() {
     }
 }
 
-/// A body that is nonsense from the start is made, frozen and named, so that ids stay dense.
+/// A body with invalid numbers from the start is created, frozen and reported, so that ids stay dense.
 #[test]
 fn quarantine_from_the_start() {
     let mut engine = engine(0.01);

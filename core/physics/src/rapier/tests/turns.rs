@@ -1,4 +1,4 @@
-//! Joints whose limits lie beyond half a turn.
+//! Tests of joints with limits beyond half a turn.
 
 use std::f64::consts::PI;
 
@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::*;
 use crate::{Drive, JointDesc, JointForm, JointId, JointKind, Passive};
 
-/// A joint that stands at half a turn, in the middle of limits that lie beyond it on both sides, stays there.
+/// A joint at half a turn, between limits beyond it on both sides, stays there.
 #[test]
 fn limits_beyond_half_a_turn_hold() {
     for form in [JointForm::Reduced, JointForm::Impulse] {
@@ -25,7 +25,7 @@ fn limits_beyond_half_a_turn_hold() {
     }
 }
 
-/// Between limits that are more than a turn apart, positions count turns.
+/// Between limits more than a turn apart, positions count whole turns.
 #[test]
 fn turns_between_limits_count() {
     for form in [JointForm::Reduced, JointForm::Impulse] {
@@ -45,7 +45,7 @@ fn towards(target: f64) -> Drive {
     Drive::Position { target, max_force: 50.0, max_velocity: 5.0, tracking: None }
 }
 
-/// A wheel of 1 kg on a fixed axle along z, at a position.
+/// Adds a wheel of 1 kg on a fixed axle along z, at a given position.
 fn hinge(engine: &mut Rapier, form: JointForm, limits: (f64, f64), position: f64) -> JointId {
     let base = engine.add_body(&fixed(Isometry3::identity(), vec![]));
     let wheel = engine.add_body(&body(turned(Vector3::zeros(), Vector3::z(), position), mass(1.0, [0.01; 3]), vec![]));

@@ -1,5 +1,5 @@
-//! A robot with two driven wheels and a caster: masses and places from a model of V-REP's library, wheels collided
-//! as balls.
+//! A robot with two driven wheels and a caster: masses and positions are from a model of V-REP's library, and wheels
+//! collide as balls.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -20,7 +20,8 @@ pub(super) struct TwoWheels {
     pub joints: [JointId; 4],
 }
 
-/// `tree` distinguishes robots; within one, the base touches nothing (as in V-REP's model) and nor do the wheels.
+/// Adds the robot. `tree` distinguishes robots; within one, neither the base (as in V-REP's model) nor the wheels touch
+/// anything.
 pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u32) -> TwoWheels {
     let respond = |mask| Respond { mask, tree };
     let across = turned(Vector3::zeros(), Vector3::x(), -FRAC_PI_2);
@@ -87,7 +88,7 @@ impl TwoWheels {
         }
     }
 
-    /// Largest distance between the two sides of a joint.
+    /// Returns the largest distance between the two sides of a joint, m.
     fn worst_anchor(&self, engine: &Rapier) -> f64 {
         let [left, right] = self.wheels;
         let base = engine.pose(self.base);
@@ -117,7 +118,7 @@ fn yaw(pose: &Isometry3<f64>) -> f64 {
     x.y.atan2(x.x)
 }
 
-/// Runs `seconds` in steps of 50 ms; calls back after each.
+/// Runs `seconds` in steps of 50 ms, and calls `each` after each step.
 fn run(engine: &mut Rapier, step: f64, seconds: f64, mut each: impl FnMut(&Rapier)) {
     for _ in 0..(seconds / 0.05).round() as u32 {
         engine.advance((0.05 / step).round() as u32);
@@ -125,7 +126,7 @@ fn run(engine: &mut Rapier, step: f64, seconds: f64, mut each: impl FnMut(&Rapie
     }
 }
 
-/// A robot on a floor, settled for a second.
+/// Returns a robot on a floor, settled for a second.
 fn settled(step: f64) -> (Rapier, TwoWheels) {
     let mut engine = engine(step);
     floor(&mut engine);
@@ -134,7 +135,7 @@ fn settled(step: f64) -> (Rapier, TwoWheels) {
     (engine, robot)
 }
 
-/// Both wheels alike: v = w r, straight on. The caster swings round on the way, so it is measured from then on.
+/// Equal wheel speeds: v = w r, straight ahead. The caster swings around first, so distances are measured from then on.
 #[test]
 fn straight_on() {
     for step in [0.01, 0.005] {
@@ -151,7 +152,7 @@ fn straight_on() {
             let way = (start.inverse() * engine.pose(robot.base)).translation.vector;
             let wanted = speed * WHEEL_RADIUS * 20.5;
             assert!((way.x / wanted - 1.0).abs() < 0.005, "step {step}: {} m instead of {wanted}", way.x);
-            // 4 m without steering: a yaw error of 0.1 degrees at the start alone makes 7 mm.
+            // 4 m without steering: an initial yaw error of 0.1 degrees alone amounts to 7 mm.
             assert!(way.y.abs() < 0.01, "step {step}: {} m aside", way.y);
             assert!(lean.to_degrees() < 0.5, "step {step}: leans by {} degrees", lean.to_degrees());
             assert!(gap < 1e-3, "step {step}: joints open by {gap} m");
@@ -192,7 +193,7 @@ fn stands_still() {
     }
 }
 
-/// No explosion: after a fall of 0.5 m it stands on its wheels again, and never rises above where it was dropped.
+/// After a fall of 0.5 m it stands on its wheels again, and never rises above the height it was dropped from.
 #[test]
 fn survives_a_fall() {
     for step in [0.01, 0.005] {
@@ -211,7 +212,7 @@ fn survives_a_fall() {
     }
 }
 
-/// Against a wall at 0.2 m/s: it stops there, upright, wheels slipping or motors at their limit.
+/// Driven against a wall at 0.2 m/s, it stops there upright, with slipping wheels or motors at their limit.
 #[test]
 fn hits_a_wall() {
     for step in [0.01, 0.005] {

@@ -1,4 +1,4 @@
-//! Meshes that a scene names by their files.
+//! Meshes that a scene refers to by file name.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use super::{
 use crate::rows::Row;
 
 impl Reader<'_> {
-    /// A value with the numbers of meshes in place of the names of their files.
+    /// Replaces the file names of meshes in a value by their numbers.
     pub(super) fn with_meshes(&mut self, b: &mut Builder<'_>, target: &Target, value: Value) -> Result<Value> {
         match (target, value) {
             (Target::Row(Row::Mesh), Value::Text(name)) => self.mesh(b, &name),
@@ -30,7 +30,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The number of the mesh in a file, which stands in the scene's folder or below.
+    /// Returns the number of the mesh in a file, which must be in the scene's folder or below.
     fn mesh(&mut self, b: &mut Builder<'_>, name: &[u8]) -> Result<Value> {
         let name = String::from_utf8_lossy(name).into_owned();
         let folder = self.text.file.parent().unwrap_or(Path::new("")).to_owned();
@@ -46,7 +46,7 @@ impl Reader<'_> {
         let bytes = from.read(&name, &b.document.sources)?.ok_or_else(lacks)?;
         let choice = self.registry.importer_of(&file, &bytes, &b.document.settings.providers)?;
         let choice = choice.ok_or_else(|| self.registry.no_importer(Path::new(&name)))?;
-        // What else the file may hold is left in a document of its own.
+        // Anything else in the file ends up in a separate document, which is discarded.
         let mut alone = Document { sources: b.document.sources.clone(), ..Default::default() };
         let mut inner = Builder { registry: self.registry, document: &mut alone, group: 0, place: b.place.clone() };
         let import = import::Import { file: &file, bytes: &bytes, choice, params: &[], whole: false };
@@ -62,7 +62,7 @@ impl Reader<'_> {
     }
 }
 
-/// Folders that must not be left: that of the file at hand, and that of the scene.
+/// Returns the folders that files must be in: that of the current file, and that of the scene.
 fn roots(b: &Builder<'_>, folder: PathBuf) -> Vec<PathBuf> {
     let scene = b.document.file.as_ref().and_then(|f| f.parent()).map(PathBuf::from);
     [folder].into_iter().chain(scene).collect()

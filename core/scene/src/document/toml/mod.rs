@@ -1,12 +1,13 @@
 //! Scene files.
 //!
-//! `[scene]` holds the numbers of the world, `[[model]]` places models, `[[import]]` files of other formats, `[[object]]` single objects, `[set]` changes
-//! properties by path, `[providers]` says which plugin is meant by a schema or language.
+//! `[scene]` holds the settings of the world, `[[model]]` places models, `[[import]]` files of other formats,
+//! `[[object]]` single objects; `[set]` changes properties by path, and `[providers]` chooses the plugin for a schema
+//! or language.
 //!
-//! - [`load`] and the reader of a file's tables, in their order;
-//! - `scene`: `[scene]` and `[providers]`; `parts`: `[[model]]`, `[[import]]` and scenes as models; `object`: `[[object]]`,
-//!   places and `[set]`; `meshes`: meshes that stand in files of their own;
-//! - `write`: a document as a scene file, its values by `value_text`.
+//! - [`load`] and the reader of a file's tables, in order;
+//! - `scene`: `[scene]` and `[providers]`; `parts`: `[[model]]`, `[[import]]` and scenes as models; `object`:
+//!   `[[object]]`, positions and `[set]`; `meshes`: meshes in separate files;
+//! - `write`: a document as a scene file; `value_text`: the text of values.
 
 mod meshes;
 mod object;
@@ -35,10 +36,10 @@ use super::{
 
 pub use write::{Written, folder_beside, save, write};
 
-/// What a run changes in a scene.
+/// Options of a run that affect the scene.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Seed, instead of the file's.
+    /// Seed that overrides the file's.
     pub seed: Option<u64>,
     /// `--set`
     pub set: Vec<Override>,
@@ -46,15 +47,16 @@ pub struct Options {
     pub scripts: Vec<ScriptOverride>,
     /// `--service`
     pub services: Vec<ServiceOverride>,
-    /// `--allow`: what scripts may reach outside of the run: "exec" other programs, "native" libraries, "net=HOST:PORT" sockets.
+    /// `--allow`: what scripts may access outside the run: "exec" (other programs), "native" (libraries),
+    /// "net=HOST:PORT" (sockets).
     pub allow: Vec<String>,
-    /// Whether importers are asked to describe their files: [`Document::description`].
+    /// Whether importers are asked to describe their files; see [`Document::description`].
     pub describe: bool,
-    /// Where files are read from; the disk by default.
+    /// Source of the files; the disk by default.
     pub sources: Sources,
 }
 
-/// Folders with plugins that a scene names; looked up before anything else is read.
+/// Returns the plugin folders that a scene names, before anything else is read.
 pub fn plugin_folders(file: &Path, sources: &Sources) -> Result<Vec<PathBuf>> {
     // A file of another format names none.
     let Ok(text) = String::from_utf8(read_bytes(file, sources)?) else { return Ok(Vec::new()) };
@@ -64,11 +66,11 @@ pub fn plugin_folders(file: &Path, sources: &Sources) -> Result<Vec<PathBuf>> {
     Ok(list.into_iter().flatten().filter_map(|v| v.as_str()).map(|s| here.join(s)).collect())
 }
 
-/// Reads a scene file into a document.
+/// Loads a scene file as a document.
 pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Document> {
-    // A property set on a model may be one of its parameters: then the model is built again with it.
+    // Parameters of models that were set as if they were properties: the models must be rebuilt with them.
     let mut model_params: Vec<(usize, String, Value)> = Vec::new();
-    // Each round settles at least one of them; a scene has fewer than this.
+    // Each round settles at least one of them, and no scene has as many as this.
     for _ in 0..10_000 {
         let (mut document, set) = Reader::read(file, registry, &model_params, options)?;
         if let Some(seed) = options.seed {
@@ -96,8 +98,8 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
     Err(Error::new("E102", "model parameters that are set change which models exist"))
 }
 
-/// Reads a file that becomes a part of a scene which lives already: a scene file, or one that an importer reads. The id of a
-/// model stands for a scene that holds this model alone.
+/// Loads a file that becomes a part of a live scene: a scene file, or a file for an importer. The id of a model stands
+/// for a scene that contains only this model.
 pub fn load_part(file: &Path, registry: &Registry) -> Result<Document> {
     if let Some(model) = registry.models.iter().find(|m| file == Path::new(&m.id)) {
         let name = PathBuf::from(format!("{}.toml", model.id));
@@ -132,9 +134,9 @@ struct Reader<'a> {
     registry: &'a Registry,
     model_params: &'a [(usize, String, Value)],
     set: Vec<Override>,
-    /// Files that are being read, outermost first: a scene used as a model must not contain itself.
+    /// Files that are being read, outermost first, to detect a scene that contains itself.
     chain: Vec<PathBuf>,
-    /// Numbers of the meshes that were read from files.
+    /// Numbers of the meshes read from files.
     meshes: BTreeMap<PathBuf, i64>,
 }
 
@@ -180,7 +182,7 @@ impl<'a> Reader<'a> {
         Ok((document, set))
     }
 
-    /// Reads the file at hand; objects without a parent go below `parent`.
+    /// Reads the current file; objects without a parent are placed below `parent`.
     fn file(&mut self, b: &mut Builder<'_>, parent: Option<usize>, top: bool) -> Result {
         let doc = toml_edit::Document::parse(self.text.text).map_err(|e| {
             Error::new("E100", format!("not a TOML file: {}", e.message())).at(Some(self.text.place(e.span())))
@@ -239,7 +241,7 @@ impl<'a> Reader<'a> {
         if let Some(set) = self.table(root, "set")? {
             self.overrides(set, parent)?;
         }
-        // What runs beside a world is the business of the scene, not of its models.
+        // Services belong to the scene itself, not to scenes used as models.
         for table in self.list(root, "service")?.into_iter().flatten().filter(|_| top) {
             let place = self.text.place(table_span(table));
             let spec = services::read(&self.text, self.registry, &b.document.settings.providers, table, place)?;
@@ -262,8 +264,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// `[[model]]`, `[[import]]` and `[[object]]` in the order in which they stand, so that objects can hang on models
-    /// and back.
+    /// Returns `[[model]]`, `[[import]]` and `[[object]]` tables in file order, so that objects can have models as
+    /// parents and vice versa.
     fn in_order<'t>(&self, root: &'t toml_edit::Table) -> Result<Vec<(&'static str, &'t dyn TableLike)>> {
         let mut out: Vec<(usize, &'static str, &dyn TableLike)> = Vec::new();
         for what in ["model", "import", "object"] {
@@ -293,7 +295,7 @@ impl<'a> Reader<'a> {
 }
 
 fn table_span(table: &dyn TableLike) -> Option<std::ops::Range<usize>> {
-    // The span of a table begins at its header; its first key is the better place to point to.
+    // The span of a table begins at its header; its first key is a better place to point to.
     let first = table.iter().next().map(|(k, _)| k.to_owned())?;
     table.key(&first).and_then(|k| k.span())
 }

@@ -1,4 +1,4 @@
-//! `[[object]]`, where things stand, and `[set]`.
+//! `[[object]]`, positions, and `[set]`.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_errors::{Error, Result};
@@ -49,12 +49,12 @@ impl Reader<'_> {
             let kind = self.string(table, key, item)?;
             b.device(object, &kind).map_err(|e| e.at(Some(self.text.value(table, key))))?;
         }
-        // First the type of a joint: it decides the units of its other keys.
+        // The type of a joint comes first, because it determines the units of the other keys.
         if let Some(Item::Value(v)) = table.get("type").filter(|_| b.document.objects[object].kind == TATU_KIND_JOINT) {
             let value = Value::text(v.as_str().unwrap_or_default());
             b.set(object, "joint.type", value).map_err(|e| e.at(Some(self.text.value(table, "type"))))?;
         }
-        // A preset comes before all keys of the object itself, wherever it stands.
+        // A preset is applied before all other keys of the object, wherever it is in the file.
         if let Some(item) = table.get("preset").filter(|_| b.document.objects[object].kind == TATU_KIND_SENSOR) {
             let preset = Value::text(self.string(table, "preset", item)?);
             b.set(object, "sensor.preset", preset).map_err(|e| e.at(Some(self.text.value(table, "preset"))))?;

@@ -1,4 +1,4 @@
-//! What consists of several objects: models, imports, scenes as models.
+//! Entries that consist of several objects: models, imports, scenes used as models.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -16,9 +16,9 @@ use super::{
 const IMPORT_KEYS: &[&str] =
     &["file", "importer", "alias", "parent", "position_m", "orientation_deg", "quaternion", "script", "scripts", "set"];
 
-/// How deep scenes may stand within scenes: files that each name the next one twice make two to the power of it.
+/// Maximum nesting depth of scenes. If each of n files includes the next one twice, there are 2^n scenes.
 const DEEPEST: usize = 16;
-/// How many scenes may stand within one.
+/// Maximum number of scenes within a scene.
 const MOST_SCENES: usize = 20_000;
 
 const MODEL_KEYS: &[&str] =
@@ -49,7 +49,7 @@ impl Reader<'_> {
         self.finish(b, table, base)
     }
 
-    /// `[[import]]`: a file of another format, placed as a model is.
+    /// Reads an `[[import]]`: a file of another format, placed like a model.
     pub(super) fn import(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, parent: Option<usize>) -> Result {
         let Some(item) = table.get("file") else {
             return Err(Error::new("E104", "an [[import]] without `file`")
@@ -82,7 +82,7 @@ impl Reader<'_> {
         self.finish(b, table, base)
     }
 
-    /// The parameters that a table gives to a model or importer, and those that a run gives to this one.
+    /// Returns the parameters that a table specifies for a model or importer, and those set for it on the command line.
     pub(super) fn params(
         &self,
         b: &Builder<'_>,
@@ -98,7 +98,7 @@ impl Reader<'_> {
             let (entry, factor) = keys::find(key, &declared, &owner).map_err(|e| {
                 let also = own.join(", ");
                 let expected = e.expected.clone().map_or(also.clone(), |x| format!("{x}; of every {what}: {also}"));
-                // A misspelt key may be one that all have.
+                // A misspelt key may be one of those common to all.
                 let e = if e.help.is_none() { e.nearest(key, own.iter().copied()) } else { e };
                 Error { expected: Some(expected), ..e }.at(Some(self.text.key(table, key)))
             })?;
@@ -113,7 +113,7 @@ impl Reader<'_> {
         Ok(params)
     }
 
-    /// A scene file as a model: its objects below a base of their own.
+    /// Reads a scene file as a model: its objects are placed below a new base.
     pub(super) fn included(
         &mut self,
         b: &mut Builder<'_>,
@@ -168,7 +168,7 @@ impl Reader<'_> {
         self.finish(b, table, base)
     }
 
-    /// What every model may have: another alias, scripts, changed properties.
+    /// Applies what every model may have: another alias, scripts, changed properties.
     pub(super) fn finish(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, base: usize) -> Result {
         if let Some(item) = table.get("alias") {
             b.rename(base, &self.string(table, "alias", item)?);

@@ -13,7 +13,8 @@ use super::{
 };
 
 impl Reader<'_> {
-    /// Whether a provider offers what it is named for: a schema of readings, or the suffix of a language's files.
+    /// Checks that a provider offers what it is chosen for: a schema of readings, an id, or the suffix of a language's
+    /// files.
     pub(super) fn check_provider(&self, key: &str, value: &str) -> Result {
         let plugin = |i: usize| self.registry.plugins[i].id.as_str();
         let sensors = self.registry.sensors.iter().filter(|s| s.id == key || s.schemas.iter().any(|x| x == key));
@@ -51,7 +52,7 @@ impl Reader<'_> {
         self.settings(table, "", settings, top)
     }
 
-    /// `[permissions]`: what the scene asks for; only who runs it can grant it.
+    /// Reads `[permissions]`: what the scene requests. Only the user who runs it can grant it.
     pub(super) fn permissions(&self, table: &dyn TableLike, document: &mut Document) -> Result {
         const KNOWN: &[&str] = &["exec", "native", "net"];
         for (key, item) in table.iter() {
@@ -82,7 +83,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// A table of settings; `within` stands before its keys.
+    /// Reads a table of settings; `within` is the prefix of its keys.
     fn settings(&self, table: &dyn TableLike, within: &str, settings: &mut Settings, top: bool) -> Result {
         let declared = settings::keys();
         for (key, item) in table.iter().filter(|(key, _)| !(within.is_empty() && *key == "data")) {

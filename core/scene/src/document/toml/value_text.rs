@@ -1,4 +1,4 @@
-//! Values as scene files write them: short numbers that come back with all their bits.
+//! Formatting of values for scene files: short numbers that are read back with all their bits.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use tatu_plugin_api::safe::Value;
@@ -7,25 +7,26 @@ use tatu_plugins::units;
 use super::keys::PART_KEYS;
 use crate::drive::KEYS as DRIVE_KEYS;
 
-/// A key and its value, as a line of a table has them: `limits_deg = [-90.0, 90.0]`. `None`: no file can say it.
+/// Formats a key and its value as a line of a table: `limits_deg = [-90.0, 90.0]`. `None`: files cannot express the
+/// value.
 pub fn line(key: &str, unit: Option<&str>, value: &Value) -> Option<String> {
     let units = units::suffixes(unit.unwrap_or(""));
     let written = |(suffix, factor): &(&str, f64)| Some(format!("{key}{suffix} = {}", text(value, *factor)?));
     units.iter().find_map(written)
 }
 
-/// A text, quoted.
+/// Returns a text in quotes.
 pub fn quoted(text: &str) -> String {
     toml_edit::Value::from(text).to_string()
 }
 
-/// A key, quoted where it must be.
+/// Returns a key, in quotes if necessary.
 fn key(text: &str) -> String {
     toml_edit::Key::new(text).to_string()
 }
 
-/// A value whose numbers are divided by the factor of their unit; `None`: one of them would come back as another, or it
-/// is of a kind that files do not have.
+/// Formats a value, with numbers divided by the factor of their unit. `None`: a number would not be read back exactly,
+/// or files cannot express this type.
 pub fn text(value: &Value, factor: f64) -> Option<String> {
     let list = |items: Option<Vec<String>>| Some(format!("[{}]", items?.join(", ")));
     Some(match value {
@@ -47,19 +48,19 @@ pub fn text(value: &Value, factor: f64) -> Option<String> {
     })
 }
 
-/// A part of a compound, whose keys carry units; or something with a name, whose keys do not.
+/// Formats a part of a compound, whose keys carry units, or a table with a name, whose keys do not.
 fn table(entries: &[(Value, Value)]) -> Option<String> {
     let named = entries.iter().any(|(k, _)| *k == Value::text("name"));
     units_of(entries, if named { &[] } else { PART_KEYS })
 }
 
-/// How wheels drive a robot.
+/// Formats the drive of a robot.
 pub fn drive(value: &Value) -> Option<String> {
     let Value::Map(entries) = value else { return None };
     units_of(entries, DRIVE_KEYS)
 }
 
-/// A table whose keys carry units.
+/// Formats a table whose keys carry units.
 fn units_of(entries: &[(Value, Value)], known: &[(&str, &str)]) -> Option<String> {
     let entry = |(k, v): &(Value, Value)| {
         let Value::Text(k) = k else { return None };
@@ -70,7 +71,7 @@ fn units_of(entries: &[(Value, Value)], known: &[(&str, &str)]) -> Option<String
     Some(format!("{{ {} }}", there.map(entry).collect::<Option<Vec<_>>>()?.join(", ")))
 }
 
-/// Free data as an inline table, keyed by tag. `None` if the value is not a map or a tag is not text.
+/// Formats custom data as an inline table, keyed by tag. `None`: the value is not a map, or a tag is not text.
 pub fn free_data(value: &Value) -> Option<String> {
     let Value::Map(entries) = value else { return None };
     let entry = |(tag, data): &(Value, Value)| match (tag, data) {
@@ -86,12 +87,12 @@ pub fn free_data(value: &Value) -> Option<String> {
     Some(format!("{{ {} }}", entries.iter().map(entry).collect::<Option<Vec<_>>>()?.join(", ")))
 }
 
-/// A number as TOML writes it, with as many digits as are needed to read back the same value.
+/// Formats a number for TOML, with as many digits as are needed to read back the same value.
 fn number(x: f64) -> String {
     if x.is_nan() { "nan".into() } else { format!("{x:?}") }
 }
 
-/// The shortest number that gives `x` when multiplied by a factor; `None` if there is none.
+/// Returns the shortest number that gives `x` when multiplied by a factor; `None`: there is none.
 pub fn divided(x: f64, factor: f64) -> Option<f64> {
     if factor == 1.0 {
         return Some(x);

@@ -1,5 +1,5 @@
-//! A document as a scene file: the objects that it has come to, one by one, with nothing but the difference from what
-//! is the default. Scripts and meshes stand in files beside it.
+//! Writing a document as a scene file: all objects one by one, with only those properties that differ from the
+//! defaults. Scripts and meshes are separate files.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -20,24 +20,24 @@ use super::{
 };
 use crate::{Scene, from_euler, rows::Row, rows::kind_name, to_euler};
 
-/// A scene file and those beside it.
+/// A scene file and its separate files.
 #[derive(Debug, Clone, Default)]
 pub struct Written {
     /// The scene file.
     pub text: String,
-    /// Names, seen from the scene file, and what they hold.
+    /// Names relative to the scene file, and contents.
     pub files: Vec<(String, Vec<u8>)>,
-    /// What no file can say, and is left out.
+    /// What cannot be expressed in a file, and is left out.
     pub left_out: Vec<String>,
 }
 
-/// Writes a document; the files beside it go into `folder`, seen from the scene file.
+/// Writes a document. `folder` is the folder of separate files, relative to the scene file.
 ///
-/// Read again it is the same scene, with the same bits in every number: models and imports have become single objects,
-/// which keep the unique names that they have.
+/// Reading the result gives the same scene, with the same bits in every number. Models and imports become single
+/// objects, which keep their unique names.
 pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<Written> {
     let (scene, slots) = document.instantiate();
-    // Only to ask what keys mean.
+    // Used only to look up the meaning of keys.
     let mut copy = document.clone();
     let builder = Builder { registry, document: &mut copy, group: 0, place: None };
     let mut writer = Writer {
@@ -62,13 +62,14 @@ pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<W
     Ok(writer.out)
 }
 
-/// The folder for what stands beside a scene file, seen from it.
+/// Returns the folder for the separate files of a scene file, relative to it.
 pub fn folder_beside(scene: &Path) -> String {
     let stem = scene.file_stem().map_or("scene".into(), |s| s.to_string_lossy().into_owned());
     format!("{stem}_files")
 }
 
-/// Writes a scene file after those that it names, so that it never names what is not there; `whole` writes one file.
+/// Writes the separate files first and then the scene file, so that it never refers to a missing file. `whole` writes
+/// one file.
 pub fn save(scene: &Path, written: &Written, whole: &dyn Fn(&Path, &[u8]) -> io::Result<()>) -> Result {
     let above = scene.parent().unwrap_or(Path::new(""));
     let fail = |path: &Path, e: io::Error| Error::new("E105", format!("cannot write {}: {e}", path.display()));
@@ -88,11 +89,11 @@ struct Writer<'a> {
     slots: Vec<u32>,
     folder: &'a str,
     out: Written,
-    /// Names of files that are taken.
+    /// Names of files already used, in lower case.
     names: BTreeSet<String>,
-    /// Files of meshes, by their numbers.
+    /// Files of meshes, by number.
     meshes: BTreeMap<i64, String>,
-    /// How many objects have an alias.
+    /// Number of objects with each alias.
     users: BTreeMap<&'a str, usize>,
 }
 
@@ -102,7 +103,7 @@ impl Writer<'_> {
         self.out.text.push('\n');
     }
 
-    /// `[scene]` and `[providers]`.
+    /// Writes `[scene]` and `[providers]`.
     fn world(&mut self) {
         let mut lines = Vec::new();
         let (ours, usual) = (settings::values(&self.document.settings), settings::values(&Settings::default()));
@@ -156,7 +157,7 @@ impl Writer<'_> {
         self.put("\n[[object]]");
         self.put(&format!("kind = {}", quoted(kind_name(spec.kind))));
         self.put(&format!("alias = {}", quoted(&spec.alias)));
-        // An object that is alone with its alias has it as its name.
+        // If an alias is unique, it is also the object's unique name.
         if own != spec.alias || self.users.get(spec.alias.as_str()).is_some_and(|n| *n > 1) {
             self.put(&format!("name = {}", quoted(&own)));
         }
@@ -204,7 +205,7 @@ impl Writer<'_> {
         self.scene.get(slot).map_or_else(String::new, crate::Object::name)
     }
 
-    /// Where it stands in the frame of its parent.
+    /// Writes the pose in the frame of the parent.
     fn pose(&mut self, slot: u32) {
         let local = self.scene.local(slot);
         let place: Vec<f64> = local.translation.vector.iter().copied().collect();
@@ -218,7 +219,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A value with the names of files in place of the numbers of meshes.
+    /// Replaces the numbers of meshes in a value by file names.
     fn with_files(&mut self, value: &Value, alias: &str) -> Value {
         match value {
             Value::Int(number) => Value::text(self.mesh(*number, alias)),
@@ -239,7 +240,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The file of a mesh, which is written where it is first used.
+    /// Returns the file of a mesh, adding the file when the mesh is first used.
     fn mesh(&mut self, number: i64, alias: &str) -> String {
         if let Some(file) = self.meshes.get(&number) {
             return file.clone();
@@ -288,7 +289,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// A name for a file beside the scene, after the object that uses it.
+    /// Returns a unique name for a separate file, based on the alias of the object that uses it.
     fn file(&mut self, alias: &str, suffix: &str) -> String {
         let keep = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
         let stem: String = alias.chars().map(|c| if keep(c) { c } else { '_' }).take(60).collect();
@@ -304,7 +305,7 @@ impl Writer<'_> {
     }
 }
 
-/// Whether a value is the default, of rows whose default depends on nothing else.
+/// Returns whether a value is the default, for rows with a fixed default.
 fn is_usual(row: Row, value: &Value) -> bool {
     let usual = match row {
         Row::ModelBase | Row::Dynamic | Row::Respondable | Row::Bullet | Row::Convex => Value::Bool(false),
@@ -318,16 +319,16 @@ fn is_usual(row: Row, value: &Value) -> bool {
     *value == usual
 }
 
-/// The last value of each key, in the order in which they were set.
+/// Returns the last value of each key, in the order in which they were set.
 fn last_of_each<K: PartialEq + Clone, V>(all: &[(K, V)]) -> impl Iterator<Item = (K, &V)> {
     let kept = all.iter().enumerate().filter(|(i, (k, _))| !all[i + 1..].iter().any(|(later, _)| later == k));
     kept.map(|(_, (k, v))| (k.clone(), v))
 }
 
-/// An orientation: nothing, turns where these give it back with all its bits, or else a quaternion.
+/// Formats an orientation: nothing for the identity, angles if they reproduce all bits, otherwise a quaternion.
 fn turned(q: &UnitQuaternion<f64>) -> String {
     const DEG: f64 = std::f64::consts::PI / 180.0;
-    // As an orientation -1 equals 1; its bits do not.
+    // The quaternions 1 and -1 are the same orientation, but differ in their bits.
     if q.coords == UnitQuaternion::identity().coords {
         return String::new();
     }
@@ -340,7 +341,7 @@ fn turned(q: &UnitQuaternion<f64>) -> String {
     format!("quaternion = {}", text(&value, 1.0).unwrap_or_default())
 }
 
-/// A mesh as a PLY file with all digits.
+/// Writes a mesh as a PLY file, with full precision.
 fn ply(mesh: &Mesh) -> Vec<u8> {
     let mut out = format!(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
