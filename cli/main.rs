@@ -7,9 +7,12 @@ mod commands;
 mod crash;
 mod graphs;
 mod plot;
+mod plugin;
 mod report;
 mod scripts;
+mod search;
 mod state;
+mod table;
 mod trace;
 mod watchdog;
 
@@ -32,6 +35,7 @@ fn main() -> ExitCode {
         args::Command::List(list) => commands::list::list(&list),
         args::Command::Look(look) => commands::look::look(&look),
         args::Command::Diff(diff) => commands::diff::diff(&diff),
+        args::Command::Plugin(plugin) => plugin.run(),
     });
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     let code = crash::end(code);

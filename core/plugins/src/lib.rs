@@ -38,6 +38,7 @@ pub mod units;
 pub mod watchdog;
 
 pub use declared::{Declared, check_value, describe};
+pub use elf::{Unfit, check as check_library};
 pub use host_tables::{Holder, HostTables};
 pub use registry::{
     ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, KindMark, Language, MOST_ELEMENTS,
