@@ -74,7 +74,7 @@ pub fn misnamed(file: &Path) -> Reason {
 fn elsewhere(file: &Path, folders: &[Folder]) -> Reason {
     let built = folders.iter().find(|f| f.others.iter().any(|o| same_entry(o, file)));
     let folder = file.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let help = format!("TATU_PLUGIN_PATH={}, or `tatu plugin install {}`", folder.display(), file.display());
+    let help = find_it(folder, file);
     match built {
         Some(_) => {
             let text =
@@ -83,6 +83,12 @@ fn elsewhere(file: &Path, folders: &[Folder]) -> Reason {
         }
         None => Reason::new("other-folder", "it lies in none of the folders that are searched", help),
     }
+}
+
+/// What makes a good file a plugin that is found.
+fn find_it(folder: &Path, file: &Path) -> String {
+    let (folder, file) = (folder.display(), file.display());
+    format!("set TATU_PLUGIN_PATH={folder}, or install it: `tatu plugin install {file}`")
 }
 
 /// Names the file of that folder whose name is nearest.
@@ -117,6 +123,10 @@ pub fn of_name(text: &str, folders: Vec<Folder>, examiner: &mut Examiner) -> Ans
         (_, false) => wanted.is_meant_by(f),
     };
     let meant: Vec<PathBuf> = all.iter().enumerate().filter(is_meant).map(|(_, f)| f.clone()).collect();
+    // A file here, where nobody searches.
+    if meant.is_empty() && !Wanted::is_id(text) && Path::new(text).is_file() {
+        return of_file(Path::new(text), folders, examiner);
+    }
     // Files that nobody opens, but that are most likely meant.
     let opens = |folder: &Folder, f: &Path| folder.source != Source::Built || names::is_right(f);
     let others = folders.iter().flat_map(|folder| folder.others.iter().filter(move |f| opens(folder, f)));
@@ -169,8 +179,8 @@ fn nowhere(wanted: &Wanted, folders: &[Folder], ids: &[&str]) -> Reason {
     let usual = ["", "build", "target/release", "target/debug"].map(PathBuf::from);
     if let Some(lost) = below.chain(usual).map(|f| f.join(&file)).find(|f| f.is_file()) {
         let folder = lost.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let help = format!("TATU_PLUGIN_PATH={}, or `tatu plugin install {}`", folder.display(), lost.display());
-        return reason("other-folder", format!("{text}; there is one in {}", folder.display()), help);
+        let text = format!("{text}; there is one in {}", folder.display());
+        return reason("other-folder", text, find_it(folder, &lost));
     }
     let all = folders.iter().flat_map(|f| f.candidates.iter()).map(PathBuf::as_path);
     let help = match wanted.near(all) {

@@ -49,10 +49,8 @@ pub enum Entry {
     Function,
     /// It is used, not defined.
     Used,
-    /// It is defined for the library itself only: `static`, or hidden.
-    Local {
-        hidden: bool,
-    },
+    /// It is defined for the library itself only: `static`, or hidden, which linkers make the same of.
+    Local,
     /// C++ has made another name of it.
     Mangled(String),
     Absent,
@@ -101,7 +99,7 @@ pub fn read(bytes: &[u8]) -> Option<Elf> {
             elf::DT_RPATH => out.rpath = folders(value()),
             elf::DT_RUNPATH => out.runpath = folders(value()),
             // A program that may lie anywhere has the form of a library, and the loader refuses it.
-            elf::DT_FLAGS_1 if d.val & u64::from(elf::DF_1_PIE.0) != 0 => out.sort = Sort::Program,
+            elf::DT_FLAGS_1 if d.val & elf::DF_1_PIE.0 != 0 => out.sort = Sort::Program,
             _ => {}
         }
     }
@@ -173,8 +171,7 @@ fn entry(file: &File<'_>, read: &Elf) -> Entry {
     for symbol in all.iter() {
         let Ok(name) = all.symbol_name(e, symbol).map(String::from_utf8_lossy) else { continue };
         if name == SYMBOL && !symbol.is_undefined(e) {
-            // The linker makes hidden symbols local, and leaves that they were hidden.
-            return Entry::Local { hidden: symbol.st_visibility() == elf::STV_HIDDEN };
+            return Entry::Local;
         }
         if mangled(&name) {
             return Entry::Mangled(name.into_owned());

@@ -142,6 +142,7 @@ impl Examined {
         let remark = report.remarks.iter().find(|r| r.code != "E321" && r.code != "E323")?;
         let file = std::path::absolute(&self.file).unwrap_or_else(|_| self.file.clone());
         let text = remark.text.replace(&format!("the plugin {} ", file.display()), "it ");
+        let text = text.trim_end_matches(": that part of it is not used");
         let kind = if remark.code == "E320" { "other-draft" } else { "offers-nothing" };
         Some(Reason::new(kind, format!("it can be opened, but nothing of it is used: {text}"), remark.help.clone()))
     }
@@ -217,11 +218,11 @@ fn no_entry(elf: &Elf) -> Option<Reason> {
     const EXPORT: &str = "write `TATU_EXPORT const tatu_plugin_t tatu_plugin = ...`, as in plugin-api/README.md";
     let (text, help) = match &elf.entry {
         Entry::Exported(_) => return None,
-        Entry::Local { hidden: true } => {
-            (format!("it defines `{SYMBOL}`, but does not export it: its visibility is hidden"), EXPORT)
-        }
-        Entry::Local { hidden: false } => (
-            format!("it defines `{SYMBOL}`, but does not export it: it is `static`, or hidden by a version script"),
+        Entry::Local => (
+            format!(
+                "it defines `{SYMBOL}`, but does not export it: it is `static`, or hidden (-fvisibility=hidden, a \
+                 version script)"
+            ),
             EXPORT,
         ),
         Entry::Mangled(name) => (
@@ -267,7 +268,8 @@ fn absent(elf: &Elf) -> Reason {
 /// What the descriptor says that this program cannot do with.
 fn unusable(d: &Descriptor) -> Option<Reason> {
     if d.size < 8 {
-        let text = format!("its descriptor `{SYMBOL}` is empty: its `size` is {} bytes", d.size);
+        let what = if d.size == 0 { "empty" } else { "too short" };
+        let text = format!("its descriptor `{SYMBOL}` is {what}: its `size` is {} bytes", d.size);
         return Some(Reason::new("incomplete", text, "set `size` to sizeof(tatu_plugin_t), and fill what is required"));
     }
     (d.abi.0 != TATU_ABI_MAJOR).then(|| {

@@ -1,6 +1,6 @@
 //! Plugins: finding, loading, and what they offer.
 //!
-//! - `search`: folders and files in which plugins are searched;
+//! - `search`: folders and files in which plugins are searched, the user's own last;
 //! - `load`: opens one and copies its tables; `elf`, `drafts`: reasons to reject it;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
 //! - [`HostTables`]: the host's functions that plugins ask for by id, and the keys that they interned;
