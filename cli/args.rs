@@ -8,6 +8,8 @@ use tatu_core::{
     errors::Error,
 };
 
+use crate::plugin::PluginCommand;
+
 /// Tatu, a robot simulator made of a small core and plugins.
 #[derive(Parser)]
 #[command(version, about)]
@@ -38,8 +40,9 @@ pub enum Command {
     Look(Look),
     /// Compare two traces: the first step, and the first object in it, in which they part.
     Diff(Diff),
-    /// Write, check and install plugins.
-    Plugin(crate::plugin::Plugin),
+    /// Ask why a plugin is not loaded, install one, list all files that are looked at.
+    #[command(subcommand)]
+    Plugin(PluginCommand),
 }
 
 /// What is changed in a scene.

@@ -10,7 +10,9 @@ mod plot;
 mod plugin;
 mod report;
 mod scripts;
+mod search;
 mod state;
+mod table;
 mod trace;
 mod watchdog;
 
@@ -33,7 +35,7 @@ fn main() -> ExitCode {
         args::Command::List(list) => commands::list::list(&list),
         args::Command::Look(look) => commands::look::look(&look),
         args::Command::Diff(diff) => commands::diff::diff(&diff),
-        args::Command::Plugin(plugin) => plugin::plugin(&plugin.command),
+        args::Command::Plugin(plugin) => plugin.run(),
     });
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     let code = crash::end(code);

@@ -14,16 +14,15 @@ use std::{path::Path, sync::Arc};
 use tatu_core::{
     document::{self, Document, Options, Sources},
     errors::Error,
-    plugins::{Copies, Registry, Search},
+    plugins::{Copies, Registry},
 };
 use tatu_plugin_api::abi::TATU_REPORT_WARNING;
 
-use crate::{report, watchdog::Watchdog};
-
-/// Packages of plugins that belong to the program, as build.rs found them in the manifest.
-pub fn built() -> Vec<&'static str> {
-    env!("TATU_BUILT_PLUGINS").split(',').filter(|s| !s.is_empty()).collect()
-}
+use crate::{
+    report,
+    search::{Searched, built, searched},
+    watchdog::Watchdog,
+};
 
 /// Loads every plugin that can be found, for a scene or for a list.
 pub fn registry(
@@ -43,22 +42,11 @@ pub fn registry_of(
     watchdog: &Watchdog,
     copies: Option<Copies>,
 ) -> Result<Arc<Registry>, Error> {
-    let exe = std::env::current_exe().ok();
-    let environment = std::env::var_os("TATU_PLUGIN_PATH");
-    let mut search = Search::standard(exe.as_deref(), environment.as_deref(), &built());
-    search.copies = copies.map(Arc::new);
-    if let Some(scene) = scene {
-        for folder in document::plugin_folders(scene, sources)? {
-            let known = search.folders.iter().any(|(f, _)| same_folder(f, &folder));
-            let mut own = Search { built: search.built.clone(), ..Search::default() };
-            own.add_scene_folder(folder.clone());
-            // A folder without libraries runs nothing.
-            if !known && !own.candidates().is_empty() && !allow.iter().any(|a| a == "plugins") && !trusted(&folder) {
-                return Err(untrusted(scene, &folder));
-            }
-            search.add_scene_folder(folder);
-        }
+    let Searched { mut search, untrusted } = searched(scene, sources, allow)?;
+    if let (Some(scene), Some(folder)) = (scene, untrusted.first()) {
+        return Err(refusal(scene, folder));
     }
+    search.copies = copies.map(Arc::new);
     let registry = Registry::load_watched(search, tatu_core::host_tables(), watchdog.watches.clone());
     registry.refused.iter().for_each(report::warning);
     registry.notes.iter().for_each(|n| report::note(n));
@@ -66,21 +54,8 @@ pub fn registry_of(
     Ok(Arc::new(registry))
 }
 
-fn same_folder(a: &Path, b: &Path) -> bool {
-    a == b || a.canonicalize().ok().is_some_and(|a| b.canonicalize().is_ok_and(|b| a == b))
-}
-
-/// Whether a folder is one of those that TATU_TRUST names, or below one.
-fn trusted(folder: &Path) -> bool {
-    let (Some(all), Ok(folder)) = (std::env::var_os("TATU_TRUST"), folder.canonicalize()) else { return false };
-    // A relative name would mean another folder wherever the program is started.
-    std::env::split_paths(&all)
-        .filter(|p| p.is_absolute())
-        .any(|p| p.canonicalize().is_ok_and(|p| folder.starts_with(p)))
-}
-
 /// A scene that would run code which is no script of it.
-fn untrusted(scene: &Path, folder: &Path) -> Error {
+fn refusal(scene: &Path, folder: &Path) -> Error {
     let shown = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let text = format!(
         "{} wants to load plugins from {}: native code, which can do whatever you can",

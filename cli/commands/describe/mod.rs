@@ -11,8 +11,7 @@ use std::process::ExitCode;
 use serde_json::{Value, json};
 use tatu_core::{document::Sources, errors::Error};
 
-use super::list::table;
-use crate::{args::Describe, report, watchdog::Watchdog};
+use crate::{args::Describe, report, table::table, watchdog::Watchdog};
 
 /// Commands that are listed with their sentences; of more only the names.
 const FEW: usize = 20;

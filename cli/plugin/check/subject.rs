@@ -13,7 +13,7 @@ use tatu_core::{
 };
 
 use super::{finding, inspector::Spy};
-use crate::{commands::built, watchdog::Watchdog};
+use crate::{search::built, watchdog::Watchdog};
 
 /// Name of the copy that is loaded.
 const COPY: &str = "tatu_checked";

@@ -25,6 +25,12 @@ const HEADER: usize = 64;
 pub fn check(path: &Path) -> Result<(), Unfit> {
     let no = |text: String, help| Err(Unfit { text, help });
     let unread = |e: std::io::Error| Unfit { text: format!("it cannot be read: {e}"), help: AGAIN };
+    // Opening a pipe would wait for somebody who writes to it.
+    let about = std::fs::metadata(path).map_err(unread)?;
+    if !about.is_file() {
+        let what = if about.is_dir() { "a folder" } else { "a pipe, socket or device" };
+        return no(format!("it is {what}, not a file"), "remove it, and copy the library there");
+    }
     let mut file = File::open(path).map_err(unread)?;
     let have = file.metadata().map_err(unread)?.len();
     let mut header = Vec::with_capacity(HEADER);

@@ -22,6 +22,8 @@ pub enum Source {
     Built,
     /// Named in a scene.
     Scene,
+    /// The user's own, where `tatu plugin install` puts them.
+    User,
 }
 
 /// Returns the name of a library that may be a plugin, without the system's prefix and suffix.
@@ -39,6 +41,8 @@ pub struct Search {
     pub built: Vec<String>,
     /// If set, libraries are opened as copies in this folder, so that their files can be overwritten while in use.
     pub copies: Option<Arc<Copies>>,
+    /// The one file that is opened, whatever it is called and wherever it lies: somebody wants to know what becomes of it.
+    pub only: Option<PathBuf>,
 }
 
 /// A temporary folder for copies of libraries, deleted on drop.
@@ -82,24 +86,34 @@ impl Search {
                 folders.push((up.join("lib/tatu/plugins"), Source::Installed));
             }
         }
-        Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), copies: None }
+        Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), copies: None, only: None }
     }
 
-    /// Adds a folder named in a scene.
+    /// Adds a folder that a scene names; the user's own stays the last one.
     pub fn add_scene_folder(&mut self, folder: PathBuf) {
-        self.folders.push((folder, Source::Scene));
+        let at = self.folders.iter().position(|(_, s)| *s == Source::User).unwrap_or(self.folders.len());
+        self.folders.insert(at, (folder, Source::Scene));
+    }
+
+    /// Adds the user's own folder, which is searched last: what is installed there takes no plugin's place.
+    pub fn add_user_folder(&mut self, folder: PathBuf) {
+        self.folders.push((folder, Source::User));
     }
 
     /// Returns whether a file comes with the program; other plugins are blamed first in case of conflict. If the
     /// program's plugins are unknown, these are all except those of a scene.
     pub fn is_of_program(&self, file: &Path) -> bool {
         let known = || file.file_name().and_then(|n| n.to_str()).and_then(stem).is_some_and(|s| self.is_built(s));
-        !self.is_of_scene(file) && (self.built.is_empty() || known())
+        !self.is_of_scene(file) && !self.lies_in(file, Source::User) && (self.built.is_empty() || known())
     }
 
     /// Returns whether a file is in a folder named in a scene.
     pub fn is_of_scene(&self, file: &Path) -> bool {
-        self.folders.iter().any(|(f, s)| *s == Source::Scene && file.starts_with(f))
+        self.lies_in(file, Source::Scene)
+    }
+
+    fn lies_in(&self, file: &Path, source: Source) -> bool {
+        self.folders.iter().any(|(f, s)| *s == source && file.starts_with(f))
     }
 
     fn is_built(&self, stem: &str) -> bool {
@@ -108,7 +122,9 @@ impl Search {
 
     /// Returns the libraries in folders given explicitly for plugins whose names are not those of plugins.
     pub fn misnamed(&self) -> Vec<PathBuf> {
-        let named = self.folders.iter().filter(|(_, s)| matches!(s, Source::Environment | Source::Scene));
+        let is_named =
+            |s: &Source| self.only.is_none() && matches!(s, Source::Environment | Source::Scene | Source::User);
+        let named = self.folders.iter().filter(|(_, s)| is_named(s));
         let entries = named.filter_map(|(folder, _)| std::fs::read_dir(folder).ok()).flatten();
         let other = |p: &PathBuf| {
             let name = p.file_name().and_then(|n| n.to_str()).unwrap_or_default();
@@ -121,6 +137,9 @@ impl Search {
 
     /// Returns the files that may be plugins, ordered by folder, then by name.
     pub fn candidates(&self) -> Vec<PathBuf> {
+        if let Some(only) = &self.only {
+            return vec![only.clone()];
+        }
         let mut out = Vec::new();
         for (folder, source) in &self.folders {
             let Ok(entries) = std::fs::read_dir(folder) else { continue };
@@ -132,7 +151,8 @@ impl Search {
         out
     }
 
-    fn may_be_plugin(&self, path: &Path, source: Source) -> bool {
+    /// Whether a file of this name is opened in a folder of this kind.
+    pub fn may_be_plugin(&self, path: &Path, source: Source) -> bool {
         let Some(name) = path.file_name().and_then(|n| n.to_str()) else { return false };
         stem(name).is_some_and(|stem| source != Source::Built || self.is_built(stem))
     }

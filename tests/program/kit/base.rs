@@ -74,6 +74,8 @@ pub fn run(program: &Path, dir: &Path, args: &[&str], env: &[(&str, &str)]) -> D
     command.current_dir(dir).args(args).env_remove("TATU_PLUGIN_PATH").timeout(Duration::from_secs(300));
     // Scenes of tests may load plugins that lie beside them.
     command.env("TATU_TRUST", dir);
+    // What whoever runs the tests has installed is none of theirs.
+    command.env("XDG_DATA_HOME", dir.join(".data"));
     for (key, value) in env {
         command.env(key, value);
     }

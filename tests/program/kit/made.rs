@@ -98,6 +98,11 @@ pub fn eye(name: &str, id: &str, table: &str) -> Source {
 
 /// Compiles a plugin into `mine/`.
 pub fn compile(place: &Place, name: &str, source: &str) {
+    compile_with(place, name, source, &[]);
+}
+
+/// The same with more arguments of the compiler, which stand behind the source.
+pub fn compile_with(place: &Place, name: &str, source: &str, more: &[&str]) {
     place.write(&format!("mine/{name}.c"), source);
     let file = place.path().join("mine").join(library(&format!("tatu_{name}")));
     succeed(
@@ -107,7 +112,9 @@ pub fn compile(place: &Place, name: &str, source: &str) {
             .arg(root().join("plugin-api/include"))
             .arg("-o")
             .arg(file)
-            .arg(place.path().join("mine").join(format!("{name}.c"))),
+            .arg(place.path().join("mine").join(format!("{name}.c")))
+            .args(more)
+            .current_dir(place.path().join("mine")),
     );
 }
 

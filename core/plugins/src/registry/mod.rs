@@ -106,11 +106,14 @@ impl Registry {
         let host = Arc::new(host);
         let mut plugins: Vec<Arc<Plugin>> = Vec::new();
         let (mut refused, mut closest, mut notes) = (Vec::new(), Vec::new(), Vec::new());
-        for (folder, _) in search.folders.iter().filter(|(f, s)| *s == Source::Scene && !f.is_dir()) {
+        let missing = |source: Source| {
+            search.folders.iter().filter(move |(f, s)| *s == source && !f.is_dir()).filter(|_| search.only.is_none())
+        };
+        for (folder, _) in missing(Source::Scene) {
             let text = format!("the scene names the plugin folder {}, which does not exist", folder.display());
             refused.push(Error::new("E311", text).help("paths in `plugins` start from the folder of the scene"));
         }
-        for folder in search.folders.iter().filter(|(f, s)| *s == Source::Environment && !f.is_dir()).map(|(f, _)| f) {
+        for (folder, _) in missing(Source::Environment) {
             let text = format!("TATU_PLUGIN_PATH names the folder {}, which does not exist", folder.display());
             refused.push(Error::new("E311", text).help("it is a list of folders, as PATH is"));
         }

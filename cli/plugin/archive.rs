@@ -1,0 +1,217 @@
+//! Plugins that come as an archive. All that is in it is looked at before anything is used; only plain files are allowed,
+//! and what is not the library of a plugin is not unpacked.
+
+use std::{
+    fs::{self, File},
+    io::{self, Read},
+    path::{Path, PathBuf},
+};
+
+use super::{names, reason::Reason};
+
+/// Bytes of an archive when it is unpacked, at most.
+const MOST_BYTES: u64 = 256 << 20;
+/// Files and folders in it, at most.
+const MOST_ENTRIES: usize = 10_000;
+
+const HELP: &str = "pack plain files with relative names: `tar czf hello.tar.gz libtatu_hello.so`";
+
+/// How files are packed, told by the first bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    Tar,
+    Gzip,
+    Zip,
+}
+
+/// A library that was in an archive.
+pub struct Unpacked {
+    /// Its name there.
+    pub name: String,
+    /// Where it is now.
+    pub file: PathBuf,
+}
+
+/// The format of a file, if it is an archive.
+pub fn format(file: &Path) -> Option<Format> {
+    let mut begin = Vec::new();
+    File::open(file).ok()?.take(512).read_to_end(&mut begin).ok()?;
+    match begin.as_slice() {
+        b if b.starts_with(b"\x1f\x8b") => Some(Format::Gzip),
+        b if b.starts_with(b"PK\x03\x04") || b.starts_with(b"PK\x05\x06") => Some(Format::Zip),
+        b if b.get(257..262) == Some(b"ustar") => Some(Format::Tar),
+        _ => None,
+    }
+}
+
+/// Unpacks the libraries of plugins into a folder of ours.
+pub fn unpack(file: &Path, format: Format, into: &Path) -> Result<Vec<Unpacked>, Reason> {
+    let packed = File::open(file).map_err(|e| damaged(&e))?;
+    let mut target = Target { into, left: MOST_BYTES, entries: 0, out: Vec::new() };
+    match format {
+        Format::Tar => tar(Limited { from: packed, left: 2 * MOST_BYTES }, &mut target)?,
+        Format::Gzip => {
+            let plain = flate2::read::MultiGzDecoder::new(packed);
+            tar(Limited { from: plain, left: 2 * MOST_BYTES }, &mut target)?;
+        }
+        Format::Zip => zip(packed, &mut target)?,
+    }
+    Ok(target.out)
+}
+
+fn damaged(e: &dyn std::fmt::Display) -> Reason {
+    Reason::new("damaged-archive", format!("it cannot be unpacked: {e}"), "it may be cut off or damaged: get it again")
+}
+
+fn too_large() -> Reason {
+    let text = format!("it comes to more than {} MiB or {MOST_ENTRIES} files", MOST_BYTES >> 20);
+    Reason::new("too-large", text, "pack only the library of the plugin")
+}
+
+/// What a thing in an archive is.
+enum Sort {
+    File,
+    Folder,
+    /// In words.
+    Other(&'static str),
+}
+
+/// Where things go, and how much may still come.
+struct Target<'a> {
+    into: &'a Path,
+    left: u64,
+    entries: usize,
+    out: Vec<Unpacked>,
+}
+
+impl Target<'_> {
+    /// Takes one thing, or says why the whole archive is refused.
+    fn take(&mut self, name: &[u8], sort: Sort, size: u64, data: &mut dyn Read) -> Result<(), Reason> {
+        let shown = tatu_core::plugins::texts::label(name);
+        self.entries += 1;
+        self.left = self.left.checked_sub(size).filter(|_| self.entries <= MOST_ENTRIES).ok_or_else(too_large)?;
+        if let Some(why) = leads_out(name) {
+            let text = format!("it holds `{shown}`, {why}");
+            return Err(Reason::new("archive-path", text, HELP));
+        }
+        match sort {
+            Sort::Folder => return Ok(()),
+            Sort::Other(what) => {
+                let text = format!("it holds `{shown}`, which is {what}, not a plain file");
+                return Err(Reason::new("archive-link", text, HELP));
+            }
+            Sort::File => {}
+        }
+        let last = shown.rsplit(['/', '\\']).next().unwrap_or_default();
+        if !names::is_right(Path::new(last)) {
+            return Ok(());
+        }
+        // A folder for each: two may have one name.
+        let folder = self.into.join(self.out.len().to_string());
+        let file = folder.join(last);
+        let mut write = || -> io::Result<u64> {
+            fs::create_dir_all(&folder)?;
+            io::copy(&mut data.take(size.saturating_add(1)), &mut File::create_new(&file)?)
+        };
+        // The size that an archive states may be another one than that of its data.
+        if write().map_err(|e| damaged(&e))? > size {
+            return Err(damaged(&format!("`{shown}` is longer than stated")));
+        }
+        self.out.push(Unpacked { name: shown, file });
+        Ok(())
+    }
+}
+
+/// Why a name in an archive could mean a place outside of the folder that it is unpacked to.
+fn leads_out(name: &[u8]) -> Option<&'static str> {
+    let mut parts = name.split(|b| matches!(b, b'/' | b'\\'));
+    let drive = matches!(name, [letter, b':', ..] if letter.is_ascii_alphabetic());
+    match name {
+        [] => Some("a file without a name"),
+        [b'/' | b'\\', ..] => Some("an absolute path"),
+        _ if drive => Some("a path with a drive"),
+        _ if name.contains(&0) => Some("a name with a NUL byte"),
+        _ if parts.any(|p| p == b"..") => Some("a path that leads out of its folder"),
+        _ => None,
+    }
+}
+
+fn tar(data: impl Read, target: &mut Target<'_>) -> Result<(), Reason> {
+    use tar::EntryType;
+    let failed = |e: io::Error| if e.kind() == io::ErrorKind::FileTooLarge { too_large() } else { damaged(&e) };
+    let mut archive = tar::Archive::new(data);
+    for entry in archive.entries().map_err(failed)? {
+        let mut entry = entry.map_err(failed)?;
+        let sort = match entry.header().entry_type() {
+            EntryType::Regular => Sort::File,
+            EntryType::Directory => Sort::Folder,
+            // What `git archive` writes first: a comment.
+            EntryType::XGlobalHeader => continue,
+            EntryType::Symlink => Sort::Other("a symbolic link"),
+            EntryType::Link => Sort::Other("a hard link"),
+            EntryType::Char | EntryType::Block => Sort::Other("a device"),
+            EntryType::Fifo => Sort::Other("a pipe"),
+            EntryType::GNUSparse => Sort::Other("a sparse file"),
+            _ => Sort::Other("of an unknown sort"),
+        };
+        let (name, size) = (entry.path_bytes().into_owned(), entry.size());
+        target.take(&name, sort, size, &mut entry)?;
+    }
+    Ok(())
+}
+
+fn zip(data: File, target: &mut Target<'_>) -> Result<(), Reason> {
+    let mut archive = zip::ZipArchive::new(data).map_err(|e| damaged(&e))?;
+    for i in 0..archive.len() {
+        let mut entry = archive.by_index(i).map_err(|e| damaged(&e))?;
+        // The sort of a file as Unix has it; other systems write none.
+        let sort = match entry.unix_mode().unwrap_or(0) & 0o170_000 {
+            0 | 0o100_000 if entry.is_dir() => Sort::Folder,
+            0 | 0o100_000 => Sort::File,
+            0o040_000 => Sort::Folder,
+            0o120_000 => Sort::Other("a symbolic link"),
+            0o020_000 | 0o060_000 => Sort::Other("a device"),
+            0o010_000 => Sort::Other("a pipe"),
+            _ => Sort::Other("of an unknown sort"),
+        };
+        let (name, size) = (entry.name_raw().to_vec(), entry.size());
+        target.take(&name, sort, size, &mut entry)?;
+    }
+    Ok(())
+}
+
+/// A reader that fails when more comes than is allowed, so that what was packed small is not unpacked without end.
+struct Limited<R> {
+    from: R,
+    left: u64,
+}
+
+impl<R: Read> Read for Limited<R> {
+    fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
+        let n = self.from.read(to)?;
+        self.left = self.left.checked_sub(n as u64).ok_or(io::ErrorKind::FileTooLarge)?;
+        Ok(n)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_lead_out_are_seen() {
+        for name in ["/x", "\\x", "..", "../x", "a/../../x", "a\\..\\x", "C:x", "c:\\x", "", "a\0b"] {
+            assert!(leads_out(name.as_bytes()).is_some(), "{name:?}");
+        }
+        for name in ["x", "./x", "a/b", "..x", "a..b/x", "a/...", "build/libtatu_x.so"] {
+            assert_eq!(leads_out(name.as_bytes()), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn more_than_is_allowed_is_not_read() {
+        let mut some = Limited { from: io::repeat(0), left: 1000 };
+        let error = io::copy(&mut some, &mut io::sink()).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::FileTooLarge);
+    }
+}

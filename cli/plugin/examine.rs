@@ -1,0 +1,280 @@
+//! All that can be said about one file: as far as the file itself shows it, and only then by opening it.
+
+use std::{
+    fs::File,
+    io::Read,
+    path::{Path, PathBuf},
+};
+
+use serde_json::{Value, json};
+use tatu_core::errors::nearest;
+use tatu_plugin_api::abi::{TATU_ABI_MAJOR, TATU_ABI_MINOR};
+
+use super::{
+    elf::{Descriptor, Elf, Entry, SYMBOL, Sort},
+    file,
+    folders::{Folder, same_entry, same_file},
+    loader::{Loader, Need},
+    probe::{self, Report},
+    reason::{Reason, some},
+};
+
+/// Whether libraries of this system can be read without opening them.
+pub const READS: bool = cfg!(all(target_os = "linux", target_pointer_width = "64", target_endian = "little"));
+
+/// Examines files, and keeps what it has read of the system's libraries.
+pub struct Examiner {
+    loader: Loader,
+    /// Seconds after which a plugin that has not started is given up.
+    limit: f64,
+}
+
+/// What is known of a file.
+pub struct Examined {
+    pub file: PathBuf,
+    /// Where links lead, one after the other.
+    pub links: Vec<PathBuf>,
+    pub descriptor: Option<Descriptor>,
+    /// Drafts of the plugin interface that it names.
+    pub drafts: Vec<u32>,
+    pub needs: Vec<Need>,
+    /// What became of it in a process of its own, if it was opened.
+    pub report: Option<Report>,
+    /// Why it cannot be loaded.
+    pub reason: Option<Reason>,
+}
+
+impl Examiner {
+    pub fn new(limit: f64) -> Self {
+        Examiner { loader: Loader::new(), limit }
+    }
+
+    /// Examines a file; it is opened only if nothing is wrong with what it holds.
+    pub fn examine(&mut self, file: &Path) -> Examined {
+        let mut out = self.read(file);
+        if out.reason.is_none() {
+            match probe::probe(file, self.limit) {
+                Ok(report) => out.report = Some(report),
+                Err(reason) => out.reason = Some(reason),
+            }
+        }
+        out
+    }
+
+    /// The same without opening it.
+    pub fn read(&mut self, file: &Path) -> Examined {
+        let (links, reason) = file::links(file);
+        let mut out = Examined {
+            file: file.to_owned(),
+            links,
+            descriptor: None,
+            drafts: Vec::new(),
+            needs: Vec::new(),
+            report: None,
+            reason: reason.or_else(|| file::unfit(file)),
+        };
+        if out.reason.is_some() || !READS {
+            return out;
+        }
+        out.reason = other_processor(file).or_else(|| {
+            let unfit = tatu_core::plugins::check_library(file).err()?;
+            Some(Reason::new("truncated", unfit.text, unfit.help))
+        });
+        // A file whose tables contradict themselves is left to the loader of the system.
+        let Some(elf) = self.loader.elf(file).filter(|_| out.reason.is_none()) else { return out };
+        let libraries;
+        (out.needs, libraries) = self.loader.needs(file, &elf);
+        out.drafts = elf.drafts.iter().copied().collect();
+        if let Entry::Exported(descriptor) = &elf.entry {
+            out.descriptor = descriptor.clone();
+        }
+        out.reason = no_library(elf.sort)
+            .or_else(|| no_entry(&elf))
+            .or_else(|| self.loader.lacks(file, &elf, &out.needs, &libraries))
+            .or_else(|| out.descriptor.as_ref().and_then(unusable));
+        out
+    }
+
+    /// The id that a file states, without opening it.
+    pub fn id(&mut self, file: &Path) -> Option<String> {
+        self.read(file).descriptor?.id
+    }
+
+    /// The file that comes first in the search order, has the same id and can be loaded: it hides this one.
+    pub fn hidden_by(&mut self, file: &Path, id: &str, folders: &[Folder]) -> Option<PathBuf> {
+        for other in folders.iter().flat_map(|f| &f.candidates) {
+            // A link to the file itself hides nothing.
+            if same_entry(other, file) || same_file(other, file) {
+                return None;
+            }
+            let states = self.id(other);
+            if states.as_deref().is_some_and(|other| other != id) || READS && states.is_none() {
+                continue;
+            }
+            let examined = self.examine(other);
+            if examined.id().as_deref() == Some(id) && examined.reason.is_none() {
+                return Some(other.clone());
+            }
+        }
+        None
+    }
+}
+
+impl Examined {
+    /// Its id, as far as it is known.
+    pub fn id(&self) -> Option<String> {
+        let loaded = self.report.as_ref().and_then(|r| r.plugin.as_ref()).map(|p| p.id.clone());
+        loaded.or_else(|| self.descriptor.as_ref()?.id.clone())
+    }
+    /// Its version, likewise.
+    pub fn version(&self) -> Option<String> {
+        let loaded = self.report.as_ref().and_then(|r| r.plugin.as_ref()).map(|p| p.version.clone());
+        loaded.or_else(|| self.descriptor.as_ref()?.version.clone())
+    }
+    /// The ABI that it was built for, likewise.
+    pub fn abi(&self) -> Option<(u16, u16)> {
+        let loaded = self.report.as_ref().and_then(|r| r.plugin.as_ref()).map(|p| p.abi);
+        loaded.or_else(|| self.descriptor.as_ref().filter(|d| d.size >= 8).map(|d| d.abi))
+    }
+    /// It can be loaded, but all that it offers is of no use here: why.
+    pub fn useless(&self) -> Option<Reason> {
+        let report = self.report.as_ref().filter(|r| r.offers.is_empty())?;
+        let remark = report.remarks.iter().find(|r| r.code != "E321" && r.code != "E323")?;
+        let file = std::path::absolute(&self.file).unwrap_or_else(|_| self.file.clone());
+        let text = remark.text.replace(&format!("the plugin {} ", file.display()), "it ");
+        let text = text.trim_end_matches(": that part of it is not used");
+        let kind = if remark.code == "E320" { "other-draft" } else { "offers-nothing" };
+        Some(Reason::new(kind, format!("it can be opened, but nothing of it is used: {text}"), remark.help.clone()))
+    }
+
+    pub fn json(&self, hidden_by: Option<&Path>) -> Value {
+        let path = |p: &Path| p.display().to_string();
+        let need = |n: &Need| json!({ "name": n.name, "by": n.by.as_deref().map(path), "found": n.found.as_deref().map(path) });
+        let remark = |r: &probe::Remark| json!({ "code": r.code, "text": r.text, "help": r.help });
+        let report = self.report.as_ref();
+        json!({
+            "file": path(&self.file),
+            "links": self.links.iter().map(|l| path(l)).collect::<Vec<_>>(),
+            "id": self.id(),
+            "version": self.version(),
+            "abi": self.abi().map(|(major, minor)| format!("{major}.{minor}")),
+            "drafts": self.drafts,
+            "needs": self.needs.iter().map(need).collect::<Vec<_>>(),
+            "offers": report.map(|r| r.offers.iter().cloned().collect::<std::collections::BTreeMap<_, _>>()),
+            "remarks": report.map(|r| r.remarks.iter().map(remark).collect::<Vec<_>>()),
+            "hidden_by": hidden_by.map(path),
+            "reason": self.reason.as_ref().map(Reason::json),
+        })
+    }
+}
+
+/// A library for other processors, whose further tables are not even looked at.
+fn other_processor(file: &Path) -> Option<Reason> {
+    let mut header = [0; 20];
+    File::open(file).and_then(|mut f| f.read_exact(&mut header)).ok()?;
+    let machine = u16::from_le_bytes([header[18], header[19]]);
+    let name = |machine: u16| match machine {
+        3 => "32-bit x86".to_owned(),
+        8 => "MIPS".to_owned(),
+        20 | 21 => "PowerPC".to_owned(),
+        22 => "s390".to_owned(),
+        40 => "32-bit ARM".to_owned(),
+        62 => "x86-64".to_owned(),
+        183 => "aarch64".to_owned(),
+        243 => "RISC-V".to_owned(),
+        258 => "LoongArch".to_owned(),
+        n => format!("an unknown processor (ELF machine {n})"),
+    };
+    let own = match std::env::consts::ARCH {
+        "x86_64" => 62,
+        "aarch64" => 183,
+        "riscv64" => 243,
+        _ => return None,
+    };
+    let text = match (header[4], header[5]) {
+        (_, 2) => "it is built for a processor with another byte order (big-endian)".to_owned(),
+        (1, _) if machine == own => "it is built for 32 bit, and this program has 64 bit".to_owned(),
+        _ if machine != own => format!("it is built for {}, and this program runs on {}", name(machine), name(own)),
+        (1, _) => "it is built for 32 bit, and this program has 64 bit".to_owned(),
+        _ => return None,
+    };
+    Some(Reason::new("other-processor", text, "build it for this processor, or get the author's build for it"))
+}
+
+fn no_library(sort: Sort) -> Option<Reason> {
+    let (text, help) = match sort {
+        Sort::Library => return None,
+        Sort::Program => ("it is a program, not a library", "link it with `-shared -fPIC`, without `-pie`"),
+        Sort::Object => (
+            "it is an object file, which has not been linked",
+            "link it into a library: `cc -shared -o libtatu_NAME.so FILE.o`, compiled with -fPIC",
+        ),
+    };
+    Some(Reason::new("not-a-library", text, help))
+}
+
+/// Why nobody sees its `tatu_plugin`.
+fn no_entry(elf: &Elf) -> Option<Reason> {
+    const EXPORT: &str = "write `TATU_EXPORT const tatu_plugin_t tatu_plugin = ...`, as in plugin-api/README.md";
+    let (text, help) = match &elf.entry {
+        Entry::Exported(_) => return None,
+        Entry::Local => (
+            format!(
+                "it defines `{SYMBOL}`, but does not export it: it is `static`, or hidden (-fvisibility=hidden, a \
+                 version script)"
+            ),
+            EXPORT,
+        ),
+        Entry::Mangled(name) => (
+            format!("it exports no `{SYMBOL}`: C++ has made `{name}` of the name, since `extern \"C\"` is missing"),
+            "include tatu.h before it is defined, or write `extern \"C\" TATU_EXPORT const tatu_plugin_t tatu_plugin`",
+        ),
+        Entry::Function => {
+            (format!("its `{SYMBOL}` is a function, and should be a constant of the type `tatu_plugin_t`"), EXPORT)
+        }
+        Entry::Used => {
+            (format!("it uses `{SYMBOL}`, but does not define it"), "compile the file that defines it into the library")
+        }
+        Entry::Absent => return Some(absent(elf)),
+    };
+    Some(Reason::new("no-entry", text, help))
+}
+
+fn absent(elf: &Elf) -> Reason {
+    let mut names: Vec<&str> = elf.exports.iter().map(String::as_str).filter(|n| !n.starts_with('_')).collect();
+    names.sort_unstable();
+    let is_foreign = |n: &&str| matches!(*n, "v_repStart" | "simStart" | "simInit");
+    if let Some(name) = names.iter().find(|n| is_foreign(n)) {
+        let text = format!("it exports `{name}` and no `{SYMBOL}`: it is a plugin of V-REP or CoppeliaSim");
+        return Reason::new(
+            "no-entry",
+            text,
+            "those have another interface; their commands may be here already: `tatu list commands`",
+        );
+    }
+    if let Some(near) = nearest(SYMBOL, names.iter().copied()) {
+        let text = format!("it exports no `{SYMBOL}`, but `{near}`");
+        return Reason::new("no-entry", text, format!("call the constant `{SYMBOL}`"));
+    }
+    let text = match names.as_slice() {
+        [] => format!("it exports nothing, and so no `{SYMBOL}`"),
+        names => format!("it exports no `{SYMBOL}`; what it exports is {}", some(names, 3)),
+    };
+    let help = "a plugin exports a `tatu_plugin_t` of that name: compile the file that defines it into the library; \
+                in C++ include tatu.h before defining it";
+    Reason::new("no-entry", text, help)
+}
+
+/// What the descriptor says that this program cannot do with.
+fn unusable(d: &Descriptor) -> Option<Reason> {
+    if d.size < 8 {
+        let what = if d.size == 0 { "empty" } else { "too short" };
+        let text = format!("its descriptor `{SYMBOL}` is {what}: its `size` is {} bytes", d.size);
+        return Some(Reason::new("incomplete", text, "set `size` to sizeof(tatu_plugin_t), and fill what is required"));
+    }
+    (d.abi.0 != TATU_ABI_MAJOR).then(|| {
+        let (major, minor) = d.abi;
+        let text = format!("it was built for ABI {major}.{minor}, this host has {TATU_ABI_MAJOR}.{TATU_ABI_MINOR}");
+        Reason::new("other-abi", text, "rebuild it against this release's plugin-api")
+    })
+}

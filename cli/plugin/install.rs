@@ -1,0 +1,307 @@
+//! `tatu plugin install`: puts a plugin into the user's own folder, or takes one out of it.
+
+use std::{
+    fs::{self, File},
+    io,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use tatu_core::{
+    document::Sources,
+    errors::{Error, Result},
+};
+use tempfile::{TempDir, TempPath};
+
+use super::{
+    answer::misnamed,
+    archive,
+    examine::{Examined, Examiner, READS},
+    file,
+    folders::{self, same_entry},
+    names::{self, Wanted},
+    probe,
+    reason::{Reason, some},
+};
+use crate::{
+    report,
+    search::{searched, user_folder},
+};
+
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Install {
+    /// A library, the folder of a project that was built, or an archive with a library in it (.tar, .tar.gz, .zip).
+    #[arg(value_name = "FILE|FOLDER|ARCHIVE", required_unless_present = "remove", conflicts_with = "remove")]
+    pub source: Option<PathBuf>,
+    /// Replace the plugin with this id that is installed already, whichever version is higher.
+    #[arg(long)]
+    pub force: bool,
+    /// Remove the installed plugin with this id.
+    #[arg(long, value_name = "ID", conflicts_with = "force")]
+    pub remove: Option<String>,
+    /// Seconds of real time after which a plugin that has not started is given up; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = probe::limit)]
+    pub watchdog: f64,
+}
+
+const EXAMPLES: &str = "Examples:
+  tatu plugin install build/libtatu_hello.so
+  tatu plugin install .                          the library in build/, here, or in target/release/
+  tatu plugin install hello-1.0.0.tar.gz --force
+  tatu plugin install --remove org.example.hello
+
+A plugin is tried before it is installed. Nothing is downloaded.
+Exit code 0: done; 2: nothing was changed.";
+
+/// Where a project's library may be, beneath its folder.
+const PLACES: [&str; 4] = ["build", "", "target/release", "target/debug"];
+
+/// Installs or removes; exit code 2 if nothing was changed.
+pub fn install(args: &Install) -> ExitCode {
+    let Some(folder) = user_folder() else {
+        let error = Error::new("E330", "there is no place for your plugins: the environment names no home folder");
+        let variable = if cfg!(windows) { "APPDATA" } else { "HOME" };
+        report::error(&error.help(format!("set {variable} to an absolute path")));
+        return ExitCode::from(2);
+    };
+    let mut examiner = Examiner::new(args.watchdog);
+    let done = match (&args.remove, &args.source) {
+        (Some(id), _) => remove(id, &folder, &mut examiner),
+        (None, source) => add(source.as_deref().unwrap_or(Path::new(".")), args.force, &folder, &mut examiner),
+    };
+    match done {
+        Ok(text) => {
+            report::out!("{text}");
+            ExitCode::SUCCESS
+        }
+        Err(e) => {
+            report::error(&e);
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn refused(what: &Path, reason: &Reason) -> Error {
+    Error::new("E330", format!("cannot install {}: {}", what.display(), reason.text)).help(reason.help.clone())
+}
+
+fn unwritten(file: &Path, e: &io::Error) -> Error {
+    Error::new("E105", format!("cannot write {}: {e}", file.display())).help("is the folder there, and writable?")
+}
+
+/// A library that is to be installed.
+struct Library {
+    file: PathBuf,
+    /// What it is called in messages.
+    shown: PathBuf,
+    /// Holds the file if it was unpacked.
+    _unpacked: Option<TempDir>,
+}
+
+/// Installs what was named; what was done.
+fn add(source: &Path, force: bool, folder: &Path, examiner: &mut Examiner) -> Result<String> {
+    let library = library(source)?;
+    let name = names::name(&library.file);
+    if let Some(reason) = file::links(&library.file).1.or_else(|| file::unfit(&library.file)) {
+        return Err(refused(&library.shown, &reason));
+    }
+    if !names::is_right(&library.file) {
+        return Err(refused(&library.shown, &misnamed(&library.file)));
+    }
+    let was_there = folder.is_dir();
+    let done = put(&library, &name, force, folder, examiner);
+    if done.is_err() && !was_there {
+        // It is empty, or somebody else has put something there meanwhile.
+        let _ = fs::remove_dir(folder);
+    }
+    done
+}
+
+/// The library that is meant by a file, a folder or an archive.
+fn library(source: &Path) -> Result<Library> {
+    let plain = |file: PathBuf| Library { shown: file.clone(), file, _unpacked: None };
+    let fail = |text: String, help: &str| Err(refused(source, &Reason::new("no-library", text, help)));
+    if source.is_dir() {
+        let right = |place: &str| {
+            let entries = fs::read_dir(source.join(place)).into_iter().flatten();
+            let mut all: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
+            all.retain(|f| names::is_right(f));
+            all.sort();
+            all
+        };
+        let found = PLACES.iter().map(|p| right(p)).find(|all| !all.is_empty()).unwrap_or_default();
+        return match <[PathBuf; 1]>::try_from(found) {
+            Ok([one]) => Ok(plain(one)),
+            Err(all) if all.is_empty() => {
+                let text =
+                    format!("there is no {} in it, nor in build/, target/release/ or target/debug/", names::form());
+                fail(text, "build the plugin first, or name its library")
+            }
+            Err(all) => {
+                let shown: Vec<String> = all.iter().map(|f| f.display().to_string()).collect();
+                fail(format!("it holds {} plugins: {}", all.len(), some(&shown, 4)), "name the one that is meant")
+            }
+        };
+    }
+    let Some(format) = source.is_file().then(|| archive::format(source)).flatten() else {
+        return Ok(plain(source.to_owned()));
+    };
+    let dir = TempDir::with_prefix("tatu-").map_err(|e| unwritten(&std::env::temp_dir(), &e))?;
+    let mut all = archive::unpack(source, format, dir.path()).map_err(|reason| refused(source, &reason))?;
+    match (all.pop(), all.len()) {
+        (Some(one), 0) => Ok(Library { file: one.file, shown: source.to_owned(), _unpacked: Some(dir) }),
+        (None, _) => {
+            let text = format!("there is no {} in it", names::form());
+            fail(text, "an archive holds the library that was built; from sources build it first")
+        }
+        (Some(last), _) => {
+            all.push(last);
+            let shown: Vec<&str> = all.iter().map(|u| u.name.as_str()).collect();
+            let text = format!("it holds {} plugins: {}", all.len(), some(&shown, 4));
+            fail(text, "unpack it, and install the one that is meant")
+        }
+    }
+}
+
+/// Copies a library into the folder, tries it there, and gives it its name.
+fn put(library: &Library, name: &str, force: bool, folder: &Path, examiner: &mut Examiner) -> Result<String> {
+    let copy = staged(&library.file, folder)?;
+    let examined = examiner.examine(&copy);
+    if let Some(reason) = examined.reason.clone().or_else(|| examined.useless()) {
+        return Err(refused(&library.shown, &reason.renamed(&copy, &library.shown)));
+    }
+    let id = examined.id().unwrap_or_default();
+    let target = folder.join(name);
+    let old = replaceable(&examined, &id, &target, force, folder, examiner)?;
+    copy.persist(&target).map_err(|e| unwritten(&target, &e.error))?;
+    let version = examined.version().unwrap_or_default();
+    let text = match &old {
+        Some((file, was)) => {
+            if !same_entry(file, &target) {
+                fs::remove_file(file).map_err(|e| unwritten(file, &e))?;
+            }
+            format!("replaced `{id}` {was} by {version}: {}", target.display())
+        }
+        None => format!("installed `{id}` {version}: {}", target.display()),
+    };
+    tell(&examined, &target);
+    if let Some(by) = hiding(&target, &id, examiner) {
+        let text = format!("{} has the same id and is searched first: what was installed is not used", by.display());
+        report::warning(&Error::new("E302", text).help("remove that one, or its folder from TATU_PLUGIN_PATH"));
+    }
+    Ok(text)
+}
+
+/// Passes on what was reported of a plugin that can be loaded.
+fn tell(examined: &Examined, to: &Path) {
+    // It was another file's name when it was tried.
+    let from = examined.file.display().to_string();
+    for remark in examined.report.iter().flat_map(|r| &r.remarks) {
+        let text = remark.text.replace(&from, &to.display().to_string());
+        report::warned(&format!("[{}] {text} ({})", remark.code, remark.help));
+    }
+}
+
+/// A copy of a library in the folder, under a name that nobody opens: it is whole before it gets its own.
+fn staged(file: &Path, folder: &Path) -> Result<TempPath> {
+    make_folder(folder).map_err(|e| unwritten(folder, &e))?;
+    let fail = |e: io::Error| unwritten(folder, &e);
+    let copy = tempfile::Builder::new().prefix(".tatu-").suffix(std::env::consts::DLL_SUFFIX).tempfile_in(folder);
+    let mut copy = copy.map_err(fail)?;
+    let mut from = File::open(file)
+        .map_err(|e| Error::new("E105", format!("cannot read {}: {e}", file.display())).help("is it readable?"))?;
+    io::copy(&mut from, copy.as_file_mut()).map_err(fail)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        copy.as_file().set_permissions(fs::Permissions::from_mode(0o644)).map_err(fail)?;
+    }
+    copy.as_file().sync_all().map_err(fail)?;
+    Ok(copy.into_temp_path())
+}
+
+/// Makes the folder, which others may read.
+fn make_folder(folder: &Path) -> io::Result<()> {
+    if folder.is_dir() {
+        return Ok(());
+    }
+    let mut builder = fs::DirBuilder::new();
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o755);
+    builder.recursive(true).create(folder)
+}
+
+/// The installed file that makes room for a new one, with its version; `None`: there is none. An error if one is in the
+/// way.
+fn replaceable(
+    new: &Examined,
+    id: &str,
+    target: &Path,
+    force: bool,
+    folder: &Path,
+    examiner: &mut Examiner,
+) -> Result<Option<(PathBuf, String)>> {
+    let all = installed(folder, examiner);
+    let old = all.iter().find(|(_, other)| other.id().as_deref() == Some(id));
+    let in_the_way = all.iter().find(|(f, other)| same_entry(f, target) && other.id().as_deref() != Some(id));
+    let version = |e: &Examined| e.version().unwrap_or_default();
+    if let Some((file, other)) = in_the_way {
+        let error = |text: String| Error::new("E331", format!("{} is in the way: {text}", file.display()));
+        return match other.id() {
+            Some(other) => Err(error(format!("it is the plugin `{other}`"))
+                .help(format!("rename your library, or remove that plugin: `tatu plugin install --remove {other}`"))),
+            None if force => Ok(old.map(|(f, e)| (f.clone(), version(e)))),
+            None => Err(error("it is no plugin that can be loaded".into()).help("`--force` replaces it")),
+        };
+    }
+    match old {
+        Some((file, old)) if !force => {
+            let text = format!(
+                "`{id}` is installed already: version {} as {}, and this is version {}",
+                version(old),
+                file.display(),
+                version(new)
+            );
+            Err(Error::new("E331", text).help("`--force` replaces it"))
+        }
+        old => Ok(old.map(|(f, e)| (f.clone(), version(e)))),
+    }
+}
+
+/// What is installed, as far as it can be told without opening it.
+fn installed(folder: &Path, examiner: &mut Examiner) -> Vec<(PathBuf, Examined)> {
+    let entries = fs::read_dir(folder).into_iter().flatten();
+    let mut files: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
+    files.retain(|f| names::is_right(f));
+    files.sort();
+    let look = |f: PathBuf| {
+        let examined = if READS { examiner.read(&f) } else { examiner.examine(&f) };
+        (f, examined)
+    };
+    files.into_iter().map(look).collect()
+}
+
+/// The file that hides an installed one, as a program without a scene sees it.
+fn hiding(target: &Path, id: &str, examiner: &mut Examiner) -> Option<PathBuf> {
+    let folders = folders::look(&searched(None, &Sources::default(), &[]).ok()?);
+    examiner.hidden_by(target, id, &folders)
+}
+
+/// Removes an installed plugin by its id, or by its name if it has none that can be read; what was done.
+fn remove(id: &str, folder: &Path, examiner: &mut Examiner) -> Result<String> {
+    let all = installed(folder, examiner);
+    let wanted = Wanted::new(id);
+    let by_id = all.iter().find(|(_, e)| e.id().as_deref() == Some(id));
+    let by_name = || all.iter().find(|(f, _)| !Wanted::is_id(id) && wanted.is_meant_by(f));
+    let Some((file, examined)) = by_id.or_else(by_name) else {
+        let text = format!("no plugin with the id `{id}` is installed in {}", folder.display());
+        let ids: Vec<String> = all.iter().filter_map(|(_, e)| e.id()).collect();
+        let error = Error::new("E332", text).nearest(id, ids.iter().map(String::as_str));
+        let has_help = error.help.is_some();
+        return Err(if has_help { error } else { error.help("`tatu plugin list` shows what is installed") });
+    };
+    fs::remove_file(file).map_err(|e| unwritten(file, &e))?;
+    let id = examined.id().unwrap_or_else(|| id.to_owned());
+    Ok(format!("removed `{id}` {}: {}", examined.version().unwrap_or_default(), file.display()))
+}

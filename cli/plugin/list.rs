@@ -1,0 +1,125 @@
+//! `tatu plugin list`: all plugin files in search order, and what becomes of each.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use serde_json::{Value, json};
+use tatu_core::{document::Sources, plugins::Source};
+
+use super::{
+    answer::misnamed,
+    examine::Examiner,
+    folders::{self, Folder, State, same_file},
+    names, probe,
+};
+use crate::{report, search::searched, table::table};
+
+#[derive(clap::Args)]
+pub struct List {
+    /// A scene whose plugin folders are searched too.
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    /// `plugins`: load those in the folders that the scene names.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["plugins"])]
+    pub allow: Vec<String>,
+    /// As a JSON array.
+    #[arg(long)]
+    pub json: bool,
+    /// Seconds of real time after which a plugin that has not started is given up; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = probe::limit)]
+    pub watchdog: f64,
+}
+
+/// Prints the list; each file is opened in a process of its own.
+pub fn list(args: &List) -> ExitCode {
+    let searched = match searched(args.scene.as_deref(), &Sources::default(), &args.allow) {
+        Ok(all) => all,
+        Err(e) => {
+            report::error(&e);
+            return ExitCode::from(2);
+        }
+    };
+    let folders = folders::look(&searched);
+    for folder in folders.iter().filter(|f| matches!(f.source, Source::Environment | Source::Scene)) {
+        if folder.state != State::There {
+            report::note(&format!("{} ({}): {}", folder.path.display(), folder.origin(), folder.note(&[])));
+        }
+    }
+    let rows = rows(&folders, &mut Examiner::new(args.watchdog));
+    if args.json {
+        report::out!("{}", serde_json::to_string_pretty(&rows).unwrap_or_default());
+    } else {
+        let shown: Vec<Value> = rows.iter().map(for_people).collect();
+        table(&shown, &["id", "version", "from", "file", "state"]);
+    }
+    ExitCode::SUCCESS
+}
+
+fn rows(folders: &[Folder], examiner: &mut Examiner) -> Vec<Value> {
+    let mut rows = Vec::new();
+    // By id, the file that is loaded.
+    let mut loaded: BTreeMap<String, PathBuf> = BTreeMap::new();
+    for folder in folders {
+        for file in &folder.candidates {
+            rows.push(row(folder, file, &mut loaded, examiner));
+        }
+        // In folders that somebody named for plugins, other libraries are most likely meant to be some.
+        if folder.source != Source::Built {
+            let is_library = |f: &&PathBuf| names::name(f).ends_with(std::env::consts::DLL_SUFFIX);
+            for file in folder.others.iter().filter(is_library) {
+                let reason = misnamed(file);
+                rows.push(json!({
+                    "id": null, "version": null, "from": folder.word(), "file": file.display().to_string(),
+                    "state": "rejected", "hidden_by": null, "reason": reason.json(),
+                }));
+            }
+        }
+    }
+    rows
+}
+
+fn row(folder: &Folder, file: &Path, loaded: &mut BTreeMap<String, PathBuf>, examiner: &mut Examiner) -> Value {
+    let shown = file.display().to_string();
+    if folder.state == State::NotAllowed {
+        return json!({
+            "id": examiner.id(file), "version": null, "from": folder.word(), "file": shown, "state": "not allowed",
+            "hidden_by": null, "reason": null,
+        });
+    }
+    let examined = examiner.examine(file);
+    let id = examined.id();
+    let first = id.as_ref().and_then(|id| loaded.get(id)).cloned();
+    let (state, hidden_by) = match (&examined.reason, &first) {
+        (Some(_), _) => ("rejected", None),
+        (None, Some(first)) if same_file(first, file) => ("loaded", None),
+        (None, Some(first)) => ("hidden", Some(first.display().to_string())),
+        (None, None) => {
+            if let Some(id) = &id {
+                loaded.insert(id.clone(), file.to_owned());
+            }
+            ("loaded", None)
+        }
+    };
+    let reason = examined.reason.clone().or_else(|| examined.useless());
+    json!({
+        "id": id, "version": examined.version(), "from": folder.word(), "file": shown, "state": state,
+        "hidden_by": hidden_by, "reason": reason.map(|r| r.json()),
+    })
+}
+
+/// A row with the reason beside the state.
+fn for_people(row: &Value) -> Value {
+    let mut row = row.clone();
+    let why = row["reason"]["text"].as_str().map(str::to_owned);
+    let state = match (row["state"].as_str().unwrap_or_default(), row["hidden_by"].as_str(), why) {
+        ("hidden", Some(by), _) => format!("hidden by {by}"),
+        (state, _, Some(why)) => format!("{state}: {why}"),
+        ("not allowed", ..) => "not loaded without `--allow plugins`".to_owned(),
+        (state, ..) => state.to_owned(),
+    };
+    row["state"] = json!(state);
+    row
+}

@@ -1,0 +1,283 @@
+//! The libraries and symbols that a library needs, looked for as the loader of Linux does (ld.so(8)), without loading any.
+
+use std::{
+    collections::{BTreeMap, BTreeSet, HashMap, HashSet},
+    env,
+    path::{Path, PathBuf},
+    rc::Rc,
+};
+
+use tatu_plugin_api::safe::read_plain;
+
+use super::{
+    elf::{self, Elf, Sort},
+    reason::{Reason, some},
+};
+
+/// Longer files are not read.
+const MOST_BYTES: u64 = 1 << 30;
+/// The list of libraries that `ldconfig` writes.
+const CACHE: &str = "/etc/ld.so.cache";
+/// How many names a sentence has.
+const FEW: usize = 4;
+
+/// A library that is needed.
+pub struct Need {
+    pub name: String,
+    /// Which library of the chain needs it; `None`: the plugin itself.
+    pub by: Option<PathBuf>,
+    pub found: Option<PathBuf>,
+}
+
+/// Finds libraries, and reads each file once.
+pub struct Loader {
+    cached: HashMap<String, Vec<PathBuf>>,
+    environment: Vec<PathBuf>,
+    usual: Vec<PathBuf>,
+    read: HashMap<PathBuf, Option<Rc<Elf>>>,
+    /// Names that this program and its libraries have.
+    program: Option<Rc<HashSet<String>>>,
+}
+
+impl Loader {
+    pub fn new() -> Self {
+        let bytes = read_plain(Path::new(CACHE), MOST_BYTES).unwrap_or_default();
+        let mut cached: HashMap<String, Vec<PathBuf>> = HashMap::new();
+        for (name, path) in entries(&bytes) {
+            cached.entry(name).or_default().push(path);
+        }
+        let environment = env::var_os("LD_LIBRARY_PATH").unwrap_or_default().to_string_lossy().into_owned();
+        let environment = match environment.as_str() {
+            "" => Vec::new(),
+            // An empty name means the working folder.
+            all => all.split([':', ';']).map(|f| PathBuf::from(if f.is_empty() { "." } else { f })).collect(),
+        };
+        let multi = format!("{}-linux-gnu", env::consts::ARCH);
+        let usual = ["/lib", "/usr/lib"].map(PathBuf::from);
+        let usual = usual.iter().flat_map(|f| [f.join(&multi), f.clone(), PathBuf::from(format!("{}64", f.display()))]);
+        Loader { cached, environment, usual: usual.collect(), read: HashMap::new(), program: None }
+    }
+
+    /// What a file is; `None`: no library that this program could load.
+    pub fn elf(&mut self, file: &Path) -> Option<Rc<Elf>> {
+        if let Some(known) = self.read.get(file) {
+            return known.clone();
+        }
+        let fits = tatu_core::plugins::check_library(file).is_ok();
+        let bytes = if fits { read_plain(file, MOST_BYTES).ok() } else { None };
+        let read = bytes.and_then(|b| elf::read(&b)).map(Rc::new);
+        self.read.insert(file.to_owned(), read.clone());
+        read
+    }
+
+    /// All libraries that a file needs, in the order in which the loader finds them, and what they are.
+    pub fn needs(&mut self, file: &Path, own: &Elf) -> (Vec<Need>, Vec<Rc<Elf>>) {
+        let (mut needs, mut libraries) = (Vec::new(), Vec::new());
+        let mut known: BTreeSet<String> = BTreeSet::new();
+        let rpath = |e: &Elf, file: &Path| if e.runpath.is_empty() { expanded(&e.rpath, file) } else { Vec::new() };
+        let runpath = expanded(&own.runpath, file);
+        // Of whom: its file, what it needs, its folders, and those that it hands down.
+        let mut open = std::collections::VecDeque::from([(None, own.needed.clone(), runpath, rpath(own, file))]);
+        while let Some((by, names, runpath, rpath)) = open.pop_front() {
+            for name in names.into_iter().filter(|n| known.insert(n.clone())).collect::<Vec<_>>() {
+                let found = self.find(&name, &runpath, &rpath);
+                if let Some((path, library)) = &found {
+                    let handed: Vec<PathBuf> = self::rpath_of(library, path).into_iter().chain(rpath.clone()).collect();
+                    let runpath = expanded(&library.runpath, path);
+                    open.push_back((Some(path.clone()), library.needed.clone(), runpath, handed));
+                    libraries.push(library.clone());
+                }
+                needs.push(Need { name, by: by.clone(), found: found.map(|(path, _)| path) });
+            }
+        }
+        (needs, libraries)
+    }
+
+    /// The file that the loader takes for a name.
+    fn find(&mut self, name: &str, runpath: &[PathBuf], rpath: &[PathBuf]) -> Option<(PathBuf, Rc<Elf>)> {
+        let files: Vec<PathBuf> = if name.contains('/') {
+            vec![PathBuf::from(name)]
+        } else {
+            // Folders of the older kind count only where there are none of the newer.
+            let older = if runpath.is_empty() { rpath } else { &[] };
+            let folders = older.iter().chain(&self.environment).chain(runpath);
+            let first = folders.map(|f| f.join(name));
+            let cached = self.cached.get(name).into_iter().flatten().cloned();
+            first.chain(cached).chain(self.usual.iter().map(|f| f.join(name))).collect()
+        };
+        files.into_iter().find_map(|f| {
+            let read = self.elf(&f).filter(|e| e.sort == Sort::Library)?;
+            Some((f, read))
+        })
+    }
+
+    /// The names that this program and its own libraries have: the loader looks there, too.
+    fn program(&mut self) -> Rc<HashSet<String>> {
+        if let Some(known) = &self.program {
+            return known.clone();
+        }
+        let mut names = HashSet::new();
+        if let Some((exe, own)) = env::current_exe().ok().and_then(|exe| Some((exe.clone(), self.elf(&exe)?))) {
+            let (_, libraries) = self.needs(&exe, &own);
+            for library in libraries.iter().chain([&own]) {
+                names.extend(library.exports.iter().cloned());
+            }
+        }
+        self.program.insert(Rc::new(names)).clone()
+    }
+
+    /// What the loader would refuse a library for: a library, a version of one or a symbol that is missing.
+    pub fn lacks(&mut self, file: &Path, own: &Elf, needs: &[Need], libraries: &[Rc<Elf>]) -> Option<Reason> {
+        if let Some(need) = needs.iter().find(|n| n.found.is_none()) {
+            return Some(missing_library(file, need));
+        }
+        if let Some(reason) = missing_version(own, libraries) {
+            return Some(reason);
+        }
+        let program = self.program();
+        let is_there = |name: &&String| {
+            program.contains(*name)
+                || own.exports.contains(*name)
+                || libraries.iter().any(|l| l.exports.contains(*name))
+        };
+        let missing: Vec<&String> = own.uses.iter().filter(|n| !is_there(n)).collect();
+        (!missing.is_empty()).then(|| self.missing_symbols(&missing))
+    }
+
+    fn missing_symbols(&mut self, missing: &[&String]) -> Reason {
+        let text = match missing {
+            [one] => format!("it uses the symbol `{one}`, which neither it nor a library that it links to defines"),
+            all => format!(
+                "it uses {} symbols that neither it nor a library that it links to defines: {}",
+                all.len(),
+                some(all, FEW)
+            ),
+        };
+        let cpp = missing.iter().any(|n| n.starts_with("_Z") || n.starts_with("__cxa_") || n.starts_with("__gxx_"));
+        // Libraries that are often forgotten.
+        let usual = [("libm.so.6", "-lm"), ("libz.so.1", "-lz"), ("libstdc++.so.6", "-lstdc++")];
+        let option = usual.iter().find(|(library, _)| {
+            let found = self.find(library, &[], &[]);
+            found.is_some_and(|(_, l)| missing.iter().all(|n| l.exports.contains(*n)))
+        });
+        let help = match option {
+            Some((library, "-lstdc++")) => {
+                format!("{library} has it: link with `c++` instead of `cc`, or add -lstdc++")
+            }
+            Some((library, option)) => format!("{library} has it: add {option} when you link"),
+            None if cpp => {
+                "it is C++: link with `c++` instead of `cc`, together with the file or library that defines it".into()
+            }
+            None => "link it with the library that has the symbol, or compile the file that defines it into it".into(),
+        };
+        Reason::new("missing-symbol", text, help)
+    }
+}
+
+fn rpath_of(library: &Elf, file: &Path) -> Vec<PathBuf> {
+    if library.runpath.is_empty() { expanded(&library.rpath, file) } else { Vec::new() }
+}
+
+fn missing_library(file: &Path, need: &Need) -> Reason {
+    let text = match &need.by {
+        None => format!("it needs the library {}, which is not found", need.name),
+        Some(by) => format!("it needs {}, which needs the library {}, which is not found", by.display(), need.name),
+    };
+    let folder = file.parent().unwrap_or(Path::new("."));
+    let beside = folder.join(&need.name);
+    let help = if !need.name.contains('/') && beside.is_file() {
+        let folder = folder.display();
+        format!(
+            "it lies in {folder}, where the loader does not look: link with `-Wl,-rpath,'$ORIGIN'`, \
+             or set LD_LIBRARY_PATH={folder}"
+        )
+    } else {
+        format!(
+            "install the package that has it (`apt-file search {}` names it), or link it statically; \
+             `ldd {}` shows all that is needed",
+            need.name,
+            file.display()
+        )
+    };
+    Reason::new("missing-library", text, help)
+}
+
+/// A version of a library that is newer than what is here: the plugin was built on a newer system.
+fn missing_version(own: &Elf, libraries: &[Rc<Elf>]) -> Option<Reason> {
+    let of = |name: &str| libraries.iter().find(|l| l.soname.as_deref() == Some(name));
+    let (name, version, library) = own.needs_versions.iter().find_map(|(name, version)| {
+        let library = of(name).filter(|l| !l.versions.is_empty() && !l.versions.contains(version))?;
+        Some((name, version, library))
+    })?;
+    // GLIBC_2.36 comes after GLIBC_2.4.
+    let numbers = |v: &str| v.split(|c: char| !c.is_ascii_digit()).filter_map(|n| n.parse().ok()).collect::<Vec<u64>>();
+    let family = version.split('_').next().unwrap_or_default();
+    let newest = library.versions.iter().filter(|v| v.starts_with(family) && !v.ends_with("PRIVATE"));
+    let newest = newest.max_by_key(|v| numbers(v)).map_or(String::new(), |v| format!(", and this system has {v}"));
+    let text = format!("it needs {version} of {name}{newest}");
+    Some(Reason::new("old-library", text, "build it on this system or on an older one, or update this system"))
+}
+
+/// Folders of a library with what stands for its own place filled in.
+fn expanded(folders: &[String], file: &Path) -> Vec<PathBuf> {
+    let real = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+    let origin = real.parent().unwrap_or(Path::new("/")).display().to_string();
+    let lib = format!("lib/{}-linux-gnu", env::consts::ARCH);
+    let values = BTreeMap::from([("ORIGIN", origin.as_str()), ("LIB", &lib), ("PLATFORM", env::consts::ARCH)]);
+    let fill = |folder: &String| {
+        let filled = values.iter().fold(folder.clone(), |text, (name, value)| {
+            text.replace(&format!("${{{name}}}"), value).replace(&format!("${name}"), value)
+        });
+        PathBuf::from(filled)
+    };
+    folders.iter().map(fill).collect()
+}
+
+/// Names and paths of a list that `ldconfig` has written, in the form of glibc 2.2 and later.
+fn entries(bytes: &[u8]) -> Vec<(String, PathBuf)> {
+    const MAGIC: &[u8] = b"glibc-ld.so.cache1.1";
+    const HEADER: usize = 48;
+    const ENTRY: usize = 24;
+    // An older list may stand before it; places in the newer one count from its own beginning.
+    let Some(start) = bytes.windows(MAGIC.len()).position(|w| w == MAGIC) else { return Vec::new() };
+    let all = &bytes[start..];
+    let number = |at: usize| all.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_ne_bytes);
+    let text = |at: u32| {
+        let rest = all.get(at as usize..)?;
+        let end = rest.iter().position(|b| *b == 0)?;
+        Some(String::from_utf8_lossy(&rest[..end]).into_owned())
+    };
+    let count = number(MAGIC.len()).unwrap_or(0) as usize;
+    let places = (0..count).map(|i| HEADER + i * ENTRY).take_while(|at| at + ENTRY <= all.len());
+    places.filter_map(|at| Some((text(number(at + 4)?)?, PathBuf::from(text(number(at + 8)?)?)))).collect()
+}
+
+#[cfg(all(test, target_os = "linux", target_pointer_width = "64"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_of_a_library_are_filled_in() {
+        let folders = ["$ORIGIN/../x", "${ORIGIN}", "/opt"].map(str::to_owned);
+        let found = expanded(&folders, Path::new("/a/b/libtatu_x.so"));
+        assert_eq!(found, ["/a/b/../x", "/a/b", "/opt"].map(PathBuf::from));
+    }
+
+    #[test]
+    fn a_damaged_list_has_no_entries() {
+        assert!(entries(b"").is_empty() && entries(b"glibc-ld.so.cache1.1").is_empty());
+        let mut long = b"glibc-ld.so.cache1.1".to_vec();
+        long.extend([0xff; 100]);
+        assert!(entries(&long).is_empty());
+    }
+
+    #[test]
+    fn this_program_lacks_nothing() {
+        let exe = env::current_exe().unwrap();
+        let mut loader = Loader::new();
+        let own = loader.elf(&exe).unwrap();
+        let (needs, libraries) = loader.needs(&exe, &own);
+        assert!(needs.iter().any(|n| n.name.starts_with("libc.") && n.found.is_some()));
+        assert_eq!(loader.lacks(&exe, &own, &needs, &libraries), None);
+    }
+}

@@ -1,0 +1,238 @@
+//! Opens a plugin in a process of its own, so that one that crashes, ends the program or never returns is reported and not
+//! suffered.
+
+use std::{
+    ffi::OsString,
+    fs::File,
+    io::{Read, Seek, SeekFrom},
+    path::Path,
+    process::{Child, Command, ExitCode, ExitStatus, Stdio},
+    time::{Duration, Instant},
+};
+
+use serde::{Deserialize, Serialize};
+use tatu_core::{
+    document::Sources,
+    errors::Error,
+    plugins::{Plugin, Registry},
+};
+
+use super::reason::Reason;
+use crate::{report, search::searched, watchdog::Watchdog};
+
+/// Bytes that are read of what a plugin prints.
+const MOST_BYTES: u64 = 1 << 20;
+/// How long the process may take beyond the limit of its own watchdog.
+const GRACE: Duration = Duration::from_secs(3);
+
+/// Seconds that a plugin may take.
+pub fn limit(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|s: &f64| (0.0..=1e6).contains(s));
+    found.ok_or_else(|| "expected a number of seconds, from 0 to 1000000".into())
+}
+
+/// What the process says.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Report {
+    tatu_probe: u32,
+    pub plugin: Option<About>,
+    /// Kinds of what it offers, with how many.
+    pub offers: Vec<(String, usize)>,
+    pub remarks: Vec<Remark>,
+    pub notes: Vec<String>,
+}
+
+/// A plugin that could be loaded.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct About {
+    pub id: String,
+    pub name: String,
+    pub version: String,
+    pub licence: String,
+    pub abi: (u16, u16),
+}
+
+/// What was reported of it.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Remark {
+    pub code: String,
+    pub text: String,
+    pub help: String,
+}
+
+/// The process itself: loads the file and nothing else, and prints what became of it.
+pub fn run(file: &Path, limit: f64) -> ExitCode {
+    #[cfg(unix)]
+    // SAFETY: a structure of two numbers. A crash is reported, and leaves no file.
+    unsafe {
+        libc::setrlimit(libc::RLIMIT_CORE, &libc::rlimit { rlim_cur: 0, rlim_max: 0 });
+    }
+    let watchdog = Watchdog::start(limit, false);
+    let mut search = match searched(None, &Sources::default(), &[]) {
+        Ok(all) => all.search,
+        Err(e) => {
+            report::error(&e);
+            return ExitCode::from(2);
+        }
+    };
+    search.only = Some(file.to_owned());
+    let registry = Registry::load_watched(search, tatu_core::host_tables(), watchdog.watches.clone());
+    let plugin = registry.plugins.first().map(|p| about(p));
+    let (offers, notes) = (offers(&registry), registry.notes.clone());
+    let mut remarks: Vec<Remark> = registry.refused.iter().map(remark).collect();
+    remarks.extend(registry.end().iter().map(remark));
+    let said = Report { tatu_probe: 1, plugin, offers, remarks, notes };
+    // What the plugin printed may not end with a line.
+    report::out!("\n{}", serde_json::to_string(&said).unwrap_or_default());
+    ExitCode::SUCCESS
+}
+
+fn about(p: &Plugin) -> About {
+    let (name, licence) = (p.name.clone(), p.licence.clone());
+    About { id: p.id.clone(), name, version: p.version.clone(), licence, abi: p.abi }
+}
+
+fn remark(e: &Error) -> Remark {
+    Remark { code: e.code.to_owned(), text: e.text.clone(), help: e.help.clone().unwrap_or_default() }
+}
+
+fn offers(r: &Registry) -> Vec<(String, usize)> {
+    let all = [
+        ("command", r.commands.len()),
+        ("sensor", r.sensors.len()),
+        ("actuator", r.actuators.len()),
+        ("model", r.models.len()),
+        ("importer", r.importers.len()),
+        ("script language", r.languages.len()),
+        ("service", r.services.len()),
+        ("event", r.events.iter().filter(|e| e.plugin.is_some()).count()),
+        ("constant", r.constants.len()),
+        ("prelude", r.preludes.len()),
+    ];
+    all.into_iter().filter(|(_, n)| *n > 0).map(|(kind, n)| (kind.to_owned(), n)).collect()
+}
+
+/// Tries a file: what it offers, or why it cannot be loaded.
+pub fn probe(file: &Path, limit: f64) -> Result<Report, Reason> {
+    let untried = |what: &str, e: std::io::Error| {
+        Reason::new("untried", format!("it cannot be tried: {what}: {e}"), "free some memory and space, and try again")
+    };
+    // A name without a folder would be looked for where libraries of the system are.
+    let file = std::path::absolute(file).map_err(|e| untried("the working folder is gone", e))?;
+    let exe = std::env::current_exe().map_err(|e| untried("this program does not know its own file", e))?;
+    // Files and not pipes: what the plugin starts may hold them open for longer than it lives.
+    let open = || tempfile::tempfile().map_err(|e| untried("no temporary file can be made", e));
+    let (mut out, mut err) = (open()?, open()?);
+    let duplicate = |f: &File| f.try_clone().map(Stdio::from).map_err(|e| untried("no temporary file can be made", e));
+    let mut option = OsString::from("--probe=");
+    option.push(&file);
+    let mut child = Command::new(&exe)
+        .args(["plugin", "why", "--watchdog", &limit.to_string()])
+        .arg(option)
+        .stdin(Stdio::null())
+        .stdout(duplicate(&out)?)
+        .stderr(duplicate(&err)?)
+        .spawn()
+        .map_err(|e| untried(&format!("{} cannot be started", exe.display()), e))?;
+    let ended = wait(&mut child, limit).map_err(|e| untried("its process is lost", e))?;
+    let (out, err) = (text(&mut out), text(&mut err));
+    let said = out.lines().rev().find_map(|l| serde_json::from_str::<Report>(l).ok());
+    match (said, ended) {
+        (Some(report), _) if report.plugin.is_some() => Ok(report),
+        (Some(report), _) => Err(refusal(&report, &file)),
+        (None, ended) => Err(end(ended, &err, limit)),
+    }
+}
+
+/// Waits for the process; `None`: it had to be ended.
+fn wait(child: &mut Child, limit: f64) -> std::io::Result<Option<ExitStatus>> {
+    let begin = Instant::now();
+    // With a limit of 0 it may take for ever.
+    let most = Duration::try_from_secs_f64(limit).ok().filter(|d| !d.is_zero()).map(|d| d + GRACE);
+    let mut pause = Duration::from_millis(1);
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(Some(status));
+        }
+        if most.is_some_and(|most| begin.elapsed() > most) {
+            child.kill()?;
+            child.wait()?;
+            return Ok(None);
+        }
+        std::thread::sleep(pause);
+        pause = (pause * 2).min(Duration::from_millis(20));
+    }
+}
+
+fn text(file: &mut File) -> String {
+    let mut bytes = Vec::new();
+    // What is said last counts.
+    let length = file.metadata().map_or(0, |m| m.len());
+    if file.seek(SeekFrom::Start(length.saturating_sub(MOST_BYTES))).is_ok() {
+        // What cannot be read has not been said.
+        let _ = file.take(MOST_BYTES).read_to_end(&mut bytes);
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// Why the process could not load it, as it says.
+fn refusal(report: &Report, file: &Path) -> Reason {
+    let Some(first) = report.remarks.iter().find(|r| r.code == "E301").or(report.remarks.first()) else {
+        return Reason::new("rejected", "it cannot be loaded", "ask the author of the plugin");
+    };
+    let text = first.text.strip_prefix(&format!("cannot load the plugin {}: ", file.display())).unwrap_or(&first.text);
+    // What the sentence is about, for programs; people read the sentence.
+    let kind = [
+        ("it was built for ABI", "other-abi"),
+        ("it needs", "missing-service"),
+        ("its start (", "start-fails"),
+        ("its descriptor", "incomplete"),
+        ("its id", "bad-id"),
+        ("it exports no", "no-entry"),
+        ("it uses the symbol", "missing-symbol"),
+    ];
+    let kind = kind.iter().find(|(start, _)| text.starts_with(start)).map_or("rejected", |(_, kind)| kind);
+    Reason::new(kind, text, first.help.clone())
+}
+
+/// Why the process ended before it could say anything, from its end and what it wrote as it ended.
+fn end(ended: Option<ExitStatus>, err: &str, limit: f64) -> Reason {
+    let fault = |code: &str| err.lines().find_map(|l| l.split_once(&format!("error[{code}]: ")).map(|(_, text)| text));
+    // "... in `tatu_plugin.init` of plugin `x`, FILE (HELP)": what it is about is known.
+    let place = |text: &str| match text.find("while the library") {
+        Some(_) => "in one of its constructors, while it is loaded".to_owned(),
+        None => match text.find(" in `").map(|at| &text[at + 1..]) {
+            Some(rest) => rest.split(" of plugin").next().unwrap_or(rest).to_owned(),
+            None => "when it is loaded or started".to_owned(),
+        },
+    };
+    let debug = "run it in a debugger, or report it to the author: `gdb --args tatu list plugins`";
+    if let Some(text) = fault("F211") {
+        let signal =
+            text.find('(').and_then(|at| text[at..].split(')').next()).map_or(String::new(), |s| format!(" {s})"));
+        return Reason::new("crash", format!("it crashes{signal} {}", place(text)), debug);
+    }
+    if let Some(text) = fault("F212") {
+        let text = format!("it ends the program: it calls exit() {}", place(text));
+        return Reason::new("exit", text, "a plugin must return an error instead");
+    }
+    if let Some(text) = fault("F210") {
+        let call = text.split("has not returned from ").nth(1).and_then(|t| t.split(" for ").next());
+        let call =
+            call.map_or("its start".to_owned(), |c| if c.contains(' ') { c.to_owned() } else { format!("`{c}`") });
+        return Reason::new("stuck", format!("it has not returned from {call} for {limit} s"), SLOW);
+    }
+    let Some(status) = ended else {
+        let text = format!("it has not been loaded and started within {limit} s");
+        return Reason::new("stuck", text, SLOW);
+    };
+    #[cfg(unix)]
+    if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
+        return Reason::new("crash", format!("it crashes (signal {signal}) when it is loaded or started"), debug);
+    }
+    let code = status.code().map_or(String::new(), |c| format!(" with exit code {c}"));
+    let text = format!("it ends the program{code} when it is loaded or started");
+    Reason::new("exit", text, "a plugin must return an error instead")
+}
+
+const SLOW: &str = "a plugin must not wait in its start; if it is merely slow, raise the limit with `--watchdog S`";

@@ -1,0 +1,65 @@
+//! Why a plugin is not loaded, and what to do.
+
+use std::{fmt, path::Path};
+
+use serde_json::{Value, json};
+
+/// What is wrong with a file, and a way out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Reason {
+    /// One word for programs, stable: `missing-library`.
+    pub kind: &'static str,
+    /// What is wrong, about the file as "it".
+    pub text: String,
+    /// What to do.
+    pub help: String,
+}
+
+impl Reason {
+    pub fn new(kind: &'static str, text: impl Into<String>, help: impl Into<String>) -> Self {
+        Reason { kind, text: text.into(), help: help.into() }
+    }
+
+    pub fn json(&self) -> Value {
+        json!({ "kind": self.kind, "text": self.text, "help": self.help })
+    }
+
+    /// The same about a file whose name was another one when this was found.
+    pub fn renamed(mut self, from: &Path, to: &Path) -> Self {
+        let [from, to] = [from, to].map(|p| p.display().to_string());
+        self.text = self.text.replace(&from, &to);
+        self.help = self.help.replace(&from, &to);
+        self
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}\nhelp: {}", self.text, self.help)
+    }
+}
+
+/// Names in a sentence: "`a`, `b` and 3 more".
+pub fn some(names: &[impl AsRef<str>], most: usize) -> String {
+    let shown: Vec<String> = names.iter().take(most).map(|n| format!("`{}`", n.as_ref())).collect();
+    match (shown.split_last(), names.len().saturating_sub(most)) {
+        (None, _) => String::new(),
+        (Some(_), left @ 1..) => format!("{} and {left} more", shown.join(", ")),
+        (Some((last, [])), 0) => last.clone(),
+        (Some((last, rest)), 0) => format!("{} and {last}", rest.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_listed_and_the_rest_is_counted() {
+        assert_eq!(some(&["a"], 3), "`a`");
+        assert_eq!(some(&["a", "b"], 3), "`a` and `b`");
+        assert_eq!(some(&["a", "b", "c"], 3), "`a`, `b` and `c`");
+        assert_eq!(some(&["a", "b", "c", "d", "e"], 3), "`a`, `b`, `c` and 2 more");
+        assert_eq!(some(&[] as &[&str], 3), "");
+    }
+}

@@ -1,0 +1,284 @@
+//! `tatu plugin install`: the user's own folder, and archives that are refused whole.
+
+#![cfg(target_os = "linux")]
+
+use std::{fs, io::Write, os::unix::fs::PermissionsExt, path::PathBuf};
+
+use crate::{kit::made::*, kit::*};
+
+/// The folder that things are installed in.
+const HOME: &str = ".data/tatu/plugins";
+
+/// A place with a plugin `mine/libtatu_<name>.so` of an id and version.
+fn built(name: &str, id: &str, version: &str) -> Place {
+    let place = Place::new();
+    make(&place, name, id, version);
+    place
+}
+
+fn make(place: &Place, name: &str, id: &str, version: &str) {
+    fs::create_dir_all(place.path().join("mine")).unwrap();
+    let source = Source::new(name).with(|s| s.id = format!("\"{id}\"")).text();
+    compile(place, name, &source.replace(".version = \"1\"", &format!(".version = \"{version}\"")));
+}
+
+fn install(place: &Place, args: &[&str]) -> Done {
+    place.tatu(&[&["plugin", "install"], args].concat())
+}
+
+/// The files in the folder.
+fn installed(place: &Place) -> Vec<String> {
+    let entries = fs::read_dir(place.path().join(HOME)).into_iter().flatten();
+    let mut all: Vec<String> = entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    all.sort();
+    all
+}
+
+#[test]
+fn an_installed_plugin_is_loaded_everywhere_until_it_is_removed() {
+    let place = built("hello", "org.test.hello", "1.0.0");
+    let done = install(&place, &["mine/libtatu_hello.so"]).good();
+    assert!(
+        done.out.starts_with("installed `org.test.hello` 1.0.0: ") && done.out.ends_with("libtatu_hello.so\n"),
+        "{}",
+        done.out
+    );
+    assert!(done.err.is_empty(), "{}", done.err);
+    assert_eq!(installed(&place), ["libtatu_hello.so"]);
+    let mode = |path: &str| fs::metadata(place.path().join(path)).unwrap().permissions().mode() & 0o777;
+    assert_eq!((mode(HOME), mode(&format!("{HOME}/libtatu_hello.so"))), (0o755, 0o644));
+    let listed = || place.tatu(&["list", "plugins", "--json"]).good().json().to_string();
+    assert!(listed().contains("org.test.hello"));
+    place.tatu(&["plugin", "why", "hello"]).good();
+    let rows = place.tatu(&["plugin", "list", "--json"]).good().json();
+    assert_eq!(rows.as_array().unwrap().last().unwrap()["from"], "user");
+    install(&place, &["--remove", "org.test.helo"]).refused(&[
+        "error[E332]",
+        "`org.test.helo`",
+        "did you mean `org.test.hello`?",
+    ]);
+    let done = install(&place, &["--remove", "org.test.hello"]).good();
+    assert!(done.out.starts_with("removed `org.test.hello` 1.0.0: "), "{}", done.out);
+    assert!(installed(&place).is_empty() && !listed().contains("org.test.hello"));
+    install(&place, &["--remove", "org.test.hello"]).refused(&["error[E332]", "tatu plugin list"]);
+}
+
+#[test]
+fn a_plugin_is_replaced_by_force_only() {
+    let place = built("hello", "org.test.hello", "1.0.0");
+    install(&place, &["mine/libtatu_hello.so"]).good();
+    make(&place, "hello", "org.test.hello", "2.0.0");
+    let done = install(&place, &["mine/libtatu_hello.so"]);
+    done.refused(&["error[E331]", "version 1.0.0", "this is version 2.0.0", "`--force` replaces it"]);
+    let done = install(&place, &["mine/libtatu_hello.so", "--force"]).good();
+    assert!(done.out.starts_with("replaced `org.test.hello` 1.0.0 by 2.0.0: "), "{}", done.out);
+    // Under another name the old file goes.
+    make(&place, "renamed", "org.test.hello", "3.0.0");
+    install(&place, &["mine/libtatu_renamed.so"]).refused(&["error[E331]"]);
+    install(&place, &["mine/libtatu_renamed.so", "--force"]).good();
+    assert_eq!(installed(&place), ["libtatu_renamed.so"]);
+    // Another plugin does not lose its file, whatever is forced.
+    make(&place, "renamed", "org.test.another", "1.0.0");
+    for args in [&["mine/libtatu_renamed.so"][..], &["mine/libtatu_renamed.so", "--force"]] {
+        install(&place, args).refused(&["error[E331]", "it is the plugin `org.test.hello`", "--remove org.test.hello"]);
+    }
+    // What is no plugin at all makes room by force.
+    fs::write(place.path().join(HOME).join("libtatu_renamed.so"), "damaged").unwrap();
+    install(&place, &["mine/libtatu_renamed.so"]).refused(&["error[E331]", "no plugin that can be loaded"]);
+    install(&place, &["mine/libtatu_renamed.so", "--force"]).good();
+    assert_eq!(installed(&place), ["libtatu_renamed.so"]);
+}
+
+#[test]
+fn what_cannot_be_loaded_is_not_installed() {
+    let place = built("good", "org.test.good", "1");
+    let broken = |name: &str, source: &str| compile(&place, name, source);
+    broken("abi", &Source::new("abi").with(|s| s.major = "7".into()).text());
+    broken("crash", &Source::new("crash").with(|s| s.init = "*(volatile int *)0 = 1; return TATU_OK;".into()).text());
+    broken("none", "int x(void);\nint x(void) { return 1; }\n");
+    for (name, words) in [
+        ("abi", &["it was built for ABI 7."][..]),
+        ("crash", &["it crashes (SIGSEGV) in `tatu_plugin.init`"]),
+        ("none", &["so no `tatu_plugin`"]),
+    ] {
+        let file = format!("mine/libtatu_{name}.so");
+        let done = install(&place, &[&file]);
+        done.refused(&[&["error[E330]", &format!("cannot install {file}: it "), "help: "], words].concat());
+        assert!(!done.err.contains(".tatu-"), "{}", done.err);
+    }
+    place.write("mine/libtatu_text.so", "text");
+    install(&place, &["mine/libtatu_text.so"]).refused(&["error[E330]", "it is a text file"]);
+    install(&place, &["mine/none.so"]).refused(&["error[E330]", "there is no such file"]);
+    fs::copy(place.path().join("mine/libtatu_good.so"), place.path().join("mine/good.so")).unwrap();
+    install(&place, &["mine/good.so"]).refused(&["error[E330]", "rename it to libtatu_good.so"]);
+    assert!(!place.path().join(HOME).exists(), "a folder is left: {:?}", installed(&place));
+}
+
+#[test]
+fn a_project_is_installed_from_its_folder() {
+    let place = built("hello", "org.test.hello", "1");
+    let build = place.path().join("project/build");
+    fs::create_dir_all(&build).unwrap();
+    install(&place, &["project"]).refused(&[
+        "error[E330]",
+        "there is no libtatu_NAME.so in it",
+        "build the plugin first",
+    ]);
+    fs::copy(place.path().join("mine/libtatu_hello.so"), build.join("libtatu_hello.so")).unwrap();
+    install(&place, &["project"]).good();
+    fs::copy(place.path().join("mine/libtatu_hello.so"), build.join("libtatu_again.so")).unwrap();
+    install(&place, &["project"]).refused(&[
+        "error[E330]",
+        "it holds 2 plugins",
+        "libtatu_again.so",
+        "name the one that is meant",
+    ]);
+    // The folder of the library itself.
+    install(&place, &["mine", "--force"]).good();
+}
+
+#[test]
+fn one_that_is_hidden_is_installed_with_a_warning() {
+    let place = built("hello", "org.test.hello", "1");
+    let args = ["plugin", "install", "mine/libtatu_hello.so"];
+    let done = run(program(), place.path(), &args, &[("TATU_PLUGIN_PATH", "mine")]).good();
+    done.tells(&["warning[E302]", "mine/libtatu_hello.so has the same id and is searched first"]);
+}
+
+/// A tar file with one entry.
+fn tar(entries: &[(&str, tar::EntryType, &[u8])]) -> Vec<u8> {
+    let mut builder = tar::Builder::new(Vec::new());
+    for (name, sort, bytes) in entries {
+        let mut header = tar::Header::new_gnu();
+        header.set_entry_type(*sort);
+        header.set_size(bytes.len() as u64);
+        header.set_mode(0o644);
+        // Names that the library itself would refuse.
+        header.as_old_mut().name[..name.len()].copy_from_slice(name.as_bytes());
+        if matches!(sort, tar::EntryType::Symlink | tar::EntryType::Link) {
+            header.set_link_name("libtatu_hello.so").unwrap();
+        }
+        header.set_cksum();
+        builder.append(&header, *bytes).unwrap();
+    }
+    builder.into_inner().unwrap()
+}
+
+fn gzip(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    encoder.write_all(bytes).unwrap();
+    encoder.finish().unwrap()
+}
+
+fn zip(entries: &[(&str, u32, &[u8])]) -> Vec<u8> {
+    let mut writer = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for (name, mode, bytes) in entries {
+        let options = zip::write::SimpleFileOptions::default().unix_permissions(*mode);
+        writer.start_file(*name, options).unwrap();
+        writer.write_all(bytes).unwrap();
+    }
+    writer.finish().unwrap().into_inner()
+}
+
+fn archive(place: &Place, name: &str, bytes: &[u8]) -> PathBuf {
+    let file = place.path().join(name);
+    fs::write(&file, bytes).unwrap();
+    file
+}
+
+#[test]
+fn archives_are_unpacked_and_only_the_library_is_taken() {
+    use tar::EntryType::{Directory, Regular};
+    let place = built("hello", "org.test.hello", "1");
+    let library = fs::read(place.path().join("mine/libtatu_hello.so")).unwrap();
+    let plain = tar(&[
+        ("hello-1/", Directory, b""),
+        ("hello-1/README.md", Regular, b"read me"),
+        ("hello-1/build/libtatu_hello.so", Regular, &library),
+    ]);
+    archive(&place, "hello.tar", &plain);
+    archive(&place, "hello.tar.gz", &gzip(&plain));
+    archive(&place, "hello.tgz", &gzip(&plain));
+    archive(
+        &place,
+        "hello.zip",
+        &zip(&[("hello/README.md", 0o644, b"read me"), ("hello/libtatu_hello.so", 0o644, &library)]),
+    );
+    for name in ["hello.tar", "hello.tar.gz", "hello.tgz", "hello.zip"] {
+        let done = install(&place, &[name, "--force"]).good();
+        assert!(done.out.contains("`org.test.hello` 1"), "{name}: {}", done.out);
+        assert_eq!(installed(&place), ["libtatu_hello.so"], "{name}");
+        install(&place, &["--remove", "org.test.hello"]).good();
+    }
+    archive(&place, "none.tar", &tar(&[("README.md", Regular, b"read me")]));
+    install(&place, &["none.tar"])
+        .refused(&["error[E330]", "cannot install none.tar: there is no libtatu_NAME.so in it"]);
+    archive(
+        &place,
+        "two.tar",
+        &tar(&[("a/libtatu_hello.so", Regular, &library), ("b/libtatu_hello.so", Regular, &library)]),
+    );
+    install(&place, &["two.tar"]).refused(&["it holds 2 plugins: `a/libtatu_hello.so` and `b/libtatu_hello.so`"]);
+    archive(&place, "broken.tar", &tar(&[("libtatu_hello.so", Regular, b"text")]));
+    install(&place, &["broken.tar"]).refused(&["cannot install broken.tar: it is a text file"]);
+    assert!(installed(&place).is_empty());
+}
+
+#[test]
+fn archives_with_anything_but_plain_files_are_refused_whole() {
+    use tar::EntryType::{Block, Char, Fifo, Link, Regular, Symlink};
+    let place = built("hello", "org.test.hello", "1");
+    let library = fs::read(place.path().join("mine/libtatu_hello.so")).unwrap();
+    let good = ("libtatu_hello.so", Regular, library.as_slice());
+    for (name, sort, words) in [
+        ("../escape", Regular, "`../escape`, a path that leads out of its folder"),
+        ("a/../../escape", Regular, "a path that leads out of its folder"),
+        ("/escape", Regular, "an absolute path"),
+        ("a\\..\\..\\escape", Regular, "a path that leads out of its folder"),
+        ("C:\\escape", Regular, "a path with a drive"),
+        ("link", Symlink, "`link`, which is a symbolic link, not a plain file"),
+        ("link", Link, "which is a hard link"),
+        ("null", Char, "which is a device"),
+        ("disk", Block, "which is a device"),
+        ("pipe", Fifo, "which is a pipe"),
+    ] {
+        let bytes = tar(&[good, (name, sort, b"")]);
+        archive(&place, "bad.tar", &bytes);
+        archive(&place, "bad.tar.gz", &gzip(&bytes));
+        for file in ["bad.tar", "bad.tar.gz"] {
+            install(&place, &[file]).refused(&[
+                "error[E330]",
+                &format!("cannot install {file}: it holds `"),
+                words,
+                "help: pack plain files",
+            ]);
+        }
+    }
+    for (name, mode, words) in
+        [("../escape", 0o644, "a path that leads out of its folder"), ("/escape", 0o644, "an absolute path")]
+    {
+        archive(&place, "bad.zip", &zip(&[("libtatu_hello.so", 0o644, &library), (name, mode, b"x")]));
+        install(&place, &["bad.zip"]).refused(&["error[E330]", words]);
+    }
+    let mut writer = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    writer.add_symlink("link", "libtatu_hello.so", zip::write::SimpleFileOptions::default()).unwrap();
+    archive(&place, "bad.zip", &writer.finish().unwrap().into_inner());
+    install(&place, &["bad.zip"]).refused(&["error[E330]", "`link`, which is a symbolic link"]);
+    // Packed small, and unpacked large.
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+    let mut header = tar::Header::new_gnu();
+    header.set_path("zeros").unwrap();
+    header.set_size(257 << 20);
+    header.set_cksum();
+    encoder.write_all(header.as_bytes()).unwrap();
+    archive(&place, "bomb.tar.gz", &encoder.finish().unwrap());
+    install(&place, &["bomb.tar.gz"]).refused(&["error[E330]", "more than 256 MiB"]);
+    // Cut off.
+    let bytes = gzip(&tar(&[good]));
+    archive(&place, "cut.tar.gz", &bytes[..bytes.len() / 2]);
+    install(&place, &["cut.tar.gz"]).refused(&["error[E330]", "cannot be unpacked", "get it again"]);
+    archive(&place, "cut.zip", &zip(&[("libtatu_hello.so", 0o644, &library)])[..1000]);
+    install(&place, &["cut.zip"]).refused(&["error[E330]", "cannot be unpacked"]);
+    assert!(!place.path().join(".data").join("tatu/plugins").exists());
+    assert!(!place.path().join("escape").exists() && !place.path().parent().unwrap().join("escape").exists());
+}
