@@ -95,9 +95,9 @@ impl Examiner {
         out
     }
 
-    /// The id that a file states, without opening it.
+    /// The id that a file states; it is opened only where libraries cannot be read.
     pub fn id(&mut self, file: &Path) -> Option<String> {
-        self.read(file).descriptor?.id
+        if READS { self.read(file).descriptor?.id } else { self.examine(file).id() }
     }
 
     /// The file that comes first in the search order, has the same id and can be loaded: it hides this one.

@@ -2,6 +2,7 @@
 
 mod away;
 mod breaches;
+mod broken;
 mod claims;
 mod compat;
 mod configure;
