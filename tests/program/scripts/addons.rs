@@ -182,7 +182,9 @@ fn options_reach_an_addon_as_a_table_of_the_types_of_its_defaults() {
     let given = |options: &str| place.run(&["--steps", "2", "--addon", &format!("given:{options}")]);
     assert_eq!(told(&given("period=0.25,loud=yes,paths=/a,/b").good()), ["0.5 1 true /a,/b", "over"]);
     let wrong = given("perod=1").errors();
-    assert!(wrong[0]["message"].as_str().unwrap().contains("no option `perod`; there are: loud, n, paths, period"));
+    assert!(
+        wrong[0]["message"].as_str().unwrap().contains("no option `perod`; expected one of: loud, n, paths, period")
+    );
     assert!(wrong[0]["file"].as_str().unwrap().ends_with("given.lua") && wrong[0]["line"] == 3, "{wrong:?}");
     place.run(&["--addon", ":period=1"]).refused(&["E102", "does not name an add-on"]);
 }

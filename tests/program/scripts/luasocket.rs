@@ -253,7 +253,7 @@ fn a_world_opens_nothing_that_nobody_allows() {
         "#,
     );
     let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["a script wants a socket of 127.0.0.1:9", "--allow net=127.0.0.1:9"]);
+    done.tells(&["a script wants to use 127.0.0.1:9", "--allow net=127.0.0.1:9"]);
     let other = scene("is('nil \"permission denied\"', socket.connect('127.0.0.1', 9))");
     other.run(&["--steps", "1", "--allow", "net=127.0.0.1:8"]).good();
     other.run(&["--steps", "1", "--allow", "net=anywhere"]).refused(&["net=HOST:PORT", "net=127.0.0.1:*"]);

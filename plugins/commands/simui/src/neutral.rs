@@ -1,4 +1,4 @@
-//! What is taken and does nothing, and the constants.
+//! Commands that are accepted and do nothing, and the constants.
 
 use tatu_commands_common::{
     Gives::{self, *},
@@ -58,7 +58,7 @@ const STUBS: &[(&str, Gives, &str)] = &[
     ("simUI.setPropertiesSelection", Nothing, RARE),
 ];
 
-/// Marks of curves, by their numbers.
+/// Curve markers and their numbers.
 const SCATTER: &[(&str, i64)] = &[
     ("none", 0),
     ("dot", 1),

@@ -1,5 +1,5 @@
-//! What views and remote clients ask of a world beyond single properties: what properties there are, texts of scripts, keys,
-//! another scene.
+//! Commands for views and remote clients: properties of objects, texts of scripts, keys, models, and opening another
+//! scene.
 
 use tatu_plugin_api::{
     abi::*,
@@ -8,7 +8,7 @@ use tatu_plugin_api::{
 
 use crate::plugin::{Cmd, Ctx, Tatu};
 
-/// The object of argument `i`; 0: the world.
+/// Returns the object of argument `i`; 0: the world.
 fn object(c: &Ctx<'_>, i: usize) -> tatu_plugin_api::safe::Result<tatu_object> {
     match c.i64(i)? {
         0 => Ok(0),
@@ -83,7 +83,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         .param(Param::int("script").text("a handle: tatu.list('script')"))
         .param(Param::string("text"))
         .text(
-            "Puts another text in the place of a script's, between two of its calls; what it keeps goes on where the new text \
+            "Replaces the text of a script between two of its calls; its state is kept where the new text \
              has it. A text that cannot be loaded is refused, and nothing changes. A script cannot change itself.",
         )
         .example("assert(not pcall(tatu.setScript, tatu.list('script')[1], 'this is no Lua'))"),

@@ -1,14 +1,14 @@
-//! Bits of objects that scripts read and write: object, model and special properties, explicit handling; and handles that
-//! objects refer to.
+//! Bit masks of objects that scripts read and write: object, model and special properties, explicit handling; and
+//! references from objects to others.
 
 use crate::{kit::*, lookup::registered::is_stand_in};
 
-/// Selectable, as every object that is made.
+/// Default of the object property: selectable.
 const OBJECT_PROPERTY: i64 = 32;
-/// Collidable, measurable, detectable, renderable.
+/// Default of the special property: collidable, measurable, detectable, renderable.
 const SPECIAL: i64 = 1 | 2 | DETECTABLE | 0x200;
 pub(crate) const DETECTABLE: i64 = 0x1F0;
-/// What the bits of `DETECTABLE` stand for are those that the core calls waves.
+/// The waves of the core that the bits of `DETECTABLE` correspond to.
 const ALL_WAVES: i64 = TATU_WAVES_ALL as i64;
 const NOT_MODEL: i64 = 0xF000;
 
@@ -87,7 +87,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let (p, seen) = (&c.plugin().p, bits & DETECTABLE);
                 c.world().set(o.id, p.detectable, &Value::Bool(seen != 0))?;
                 if seen != 0 {
-                    // Beams of other sorts than these five see it in any case.
+                    // Waves other than these five always detect the object.
                     c.world().set(o.id, p.detectable_mask, &Value::Int(seen | !DETECTABLE & ALL_WAVES))?;
                 }
             }
@@ -137,7 +137,8 @@ fn explicit(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Handles that an object keeps, as full ids: those of what has gone become -1.
+/// Adds commands for handles that an object stores. They are stored as full ids, so that a removed object is read as
+/// -1.
 fn references(offer: &mut Offer<Vrep>) {
     let key = |tag: &str| format!("handles {tag}");
     let tag = |c: &Ctx<'_>, i: usize| if c.has(i) { c.text(i) } else { Ok(String::new()) };
@@ -184,7 +185,7 @@ fn references(offer: &mut Offer<Vrep>) {
             let kept = String::from_utf8_lossy(&kept).into_owned();
             let first = kept.split(' ').next().and_then(|t| t.parse::<u64>().ok()).filter(|o| *o != 0);
             let there = first.filter(|o| c.world().look(*o).is_ok());
-            let there = there.ok_or_else(|| Fail::missing(format!("no object is kept under `{tag}`")))?;
+            let there = there.ok_or_else(|| Fail::missing(format!("no handle is stored under the tag `{tag}`")))?;
             c.ret(handle(there));
             Ok(())
         })
@@ -208,7 +209,7 @@ fn references(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Links between dummies.
+/// Adds commands that link dummies.
 fn links(offer: &mut Offer<Vrep>) {
     let id_of_note = |c: &Ctx<'_>, id: tatu_object| -> Result<tatu_object> {
         let kept = tags::private(c, id, "link")?.and_then(|t| String::from_utf8(t).ok()?.parse::<u64>().ok());
@@ -229,7 +230,7 @@ fn links(offer: &mut Offer<Vrep>) {
         both(["sim.setLinkDummy", "simSetLinkDummy"], MINUS, move |c| {
             let dummy = of_kind(c, 0, TATU_KIND_DUMMY)?;
             let other = if c.i64(1)? == -1 { 0 } else { of_kind(c, 1, TATU_KIND_DUMMY)? };
-            // A dummy has one partner: both let go of theirs.
+            // A dummy has one partner: unlink both from their previous ones.
             for d in [dummy, other].into_iter().filter(|d| *d != 0) {
                 match id_of_note(c, d)? {
                     0 => {}

@@ -1,4 +1,4 @@
-//! Ports that scripts open for remote clients. A service listens; the functions here notify it.
+//! Ports that scripts open for remote clients. A service does the listening; these commands notify it.
 
 use crate::kit::*;
 
@@ -8,7 +8,7 @@ const NOTES: &str =
 const OPEN: &str = "remote_api.open";
 const CLOSE: &str = "remote_api.close";
 
-/// A port is to be opened or closed.
+/// Publishes that a port is to be opened or closed.
 fn tell(c: &Ctx<'_>, event: &str) -> Result {
     let port = c.i64(0)?;
     if !(1..=65535).contains(&port) {

@@ -1,11 +1,11 @@
-//! Graphs: samples, streams, curves.
+//! Commands on graphs: samples, streams, curves.
 //!
-//! Old scripts record what the scene defines, and give user streams their numbers by name; new ones add streams and
-//! curves themselves, and speak of them by number.
+//! Old scripts record streams that the scene defines, and set values of user streams by name; newer ones add streams
+//! and curves themselves, and refer to them by number.
 
 use crate::kit::*;
 
-/// Options of a stream: not drawn.
+/// Option of a stream: it is not drawn.
 const INVISIBLE: i64 = 1;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -14,7 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     curves(offer);
 }
 
-/// A command with its flat name, whose errors give -1 there.
+/// Builds a command with its flat name; failed calls by that name return -1.
 fn command(names: Names, run: fn(&mut Ctx<'_>) -> Result) -> Cmd {
     both(names, MINUS, run)
 }
@@ -55,7 +55,7 @@ fn samples(offer: &mut Offer<Vrep>) {
             }
             let stream = match find(c, graph, TATU_FIGURE_STREAM, &name)? {
                 Some(stream) => stream,
-                // Without its scene a graph has none of the streams that the scene gave it.
+                // A stand-in has no streams from its scene, so this one is added.
                 None if c.world().makes_stand_ins() => {
                     c.world().add_figure(graph, TATU_FIGURE_STREAM, &map(vec![("name", Value::text(&name))]))?
                 }
@@ -222,7 +222,7 @@ fn curves(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// The graphs that argument 0 names.
+/// Returns the graphs that argument 0 names.
 fn graphs(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     match c.i64(0)? {
         all @ (HANDLE_ALL | HANDLE_ALL_EXCEPT_EXPLICIT) => {
@@ -237,7 +237,7 @@ fn graphs(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     }
 }
 
-/// A stream or curve by its name.
+/// Finds a stream or curve by its name.
 fn find(c: &Ctx<'_>, graph: tatu_object, what: u32, name: &str) -> Result<Option<i64>> {
     for id in c.world().figures(graph, what)? {
         if name_of(c, graph, id)? == name {
@@ -260,7 +260,7 @@ fn text_or(c: &Ctx<'_>, i: usize) -> Result<String> {
     if c.has(i) { c.text(i) } else { Ok(String::new()) }
 }
 
-/// A colour of a script, held within 0 to 1.
+/// Returns the colour in argument `i`, each component clamped to 0..1.
 pub(crate) fn color(c: &Ctx<'_>, i: usize) -> Result<Value> {
     let rgb: [f64; 3] = numbers(c, i)?;
     Ok(Value::Floats(rgb.iter().map(|x| x.clamp(0.0, 1.0)).collect()))

@@ -1,4 +1,4 @@
-//! Creates joints and force sensors; readings of force sensors; joints that follow others.
+//! Commands that create joints and force sensors, read force sensors, and couple joints.
 
 use crate::kit::{algebra as al, *};
 
@@ -71,7 +71,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let sensor = of_kind(c, 0, TATU_KIND_FORCE_SENSOR)?;
             let (w, p) = (c.world(), &c.plugin().p);
             if w.look(sensor)?.kind != TATU_KIND_FORCE_SENSOR || !bool_of(c, sensor, p.sensed)? {
-                // The original, asked before physics has anything to tell, answers so too.
+                // The original returns the same before physics has measured anything.
                 c.ret(if version(c) >= (4, 2) { 2_i64 } else { 0 });
                 c.ret(&[0.0; 3][..]);
                 c.ret(&[0.0; 3][..]);
@@ -103,7 +103,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     child_poses(offer);
 }
 
-/// The numbers of a table that may be missing.
+/// Returns the numbers of table argument `i`; empty if it is missing.
 fn given(c: &Ctx<'_>, i: usize) -> Vec<f64> {
     let table = c.arg(i);
     (0..table.len()).map_while(|k| table.number(k)).collect()
@@ -161,7 +161,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// The moved part of a joint; of other objects their own frame.
+/// Adds commands for the pose of a joint's moving part; for other objects, their own frame.
 fn child_poses(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getObjectChildPose", |c| {

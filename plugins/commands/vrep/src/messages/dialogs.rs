@@ -1,16 +1,16 @@
-//! Dialogs. A view that shows them tells what was answered; where nobody attends to them they answer themselves, in the next
-//! step: yes or ok, with the text they had.
+//! Dialogs. A view that shows a dialog reports the answer; without such a view, a dialog answers itself in the next
+//! step with yes or ok, and its initial text.
 
 use crate::{
     kit::*,
     state::{dialogs::Dialog, state},
 };
 
-/// The event by which views hear of windows, and the command by which they answer dialogs.
+/// The event that publishes windows to views, and the command by which they answer dialogs.
 const EVENT: &str = "ui.window";
 const ANSWER: &str = "tatu.answerDialog";
 
-/// Buttons of a style: text and result.
+/// Returns the buttons of a style: text and result.
 fn buttons(style: i64) -> &'static [(&'static str, i64)] {
     match style {
         1 | 2 => &[("OK", 1)],
@@ -24,7 +24,7 @@ fn map<const N: usize>(entries: [(&str, Value); N]) -> Value {
     Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
 }
 
-/// Shows a dialog: text, a field for input, a button for each answer.
+/// Publishes a dialog: text, an input field, and a button for each answer.
 fn show(c: &Ctx<'_>, made: i64, title: &str, text: &str, dialog: &Dialog) -> Result {
     let widget = |element: &str, above: Value, values: Value| {
         map([("element", Value::text(element)), ("above", above), ("values", values)])
@@ -57,7 +57,7 @@ fn hide(c: &Ctx<'_>, made: i64) -> Result {
     c.world().publish_value(EVENT, &closed)
 }
 
-/// What somebody did to a dialog.
+/// Handles a user action on a dialog.
 fn answer(c: &mut Ctx<'_>) -> Result {
     let (made, n, what) = (c.i64(0)?, c.i64(1)?, c.text(2)?);
     let over = {

@@ -1,4 +1,4 @@
-//! Simulator messages: key presses and the like. Each script that asks gets its own copy.
+//! Simulator messages such as key presses. Each script that reads messages gets its own copy.
 
 use super::keys;
 use crate::{kit::*, state::state};
@@ -42,7 +42,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Keys that came in since the last look become messages.
+/// Converts the keys pressed since the last call to messages.
 fn pressed(c: &Ctx<'_>) -> Result {
     loop {
         let seen = state(c)?.messages.inputs;

@@ -1,6 +1,6 @@
-//! Motions that threads wait for: `sim.moveToConfig`, `sim.moveToPose` and their older kin.
+//! Motions that threads wait for: `sim.moveToConfig`, `sim.moveToPose` and their older equivalents.
 //!
-//! Each is a [`Motion`] under a number; each step advances the profile, sets what is moved, and calls a callback.
+//! Each is a [`Motion`] stored under a number; a step advances the profile, moves the objects, and calls a callback.
 
 use super::{
     made::{config, pose, rml_joints, rml_position, to_joints, to_object, to_position},
@@ -123,7 +123,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// The three parts of a motion, for scripts that wait themselves.
+/// Adds the three-part form of a motion, for scripts that advance it themselves.
 fn steps(offer: &mut Offer<Vrep>) {
     for (whole, [begin, step, cleanup], make) in [
         (
@@ -194,7 +194,7 @@ fn finish(c: &Ctx<'_>, number: i64) -> Result {
     Ok(())
 }
 
-/// Makes the motion, and goes on with it in each step.
+/// Starts the motion, and advances it each time the waiting thread resumes.
 fn run(c: &mut Ctx<'_>, make: Make) -> Result<Outcome> {
     let number = match c.resumed() {
         0 => {
@@ -224,7 +224,8 @@ fn run(c: &mut Ctx<'_>, make: Make) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// One step: whether it has arrived (or the callback said enough), and what is answered.
+/// Advances by one step; returns whether the target is reached (or the callback ended the motion), and the result for
+/// the script.
 fn advance(c: &mut Ctx<'_>, number: i64) -> Result<(bool, Value)> {
     let dt = c.world().f64(0, c.plugin().p.dt)?;
     let (motion, (mut arrived, now, left)) = {
@@ -291,7 +292,7 @@ fn answer(motion: &Motion, now: &State, at: &Value, left: f64) -> Value {
     }
 }
 
-/// Sets what is moved; where it is.
+/// Applies the state of the profile to the moved objects; returns their position as passed to callbacks.
 fn apply(c: &Ctx<'_>, mover: &Mover, now: &State) -> Result<Value> {
     let (w, p) = (c.world(), &c.plugin().p);
     match mover {
@@ -305,7 +306,7 @@ fn apply(c: &Ctx<'_>, mover: &Mover, now: &State) -> Result<Value> {
         }
         Mover::Pose { object, frame, from, to } => {
             let angle = al::axis_angle(al::turn(al::rotation(to), al::conjugate(al::rotation(from)))).1.abs();
-            // The four coordinates are x, y, z and the angle that was turned.
+            // The four coordinates are x, y, z and the angle turned so far.
             let [x, y, z, turned] =
                 <[f64; 4]>::try_from(now[0].as_slice()).map_err(|_| Fail::new("a pose has four coordinates"))?;
             let t = if angle > 1e-12 { (turned / angle).clamp(0.0, 1.0) } else { 1.0 };

@@ -1,4 +1,4 @@
-//! Tables as bytes and back: `sim.packTable`, `sim.unpackTable`.
+//! Packs tables into bytes, and unpacks them: `sim.packTable`, `sim.unpackTable`.
 
 use crate::kit::*;
 

@@ -1,4 +1,4 @@
-//! Collisions and distances between shapes.
+//! Commands on collisions and distances between shapes.
 
 use crate::{
     kit::*,
@@ -84,7 +84,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
 }
 
-/// The shortest way between two things.
+/// The shortest segment between two entities.
 pub(crate) struct Way(pub(crate) Closest);
 
 impl Way {
@@ -93,7 +93,7 @@ impl Way {
     }
 }
 
-/// The shortest way from one to the other, where both have shapes; `limit` > 0: no longer than this, m.
+/// Returns the shortest segment between two entities, if both have shapes; `limit` > 0: no longer than this, m.
 pub(crate) fn closest(c: &Ctx<'_>, first: &Entity, second: &Entity, limit: f64) -> Result<Option<Way>> {
     let (first, second) = match (first, second) {
         (Entity::Objects(a), Entity::Objects(b)) => (a.as_slice(), b.as_slice()),

@@ -1,4 +1,4 @@
-//! Shapes in physics: pushes, velocity, contacts.
+//! Commands on shapes in physics: forces, velocity, contacts.
 
 use crate::kit::{algebra as al, *};
 
@@ -99,12 +99,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Pushes a shape; one that physics does not move stays where it is.
+/// Applies a force and a torque to a shape; a shape that physics does not move is left alone.
 fn push(c: &Ctx<'_>, shape: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
     if bool_of(c, shape, c.plugin().p.dynamic)? { c.world().push(shape, force, torque) } else { Ok(()) }
 }
 
-/// The shape of argument 0, to be pushed.
+/// Returns the shape of argument 0, to which a force is to be applied.
 fn pushable(c: &Ctx<'_>) -> Result<tatu_object> {
     let flags = c.arg(0).as_i64().unwrap_or(0);
     if flags > HANDLE_BITS && flags & 0xC0_0000 != 0 {

@@ -1,4 +1,4 @@
-//! More on scripts: running text in them, their variables, attributes and parameters.
+//! More commands on scripts: running text in them, their variables, attributes and parameters.
 
 use super::calls as scripts;
 use crate::{kit::*, state::state};
@@ -19,7 +19,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     }
                     Ok(())
                 }
-                Err(e) if e.code() == TATU_ERR_MISSING => Err(Fail::unsupported("the script's language runs no text")),
+                Err(e) if e.code() == TATU_ERR_MISSING => {
+                    Err(Fail::unsupported("the script's language cannot run text"))
+                }
                 Err(e) => Err(e),
             }
         })
@@ -121,13 +123,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// The text before `@`, and the script that is meant.
+/// Returns the text before `@`, and the script named behind it or by argument `i`.
 fn target_of(c: &Ctx<'_>, text: &str, i: usize) -> Result<(String, tatu_object)> {
     let by_type = c.arg(i).as_i64().is_some_and(|n| scripts::kind_of(n).is_some());
     match text.rsplit_once('@') {
         Some((head, owner)) if by_type => Ok((head.into(), scripts::named(c, owner, c.i64(i)?)?)),
         _ if !c.has(i) => match c.caller_script() {
-            0 => Err(Fail::missing("only a script can call this")),
+            0 => Err(Fail::missing("the caller is not a script: pass the handle of one")),
             script => Ok((text.into(), script)),
         },
         _ => Ok((text.into(), scripts::any_script(c, i)?)),
@@ -143,7 +145,7 @@ fn attributes(offer: &mut Offer<Vrep>) {
             let kept = tags::number(c, script, &name(n))?;
             match n {
                 2 => c.ret(int_of(c, script, c.plugin().p.script_calls)?),
-                // Whether it is active, cascades or is enabled are truth values.
+                // Attributes that are booleans: active, cascaded, enabled.
                 0 | 3 | 4 => c.ret(kept.is_none_or(|x| x != 0.0)),
                 _ => c.ret(kept.unwrap_or(1.0) as i64),
             }
@@ -172,7 +174,7 @@ fn attributes(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Parameters that users set in the original's windows.
+/// Adds commands for the parameters that users set in the original's dialogs.
 fn parameters(offer: &mut Offer<Vrep>) {
     let name = |c: &Ctx<'_>| Ok::<_, Fail>(format!("parameter {}", c.text(1)?));
     let target = |c: &Ctx<'_>| match c.i64(0)? {

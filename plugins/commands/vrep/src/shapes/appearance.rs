@@ -1,4 +1,4 @@
-//! Colours of objects, the box of a shape, and texts of objects by number.
+//! Commands on colours of objects, the size of a shape, and texts of objects by number.
 
 use crate::kit::*;
 
@@ -99,7 +99,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     texts(offer);
 }
 
-/// Texts by number, which the original has for a few kinds; all are kept and given back.
+/// Adds text parameters by number. The original has them for a few kinds of objects; here they are only stored.
 fn texts(offer: &mut Offer<Vrep>) {
     let key = |c: &Ctx<'_>| Ok::<_, Fail>(format!("text {}", c.i64(1)?));
     let get = move |c: &mut Ctx<'_>| -> Result {

@@ -1,4 +1,4 @@
-//! Communication tubes: packets between two scripts, in order.
+//! Commands on communication tubes: packets between two scripts, in order.
 
 use crate::{kit::*, state::state};
 
@@ -82,7 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 fn read(c: &mut Ctx<'_>) -> Result<Outcome> {
-    // Called again while it waits: the word is the tube's number, plus one.
+    // On a repeated call while waiting, the word is the tube's number plus one.
     let tube = match c.resumed() {
         0 => c.i64(0)?,
         word => word as i64 - 1,

@@ -1,4 +1,4 @@
-//! Messages: wireless data between objects, and messages to all scripts.
+//! Commands on messages: wireless data between objects, and messages to all scripts.
 
 use std::collections::BTreeSet;
 
@@ -65,7 +65,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 fn handle_value<'a>(n: i64) -> ValueRef<'a> {
-    // SAFETY: an integer points to nothing.
+    // SAFETY: the tag is TATU_I64, whose payload holds no pointer, so the value borrows nothing.
     unsafe { ValueRef::new(tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: n } }) }
 }
 

@@ -1,4 +1,4 @@
-//! The simulation: time, state, start and stop.
+//! Commands on the simulation: time, state, start and stop.
 
 use crate::kit::*;
 
@@ -131,7 +131,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// The phase of the world, in the numbers that the original had for it.
+/// Returns the phase of the world, in the original's numbers.
 pub(crate) fn state_now(c: &Shared<'_>) -> Result<i64> {
     Ok(match int_of(c, 0, c.plugin().p.phase)? as u32 {
         TATU_PHASE_FIRST => 16,

@@ -1,4 +1,4 @@
-//! Waiting: what threaded scripts and coroutines use to let the simulation go on.
+//! Commands that wait: threaded scripts and coroutines call them to let the simulation advance.
 
 use crate::{kit::*, signals::values::KINDS, state::state};
 
@@ -6,7 +6,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.wait", |c| {
             let now = c.world().f64(0, c.plugin().p.time)?;
-            // Called again when the time has come: the word is that time.
+            // On the call after the wait, the word is the end time.
             let until = match c.resumed() {
                 0 => now + c.f64(0)?.max(0.0),
                 word => f64::from_bits(word),
@@ -62,8 +62,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Slices of threads belong to the script languages, which preludes tell what to do (`prelude.lua`). These commands
-/// serve callers that have no threads: nothing is set, and 0 is returned.
+/// Adds commands on time slices of threads, which script languages implement (`prelude.lua`). The commands here serve
+/// callers that are not threads: they set nothing and return 0.
 fn slices(offer: &mut Offer<Vrep>) {
     let zero = |c: &mut Ctx<'_>| {
         c.ret(0_i64);
@@ -156,7 +156,7 @@ fn slices(offer: &mut Offer<Vrep>) {
 }
 
 fn wait_for_signal(c: &mut Ctx<'_>) -> Result<Outcome> {
-    // Called again without arguments: the word leads to the name.
+    // On a repeated call the arguments are gone: the word is the key of the stored name.
     let name = match c.resumed() {
         0 => c.bytes(0)?.to_vec(),
         word => state(c)?.waits.remove(&word).unwrap_or_default(),
