@@ -1,4 +1,4 @@
-//! The same output in every process.
+//! Tests that the output is the same in every process.
 #![allow(missing_docs)]
 
 mod common;
@@ -64,7 +64,7 @@ fn run() -> Vec<String> {
     let h = Host::new();
     h.command("echo", |_, _| 0);
     h.command("robot.echo", |_, _| 0);
-    // What the process did before must not matter.
+    // Earlier work of the process must not matter.
     let other = h.load("x = {} for i = 1, 1000 do x[i] = {} end");
     other.init().unwrap();
     let s = h.script(3);
