@@ -262,7 +262,7 @@ fn a_goal_goes_to_who_takes_it_and_its_result_comes_back() {
         assert_eq!(hear(socket)["id"], "done");
     };
     say(&mut client, &json!({ "op": "send_action_goal", "id": "g", "action": "/fib", "args": {} }));
-    assert!(hear(&mut client)["msg"].as_str().unwrap().contains("nobody offers the action /fib"));
+    assert!(hear(&mut client)["msg"].as_str().unwrap().contains("no client offers the action /fib"));
     say(
         &mut server,
         &json!({ "op": "advertise_action", "action": "/fib", "type": "example_interfaces/action/Fibonacci" }),

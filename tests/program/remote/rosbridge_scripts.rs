@@ -118,7 +118,7 @@ ended, heard, failed = [], [], []
 def give(order):
     return fib.send_goal(roslibpy.Goal({'order': order}), ended.append, heard.append, failed.append)
 def given():
-    # Before the script has begun nobody offers the action.
+    # Before the script has begun, no server offers the action.
     if not heard:
         give(4)
         time.sleep(0.2)

@@ -1,4 +1,4 @@
-//! Actions of scripts, which ROS 2 has: goals that take time, with feedback and a result.
+//! Commands for actions of ROS 2: goals that take time, with feedback and a result.
 
 use serde_json::Value as Json;
 use tatu_plugin_api::safe::{Constant, Fail, IntoResult, Offer, Outcome, Param, Result, Value};
@@ -11,10 +11,10 @@ use crate::{
     types::Ros,
 };
 
-/// How long a goal waits for somebody who offers its action, s.
+/// How long a goal waits for a server of its action, s.
 const PATIENCE: f64 = 5.0;
 
-/// What an example begins with: an action of a name of its own, that scripts offer and use, and a goal of it.
+/// Returns the beginning of an example: an action with a separate name, which scripts offer and use, and a goal of it.
 fn begin(name: &str) -> String {
     format!(
         "simROS2 = require 'simROS2'\n\
@@ -29,7 +29,7 @@ fn begin(name: &str) -> String {
     )
 }
 
-/// The rest of an example behind its beginning.
+/// Returns an example that begins as above.
 fn example(name: &str, text: &str) -> String {
     begin(name) + text
 }
@@ -40,7 +40,7 @@ fn open(c: &mut Ctx<'_>, role: Role) -> Result {
     open_with(c, role, Ros::Two, callbacks)
 }
 
-/// Gives a goal; a thread waits for somebody who offers the action.
+/// Sends a goal; a thread waits for a server of the action.
 fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
     let nobody = |client: &Endpoint, how: &str| {
         Fail::missing(format!("no script and no client of `rosbridge` offers the action {}{how}", client.name))
@@ -80,7 +80,7 @@ fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
     c.wait_poll(number)
 }
 
-/// Waits until somebody offers a service, as long as argument 1 says.
+/// Waits until a service is offered, for at most the time in argument 1.
 fn wait_for_service(c: &mut Ctx<'_>) -> Result<Outcome> {
     let now = time(c, "scene.time")?;
     let (number, wait) = match c.resumed() {
@@ -104,7 +104,7 @@ fn wait_for_service(c: &mut Ctx<'_>) -> Result<Outcome> {
     c.wait_poll(number)
 }
 
-/// A server's goal by arguments 0 and 1, and the server.
+/// Returns the server and the goal that arguments 0 and 1 name.
 fn of_server(c: &Ctx<'_>) -> Result<(Endpoint, String, goals::Goal)> {
     let (handle, id) = (c.i64(0)?, c.text(1)?);
     let server = c.instance().of(handle, Role::ActionServer)?;
@@ -112,12 +112,12 @@ fn of_server(c: &Ctx<'_>) -> Result<(Endpoint, String, goals::Goal)> {
     Ok((server, id, goal))
 }
 
-/// Reports argument 2 to the sender of the goal: as feedback, or as the result with a code.
+/// Reports argument 2 to the sender of the goal, as feedback or as the result with a code.
 fn report(c: &mut Ctx<'_>, ended: Option<i64>) -> Result {
     let (server, id, goal) = of_server(c)?;
     let refused = match (goal.stage, ended) {
-        (Stage::Deferred, _) => "it was deferred: begin it by actionServerExecute",
-        (Stage::Executing, Some(goals::CANCELED)) => "whoever gave it does not want it back: end it as aborted",
+        (Stage::Deferred, _) => "it was deferred: start it by actionServerExecute first",
+        (Stage::Executing, Some(goals::CANCELED)) => "its sender has not cancelled it: end it as aborted instead",
         _ => "",
     };
     if !refused.is_empty() {
@@ -171,7 +171,7 @@ fn callback(name: &str, text: &str) -> Param {
     Param::any(name).optional().text(format!("a function of the script or its name: {text}"))
 }
 
-/// A command of ROS 2 alone, on a page of its own.
+/// Adds a command that only ROS 2 has, on a separate page.
 fn add_action<T: IntoResult + 'static>(
     offer: &mut Offer<Plugin>,
     name: &str,

@@ -1,4 +1,4 @@
-//! Parameters that scripts of a world share.
+//! Commands for parameters that the scripts of a world share.
 
 use tatu_plugin_api::safe::{Offer, Param};
 

@@ -39,8 +39,8 @@ pub(crate) fn tell(script: &State, world: &World<'_>) {
             continue;
         }
         let text = format!(
-            "scripts in Lua cannot call the command `{name}`, since `{first}` is Lua's own: rename it into a namespace such \
-             as `mine.name` (`tatu describe {name}` shows which plugin offers it)"
+            "scripts in Lua cannot call the command `{name}`, since `{first}` is Lua's own: rename it into a namespace \
+             such as `mine.name` (`tatu describe {name}` shows which plugin offers it)"
         );
         world.log(TATU_LOG_WARNING, text.as_bytes());
         told.names.insert(name);
