@@ -1,4 +1,4 @@
-//! What scenes write of a camera, and what follows from it.
+//! The parameters of a camera, and quantities derived from them.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -9,40 +9,40 @@ use tatu_plugin_api::{
 
 use crate::optics::{Edges, Optics};
 
-/// The greatest number of pixels along one side; the host's own limit.
+/// Most pixels along one side; also the host's limit.
 const MOST_PIXELS: f64 = 8192.0;
 
-/// A camera's parameters, checked.
+/// The checked parameters of a camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Pixels in a row.
+    /// Number of columns.
     pub columns: u32,
-    /// Rows.
+    /// Number of rows.
     pub rows: u32,
     /// Angle between the edges of the longer side, rad.
     pub perspective_angle: f64,
-    /// Length of the longer side, m; 0: the image is one in perspective.
+    /// Length of the longer side, m; 0: perspective projection.
     pub ortho_size: f64,
     /// Near plane, m.
     pub near: f64,
     /// Far plane, m.
     pub far: f64,
-    /// Colour of pixels that see nothing.
+    /// Colour of pixels that detect nothing.
     pub background: [u8; 3],
-    /// Whether objects of its own model are looked through.
+    /// Whether beams ignore objects of the sensor's own model.
     pub skip_own_model: bool,
-    /// Whether colours are taken.
+    /// Whether colours are measured.
     pub color: bool,
-    /// Whether points are reported, and angles of incidence.
+    /// Whether points, and angles of incidence, are reported.
     pub points: bool,
     pub incidence: bool,
-    /// What a pixel without a depth gets: infinity or 0.
+    /// Value of a pixel without a depth: infinity or 0.
     pub empty: f32,
-    /// What it cannot measure.
+    /// Limitations of the optics.
     pub optics: Optics,
 }
 
-/// The parameters as they are declared.
+/// Declares the parameters.
 pub fn params() -> Vec<Param> {
     let pixels = |key, n: i64| Param::int(key).range(1.0, MOST_PIXELS).default(n);
     let metres = |key, x: f64| Param::float(key).unit("m").range(0.0, f64::INFINITY).default(x);
@@ -101,7 +101,7 @@ fn refuse<T>(text: String) -> Result<T> {
 }
 
 impl Settings {
-    /// Reads and checks.
+    /// Reads and checks the parameters.
     pub fn read(p: &Params<'_>) -> Result<Self> {
         let count = |key: &str| -> Result<u32> {
             let n = p.i64(key)?;
@@ -173,12 +173,12 @@ impl Settings {
         Ok(self)
     }
 
-    /// Pixels of the longer side.
+    /// Returns the number of pixels of the longer side.
     fn longer(&self) -> f64 {
         f64::from(self.columns.max(self.rows))
     }
 
-    /// Focal length in pixels; pixels per metre where lines of sight are parallel.
+    /// Returns the focal length in pixels; for orthographic projection, pixels per metre.
     pub fn focal(&self) -> f64 {
         if self.ortho_size > 0.0 {
             self.longer() / self.ortho_size
@@ -187,7 +187,7 @@ impl Settings {
         }
     }
 
-    /// What the core is to draw.
+    /// Returns the beams that the core casts.
     pub fn beams(&self) -> Beams {
         let (columns, rows) = (self.columns, self.rows);
         let form = if self.ortho_size > 0.0 {
@@ -208,18 +208,18 @@ impl Settings {
         }
     }
 
-    /// Whether it asks how slanted surfaces are.
+    /// Returns whether angles of incidence are needed.
     pub fn slant(&self) -> bool {
         self.incidence || self.optics.least_cosine > 0.0
     }
 
-    /// The point of a pixel in the sensor's frame, m, with its [`intrinsics`](Self::intrinsics).
+    /// Returns the point of a pixel in the sensor's frame, m, given its [`intrinsics`](Self::intrinsics).
     pub fn point(&self, [fx, fy, cx, cy]: [f64; 4], column: usize, row: usize, z: f32) -> [f32; 3] {
         let along = if self.ortho_size > 0.0 { 1.0 } else { f64::from(z) };
         [(-(column as f64 - cx) / fx * along) as f32, ((row as f64 - cy) / fy * along) as f32, z]
     }
 
-    /// fx fy cx cy.
+    /// Returns the intrinsics fx fy cx cy.
     pub fn intrinsics(&self) -> [f64; 4] {
         let f = self.focal();
         [f, f, (f64::from(self.columns) - 1.0) / 2.0, (f64::from(self.rows) - 1.0) / 2.0]

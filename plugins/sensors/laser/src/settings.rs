@@ -1,16 +1,16 @@
-//! The parameters of a scanner, and what follows from them.
+//! The parameters of a scanner, and quantities derived from them.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use tatu_plugin_api::safe::{Fail, Param, Params, Result};
 
-/// What scenes write, checked.
+/// The checked parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Settings {
     pub start_angle: f64,
     pub end_angle: f64,
     pub beams: usize,
-    /// Of each layer, lowest index first.
+    /// Elevation of each layer, in the order in which layers are reported.
     pub elevations: Vec<f64>,
     pub near: f64,
     pub min_range: f64,
@@ -21,10 +21,10 @@ pub(crate) struct Settings {
     pub skip_own_model: bool,
 }
 
-/// Beams that one sensor may have: as many as the host casts.
+/// Most beams of one sensor; also the host's limit.
 const MAX_BEAMS: i64 = 1 << 24;
 
-/// In the order of declaration.
+/// Declares the parameters, in this order.
 pub(crate) fn params() -> Vec<Param> {
     [
         Param::float("start_angle")
@@ -142,26 +142,26 @@ impl Settings {
         Ok(s)
     }
 
-    /// How long ago each beam was sent when the last one is, s.
+    /// Returns the age of each beam at the time of the last one, s.
     pub fn ages(&self) -> impl Iterator<Item = f64> + '_ {
         let last = self.beams.saturating_sub(1);
         let step = self.scan_time / last.max(1) as f64;
         self.elevations.iter().flat_map(move |_| (0..self.beams).map(move |i| step * (last - i) as f64))
     }
 
-    /// Azimuth of each beam of a layer.
+    /// Returns the azimuth of each beam of a layer.
     pub fn azimuths(&self) -> impl Iterator<Item = f64> + '_ {
         let step = (self.end_angle - self.start_angle) / self.beams.saturating_sub(1).max(1) as f64;
         (0..self.beams).map(move |i| self.start_angle + step * i as f64)
     }
 
-    /// Azimuth and elevation of every beam, layer after layer, each from right to left.
+    /// Returns azimuth and elevation of every beam, layer by layer, each from right to left.
     pub fn angles(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.elevations.iter().flat_map(|e| self.azimuths().map(move |a| (a, *e)))
     }
 }
 
-/// The direction of a beam in the sensor's frame: +z ahead, +x to the left, +y up.
+/// Returns the direction of a beam in the sensor's frame: +z ahead, +x to the left, +y up.
 pub(crate) fn direction((azimuth, elevation): (f64, f64)) -> [f64; 3] {
     let ((sa, ca), (se, ce)) = (libm::sincos(azimuth), libm::sincos(elevation));
     [sa * ce, se, ca * ce]

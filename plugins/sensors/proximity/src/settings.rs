@@ -1,4 +1,4 @@
-//! The parameters of a proximity sensor, and the beams that follow from them.
+//! The parameters of a proximity sensor, and the beams derived from them.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -7,7 +7,7 @@ use tatu_plugin_api::{
     safe::{Beams, Fail, Form, Param, Params, Result},
 };
 
-/// What scenes write, before it is checked.
+/// The parameters as written in scenes, unchecked.
 #[derive(Debug, Clone)]
 pub(crate) struct Settings {
     pub volume: String,
@@ -31,10 +31,10 @@ pub(crate) struct Settings {
     pub skip_own_model: bool,
 }
 
-/// Names of [`Settings::volume`].
+/// Values of [`Settings::volume`].
 const VOLUMES: &[&str] = &["ray", "cone", "pyramid", "cylinder", "disc", "random_rays"];
 
-/// Names of [`Settings::waves`], and what they mean.
+/// Values of [`Settings::waves`], and their bits.
 const WAVES: &[(&str, u32)] = &[
     ("any", TATU_WAVES_ALL),
     ("ultrasonic", TATU_WAVES_ULTRASONIC),
@@ -45,10 +45,10 @@ const WAVES: &[(&str, u32)] = &[
 ];
 const WAVE_NAMES: &[&str] = &["any", "ultrasonic", "infrared", "laser", "inductive", "capacitive"];
 
-/// Rays that a volume of random rays may have.
+/// Most rays of a volume of random rays.
 const MAX_SAMPLES: i64 = 100_000;
 
-/// In the order of declaration.
+/// Declares the parameters, in this order.
 pub(crate) fn params() -> Vec<Param> {
     let length = |key: &str| Param::float(key).unit("m").range(0.0, f64::INFINITY);
     [
@@ -144,7 +144,7 @@ impl Settings {
         })
     }
 
-    /// The beams, if the parameters make sense.
+    /// Checks the parameters, and returns the beams.
     pub fn beams(&self) -> Result<Beams> {
         let refuse = |text: String| Err(Fail::argument(text));
         let lengths = [self.range, self.near, self.min_range, self.radius_near, self.radius_far, self.height];
