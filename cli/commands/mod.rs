@@ -1,4 +1,4 @@
-//! One file per command, and what they share: plugins, scenes.
+//! The commands, one file each, and shared code: loading plugins and scenes.
 
 pub mod check;
 pub mod convert;
@@ -20,12 +20,12 @@ use tatu_plugin_api::abi::TATU_REPORT_WARNING;
 
 use crate::{report, watchdog::Watchdog};
 
-/// Packages of plugins that belong to the program, as build.rs found them in the manifest.
+/// Returns the packages of the program's own plugins, as read from the manifest by build.rs.
 fn built() -> Vec<&'static str> {
     env!("TATU_BUILT_PLUGINS").split(',').filter(|s| !s.is_empty()).collect()
 }
 
-/// Loads every plugin that can be found, for a scene or for a list.
+/// Loads all plugins that can be found.
 pub fn registry(
     scene: Option<&Path>,
     sources: &Sources,
@@ -35,7 +35,7 @@ pub fn registry(
     registry_of(scene, sources, allow, watchdog, None)
 }
 
-/// The same; libraries are opened as copies if a folder for these is given.
+/// Like [`registry`], but opens copies of libraries if a folder for them is given.
 pub fn registry_of(
     scene: Option<&Path>,
     sources: &Sources,
@@ -52,7 +52,7 @@ pub fn registry_of(
             let known = search.folders.iter().any(|(f, _)| same_folder(f, &folder));
             let mut own = Search { built: search.built.clone(), ..Search::default() };
             own.add_scene_folder(folder.clone());
-            // A folder without libraries runs nothing.
+            // A folder without libraries is harmless.
             if !known && !own.candidates().is_empty() && !allow.iter().any(|a| a == "plugins") && !trusted(&folder) {
                 return Err(untrusted(scene, &folder));
             }
@@ -70,16 +70,16 @@ fn same_folder(a: &Path, b: &Path) -> bool {
     a == b || a.canonicalize().ok().is_some_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }
 
-/// Whether a folder is one of those that TATU_TRUST names, or below one.
+/// Returns whether a folder is one of those in TATU_TRUST, or below one.
 fn trusted(folder: &Path) -> bool {
     let (Some(all), Ok(folder)) = (std::env::var_os("TATU_TRUST"), folder.canonicalize()) else { return false };
-    // A relative name would mean another folder wherever the program is started.
+    // A relative path would depend on the working folder.
     std::env::split_paths(&all)
         .filter(|p| p.is_absolute())
         .any(|p| p.canonicalize().is_ok_and(|p| folder.starts_with(p)))
 }
 
-/// A scene that would run code which is no script of it.
+/// Builds the error for a scene whose plugins would have to be trusted.
 fn untrusted(scene: &Path, folder: &Path) -> Error {
     let shown = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let text = format!(
@@ -93,14 +93,14 @@ fn untrusted(scene: &Path, folder: &Path) -> Error {
     )
 }
 
-/// Ends the plugins, which no world uses any more; whether all went well.
+/// Ends the plugins, which no world uses any more; returns whether that succeeded.
 pub fn end(registry: Arc<Registry>) -> bool {
     let errors = Arc::into_inner(registry).map(Registry::end).unwrap_or_default();
     errors.iter().for_each(report::error);
     errors.is_empty()
 }
 
-/// Names the program's own plugins that were not found.
+/// Reports the program's own plugins that were not found.
 fn missing(registry: &Registry) {
     let stem = |p: &Path| p.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let found: Vec<String> = registry.plugins.iter().map(|p| stem(&p.path)).collect();
@@ -118,7 +118,7 @@ fn missing(registry: &Registry) {
     }
 }
 
-/// The document of a scene as a command line changes it.
+/// Loads the document of a scene with the changes of the command line.
 pub fn load(scene: &Path, options: &Options, registry: &Registry) -> Result<Arc<Document>, Error> {
     let document = document::load(scene, registry, options)?;
     for r in &document.reports {

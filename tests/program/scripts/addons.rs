@@ -100,7 +100,7 @@ fn folders_are_searched_in_order_and_the_first_wins_a_name() {
     let args = ["run", "scene.toml", "--json", "--steps", "1", "--addon", "three:x=4"];
     let done = run(program(), place.path(), &args, &env).good();
     assert_eq!(told(&done), ["first", "three 4", "two"]);
-    done.tells(&["E602", "two add-ons are called `one`"]);
+    done.tells(&["E602", "two add-ons have the name `one`"]);
     place.write("addons/four/addon.toml", "colour = 1\n").write("addons/four/init.lua", "");
     place.tatu(&["list", "addons"]).good().tells(&["E601", "unknown key `colour`"]);
 }
