@@ -1,6 +1,6 @@
-//! The built program from outside: real plugin libraries, real compilers, real scripts.
+//! Tests of the built program from outside: with real plugin libraries, compilers and scripts.
 //!
-//! One binary, a folder per subject, a module per question:
+//! The tests form one binary, with a folder per subject and a module per question:
 //!
 //! | folder | what is tried |
 //! |---|---|
@@ -17,8 +17,8 @@
 //! | `source` | The source tree itself: layers, names, lengths. |
 //!
 //! Tests of one plugin carry its name. Expected values name their source: a formula, or a fact restated in
-//! `tests/facts/`. Tests that need files which are not part of the repository, or a compiler that is missing, count as
-//! ignored. Nothing here looks at how long something takes.
+//! `tests/facts/`. Tests that need files outside of the repository, or a compiler that is missing, count as ignored. No
+//! test depends on how long something takes.
 
 mod cli;
 mod kit;

@@ -1,5 +1,5 @@
-// murmur: a script language. Each line is "NAME: TEXT"; when NAME is called, as a callback or a function, TEXT goes to
-// the log, and the number of the line is returned. Dialects: "plain", and "loud", which logs warnings.
+// murmur: a script language. Each line is "NAME: TEXT"; when NAME is called, as a callback or a function, TEXT is
+// logged, and the number of the line is returned. Dialects: "plain", and "loud", which logs warnings.
 #include "tatu.h"
 
 #include <stdlib.h>
@@ -14,7 +14,7 @@ typedef struct {
 
 static int same(tatu_str a, tatu_str b) { return a.len == b.len && (!a.len || memcmp(a.ptr, b.ptr, a.len) == 0); }
 
-// The `number`-th line from 1, cut into name and text (null: no colon); 0: past the last.
+// Finds the `number`-th line, from 1, and splits it into name and text (null: no colon). Returns 0 past the last line.
 static int line_of(const murmur *it, uint32_t number, tatu_str *name, tatu_str *text) {
   for (tatu_str rest = it->text; rest.len; number--) {
     const char *stop = memchr(rest.ptr, '\n', rest.len);
@@ -93,7 +93,7 @@ static tatu_status TATU_CALL call(void *data, uint32_t callable, tatu_call *fram
   if (frame->results_cap) frame->results[frame->n_results++] = tatu_int(callable);
   return TATU_OK;
 }
-// It calls no commands, so it never waits, and it hands out no references to functions.
+// The language calls no commands, so it never waits, and it passes out no functions.
 static tatu_status TATU_CALL resume(void *data, uint64_t token, tatu_status failed, tatu_call *frame,
                                     const tatu_budget *budget, uint64_t *used, tatu_error *error) {
   (void)data, (void)token, (void)failed, (void)frame, (void)budget, (void)used;

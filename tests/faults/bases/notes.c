@@ -77,7 +77,7 @@ static void clear(board *it) {
 }
 static void TATU_CALL destroy(void *data) { clear(data), free(data); }
 
-// A snapshot: the numbers of each note after `next`, then its bytes. Version 2; version 1 had no places.
+// Format of a snapshot: the numbers of each note behind `next`, then its bytes. Version 2; version 1 had no places.
 #define HEAD (sizeof(note) - offsetof(note, time))
 static tatu_status TATU_CALL save(void *data, const tatu_writer *to, tatu_error *error) {
   (void)error;

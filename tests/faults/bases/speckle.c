@@ -54,7 +54,7 @@ static tatu_status TATU_CALL configure(void *data, const tatu_value *params, uin
   it->kept->since = now(it);
   return TATU_OK;
 }
-// The rest follows from the parameters.
+// Saves nothing more: everything else follows from the parameters.
 static tatu_status TATU_CALL save(void *data, const tatu_writer *to, tatu_error *error) {
   (void)data, (void)to, (void)error;
   return TATU_OK;

@@ -1,4 +1,4 @@
--- Checks the model `cart`: two seconds straight on at 0.3 m/s, then two seconds of turning at 0.5 rad/s.
+-- Checks the model `cart`: two seconds straight ahead at 0.3 m/s, then two seconds of turning at 0.5 rad/s.
 local me, step, from, height, left = nil, 0, nil, nil, nil
 
 function sysCall_init()

@@ -1,9 +1,9 @@
--- Turns the needle, changes the compass's offset, and checks what it tells.
+-- Turns the needle, changes the compass's offset, and checks its readings.
 local function near(a, b, what)
     assert(math.abs(a - b) < 1e-9, what .. ': ' .. a .. ', expected ' .. b)
 end
 
--- In each step: how the needle stands (turns about its own x, y, z), the offset, and what the compass should tell: nil, nothing.
+-- For each step: orientation of the needle (about its own x, y, z), offset, and expected reading; nil: none.
 local steps = {
     {{0, 0, 0}, 0.1, 0.1},
     {{0, 0, 1}, 0.1, 1.1},

@@ -1,7 +1,7 @@
-// counter: a service that counts the steps and the commands that it made, and shows the number of steps as a signal.
+// counter: a service that counts steps and the commands that it called, and publishes the number of steps as a signal.
 //   at each barrier  sim.setInt32Signal('ticks', steps)
-//   every so often   publishes the event counter.round with {steps, commands}
-// What it counted goes through snapshots; at the end of the world it tells the log. T: ../../../target/release/tatu
+//   periodically    publishes the event counter.round with {steps, commands}
+// Its counts are part of snapshots; at the end of the world it logs them. T: ../../../target/release/tatu
 //
 // Build: cc -std=c11 -Wall -Wextra -Werror -shared -fPIC -I ../../../plugin-api/include -o libtatu_counter.so counter.c
 // Run:   TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 40 --threads 1       (or 2)
@@ -43,7 +43,7 @@ static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void
 }
 static void TATU_CALL destroy(void *data) { free(data); }
 
-// Snapshots: the block has everything. These two say that there is nothing more.
+// Snapshots: the state block has everything. These two functions say that there is nothing more.
 static tatu_status TATU_CALL save(void *data, const tatu_writer *writer, tatu_error *error) {
   (void)data, (void)writer, (void)error;
   return TATU_OK;
@@ -55,7 +55,8 @@ static tatu_status TATU_CALL load(void *data, tatu_str bytes, uint32_t version, 
 static const tatu_life life = {.size = sizeof(tatu_life), .state_bytes = sizeof(state), .create = create,
                                .destroy = destroy, .save = save, .load = load, .version = 1};
 
-// Calls a command of the world by its name. Such calls stand in the input log, so a run can be repeated without us.
+// Calls a command of the world by its name. Such calls are recorded in the input log, so a run can be replayed without
+// this service.
 static tatu_status command(service *it, tatu_world *world, const char *name, const tatu_value *args, uint32_t n,
                            tatu_error *error) {
   const tatu_host_commands *commands = it->of->commands;
@@ -72,7 +73,7 @@ static tatu_status command(service *it, tatu_world *world, const char *name, con
   return TATU_GO; // which is 0, as TATU_OK
 }
 
-// Before each step, but not before those that follow a stop. Also while time stands: then nothing is counted.
+// Called before each step except those that follow a stop, and while time stands still, when nothing is counted.
 static tatu_status TATU_CALL barrier(void *data, tatu_world *world, uint64_t step, tatu_error *error) {
   service *it = data;
   (void)step;
@@ -87,14 +88,14 @@ static tatu_status TATU_CALL barrier(void *data, tatu_world *world, uint64_t ste
   tatu_status status = command(it, world, "sim.setInt32Signal", show, 2, error);
   if (status < 0 || it->counted->steps % it->round != 0) return status;
 
-  // By a command, not by events.publish: what a service does with other tables is missing in a run that is repeated.
+  // Calls a command instead of events.publish: effects through other tables are missing in a replay.
   tatu_pair map[2] = {{tatu_string("steps"), tatu_int(it->counted->steps)},
                       {tatu_string("commands"), tatu_int(it->counted->commands)}};
   tatu_value emit[2] = {tatu_string("counter.round"), tatu_span(TATU_MAP, map, 2)};
   return command(it, world, "tatu.emit", emit, 2, error);
 }
 
-// What it asked to be told.
+// Receives the events that it has subscribed to.
 static tatu_status TATU_CALL event(void *data, tatu_world *world, tatu_str name, const tatu_value *payload,
                                    tatu_error *error) {
   service *it = data;
@@ -103,7 +104,7 @@ static tatu_status TATU_CALL event(void *data, tatu_world *world, tatu_str name,
   return TATU_OK;
 }
 
-// The world ends: it may be looked at, no more.
+// Called at the end of the world, which can only be read.
 static tatu_status TATU_CALL last(void *data, tatu_world *world, tatu_error *error) {
   const service *it = data;
   (void)error;
@@ -114,7 +115,7 @@ static tatu_status TATU_CALL last(void *data, tatu_world *world, tatu_error *err
   return TATU_OK;
 }
 
-// The declarations.
+// The declarations
 #define PARAM(...) &(const tatu_param){.size = sizeof(tatu_param), __VA_ARGS__}
 #define WHOLE(k, low, high, value, t) PARAM(.type = TATU_I64, .key = k, .lowest = low, .highest = high, \
                                             .fallback = {.tag = TATU_I64, .u.i = value}, .text = t)

@@ -286,7 +286,7 @@ fn files_outside_are_not_read() {
     run(program(), &inner, &["check", "scene.toml"], &[]).good();
     // What is not there is told, and the robot stands without it.
     place.write("inner/robots/a.urdf", &urdf("none.stl"));
-    run(program(), &inner, &["check", "scene.toml"], &[]).good().tells(&["none.stl", "there is no such file"]);
+    run(program(), &inner, &["check", "scene.toml"], &[]).good().tells(&["none.stl", "the file does not exist"]);
 }
 
 #[test]
