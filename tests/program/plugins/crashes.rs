@@ -318,7 +318,7 @@ fn a_service_that_holds_the_run_is_named() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // No debugger attaches; the test ends when the program reports that it waits.
+    // No client connects; the test continues when the program reports that.
     let told =
         BufReader::new(running.stderr.take().unwrap()).lines().map_while(Result::ok).find(|l| l.contains("held"));
     running.kill().unwrap();
