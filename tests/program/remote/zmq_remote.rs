@@ -127,7 +127,7 @@ client.setStepping(True)
 sim.startSimulation()
 print('held', flush=True)
 ";
-    // Between its steps, with a lock, while a step is under way, while a command waits, and in a function that is called back.
+    // Between its steps, with a lock, during a step, during a command that waits, and in a callback.
     for state in [
         "import time; time.sleep(100)",
         "sim.acquireLock(); import time; time.sleep(100)",

@@ -21,7 +21,7 @@ const WAYS: &[(&str, &str, &str)] = &[
     ("local t = {} while true do t[#t + 1] = {} end", "budget", "memory"),
     ("('x'):rep(1e9)", "budget", "memory"),
     ("local s = 'x' while true do s = s..s end", "budget", "memory"),
-    // Growing blocks that are never reused exceed the memory limit by fragmentation.
+    // Blocks of growing size, which cannot reuse freed memory, fill the memory before the limit is reached.
     ("local t = {} while true do t[#t + 1] = ('x'):rep(5000 + #t) end", "budget", "memory"),
     ("local s = ('x'):rep(1e6) while true do s:reverse() end", "budget", "instructions"),
     ("local s = ('x'):rep(1e6) while true do s:upper() end", "budget", "instructions"),
