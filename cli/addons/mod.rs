@@ -36,7 +36,7 @@ pub struct Flags {
 pub enum Style {
     /// By functions, one for each callback.
     Callbacks,
-    /// As a whole, with a variable that tells why.
+    /// As a whole, with a variable that names the callback.
     CallType,
     /// Once, when the add-on is started.
     Function,
@@ -60,7 +60,7 @@ pub enum Start {
     ByItself,
     /// No, only by `--addon`.
     ByName,
-    /// Its function `info` decides.
+    /// Decided by its function `info`.
     Asked,
 }
 
@@ -75,10 +75,10 @@ pub struct AddOn {
     pub language: usize,
     /// The version that it was written for; empty: to be inferred from its text.
     pub dialect: String,
-    /// How its script is called.
+    /// How the add-on's script is called.
     pub style: Style,
     /// Whether it starts automatically.
     pub start: Start,
-    /// Its description: the first line of its comment.
+    /// The first line of the file's comment.
     pub about: String,
 }

@@ -5,9 +5,9 @@ use tatu_core::errors::{Error, Result};
 /// An add-on named on the command line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wanted {
-    /// Its name or file.
+    /// The add-on's name or file.
     pub name: String,
-    /// Its options, in order; of equal keys the last one is used.
+    /// The add-on's options, in order; of equal keys the last one is used.
     pub options: Vec<(String, String)>,
 }
 

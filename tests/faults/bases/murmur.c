@@ -32,14 +32,14 @@ static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void
   (void)given;
   murmur *it = calloc(1, sizeof *it);
   if (!it) return tatu_fail(error, TATU_ERR, "out of memory");
-  it->host = self; // that is what `init` keeps
+  it->host = self; // `init` stores the host
   it->log = it->host->service(it->host, TATU_HOST_LOG);
   *data = it;
   return TATU_OK;
 }
 static void TATU_CALL destroy(void *data) { free((void *)((murmur *)data)->text.ptr), free(data); }
 static tatu_status TATU_CALL save(void *data, const tatu_writer *to, tatu_error *error) {
-  (void)error; // a script has no state but its text
+  (void)error; // a script's only state is its text
   const murmur *it = data;
   if (it->text.len) to->write(to, it->text.ptr, it->text.len);
   return TATU_OK;

@@ -36,7 +36,7 @@ static tatu_status TATU_CALL put(tatu_call *call) {
   tatu_str name = tatu_arg_text(call, 0), text = tatu_arg_text(call, 1);
   double time;
   tatu_status status = here->scene->get_f64(call->world, 0, here->time, &time, 1);
-  if (status < 0) return status; // the scene has said why, and the host passes it on
+  if (status < 0) return status; // the host's error is set already
   note *old = find(here, name), *made = add(here, name.len, text.len);
   if (!made) return tatu_call_fail(call, TATU_ERR, "out of memory");
   if (name.len) memcpy(made->bytes, name.ptr, name.len);
@@ -64,7 +64,7 @@ static tatu_status TATU_CALL get(tatu_call *call) {
 }
 
 static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void **data, tatu_error *error) {
-  const tatu_host *host = self; // that is what `init` keeps
+  const tatu_host *host = self; // `init` stores the host
   board *made = calloc(1, sizeof *made);
   (void)given;
   if (!made) return tatu_fail(error, TATU_ERR, "out of memory");

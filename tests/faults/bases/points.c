@@ -43,7 +43,7 @@ static tatu_status TATU_CALL load(void *self, tatu_str bytes, const tatu_builder
   if (!bytes.len || !next_line(&bytes, line, sizeof line) || strcmp(line, HEAD) != 0)
     return bad_line(error, 1, "expected the line `points 1`");
   uint32_t base = to->object(to, "dummy", 0, tatu_text("points"));
-  if (!base) return TATU_ERR; // the builder has said why
+  if (!base) return TATU_ERR; // the builder has set the error
   for (uint64_t number = 2; bytes.len; number++) {
     if (!next_line(&bytes, line, sizeof line)) return bad_line(error, number, "the line is too long, or holds a NUL");
     if (!*line) continue;

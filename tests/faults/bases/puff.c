@@ -14,7 +14,7 @@ typedef struct { // kept in the host's block
 } state;
 
 static void take(puff *it, const tatu_value *params) {
-  it->lagged = params[0].u.s.len == strlen("lagged"); // the host lets only the two choices pass
+  it->lagged = params[0].u.s.len == strlen("lagged"); // the host accepts only the two choices
   it->most = params[1].u.f;
   it->lag = params[2].u.f;
 }

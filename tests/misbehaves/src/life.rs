@@ -14,7 +14,7 @@ use crate::{
 pub struct Data {
     plan: *const Plan,
     pub world: *mut tatu_world,
-    /// Its id in its world.
+    /// Id of the instance in its world.
     pub id: u64,
 }
 

@@ -9,7 +9,7 @@ use tatu_plugin_api::{
 
 use crate::{List, Shared, command::hollow, guarded, plan::Plan, size};
 
-/// Adds a dummy and, if `nonsense` is set, things that a builder must refuse.
+/// Adds a dummy and, if `nonsense` is set, parts that a builder must refuse.
 ///
 /// # Safety
 /// `builder` is the host's, and valid during the call.

@@ -40,7 +40,7 @@ unsafe extern "C" fn barrier(
     })
 }
 
-/// Passes a function of its own to a command, as services do with functions of clients.
+/// Passes one of its own functions to a command, as services do with functions of clients.
 ///
 /// # Safety
 /// `world` belongs to this session, and it is the service's turn.

@@ -58,7 +58,7 @@ static void wheel(pen *p, uint32_t base, double radius, double y, const char *mo
 
 static tatu_status TATU_CALL build(void *self, const tatu_builder *builder, const tatu_value *params, tatu_error *error) {
   (void)self;
-  (void)error; // a refusal of the builder has said why, and the host takes that
+  (void)error; // the builder has set the host's error already
   pen p = {builder, TATU_OK};
   double r = params[0].u.f, ball = r / 2;
 

@@ -11,7 +11,7 @@ end
 function sysCall_actuation()
     step = step + 1
     local p, e = sim.getObjectPosition(me), sim.getObjectOrientation(me)
-    if step == 11 then                               -- it has come to rest
+    if step == 11 then                               -- the cart has come to rest
         assert(math.abs(p[1]) < 0.005 and math.abs(p[3] - height) < 0.005, p[1] .. ' ' .. p[3])
         assert(math.abs(e[1]) < 0.01 and math.abs(e[2]) < 0.01)
         from = p

@@ -1,7 +1,7 @@
 // counter: a service that counts steps and the commands that it called, and publishes the number of steps as a signal.
 //   at each barrier  sim.setInt32Signal('ticks', steps)
 //   periodically    publishes the event counter.round with {steps, commands}
-// Its counts are part of snapshots; at the end of the world it logs them. T: ../../../target/release/tatu
+// The counts are part of snapshots; at the end of the world it logs them. T: ../../../target/release/tatu
 //
 // Build: cc -std=c11 -Wall -Wextra -Werror -shared -fPIC -I ../../../plugin-api/include -o libtatu_counter.so counter.c
 // Run:   TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 40 --threads 1       (or 2)
@@ -61,16 +61,16 @@ static tatu_status command(service *it, tatu_world *world, const char *name, con
                            tatu_error *error) {
   const tatu_host_commands *commands = it->of->commands;
   tatu_value results[16] = {{0}};
-  tatu_call frame = tatu_frame(args, n, results, 16); // its wait token is 0: what it calls cannot wait
+  tatu_call frame = tatu_frame(args, n, results, 16); // the wait token is 0: the command cannot wait
   frame.command = commands->find(world, tatu_text(name), &frame.alias);
-  if (!frame.command) return tatu_fail(error, TATU_ERR_UNKNOWN, "no plugin offers a command that it calls");
+  if (!frame.command) return tatu_fail(error, TATU_ERR_UNKNOWN, "the service calls a command that no plugin offers");
   uint64_t mark = commands->mark(world);
   tatu_status status = commands->call(world, &frame);
   commands->release(world, mark);
-  if (status < 0) error->say(error, status, frame.error->text); // it does not lie in what was released
+  if (status < 0) error->say(error, status, frame.error->text); // the text is not in the released memory
   if (status < 0) return status;
   it->counted->commands++;
-  return TATU_GO; // which is 0, as TATU_OK
+  return TATU_GO; // equals TATU_OK (0)
 }
 
 // Called before each step except those that follow a stop, and while time stands still, when nothing is counted.
@@ -79,9 +79,9 @@ static tatu_status TATU_CALL barrier(void *data, tatu_world *world, uint64_t ste
   (void)step;
   if (it->of->session->state(world) != TATU_RUNNING) return TATU_GO;
   if (it->counted->steps >= it->most) {
-    tatu_status status = tatu_fail(error, TATU_ERR, "counted as far as it may");
+    tatu_status status = tatu_fail(error, TATU_ERR, "the count has reached the limit `most`");
     error->add(error, TATU_PART_HELP, tatu_text("give the service a greater `most`"), 0);
-    return status; // it is switched off now, and named; the run goes on
+    return status; // the host switches the service off and names it; the run continues
   }
   it->counted->steps++;
   tatu_value show[2] = {tatu_string("ticks"), tatu_int(it->counted->steps)};

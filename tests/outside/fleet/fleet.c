@@ -116,7 +116,7 @@ static const tatu_command *const commands[] = {&each_command, &arrive_command, N
 
 static tatu_status TATU_CALL begin_world(void *self, const tatu_instance *given, void **data, tatu_error *error) {
   (void)self, (void)given, (void)error;
-  *data = NULL; // all that a world keeps is in the state block
+  *data = NULL; // all data of a world is in its state block
   return TATU_OK;
 }
 static void TATU_CALL end_world(void *data) { (void)data; }

@@ -15,7 +15,7 @@
 // A lamp. All of it follows from the parameters, so snapshots need no state.
 typedef struct {
   double range;
-  double ahead[3]; // where the ray goes, in the sensor's frame
+  double ahead[3]; // direction of the ray, in the sensor's frame
 } lamp;
 
 // Applies the parameters, in the order of `params` below; values have been checked against their ranges.

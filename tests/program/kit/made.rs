@@ -147,7 +147,7 @@ static const tatu_service *const services[] = {&butler, NULL};
 static const tatu_ext_service ext_service = {.size = sizeof(tatu_ext_service), .services = services};
 ";
 
-/// Returns a plugin with one thing of each kind; `mark` identifies the plugin.
+/// Returns a plugin that declares one item of each kind; `mark` identifies the plugin.
 pub fn all(name: &str, mark: &str) -> Source {
     eye(name, "eye", "").with(|s| {
         s.before += &OTHERS.replace("BUILT", &format!("built_by_{mark}")).replace("LANGUAGE", mark);

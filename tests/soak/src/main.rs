@@ -24,7 +24,7 @@ struct Args {
     /// The controller to test.
     #[arg(long, default_value = "scenes/first/avoid_walls.lua")]
     script: PathBuf,
-    /// Its dialect; if empty, it is detected from the text.
+    /// The controller's dialect; if empty, it is detected from the text.
     #[arg(long, default_value = "")]
     dialect: String,
     /// Parameters of the robot, as lines of its table in the scene.

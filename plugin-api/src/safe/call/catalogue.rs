@@ -8,7 +8,7 @@ use crate::safe::{Result, Value, ValueRef, World, call::shared_world::service};
 /// A short description of a command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct About {
-    /// Its names; the first one is the canonical one.
+    /// All names of the command; the first one is canonical.
     pub names: Vec<String>,
     /// The names of its parameters.
     pub params: Vec<String>,

@@ -82,9 +82,9 @@ pub struct Output<'a> {
 pub trait Actuator: Sized + Send + Sync + 'static {
     /// The plugin that provides it.
     type Plugin: Plugin;
-    /// Its id, as in scene files: "thruster".
+    /// Id of the kind of actuator in scene files, such as "thruster".
     const ID: &'static str;
-    /// Its description, one sentence.
+    /// Description, one sentence.
     const TEXT: &'static str;
     /// Whether it is called before each physics step, instead of once per step of the world.
     const EVERY_SUBSTEP: bool = false;

@@ -13,9 +13,9 @@ use crate::safe::{
 pub trait Importer: Sized + 'static {
     /// The plugin that provides it.
     type Plugin: Plugin;
-    /// Its id, as in scene files: "urdf".
+    /// Id of the importer in scene files, such as "urdf".
     const ID: &'static str;
-    /// Its description, one sentence.
+    /// Description, one sentence.
     const TEXT: &'static str;
     /// Suffixes of file names, such as ".urdf".
     const SUFFIXES: &'static [&'static str];

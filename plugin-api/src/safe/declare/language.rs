@@ -73,9 +73,9 @@ impl<'a> Frame<'a> {
 pub trait Language: Sized + 'static {
     /// The plugin that provides it.
     type Plugin: Plugin;
-    /// Its id, such as "lua".
+    /// Id of the language, such as "lua".
     const ID: &'static str;
-    /// Its description, one sentence.
+    /// Description, one sentence.
     const TEXT: &'static str;
     /// Suffixes of its files, such as ".lua".
     const SUFFIXES: &'static [&'static str];

@@ -16,17 +16,17 @@ use crate::safe::{
 pub trait Model: Sized + 'static {
     /// The plugin that provides it.
     type Plugin: Plugin;
-    /// Its id, as in scene files: "pioneer_p3dx".
+    /// Id of the model in scene files, such as "pioneer_p3dx".
     const ID: &'static str;
-    /// Its description, one sentence.
+    /// Description, one sentence.
     const TEXT: &'static str;
     /// Aliases of the objects to which other objects can be attached.
     const SLOTS: &'static [&'static str] = &[];
 
-    /// Its category in lists: "mobile robots", "arms", "furniture"; empty: none.
+    /// Category in lists: "mobile robots", "arms", "furniture"; empty: none.
     const CATEGORY: &'static str = "";
 
-    /// Declares its parameters.
+    /// Declares the model's parameters.
     fn params() -> Vec<Param>;
     /// Builds the model; the first object is its base, at the model's default pose.
     fn build(builder: &Builder<'_>, params: &Params<'_>) -> Result;

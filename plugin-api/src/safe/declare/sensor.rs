@@ -27,9 +27,9 @@ pub enum Form {
     },
     /// Another volume, `TATU_BEAMS_PYRAMID`, `_CYLINDER` or `_DISC`, with its numbers as in `tatu.h`.
     Volume {
-        /// Its form, `TATU_BEAMS_*`.
+        /// Form of the volume, `TATU_BEAMS_*`.
         form: u32,
-        /// Its dimensions, as in `tatu.h`.
+        /// Dimensions of the volume, as in `tatu.h`.
         dims: [f64; 6],
     },
     /// A pinhole image with square pixels.
@@ -103,9 +103,9 @@ impl Default for Beams {
 /// A preset: `(id, one sentence with the source of the numbers, lines of TOML as in a scene)`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Preset {
-    /// Its id, such as "hokuyo_urg_04lx".
+    /// Id of the preset, such as "hokuyo_urg_04lx".
     pub id: &'static str,
-    /// Its description, one sentence, with the source of the numbers.
+    /// Description, one sentence, with the source of the numbers.
     pub text: &'static str,
     /// Lines of TOML, as in the object of the sensor in a scene, including its noise.
     pub settings: &'static str,
@@ -115,9 +115,9 @@ pub struct Preset {
 pub trait Sensor: Sized + Send + Sync + 'static {
     /// The plugin that provides it.
     type Plugin: Plugin;
-    /// Its id, as in scene files: "proximity".
+    /// Id of the kind of sensor in scene files, such as "proximity".
     const ID: &'static str;
-    /// Its description, one sentence.
+    /// Description, one sentence.
     const TEXT: &'static str;
     /// The schemas of its readings, such as "proximity/1".
     const SCHEMAS: &'static [&'static str];
@@ -128,7 +128,7 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     fn params() -> Vec<Param>;
     /// Declares the fields that it fills.
     fn fields() -> Vec<Field>;
-    /// Its presets.
+    /// Presets of this kind of sensor.
     const PRESETS: &'static [Preset] = &[];
     /// Creates an instance. `world` is read-only.
     fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;

@@ -31,9 +31,9 @@ use crate::safe::{
 pub trait Service: Sized + 'static {
     /// The plugin that provides it.
     type Plugin: Plugin;
-    /// Its id, as in scene files and on the command line.
+    /// Id of the service in scene files and on the command line.
     const ID: &'static str;
-    /// Its description, one sentence.
+    /// Description, one sentence.
     const TEXT: &'static str;
 
     /// Names of the events that [`event`](Self::event) receives; `*`: all except "collision", "separation" and

@@ -7,7 +7,7 @@
 //! |---|---|---|---|
 //! | `luai_makeseed(L)=0x5EED` | Lua derives its hash seed from addresses and the clock, and `pairs` would visit string keys in another order in each run | [`problems`], at start | error in the log |
 //! | `STRCACHE_N=1`, `STRCACHE_M=1` | Lua caches C strings by their address, which would decide when a string is collected | [`problems`], at start | error in the log |
-//! | `lua_math.h` before every file | sine and kin of the C library have other bits with another library or processor | a test compares bits of them | the test fails |
+//! | `lua_math.h` before every file | sine and similar functions of the C library have other bits with another library or processor | a test compares bits of them | the test fails |
 //! | `strspn=tatu_lua_strspn` | text of floats in scripts for Lua 5.1, see [`NumberFormat`] | [`problems`], at start | error in the log |
 //! | `lua_gc` with a negative step | collections at fixed numbers of calls, see `gc` | [`problems`], at start | error in the log |
 //! | `build/charges.rs`, `lua_charges.h` | loops in C count on the budget | the build finds each place; [`meter`], in each state | C code counts nothing |
@@ -239,7 +239,7 @@ pub(crate) enum Key<'a> {
 pub(crate) struct RawTable(*const c_void);
 
 impl RawTable {
-    /// # Safety
+    /// The value at `idx` is a table that outlives the result.
     /// There is a table at `idx`, and it lives while the value is used.
     pub(crate) unsafe fn of(l: *mut lua_State, idx: i32) -> Self {
         RawTable(lua_topointer(l, idx))

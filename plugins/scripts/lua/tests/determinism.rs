@@ -44,7 +44,7 @@ function init()
     local s = 0
     for i, v in ipairs(list) do s = (s * 31 + v[2]) % 1000003 end
     print(s)
-    -- Blocks come and go in sizes of their own; what is made later lies where it lay before.
+    -- Blocks of many sizes are freed and reused; later allocations must get the same addresses in every run.
     local held = {}
     for i = 1, 20000 do
         held[i % 97] = ('x'):rep(i % 700) .. i

@@ -46,7 +46,7 @@ fn the_shadow_lies_opposite_to_the_projector() {
     };
     assert_eq!(lost(-0.1), [15, 16, 17, 18, 19]);
     assert_eq!(lost(0.1), [25, 26, 27, 28, 29]);
-    // At twice the distance it hides as many columns, but with a lit gap: 10 columns away, 5 wide.
+    // At twice the offset, the shadow is as wide, but moves away from the post: 10 columns away, 5 wide.
     assert_eq!(lost(-0.2), [10, 11, 12, 13, 14]);
 }
 
@@ -68,7 +68,7 @@ fn edges_are_lost_or_mixed() {
     assert_eq!(out[18..27], [2.0, 1.75, 1.25, 1.0, 1.0, 1.0, 1.25, 1.75, 2.0]);
 }
 
-/// With noise of one standard deviation of two pixels to the right, the post's edges move and the wall stays.
+/// The fixed noise is one standard deviation, two pixels to the right: the post's edges move and the wall stays.
 #[test]
 fn edges_move_by_the_lateral_noise() {
     let out = measured(Optics { lateral_sigma: 2.0, ..Optics::NONE }, &post(), &[1.0; COLUMNS], 1.0);

@@ -119,7 +119,7 @@ impl Sensor for Proximity {
         Ok(self.beams.clone())
     }
 
-    /// Random rays are drawn again for each measurement.
+    /// Draws random rays again for each measurement.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
         let Some(angle) = self.wander else { return Ok(()) };
         let mut drawn = vec![0.0; 2 * rays.len()];

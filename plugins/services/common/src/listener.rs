@@ -70,11 +70,11 @@ pub struct Settings {
 
 /// A client connected by WebSocket.
 pub struct Client {
-    /// Its number, from 1.
+    /// Number of the client, from 1.
     pub number: u64,
-    /// Its rights.
+    /// Rights of the client.
     pub role: Rights,
-    /// Its outgoing messages.
+    /// Messages to be sent to the client.
     pub out: Arc<Outbox>,
     inbox: Arc<Mutex<VecDeque<String>>>,
     gone: Arc<AtomicBool>,

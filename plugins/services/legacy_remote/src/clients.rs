@@ -16,7 +16,7 @@ const MOST_ERRORS: usize = 50;
 
 /// A client.
 pub struct Client {
-    /// Its outgoing answers.
+    /// Answers to be sent to the client.
     pub out: Arc<Outbox>,
     /// The id of its newest message.
     pub id: i32,

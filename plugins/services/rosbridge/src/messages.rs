@@ -22,7 +22,7 @@ const LIGHT: i64 = 1;
 pub struct Source<'a> {
     /// The world.
     pub turn: &'a Turn<'a>,
-    /// Its interned properties.
+    /// Interned properties.
     pub p: &'a Props,
     /// The robots and sensors of the scene.
     pub scene: &'a Scene,

@@ -24,7 +24,7 @@ const MOST_LATE: usize = 8 << 20;
 /// A subscription.
 pub struct Subscription {
     pub wish: Wish,
-    /// Whose names and times its messages use, ROS 1 or ROS 2.
+    /// The version, ROS 1 or ROS 2, whose names and times the messages use.
     pub ros: Ros,
     last: Option<Instant>,
 }
@@ -39,7 +39,7 @@ impl Subscription {
 /// A client.
 pub struct Peer {
     pub client: Client,
-    /// Its subscriptions, by topic.
+    /// Subscriptions by topic.
     pub listens: BTreeMap<String, Vec<Subscription>>,
     /// Topics that it publishes.
     pub publishes: BTreeSet<String>,

@@ -15,17 +15,17 @@ use crate::{
 
 /// A robot: an object with a drive, or a model base, that has sensors or joints below it.
 pub struct Robot {
-    /// Its base.
+    /// The base object.
     pub base: tatu_object,
-    /// Its name.
+    /// Name of the robot.
     pub name: String,
     /// Prefix of its frames; empty if it is the only robot.
     pub prefix: String,
-    /// Its wheels.
+    /// The drivetrain, if the robot has wheels.
     pub train: Option<Drivetrain>,
-    /// Its joints, and their names.
+    /// Joints and their names.
     pub joints: Vec<(tatu_object, String)>,
-    /// Its wheel odometry.
+    /// Wheel odometry.
     pub odometry: Odometry,
     /// Time at which its last velocity command expires, s; `None`: there is none.
     pub until: Option<f64>,
@@ -72,11 +72,11 @@ impl Odometry {
 pub struct Sensor {
     /// The sensor.
     pub id: tatu_object,
-    /// Its name within its robot.
+    /// Name within its robot.
     pub name: String,
     /// The name of its frame.
     pub frame: String,
-    /// Its robot.
+    /// Index of its robot.
     pub robot: Option<usize>,
     /// Whether its frame is that of a camera, with z ahead; otherwise its frame is rotated so that x is ahead.
     pub optical: bool,

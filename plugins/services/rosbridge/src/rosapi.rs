@@ -24,7 +24,7 @@ pub struct Graph<'a> {
     pub services: &'a BTreeMap<String, String>,
     /// Simulation time, s.
     pub time: f64,
-    /// Whose names types have, ROS 1 or ROS 2.
+    /// The version, ROS 1 or ROS 2, whose names types have.
     pub ros: Ros,
 }
 

@@ -51,7 +51,7 @@ pub(crate) struct State {
     pub(crate) requests: Vec<(u64, String, Json)>,
     /// Goals that scripts send to clients.
     pub(crate) of_scripts: GoalsOfScripts,
-    /// The offers of clients that scripts have been told; `None`: to be told again.
+    /// The offers of clients that were last reported to scripts; `None`: report them again.
     pub(crate) known: Option<Offered>,
     /// The time for which the scene was last published.
     pub(crate) time: Option<f64>,

@@ -41,7 +41,7 @@ pub enum What {
 /// A topic.
 #[derive(Debug, Clone)]
 pub struct Topic {
-    /// Its meaning.
+    /// What the topic carries.
     pub what: What,
     /// The type of its messages, by its name in ROS 1.
     pub kind: &'static str,

@@ -115,7 +115,7 @@ pub enum Many {
 /// A field.
 #[derive(Debug, Clone)]
 pub struct Field {
-    /// Its name in ROS 1.
+    /// Name in ROS 1.
     pub name: String,
     /// The type of an element.
     pub base: Base,

@@ -11,7 +11,7 @@ use tatu_plugin_api::{
 pub struct Request {
     /// The name of the function to call.
     pub func: String,
-    /// Its arguments.
+    /// Arguments of the call.
     pub args: Vec<Value>,
     /// The client; clients of the first protocol send none.
     pub uuid: Option<String>,

@@ -11,7 +11,7 @@ pub type Answer = Sender<Vec<u8>>;
 /// A client. In the second protocol it may have several connections; in the first, each connection is a client.
 #[derive(Default)]
 pub struct Client {
-    /// Its number in the input log.
+    /// Number of the client in the input log.
     pub number: u64,
     /// Stepping level: how often it enabled stepping, less how often it disabled it.
     pub level: i64,

@@ -17,7 +17,7 @@ const MOST_WAITING: usize = 1000;
 pub struct Function {
     /// The key of its client.
     pub client: String,
-    /// Its name in the client.
+    /// Name of the function in the client.
     pub name: String,
 }
 

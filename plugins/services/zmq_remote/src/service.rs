@@ -182,7 +182,7 @@ impl Remote {
             Done::Command => self.call(turn, at, &request),
             done => Ok(done),
         });
-        // Its answer may by now belong elsewhere: to the message in which the client's last function returned.
+        // By now, the answer may belong to another message: the one in which the client's last function returned.
         let state = &mut *self.state()?;
         let pending = state.running.pop();
         match (done, pending) {

@@ -19,7 +19,7 @@ pub(crate) struct Lists {
 }
 
 impl Lists {
-    /// Returns the list of all commands. `anew`: build it again even if it is recent.
+    /// Returns the list of all commands. `anew`: rebuild it even if it is recent.
     pub(crate) fn commands(&mut self, turn: &Turn<'_>, anew: bool) -> Utf8Bytes {
         kept(&mut self.commands, anew, || json!({ "commands": acts::commands(turn) }).to_string())
     }

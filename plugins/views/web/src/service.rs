@@ -82,7 +82,7 @@ pub(crate) struct Guest {
     pub(crate) graph: u64,
     /// A partially received file.
     pub(crate) dropped: Option<Dropped>,
-    /// Its rate limit, if it has view rights only.
+    /// Rate limit of a client that has view rights only.
     pub(crate) allowance: Allowance,
 }
 

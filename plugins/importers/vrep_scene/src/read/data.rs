@@ -83,7 +83,7 @@ fn record(into: &mut CustomData, c: &mut Cursor<'_>) -> Read {
 /// A parameter of a script.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Parameter {
-    /// Its name.
+    /// Name of the parameter.
     pub name: String,
     /// Unit, for display only.
     pub unit: String,

@@ -49,7 +49,7 @@ pub struct Object {
     pub common: Common,
     /// The part specific to its kind.
     pub kind: Kind,
-    /// Its section in the unpacked data.
+    /// Section of the object in the unpacked data.
     pub section: Span,
 }
 

@@ -36,9 +36,9 @@ impl EngineBlock {
 /// A material.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Material {
-    /// Its number in the material list of before 3.4.
+    /// Number in the material list of versions before 3.4.
     pub id: i32,
-    /// Its name.
+    /// Name of the material.
     pub name: String,
     /// Bullet: restitution, friction of old versions, friction, linear and angular damping, ...; bits: 1 sticky.
     pub bullet: EngineBlock,

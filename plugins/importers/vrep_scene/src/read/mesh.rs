@@ -14,11 +14,11 @@ use super::{
 /// A part of a shape: a compound of parts, or a leaf.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// Its name.
+    /// Name of the part.
     pub name: String,
     /// Mass, kg; only the root's is used.
     pub mass: f64,
-    /// Its number in the material list of before 3.4; -1: none.
+    /// Number in the material list of versions before 3.4; -1: none.
     pub material: i32,
     /// Whether it is marked convex, in files of before 4.5.1.
     pub convex: bool,

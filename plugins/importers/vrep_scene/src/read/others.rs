@@ -135,17 +135,17 @@ fn point(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<PathPoint> {
 /// A recorded stream of a graph.
 #[derive(Debug, Clone, Default)]
 pub struct Stream {
-    /// Its name.
+    /// Name of the stream.
     pub name: String,
-    /// Its number.
+    /// Number of the stream.
     pub id: i32,
-    /// What is recorded, as a number of the API; before 4.0.
+    /// Kind of data that is recorded, as a number of the API; before 4.0.
     pub data: i32,
     /// The object whose data is recorded; before 4.0.
     pub object: i32,
     /// Red, green, blue.
     pub color: [f64; 3],
-    /// Its unit; since 4.0.
+    /// Unit of the values; since 4.0.
     pub unit: String,
     /// Whether it is of before 4.0: filled by the program, not by a script.
     pub old: bool,

@@ -23,9 +23,9 @@ pub struct Item {
 /// A collection.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Collection {
-    /// Its name.
+    /// Name of the collection.
     pub name: String,
-    /// Its handle, from 2,000,000.
+    /// Handle, from 2,000,000.
     pub handle: i32,
     /// Items, in order.
     pub items: Vec<Item>,
@@ -55,9 +55,9 @@ pub fn collection(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Collection
 /// A collision or distance object.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Pair {
-    /// Its name.
+    /// Name of the registration.
     pub name: String,
-    /// Its handle.
+    /// Handle of the registration.
     pub handle: i32,
     /// Handles of the two entities; -1: everything.
     pub of: [i32; 2],
@@ -112,9 +112,9 @@ pub struct IkElement {
 /// A group for inverse kinematics.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct IkGroup {
-    /// Its name.
+    /// Name of the group.
     pub name: String,
-    /// Its handle.
+    /// Handle of the group.
     pub handle: i32,
     /// Elements, in order.
     pub elements: Vec<IkElement>,
@@ -147,9 +147,9 @@ pub fn ik_group(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<IkGroup> {
 /// A button, label, slider or edit field of a window.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Button {
-    /// Its type and appearance, bits of the API.
+    /// Type and appearance, bits of the API.
     pub attributes: i32,
-    /// Its number in the window.
+    /// Number of the button in its window.
     pub handle: i32,
     /// Columns and rows that it spans, then its first column and row.
     pub cells: [i32; 4],
@@ -162,17 +162,17 @@ pub struct Button {
 /// A window of buttons of old versions.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Window {
-    /// Its name.
+    /// Name of the window.
     pub name: String,
-    /// Its handle.
+    /// Handle of the window.
     pub handle: i32,
     /// Handle of the object that it belongs to; -1: none.
     pub object: i32,
-    /// Its behaviour, bits of the API.
+    /// Behaviour, bits of the API.
     pub attributes: i32,
     /// Columns and rows of cells.
     pub cells: [i32; 2],
-    /// Its buttons.
+    /// Buttons of the window.
     pub buttons: Vec<Button>,
 }
 

@@ -17,7 +17,7 @@ pub const CUSTOMIZATION: i32 = 6;
 /// A script.
 #[derive(Debug, Clone)]
 pub struct Script {
-    /// Its number.
+    /// Number of the script.
     pub id: i32,
     /// Handle of the object that it belongs to; -1: the scene. In a script object: the handle of that object.
     pub object: i32,
@@ -37,7 +37,7 @@ pub struct Script {
     pub customized: i32,
     /// The object of a callback script; 3.0 to 3.6.
     pub called_back: i32,
-    /// Its parameters; before 4.0.
+    /// Parameters of the script; before 4.0.
     pub parameters: Vec<Parameter>,
 }
 

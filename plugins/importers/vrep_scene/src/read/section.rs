@@ -51,9 +51,9 @@ pub enum End {
 
 /// An element of a file.
 pub struct Element<'a> {
-    /// Its tag.
+    /// Tag of the element.
     pub tag: String,
-    /// Its payload.
+    /// Payload of the element.
     pub body: Cursor<'a>,
 }
 

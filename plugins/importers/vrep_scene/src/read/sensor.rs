@@ -22,7 +22,7 @@ pub struct Proximity {
     pub angle_alone: bool,
     /// Bits: 1 nearest point, 2 angle limit, 4 no front faces, 5 no back faces, 7 only on request.
     pub bits: u8,
-    /// Of randomized rays: number of rays, and of required hits.
+    /// Randomized rays: the number of rays, and of hits that are required.
     pub random: Option<[i32; 2]>,
 }
 

@@ -14,7 +14,7 @@ pub struct Shape {
     pub root: Option<Part>,
     /// Shared arrays of serialization 15.
     pub shared: Option<Shared>,
-    /// Its material; since 3.4.
+    /// Material of the shape; since 3.4.
     pub material: Option<Material>,
     /// Collision mask: low byte within its tree, high byte with others.
     pub mask: u16,
@@ -43,7 +43,7 @@ impl Default for Shape {
     }
 }
 
-/// Its elements.
+/// Elements of a shape.
 pub const TAGS: &[Tag<Shape>] = tags!(Shape {
     "Ge2" => |s, c, u| Ok(s.root = mesh::read_tree(c, u)?),
     "Geo" => |s, c, u| {

@@ -10,11 +10,11 @@ use super::{
 /// An image.
 #[derive(Debug, Clone, Default)]
 pub struct Texture {
-    /// Its number.
+    /// Number of the texture.
     pub id: i32,
     /// Resolution: columns, rows.
     pub size: [i32; 2],
-    /// Its name.
+    /// Name of the texture.
     pub name: String,
     /// Whether pixels have 4 bytes, not 3.
     pub alpha: bool,

@@ -33,7 +33,7 @@ pub(crate) unsafe fn to_single(first: *mut tatu_value, n: usize) {
 /// Pushes a rounded result.
 ///
 /// # Safety
-/// As for `put`.
+/// The requirements of `put` apply.
 pub(crate) unsafe fn put_single(l: *mut lua_State, v: &tatu_value) {
     match v.tag {
         TATU_F64 => lua_pushnumber(l, single(v.u.f)),

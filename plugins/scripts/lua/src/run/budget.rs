@@ -65,7 +65,7 @@ pub(crate) unsafe fn charge_units(l: *mut lua_State, units: u64) {
 /// Called by C code that has spent the budget.
 ///
 /// # Safety
-/// As for [`charge`]. Only this plugin sets the limit of a state, so the state is one of its own.
+/// The requirements of [`charge`] apply. Only this plugin sets the limit of a Lua state, so `l` is one of its states.
 #[unsafe(no_mangle)]
 unsafe extern "C-unwind" fn tatu_lua_spent(l: *mut lua_State) {
     stop_script(l);

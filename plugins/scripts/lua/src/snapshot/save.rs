@@ -25,7 +25,7 @@ enum Step {
     /// Through an upvalue of this name.
     Variable(u32),
     Metatable,
-    /// As a key.
+    /// The object is a key of a table.
     AsKey,
 }
 

@@ -13,7 +13,7 @@ use crate::{
 pub(crate) struct Rerun {
     /// The global that names the callback.
     pub variable: Vec<u8>,
-    /// Its value per callback.
+    /// Value of the variable for each callback.
     pub values: Vec<(Vec<u8>, i64)>,
     /// Callbacks that run only in texts with one of these names.
     needs: Vec<(Vec<u8>, Vec<Vec<u8>>)>,
