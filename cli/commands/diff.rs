@@ -47,7 +47,7 @@ fn compare(a: &Path, b: &Path) -> Result<Option<String>, Error> {
                 // A trace also ends where a stop was requested.
                 let (shorter, longer) = if one.is_none_or(|l| ends(&l)) { (a, b) } else { (b, a) };
                 let (shorter, longer) = (shorter.display(), longer.display());
-                return Ok(Some(format!("equal for {steps} steps; then {shorter} ends, and {longer} goes on")));
+                return Ok(Some(format!("equal for {steps} steps; then {shorter} ends, and {longer} continues")));
             }
         };
         if let Some(text) = differ(&one, &other).or_else(|| other_key(&one, &other)) {

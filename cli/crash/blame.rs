@@ -173,7 +173,7 @@ fn outside(file: &str, thread: i32) -> String {
     }
     if !own && thread != std::process::id().cast_signed() {
         let name = name_of(thread);
-        return format!("in the thread `{name}`, outside of any call into a plugin; plugins may have such threads");
+        return format!("in the thread `{name}`, outside of any call into a plugin; the thread may belong to a plugin");
     }
     "outside of any plugin: a fault of the program itself, unless a plugin has damaged its memory before".to_owned()
 }

@@ -177,7 +177,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
 
 fn no_scene() -> Error {
     Error::new("E105", "no scene was given")
-        .help("give a scene file: `tatu run SCENE`; a script runs without one by `tatu run --script FILE --stand-ins`")
+        .help("give a scene file: `tatu run SCENE`; to run a script without one: `tatu run --script FILE --stand-ins`")
 }
 
 /// Reports why a replay may differ from the recorded run.

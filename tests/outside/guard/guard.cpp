@@ -72,7 +72,7 @@ void number(tatu_call &call) {
   // Throws invalid_argument or out_of_range with the text "stod", which `border` reports.
   size_t used = 0;
   double x = std::stod(text, &used);
-  if (used != text.size()) throw failure(TATU_ERR_ARGUMENT, "`text`: something stands behind the number");
+  if (used != text.size()) throw failure(TATU_ERR_ARGUMENT, "`text`: there is more text after the number");
   give(call, tatu_float(x));
 }
 

@@ -55,5 +55,5 @@ pub fn stub<P: Plugin>(name: &str, gives: Gives, why: &str) -> Command<P> {
         Gives::Empty => command.returns(Param::any("result")),
         Gives::Zeros => command.returns(Param::floats("result", 3)),
     };
-    command.text("Takes what it is given, and does nothing.").stub(why)
+    command.text("Accepts any arguments, and does nothing.").stub(why)
 }

@@ -66,7 +66,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             .param(timeout())
             .returns(Param::int("socket").optional().text("its number"))
             .returns(failure())
-            .text("Connects by TCP. Where nobody listens, a thread goes on in the next step.")
+            .text("Connects by TCP. If the connection is refused, a thread resumes in the next step.")
             .example("local n, e = luasocket.connect('127.0.0.1', 9, 1)\nassert(not n and e == 'permission denied')"),
     );
     offer.command(
@@ -155,7 +155,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         command("luasocket.isDirty", |c, s, _| Ok(vec![Value::Bool(s.is_dirty(c.i64(0)?))]))
             .param(socket())
             .returns(Param::bool("dirty"))
-            .text("Tells whether bytes wait that were taken from the system already.")
+            .text("Returns whether bytes wait that were taken from the system already.")
             .example("assert(not luasocket.isDirty(0))"),
     );
     closing(offer);

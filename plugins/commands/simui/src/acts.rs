@@ -126,11 +126,9 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(Param::int("window").text("its number"))
             .param(Param::int("n").text("the place of the widget; 0: the window itself"))
             .param(Param::string("what").choices(WHAT))
-            .param(Param::any("value").optional().text("change: what it holds now; link: which; select: the row"))
+            .param(Param::any("value").optional().text("change: the new value; link: the link; select: the row"))
             .text("Does to a window of a script what a person would do; the script's callback is called.")
-            .notes(
-                "Views call it. The places of widgets stand in the event `ui.window` and in what `tatu.windows` gives.",
-            )
+            .notes("Called by views. The event `ui.window` and `tatu.windows` contain the places of widgets.")
             .example(
                 "function moved(ui, id, x) seen = {id, x} end\n\
                  local ui = simUI.create('<ui><hslider id=\"7\" maximum=\"10\" on-change=\"moved\"/></ui>')\n\
@@ -153,7 +151,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             c.ret(value(&Json::Array(trees)));
             Ok(())
         })
-        .returns(Param::any("windows").text("of each a table: window, act, widgets, as the event `ui.window` tells them"))
+        .returns(Param::any("windows").text("a table for each: window, act, widgets, as in the event `ui.window`"))
         .text("Lists the windows that scripts opened.")
         .example("simUI.create('<ui title=\"A\"/>')\nassert(#tatu.windows() > 0)"),
     );

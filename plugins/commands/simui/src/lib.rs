@@ -75,7 +75,7 @@ impl Plugin for SimUi {
             Event::new(window::EVENT)
                 .text("A window was opened, changed or closed.")
                 .field(Param::int("window").text("its number"))
-                .field(Param::string("act").text("the command that tells what somebody did to it"))
+                .field(Param::string("act").text("the command that reports a user's action on it"))
                 .field(Param::list("widgets").optional().text(
                     "opened: of each widget a map: element, values, and above, the place in this list of the one that holds it",
                 ))

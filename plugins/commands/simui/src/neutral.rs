@@ -8,8 +8,8 @@ use tatu_plugin_api::safe::{Constant, Offer, Value};
 
 use crate::plugin::{SimUi, old_name};
 
-const ASKS: &str = "nobody is asked: the answer is yes, or what was there before";
-const LOOKS: &str = "a view lays windows out by itself";
+const ASKS: &str = "no user is asked: the answer is yes, or the previous value";
+const LOOKS: &str = "views lay out windows automatically";
 const RARE: &str = "this element is not shown";
 
 const STUBS: &[(&str, Gives, &str)] = &[

@@ -98,7 +98,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(Param::any("times").unit("s"))
             .param(Param::any("values"))
             .returns(Param::int("done"))
-            .text("Adds points to a curve over time; they are seen when it is plotted anew.")
+            .text("Adds points to a curve over time; they become visible when the curve is plotted again.")
             .example(format!("{PLOT}simUI.addCurveTimePoints(ui, 1, 'v', {{0, 1}}, {{2, 3}})\nsimUI.replot(ui, 1)")),
     );
     offer.command(
@@ -110,7 +110,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(Param::any("x"))
             .param(Param::any("y"))
             .returns(Param::int("done"))
-            .text("Adds points to a curve in a plane; they are seen when it is plotted anew.")
+            .text("Adds points to a curve in a plane; they become visible when the curve is plotted again.")
             .example(format!("{PLOT}simUI.addCurveXYPoints(ui, 1, 'v', {{1}}, {{0}}, {{2}})")),
     );
     for (name, gone) in [("simUI.clearCurve", false), ("simUI.removeCurve", true)] {

@@ -77,7 +77,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         })
         .param(which())
         .returns(Param::bool("visible"))
-        .text("Tells whether a window is shown.")
+        .text("Returns whether a window is shown.")
         .example(format!("{MADE}assert(simUI.isVisible(ui))")),
     );
     offer.command(

@@ -90,7 +90,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
                 Param::string("data").text("the drawing as text")
             })
             .returns(Param::int("done"))
-            .text("Shows a drawing in SVG; what is none is not shown.")
+            .text("Shows a drawing in SVG; invalid SVG is not shown.")
             .example(if from_file {
                 "local ui = simUI.create('<ui><svg id=\"1\"/><label id=\"2\"/></ui>')\n\
                  assert(not pcall(simUI.svgLoadFile, ui, 1, 'nowhere.svg'))\n\

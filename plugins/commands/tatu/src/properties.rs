@@ -50,7 +50,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
                 .optional()
                 .text("shape, joint, dummy, sensor, actuator, force_sensor, graph or script; none: any object"),
         )
-        .param(Param::int("base").optional().text("only what hangs below this object"))
+        .param(Param::int("base").optional().text("only objects below this one"))
         .returns(Param::list("handles").text("in the order of the tree"))
         .text("Lists objects by kind; scripts only if they are asked for.")
         .example("assert(#tatu.list('script') >= 1)"),

@@ -3,7 +3,7 @@
 use crate::{kit::*, lookup::sets};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let devices = "Sensors, actuators and scripts come along and begin anew; what scripts keep is not copied.";
+    let devices = "Sensors, actuators and scripts are copied and start afresh; the state of scripts is not copied.";
     offer.command(
         both(["sim.copyPasteObjects", "simCopyPasteObjects"], NIL, |c| {
             let ids = sets::list(c, 0)?;
@@ -28,7 +28,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .returns(Param::int("done"))
-        .text("Copies the selected objects; the copies are selected then.")
+        .text("Copies the selected objects, and selects the copies.")
         .partial(devices),
     );
     offer.command(
@@ -52,7 +52,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .returns(Param::floats("values", 3))
         .text("Gives by how much an object has been scaled along each axis.")
-        .partial("The three are equal: scale along single axes changes the size of a shape only."),
+        .partial("The three are equal: scaling along single axes changes only the size of a shape."),
     );
     offer.command(
         both(["sim.setObjectSizeValues", "simSetObjectSizeValues"], MINUS, |c| {
@@ -157,8 +157,8 @@ fn files(offer: &mut Offer<Vrep>) {
         })
         .param(Param::string("file"))
         .returns(Param::int("result"))
-        .text("Goes on with another scene, once this one has stopped.")
-        .partial("Only `tatu serve` and `tatu open` go from one scene to the next; `tatu run` says so."),
+        .text("Loads another scene, once this one has stopped.")
+        .partial("Only `tatu serve` and `tatu open` can change the scene; `tatu run` reports an error."),
     );
     for (names, model) in [(["sim.saveModel", "simSaveModel"], true), (["sim.saveScene", "simSaveScene"], false)] {
         let command = both(names, MINUS, move |c| {
@@ -176,7 +176,7 @@ fn files(offer: &mut Offer<Vrep>) {
                 .returns(Param::int("result").text("1"))
                 .text("Writes a scene or a model as a scene file, as it is now.")
                 .partial(
-                    "It is a scene file of this program: a name that does not end with `.toml` gets that at its end.",
+                    "It is a scene file of this program: `.toml` is appended to a name that does not end with it.",
                 ),
         );
     }

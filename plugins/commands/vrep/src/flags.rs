@@ -34,7 +34,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(bits())
         .text("Sets the bits of an object: sim.objectproperty_...")
-        .partial("They are kept and given back; what they would change in windows has no place here."),
+        .partial("They are only stored and returned: they concern windows, of which there are none here."),
     );
     offer.command(
         both(["sim.getModelProperty", "simGetModelProperty"], MINUS, |c| {
@@ -61,7 +61,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(bits())
         .text("Sets the bits of a model, and so whether an object is the base of one.")
-        .partial("Whether it is a base counts; the bits that override those of the model's parts are kept only."),
+        .partial(
+            "Only whether it is a base has an effect; the bits that override those of the model's parts are only \
+                  stored.",
+        ),
     );
     offer.command(
         both(["sim.getObjectSpecialProperty", "simGetObjectSpecialProperty"], MINUS, |c| {
@@ -97,7 +100,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(bits())
         .text("Sets what an object is to sensors and commands.")
-        .partial("By which sorts of sensors a shape is detected counts; the other bits are kept only."),
+        .partial(
+            "Only the bits for kinds of sensors that detect the shape have an effect; the others are only stored.",
+        ),
     );
     explicit(offer);
     references(offer);
@@ -117,7 +122,7 @@ fn explicit(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::int("flags").text("1: it is handled only when a script asks for it"))
-        .text("Tells whether a sensor is handled only when a script asks for it."),
+        .text("Returns whether a sensor is handled only when a script asks for it."),
     );
     offer.command(
         both(["sim.setExplicitHandling", "simSetExplicitHandling"], MINUS, |c| {
@@ -252,7 +257,9 @@ fn links(offer: &mut Offer<Vrep>) {
         })
         .param(object("dummy"))
         .param(Param::int("other").text("-1: none"))
-        .text("Links two dummies, or lets them go: the dynamic shapes above them are held together there, which closes a loop."),
+        .text(
+            "Links two dummies, or unlinks them: the dynamic shapes above them are joined there, which closes a loop.",
+        ),
     );
     offer.command(
         Cmd::new("sim.getObjectHierarchyOrder", |c| {

@@ -24,8 +24,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .param(table("indices", "three places of points for each triangle, from 0"))
                 .param(Param::any("looks").rest().text("ignored: normals and textures"))
                 .returns(Param::int("shape"))
-                .text("Makes a shape of triangles, whose frame lies in the middle of its box.")
-                .partial("Normals and textures are not kept."),
+                .text("Makes a shape of triangles, whose frame is in the middle of its box.")
+                .partial("Normals and textures are ignored."),
         );
     }
     offer.command(
@@ -79,7 +79,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::list("indices").text("three places for each triangle, from 0"))
         .returns(Param::list("normals").text("for each corner of each triangle"))
         .text("Gives the triangles of a shape.")
-        .partial("Round shapes are cut into 32 parts; of compounds the parts are given as boxes are."),
+        .partial("Round shapes are cut into 32 parts; the parts of compounds are given like boxes."),
     );
     offer.command(
         both(["sim.getShapeGeomInfo", "simGetShapeGeomInfo"], NIL, |c| {
@@ -128,14 +128,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("shape"))
         .returns(Param::list("shapes"))
         .text("Takes a shape apart.")
-        .partial("A shape stays in one piece: the list holds itself."),
+        .partial("A shape is not divided: the list contains only itself."),
     );
     mass(offer);
 }
 
 fn mass(offer: &mut Offer<Vrep>) {
     let matrix =
-        || table("transformation", "a matrix of 12 numbers, in which inertia and centre of mass stand").optional();
+        || table("transformation", "a matrix of 12 numbers: the frame of inertia and centre of mass").optional();
     let inertia_of = |c: &Ctx<'_>, shape: tatu_object| -> Result<[f64; 9]> {
         let v = c.world().get(shape, c.plugin().p.inertia)?;
         v.array::<9>().ok_or_else(|| Fail::new("the host returned no inertia"))
@@ -196,7 +196,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         })
         .param(object("shape"))
         .returns(Param::floats("inertia", 9).unit("kg m^2"))
-        .returns(Param::floats("transformation", 12).text("where the centre of mass lies in the shape"))
+        .returns(Param::floats("transformation", 12).text("position of the centre of mass in the shape"))
         .text("Gives inertia and centre of mass of a shape."),
     );
     offer.command(
@@ -236,7 +236,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         .param(Param::float("density").unit("kg/m^3"))
         .returns(Param::int("done"))
         .text("Sets the mass of a shape from its volume.")
-        .partial("The inertia is left to follow from the form, unless it was set."),
+        .partial("The inertia follows from the form, unless it was set."),
     );
 }
 

@@ -61,7 +61,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simSetNameSuffix", MINUS)
         .param(Param::int("suffix").text("-1: names are taken as they are"))
         .returns(Param::int("done"))
-        .text("Chooses what later look-ups of this script add to names.")
+        .text("Sets the suffix that later look-ups of this script add to names.")
         .example("sim.setNameSuffix(-1)"),
     );
 }

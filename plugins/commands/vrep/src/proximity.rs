@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         answers(command(["sim.handleProximitySensor", "simHandleProximitySensor"], handle_now))
             .param(Param::int("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
-            .text("Lets a proximity sensor look now; of several, gives the nearest detection.")
+            .text("Measures with a proximity sensor now; of several, gives the nearest detection.")
             .example("result, distance = sim.handleProximitySensor(laser)"),
     );
     offer.command(
@@ -66,9 +66,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             "a sum of 1: front faces, 2: back faces, 4: any point will do (the nearest is given), 8: maxAngle holds, \
                 16: a point that something hides is none",
         ))
-        .param(Param::float("threshold").unit("m").text("nothing farther is seen; 0: as far as the sensor sees"))
+        .param(Param::float("threshold").unit("m").text("nothing farther is detected; 0: the sensor's own range"))
         .param(Param::float("maxAngle").unit("rad").text("greatest angle between line of sight and normal, 0 to pi/2"))
-        .text("Looks for one object, or all, by faces, distance and angle of its own; the answer also becomes the sensor's reading.")
+        .text(
+            "Measures one object, or all, with its own faces, distance and angle; the result also becomes the \
+               sensor's reading.",
+        )
         .example("result, distance = sim.checkProximitySensorEx(sonar, ball, 1 + 2, 0.5, 0)")
         .partial("Collections are not known."),
     );
@@ -82,7 +85,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::int("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
         .returns(Param::int("done"))
-        .text("Forgets what a proximity sensor saw.")
+        .text("Discards the reading of a proximity sensor.")
         .example("sim.resetProximitySensor(sonar)"),
     );
 }

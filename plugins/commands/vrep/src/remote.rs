@@ -3,7 +3,7 @@
 use crate::kit::*;
 
 const NOTES: &str =
-    "Told to the service `legacy_remote`: without it nobody listens. A port is closed when the simulation stops.";
+    "Requires the service `legacy_remote`; without it no port is opened. A port is closed when the simulation stops.";
 /// The events that notify the service.
 const OPEN: &str = "remote_api.open";
 const CLOSE: &str = "remote_api.close";

@@ -123,10 +123,10 @@ const OLD: &[(Names, Gives, &str)] = &[
     (
         ["sim.setPathTargetNominalVelocity", "simSetPathTargetNominalVelocity"],
         Int(1),
-        "nothing moves along a path by itself",
+        "nothing moves along a path automatically",
     ),
     (["sim.getPathPlanningObject", "simGetPathPlanningObject"], Int(-1), PLANNING),
-    (["sim.checkCollisionEx", "simCheckCollisionEx"], Int(0), "sim.checkCollision tells whether shapes overlap"),
+    (["sim.checkCollisionEx", "simCheckCollisionEx"], Int(0), "sim.checkCollision returns whether shapes overlap"),
     (["sim.exportMesh", "simExportMesh"], Int(-1), "meshes are not written"),
     (["sim.exportIk", "simExportIk"], Int(-1), "there is no inverse kinematics"),
     (["sim.setSimulationTimeStep", "simSetSimulationTimeStep"], Int(-1), "the step belongs to the scene"),

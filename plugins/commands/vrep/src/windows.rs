@@ -10,7 +10,7 @@ use crate::{
     },
 };
 
-const NOTES: &str = "What it holds is kept and told; without a view nobody sees or presses it.";
+const NOTES: &str = "Its contents are stored and returned; it can be seen and pressed only in a view.";
 
 /// First handle of windows that scripts create.
 const FIRST: i64 = 2_069_000;
@@ -55,7 +55,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         }))
         .returns(Param::string("label"))
-        .text("Gives what stands on a button.")
+        .text("Gives the label of a button.")
         .partial(NOTES),
     );
     offer.command(
@@ -70,7 +70,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             done(c)
         }))
         .param(Param::string("up").optional().text("nil: as it is"))
-        .param(Param::string("down").optional().text("what stands on it while it is pressed; nil: as it is"))
+        .param(Param::string("down").optional().text("its label while it is pressed; nil: unchanged"))
         .returns(Param::int("result"))
         .text("Writes on a button.")
         .partial(NOTES),
@@ -108,7 +108,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("button").text("-1: none was pressed"))
         .returns(Param::list("values"))
         .text("Gives the button that was pressed last.")
-        .partial("No view presses buttons yet: none ever is."),
+        .partial("No view can press buttons yet, so none ever is pressed."),
     );
     properties(offer);
     making(offer);

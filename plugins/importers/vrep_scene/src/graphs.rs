@@ -25,7 +25,7 @@ pub fn graph(g: &Graph, o: &Object, node: Node<'_>, report: &mut Report) -> Resu
         })
         .collect();
     if g.streams.iter().any(|s| s.old && s.object >= 0) {
-        report.add("without", "streams that the original filled by itself: only scripts fill them here", o);
+        report.add("without", "streams that the original fills automatically; here only scripts fill them", o);
     }
     node.set("graph.explicit", g.explicit)?
         .set("graph.buffer", i64::from(g.buffer.clamp(1, 1_000_000)))?

@@ -57,7 +57,7 @@ impl Files {
         }
         if LIBRARIES.contains(&parts(name).1.to_lowercase().as_str()) {
             return Err(Fail::unsupported(format!("`{name}` is a native library, which cannot be transferred"))
-                .help("plugins are installed by whoever runs the simulator"));
+                .help("plugins are installed on the simulator's side only"));
         }
         let mut folder = Folder::open(turn)?;
         let known = self.names.len() - usize::from(self.names.contains_key(name));

@@ -48,7 +48,7 @@ fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
     if c.resumed() != 0 {
         let number = c.resumed();
         let wait = c.instance().all()?.waits.get(&number).cloned();
-        let Some(wait) = wait else { return Err(Fail::new("nothing waits to send this goal")) };
+        let Some(wait) = wait else { return Err(Fail::new("no call is waiting to send this goal")) };
         let client = c.instance().of(wait.handle, Role::ActionClient);
         let late = time(c, "scene.time")? >= wait.until;
         let done = client.and_then(|client| match c.instance().send_goal(c, wait.handle, &client, &wait.json) {
@@ -90,7 +90,7 @@ fn wait_for_service(c: &mut Ctx<'_>) -> Result<Outcome> {
         }
         number => {
             let wait = c.instance().all()?.waits.get(&number).cloned();
-            (number, wait.ok_or_else(|| Fail::new("nothing waits for this service"))?)
+            (number, wait.ok_or_else(|| Fail::new("no call is waiting for this service"))?)
         }
     };
     let client = c.instance().of(wait.handle, Role::Client)?;
@@ -194,9 +194,7 @@ fn clients(offer: &mut Offer<Plugin>) {
                 .param(callback("feedback", "(goal id, table)"))
                 .param(callback("result", "(goal id, simROS2.action_result_code..., table)"))
                 .returns(handle())
-                .text(
-                    "Will give goals to whoever offers an action: a script of this world, or a client of `rosbridge`.",
-                )
+                .text("Creates a client for an action that a script of this world or a client of `rosbridge` offers.")
                 .example(example(
                     "client",
                     "simROS2.actionServerActionSucceed(server, current, {sequence = {0, 1, 1, 2}})\n\
@@ -212,7 +210,9 @@ fn clients(offer: &mut Offer<Plugin>) {
                 "Gives a goal. True once it is answered, also by a no: goalResponse tells which. A thread waits up \
                      to 5 s of simulation time for somebody who offers the action; then it is an error.",
             )
-            .no_wait("nobody who offers the action is an error at once")
+            .no_wait(
+                "no script or client offers the action yet, and only a thread can wait for one: call this in a thread",
+            )
             .example(example("sent", "assert(#current == 32)"))
     });
     add_action(
@@ -231,7 +231,7 @@ fn clients(offer: &mut Offer<Plugin>) {
         |cmd| {
             cmd.param(handle())
                 .returns(Param::bool("answered").text("false: no goal is without its result"))
-                .text("Wants the last goal back. Its server decides, and its result tells what came of it.")
+                .text("Asks to cancel the last goal. Its server decides, and the result reports the outcome.")
                 .example(example(
                     "wanted_back",
                     "assert(simROS2.cancelLastGoal(client))\n\
@@ -257,8 +257,8 @@ fn clients(offer: &mut Offer<Plugin>) {
             cmd.param(handle())
                 .param(Param::float("timeout").unit("s").optional().text("of simulation time that a thread waits"))
                 .returns(Param::bool("there"))
-                .text("Tells whether a script or a client offers the service of a client, and waits until one does.")
-                .no_wait("tells at once")
+                .text("Returns whether a script or a client offers the service of a client, and waits until one does.")
+                .no_wait("only a thread can wait for a service: call this in a thread")
                 .example(
                     "local client = simROS2.createClient('/bell', 'std_srvs/srv/SetBool')\n\
                      assert(not simROS2.waitForService(client, 0))\n\
@@ -312,7 +312,7 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
         (
             "PublishFeedback",
             None,
-            "Tells whoever gave a goal how far it is.",
+            "Sends feedback on a goal to its client.",
             format!("simROS2.actionServerPublishFeedback(server, current, {list})\nassert(heard[2] == 1)"),
         ),
         (
@@ -331,7 +331,7 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
         (
             "ActionCanceled",
             Some(goals::CANCELED),
-            "Ends a goal that whoever gave it wants back.",
+            "Ends a goal as cancelled, after its client asked for that.",
             "simROS2.cancelLastGoal(client)\nsimROS2.actionServerActionCanceled(server, current, {})\n\
              assert(ended == simROS2.action_result_code.canceled)"
                 .to_owned(),
@@ -368,9 +368,9 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
         },
     );
     for (name, stage, text) in [
-        ("IsActive", None, "Tells whether a goal has no result yet."),
-        ("IsExecuting", Some(Stage::Executing), "Tells whether a goal is under way and nobody wants it back."),
-        ("IsCanceling", Some(Stage::Canceling), "Tells whether it was accepted that a goal ends early."),
+        ("IsActive", None, "Returns whether a goal has no result yet."),
+        ("IsExecuting", Some(Stage::Executing), "Returns whether a goal is active and no cancellation was requested."),
+        ("IsCanceling", Some(Stage::Canceling), "Returns whether it was accepted that a goal ends early."),
     ] {
         let run = move |c: &mut Ctx<'_>| {
             let (_, _, goal) = of_server(c)?;

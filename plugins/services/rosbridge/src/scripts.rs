@@ -307,7 +307,7 @@ fn services(offer: &mut Offer<Plugin>) {
             .param(Param::any("request").optional())
             .returns(Param::any("response"))
             .text("Calls a service that a script or a client offers.")
-            .no_wait("what a script offers is called; a client's service is an error")
+            .no_wait("a client offers this service, and only a thread can wait for its answer: call this in a thread")
             .example(words(
                 ros,
                 "function add(r) return {sum = r.a + r.b} end\nsimROS.advertiseService('/add', 'example_interfaces/AddTwoInts', 'add')\n\

@@ -32,7 +32,10 @@ fn samples(offer: &mut Offer<Vrep>) {
         .param(flagged("graph").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
         .param(Param::float("time").unit("s").optional().text("of the sample; left out: simulation time"))
         .returns(Param::int("result").text("1, for scripts of before 4.0"))
-        .text("Lets a graph take a sample of all its streams. A user stream that was given no number since has none.")
+        .text(
+            "Lets a graph take a sample of all its streams. A user stream has none if it was given no number since \
+               the last.",
+        )
         .example("sim.handleGraph(graph, sim.getSimulationTime() + sim.getSimulationTimeStep())"),
     );
     offer.command(
@@ -44,7 +47,7 @@ fn samples(offer: &mut Offer<Vrep>) {
         })
         .param(flagged("graph").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
         .returns(Param::int("result").text("1, for scripts of before 4.0"))
-        .text("Empties a graph: its streams and curves stay, their samples go.")
+        .text("Removes all samples of a graph; its streams and curves remain.")
         .example("sim.resetGraph(graph)"),
     );
     offer.command(
@@ -135,7 +138,9 @@ fn streams(offer: &mut Offer<Vrep>) {
         .param(Param::float("factor").default(1.0).optional())
         .param(Param::float("offset").default(0.0).optional())
         .param(Param::int("window").default(1).optional().text("samples of which the mean is taken"))
-        .text("Says what is made of a stream's numbers: transformed, times the factor, plus the offset, then averaged.")
+        .text(
+            "Sets how a stream's numbers are processed: transformed, times the factor, plus the offset, then averaged.",
+        )
         .example("sim.setGraphStreamTransformation(graph, stream, 1)"),
     );
 }
@@ -146,7 +151,7 @@ fn curves(offer: &mut Offer<Vrep>) {
             .param(object("graph"))
             .param(Param::string("name"))
             .param(Param::int("dim").text("2 or 3"))
-            .param(Param::any("streams").text("a table of `dim` streams; -1: the default stands in its place"))
+            .param(Param::any("streams").text("a table of `dim` streams; -1: the default is used"))
             .param(table("defaults", "`dim` numbers"))
             .param(Param::string("unit").optional().text("for people"))
             .param(Param::int("options").default(0).optional().text("ignored"))
@@ -217,7 +222,7 @@ fn curves(offer: &mut Offer<Vrep>) {
         .returns(Param::int("attributes").text("0"))
         .returns(Param::floats("background", 3))
         .returns(Param::floats("foreground", 3))
-        .text("Tells how a graph looks: its title, and the colours of its picture.")
+        .text("Gives the appearance of a graph: its title, and the colours of its picture.")
         .example("title = sim.getGraphInfo(graph)"),
     );
 }

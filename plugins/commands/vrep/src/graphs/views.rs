@@ -59,7 +59,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("options").default(0).optional().text("256: only asks; 512: gives whom it shows"))
         .param(Param::string("label").optional().text("ignored"))
         .returns(Param::int("result").text("1; with 256: 2 if it is there; with 512: whom it shows, or -1"))
-        .text("Says what a view shows. Without a window nothing is shown.")
+        .text("Chooses what a view shows. Without a window nothing is shown.")
         .partial("without a window nothing is shown")
         .example("sim.adjustView(view, -1, 0)"),
     );

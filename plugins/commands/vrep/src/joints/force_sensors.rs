@@ -87,7 +87,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("result").text("1: measured, 2 more: broken"))
         .returns(Param::floats("force", 3).unit("N"))
         .returns(Param::floats("torque", 3).unit("N m"))
-        .text("Gives the force and the torque that what hangs on a force sensor exerts on it, in its frame, filtered."),
+        .text("Gives the filtered force and torque that the child of a force sensor exerts on it, in its frame."),
     );
     offer.command(
         both(["sim.breakForceSensor", "simBreakForceSensor"], MINUS, |c| {
@@ -97,7 +97,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             done(c)
         })
         .param(object("sensor"))
-        .text("Breaks a force sensor: what hangs below it falls off, and stays below it in the tree."),
+        .text("Breaks a force sensor: its child falls off, but stays below it in the tree."),
     );
     dependencies(offer);
     child_poses(offer);
@@ -157,7 +157,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
         })
         .param(object("joint"))
         .param(table("matrix", "12 numbers"))
-        .text("Turns what hangs on a spherical joint that physics does not move."),
+        .text("Rotates the child of a spherical joint that physics does not move."),
     );
 }
 
@@ -183,7 +183,7 @@ fn child_poses(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::floats("pose", 7))
-        .text("Gives where the moved part of a joint stands in the joint's frame."),
+        .text("Gives the pose of the moved part of a joint in the joint's frame."),
     );
     offer.command(
         Cmd::new("sim.setObjectChildPose", |c| {
@@ -200,6 +200,6 @@ fn child_poses(offer: &mut Offer<Vrep>) {
         .param(object("joint"))
         .param(table("pose", "{x, y, z, qx, qy, qz, qw}"))
         .text("Moves the moved part of a joint.")
-        .partial("What the joint leaves free counts."),
+        .partial("Only components that the joint leaves free have an effect."),
     );
 }

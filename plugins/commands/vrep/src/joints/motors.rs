@@ -58,9 +58,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(flagged("joint"))
         .returns(Param::float("force").text("of a turning joint in N m, of a sliding one in N"))
-        .text(
-            "Gives the greatest force or torque of a joint's motor; in force mode what it pushes with, with its sign.",
-        )
+        .text("Gives the greatest force or torque of a joint's motor; in force mode the applied one, with its sign.")
         .example("x = sim.getJointTargetForce(joint)")
         .alias("sim.getJointMaxForce"),
     );

@@ -107,7 +107,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("dialogColors").optional().text("ignored"))
         .returns(which())
         .returns(Param::int("ui").text("-1: there is no window"))
-        .text("Opens a dialog, whose text goes to the log, too; it stays open until a view has an answer, or the script ends it.")
+        .text(
+            "Opens a dialog, whose text also goes to the log; it stays open until a view answers it or the script \
+               ends it.",
+        )
         .notes(
             "Where nobody looks it answers itself in the next step: ok or yes, with the initial text as input. Without buttons \
              it stays open. It never holds the script.",
@@ -159,9 +162,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::int("n").text("the place of its widget: of the first button 3"))
             .param(Param::string("what").choices(&["attend", "click", "change"]))
             .param(Param::any("text").optional().text("change: of its text field"))
-            .text(
-                "Does to a dialog what a person would do. Views call it; `attend` makes the dialog wait for an answer.",
-            )
+            .text("Acts on a dialog as a user would. Called by views; `attend` makes the dialog wait for an answer.")
             .example(
                 "local dialog = sim.displayDialog('Go', 'Shall it go on?', 4, false)\n\
                  tatu.answerDialog(dialog, 0, 'attend')\n\

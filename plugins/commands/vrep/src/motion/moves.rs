@@ -16,13 +16,13 @@ use crate::{
 };
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let waits = "Waits in the calling thread; in scripts without one it fails.";
+    let waits = "the motion takes several steps, and only a thread can wait for them: call this in a thread";
     offer.command(
         Cmd::new("sim.moveToConfig", |c| run(c, config))
             .param(Param::any("params").text("a table: joints, targetPos, maxVel, maxAccel, maxJerk, pos, vel, callback, auxData"))
             .param(Param::any("more").rest().text("the form of 4.2 to 4.6: flags, pos, vel, accel, maxVel, maxAccel, maxJerk, targetPos, targetVel, callback, auxData"))
             .returns(Param::any("data").text("where it ended: pos, vel, accel, timeLeft"))
-            .text("Moves joints, or what a callback moves, to a configuration.")
+            .text("Moves joints, or anything that a callback controls, to a configuration.")
             .no_wait(waits)
             .partial(NOTES),
     );
@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::any("params").text("a table: object, pose, targetPose, maxVel, maxAccel, maxJerk (4 numbers: x, y, z, angle), relObject, callback, auxData"))
             .param(Param::any("more").rest().text("the form of 4.2 to 4.6: flags, pose, maxVel, maxAccel, maxJerk, targetPose, callback, auxData, metric"))
             .returns(Param::any("data").text("where it ended: pose, timeLeft"))
-            .text("Moves an object, or what a callback moves, to a pose.")
+            .text("Moves an object, or anything that a callback controls, to a pose.")
             .no_wait(waits)
             .partial(NOTES),
     );
@@ -143,7 +143,7 @@ fn steps(offer: &mut Offer<Vrep>) {
             })
             .param(Param::any("params").text(format!("as of {whole}")))
             .returns(motion())
-            .text(format!("Begins what {whole} does, for scripts that go on by themselves."))
+            .text(format!("Begins the motion of {whole}; the script advances it step by step."))
             .partial(NOTES),
         );
         offer.command(
@@ -157,7 +157,7 @@ fn steps(offer: &mut Offer<Vrep>) {
             .param(motion())
             .returns(Param::int("result").text("0: under way, 1: arrived"))
             .returns(Param::any("data"))
-            .text("Goes on with it by one step.")
+            .text("Advances the motion by one step.")
             .partial(NOTES),
         );
         offer.command(

@@ -84,7 +84,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("result").text("0: under way, 1: arrived"))
         .returns(Param::list("state").text("positions, velocities and accelerations"))
         .returns(Param::float("left").unit("s").text("what was left over of the step"))
-        .text("Goes on in a motion profile.")
+        .text("Advances a motion profile.")
         .partial(NOTES),
     );
     offer.command(

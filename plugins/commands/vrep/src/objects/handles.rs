@@ -36,7 +36,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjectHandle_noErrorNoSuffixAdjustment", MINUS)
         .param(Param::string("name").text("a unique name"))
         .returns(Param::int("handle"))
-        .text("Finds an object by exactly this name; -1 without it.")
+        .text("Finds an object by exactly this name; -1 if there is none.")
         .example("h = sim.getObjectHandle_noErrorNoSuffixAdjustment('Cuboid#0')"),
     );
     offer.command(

@@ -17,7 +17,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjectParent", MINUS)
         .param(object("object"))
         .returns(Param::int("parent").text("-1: none"))
-        .text("Gives the object that an object hangs below.")
+        .text("Gives the parent of an object.")
         .example("robot = sim.getObjectParent(motor)"),
     );
     offer.command(
@@ -29,7 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 "true: it stays where it is in the world; false: it stays where it is in \
                     its parent's frame",
             ))
-            .text("Hangs an object below another one.")
+            .text("Makes an object the child of another one.")
             .example("sim.setObjectParent(box, gripper, true)"),
     );
     offer.command(
@@ -76,7 +76,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Param::int("options").default(0).optional().text("1: without the object itself, 2: only direct children"),
         )
         .returns(Param::list("objects"))
-        .text("Lists an object and all that hang below it, level by level.")
+        .text("Lists an object and all objects below it, level by level.")
         .example("joints = sim.getObjectsInTree(robot, sim.object_joint_type)"),
     );
     offer.command(
@@ -107,7 +107,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simRemoveObject", MINUS)
         .param(flagged("object"))
-        .text("Removes an object; what hangs below it goes to its parent.")
+        .text("Removes an object; its children go to its parent.")
         .example("sim.removeObject(box)"),
     );
     offer.command(
@@ -127,7 +127,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::list("objects").text("handles"))
         .param(Param::any("delayed").optional().text("ignored: what they own ends at the next stage in any case"))
-        .text("Removes objects; what hangs below them goes to their parents.")
+        .text("Removes objects; their children go to their parents.")
         .example("sim.removeObjects({box, ball})"),
     );
     offer.command(

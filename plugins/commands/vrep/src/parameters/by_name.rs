@@ -62,7 +62,7 @@ fn of_any_type(offer: &mut Offer<Vrep>) {
         .param(key())
         .param(Param::any("value"))
         .param(Param::any("options").optional().text("ignored"))
-        .text("Sets a property by its name; at the end of the simulation it is what it was.")
+        .text("Sets a property by its name; the end of the simulation restores it.")
         .example("sim.setProperty(object, name, 0.5)"),
     );
 }
@@ -131,7 +131,7 @@ fn family(
         .param(key())
         .param(value)
         .param(Param::any("options").optional().text("ignored"))
-        .text(format!("Sets a property of type {of} by its name; at the end of the simulation it is what it was."))
+        .text(format!("Sets a property of type {of} by its name; the end of the simulation restores it."))
         .example(format!("{set}(object, name, {sample})")),
     );
 }

@@ -63,7 +63,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("count"))
         .param(table("data", "x, y, z, alpha, beta, gamma and more for each point"))
         .returns(Param::int("done"))
-        .text("Puts control points into a path.")
+        .text("Inserts control points into a path.")
         .partial(NOTES),
     );
     offer.command(
@@ -85,7 +85,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("start").text("from 0; -1: all"))
         .param(Param::int("count"))
         .returns(Param::int("done"))
-        .text("Takes control points out of a path."),
+        .text("Removes control points from a path."),
     );
     let at = |c: &Ctx<'_>| -> Result<Pose> {
         let id = of_path(c)?;
@@ -127,7 +127,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(along())
         .returns(Param::int("flags"))
         .returns(Param::floats("channels", 4))
-        .text("Gives extra data of a path: there is none.")
+        .text("Gives extra data of a path, of which there is none.")
         .stub("control points keep no extra data"),
     );
     offer.command(
@@ -161,7 +161,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(path())
         .param(Param::float("position").unit("m"))
         .text("Sets a place on a path.")
-        .partial("It is kept; nothing moves along by itself."),
+        .partial("It is stored; nothing moves along the path automatically."),
     );
     offer.command(
         both(["sim.getClosestPositionOnPath", "simGetClosestPositionOnPath"], NIL, |c| {
@@ -191,8 +191,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::float("acceleration").default(0.0).optional().text("ignored"))
             .returns(Param::float("left").unit("s").text("what was left over of the last step"))
             .text("Moves an object along a path.")
-            .no_wait("Waits in the calling thread; in scripts without one it fails.")
-            .partial("At constant velocity, on straight ways between control points."),
+            .no_wait("the motion takes several steps, and only a thread can wait for them: call this in a thread")
+            .partial("At constant velocity, in straight lines between control points."),
     );
 }
 

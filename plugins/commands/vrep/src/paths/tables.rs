@@ -4,7 +4,7 @@ use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let path = || table("path", "configurations one after another");
-    let lengths = || table("lengths", "how far along each configuration lies, from sim.getPathLengths");
+    let lengths = || table("lengths", "distance along the path of each configuration, from sim.getPathLengths");
     let types = || {
         Param::any("types")
             .optional()
@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("distance").optional().text("a function of two configurations"))
         .returns(Param::list("lengths"))
         .returns(Param::float("total"))
-        .text("Gives how far along a path each of its configurations lies."),
+        .text("Gives the distance along a path of each of its configurations."),
     );
     offer.command(
         Cmd::new("sim.getPathInterpolatedConfig", |c| {
@@ -82,7 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("method").optional().text("ignored: straight between configurations"))
         .param(types())
         .returns(Param::list("path"))
-        .text("Gives a path with a number of configurations that lie even far apart.")
+        .text("Gives a path with a number of evenly spaced configurations.")
         .partial("Always straight between configurations, whatever the method."),
     );
     offer.command(

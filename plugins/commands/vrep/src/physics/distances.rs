@@ -10,9 +10,9 @@ use crate::{
 };
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let entity = |key: &str| Param::int(key).text("an object with what hangs below it, or a collection");
+    let entity = |key: &str| Param::int(key).text("an object with all objects below it, or a collection");
     let second = || Param::int("second").text("an object, a collection, or sim.handle_all: all other shapes");
-    let notes = "Surfaces of meshes that are not convex are hollow: what is wholly inside does not touch them.";
+    let notes = "Surfaces of meshes that are not convex are hollow: a shape entirely inside does not touch them.";
     offer.command(
         both(["sim.checkCollision", "simCheckCollision"], MINUS, |c| {
             let touching =
@@ -27,7 +27,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(second())
         .returns(Param::int("result").text("1: they overlap"))
         .returns(Param::list("objects").text("the two shapes, since 4.0; -1 without"))
-        .text("Tells whether shapes overlap.")
+        .text("Returns whether shapes overlap.")
         .notes(notes),
     );
     offer.command(
@@ -58,7 +58,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("result").text("1; 0: they are farther apart"))
         .returns(Param::floats("data", 7).text("both ends of the shortest way, and its length"))
         .returns(Param::list("objects").text("the two shapes, since 4.0"))
-        .text("Measures the shortest way between shapes.")
+        .text("Measures the shortest distance between shapes.")
         .notes(notes),
     );
     for (names, irregular, text) in [

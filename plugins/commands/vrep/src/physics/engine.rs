@@ -59,7 +59,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("shape"))
         .param(Param::int("material").text("sim.dynmat_..."))
         .text("Sets the friction of a shape to that of a material.")
-        .partial("The frictions are estimates: the original keeps its own to itself."),
+        .partial("The frictions are estimates: those of the original are not published."),
     );
 }
 

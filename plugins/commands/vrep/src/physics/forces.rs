@@ -69,7 +69,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simResetDynamicObject", MINUS)
         .param(flagged("object"))
         .returns(Param::int("done"))
-        .text("Tells physics that an object was changed; it knows already, so nothing is left to do.")
+        .text("Informs physics that an object was changed. It has no effect: changes are noticed automatically.")
         .example("sim.resetDynamicObject(box)"),
     );
     offer.command(
@@ -89,7 +89,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .old_name("simGetContactInfo", NIL)
             .param(Param::int("dynamicPass").text("ignored: contacts are those of the whole last step"))
             .param(Param::int("object").text("a shape, or sim.handle_all"))
-            .param(Param::int("index").text("from 0; sim.handleflag_extended may be added: the normal is given too"))
+            .param(Param::int("index").text("from 0; with sim.handleflag_extended added, the normal is given too"))
             .returns(Param::list("objects").text("the two shapes; nothing at all past the last contact"))
             .returns(Param::floats("point", 3).unit("m"))
             .returns(Param::floats("force", 3).unit("N").text("on the second shape, friction included"))

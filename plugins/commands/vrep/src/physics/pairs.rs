@@ -15,7 +15,7 @@ use crate::{
     },
 };
 
-const NOTES: &str = "Objects that are not explicit are looked at when they are read, not in the sensing part.";
+const NOTES: &str = "Objects that are not explicit are evaluated when they are read, not in the sensing part.";
 
 /// The two sorts of pairs.
 #[derive(Clone, Copy)]

@@ -139,7 +139,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simIsScriptExecutionThreaded", MINUS)
         .old_name("simIsScriptRunningInThread", MINUS)
         .returns(Param::int("threaded").text("1 or 0"))
-        .text("Tells whether the calling script can wait.")
+        .text("Returns whether the calling script can wait.")
         .example("threaded = sim.isScriptExecutionThreaded() == 1"),
     );
     offer.command(

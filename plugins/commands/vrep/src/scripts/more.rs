@@ -62,7 +62,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("b").optional().text("its second argument"))
         .param(Param::int("iterations").default(99).text("how often it is called before the last time"))
         .returns(Param::any("results").text("of the last call"))
-        .text("Calls a function again and again: a test of callbacks, those of remote clients for instance."),
+        .text("Calls a function repeatedly, to test callbacks such as those of remote clients."),
     );
     offer.command(
         Cmd::new("sim.getScriptFunctions", |c| {
@@ -84,7 +84,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(table("matrix", "12 numbers"))
         .returns(Param::any("result").text("1 in Lua, else the inverse"))
         .text("Inverts a matrix, in Lua in place.")
-        .notes("Other languages than Lua get the inverse as a result."),
+        .notes("Languages other than Lua get the inverse as a result."),
     );
     attributes(offer);
     parameters(offer);
@@ -108,7 +108,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .alias("sim.getLastInfo")
         .returns(Param::string("text").text("nothing if there was none"))
         .text("Gives what the last failed call said, once.")
-        .stub("messages of failed calls stand in the log"),
+        .stub("errors of failed calls are in the log"),
     );
     offer.command(
         Cmd::new("sim.copyTable", |c| {
@@ -119,7 +119,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("table"))
         .returns(Param::any("copy"))
         .text("Gives a copy of a table, with the tables in it.")
-        .partial("What is no truth value, number, text or table cannot be copied."),
+        .partial("Only truth values, numbers, texts and tables can be copied."),
     );
 }
 
@@ -170,7 +170,7 @@ fn attributes(offer: &mut Offer<Vrep>) {
         .param(Param::any("value"))
         .returns(Param::int("done"))
         .text("Sets an attribute of a script.")
-        .partial("It is kept and given back; scripts are called as before."),
+        .partial("It is only stored and returned; scripts are called as before."),
     );
 }
 

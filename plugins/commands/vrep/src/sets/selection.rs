@@ -67,7 +67,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::int("state").text("1 or 0"))
-        .text("Tells whether an object is selected."),
+        .text("Returns whether an object is selected."),
     );
 }
 

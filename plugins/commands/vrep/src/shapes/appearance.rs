@@ -88,7 +88,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("shape"))
         .param(table("size", "{x, y, z} m"))
         .text("Gives a shape another size.")
-        .partial("Of primitives; the triangles of a mesh stay."),
+        .partial("Applies to primitives; the triangles of a mesh are unchanged."),
     );
     offer.command(
         Cmd::new("sim.getShapeAppearance", |_| Ok(()))
@@ -110,7 +110,7 @@ fn texts(offer: &mut Offer<Vrep>) {
         Ok(())
     };
     let number = || Param::int("parameter").text("a number from the tables of constants");
-    let kept = "Texts are kept and given back; none of them does anything.";
+    let kept = "Texts are only stored and returned; none has an effect.";
     offer.command(
         Cmd::new("sim.getObjectStringParam", get)
             .alias("sim.getObjectStringParameter")

@@ -37,7 +37,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("angle2").optional().text("ignored: sent to all sides"))
         .param(Param::float("persistence").unit("s").default(0.0).optional().text("0: one step"))
         .returns(Param::int("done"))
-        .text("Sends data to scripts whose antenna is near enough.")
+        .text("Sends data to scripts whose antenna is in range.")
         .partial("It is sent to all sides, whatever the emission angles."),
     );
     offer.command(

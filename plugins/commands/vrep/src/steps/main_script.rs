@@ -61,7 +61,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simHandleDynamics", MINUS)
         .param(Param::float("dt").unit("s").range(0.0, f64::INFINITY))
         .returns(Param::int("count").text("of the physics steps"))
-        .text("In a main script: lets physics advance. Time moves on by as much at the end of the step.")
+        .text("In a main script: lets physics advance. At the end of the step, time advances by the same amount.")
         .example("sim.handleDynamics(sim.getSimulationTimeStep())"),
     );
     for (names, what, of_objects) in NOTHING {
@@ -93,7 +93,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::any("arguments").rest())
             .returns(Param::int("count").text("0"))
             .text(format!("For main scripts, which call it in each step: {what}."))
-            .partial("It has nothing left to do, and counts nothing."),
+            .partial("It has no effect, and counts nothing."),
         );
     }
 }
@@ -106,12 +106,12 @@ const ELSEWHERE: &[(Names, &str)] = &[
     ),
     (
         ["sim.handleSensingStart", "simHandleSensingStart"],
-        "distances and colours of sensors are made anew in the sensing part",
+        "distances and colours of sensors are reset in the sensing part",
     ),
     (["sim.openModule", "simOpenModule"], "plugins hear of a start by themselves"),
     (["sim.handleModule", "simHandleModule"], "plugins hear of each step by themselves"),
     (["sim.closeModule", "simCloseModule"], "plugins hear of a stop by themselves"),
-    (["sim.resumeThreads", "simResumeThreads"], "threads go on in the actuation part, with the child scripts"),
+    (["sim.resumeThreads", "simResumeThreads"], "threads resume in the actuation part, with the child scripts"),
     (
         ["sim.launchThreadedChildScripts", "simLaunchThreadedChildScripts"],
         "threads begin in the actuation part, with the child scripts",
@@ -128,8 +128,8 @@ const ELSEWHERE: &[(Names, &str)] = &[
 /// of a kind that no scene has.
 const NOTHING: &[(Names, &str, bool)] = &[
     (["sim.handleSandboxScript", "simHandleSandboxScript"], "there is no sandbox", false),
-    (["sim.handleJoint", "simHandleJoint"], "no joint moves by itself without physics", false),
-    (["sim.handleJointMotion", "simHandleJointMotion"], "no joint moves by itself without physics", false),
+    (["sim.handleJoint", "simHandleJoint"], "no joint moves without physics", false),
+    (["sim.handleJointMotion", "simHandleJointMotion"], "no joint moves without physics", false),
     (["sim.handlePath", "simHandlePath"], "there are no paths", true),
     (["sim.handleMechanism", "simHandleMechanism"], "there are no mechanisms", true),
     (["sim.handleIkGroup", "simHandleIkGroup"], "there are no IK groups", true),

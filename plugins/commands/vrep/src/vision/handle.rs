@@ -171,7 +171,7 @@ fn entity(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_ALL { Ok(0) } else { Ok(living(c, i)?.id) }
 }
 
-const LATER: &str = "The answer also becomes what the sensor has seen; collections are not known.";
+const LATER: &str = "The result also becomes the sensor's reading; collections are not supported.";
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let packets = |command: Cmd| {
@@ -223,7 +223,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(flagged("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
         .returns(Param::int("result").text("0"))
-        .text("Forgets what vision sensors have seen."),
+        .text("Discards the readings of vision sensors."),
     );
     offer.command(
         packets(

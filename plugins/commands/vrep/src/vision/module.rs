@@ -74,7 +74,7 @@ const FUNCTIONS: &[Function] = &[
         "simVision.sensorDepthMapToWorkImg",
         2,
         &[],
-        "Takes the sensor's depths, 0 to 1, as grey.",
+        "Loads the sensor's depths, 0 to 1, as grey.",
         ("", "rgb == '72,72,72'"),
     ),
     f(
@@ -94,8 +94,8 @@ const FUNCTIONS: &[Function] = &[
     ),
     f("simVision.workImgToBuffer1", 5, &[], "Copies the working image.", ("", RED)),
     f("simVision.workImgToBuffer2", 6, &[], "Copies the working image.", ("", RED)),
-    f("simVision.buffer1ToWorkImg", 7, &[], "Takes what is in the buffer.", ("", BLACK)),
-    f("simVision.buffer2ToWorkImg", 8, &[], "Takes what is in the buffer.", ("", BLACK)),
+    f("simVision.buffer1ToWorkImg", 7, &[], "Loads the buffer.", ("", BLACK)),
+    f("simVision.buffer2ToWorkImg", 8, &[], "Loads the buffer.", ("", BLACK)),
     f("simVision.swapBuffers", 9, &[], "Swaps the two buffers.", ("", RED)),
     f("simVision.addBuffer1ToWorkImg", 10, &[], "Adds the buffer.", ("", RED)),
     f("simVision.subtractBuffer1FromWorkImg", 11, &[], "Subtracts the buffer.", ("", RED)),
@@ -106,14 +106,14 @@ const FUNCTIONS: &[Function] = &[
         "simVision.matrix3x3OnWorkImg",
         18,
         &[Int("passes"), Floats("factor", 0), Floats("matrix", 9)],
-        "Each pixel becomes a sum of those around it.",
+        "Each pixel becomes a weighted sum of its neighbourhood.",
         (MATRIX[0], RED),
     ),
     f(
         "simVision.matrix5x5OnWorkImg",
         19,
         &[Int("passes"), Floats("factor", 0), Floats("matrix", 25)],
-        "Each pixel becomes a sum of those around it.",
+        "Each pixel becomes a weighted sum of its neighbourhood.",
         (MATRIX[1], RED),
     ),
     f("simVision.sharpenWorkImg", 20, &[], "Sharpens edges.", ("", RED)),
@@ -143,14 +143,14 @@ const FUNCTIONS: &[Function] = &[
         "simVision.intensityScaleOnWorkImg",
         25,
         &[Float("start"), Float("end"), NotBit("greyScale", 1)],
-        "Values from 0 to 1 become those from start to end.",
+        "Maps values from 0..1 to start..end.",
         (", 1, 0, false", "rgb == '0,255,255'"),
     ),
     f(
         "simVision.selectiveColorOnWorkImg",
         26,
         &[Floats("color", 3), Floats("tolerance", 3), Bit("rgbSpace", 2), Bit("keep", 1), Bit("removedToBuffer1", 4)],
-        "Keeps or removes what is near a color.",
+        "Keeps or removes pixels near a color.",
         (", {1, 0, 0}, {0.1, 0.1, 0.1}, true, false", BLACK),
     ),
     f(
@@ -204,7 +204,7 @@ const FUNCTIONS: &[Function] = &[
         "simVision.changedPixelsOnWorkImg",
         36,
         &[Float("threshold")],
-        "White where the image differs from buffer 1, else black. It found their share.",
+        "White where the image differs from buffer 1, else black. The result is the share of white pixels.",
         (", 0.2", "trigger"),
     ),
 ];
@@ -248,7 +248,7 @@ fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
     }
     offer.command(match function.kind {
         26 | 27 => command.partial("Only in red, green and blue: rgbSpace must be true."),
-        20 => command.partial("How much it sharpens is an estimate."),
+        20 => command.partial("The degree of sharpening is an estimate."),
         28 => {
             command.partial("Roundness is the ratio of the sides of the white spot, which may not be the original's.")
         }

@@ -245,7 +245,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::bytes("image").text("the changed one"))
         .text("Mirrors an image.")
         .partial(
-            "The original changes the text that it is given, which no text of Lua allows here: take the second value.",
+            "The original modifies the text in place, which is impossible with Lua strings here: use the second \
+             result.",
         ),
     );
 }

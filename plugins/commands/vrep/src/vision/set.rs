@@ -64,7 +64,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("color").optional())
         .returns(Param::int("sensor").text("a dummy stands for it"))
         .text("Makes a vision sensor.")
-        .partial("Sensors are made with the scene only: it has the resolution and the planes asked for, and is blind."),
+        .partial(
+            "Sensors are created only with the scene: this one has the requested resolution and planes, but is blind.",
+        ),
     );
 }
 

@@ -163,7 +163,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                      right, rows from the bottom to the top, about the front sensor.",
                 )
                 .partial(
-                    "How the six sensors stand decides which of them sees what, not their order; light is left as it is.",
+                    "The poses of the six sensors decide which direction each covers, not their order; lights are not \
+                     changed.",
                 )
                 .example(
                     "local simVision = require 'simVision'\n\
