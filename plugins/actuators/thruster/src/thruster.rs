@@ -29,7 +29,7 @@ impl<const SUBSTEP: bool> Actuator for Thruster<SUBSTEP> {
     type Plugin = Thrusters;
     const ID: &'static str = if SUBSTEP { "thruster_substep" } else { "thruster" };
     const TEXT: &'static str = if SUBSTEP {
-        "Pushes along its +z axis; asked before each engine step, so that fast turns do not smear its direction."
+        "Pushes along its +z axis; evaluated before each engine step, so that its direction follows fast turns."
     } else {
         "Pushes along its +z axis, with the force that a script sets."
     };

@@ -30,7 +30,7 @@ pub struct MeshFile;
 impl Importer for MeshFile {
     type Plugin = MeshFiles;
     const ID: &'static str = "mesh";
-    const TEXT: &'static str = "A mesh in an OBJ, STL or PLY file, as a shape that stands still.";
+    const TEXT: &'static str = "A mesh in an OBJ, STL or PLY file, as a static shape.";
     const SUFFIXES: &'static [&'static str] = &[".obj", ".stl", ".ply"];
 
     fn params() -> Vec<Param> {

@@ -42,7 +42,7 @@ pub struct Urdf;
 impl Importer for Urdf {
     type Plugin = UrdfFiles;
     const ID: &'static str = "urdf";
-    const TEXT: &'static str = "URDF: a robot's links, joints, masses and meshes; stands as the file says.";
+    const TEXT: &'static str = "URDF: a robot's links, joints, masses and meshes, posed as in the file.";
     const SUFFIXES: &'static [&'static str] = &[".urdf"];
 
     fn params() -> Vec<Param> {

@@ -55,42 +55,40 @@ pub fn params() -> Vec<Param> {
             .default(57_f64.to_radians())
             .text("Angle between the edges of the image, along its longer side."),
         metres("ortho_size", 0.0)
-            .text("Above 0: lines of sight are parallel, and the longer side of the image is this long."),
-        metres("near", 0.01).text("Near plane: what is nearer, along the optical axis, is looked through."),
-        metres("far", 3.5).text("Far plane: what is farther is not seen."),
+            .text("If above 0, the projection is orthographic, and this is the length of the image's longer side."),
+        metres("near", 0.01).text("Near plane: surfaces nearer than this, along the optical axis, are ignored."),
+        metres("far", 3.5).text("Far plane: surfaces farther than this are not seen."),
         Param::floats("background", 3)
             .range(0.0, 1.0)
             .default([0.0; 3])
-            .text("Red, green and blue of pixels that see nothing, each 0 to 1."),
-        Param::bool("color").default(true).text("Whether it takes colours; without, the image of colours has no pixels."),
+            .text("Red, green and blue of empty pixels, each 0 to 1."),
+        Param::bool("color").default(true).text("Whether it takes colours; if not, the colour image has no pixels."),
         Param::bool("points").default(false).text("Whether it reports each pixel's point in its own frame."),
-        Param::bool("incidence").default(false).text(
-            "Whether it reports each pixel's angle between line of sight and normal, which noise may depend on.",
-        ),
-        Param::bool("skip_own_model")
+        Param::bool("incidence")
             .default(false)
-            .text("Whether objects of the sensor's own model are looked through."),
+            .text("Whether it reports each pixel's angle between line of sight and normal, which noise may depend on."),
+        Param::bool("skip_own_model").default(false).text("Whether objects of the sensor's own model are ignored."),
         Param::string("empty")
             .choices(&["infinity", "zero"])
             .default("infinity")
-            .text("The depth of pixels that see nothing. Pixels that fail to measure read 0 in any case."),
+            .text("The depth of empty pixels. Pixels whose measurement fails always read 0."),
         Param::float("max_incidence")
             .unit("rad")
             .range(0.0, FRAC_PI_2)
             .default(FRAC_PI_2)
             .text("Greatest angle between line of sight and normal of a surface whose depth can be measured."),
-        Param::float("projector")
-            .unit("m")
-            .default(0.0)
-            .text("Where the projector of the pattern sits on the x axis (+ to the left): what it does not light has no depth. 0: there is none."),
-        Param::string("edges")
-            .choices(&["exact", "lost", "mixed"])
-            .default("exact")
-            .text("Pixels at jumps of depth: exact, without depth, or anywhere between the two surfaces."),
+        Param::float("projector").unit("m").default(0.0).text(
+            "Position of the pattern projector on the x axis (+ to the left): surfaces that it does not light \
+             have no depth. 0: no projector.",
+        ),
+        Param::string("edges").choices(&["exact", "lost", "mixed"]).default("exact").text(
+            "How pixels at depth discontinuities read: exactly, without depth, or anywhere between the two \
+             surfaces.",
+        ),
         Param::float("lateral_sigma")
             .range(0.0, 16.0)
             .default(0.0)
-            .text("Standard deviation, in pixels, of where edges of things lie."),
+            .text("Standard deviation, in pixels, of the position of edges."),
     ]
     .map(Param::rebuilds)
     .into()

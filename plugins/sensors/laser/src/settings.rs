@@ -40,13 +40,14 @@ pub(crate) fn params() -> Vec<Param> {
         Param::int("rays")
             .range(1.0, MAX_BEAMS as f64)
             .default(181i64)
-            .text("Beams of one layer, evenly spread from `start_angle` to `end_angle`; a single one looks along `start_angle`."),
-        Param::int("layers").range(1.0, 4096.0).default(1i64).text("How many layers lie one above the other."),
+            .text("Beams of one layer, evenly spread from `start_angle` to `end_angle`; a single one points along \
+                   `start_angle`."),
+        Param::int("layers").range(1.0, 4096.0).default(1i64).text("Number of layers, one above the other."),
         Param::float("vertical_field")
             .unit("rad")
             .range(0.0, PI)
             .default(0.0)
-            .text("Angle between the lowest and the highest layer; half of it lies below the horizontal."),
+            .text("Angle between the lowest and the highest layer; half of it is below the horizontal."),
         Param::floats("elevations", 0).unit("rad").range(-FRAC_PI_2, FRAC_PI_2).default(Vec::<f64>::new()).text(
             "Elevation of each layer, upwards positive, in the order in which they are reported; takes the place of \
              `layers` and `vertical_field`.",
@@ -63,7 +64,7 @@ pub(crate) fn params() -> Vec<Param> {
             .unit("m")
             .range(0.0, f64::INFINITY)
             .default(0.0)
-            .text("Where the beams begin: surfaces nearer than this are looked through."),
+            .text("Start of the beams: surfaces nearer than this are ignored."),
         Param::bool("none_as_max").default(false).text(
             "Whether a beam that meets nothing reads `range`, as some devices report it, instead of infinity.",
         ),
@@ -77,7 +78,7 @@ pub(crate) fn params() -> Vec<Param> {
         ),
         Param::bool("skip_own_model")
             .default(false)
-            .text("Whether objects of the sensor's own model are looked through."),
+            .text("Whether objects of the sensor's own model are ignored."),
     ]
     .map(Param::rebuilds)
     .into()

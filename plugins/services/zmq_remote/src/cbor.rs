@@ -61,7 +61,7 @@ fn value(cbor: Cbor) -> Result<Value> {
             Value::Map(entries.into_iter().map(|(k, v)| Ok((value(k)?, value(v)?))).collect::<Result<_>>()?)
         }
         Cbor::Tag(_, inner) => value(*inner)?,
-        _ => return Err(Fail::argument("a value of unknown kind")),
+        _ => return Err(Fail::argument("the request contains a CBOR value that is not supported")),
     })
 }
 
