@@ -1,6 +1,6 @@
 // notes: commands that keep notes for each world, outside of the state block, so they are saved and loaded.
-//   n = notes.put(name, text [, {x, y, z}])   keeps a note, in place of one of the same name; gives how many there are
-//   text, time, place = notes.get(name)       the note, the simulation time at which it was put, and its place
+//   n = notes.put(name, text [, {x, y, z}])   stores a note, replacing one of the same name; returns their number
+//   text, time, place = notes.get(name)       the note, the simulation time at which it was stored, and its place
 #include "tatu.h"
 
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 // guard: commands in C++ that use exceptions inside. None of them leaves the plugin: `guarded` turns each into an error.
 //   x    = guard.at(table, index)        the number at an index from 1; one out of range is an error (std::vector::at)
 //   x    = guard.number(text)            the number that a text holds (std::stod)
-//   list = guard.map(table, function)    what a script's function makes of each number
+//   list = guard.map(table, function)    the results of a script's function for each number
 //
 // Build: c++ -std=c++17 -Wall -Wextra -Werror -shared -fPIC -fvisibility=hidden -I ../../../plugin-api/include -o libtatu_guard.so guard.cpp
 // Run:   ../../../target/release/tatu run scene.toml --allow plugins --steps 5 --threads 1

@@ -136,7 +136,7 @@ fn printed(script: &str) -> String {
     Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "1"]).good().out
 }
 
-/// tests/facts/script-api.md, 10; lengths of arcs are angle times radius.
+/// See tests/facts/script-api.md, 10; lengths of arcs are angle times radius.
 #[test]
 fn programs_of_machine_tools_become_ways() {
     let script = r#"
@@ -189,7 +189,7 @@ print('all')
     assert!(printed(script).contains("all"));
 }
 
-/// tests/facts/script-api.md, 10.
+/// See tests/facts/script-api.md, 10.
 #[test]
 fn objects_stand_in_place_of_handles() {
     let script = r#"

@@ -104,7 +104,7 @@ pub(crate) fn params() -> Vec<Param> {
              limit.",
         ),
         Param::bool("front_faces").default(true).text("Whether outer sides of surfaces are detected."),
-        Param::bool("back_faces").default(true).text("Whether inner sides of surfaces are detected, as from within a box."),
+        Param::bool("back_faces").default(true).text("Whether inner sides of surfaces are detected, as in a box."),
         Param::bool("occlusion").default(false).text(
             "Whether the nearest point in a volume counts only if the line of sight to it is free: surfaces that are \
              not detected themselves, because of their side or slant, then hide what is behind them.",
