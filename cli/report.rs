@@ -13,8 +13,8 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use tatu_core::errors::Error;
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 
-/// Prints a line on standard output. If that fails because the reader is gone (`
-/// head`) or the disk is full, the run continues, and [`finish`] reports it by the exit code.
+/// Prints a line on standard output. If that fails because the reader is gone (`| head`) or the disk is full, the
+/// run continues, and [`finish`] reports it by the exit code.
 macro_rules! out {
     ($($text:tt)*) => {{
         use std::io::Write;
@@ -33,8 +33,7 @@ pub(crate) use {err, out};
 /// Whether output of the program was lost.
 static LOST: AtomicBool = AtomicBool::new(false);
 
-/// Records that writing to standard output failed. A closed pipe, as with `
-/// head`, is not an error.
+/// Records that writing to standard output failed. A closed pipe, as with `| head`, is not an error.
 pub fn wrote(result: std::io::Result<()>) {
     if let Err(e) = result
         && e.kind() != ErrorKind::BrokenPipe

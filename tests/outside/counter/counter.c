@@ -1,7 +1,7 @@
 // counter: a service that counts steps and the commands that it called, and publishes the number of steps as a signal.
 //   at each barrier  sim.setInt32Signal('ticks', steps)
-//   periodically    publishes the event counter.round with {steps, commands}
-// The counts are part of snapshots; at the end of the world it logs them. T: ../../../target/release/tatu
+//   every `round`    publishes the event counter.round with {steps, commands}
+// The counts are part of snapshots; the service logs them at the end of the world. T: ../../../target/release/tatu
 //
 // Build: cc -std=c11 -Wall -Wextra -Werror -shared -fPIC -I ../../../plugin-api/include -o libtatu_counter.so counter.c
 // Run:   TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 40 --threads 1       (or 2)

@@ -83,9 +83,7 @@ fn a_slanted_plate() {
     }
 }
 
-/// A ball of 0.5 m in front of a plate: the nearer root of
-/// z s - m
-/// = r, and the plate if there is none.
+/// A ball of 0.5 m in front of a plate: the nearer root of |z s - m| = r, and the plate if there is none.
 #[test]
 fn a_ball() {
     let ball = "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [1, 1, 1]\n\

@@ -21,10 +21,7 @@ pub struct Tag<T> {
     pub read: Reader<T>,
 }
 
-/// Builds a table of tags: `"Prt"
-/// "_rt" =>
-/// j, c, _
-/// ...`.
+/// Builds a table of tags: `"Prt" | "_rt" => |j, c, _| ...`.
 macro_rules! tags {
     ($of:ty { $($single:literal $(| $double:literal)? => $read:expr,)* }) => {
         &[$($crate::read::section::Tag::<$of> {

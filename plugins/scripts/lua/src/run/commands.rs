@@ -30,8 +30,7 @@ const EXACT: i64 = 1 << 40;
 /// The target of a call.
 #[derive(Clone, Copy)]
 pub(crate) enum Target {
-    /// A command: id << 8
-    /// alias.
+    /// A command: id << 8 | alias.
     Command(u32),
     /// A command whose numbers are rounded to 32-bit floats.
     Single(u32),
@@ -39,8 +38,7 @@ pub(crate) enum Target {
     Function(u64),
 }
 
-/// Lua function of a command; upvalue 1 is id << 8
-/// alias.
+/// Lua function of a command; upvalue 1 is id << 8 | alias.
 pub(crate) unsafe extern "C-unwind" fn command(l: *mut lua_State) -> i32 {
     let packed = lua_tointegerx(l, lua_upvalueindex(1), null_mut());
     if packed < EXACT && state::of(l).single.get() {

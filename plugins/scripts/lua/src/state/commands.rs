@@ -32,8 +32,8 @@ impl Commands {
             call_func: t.call_func?,
         })
     }
-    /// Returns id and alias of a name packed as id << 8
-    /// alias, as stored in bound functions; 0: no such command. A command has at most 255 names.
+    /// Returns id and alias of a name packed as id << 8 | alias, as stored in bound functions; 0: no such
+    /// command. A command has at most 255 names.
     pub fn number(&self, world: WorldRef<'_>, name: &[u8]) -> u32 {
         let mut alias = 0;
         match (self.find)(world, name.into(), Some(&mut alias)) {
