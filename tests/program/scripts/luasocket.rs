@@ -355,7 +355,7 @@ fn what_a_server_tells_is_repeated_without_it() {
     place.write("cut.log", &cut);
     let other = place.tatu(&["run", "--replay", "cut.log", "--json"]);
     assert_eq!(other.code, 1, "{}", other.err);
-    other.tells(&["the run that is repeated"]);
+    other.tells(&["the recorded run used its sockets differently"]);
 }
 
 #[test]
