@@ -1,4 +1,4 @@
-//! The command line: from raw to meaningful, in one place.
+//! The command line: declares and validates all arguments.
 
 use std::path::PathBuf;
 
@@ -23,32 +23,32 @@ pub struct Args {
 pub enum Command {
     /// Run a scene.
     Run(Run),
-    /// Serve a scene to remote clients and views: they start, stop and change it, and the program goes on.
+    /// Serve a scene to remote clients and views, which start, stop and change it while the program keeps running.
     Serve(Serve),
-    /// Open a scene in the browser: see it, drive it, change its scripts.
+    /// Open a scene in the browser: view it, control it, change its scripts.
     Open(Open),
-    /// Check whether a scene runs, or without what.
+    /// Check whether a scene runs, and what it would lack.
     Check(Check),
-    /// Write a scene of any format as a scene file, with its meshes and scripts beside it.
+    /// Convert a scene of any format to a scene file, with its meshes and scripts in files next to it.
     Convert(Convert),
-    /// List what plugins offer.
+    /// List what plugins provide.
     List(List),
     /// Describe a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or
     /// command.
     Describe(Describe),
-    /// Take a picture of a scene, or of what one of its sensors sees; no display is needed.
+    /// Render a picture of a scene, or of what one of its sensors measures; no display is needed.
     Look(Look),
-    /// Compare two traces: the first step, and the first object in it, in which they part.
+    /// Compare two traces: report the first step, and the first object in it, that differ.
     Diff(Diff),
     /// Ask why a plugin is not loaded, install one, list all files that are looked at.
     #[command(subcommand)]
     Plugin(PluginCommand),
 }
 
-/// What is changed in a scene.
+/// Changes to a scene.
 #[derive(Clone, clap::Args)]
 pub struct Changes {
-    /// Seed of all that is random, instead of the scene's.
+    /// Seed of all random numbers, instead of the scene's.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// Set a property or model parameter: `/Robot/leftMotor.max_force_nm=2`, `scene.dt_s=0.01`.
@@ -59,7 +59,7 @@ pub struct Changes {
     /// scene names.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = permission)]
     pub allow: Vec<String>,
-    /// Put a script in place of an object's own: `/Robot=my_controller.lua`. With `--stand-ins`: the script to run.
+    /// Replace an object's script: `/Robot=my_controller.lua`. With `--stand-ins`: the script to run.
     #[arg(long = "script", value_name = "[OBJECT=]FILE")]
     pub scripts: Vec<String>,
 }
@@ -70,13 +70,14 @@ pub struct Run {
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub changes: Changes,
-    /// Run a script without its scene, `--script FILE`: what it asks for by name is made as its calls need it.
+    /// Run a script without its scene, `--script FILE`: objects that it looks up are created as its calls need them.
     #[arg(long, conflicts_with_all = ["scene", "replay", "from", "reload"], requires = "scripts")]
     pub stand_ins: bool,
-    /// The kind of that script, if its text is not to tell: main, child, threaded, customization, add-on or module.
+    /// The kind of that script, if it should not be inferred from its text: main, child, threaded, customization,
+    /// add-on or module.
     #[arg(long = "as", value_name = "KIND", requires = "stand_ins")]
     pub kind: Option<ScriptKind>,
-    /// Start a service beside the world: `ID`, or `ID:KEY=VALUE,KEY=VALUE`.
+    /// Start a service: `ID`, or `ID:KEY=VALUE,KEY=VALUE`.
     #[arg(long = "service", value_name = "ID")]
     pub services: Vec<String>,
     #[command(flatten)]
@@ -84,78 +85,80 @@ pub struct Run {
     /// The folder in which scripts open files [default: the working folder].
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
-    /// Write what comes from outside to a file, with all that a replay needs.
+    /// Record all outside input in a file, with everything needed for a replay.
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
-    /// Do again what a log tells; no scene is needed, and no service is started.
+    /// Replay an input log; no scene is needed, and no service is started.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "seed", "set", "scripts", "services", "addons", "no_addons", "without"])]
     pub replay: Option<PathBuf>,
-    /// Simulated seconds to run [default: 10; with a service or `--interactive`: until it is stopped].
+    /// Seconds of simulation time to run [default: 10; with a service or `--interactive`: until it is stopped].
     #[arg(long, value_name = "S", conflicts_with = "steps", allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: Option<f64>,
-    /// Steps to run.
+    /// Number of steps to run.
     #[arg(long, value_name = "N")]
     pub steps: Option<u64>,
-    /// Threads; the results do not depend on them.
+    /// Number of threads; the results do not depend on it.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: u16,
     /// Read key presses from a file with lines `TIME KEY`; KEY is a character, a name such as `up`, or the API's code.
     #[arg(long, value_name = "FILE", conflicts_with = "replay")]
     pub keys: Option<PathBuf>,
-    /// Run as fast as the clock, which scripts then read.
+    /// Run in real time; scripts then read the real clock.
     #[arg(long, conflicts_with = "replay")]
     pub realtime: bool,
-    /// The same, so many times as fast.
+    /// Run at this multiple of real time.
     #[arg(long, value_name = "F", conflicts_with = "replay", value_parser = speed)]
     pub speed: Option<f64>,
-    /// Take keys from the terminal: F5 play or pause, F6 one step, F7 stop, + and - the speed; scripts get all others.
+    /// Read keys from the terminal: F5 play or pause, F6 one step, F7 stop, + and - change the speed; scripts get all
+    /// others.
     #[arg(long, conflicts_with = "replay")]
     pub interactive: bool,
-    /// Write one JSON line a step to a file.
+    /// Write one JSON line per step to a file.
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
-    /// Put an object's pose and velocity, and a sensor's readings, into the trace.
+    /// Add an object's pose and velocity, and a sensor's readings, to the trace.
     #[arg(long, value_name = "PATH")]
     pub watch: Vec<String>,
-    /// Write what graphs recorded into a folder, when the run has ended: `<graph>.csv` and `<graph>.png`.
+    /// Write the recorded data of graphs into a folder at the end of the run: `<graph>.csv` and `<graph>.png`.
     #[arg(long, value_name = "DIR")]
     pub graphs: Option<PathBuf>,
-    /// Write the run as a film: a page that a browser shows from the disk, at any time of the run.
+    /// Write the run as a film: a page that any browser can play from disk.
     #[arg(long, value_name = "FILE", conflicts_with = "replay")]
     pub html: Option<PathBuf>,
     /// Seconds of real time after which a plugin call that has not returned ends the run; 0: never.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
     pub watchdog: f64,
-    /// Put the hash of each object into the trace, so that `tatu diff` can name the one that differs.
+    /// Add the hash of each object to the trace, so that `tatu diff` can name the one that differs.
     #[arg(long)]
     pub hashes: bool,
-    /// Write the state of the run to a file once T simulated seconds are over, and go on; may be given several times.
+    /// Write the state of the run to a file at T seconds of simulation time, and continue; may be given several times.
     #[arg(long, value_names = ["T", "FILE"], num_args = 2, action = clap::ArgAction::Append)]
     pub snapshot_at: Vec<String>,
-    /// Go on from a file that `--snapshot-at` of the same scene wrote; times still count from 0.
+    /// Continue from a file written by `--snapshot-at` with the same scene; times are still counted from 0.
     #[arg(long, value_name = "FILE", conflicts_with = "addons")]
     pub from: Option<PathBuf>,
-    /// Take scripts, models and plugins that are changed while it runs at the next step; such a run cannot be repeated.
+    /// Reload scripts, models and plugins that change during the run at the next step; such a run cannot be replayed.
     #[arg(long, conflicts_with_all = ["log", "replay", "snapshot_at", "from"])]
     pub reload: bool,
-    /// Write the scene as it is when the run ends, before scripts clean up, as a scene file with meshes and scripts beside it.
+    /// Save the scene at the end of the run, before scripts clean up, as a scene file with meshes and scripts next to
+    /// it.
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
-    /// Take no warnings: one before the start keeps the run from starting, one while it runs makes the exit code 1.
+    /// Treat warnings as errors: one before the start prevents the run, one during the run makes the exit code 1.
     #[arg(long)]
     pub strict: bool,
-    /// End with a summary in JSON on standard output; everything else goes to standard error.
+    /// Print a summary in JSON on standard output at the end; everything else goes to standard error.
     #[arg(long)]
     pub json: bool,
 }
 
 #[derive(Clone, clap::Args)]
 pub struct Serve {
-    /// The scene: a scene file, or one of a format that an importer reads; none: clients open one.
+    /// The scene file, or a file that an importer reads; without one, clients open a scene.
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub changes: Changes,
-    /// Start a service: `ID`, or `ID:KEY=VALUE,KEY=VALUE`. Those that a scene names are not started.
+    /// Start a service: `ID`, or `ID:KEY=VALUE,KEY=VALUE`. Services that the scene names are not started.
     #[arg(long = "service", value_name = "ID")]
     pub services: Vec<String>,
     #[command(flatten)]
@@ -163,10 +166,10 @@ pub struct Serve {
     /// The folder in which scripts open files [default: the working folder].
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
-    /// Threads; the results do not depend on them.
+    /// Number of threads; the results do not depend on it.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: u16,
-    /// Run as fast as the clock; a page has a pace of its own.
+    /// Run in real time; a page sets its own pace.
     #[arg(long)]
     pub realtime: bool,
     /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
@@ -178,19 +181,19 @@ pub struct Serve {
 pub struct Open {
     #[command(flatten)]
     pub serve: Serve,
-    /// The port of the page, on this machine only; 0: any that is free.
+    /// Port of the page, on this machine only; 0: any free one.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub port: u16,
-    /// Start no browser: only print the address of the page.
+    /// Do not start a browser: only print the address of the page.
     #[arg(long)]
     pub no_browser: bool,
 }
 
 #[derive(clap::Args)]
 pub struct Convert {
-    /// The scene: a scene file, or one of a format that an importer reads.
+    /// The scene file, or a file that an importer reads.
     pub scene: PathBuf,
-    /// The scene file to write; its name ends with `.toml`.
+    /// The scene file to write; its name must end with `.toml`.
     pub output: PathBuf,
     #[command(flatten)]
     pub changes: Changes,
@@ -203,7 +206,7 @@ pub struct Convert {
 pub struct Check {
     /// The scene file.
     pub scene: PathBuf,
-    /// Tell in JSON what the file holds, where its importer can, and what there is to report about it.
+    /// Print in JSON what the file contains, as far as its importer can describe it, and all reports about it.
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -218,28 +221,29 @@ pub struct Check {
 pub struct Look {
     /// The scene file.
     pub scene: PathBuf,
-    /// Where the camera stands: X,Y,Z in the world, m [default: the scene's first camera, or where all is seen from].
+    /// Position of the camera: X,Y,Z in the world, m [default: that of the scene's first camera, or one that shows
+    /// everything].
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, requires = "to")]
     pub from: Option<Point>,
-    /// The point in the middle of the picture: X,Y,Z in the world, m.
+    /// Point at the centre of the picture: X,Y,Z in the world, m.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, requires = "from")]
     pub to: Option<Point>,
-    /// What this sensor measured last instead, by path or unique name.
+    /// Show the last reading of this sensor instead, by path or unique name.
     #[arg(long, value_name = "PATH", conflicts_with_all = ["from", "to", "fov"])]
     pub sensor: Option<String>,
-    /// Simulated seconds to run before; 0: the scene as it is loaded, a sensor after one step.
+    /// Seconds of simulation time to run first; 0: the scene as loaded, or a sensor after one step.
     #[arg(long, value_name = "T", default_value_t = 0.0, allow_negative_numbers = true, value_parser = seconds)]
     pub at: f64,
-    /// Pixels of a picture of the scene: COLUMNSxROWS.
+    /// Size of a picture of the scene in pixels: COLUMNSxROWS.
     #[arg(long, value_name = "CxR", default_value = "1280x720", value_parser = size)]
     pub size: [u32; 2],
-    /// The angle between the picture's left and right edge, degrees [default: 50, or the scene's camera's].
+    /// Horizontal field of view, degrees [default: 50, or that of the scene's camera].
     #[arg(long, value_name = "DEG", value_parser = angle)]
     pub fov: Option<f64>,
-    /// Draw no floor below a scene that has none.
+    /// Do not add a floor below a scene that has none.
     #[arg(long, conflicts_with = "sensor")]
     pub no_ground: bool,
-    /// The file to write, a PNG.
+    /// The PNG file to write.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     #[command(flatten)]
@@ -249,7 +253,7 @@ pub struct Look {
     /// The folder in which scripts open files [default: the working folder].
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
-    /// Threads; the picture does not depend on them [default: all that the machine has].
+    /// Number of threads; the picture does not depend on it [default: all that the machine has].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// Seconds of real time after which a plugin call that has not returned ends the run; 0: never.
@@ -262,7 +266,7 @@ const LOOK_EXAMPLES: &str = "Examples:
   tatu look scenes/first/pioneer_avoids_walls.toml --from -3,-4,3 --to 0,0,0.2 -o scene.png
   tatu look scenes/first/pioneer_avoids_walls.toml --sensor Pioneer_p3dx_ultrasonicSensor5 --at 3 -o sonar.png";
 
-/// X, Y and Z, m.
+/// A point X, Y, Z, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point(pub [f64; 3]);
 
@@ -270,7 +274,7 @@ pub struct Point(pub [f64; 3]);
 pub struct Diff {
     /// A trace, as `tatu run --trace` writes it.
     pub a: PathBuf,
-    /// Another.
+    /// The trace to compare it with.
     pub b: PathBuf,
 }
 
@@ -281,10 +285,10 @@ pub struct List {
     /// A scene whose plugin folders are searched too.
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
-    /// `plugins`: load those in the folders that the scene names.
+    /// `plugins`: load plugins from the folders that the scene names.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["plugins"])]
     pub allow: Vec<String>,
-    /// As a JSON array.
+    /// Print a JSON array.
     #[arg(long)]
     pub json: bool,
     /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
@@ -294,22 +298,22 @@ pub struct List {
 
 #[derive(clap::Args)]
 pub struct Describe {
-    /// Its id, or several; of a command any of its names.
+    /// One or more ids; a command may be given by any of its names.
     #[arg(value_name = "ID", required_unless_present = "all")]
     pub ids: Vec<String>,
-    /// All commands, as pages.
+    /// Describe all commands, as pages.
     #[arg(long, requires = "markdown")]
     pub all: bool,
-    /// The folder to write pages to, one for each subject of commands.
+    /// Folder to write pages to, one for each subject of commands.
     #[arg(long, value_name = "DIR", requires = "all")]
     pub markdown: Option<PathBuf>,
     /// A scene whose plugin folders are searched too.
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
-    /// `plugins`: load those in the folders that the scene names.
+    /// `plugins`: load plugins from the folders that the scene names.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["plugins"])]
     pub allow: Vec<String>,
-    /// In JSON.
+    /// Print JSON.
     #[arg(long)]
     pub json: bool,
     /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
@@ -330,7 +334,7 @@ pub enum What {
     Addons,
 }
 
-/// What a script without a scene is run as.
+/// Kind of a script that is run without a scene.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ScriptKind {
     Main,
@@ -358,7 +362,7 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     found.ok_or_else(|| format!("expected columns and rows, 1 to {MAX_SIDE} each: 1280x720"))
 }
 
-/// Pixels along one side of a picture.
+/// Most pixels along one side of a picture.
 const MAX_SIDE: u32 = 8192;
 
 fn angle(text: &str) -> Result<f64, String> {
@@ -371,7 +375,7 @@ fn seconds(text: &str) -> Result<f64, String> {
     if s.is_finite() && s >= 0.0 { Ok(s) } else { Err("expected a number of seconds, at least 0".into()) }
 }
 
-/// What `--allow` takes.
+/// Validates a value of `--allow`.
 fn permission(text: &str) -> Result<String, String> {
     let (host, port) = text.strip_prefix("net=").and_then(|p| p.rsplit_once(':')).unwrap_or_default();
     let net = !host.is_empty() && (port == "*" || port.parse::<u16>().is_ok());
@@ -383,13 +387,13 @@ fn permission(text: &str) -> Result<String, String> {
 }
 
 impl Changes {
-    /// What the run changes in the scene.
+    /// Returns the changes to the scene as options of the core.
     pub fn options(&self, services: &[String]) -> Result<Options, Error> {
         Ok(Options {
             seed: self.seed,
             set: self.set.iter().map(|s| Override::parse(s)).collect::<Result<_, _>>()?,
             scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_, _>>()?,
-            // Plugins concern what is loaded, not what scripts may do.
+            // `plugins` concerns loading, not what scripts may do.
             allow: self.allow.iter().filter(|a| *a != "plugins").cloned().collect(),
             services: services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_, _>>()?,
             ..Default::default()

@@ -1,4 +1,4 @@
-//! `--graphs DIR`: what graphs recorded, as tables and pictures.
+//! `--graphs DIR`: writes the recorded data of graphs as tables and pictures.
 
 use std::{
     fmt::Write as _,
@@ -10,8 +10,8 @@ use tatu_core::{Graph, World, errors::Error, state::write_whole};
 
 use crate::plot;
 
-/// Writes `<graph>.csv` and `<graph>.png` for each graph; what could not be written. One failure does not keep the
-/// others from being written.
+/// Writes `<graph>.csv` and `<graph>.png` for each graph. Returns the errors; one failure does not prevent the other
+/// files from being written.
 pub fn write(world: &World, dir: &Path) -> Vec<Error> {
     let told = |path: &Path, why: String| {
         Error::new("E105", format!("cannot write {}: {why}", path.display())).help("is the folder there, and writable?")
@@ -37,20 +37,21 @@ pub fn write(world: &World, dir: &Path) -> Vec<Error> {
     failed
 }
 
-/// The name of a graph without what file systems do not take.
+/// Returns a file name for a graph: characters that file systems do not accept are replaced.
 fn file_name(name: &str) -> String {
     let keep = |c: char| if c.is_control() || "\\/:*?\"<>|".contains(c) { '_' } else { c };
     let name: String = name.chars().map(keep).collect();
     if name.trim_matches('.').is_empty() { "graph".into() } else { name }
 }
 
-/// A head for a column, with its unit.
+/// Returns the header of a column, with its unit.
 fn head(name: &str, unit: &str) -> String {
     let text = if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") };
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
 }
 
-/// Time, streams, then the coordinates of curves: one row for each sample, an empty cell where a number is missing.
+/// Builds the table: time, streams, then the coordinates of curves; one row per sample, with empty cells for missing
+/// numbers.
 fn table(graph: &Graph) -> String {
     let mut columns: Vec<(String, Vec<f64>)> = vec![("time [s]".into(), graph.times.iter().copied().collect())];
     for s in &graph.streams {

@@ -1,4 +1,4 @@
-//! The program: parse, run, exit code.
+//! The program: parses the command line, runs a command, and returns its exit code.
 
 mod addons;
 mod args;

@@ -1,24 +1,24 @@
-//! Pictures of graphs: one panel for each unit of streams over time, and one for curves in the plane.
+//! Draws pictures of graphs: one panel for each unit of streams over time, and one for curves in the plane.
 
 use std::{ops::Range, path::Path, sync::Once};
 
 use plotters::{coord::Shift, prelude::*, style::register_font};
 use tatu_core::Graph;
 
-/// Pixels.
+/// Width of the picture, and height of a panel, pixels.
 const WIDTH: u32 = 880;
 const PANEL: u32 = 360;
 const TITLE: u32 = 44;
-/// Height of a row of names.
+/// Height of a row of the legend, pixels.
 const ROW: i32 = 22;
-/// More units than this share the last panel.
+/// If there are more units than this, the rest share the last panel.
 const MOST_PANELS: usize = 4;
-/// More lines than this have no legend, which would cover them.
+/// If there are more lines than this, the legend, which would cover them, is left out.
 const MOST_NAMES: usize = 16;
 
-/// What is written and what frames a plot.
+/// Colour of text and frames.
 pub const INK: RGBColor = RGBColor(40, 44, 52);
-/// Lines behind what is shown.
+/// Colour of grid lines.
 pub const GRID: RGBColor = RGBColor(214, 218, 224);
 
 /// A line of a panel.
@@ -28,12 +28,12 @@ struct Line {
     points: Vec<(f64, f64)>,
 }
 
-/// What stands in one frame of axes.
+/// The content of one pair of axes.
 struct Panel {
     x: String,
     y: String,
     lines: Vec<Line>,
-    /// A metre is as long to the right as upwards.
+    /// Whether both axes have the same scale.
     even: bool,
 }
 
@@ -46,8 +46,8 @@ fn label(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
 }
 
-/// The panels of a graph. Streams whose samples were all taken at one time are shown sample by sample, unless curves
-/// show them.
+/// Returns the panels of a graph. Streams whose samples were all taken at the same time are plotted by sample number,
+/// unless curves show them.
 fn panels(graph: &Graph) -> Vec<Panel> {
     let mut out: Vec<Panel> = Vec::new();
     let times: Vec<f64> = graph.times.iter().copied().collect();
@@ -87,7 +87,7 @@ fn panels(graph: &Graph) -> Vec<Panel> {
     out
 }
 
-/// Least and greatest of finite numbers, with some room; one number alone gets room around it.
+/// Returns the range of finite numbers, with a margin; a single number gets a margin around it.
 fn range(numbers: impl Iterator<Item = f64>, room: f64) -> Range<f64> {
     let (low, high) = numbers
         .filter(|x| x.is_finite())
@@ -104,7 +104,7 @@ fn range(numbers: impl Iterator<Item = f64>, room: f64) -> Range<f64> {
     low - more..high + more
 }
 
-/// Makes the shorter of two ranges longer, so that a unit of both has the same length in so many pixels.
+/// Extends one of two ranges, so that both have the same scale on an area of this size.
 fn evened(x: Range<f64>, y: Range<f64>, (wide, high): (f64, f64)) -> (Range<f64>, Range<f64>) {
     let scale = ((x.end - x.start) / wide).max((y.end - y.start) / high);
     let grown = |r: Range<f64>, pixels: f64| {
@@ -114,16 +114,16 @@ fn evened(x: Range<f64>, y: Range<f64>, (wide, high): (f64, f64)) -> (Range<f64>
     (grown(x, wide), grown(y, high))
 }
 
-/// Makes the letters known by which "sans-serif" is written.
+/// Registers the font for "sans-serif".
 pub fn know_letters() {
     static FONT: Once = Once::new();
     FONT.call_once(|| {
-        // The font is a part of the program: were it damaged, drawing would say so.
+        // The font is embedded in the program; if it were invalid, drawing would fail with an error.
         let _ = register_font("sans-serif", FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT);
     });
 }
 
-/// Writes the picture.
+/// Draws a graph and writes the picture.
 pub fn draw(graph: &Graph, file: &Path) -> Result<(), String> {
     know_letters();
     let mut panels = panels(graph);
@@ -150,7 +150,7 @@ fn draw_all(picture: &Area<'_>, graph: &Graph, panels: &[Panel]) -> Result<(), F
     Ok(())
 }
 
-/// Names of lines, side by side above their panel; how many rows they take.
+/// Draws the legend above its panel; returns its number of rows.
 fn draw_names(area: &Area<'_>, lines: &[Line], left: i32) -> Result<i32, Failed> {
     if !(1..=MOST_NAMES).contains(&lines.len()) {
         return Ok(0);
@@ -170,7 +170,7 @@ fn draw_names(area: &Area<'_>, lines: &[Line], left: i32) -> Result<i32, Failed>
     Ok(row + 1)
 }
 
-/// A number on an axis: as many digits as the ticks need, and no minus before nothing.
+/// Formats a number on an axis with as many digits as the ticks need, and without "-0".
 fn tick(x: f64, range: &Range<f64>) -> String {
     let digits = (2.0 - (range.end - range.start).max(1e-300).log10().floor()).clamp(0.0, 9.0) as usize;
     let text = format!("{x:.digits$}");

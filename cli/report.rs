@@ -1,4 +1,4 @@
-//! Errors as people see them: with the line they stand in.
+//! Prints errors, warnings and notes, with the source line they refer to.
 
 use std::{
     io::{ErrorKind, IsTerminal, Write},
@@ -13,15 +13,15 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use tatu_core::errors::Error;
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 
-/// A line on standard output. Nobody may be reading any more (`| head`), or the disk may be full: the run goes on, and
-/// [`finish`] says so.
+/// Prints a line on standard output. If that fails because the reader is gone (`| head`) or the disk is full, the
+/// run continues, and [`finish`] reports it by the exit code.
 macro_rules! out {
     ($($text:tt)*) => {{
         use std::io::Write;
         $crate::report::wrote(writeln!(std::io::stdout(), $($text)*));
     }};
 }
-/// A line on standard error, likewise.
+/// Prints a line on standard error; failures are ignored.
 macro_rules! err {
     ($($text:tt)*) => {{
         use std::io::Write;
@@ -30,10 +30,10 @@ macro_rules! err {
 }
 pub(crate) use {err, out};
 
-/// Whether something that the program was to write is lost.
+/// Whether output of the program was lost.
 static LOST: AtomicBool = AtomicBool::new(false);
 
-/// Remembers that standard output could not be written. A closed pipe is what `| head` does, and no fault.
+/// Records that writing to standard output failed. A closed pipe, as with `| head`, is not an error.
 pub fn wrote(result: std::io::Result<()>) {
     if let Err(e) = result
         && e.kind() != ErrorKind::BrokenPipe
@@ -43,13 +43,13 @@ pub fn wrote(result: std::io::Result<()>) {
     }
 }
 
-/// Prints an error about something that was to be written: the program ends with 1.
+/// Prints an error about lost output: the program's exit code will be 1.
 pub fn lost(e: &Error) {
     LOST.store(true, Ordering::Relaxed);
     error(e);
 }
 
-/// The exit code of the program: 1 where something that was to be written is lost.
+/// Returns the exit code of the program: 1 if output was lost.
 pub fn finish(code: ExitCode) -> ExitCode {
     wrote(std::io::stdout().flush());
     if LOST.load(Ordering::Relaxed) && code == ExitCode::SUCCESS { ExitCode::FAILURE } else { code }
@@ -63,10 +63,10 @@ pub fn error(e: &Error) {
 /// The warnings so far, for the summary and for `--strict`.
 static WARNINGS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
-/// At most this many are kept; a script may warn in every step.
+/// Most warnings that are stored, because a script may warn in every step.
 const KEPT_WARNINGS: usize = 1000;
 
-/// Remembers a warning that was printed.
+/// Stores a warning that was printed.
 fn keep(text: String) {
     let mut all = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
     if all.len() < KEPT_WARNINGS {
@@ -74,7 +74,7 @@ fn keep(text: String) {
     }
 }
 
-/// The warnings so far, at most the first 1,000.
+/// Returns the stored warnings.
 pub fn warnings() -> Vec<String> {
     WARNINGS.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
@@ -104,7 +104,7 @@ fn print(e: &Error, level: Level<'_>) {
         level.primary_title(e.text.as_str()).id(e.code).elements(Vec::<annotate_snippets::Element<'_>>::new());
     if let Some((place, text)) = &source {
         let end = place.span.end.min(text.len()).max(place.span.start.min(text.len()));
-        // Where only the line is known, the whole line is meant.
+        // If only the line is known, mark the whole line.
         let span = match place.span.is_empty() && place.span.start == 0 {
             true => line_of(text, place.line),
             false => place.span.start.min(end)..end,
@@ -128,23 +128,23 @@ fn print(e: &Error, level: Level<'_>) {
     crate::report::err!("{}\n", renderer.render(&[group]));
 }
 
-/// Longer lines, such as those of logs and traces, are not shown whole.
+/// Longer lines, such as those of logs and traces, are truncated.
 const SHOWN_LINE: usize = 200;
 
-/// Where a line stands in a text.
+/// Returns the byte range of a line in a text.
 fn line_of(text: &str, line: usize) -> std::ops::Range<usize> {
     let start: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
     let length = text[start..].lines().next().map_or(0, |l| l.chars().take(SHOWN_LINE).map(char::len_utf8).sum());
     start..start + length
 }
 
-/// Takes what the host and its plugins log outside of any world: services that say where they listen, for instance.
+/// Subscribes to log messages outside of any world, such as the addresses of services.
 pub fn listen() {
     // Fails only if a subscriber is already set, which nothing else in this program does.
     let _ = tracing::subscriber::set_global_default(Lines);
 }
 
-/// Lines on standard error, as they come.
+/// Prints log messages on standard error.
 struct Lines;
 
 impl tracing::Subscriber for Lines {

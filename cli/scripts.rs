@@ -1,9 +1,9 @@
-//! What scripts did, in the summary of a run.
+//! Summarizes the scripts of a run.
 
 use serde_json::{Value, json};
 use tatu_core::World;
 
-/// An array of `{object, kind, era, calls, instructions}`.
+/// Returns an array of `{object, kind, era, calls, instructions}`.
 pub fn told(world: &World) -> Value {
     let one = |s: tatu_core::ScriptSummary| {
         json!({
@@ -14,7 +14,8 @@ pub fn told(world: &World) -> Value {
     world.scripts().into_iter().map(one).collect()
 }
 
-/// The era of a dialect: A to 3.4, B 3.5 to 4.1, C from 4.2; null: none was chosen, the text could not be loaded.
+/// Returns the era of a dialect: A to 3.4, B 3.5 to 4.1, C from 4.2; null: there is no dialect, because the text could
+/// not be loaded.
 fn era(dialect: &str) -> Value {
     let mut parts = dialect.split('.').map(|p| p.parse::<u32>().ok());
     let version = (parts.next().flatten(), parts.next().flatten().unwrap_or(0));
@@ -32,7 +33,7 @@ mod tests {
 
     #[test]
     fn eras() {
-        // tests/facts/script-api.md, 1.
+        // Expected eras: tests/facts/script-api.md, section 1.
         for (dialect, letter) in
             [("2.6", "A"), ("3.4.0", "A"), ("3.5", "B"), ("4.1", "B"), ("4.2.0", "C"), ("4.10", "C")]
         {

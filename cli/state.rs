@@ -15,14 +15,14 @@ use tatu_core::{
 
 use crate::report;
 
-/// The snapshots that a run is to write.
+/// The requested snapshots of a run.
 pub struct Wanted {
-    /// Simulation time, s, and file, in order of time.
+    /// Simulation time, s, and file, ordered by time.
     pending: Vec<(f64, PathBuf)>,
 }
 
 impl Wanted {
-    /// From the values of all `--snapshot-at`, two each.
+    /// Parses the values of all `--snapshot-at` options, two per option.
     pub fn parse(values: &[String]) -> Result<Self> {
         let mut pending = Vec::new();
         for pair in values.chunks(2) {
@@ -38,8 +38,8 @@ impl Wanted {
         Ok(Wanted { pending })
     }
 
-    /// Writes those whose time has come, between two steps. What could not be captured is reported, and what could not be
-    /// written.
+    /// Writes the snapshots that are due, between two steps. Notes what could not be captured; returns errors about
+    /// files that could not be written.
     pub fn write(&mut self, world: &World) -> Vec<Error> {
         let mut failed = Vec::new();
         while self.pending.first().is_some_and(|(time, _)| world.time() >= time - 1e-9) {
@@ -55,7 +55,7 @@ impl Wanted {
         failed
     }
 
-    /// Those that the run ended before.
+    /// Returns an error for each snapshot whose time was not reached.
     pub fn unwritten(&self, world: &World) -> Vec<Error> {
         let tell = |(time, path): &(f64, PathBuf)| {
             let text = format!("{} was not written: the run ended at {} s", path.display(), world.time());
@@ -67,8 +67,8 @@ impl Wanted {
     }
 }
 
-/// Runs what goes on from a snapshot. The parts of one that was forged may be at odds with each other in ways that only show
-/// when they are used: a panic then is an error of the file.
+/// Runs `run`, which continues from a snapshot. The parts of a forged snapshot may be inconsistent in ways that only
+/// show when they are used: a panic is then reported as an error of the file.
 pub fn guarded<T>(path: &Path, run: impl FnOnce() -> Result<T>) -> Result<T> {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
@@ -86,7 +86,7 @@ pub fn guarded<T>(path: &Path, run: impl FnOnce() -> Result<T>) -> Result<T> {
     })
 }
 
-/// A world that goes on from a snapshot: restored, or replayed where something could not be captured.
+/// Creates a world that continues from a snapshot: restored, or replayed if something could not be captured.
 pub fn resume(path: &Path, document: Arc<Document>, registry: Arc<Registry>, threads: usize) -> Result<World> {
     let snapshot = Snapshot::read(path)?;
     snapshot.check(&document, &registry)?;
@@ -106,7 +106,7 @@ pub fn resume(path: &Path, document: Arc<Document>, registry: Arc<Registry>, thr
     Ok(world)
 }
 
-/// The first reason, and how many more there are.
+/// Returns the first reason, and the number of others.
 fn reasons(missed: &[Missed]) -> String {
     match missed {
         [] => String::new(),

@@ -1,4 +1,4 @@
-//! The trace of a run: one JSON line a step.
+//! Writes the trace of a run: one JSON line per step.
 
 use std::{
     fs::File,
@@ -13,7 +13,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::watchdog::SharedFile;
 
-/// Where the trace goes, if anywhere.
+/// The trace file, if one is requested.
 pub struct Trace {
     file: Option<(SharedFile, PathBuf)>,
     watched: Vec<String>,
@@ -21,7 +21,7 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Opens the file; objects to watch must be there.
+    /// Opens the file; the objects to watch must exist.
     pub fn open(path: Option<&Path>, watch: &[String], hashes: bool, world: &World) -> Result<Self, Error> {
         for w in watch {
             if world.observe(w).is_none() {
@@ -49,12 +49,12 @@ impl Trace {
         Ok(Trace { file, watched: watch.to_vec(), hashes })
     }
 
-    /// The file, for the watchdog.
+    /// Returns the file, for the watchdog.
     pub fn shared(&self) -> Option<SharedFile> {
         self.file.as_ref().map(|(file, _)| file.clone())
     }
 
-    /// Writes the line of the step that has just been done; `stopping`: after the request to stop.
+    /// Writes the line of the step that was just made; `stopping`: a stop was requested before.
     pub fn step(&mut self, world: &World, lines: &[LogLine], stopping: bool) -> Result<(), Error> {
         if self.file.is_none() {
             return Ok(());
@@ -103,14 +103,14 @@ impl Trace {
         let written = writeln!(file.lock().unwrap_or_else(PoisonError::into_inner), "{line}");
         if let Err(e) = written {
             let error = Error::new("E105", format!("the trace {} ends here: {e}", path.display()));
-            // The run goes on; one sentence is enough.
+            // The run continues without a trace; the error is reported once.
             self.file = None;
             return Err(error);
         }
         Ok(())
     }
 
-    /// Writes what is still held back.
+    /// Flushes the file.
     pub fn close(self) -> Result<(), Error> {
         let Some((file, path)) = self.file else { return Ok(()) };
         let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
@@ -118,7 +118,7 @@ impl Trace {
     }
 }
 
-/// By title, what was printed on each console since it was last emptied; null where nothing has been since.
+/// Returns by title what was printed on each console since it was last emptied; null if nothing was printed since.
 fn consoles(lines: &[LogLine]) -> Map<String, Json> {
     let mut all = Map::new();
     for line in lines {
@@ -138,7 +138,7 @@ fn consoles(lines: &[LogLine]) -> Map<String, Json> {
 
 fn to_json(v: Value) -> Json {
     match v {
-        // Fields of one number are written as that number.
+        // Fields with a single number are written as that number.
         Value::Floats(f) if f.len() == 1 => json!(f[0]),
         Value::Ints(f) if f.len() == 1 => json!(f[0]),
         Value::Floats(f) => json!(f),

@@ -1,6 +1,7 @@
-//! The end of a run in which a plugin call does not return: reported, files closed, exit code. A crash ends it likewise.
+//! Ends a run in which a plugin call does not return: reports it, closes files, and exits. A crash is handled in the
+//! same way.
 //!
-//! The thread that is stuck cannot be taken back, so all is done by another one, with what was left here for it.
+//! The stuck thread cannot be stopped, so another thread does this, with the data stored here.
 
 use std::{
     fs::File,
@@ -22,52 +23,52 @@ use crate::report;
 /// A file that two threads may close.
 pub type SharedFile = Arc<Mutex<BufWriter<File>>>;
 
-/// What is known of the run, for the one who has to end it.
+/// Data about the run that are needed to end it.
 #[derive(Default)]
 struct Known {
     json: bool,
-    /// Something has been started: exit code 1 instead of 2.
+    /// Whether the run has started: the exit code is then 1 instead of 2.
     began: bool,
-    /// The summary has been printed.
+    /// Whether the summary has been printed.
     told: bool,
     steps: u64,
     time: f64,
     faults: Vec<Fault>,
     files: Vec<SharedFile>,
-    /// What the running step has logged so far.
+    /// Log lines of the running step.
     lines: Option<Lines>,
-    /// Lines of the status bar go to standard output.
+    /// Whether status lines go to standard output.
     prints: bool,
 }
 
 /// The watchdog of a run.
 #[derive(Clone, Default)]
 pub struct Watchdog {
-    /// For the registry: where calls are noted.
+    /// The record of running plugin calls, for the registry.
     pub watches: Watches,
     known: Arc<Mutex<Known>>,
 }
 
-/// The watchdog of this process's command.
+/// The watchdog of this process.
 static CURRENT: OnceLock<Watchdog> = OnceLock::new();
 
-/// The watchdog of the command that runs; `None`: it has none yet.
+/// Returns the watchdog of this process; `None`: it has none yet.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 pub fn current() -> Option<&'static Watchdog> {
     CURRENT.get()
 }
 
 impl Watchdog {
-    /// Starts to watch; a limit of 0 watches nothing.
+    /// Starts the watchdog; `limit` 0 disables it.
     pub fn start(limit: f64, json: bool) -> Self {
         let new = Watchdog::default();
         new.known().json = json;
-        // A process runs one command; another one would only not be blamed for a crash.
+        // A process runs only one command, so this succeeds.
         let _ = CURRENT.set(new.clone());
         if limit > 0.0 {
             let run = new.clone();
             let end = move |stuck: Stuck| run.end(&stuck, limit);
-            // Without a thread for it there is only no watchdog.
+            // If no thread can be started, there is only no watchdog.
             let _ = new.watches.guard(Duration::from_secs_f64(limit), end);
         }
         new
@@ -75,18 +76,18 @@ impl Watchdog {
     fn known(&self) -> MutexGuard<'_, Known> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    /// The world whose log lines are printed; `prints`: whether status bar lines go to standard output.
+    /// Sets the world whose log lines are printed; `prints`: whether status lines go to standard output.
     pub fn world(&self, world: &World, prints: bool) {
         let mut known = self.known();
         (known.lines, known.prints) = (Some(world.lines()), prints);
     }
-    /// The run begins; a file that it writes is to be whole whatever happens.
+    /// Marks the start of the run; `file` is flushed even if the run is ended by force.
     pub fn begin(&self, file: Option<SharedFile>) {
         let mut known = self.known();
         known.began = true;
         known.files.extend(file);
     }
-    /// Something is done; `faults` if there are new ones.
+    /// Records a step; `faults`, if there are new ones.
     pub fn step(&self, steps: u64, time: f64, faults: Option<Vec<Fault>>) {
         let mut known = self.known();
         (known.steps, known.time) = (steps, time);
@@ -94,12 +95,12 @@ impl Watchdog {
             known.faults = faults;
         }
     }
-    /// The summary has been printed.
+    /// Records that the summary has been printed.
     pub fn told(&self) {
         self.known().told = true;
     }
 
-    /// Reports what there is and ends the process.
+    /// Reports the stuck call and ends the process.
     fn end(&self, stuck: &Stuck, limit: f64) {
         let Stuck { plugin, object, call, command, .. } = stuck;
         let what = command.as_ref().map_or(String::new(), |name| format!(" (`{name}`)"));
@@ -112,17 +113,18 @@ impl Watchdog {
         leave(self.close(&fault));
     }
 
-    /// Writes all that was held back, with the fault that ends the run; the exit code. Nothing is waited for that a thread
-    /// which never goes on may hold.
+    /// Writes all pending output, and the fault that ends the run; returns the exit code. It never waits for locks that
+    /// a stuck thread may hold.
     pub fn close(&self, fault: &Fault) -> i32 {
         let Some(known) = peek(&self.known) else { return 1 };
         for file in &known.files {
-            // The stuck thread is in a plugin, so no line is half-written; if it is, the file ends there.
+            // The stuck thread is inside a plugin, so no line of the trace is incomplete; otherwise the file ends with
+            // part of a line.
             if let Some(mut file) = peek(file) {
                 let _ = file.flush();
             }
         }
-        // A run that takes keys has changed the terminal.
+        // A run with `--interactive` has changed the terminal's mode.
         if crossterm::terminal::is_raw_mode_enabled().unwrap_or(false) {
             let _ = crossterm::terminal::disable_raw_mode();
         }
@@ -138,7 +140,7 @@ impl Watchdog {
     }
 }
 
-/// A line as runs print it.
+/// Prints a log line as runs do.
 fn tell(line: &LogLine, prints: bool) {
     match line.level {
         TATU_LOG_ERROR => report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text),
@@ -149,10 +151,10 @@ fn tell(line: &LogLine, prints: bool) {
     }
 }
 
-/// Ends the process at once: what libraries want done at exit could hang just as well.
+/// Ends the process at once, without exit handlers, which could hang as well.
 #[cfg(unix)]
 pub fn leave(code: i32) {
-    // SAFETY: does not return, and runs nothing of this process.
+    // SAFETY: `_exit` has no preconditions, and does not return.
     unsafe { libc::_exit(code) }
 }
 #[cfg(not(unix))]

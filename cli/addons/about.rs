@@ -1,11 +1,11 @@
-//! What the text of an add-on declares, without running it.
+//! Extracts what the text of an add-on declares, without running it.
 
 use super::Style;
 
-/// The first line of its first comment, or of the text between long brackets.
+/// Returns the first line of the first comment, without comment markers.
 pub fn first_comment(text: &str) -> String {
     for line in text.lines().map(str::trim) {
-        // The line for the shell, and what is no sentence.
+        // Skip the shebang line, and lines without words.
         let line = line.trim_start_matches('\u{feff}');
         if line.is_empty() || line.starts_with("#!") {
             continue;
@@ -19,7 +19,7 @@ pub fn first_comment(text: &str) -> String {
     String::new()
 }
 
-/// How it is called: by the words that the old manner cannot do without.
+/// Returns the style in which a script is called: old scripts are recognized by words that they cannot do without.
 pub fn style(text: &str) -> Style {
     let functions = text.contains("sysCall_");
     let old = text.contains("sim_call_type") || text.contains("sim_addonscriptcall_");

@@ -1,4 +1,4 @@
-//! Where add-ons are looked for, and which files are some.
+//! Searches folders for add-ons.
 
 use std::{
     collections::BTreeSet,
@@ -19,8 +19,8 @@ use super::{AddOn, Start, Style, about, name};
 /// Keys of `addon.toml`.
 const KEYS: [&str; 4] = ["name", "text", "dialect", "auto_start"];
 
-/// The folders that are searched, in order: `addons` in the working folder, beside the program and above it, then those
-/// of `TATU_ADDON_PATH`. The first that has a name wins it.
+/// Returns the folders that are searched, in order: `addons` in the working folder, next to the program and above it,
+/// then those of `TATU_ADDON_PATH`. If a name occurs several times, the first one is used.
 pub fn folders(exe: Option<&Path>, environment: Option<&OsStr>) -> Vec<PathBuf> {
     let beside = exe.and_then(Path::parent);
     let mut all = vec![PathBuf::from("addons")];
@@ -28,13 +28,14 @@ pub fn folders(exe: Option<&Path>, environment: Option<&OsStr>) -> Vec<PathBuf> 
     all.extend(beside.and_then(Path::parent).map(|d| d.join("addons")));
     let path = environment.map(|p| std::env::split_paths(p).collect::<Vec<_>>()).unwrap_or_default();
     all.extend(path.into_iter().filter(|p| !p.as_os_str().is_empty()));
-    // The same folder may be reached in several ways.
+    // The same folder may be reachable by several paths.
     let mut seen = BTreeSet::new();
     all.retain(|d| seen.insert(d.canonicalize().unwrap_or_else(|_| d.clone())));
     all
 }
 
-/// All add-ons, in the order of folders, then of file names; what is wrong with others. Files are read through `sources`.
+/// Finds all add-ons, in the order of folders, then of file names; also returns errors about invalid ones. Files are
+/// read through `sources`.
 pub fn find(registry: &Registry, sources: &Sources) -> (Vec<AddOn>, Vec<Error>) {
     let exe = std::env::current_exe().ok();
     let path = std::env::var_os("TATU_ADDON_PATH");
@@ -62,24 +63,24 @@ fn in_folders(folders: &[PathBuf], registry: &Registry, sources: &Sources) -> (V
 
 fn two(first: &AddOn, second: &AddOn) -> Error {
     let (a, b) = (first.file.display(), second.file.display());
-    Error::new("E602", format!("two add-ons are called `{}`: {a} is used, {b} is not", first.name))
+    Error::new("E602", format!("two add-ons have the name `{}`: {a} is used, {b} is ignored", first.name))
         .help("rename one, or start it by its file: `--addon FILE`")
 }
 
-/// Whether something in such a folder may be an add-on: a script, or a folder with a manifest.
+/// Returns whether a directory entry may be an add-on: a script, or a folder with a manifest.
 fn may_be(place: &Path, registry: &Registry) -> bool {
     let hidden = place.file_name().and_then(OsStr::to_str).is_none_or(|n| n.starts_with('.'));
     !hidden && if place.is_dir() { place.join("addon.toml").is_file() } else { language(place, registry).is_some() }
 }
 
-/// The language that a file's suffix belongs to.
+/// Returns the language of a file's suffix.
 fn language(file: &Path, registry: &Registry) -> Option<usize> {
     let name = file.file_name()?.to_str()?;
     let has = |suffixes: &[String]| suffixes.iter().any(|s| name.len() > s.len() && name.ends_with(s.as_str()));
     registry.languages.iter().position(|l| has(&l.suffixes))
 }
 
-/// An add-on in a file, or in a folder with `addon.toml` and `init` in any language.
+/// Reads an add-on from a file, or from a folder with `addon.toml` and `init` in any language.
 pub fn read(place: &Path, registry: &Registry, sources: &Sources) -> Result<AddOn> {
     let (manifest, file) = if place.is_dir() {
         let file = place.join("addon.toml");
@@ -104,7 +105,7 @@ pub fn read(place: &Path, registry: &Registry, sources: &Sources) -> Result<AddO
         Error::new("E601", format!("no script language accepts {}", file.display())).expected(known.join(", "))
     })?;
     let text = text_of(&file, sources)?;
-    // A file is named by itself, a folder's script by the folder.
+    // A file's name is used, or that of the folder.
     let stem =
         place.file_stem().filter(|_| place.is_file()).or(place.file_name()).unwrap_or_default().to_string_lossy();
     let told = name::of(&stem);
@@ -121,13 +122,13 @@ pub fn read(place: &Path, registry: &Registry, sources: &Sources) -> Result<AddO
         take(&mut addon, file, manifest)?;
     }
     if addon.start == Start::Asked && addon.style == Style::CallType {
-        // A whole text has no function that could be asked.
+        // A script without functions has no `info` to be asked.
         addon.start = Start::ByItself;
     }
     Ok(addon)
 }
 
-/// What a manifest declares.
+/// Applies a manifest.
 fn take(addon: &mut AddOn, file: &Path, manifest: &DocumentMut) -> Result {
     let wrong = |key: &str, wanted: &str| {
         Error::new("E601", format!("{}: invalid value for `{key}`", file.display())).expected(wanted.to_owned())
@@ -144,7 +145,7 @@ fn take(addon: &mut AddOn, file: &Path, manifest: &DocumentMut) -> Result {
     Ok(())
 }
 
-/// The text of a file; what is not UTF-8 in it is replaced, for reading about it only.
+/// Reads a file as text; invalid UTF-8 is replaced, since the text is only used to read declarations.
 fn text_of(file: &Path, sources: &Sources) -> Result<String> {
     let bytes = sources.read(file).map_err(|e| Error::new("E105", format!("cannot read {}: {e}", file.display())))?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())

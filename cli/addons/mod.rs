@@ -1,10 +1,10 @@
-//! Add-ons: scripts of the session, in a folder `addons`, found without any menu.
+//! Add-ons: scripts of the session, found in folders named `addons`.
 //!
-//! - [`Flags`]: what the command line says of them;
-//! - `find`: which folders are searched, and what is an add-on;
-//! - `name`: what a file's name means; `about`: what its text declares;
-//! - `wanted`: `--addon NAME:KEY=VALUE,...`;
-//! - `start`: asking whether they start by themselves, and attaching them to a world.
+//! - [`Flags`]: command-line options;
+//! - `find`: searches folders for add-ons;
+//! - `name`: the meaning of file names; `about`: declarations in the text;
+//! - `wanted`: parses `--addon NAME:KEY=VALUE,...`;
+//! - `start`: chooses the add-ons that run, and attaches them to a world.
 
 mod about;
 mod find;
@@ -17,33 +17,33 @@ use std::path::PathBuf;
 pub use find::find;
 pub use start::{Started, choose, replayed, starts_by_itself};
 
-/// What a command line says of add-ons.
+/// Command-line options about add-ons.
 #[derive(Clone, clap::Args, Default)]
 pub struct Flags {
     /// Start an add-on by its name or file, with options: `NAME`, `FILE:KEY=VALUE,KEY=VALUE`.
     #[arg(long = "addon", value_name = "NAME|FILE")]
     pub addons: Vec<String>,
-    /// Start no add-on but those that `--addon` names.
+    /// Start only the add-ons that `--addon` names.
     #[arg(long)]
     pub no_addons: bool,
-    /// Leave out this add-on, by its name; may be given several times.
+    /// Do not start this add-on, by its name; may be given several times.
     #[arg(long = "no-addon", value_name = "NAME")]
     pub without: Vec<String>,
 }
 
-/// How a text is called.
+/// How a script is called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
     /// By functions, one for each callback.
     Callbacks,
-    /// As a whole, with a variable that says why.
+    /// As a whole, with a variable that names the callback.
     CallType,
-    /// Once, when it is started.
+    /// Once, when the add-on is started.
     Function,
 }
 
 impl Style {
-    /// For people.
+    /// Returns a description for lists.
     pub fn text(self) -> &'static str {
         match self {
             Style::Callbacks => "callbacks",
@@ -53,32 +53,32 @@ impl Style {
     }
 }
 
-/// Whether an add-on starts by itself.
+/// Whether an add-on starts automatically.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Start {
-    /// Its name or manifest says so.
+    /// Yes, according to its name or manifest.
     ByItself,
-    /// Only by `--addon`.
+    /// No, only by `--addon`.
     ByName,
-    /// Its script is asked.
+    /// Decided by its function `info`.
     Asked,
 }
 
-/// An add-on that was found.
+/// An add-on found in a folder.
 #[derive(Debug, Clone)]
 pub struct AddOn {
-    /// What `--addon` takes.
+    /// The name that `--addon` accepts.
     pub name: String,
-    /// Its script.
+    /// The file of its script.
     pub file: PathBuf,
     /// Index of its language.
     pub language: usize,
-    /// The version that it was written for; empty: from its text.
+    /// The version that it was written for; empty: to be inferred from its text.
     pub dialect: String,
-    /// How its text is called.
+    /// How the add-on's script is called.
     pub style: Style,
-    /// Whether it starts by itself.
+    /// Whether it starts automatically.
     pub start: Start,
-    /// What it does: the first line of its comment.
+    /// The first line of the file's comment.
     pub about: String,
 }

@@ -1,4 +1,4 @@
-//! What the name of a file means, by the rules of all versions:
+//! The meaning of an add-on's file name, by the rules of all versions of the original:
 //!
 //! | file | kind | starts |
 //! |---|---|---|
@@ -9,7 +9,7 @@
 
 use super::Start;
 
-/// Name, whether it is a function, and how it starts.
+/// The parts of a file name: name, whether it is a function, and whether it starts automatically.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Told {
     pub name: String,
@@ -17,7 +17,7 @@ pub struct Told {
     pub start: Start,
 }
 
-/// From the name of a file without its suffix.
+/// Parses the name of a file without its suffix.
 pub fn of(stem: &str) -> Told {
     let told = |name: &str, function, start| Told { name: name.to_owned(), function, start };
     let after = |prefix: &str| stem.strip_prefix(prefix).filter(|rest| !rest.is_empty());
@@ -42,7 +42,7 @@ pub fn of(stem: &str) -> Told {
 mod tests {
     use super::*;
 
-    // tests/facts/script-api.md, 6.
+    // Rules: tests/facts/script-api.md, section 6.
     #[test]
     fn prefixes_of_all_versions() {
         let is =

@@ -1,4 +1,4 @@
-//! Which add-ons run, and attaching them to a world.
+//! Chooses the add-ons that run, and attaches them to a world.
 
 use std::{path::Path, sync::Arc};
 
@@ -14,18 +14,18 @@ use tatu_plugin_api::safe::{MOST_BYTES, Value, read_plain};
 use super::{AddOn, Flags, Start, Style, find, wanted::Wanted};
 use crate::report;
 
-/// The add-ons of one run, in the order in which they begin.
+/// The add-ons of a run, in the order in which they are started.
 #[derive(Default)]
 pub struct Started(Vec<(AddOn, Vec<(String, String)>)>);
 
-/// Which add-ons run: those that start by themselves, and those that the command line names. Their files are read
-/// through the document's sources, so that an input log holds them.
+/// Chooses the add-ons that run: those that start automatically, and those named on the command line. Their files are
+/// read through the document's sources, so that an input log contains them.
 pub fn choose(flags: &Flags, document: &Document, registry: &Arc<Registry>) -> Result<Started> {
     let wanted: Vec<Wanted> = flags.addons.iter().map(|text| Wanted::parse(text)).collect::<Result<_>>()?;
     if flags.no_addons && wanted.is_empty() && flags.without.is_empty() {
         return Ok(Started::default());
     }
-    // What is only looked at is not part of the run.
+    // Files that are only inspected are not part of the run.
     let (found, wrong) = find::find(registry, &Sources::default());
     wrong.iter().for_each(report::warning);
     let without = flags.without.iter().map(|name| Wanted { name: name.clone(), options: Vec::new() });
@@ -44,7 +44,7 @@ pub fn choose(flags: &Flags, document: &Document, registry: &Arc<Registry>) -> R
         let left_out = flags.no_addons || without.iter().any(|w| is_meant(w, addon));
         if options.is_none() && !left_out && starts_by_itself(addon, registry) {
             report::note(&format!(
-                "the add-on {0} runs ({1}); `--no-addon {0}` leaves it out",
+                "the add-on {0} is started ({1}); to prevent that: `--no-addon {0}`",
                 addon.name,
                 addon.file.display()
             ));
@@ -66,7 +66,7 @@ pub fn choose(flags: &Flags, document: &Document, registry: &Arc<Registry>) -> R
     Ok(Started(started))
 }
 
-/// The add-ons of a run that is replayed.
+/// Returns the add-ons of a run that is replayed.
 pub fn replayed(entries: &[AddonEntry], document: &Document, registry: &Registry) -> Result<Started> {
     let all = entries.iter().map(|e| {
         let addon = find::read(&e.file, registry, &document.sources)?;
@@ -91,8 +91,8 @@ fn unreadable(file: &Path, e: &std::io::Error) -> Error {
     Error::new("E105", format!("cannot read the add-on {}: {e}", file.display()))
 }
 
-/// Whether an add-on starts by itself: if neither its name nor a manifest says so, its function `info` is asked in a world
-/// of its own. One that fails there starts, and fails where it is seen.
+/// Returns whether an add-on starts automatically: if neither its name nor a manifest says so, its function `info` is
+/// called in a temporary world. An add-on that fails there is started, so that its error is reported.
 pub fn starts_by_itself(addon: &AddOn, registry: &Arc<Registry>) -> bool {
     match addon.start {
         Start::ByItself => true,
@@ -121,7 +121,7 @@ fn spec(addon: &AddOn, text: Vec<u8>) -> ScriptSpec {
 }
 
 impl Started {
-    /// Attaches all to a world that has not been started.
+    /// Attaches all add-ons to a world that has not been started.
     pub fn attach(&self, world: &World) -> Result {
         for (addon, options) in &self.0 {
             let text = world.document().sources.read(&addon.file).map_err(|e| unreadable(&addon.file, &e))?;
@@ -134,7 +134,7 @@ impl Started {
         Ok(())
     }
 
-    /// As the input log holds them.
+    /// Returns the entries for the input log.
     pub fn entries(&self) -> Vec<AddonEntry> {
         let entry = |(a, options): &(AddOn, Vec<(String, String)>)| AddonEntry {
             name: a.name.clone(),

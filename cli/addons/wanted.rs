@@ -1,18 +1,18 @@
-//! `--addon NAME:KEY=VALUE,KEY=VALUE`.
+//! Parses `--addon NAME:KEY=VALUE,KEY=VALUE`.
 
 use tatu_core::errors::{Error, Result};
 
-/// One add-on of a command line.
+/// An add-on named on the command line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wanted {
-    /// Its name or file.
+    /// The add-on's name or file.
     pub name: String,
-    /// What it is given, in order; of equal keys the last counts.
+    /// The add-on's options, in order; of equal keys the last one is used.
     pub options: Vec<(String, String)>,
 }
 
 impl Wanted {
-    /// From its text. A piece without `=` goes on with the value before it, so that values may hold commas.
+    /// Parses an argument. A part without `=` continues the value before it, so that values may contain commas.
     pub fn parse(text: &str) -> Result<Self> {
         let at = text.match_indices(':').map(|(i, _)| i).find(|i| begins_options(&text[i + 1..]));
         let (name, rest) = at.map_or((text, ""), |i| (&text[..i], &text[i + 1..]));
@@ -41,7 +41,7 @@ impl Wanted {
     }
 }
 
-/// Key and value, if a piece has both.
+/// Splits a part into key and value, if it has both.
 fn key_of(piece: &str) -> Option<(&str, &str)> {
     let (key, value) = piece.split_once('=')?;
     let key = key.trim();
@@ -49,7 +49,7 @@ fn key_of(piece: &str) -> Option<(&str, &str)> {
     good.then_some((key, value))
 }
 
-/// Whether options follow a colon: it may also be part of a path.
+/// Returns whether options follow a colon, which may also be part of a path.
 fn begins_options(rest: &str) -> bool {
     key_of(rest).is_some() || rest.is_empty()
 }

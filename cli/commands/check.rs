@@ -1,4 +1,4 @@
-//! `tatu check`: does the scene run, and without what?
+//! `tatu check`: reports whether a scene runs, and what it lacks.
 
 use std::process::ExitCode;
 
@@ -13,7 +13,7 @@ use tatu_plugin_api::abi::TATU_REPORT_NOTE;
 use super::describe::facts::to_json;
 use crate::{args::Check, report, watchdog::Watchdog};
 
-/// Exit code 0 if the scene starts, else 2.
+/// Checks a scene; the exit code is 0 if it starts, otherwise 2.
 pub fn check(args: &Check) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     let options = args.changes.options(&[]).map(|o| Options { describe: args.json, ..o });
@@ -25,7 +25,7 @@ pub fn check(args: &Check) -> ExitCode {
             let warnings = document.reports.iter().filter(|r| r.severity != TATU_REPORT_NOTE);
             lacks = warnings.map(|r| r.text.clone()).collect();
             let world = World::new(document, registry)?;
-            // Told only of a scene that would start.
+            // Printed only if the scene would start.
             if let Some(json) = described {
                 report::out!("{json}");
             }
@@ -33,7 +33,7 @@ pub fn check(args: &Check) -> ExitCode {
         });
     match world {
         Ok(world) => {
-            // A text that is no program does not keep a scene from starting; better reported now than then.
+            // A script that does not compile does not prevent a start; starting the scene here reports such errors.
             watchdog.world(&world, false);
             world.start();
             world.mechanics().iter().for_each(|text| report::warned(text));
@@ -53,7 +53,7 @@ pub fn check(args: &Check) -> ExitCode {
     }
 }
 
-/// One line for people: whether it runs as it is, or without what.
+/// Returns a one-line summary: whether the scene runs completely, or what it lacks.
 fn verdict(lacks: &[String], faults: &[Fault]) -> String {
     let faults = faults.iter().map(|f| &f.message);
     let all: Vec<String> = lacks.iter().chain(faults).map(|text| shortened(text)).collect();
@@ -64,7 +64,7 @@ fn verdict(lacks: &[String], faults: &[Fault]) -> String {
     }
 }
 
-/// What a report is about: its first sentence, without the file's name, which stands in front of all.
+/// Returns the first sentence of a report, without the file name, which precedes the whole line.
 fn shortened(text: &str) -> String {
     let rest =
         text.split_once(": ").filter(|(file, _)| file.contains('.') && !file.contains(' ')).map_or(text, |(_, r)| r);
@@ -76,10 +76,10 @@ fn shortened(text: &str) -> String {
     }
 }
 
-/// Characters of a report in the line.
+/// Most characters of a report in the summary.
 const LONGEST: usize = 120;
 
-/// What the file holds: its importer's description, if it gives one, with the file's name and a report.
+/// Describes the file: its importer's description, if it provides one, with the file's name and a report.
 fn described(args: &Check, document: &Document) -> Json {
     let mut out = document.description.as_ref().map(to_json).filter(Json::is_object).unwrap_or_else(|| json!({}));
     if let Some(map) = out.as_object_mut() {

@@ -1,4 +1,4 @@
-//! `tatu convert`: a scene of any format as a scene file, with meshes and scripts beside it.
+//! `tatu convert`: converts a scene of any format to a scene file, with meshes and scripts next to it.
 
 use std::{path::Path, process::ExitCode};
 
@@ -11,7 +11,7 @@ use tatu_core::{
 
 use crate::{args::Convert, report, watchdog::Watchdog};
 
-/// Exit code 0 if it is written, else 2.
+/// Converts a scene; the exit code is 0 if it was written, otherwise 2.
 pub fn convert(args: &Convert) -> ExitCode {
     match converted(args) {
         Ok(()) => ExitCode::SUCCESS,
@@ -34,13 +34,13 @@ fn converted(args: &Convert) -> Result<(), Error> {
     Ok(())
 }
 
-/// Writes a running world as a scene file.
+/// Saves a running world as a scene file.
 pub fn save_world(file: &Path, world: &World) -> Result<(), Error> {
     check_name(file)?;
     save(file, &document::write(&world.to_document(), &world.registry(), &document::folder_beside(file))?)
 }
 
-/// Scene files are known by their names.
+/// Checks the suffix of a scene file, by which scene files are recognized.
 pub fn check_name(file: &Path) -> Result<(), Error> {
     if file.extension().is_some_and(|e| e == "toml") {
         return Ok(());
@@ -49,7 +49,7 @@ pub fn check_name(file: &Path) -> Result<(), Error> {
     Err(error.expected("a name that ends with `.toml`, as all scene files"))
 }
 
-/// Writes a scene file with what stands beside it, and reports what it cannot hold.
+/// Writes a scene file and the files next to it, and reports what a scene file cannot express.
 fn save(scene: &Path, written: &Written) -> Result<(), Error> {
     document::save(scene, written, &write_whole)?;
     for what in &written.left_out {

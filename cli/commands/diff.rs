@@ -1,4 +1,4 @@
-//! `tatu diff`: where two traces part.
+//! `tatu diff`: reports where two traces differ.
 
 use std::{
     collections::BTreeSet,
@@ -14,10 +14,10 @@ use tatu_plugin_api::safe::{MOST_BYTES, open_plain};
 
 use crate::{args::Diff, report};
 
-/// Fields that an object or reading shows at most.
+/// Most fields shown of an object or reading.
 const SHOWN: usize = 8;
 
-/// Exit code 0: equal; 1: different; 2: a trace cannot be read.
+/// Compares two traces; the exit code is 0: equal; 1: different; 2: a trace cannot be read.
 pub fn diff(args: &Diff) -> ExitCode {
     match compare(&args.a, &args.b) {
         Ok(None) => ExitCode::SUCCESS,
@@ -32,7 +32,7 @@ pub fn diff(args: &Diff) -> ExitCode {
     }
 }
 
-/// What differs first, in words; `None`: nothing.
+/// Describes the first difference; `None`: there is none.
 fn compare(a: &Path, b: &Path) -> Result<Option<String>, Error> {
     let (mut lines_a, mut lines_b) = (Lines::open(a)?, Lines::open(b)?);
     let mut steps = 0_u64;
@@ -44,10 +44,10 @@ fn compare(a: &Path, b: &Path) -> Result<Option<String>, Error> {
             }
             (Some(one), Some(other)) if ends(&one) == ends(&other) => (one, other),
             (one, _) => {
-                // One that is asked to stop ends there, too.
+                // A trace also ends where a stop was requested.
                 let (shorter, longer) = if one.is_none_or(|l| ends(&l)) { (a, b) } else { (b, a) };
                 let (shorter, longer) = (shorter.display(), longer.display());
-                return Ok(Some(format!("equal for {steps} steps; then {shorter} ends, and {longer} goes on")));
+                return Ok(Some(format!("equal for {steps} steps; then {shorter} ends, and {longer} continues")));
             }
         };
         if let Some(text) = differ(&one, &other).or_else(|| other_key(&one, &other)) {
@@ -57,12 +57,12 @@ fn compare(a: &Path, b: &Path) -> Result<Option<String>, Error> {
     }
 }
 
-/// Whether a line is of a pass after a stop was asked for, which is not counted.
+/// Returns whether a line was written after a stop was requested; such lines are not compared.
 fn ends(line: &Value) -> bool {
     line["stopping"] == Value::Bool(true)
 }
 
-/// A trace that is being read.
+/// Reads the lines of a trace.
 struct Lines {
     file: BufReader<Take<File>>,
     path: PathBuf,
@@ -107,7 +107,7 @@ impl Lines {
     }
 }
 
-/// What differs between two lines, in words.
+/// Describes the difference between two lines.
 fn differ(a: &Value, b: &Value) -> Option<String> {
     if a["step"] != b["step"] {
         return Some(format!("one trace has step {} where the other has step {}", a["step"], b["step"]));
@@ -125,7 +125,7 @@ fn differ(a: &Value, b: &Value) -> Option<String> {
         && let Some(path) = first(x, y)
     {
         let mut text = format!("{at}: {path}{}", missing(x, y, &path));
-        // What is known of it beside its hash.
+        // Show the known values next to the hash.
         for key in ["objects", "readings"] {
             let of = |v| part(v, key).get(&path).cloned().unwrap_or_default();
             text += &fields(&of(a), &of(b));
@@ -151,7 +151,8 @@ fn differ(a: &Value, b: &Value) -> Option<String> {
     Some(format!("{at}: the scripts' lines ({told}): {} and {}", a[told], b[told]))
 }
 
-/// What differs beside the fields that are compared in words. One trace may lack hashes of objects that the other has.
+/// Returns the first key that differs, apart from those described separately. One trace may lack hashes of objects that
+/// the other has.
 fn other_key(a: &Value, b: &Value) -> Option<String> {
     let (a, b) = (a.as_object()?, b.as_object()?);
     let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
@@ -165,7 +166,7 @@ fn other_key(a: &Value, b: &Value) -> Option<String> {
     Some(format!("{at}: `{key}`: {} and {}", show(a.get(*key)), show(b.get(*key))))
 }
 
-/// The first key, in order of names, whose values differ: an object comes before what hangs below it.
+/// Returns the first key, in order of names, whose values differ: an object comes before its children.
 fn first(a: &Map<String, Value>, b: &Map<String, Value>) -> Option<String> {
     let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
     keys.into_iter().find(|k| a.get(*k) != b.get(*k)).cloned()
@@ -179,7 +180,7 @@ fn missing(a: &Map<String, Value>, b: &Map<String, Value>, path: &str) -> &'stat
     }
 }
 
-/// The fields of an object or reading that differ, with both values.
+/// Returns the fields of an object or reading that differ, with both values.
 fn fields(a: &Value, b: &Value) -> String {
     let (Some(a), Some(b)) = (a.as_object(), b.as_object()) else { return String::new() };
     let differing = a.iter().filter(|(key, x)| b.get(*key) != Some(x)).take(SHOWN);

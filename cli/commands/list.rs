@@ -1,4 +1,4 @@
-//! `tatu list`: what plugins offer.
+//! `tatu list`: lists what plugins provide.
 
 use std::{path::PathBuf, process::ExitCode, sync::Arc};
 
@@ -95,7 +95,7 @@ fn models(r: &Registry) -> Vec<Value> {
         .collect()
 }
 
-/// Files that hold models, in the folders `models` here and of `TATU_MODEL_PATH`.
+/// Returns the model files in the folder `models` and in those of `TATU_MODEL_PATH`.
 fn model_files(r: &Registry) -> Vec<Value> {
     let given = std::env::var_os("TATU_MODEL_PATH").unwrap_or_default();
     let folders = std::iter::once(PathBuf::from("models")).chain(std::env::split_paths(&given));
@@ -115,12 +115,12 @@ fn model_files(r: &Registry) -> Vec<Value> {
     files.iter().filter_map(row).collect()
 }
 
-/// Whether `tatu list models` shows a file of this name.
+/// Returns whether `tatu list models` shows a file of this name.
 pub fn is_model_file(r: &Registry, name: &str) -> bool {
     model_files(r).iter().any(|row| row["id"] == name)
 }
 
-/// All files below a folder, at most eight folders deep; those that cannot be read are passed over.
+/// Returns all files below a folder, at most eight levels deep; unreadable folders are skipped.
 fn files_below(folder: PathBuf) -> Vec<PathBuf> {
     let mut open = vec![(folder, 0)];
     let mut out = Vec::new();
@@ -222,3 +222,4 @@ fn commands(r: &Registry) -> Vec<Value> {
         })
         .collect()
 }
+

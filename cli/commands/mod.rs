@@ -1,4 +1,4 @@
-//! One file per command, and what they share: plugins, scenes.
+//! The commands, one file each, and shared code: loading plugins and scenes.
 
 pub mod check;
 pub mod convert;
@@ -24,7 +24,7 @@ use crate::{
     watchdog::Watchdog,
 };
 
-/// Loads every plugin that can be found, for a scene or for a list.
+/// Loads all plugins that can be found.
 pub fn registry(
     scene: Option<&Path>,
     sources: &Sources,
@@ -34,7 +34,7 @@ pub fn registry(
     registry_of(scene, sources, allow, watchdog, None)
 }
 
-/// The same; libraries are opened as copies if a folder for these is given.
+/// Like [`registry`], but opens copies of libraries if a folder for them is given.
 pub fn registry_of(
     scene: Option<&Path>,
     sources: &Sources,
@@ -54,7 +54,7 @@ pub fn registry_of(
     Ok(Arc::new(registry))
 }
 
-/// A scene that would run code which is no script of it.
+/// Builds the error for a scene whose plugins would have to be trusted.
 fn refusal(scene: &Path, folder: &Path) -> Error {
     let shown = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let text = format!(
@@ -68,14 +68,14 @@ fn refusal(scene: &Path, folder: &Path) -> Error {
     )
 }
 
-/// Ends the plugins, which no world uses any more; whether all went well.
+/// Ends the plugins, which no world uses any more; returns whether that succeeded.
 pub fn end(registry: Arc<Registry>) -> bool {
     let errors = Arc::into_inner(registry).map(Registry::end).unwrap_or_default();
     errors.iter().for_each(report::error);
     errors.is_empty()
 }
 
-/// Names the program's own plugins that were not found.
+/// Reports the program's own plugins that were not found.
 fn missing(registry: &Registry) {
     let stem = |p: &Path| p.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let found: Vec<String> = registry.plugins.iter().map(|p| stem(&p.path)).collect();
@@ -93,7 +93,7 @@ fn missing(registry: &Registry) {
     }
 }
 
-/// The document of a scene as a command line changes it.
+/// Loads the document of a scene with the changes of the command line.
 pub fn load(scene: &Path, options: &Options, registry: &Registry) -> Result<Arc<Document>, Error> {
     let document = document::load(scene, registry, options)?;
     for r in &document.reports {

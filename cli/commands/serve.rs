@@ -1,5 +1,5 @@
-//! `tatu serve` and `tatu open`: a program that services steer. It begins stopped; a start, a stop and another scene come
-//! from outside, and only a request to quit, or Ctrl-C, ends it.
+//! `tatu serve` and `tatu open`: runs scenes that services control. The scene begins stopped; clients start and stop it
+//! and open other scenes, and only a request to quit, or Ctrl-C, ends the program.
 
 use std::{
     path::{Path, PathBuf},
@@ -26,15 +26,15 @@ use crate::{
     watchdog::Watchdog,
 };
 
-/// Exit code after a second Ctrl-C, as shells know it.
+/// Exit code after a second Ctrl-C, by the convention of shells.
 const INTERRUPTED: i32 = 130;
-/// The name of the scene that is there where none was given.
+/// Name of the scene that is used if none was given.
 const NOTHING: &str = "nothing.toml";
 const NOTHING_TEXT: &str = "format = 1\n";
-/// How long a wait lasts before anything else is looked at.
+/// Longest wait without checking for input.
 const SLICE: Duration = Duration::from_millis(20);
 
-/// `tatu open`: the page, and a browser.
+/// Runs `tatu open`: serves the page, and starts a browser.
 pub fn open(args: Open) -> ExitCode {
     let mut web = format!("web:port={}", args.port);
     web += if args.no_browser { ",browser=false" } else { ",browser=true" };
@@ -43,7 +43,7 @@ pub fn open(args: Open) -> ExitCode {
     self::serve(&serve)
 }
 
-/// Exit code 0; 1 if something went wrong while it ran; 2 if nothing could be started.
+/// Runs `tatu serve`. The exit code is 0; 1 if something went wrong; 2 if nothing could be started.
 pub fn serve(args: &Serve) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     match start(args, &watchdog) {
@@ -78,7 +78,7 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     loop {
         let world = match make(args, &document, &registry) {
             Ok(world) => world,
-            // What was read could not be made: the scene before it is opened again.
+            // The new scene was read but could not be created: reopen the previous one.
             Err(e) => match before.take() {
                 Some(earlier) => {
                     report::error(&e);
@@ -120,7 +120,7 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// A scene as the command line changes it, with the services of the command line and no others.
+/// Reads a scene with the changes of the command line, and only the services named there.
 fn read(args: &Serve, scene: Option<&Path>, registry: &Registry) -> Result<Arc<Document>, Error> {
     let mut options = args.changes.options(&args.services)?;
     let nothing = PathBuf::from(NOTHING);
@@ -137,7 +137,7 @@ fn read(args: &Serve, scene: Option<&Path>, registry: &Registry) -> Result<Arc<D
     Ok(Arc::new(own))
 }
 
-/// The world of a document, with the add-ons and the folder that the command line chooses.
+/// Creates the world of a document, with the add-ons and the folder chosen on the command line.
 fn make(args: &Serve, document: &Arc<Document>, registry: &Arc<Registry>) -> Result<World, Error> {
     let world = World::with_threads(document.clone(), registry.clone(), args.threads.into())?;
     addons::choose(&args.addons, document, registry)?.attach(&world)?;
@@ -147,7 +147,7 @@ fn make(args: &Serve, document: &Arc<Document>, registry: &Arc<Registry>) -> Res
     Ok(world)
 }
 
-/// What reads the scene that somebody asks for while `scene` is there.
+/// Returns the function that reads a scene which a client opens while `scene` is open.
 fn reader(
     args: &Serve,
     scene: Option<PathBuf>,
@@ -160,7 +160,7 @@ fn reader(
     }
 }
 
-/// The life of one world: until another scene is asked for, or the end. `starts`: it begins with a start.
+/// Runs one world until another scene is opened, or the program ends. `starts`: the run starts at once.
 fn live(
     args: &Serve,
     world: &World,
@@ -168,7 +168,7 @@ fn live(
     interrupted: &AtomicBool,
     mut starts: bool,
 ) -> Option<NextScene> {
-    // Nobody can ask for what came in, and clients send without end.
+    // The input log is not requested here, and would grow without bound.
     world.input_log_mut().keep(false);
     loop {
         let started = std::mem::take(&mut starts) || session.wait_for_start(world);
@@ -189,7 +189,7 @@ fn live(
     }
 }
 
-/// From a start to a stop.
+/// Runs from a start to a stop.
 fn run(args: &Serve, world: &World, interrupted: &AtomicBool) {
     world.start();
     let began = Instant::now();
@@ -210,7 +210,7 @@ fn run(args: &Serve, world: &World, interrupted: &AtomicBool) {
     }
 }
 
-/// Log lines go on: those of the status bar to standard output, all else to standard error.
+/// Prints log lines: status lines go to standard output, all others to standard error.
 fn tell(world: &World) {
     for line in world.take_lines() {
         match line.level {

@@ -4,11 +4,11 @@ use std::{ffi::CStr, fs, path::Path};
 
 use tatu_core::plugins::watchdog::{Call, Stuck};
 
-/// What to do about a crash.
+/// Advice about a crash.
 pub const HELP: &str =
     "what was printed and traced until then is written; run it in a debugger, or report it to the author";
 
-/// A crash, as the handler saw it.
+/// The data that the signal handler recorded.
 pub struct Crash {
     pub signal: libc::c_int,
     pub thread: i32,
@@ -16,15 +16,15 @@ pub struct Crash {
     pub address: usize,
     pub instruction: usize,
     pub stack: usize,
-    /// The plugin call that ran on the thread.
+    /// The plugin call that was running on the thread.
     pub call: Option<Stuck>,
     pub callers: Vec<usize>,
 }
 
-/// How far from the stack a thread that overflows it has gone.
+/// Distance from the stack pointer within which a fault counts as stack overflow, bytes.
 pub const NEAR: usize = 1 << 20;
 
-/// The sentence about a crash.
+/// Returns the sentence about a crash.
 pub fn of_crash(crash: &Crash) -> String {
     let signal = match crash.signal {
         libc::SIGSEGV => "SIGSEGV",
@@ -68,7 +68,7 @@ pub fn of_crash(crash: &Crash) -> String {
     format!("the program crashed ({why}) {place}")
 }
 
-/// The sentence about a plugin that ended the program.
+/// Returns the sentence about a plugin that called `exit`.
 pub fn of_exit(call: Option<&Stuck>, thread: i32) -> String {
     let place = match call {
         Some(call) => place(call),
@@ -77,13 +77,13 @@ pub fn of_exit(call: Option<&Stuck>, thread: i32) -> String {
     format!("exit() was called {place}: the program ends here")
 }
 
-/// The sentence about files of the program that somebody closed.
+/// Returns the sentence about file descriptors of the program that were closed.
 pub fn of_closed(call: Option<&Stuck>) -> String {
     let place = call.map_or("by a thread of a plugin's own, or by a plugin's call that is over".to_owned(), place);
     format!("file descriptors of the program were closed {place}: its output may be incomplete")
 }
 
-/// The sentence about a plugin that made a copy of the process.
+/// Returns the sentence about a plugin that forked the process.
 pub fn of_fork(call: &Stuck) -> String {
     format!(
         "the process was forked {}: the copy has no threads and must not return; a plugin must start other programs \
@@ -92,16 +92,17 @@ pub fn of_fork(call: &Stuck) -> String {
     )
 }
 
-/// Who called the instruction that crashed, from the first that is in no library of the system: at most six lines.
+/// Returns the callers of the crashed instruction, from the first one outside of system libraries: at most six lines.
 pub fn frames(crash: &Crash) -> Vec<String> {
     let own = std::env::current_exe().ok().and_then(|exe| Some(exe.file_name()?.to_string_lossy().into_owned()));
     let mut out = Vec::new();
     for (i, at) in crash.callers.iter().enumerate() {
-        // A caller's address is that of the instruction after the call.
+        // The address of a caller is that of the instruction after the call.
         let Some((file, symbol)) = symbol_at(if i == 0 { *at } else { at - 1 }) else { continue };
         let name = Path::new(&file).file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         if Some(&name) == own.as_ref() {
-            // What follows is the program itself; before a plugin's frames it is the handler.
+            // Frames of the program itself: at the top they belong to the handler, below a plugin's frames they end the
+            // list.
             if out.is_empty() { continue } else { break }
         }
         if out.is_empty() && !name.contains("tatu_") {
@@ -115,9 +116,11 @@ pub fn frames(crash: &Crash) -> Vec<String> {
     out
 }
 
-/// The file that an address belongs to, and the nearest exported symbol with the distance, or the place in the file.
+/// Returns the file that contains an address, and the nearest exported symbol with its distance, or the offset in the
+/// file.
 fn symbol_at(address: usize) -> Option<(String, String)> {
-    // SAFETY: an address of any value may be asked for; the texts live as long as their library, which is never closed.
+    // SAFETY: `dladdr` accepts any address. It fills `about` if it succeeds, which is checked; its texts live as long
+    // as their library, and libraries are never closed.
     unsafe {
         let mut about: libc::Dl_info = std::mem::zeroed();
         if libc::dladdr(address as *const libc::c_void, &raw mut about) == 0 || about.dli_fname.is_null() {
@@ -135,19 +138,19 @@ fn symbol_at(address: usize) -> Option<(String, String)> {
     }
 }
 
-/// The id of the plugin, where it is known.
+/// Returns the id of the plugin, if it is known.
 pub fn id(call: &Stuck) -> Option<String> {
     let known = call.call != Call::Load.text();
     known.then(|| call.plugin.split(" (").next().unwrap_or_default().to_owned())
 }
 
-/// "in `tatu_command.call` of plugin `org.me.fleet` for /box1"
+/// Describes a call, such as "in `tatu_command.call` of plugin `org.me.fleet` for /box1".
 fn place(call: &Stuck) -> String {
     let Stuck { plugin, object, others, call, command, .. } = call;
     if *call == Call::Load.text() {
         return format!("while the library {plugin} was loaded, in one of its constructors");
     }
-    // A plugin that has just been opened is reported by its file.
+    // A plugin that was just opened is known by its file only.
     let (id, file) = plugin
         .split_once(" (")
         .map_or((plugin.as_str(), String::new()), |(id, f)| (id, format!(", {}", f.trim_end_matches(')'))));
@@ -160,22 +163,23 @@ fn place(call: &Stuck) -> String {
     format!("in `{call}`{what} of plugin `{id}`{file}{whom}{more}")
 }
 
-/// Where a thread was that no call runs on, as far as the instruction shows.
+/// Describes where a thread without a plugin call was, as far as the instruction shows.
 fn outside(file: &str, thread: i32) -> String {
     let name = Path::new(file).file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
     let own = std::env::current_exe().is_ok_and(|exe| exe == Path::new(file));
-    // Only libraries of such names are opened as plugins; copies of them have a number before it.
+    // Only libraries with such names are opened as plugins; their copies have a number as prefix.
     if !own && name.contains("tatu_") {
         return format!("in {file}, in the thread `{}` and outside of any call from the program", name_of(thread));
     }
     if !own && thread != std::process::id().cast_signed() {
         let name = name_of(thread);
-        return format!("in the thread `{name}`, outside of any call into a plugin; plugins may have such threads");
+        return format!("in the thread `{name}`, outside of any call into a plugin; the thread may belong to a plugin");
     }
     "outside of any plugin: a fault of the program itself, unless a plugin has damaged its memory before".to_owned()
 }
 
-/// The file that is mapped at an address. The loader would know it, too, but may be locked by the thread that crashed.
+/// Returns the file that is mapped at an address. `dladdr` could block on the loader's lock, which the crashed thread
+/// may hold.
 fn mapped_at(address: usize) -> String {
     let maps = fs::read_to_string("/proc/self/maps").unwrap_or_default();
     let holds = |line: &&str| {
@@ -187,7 +191,7 @@ fn mapped_at(address: usize) -> String {
     line.find('/').map_or(String::new(), |at| line[at..].to_owned())
 }
 
-/// What a thread of this process is called.
+/// Returns the name of a thread of this process.
 fn name_of(thread: i32) -> String {
     let name = fs::read_to_string(format!("/proc/self/task/{thread}/comm")).unwrap_or_default();
     if name.trim().is_empty() { thread.to_string() } else { name.trim().to_owned() }

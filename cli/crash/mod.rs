@@ -1,13 +1,13 @@
-//! Faults that end the process: a crash, or a plugin that calls `exit`. The plugin, its function and the instance are
-//! named, and what was printed and traced so far is written.
+//! Handles faults that end the process: a crash, or a plugin that calls `exit`. Reports the plugin, its function and
+//! the instance, and writes the output and trace so far.
 //!
-//! A crash stops one thread in a signal handler, where nearly nothing is allowed. So the handler only notes what it knows,
-//! wakes a thread that waits for nothing else, and gives it some time; then the process ends by the same signal, for
-//! shells, debuggers and core files. `blame` finds the words.
+//! A crash is handled in a signal handler, where almost nothing is allowed. So the handler only records data, wakes a
+//! dedicated thread, and waits for it for a limited time; then the process ends by the same signal, for shells,
+//! debuggers and core files. `blame` formulates the report.
 //!
-//! Native stack overflow is seen because every thread of the program has another stack for signals: Rust's standard
-//! library makes one for each thread that it starts. Threads that a plugin starts by other means have none; an overflow
-//! there ends the program without a word. Nothing of this is done on other systems than Linux.
+//! Native stack overflow is detected because every thread of the program has an alternate signal stack: Rust's standard
+//! library creates one for each thread that it starts. Threads started by plugins in other ways have none; an overflow
+//! there ends the program without a report. Only Linux is supported.
 
 mod blame;
 
@@ -36,8 +36,8 @@ use tatu_core::{
 use self::blame::Crash;
 use crate::watchdog::{self, leave};
 
-/// Faults of the processor, and `abort`; then signals that end a process mutely, which only a plugin or another process can have
-/// asked for. Ctrl-C and SIGTERM have a handler of their own.
+/// Processor faults and `abort`; then signals that end a process silently, which only a plugin or another process can
+/// cause. Ctrl-C and SIGTERM have separate handlers.
 const SIGNALS: [c_int; 15] = [
     libc::SIGSEGV,
     libc::SIGBUS,
@@ -55,46 +55,46 @@ const SIGNALS: [c_int; 15] = [
     libc::SIGIO,
     libc::SIGSTKFLT,
 ];
-/// The system reports an address with these.
+/// Signals for which the system reports an address.
 const FAULTS: [c_int; 4] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL];
-/// Callers of the instruction that crashed, at most.
+/// Most callers of the crashed instruction that are recorded.
 const FRAMES: usize = 24;
-/// How long the handler waits for the words, in parts of this many.
+/// How long the handler waits for the report: the number of intervals, and their length.
 const PARTS: u32 = 300;
 const PART_NS: libc::c_long = 10_000_000;
-/// How long the end of the process waits for one who has crashed.
+/// How long the end of the process waits for a crash on another thread to be reported.
 const LONGEST: Duration = Duration::from_secs(4);
-/// Bytes of a stack for signals where the thread has none.
+/// Size of the alternate signal stack for a thread that has none, bytes.
 const STACK: usize = 64 << 10;
 
-/// The process that handlers were installed in: a child that a plugin forks inherits them, and dies by itself.
+/// The process in which handlers were installed: a forked child inherits them, but must not report.
 static PROCESS: AtomicI32 = AtomicI32::new(0);
-/// The end of the pipe that the handler writes to.
+/// The write end of the pipe by which the handler wakes the reporting thread.
 static WAKE: AtomicI32 = AtomicI32::new(-1);
-/// A thread has crashed, or a plugin has called `exit`: the rest is for it alone.
+/// Set by the first thread that crashes or calls `exit`, which alone is reported.
 static TAKEN: AtomicBool = AtomicBool::new(false);
-/// Everything has been reported.
+/// Set when the report is complete.
 static TOLD: AtomicBool = AtomicBool::new(false);
 
-// What the handler notes.
+// Data recorded by the handler.
 static SIGNAL: AtomicI32 = AtomicI32::new(0);
 static THREAD: AtomicI32 = AtomicI32::new(0);
 /// The process that sent the signal, if another one did.
 static SENDER: AtomicI32 = AtomicI32::new(0);
 static AT: AtomicPtr<Watch> = AtomicPtr::new(std::ptr::null_mut());
-/// The address that could not be accessed, the instruction, and the stack.
+/// The address that could not be accessed, the instruction pointer, and the stack pointer.
 static ADDRESS: AtomicUsize = AtomicUsize::new(0);
 static INSTRUCTION: AtomicUsize = AtomicUsize::new(0);
 static STACK_AT: AtomicUsize = AtomicUsize::new(0);
-/// The callers stand in `CALLERS`, as far as they were found.
+/// Set when `CALLERS` is complete.
 static NOTED: AtomicBool = AtomicBool::new(false);
-/// Where the thread was, and its callers.
+/// The crashed instruction and its callers.
 static CALLERS: [AtomicUsize; FRAMES] = [const { AtomicUsize::new(0) }; FRAMES];
 
-/// Begins to watch. What cannot be installed only leaves a crash without words.
+/// Installs the handlers. If that fails, crashes are only not reported.
 pub fn listen() {
     let mut ends = [0; 2];
-    // SAFETY: room for two numbers.
+    // SAFETY: `ends` has room for the two file descriptors that `pipe2` writes.
     if unsafe { libc::pipe2(ends.as_mut_ptr(), libc::O_CLOEXEC) } != 0 {
         return;
     }
@@ -103,18 +103,19 @@ pub fn listen() {
     PROCESS.store(std::process::id().cast_signed(), Relaxed);
     let (ready, waits) = mpsc::channel();
     let run = move || wait(read, &ready);
-    // A thread that begins takes locks of the system's loader, which a crash in a constructor would hold.
+    // A starting thread takes locks of the loader, which a crash in a constructor would hold; so wait until it runs.
     if std::thread::Builder::new().name("crashes".into()).spawn(run).is_err() || waits.recv().is_err() {
         return;
     }
     give_stack();
-    // SAFETY: a structure of numbers and pointers, for which zero is a value; the handler has the type that SA_SIGINFO
-    // tells, and does only what is allowed in one.
+    // SAFETY: `sigaction` is a structure of integers and pointers, for which zero is valid. The handler has the
+    // signature that SA_SIGINFO requires and calls only async-signal-safe functions; the functions registered for exit
+    // and fork are static.
     unsafe {
         let mut action: libc::sigaction = std::mem::zeroed();
         let handler: extern "C" fn(c_int, *mut libc::siginfo_t, *mut c_void) = caught;
         action.sa_sigaction = handler as usize;
-        // Looking for callers may crash, too: then this is entered again, and ends the process.
+        // Finding the callers may crash as well: the handler is then entered again, and ends the process.
         action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK | libc::SA_NODEFER;
         libc::sigemptyset(&raw mut action.sa_mask);
         for signal in SIGNALS {
@@ -129,20 +130,21 @@ pub fn listen() {
         libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
         libc::atexit(exited);
         libc::pthread_atfork(None, Some(forked), Some(is_child));
-        // The first call loads a library, which is not allowed in a signal handler.
+        // The first call of `backtrace` loads a library, which is not allowed in a signal handler.
         let mut one = [std::ptr::null_mut(); 1];
         backtrace(one.as_mut_ptr(), 1);
     }
 }
 
 unsafe extern "C" {
-    /// Of the C library: the callers of this function.
+    /// Function of the C library that stores the return addresses of the calling functions.
     fn backtrace(frames: *mut *mut c_void, n: c_int) -> c_int;
 }
 
-/// A stack for signals for this thread, should the standard library have made none.
+/// Creates an alternate signal stack for this thread, if the standard library has not.
 fn give_stack() {
-    // SAFETY: asks for the present one, then hands over memory that is never freed.
+    // SAFETY: the first call only reads into `now`; the new stack is leaked memory of the stated size, so it stays
+    // valid.
     unsafe {
         let mut now: libc::stack_t = std::mem::zeroed();
         if libc::sigaltstack(std::ptr::null(), &raw mut now) == 0 && now.ss_flags & libc::SS_DISABLE != 0 {
@@ -153,9 +155,9 @@ fn give_stack() {
     }
 }
 
-/// The handler. Only functions that POSIX allows in one, atomics, and a thread-local without a destructor.
+/// The signal handler. It uses only async-signal-safe functions, atomics, and a thread-local without a destructor.
 extern "C" fn caught(signal: c_int, info: *mut libc::siginfo_t, context: *mut c_void) {
-    // SAFETY: the system gives both, and these functions may be called here.
+    // SAFETY: the system passes a valid `info` and `context`; all functions called here are async-signal-safe.
     unsafe {
         if libc::getpid() == PROCESS.load(Relaxed) {
             if !TAKEN.swap(true, Acquire) {
@@ -166,7 +168,7 @@ extern "C" fn caught(signal: c_int, info: *mut libc::siginfo_t, context: *mut c_
                     note_callers();
                 }
             }
-            // Another thread that crashes meanwhile waits, too: the first one ends the process.
+            // If another thread crashes in the meanwhile, it waits here too: the first one ends the process.
             let part = libc::timespec { tv_sec: 0, tv_nsec: PART_NS };
             for _ in 0..PARTS {
                 if TOLD.load(Acquire) {
@@ -175,25 +177,26 @@ extern "C" fn caught(signal: c_int, info: *mut libc::siginfo_t, context: *mut c_
                 libc::nanosleep(&raw const part, std::ptr::null_mut());
             }
         }
-        // The signal is held back until this returns, and then ends the process where it crashed.
+        // With the default action, the signal ends the process as if there were no handler.
         libc::signal(signal, libc::SIG_DFL);
         libc::raise(signal);
     }
 }
 
-/// Keeps what only this thread knows.
+/// Records the data that only this thread has.
 ///
 /// # Safety
-/// Both are what the system gave the handler.
+/// `info` and `context` are those that the system passed to the handler.
 unsafe fn note(signal: c_int, info: &libc::siginfo_t, context: *mut c_void) {
     SIGNAL.store(signal, Relaxed);
     AT.store(here().cast_mut(), Relaxed);
-    // SAFETY: gettid has no conditions; the fields belong to these sorts of signals; the context is one of this
-    // architecture.
+    // SAFETY: `gettid` has no preconditions; the fields of `info` are read only for the signals and codes that define
+    // them; `context` is a `ucontext_t` of this architecture, as SA_SIGINFO guarantees.
     unsafe {
         THREAD.store(libc::gettid(), Relaxed);
         if info.si_code <= 0 {
-            // Another process, whose number may lie beyond what this one can see; `raise` and timers are this one's.
+            // Sent by another process, whose id may not be visible here (`si_pid` is 0 then); `raise` and timers belong
+            // to this process.
             let own = info.si_code == libc::SI_TIMER || info.si_pid() == libc::getpid();
             SENDER.store(if own { 0 } else { info.si_pid().max(1) }, Relaxed);
         } else if info.si_code > 0 && FAULTS.contains(&signal) {
@@ -205,15 +208,16 @@ unsafe fn note(signal: c_int, info: &libc::siginfo_t, context: *mut c_void) {
     }
 }
 
-/// Searches for the callers once the rest has been handed over: whatever happens here, that is reported.
+/// Records the callers, after everything else was handed over: a crash here does not affect that report.
 ///
 /// # Safety
-/// In the handler, after `note`.
+/// Called in the handler, after `note`.
 unsafe fn note_callers() {
-    // SAFETY: the watch of this thread is there as long as its call; room for as many addresses.
+    // SAFETY: the watch of this thread lives as long as the thread; `frames` has room for the FRAMES addresses that
+    // `backtrace` may write.
     unsafe {
         let stack = STACK_AT.load(Relaxed);
-        // Where the stack is used up, and while a library is loaded, looking for callers could crash or wait for ever.
+        // After a stack overflow, or while a library is being loaded, `backtrace` could crash or block.
         let deep = ADDRESS.load(Relaxed).abs_diff(stack) < blame::NEAR && ADDRESS.load(Relaxed) != 0;
         let loads = here().as_ref().is_some_and(|watch| watch.call() == Some(Call::Load));
         if !deep && !loads {
@@ -227,7 +231,7 @@ unsafe fn note_callers() {
     NOTED.store(true, Release);
 }
 
-/// Where the thread was, and its stack.
+/// Returns the instruction pointer and the stack pointer.
 #[cfg(target_arch = "x86_64")]
 fn registers(of: &libc::mcontext_t) -> (usize, usize) {
     (of.gregs[libc::REG_RIP as usize] as usize, of.gregs[libc::REG_RSP as usize] as usize)
@@ -241,10 +245,10 @@ fn registers(_: &libc::mcontext_t) -> (usize, usize) {
     (0, 0)
 }
 
-/// Waits for a crash and reports it.
+/// Waits for a crash and reports it; runs on the reporting thread.
 fn wait(read: c_int, ready: &mpsc::Sender<()>) {
-    // A signal from outside goes to a thread that can wait for this one, and a crash here ends the process at once.
-    // SAFETY: a set of numbers, filled before it is used; one byte has room in `byte`.
+    // SAFETY: all signals are blocked on this thread, so that signals from outside go to others, and a crash here ends
+    // the process at once. `all` is initialized by `sigfillset`; `byte` has room for the single byte that is read.
     unsafe {
         let mut all: libc::sigset_t = std::mem::zeroed();
         libc::sigfillset(&raw mut all);
@@ -276,7 +280,8 @@ fn wait(read: c_int, ready: &mpsc::Sender<()>) {
         fault.help = Some(blame::HELP.to_owned());
     }
     tell(fault, crash.call.as_ref());
-    // From here on nothing is lost if the thread that crashed holds a lock, or what is looked at is damaged.
+    // The report is written. The rest may block or crash without loss, if the crashed thread holds a lock or has
+    // damaged memory.
     for _ in 0..50 {
         if NOTED.load(Acquire) {
             crash.callers = CALLERS.iter().map(|c| c.load(Relaxed)).take_while(|c| *c != 0).collect();
@@ -287,63 +292,63 @@ fn wait(read: c_int, ready: &mpsc::Sender<()>) {
     for line in blame::frames(&crash) {
         write_line(&format!("  {line}\n"));
     }
-    // SAFETY: the thread that runs the script stands in the handler.
+    // SAFETY: the thread that runs the script is in the signal handler, so the script's state does not change.
     if let Some((file, line)) = crash.call.as_ref().and_then(|call| unsafe { call.script.ask() }) {
         write_line(&format!("  called by the script at {file}:{line}\n"));
     }
     TOLD.store(true, Release);
 }
 
-/// The pipe is gone, which the program never closes.
+/// Reports that the pipe was closed, which the program itself never does.
 fn tell_closed() {
     WAKE.store(-1, Relaxed);
     let call = watchdog::current().and_then(|run| run.watches.any_running());
     tatu_core::breach(blame::of_closed(call.as_ref()));
 }
 
-/// The call that runs on the thread with this watch.
+/// Returns the call that is running on the thread with this watch.
 fn running(at: *const Watch) -> Option<Stuck> {
     watchdog::current()?.watches.running(at)
 }
 
-/// Writes the line first, since anything else may wait for what the crashed thread holds; then all that was held back.
-/// The exit code for it.
+/// Writes the line first, since the rest may block on a lock of the crashed thread; then writes all pending output.
+/// Returns the exit code.
 fn tell(mut fault: Fault, call: Option<&Stuck>) -> i32 {
     if let Some(call) = call {
         (fault.plugin, fault.object) = (blame::id(call), call.object.clone());
     }
     let help = fault.help.as_ref().map_or(String::new(), |help| format!(" ({help})"));
-    // A progress bar may stand in the line.
+    // A progress bar may be on the current line.
     let clear = if io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
     let line = format!("{clear}error[{}]: {}{help}\n", fault.code, fault.message);
     write_line(&line);
     let code = watchdog::current().map_or(2, |run| run.close(&fault));
-    // What plugins in C printed.
-    // SAFETY: null stands for all files of the C library.
+    // Output of plugins in C.
+    // SAFETY: a null pointer is valid and means all output streams of the C library.
     unsafe { libc::fflush(std::ptr::null_mut()) };
     code
 }
 
-/// Not through the standard library, whose lock may be held.
+/// Writes to standard error without the standard library, whose lock may be held.
 fn write_line(line: &str) {
-    // SAFETY: so many bytes of the line.
+    // SAFETY: the pointer and the length are those of `line`.
     unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), line.len()) };
 }
 
-/// After a fork, in the process that goes on: within a plugin's call that is the plugin's fault.
+/// Called after a fork in the parent process: within a plugin's call it is the plugin's fault.
 extern "C" fn forked() {
     if let Some(call) = running(here()) {
         write_line(&format!("warning: {}\n", blame::of_fork(&call)));
     }
 }
 
-/// After a fork, in the copy: it has one thread and no world of its own, and must not come back from the plugin's call.
+/// Called after a fork in the child, which has one thread and no world, and must not return from the plugin's call.
 extern "C" fn is_child() {
     guard::this_is_a_child();
 }
 
-/// The program ends: what libraries left to be done then must not hold it for ever. There is no way to take it back, and no
-/// call that could be named.
+/// Ends the program, with a time limit for exit handlers of libraries: they cannot be cancelled, and belong to no call
+/// that could be named.
 pub fn end(code: ExitCode) -> ExitCode {
     let failed = code != ExitCode::SUCCESS;
     let late = move || {
@@ -356,24 +361,24 @@ pub fn end(code: ExitCode) -> ExitCode {
         write_line(&format!("error[{}]: {text}\n", Fault::new(FaultKind::Stuck, "").code));
         leave(if failed { 2 } else { 1 });
     };
-    // Without a thread for it nobody watches.
+    // If no thread can be started, there is only no time limit.
     let _ = std::thread::Builder::new().name("ending".into()).spawn(late);
     code
 }
 
-/// At the end of the process, on the thread that ends it: from within a plugin's call that is the plugin's fault.
+/// Called at the end of the process, on the thread that ends it: within a plugin's call it is the plugin's fault.
 extern "C" fn exited() {
-    // SAFETY: these have no conditions.
+    // SAFETY: both functions have no preconditions.
     let (process, thread) = unsafe { (libc::getpid(), libc::gettid()) };
     if process != PROCESS.load(Relaxed) {
         return;
     }
     let call = running(here());
-    // The program ends on its first thread.
+    // The program itself ends on its main thread.
     let in_order = call.is_none() && thread == process;
     let taken = if in_order { TAKEN.load(Acquire) } else { TAKEN.swap(true, Acquire) };
     if taken {
-        // Another thread has crashed, and ends the process as soon as that is reported.
+        // Another thread has crashed, and ends the process after its report.
         std::thread::sleep(LONGEST);
     }
     if in_order || taken {

@@ -1,7 +1,7 @@
 //! The ABI between Tatu and its plugins.
 //!
 //! - `include/tatu.h`: the ABI and its manual, for plugins in C, C++ and any other language;
-//! - [`abi`]: the same in Rust, type by type;
+//! - [`abi`]: the same declarations in Rust, type by type;
 //! - [`safe`]: traits over it and [`tatu_plugin!`], with which a Rust plugin needs no `unsafe`.
 //!
 //! A Rust plugin is a crate of type `cdylib` (and `rlib`, if a program lists it as a dependency):

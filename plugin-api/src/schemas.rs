@@ -1,4 +1,4 @@
-//! The reading schemas of the project, as they stand in `schemas/`: what sensors fill and readers look for.
+//! The project's reading schemas, from the folder `schemas/`, which sensors and their readers share.
 
 /// The text of each file, in TOML.
 pub const FILES: &[&str] = &[

@@ -1,4 +1,4 @@
-//! What hangs on joints holds: arms, cantilevers, chains.
+//! Joints hold their load: arms, cantilevers, chains.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -7,7 +7,8 @@ use crate::{kit::*, scenes::*};
 /// Seven joints about z, y, z, y, z, y, z, 0.2 m apart, and their masses: the peers' arm (`bench/peers/scenes.py`).
 const MASSES: [f64; 7] = [4.0, 4.0, 3.0, 3.0, 2.0, 1.5, 1.0];
 
-/// The arm, standing upright; `keys` of the `i`-th joint. The scene and the paths of its joints; the last link's too.
+/// Builds the arm, standing upright; `keys` returns the keys of the `i`-th joint. Returns the scene, the paths of the
+/// joints, and that of the last link.
 fn arm(keys: impl Fn(usize) -> String) -> (String, Vec<String>, String) {
     let (mut scene, mut at, mut joints) = (base([0.0; 3]) + "model_base = true\n", String::from("/base"), Vec::new());
     for (i, mass) in MASSES.iter().enumerate() {
@@ -23,7 +24,7 @@ fn arm(keys: impl Fn(usize) -> String) -> (String, Vec<String>, String) {
     (scene, joints, at)
 }
 
-/// Held level by position control: 65 N m on the second joint.
+/// An arm held level by position control: 65 N m on the second joint.
 #[test]
 fn an_arm_held_level() {
     let target = |i: usize| if i == 1 { FRAC_PI_2 } else { 0.0 };
@@ -39,12 +40,13 @@ fn an_arm_held_level() {
         near("at rest", of_joint(end, path, "velocity"), 0.0, 1e-6);
     }
     near("tip", distance(position(end, &last), [1.1, 0.0, 0.2]), 0.0, 1e-3);
-    // Sum of each link's weight times its distance.
+    // The sum of each link's weight times its distance.
     let load: f64 = (1..7).map(|i| MASSES[i] * G * (0.2 * i as f64 - 0.1)).sum();
     near("torque", of_joint(end, &joints[1], "effort"), -load, 0.01 * load);
 }
 
-/// The peers' case: torques of a PD controller in each physics step of 2 ms; all engines agree on 0.2019 rad.
+/// The case of the peers' benchmark: torques of a PD controller in each physics step of 2 ms; all engines agree on
+/// 0.2019 rad.
 #[test]
 fn an_arm_under_pd_torques() {
     let (mut scene, joints, _) = arm(|_| "control = \"callback\"\nmax_force_nm = 1000.0".into());
@@ -110,7 +112,7 @@ fn a_chain_does_not_stretch() {
     }
 }
 
-/// Half way through a swing the arm is let go: it falls; then its base lets it go: it flies on.
+/// In the middle of a swing the arm is detached and falls; then its base is removed, and it flies on.
 #[test]
 fn joints_and_bodies_may_go_while_it_moves() {
     let (scene, joints, last) =
@@ -134,7 +136,7 @@ fn joints_and_bodies_may_go_while_it_moves() {
     assert!(done.json()["errors"].as_array().unwrap().is_empty(), "{last}: {}", done.err);
 }
 
-/// A target beyond a limit is one at the limit: the motor carries what is there and does not press against it.
+/// A target beyond a limit acts like one at the limit: the motor carries the load and does not press against the limit.
 #[test]
 fn a_target_beyond_a_limit_is_at_the_limit() {
     let motor = "control = \"position\"\ntarget_position_deg = 0.0\nmax_force_nm = 50.0\nlimits_deg = [20, 90]\njoint_position_deg = 45";

@@ -21,7 +21,7 @@ fn slips_at_the_angle_of_friction() {
     }
 }
 
-/// g (sin a - mu cos a).
+/// Acceleration g (sin a - mu cos a).
 #[test]
 fn slides() {
     let (friction, angle) = (0.5, 30.0f64);
@@ -33,7 +33,7 @@ fn slides() {
     near("sliding acceleration", is / wanted, 1.0, 1e-4);
 }
 
-/// 5/7 and 2/3 of g sin a.
+/// Accelerations 5/7 and 2/3 of g sin a.
 #[test]
 fn rolls() {
     for (primitive, share, size) in [("sphere", 5.0 / 7.0, [0.4; 3]), ("cylinder", 2.0 / 3.0, [0.4, 0.4, 0.2])] {
@@ -45,7 +45,7 @@ fn rolls() {
     }
 }
 
-/// On a floor with a flat side nothing drives it on, and nothing stops it.
+/// On a level floor nothing accelerates or stops it.
 #[test]
 fn rolls_evenly() {
     let board = "[[object]]\nkind = \"shape\"\nalias = \"board\"\nprimitive = \"box\"\nsize_m = [4, 4, 0.2]\n\
@@ -62,7 +62,7 @@ fn rolls_evenly() {
     }
 }
 
-/// What is read is what moves it: a ball that rolls on the level does not move up or down.
+/// The velocity that is read is that of the motion: a ball that rolls on a level floor does not move up or down.
 #[test]
 fn velocities_are_those_of_the_motion() {
     let more = format!("respondable = true\nposition_m = [0, 0, 0.05]\n{}", starts([1.0, 0.0, 0.0], [0.0, 20.0, 0.0]));
@@ -73,7 +73,7 @@ fn velocities_are_those_of_the_motion() {
     }
 }
 
-/// What touches nothing does not fall asleep, and a ball starts to roll on the gentlest slope.
+/// A body without contacts does not fall asleep, and a ball starts to roll on the gentlest slope.
 #[test]
 fn drifts_on() {
     for v in [0.001, 0.004, 0.01] {
@@ -94,11 +94,11 @@ fn sleep_can_be_switched_off() {
     let scene = |sleep: &str| String::from(sleep) + &floor(1.0) + &body("b", "", "box", [0.1; 3], 1.0, resting);
     let asleep = Place::scene(&scene("")).run(&["--seconds", "5"]).good();
     let awake = Place::scene(&scene("sleep = false\n")).run(&["--seconds", "5"]).good();
-    // A body that does not sleep goes on settling: its last bits differ.
+    // A body that does not sleep keeps settling, so its last bits differ.
     assert_ne!(asleep.json()["hash"], awake.json()["hash"]);
 }
 
-/// A ball of 1 cm against a wall of 1 cm that can move.
+/// A ball of 1 cm hits a movable wall of 1 cm.
 #[test]
 fn bullets_do_not_pass() {
     for v in [5.0, 50.0] {

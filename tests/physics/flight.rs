@@ -1,8 +1,8 @@
-//! Free flight, bounces, and bodies that turn freely.
+//! Free flight, bounces, and free rotation.
 
 use crate::{kit::*, scenes::*};
 
-/// g h / 2 is what a first-order integrator with sub-steps h falls too far in 1 s.
+/// A first-order integrator with sub-steps h falls too far by g h / 2 in 1 s.
 #[test]
 fn falls() {
     let more = "position_m = [0, 0, 20]";
@@ -12,7 +12,8 @@ fn falls() {
     near("speed", speed(last, "/b"), G, 1e-9);
 }
 
-/// The first apex is the square of the restitution. At 0.5 it is 1.3 % low: rapier bounces a body at the end of a step.
+/// The height of the first apex is proportional to the square of the restitution. At 0.5 it is 1.3 % low, because
+/// rapier applies restitution at the end of a step.
 #[test]
 fn bounces() {
     for (restitution, within) in [(0.5, 0.014), (0.9, 0.01), (1.0, 0.01)] {
@@ -26,7 +27,7 @@ fn bounces() {
     }
 }
 
-/// Energy and momentum of a body that turns freely, over a minute.
+/// Energy and momentum of a freely rotating body, over a minute.
 #[test]
 fn tumbling_keeps_energy_and_momentum() {
     for (inertia, w) in [
@@ -45,7 +46,7 @@ fn tumbling_keeps_energy_and_momentum() {
     }
 }
 
-/// A body that turns about its middle axis flips 12 times in a minute.
+/// A body that rotates about its intermediate axis flips 12 times in a minute.
 #[test]
 fn the_middle_axis_flips() {
     let more = format!("inertia_kg_m2 = [0.01, 0.02, 0.03]\n{}", starts([0.0; 3], [0.01, 5.0, 0.01]));
@@ -71,7 +72,7 @@ fn nothing_limits_a_spin() {
     near("by a motor", of_joint(&lines[lines.len() - 1], "/base/j", "velocity"), 200.0, 0.1);
 }
 
-/// What falls for ever, and what is thrown very fast, is told once, by name.
+/// A body that falls forever, or moves extremely fast, is reported once, by name.
 #[test]
 fn strays_are_told_once() {
     let scene = body("fallen", "", "sphere", [0.1; 3], 1.0, "")
@@ -84,7 +85,8 @@ fn strays_are_told_once() {
     assert!(!err.contains("/calm"), "{err}");
 }
 
-/// A force added between physics steps acts in one of them; added in a step it acts in all of that step.
+/// A force added between physics steps acts during one of them; added during a step of the world, it acts during that
+/// whole step.
 #[test]
 fn added_forces_act_as_long_as_they_are_added() {
     for (name, add) in [

@@ -1,16 +1,17 @@
-//! What is gripped stays where it is gripped.
+//! Gripped objects stay where they are gripped.
 
 use std::f64::consts::FRAC_PI_2;
 
 use crate::{kit::*, scenes::*};
 
-/// A palm on a vertical slide with two fingers that press from the left and the right; `left` and `right` are the keys of
-/// their drives. Grips for 2 s, lifts by 0.3 m, then shakes up and down; how far the object creeps on the fingers, m.
+/// Simulates a palm on a vertical slide with two fingers that press from the left and the right; `left` and `right` are
+/// the keys of their drives. It grips for 2 s, lifts by 0.3 m, then shakes up and down. Returns how far the object
+/// creeps on the fingers, m.
 fn creep(mass: f64, left: &str, right: &str, seconds: f64) -> f64 {
     creep_between(0.2, mass, left, right, seconds)
 }
 
-/// The same with fingers of another mass, kg.
+/// Like [`creep`], with fingers of another mass, kg.
 fn creep_between(fingers: f64, mass: f64, left: &str, right: &str, seconds: f64) -> f64 {
     let finger = |alias: &str, x: f64, drive: &str| {
         let slide = placed([x, 0.0, 0.2], [0.0, 1.0, 0.0], FRAC_PI_2);
@@ -66,18 +67,18 @@ fn grips_with_one_finger_held() {
     }
 }
 
-/// Closing at a speed, with a limit of force.
+/// Closes at a velocity, with a force limit.
 #[test]
 fn grips_at_the_limit_of_a_motor() {
     let drive = |v: f64| format!("control = \"velocity\"\ntarget_velocity_m_s = {v:?}\nmax_force_n = 20.0");
     near("creep", creep(0.1, &drive(0.1), &drive(-0.1), 20.0), 0.0, 5e-4);
 }
 
-/// One finger has the motor, the other is geared to it; both are light.
+/// One finger has the motor, and the other is coupled to it; both are light.
 const GEARED: &str = "follows = \"/base/lift/palm/jl\"\nfollow_factor = -1.0\ngeared = true\n";
 
-/// Two flat fingers of 15 g that slide towards each other under a palm, one geared to the other, lift 0.2 kg by 0.1 m within a
-/// second; how far it slips on them in the four seconds from then on, m.
+/// Simulates two flat fingers of 15 g that slide towards each other under a palm, one coupled to the other, and lift
+/// 0.2 kg by 0.1 m within a second. Returns how far the object slips on them in the following four seconds, m.
 fn slip(left: &str, right: &str) -> f64 {
     let finger = |alias: &str, x: f64, drive: &str| {
         let turn = -90.0 * x.signum();
@@ -126,7 +127,7 @@ fn geared_fingers_hold_what_is_heavy_for_them() {
     let drive = |n: f64| format!("control = \"velocity\"\ntarget_velocity_m_s = 0.05\nmax_force_n = {n:?}\n");
     for (motor, follower) in [
         (drive(20.0), format!("{}{geared}", drive(20.0))),
-        // The motor of the follower goes where the leader's goes, whatever it was told.
+        // The motor of the follower moves with the leader's, whatever its own target is.
         (drive(20.0), format!("control = \"velocity\"\nmax_force_n = 20.0\n{geared}")),
         (drive(40.0), geared.clone()),
     ] {
@@ -134,7 +135,8 @@ fn geared_fingers_hold_what_is_heavy_for_them() {
     }
 }
 
-/// With the rotor that an importer gives light geared links, at whatever speed and by whatever control they close.
+/// With the rotor inertia that the importer gives to light coupled links, the grip holds at any closing speed and in
+/// any control mode.
 #[test]
 fn geared_fingers_with_a_rotor_hold_in_every_control() {
     let rotor = "armature_kg = 0.05\n";

@@ -1,6 +1,6 @@
-//! Physics against closed forms, at the default settings: one small scene for each row of `docs/physics.md`.
+//! Tests of physics against closed forms, at the default settings: one small scene for each row of `docs/physics.md`.
 //!
-//! Bounds are those that the page promises; what is measured lies well inside them and stands on the page.
+//! The bounds are those that the page states; measured values, also on the page, are well within them.
 
 #[path = "../program/kit/base.rs"]
 #[allow(dead_code, reason = "shared with the tests of the program")]

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::{kit::*, scenes::*};
 
-/// A bar between two places of the plane y = 0.
+/// Returns a bar between two points of the plane y = 0.
 fn bar(alias: &str, parent: &str, from: [f64; 3], to: [f64; 3]) -> String {
     let (dx, dz) = (to[0] - from[0], to[2] - from[2]);
     let middle = [(from[0] + to[0]) / 2.0, 0.0, (from[2] + to[2]) / 2.0];
@@ -16,7 +16,7 @@ fn bar(alias: &str, parent: &str, from: [f64; 3], to: [f64; 3]) -> String {
 #[test]
 fn a_four_bar_loop_stays_closed() {
     let (o, c, p): ([f64; 3], [f64; 3], [f64; 3]) = ([0.0; 3], [0.0, 0.0, 0.1], [0.3, 0.0, 0.0]);
-    // Where circles about the crank's end and the rocker's foot meet.
+    // The intersection of the circles about the crank's end and the rocker's pivot.
     let (ux, uz, d) = (p[0] - c[0], p[2] - c[2], f64::hypot(p[0] - c[0], p[2] - c[2]));
     let a = (0.09 - 0.0625 + d * d) / (2.0 * d);
     let h = (0.09 - a * a).sqrt();
@@ -45,7 +45,7 @@ fn a_four_bar_loop_stays_closed() {
     }
 }
 
-/// A slide along x with a mass of 1 kg, without gravity.
+/// Simulates a slide along x with a mass of 1 kg, without gravity.
 fn slide(keys: &str, seconds: f64) -> (Vec<f64>, Vec<f64>) {
     let place = placed([0.0; 3], [0.0, 1.0, 0.0], PI / 2.0);
     let scene = String::from("dt_s = 0.01\ngravity_m_s2 = [0, 0, 0]\n")
@@ -56,7 +56,7 @@ fn slide(keys: &str, seconds: f64) -> (Vec<f64>, Vec<f64>) {
     (lines.iter().map(|l| l.time()).collect(), lines.iter().map(|l| of_joint(l, "/base/j", "position")).collect())
 }
 
-/// 10 rad/s and a damping ratio of 0.1.
+/// An oscillator of 10 rad/s with a damping ratio of 0.1.
 #[test]
 fn spring_and_damper() {
     let (t, x) = slide("joint_position_m = 0.1\nstiffness_n_m = 100.0\ndamping_ns_m = 2.0", 5.0);
@@ -65,7 +65,7 @@ fn spring_and_damper() {
     near("decay", (peaks[0].1 / peaks[4].1).ln() / (peaks[4].0 - peaks[0].0), 1.0, 0.01);
 }
 
-/// A spring that no sub-step can follow comes to rest instead of shaking.
+/// A spring too stiff for any sub-step comes to rest instead of oscillating.
 #[test]
 fn stiff_spring() {
     let (_, x) = slide("joint_position_m = 0.1\nstiffness_n_m = 1e7\ndamping_ns_m = 2.0\nrest_position_m = 0.05", 5.0);
@@ -80,21 +80,21 @@ fn dry_friction() {
     near("1 N", way(1.0), 0.0, 1e-6);
 }
 
-/// 1 N on 1 kg and 3 kg of armature: 0.25 m/s^2.
+/// 1 N on 1 kg with 3 kg of armature: 0.25 m/s^2.
 #[test]
 fn armature() {
     let way = slide("control = \"force\"\nmax_force_n = 1.0\narmature_kg = 3.0", 2.0).1[199];
     near("way in 2 s", way, 0.5, 0.005);
 }
 
-/// v = F / c.
+/// Final velocity v = F / c.
 #[test]
 fn damping() {
     let (t, x) = slide("control = \"force\"\nmax_force_n = 1.0\ndamping_ns_m = 10.0", 4.0);
     near("speed", (x[399] - x[299]) / (t[399] - t[299]), 0.1, 1e-4);
 }
 
-/// A ball on a spherical joint swings as a pendulum does, in a plane that does not turn.
+/// A ball on a spherical joint swings like a pendulum, in a plane that does not rotate.
 #[test]
 fn spherical_joint() {
     let bob = placed([0.6, 0.0, -0.8], [1.0, 0.0, 0.0], 0.0);
@@ -110,7 +110,7 @@ fn spherical_joint() {
     }
 }
 
-/// A rod that falls on a limit stays there.
+/// A rod that falls onto a limit stays there.
 #[test]
 fn limit() {
     let rod = placed([0.5, 0.0, 0.0], [1.0, 0.0, 0.0], 0.0);
@@ -123,7 +123,7 @@ fn limit() {
     near("at the limit", angle(&lines[lines.len() - 1]), 45.0, 0.01);
 }
 
-/// All of it at once: the same bits on 1, 2 and 4 threads, and after a snapshot.
+/// Everything combined: the same bits on 1, 2 and 4 threads, and after a snapshot.
 #[test]
 fn all_kinds_have_the_same_bits_on_any_number_of_threads() {
     let place = Place::scene(&everything());
@@ -135,7 +135,7 @@ fn all_kinds_have_the_same_bits_on_any_number_of_threads() {
     assert_eq!(one, hash(&["--from", "half.state"]));
 }
 
-/// A scene with every kind of joint and contact, in both forms.
+/// Returns a scene with every kind of joint and contact, with both joint solvers.
 fn everything() -> String {
     let mut scene = "friction_pairs = [[\"ice\", \"ice\", 0.3]]\n".to_owned()
         + &floor(1.0)

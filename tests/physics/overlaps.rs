@@ -1,14 +1,14 @@
-//! What is drawn into something else: it parts slowly, or stays as it was drawn, and is never thrown.
+//! Bodies that overlap at the start part slowly, or stay as they are, and are never thrown apart.
 
 use crate::{kit::*, scenes::*};
 
-/// m/s: what overlaps is to part at 0.2 m/s at most; pushes from two sides add up.
+/// Overlapping bodies should part at 0.2 m/s at most, m/s; pushes from two sides add up.
 const SLOW: f64 = 0.3;
 
-/// Boxes of a body, each by its middle and its size.
+/// The boxes of a body, each by its centre and its size.
 type Boxes = Vec<([f64; 3], [f64; 3])>;
 
-/// Bottom, back and two sides, with a front or a top.
+/// Returns a tray: bottom, back and two sides, with a front or a top.
 fn tray([l, w, h]: [f64; 3], wall: f64, front: bool, top: bool) -> Boxes {
     let mut out = vec![
         ([0.0, 0.0, (wall - h) / 2.0], [l, w, wall]),
@@ -38,7 +38,7 @@ fn compound(alias: &str, parent: &str, boxes: &Boxes, mass: f64, more: &str) -> 
     )
 }
 
-/// The greatest speed of any of these, from the first physics step on.
+/// Returns the greatest speed of any of these objects, from the first physics step on.
 #[track_caller]
 fn fastest(scene: &str, watch: &[&str], seconds: f64) -> (f64, Vec<Line>) {
     let lines = watch_run(&format!("dt_s = 0.005\n{scene}"), watch, seconds);
@@ -49,7 +49,7 @@ fn fastest(scene: &str, watch: &[&str], seconds: f64) -> (f64, Vec<Line>) {
 const SIZE: [f64; 3] = [0.5, 0.4, 0.6];
 const WALL: f64 = 0.012;
 
-/// A chest with three drawers of thin walls that reach into it, and into each other, by so much on all sides.
+/// Returns a chest with three thin-walled drawers that overlap it, and each other, by `overlap` on all sides.
 fn chest(overlap: f64, mass: f64, motor: &str) -> String {
     let height = (SIZE[2] - 2.0 * WALL) / 3.0;
     let mut body = tray(SIZE, WALL, false, true);
@@ -71,7 +71,7 @@ fn chest(overlap: f64, mass: f64, motor: &str) -> String {
 
 const DRAWERS: [&str; 4] = ["/chest", "/chest/j0/d0", "/chest/j1/d1", "/chest/j2/d2"];
 
-/// On joints they cannot part; light ones in a heavy chest flew at 300 m/s.
+/// Held by joints they cannot part; light ones in a heavy chest used to fly off at 300 m/s.
 #[test]
 fn drawers_stay_in_their_chest() {
     for overlap in [0.001, 0.003, 0.005] {
@@ -82,7 +82,7 @@ fn drawers_stay_in_their_chest() {
     }
 }
 
-/// Nor are they pressed against it: a motor opens them.
+/// The drawers are not jammed either: a motor opens them.
 #[test]
 fn drawers_open() {
     let motor = "control = \"velocity\"\ntarget_velocity_m_s = 0.1\nmax_force_n = 100.0";
@@ -103,7 +103,7 @@ fn a_lid_rises_out_of_its_box() {
     assert!(most < SLOW, "{most} m/s");
 }
 
-/// Half inside each other they come apart, and then lie beside each other.
+/// Boxes that start half inside each other come apart, and then lie side by side.
 #[test]
 fn boxes_part_slowly() {
     let cube = |alias: &str, x: f64| {

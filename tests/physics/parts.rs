@@ -1,10 +1,11 @@
-//! Screws, gears, controllers, motors that weaken, force sensors.
+//! Screws, gears, controllers, motors with a speed-torque curve, force sensors.
 
 use std::f64::consts::TAU;
 
 use crate::{kit::*, scenes::*};
 
-/// A nut of 1 kg on a thread of 10 mm lead, turned at 2 turns a second: it climbs 20 mm/s, and its motor feels the weight.
+/// A nut of 1 kg on a thread of 10 mm lead, turned at 2 turns per second: it climbs at 20 mm/s, and its motor carries
+/// the weight.
 #[test]
 fn a_screw_lifts() {
     let motor =
@@ -18,7 +19,7 @@ fn a_screw_lifts() {
     near("torque", of_joint(end, "/base/j", "effort"), G * 0.01 / TAU, 1e-4);
 }
 
-/// Without a motor the weight turns the nut: m g lead / 2 pi drives its inertia and its mass.
+/// Without a motor the weight turns the nut: m g lead / 2 pi accelerates its inertia and its mass.
 #[test]
 fn a_weight_turns_a_screw() {
     let scene = base([0.0; 3])
@@ -62,7 +63,8 @@ fn gears_load_each_other() {
     near("offset", (apart - 10f64.to_radians() + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0, 0.0, 1e-4);
 }
 
-/// P and I take a joint to its target against a load; with the target's velocity it keeps no distance to it.
+/// P and I control moves a joint to its target against a load; with the target's velocity it follows a ramp without
+/// lag.
 #[test]
 fn controllers() {
     let scene = |gains: &str| {
@@ -71,12 +73,12 @@ fn controllers() {
             + &joint("j", "/base", &format!("{}\n{keys}", about_y([0.0; 3])))
             + &body("bob", "/base/j", "sphere", [0.1; 3], 1.0, "position_m = [0.0, 0.3, 0.0]")
     };
-    // With P alone what is left shrinks by 1/e in 1/P.
+    // With P alone the error shrinks by 1/e in a time of 1/P.
     let lines = watch_run(&scene("target_position_rad = 1.0\ngains = [4.0, 0.0, 0.0]"), &["/base/j"], 3.0);
     let way = |l: &Line| 1.0 - of_joint(l, "/base/j", "position");
     let (early, late) = (&lines[9], &lines[19]);
     near("shrinks", (way(early) / way(late)).ln() / (late.time() - early.time()), 4.0, 0.05);
-    // A ramp: P alone lags by velocity / P, with the velocity it does not.
+    // A ramp: P alone lags by velocity / P; with the velocity as input it does not lag.
     let ramp = "[[object]]\nkind = \"dummy\"\nalias = \"hand\"\nscript = { text = '''\nfunction sysCall_init() j = sim.getObject('/base/j') end\nfunction sysCall_actuation() sim.setJointTargetPosition(j, 0.5 * (sim.getSimulationTime() + 0.05)) end\n''' }\n";
     for (gains, lag) in [
         ("gains = [10.0, 0.0, 0.0]", 0.05),
@@ -100,7 +102,7 @@ fn a_motor_weakens_with_speed() {
         let lines = watch_run(&scene, &["/base/j"], 3.0);
         near(control, of_joint(&lines[lines.len() - 1], "/base/j", "velocity"), 5.0, 0.02);
     }
-    // Below that line it keeps the speed that it was told.
+    // Below that line it reaches its target velocity.
     let motor = "control = \"velocity\"\ntarget_velocity_rad_s = 3.0\nmax_force_nm = 2.0\nno_load_speed_rad_s = 10.0\ndry_friction_nm = 1.0";
     let scene =
         base([0.0; 3]) + &joint("j", "/base", motor) + &body("w", "/base/j", "cylinder", [0.2, 0.2, 0.05], 1.0, "");
@@ -115,7 +117,7 @@ fn readings(scene: &str, seconds: f64) -> Vec<Vec<f64>> {
     lines.iter().map(|l| l.status()[0].split(' ').map(|x| x.parse().unwrap()).collect()).collect()
 }
 
-/// What hangs on a force sensor: its weight, its lever, what it carries by a joint, what lies on it.
+/// Loads on a force sensor: weight, lever, a body carried by a joint, a body lying on it.
 #[test]
 fn a_force_sensor_weighs() {
     let sensor = "[[object]]\nkind = \"force_sensor\"\nalias = \"f\"\nparent = \"/base\"\n";
@@ -127,12 +129,12 @@ fn a_force_sensor_weighs() {
         near(&format!("value {i}"), end[i + 1], wanted, 1e-3);
     }
     assert_eq!(end[0], 1.0);
-    // A box of 1 kg falls on its end and lies there.
+    // A box of 1 kg falls on its end and stays there.
     let load = body("load", "", "box", [0.05; 3], 1.0, "position_m = [0.15, 0.0, 1.08]\nrespondable = true");
     let end = readings(&(scene.clone() + &load), 3.0).pop().unwrap();
     near("with a load", end[3], -3.0 * G, 0.01);
     near("its lever", end[5], G * (2.0 * 0.1 + 0.15), 0.02);
-    // A pendulum at rest below it, and one that is let go: m g + m v^2 / r at the lowest point.
+    // A pendulum at rest below it, and one that is released: m g + m v^2 / r at the lowest point.
     let hung = |q: f64| {
         let at = placed([0.5 * q.sin(), 0.0, 1.0 - 0.5 * q.cos()], [1.0, 0.0, 0.0], 0.0);
         base([0.0, 0.0, 1.0])
@@ -146,7 +148,7 @@ fn a_force_sensor_weighs() {
     near("swinging", most, -G * (1.0 + 2.0 * (1.0 - 0.5f64.cos())), 0.05);
 }
 
-/// It breaks above its threshold, and lets go.
+/// A force sensor breaks above its threshold, and releases its load.
 #[test]
 fn a_force_sensor_breaks() {
     let sensor = |n: f64| {
@@ -164,7 +166,7 @@ fn a_force_sensor_breaks() {
     }
 }
 
-/// In force mode the sign of a joint's target force says which way it pushes.
+/// In force mode the sign of a joint's target force determines its direction.
 #[test]
 fn a_negative_target_force_pushes_the_other_way() {
     let run = |set: &str| {

@@ -1,4 +1,4 @@
-//! Pieces of scenes, and what is read from traces.
+//! Builds parts of scenes, and reads traces.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -6,7 +6,7 @@ use crate::kit::*;
 
 pub const G: f64 = 9.81;
 
-/// Runs a scene, `[scene]` being open at its start, and watches these objects.
+/// Runs a scene, whose text begins within the table `[scene]`, and watches these objects.
 #[track_caller]
 pub fn watch_run(scene: &str, watch: &[&str], seconds: f64) -> Vec<Line> {
     Place::scene(scene).trace(watch, &["--seconds", &seconds.to_string()])
@@ -18,7 +18,7 @@ pub fn floor(friction: f64) -> String {
     )
 }
 
-/// A shape that forces move; `more` are further keys of it.
+/// Returns a dynamic shape; `more` has further keys.
 pub fn body(alias: &str, parent: &str, primitive: &str, size: [f64; 3], mass: f64, more: &str) -> String {
     let parent = if parent.is_empty() { String::new() } else { format!("parent = \"{parent}\"\n") };
     format!(
@@ -27,7 +27,7 @@ pub fn body(alias: &str, parent: &str, primitive: &str, size: [f64; 3], mass: f6
     )
 }
 
-/// A shape that stands still.
+/// Returns a static shape.
 pub fn base(at: [f64; 3]) -> String {
     format!("[[object]]\nkind = \"shape\"\nalias = \"base\"\nsize_m = [0.05, 0.05, 0.05]\nposition_m = {at:?}\n")
 }
@@ -36,25 +36,25 @@ pub fn joint(alias: &str, parent: &str, more: &str) -> String {
     format!("[[object]]\nkind = \"joint\"\nalias = \"{alias}\"\nparent = \"{parent}\"\n{more}\n")
 }
 
-/// A place in the world, with the orientation of a turn about one axis.
+/// Returns a pose in the world, with a rotation about one axis.
 pub fn placed(at: [f64; 3], axis: [f64; 3], angle: f64) -> String {
     let (s, c) = (angle / 2.0).sin_cos();
     let [x, y, z] = at;
     format!("world_pose = {:?}", [x, y, z, axis[0] * s, axis[1] * s, axis[2] * s, c])
 }
 
-/// A joint's frame whose z axis is the world's y.
+/// Returns a joint frame whose z axis is the world's y axis.
 pub fn about_y(at: [f64; 3]) -> String {
     placed(at, [1.0, 0.0, 0.0], -FRAC_PI_2)
 }
 
-/// Gravity on a slope: along +x and down.
+/// Returns gravity for a slope: along +x and down.
 pub fn slope(degrees: f64) -> String {
     let a = degrees.to_radians();
     format!("gravity_m_s2 = {:?}\n", [G * a.sin(), 0.0, -G * a.cos()])
 }
 
-/// Reads one number of a joint: "position", "velocity" or "effort".
+/// Returns a number of a joint: "position", "velocity" or "effort".
 #[track_caller]
 pub fn of_joint(line: &Line, path: &str, what: &str) -> f64 {
     line.0["objects"][path]["joint"][what].as_f64().unwrap_or_else(|| panic!("`{path}` {what}: {}", line.0["objects"]))
@@ -78,14 +78,14 @@ pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     norm([a[0] - b[0], a[1] - b[1], a[2] - b[2]])
 }
 
-/// Whether a number is so near to another one; says how near it is.
+/// Checks that a number is within a tolerance of another one, and prints both.
 #[track_caller]
 pub fn near(what: &str, is: f64, wanted: f64, within: f64) {
     println!("{what}: {is:.6}, {wanted:.6} within {within}");
     assert!((is - wanted).abs() <= within, "{what}: {is} instead of {wanted}, off by {}", is - wanted);
 }
 
-/// Times and heights of the highest places of a curve that is sampled evenly, by parabolas.
+/// Returns times and heights of the peaks of an evenly sampled curve, by parabolas.
 pub fn peaks(t: &[f64], x: &[f64]) -> Vec<(f64, f64)> {
     (1..x.len() - 1)
         .filter(|&k| x[k] > x[k - 1] && x[k] >= x[k + 1])
@@ -96,7 +96,7 @@ pub fn peaks(t: &[f64], x: &[f64]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// A vector of the world in the frame of a body with this orientation.
+/// Transforms a vector from the world to the frame of a body with this orientation.
 pub fn into_body([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
     let u = [-x, -y, -z];
     let cross =
@@ -106,7 +106,7 @@ pub fn into_body([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
     [v[0] + w * t[0] + s[0], v[1] + w * t[1] + s[1], v[2] + w * t[2] + s[2]]
 }
 
-/// Sets the velocity of a shape at the start.
+/// Returns the keys of a shape's initial velocity.
 pub fn starts(linear: [f64; 3], angular: [f64; 3]) -> String {
     format!("initial_velocity_m_s = {linear:?}\ninitial_angular_velocity_rad_s = {angular:?}")
 }

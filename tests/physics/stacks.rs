@@ -1,11 +1,12 @@
-//! Boxes on boxes stand, and fall asleep.
+//! Stacks of boxes stand, and fall asleep.
 
 use crate::{kit::Line, scenes::*};
 
-/// Size, mass and place of a box.
+/// Size, mass and position of a box.
 type Box = ([f64; 3], f64, [f64; 3]);
 
-/// All asleep (their speed reads exactly 0) after 3 s, and shifted by less than `shift` after 10 s.
+/// Checks that all boxes are asleep (their speed is exactly 0) after 3 s, and have moved by less than `shift` after 10
+/// s.
 #[track_caller]
 fn stands(what: &str, boxes: &[Box], friction: f64, shift: f64) {
     let lines = stays("", what, boxes, friction, shift);
@@ -40,7 +41,7 @@ fn tower(n: usize) -> Vec<Box> {
     (0..n).map(|i| (CUBE, 1.0, [0.0, 0.0, 0.05 + 0.1 * i as f64])).collect()
 }
 
-/// Bricks, `columns` wide, each row half a brick aside.
+/// Returns a wall of bricks, `columns` wide, each row offset by half a brick.
 fn wall(rows: usize, columns: usize) -> Vec<Box> {
     let brick = |row: usize, column: usize| {
         let aside = if row % 2 == 1 { 0.05 } else { 0.0 };
@@ -55,7 +56,7 @@ fn ten_boxes() {
     stands("ten boxes", &tower(10), 0.5, 1e-3);
 }
 
-/// At any step that a scene may choose; a coarse one keeps them awake.
+/// Works at any step that a scene may choose; a coarse one keeps the boxes awake.
 #[test]
 fn ten_boxes_at_other_steps() {
     for (dt, substeps) in [(0.01, 4), (0.01, 8), (0.005, 2), (0.02, 4), (0.002, 4), (0.001, 1)] {

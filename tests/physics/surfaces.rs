@@ -1,8 +1,8 @@
-//! Belts, skates, rolling resistance, materials, and friction as contacts tell it.
+//! Belts, skates, rolling resistance, materials, and friction in contact reports.
 
 use crate::{kit::*, scenes::*};
 
-/// A box on a belt takes the belt's speed with friction * g, and keeps it.
+/// A box on a belt reaches the belt's speed with an acceleration of friction * g, and keeps it.
 #[test]
 fn a_belt_carries() {
     let belt = "[[object]]\nkind = \"shape\"\nalias = \"belt\"\nsize_m = [4.0, 0.5, 0.1]\nposition_m = [0.0, 0.0, -0.05]\nrespondable = true\nfriction = 1.0\nsurface_velocity_m_s = [0.5, 0.0, 0.0]\n";
@@ -14,7 +14,7 @@ fn a_belt_carries() {
     near("later", v(&lines[lines.len() - 1]), 0.5, 1e-4);
 }
 
-/// A skate slides along its axis and holds across it; friction along the axis slows it by that coefficient.
+/// A skate slides along its axis and holds across it; friction along the axis slows it by its coefficient.
 #[test]
 fn a_skate_has_an_axis() {
     let skate = |friction: f64, v: [f64; 3]| {
@@ -34,7 +34,7 @@ fn a_skate_has_an_axis() {
     let (v, _) = end(&skate(0.0, [0.5, 0.5, 0.0]));
     near("along", v[0], 0.5, 0.01);
     near("across", v[1], 0.0, 1e-3);
-    // On a slope of 10 degrees: along its axis like on ice, across not at all.
+    // On a slope of 10 degrees it slides along its axis as on ice, and not at all across it.
     let on_slope = |axis: &str| {
         let more = format!("position_m = [0.0, 0.0, 0.05]\nrespondable = true\nfriction = 0.8\nfriction_axis = {axis}");
         slope(10.0) + &floor(1.0) + &body("b", "", "box", [0.2, 0.1, 0.1], 1.0, &more)
@@ -45,8 +45,8 @@ fn a_skate_has_an_axis() {
     near("held", v[0], 0.0, 2e-3);
 }
 
-/// A rolling ball: 5/7 of what the resistance's lever gives; a spinning one comes to rest; one that is let alone on a slope
-/// gentler than the lever stays.
+/// A rolling ball decelerates by 5/7 of what the lever of the resistance gives; a spinning one comes to rest; one at
+/// rest stays on a slope gentler than the lever.
 #[test]
 fn rolling_and_spinning_are_resisted() {
     let ball = |more: &str| {
@@ -73,7 +73,7 @@ fn rolling_and_spinning_are_resisted() {
     near("stays", position(&lines[lines.len() - 1], "/b")[0], 0.0, 1e-3);
 }
 
-/// Friction by material takes the place of the shapes' own; a rule says how these meet.
+/// Friction by material replaces the shapes' own; a rule determines the friction of a pair.
 #[test]
 fn materials_and_rules() {
     let slid = |settings: &str, material: &str| {
@@ -99,7 +99,7 @@ fn materials_and_rules() {
     near("other", slid(pairs, "material = \"wood\""), 0.2, 0.002);
 }
 
-/// The contact forces on a box that lies on a slope are its weight, friction included.
+/// The contact forces on a box on a slope add up to its weight, including friction.
 #[test]
 fn contacts_tell_friction() {
     let reader = "[[object]]\nkind = \"dummy\"\nalias = \"reader\"\nscript = { text = '''\nfunction sysCall_init() b = sim.getObject('/b') end\nfunction sysCall_sensing()\n local x, y, z, i = 0, 0, 0, 0\n while true do\n  local o, p, f = sim.getContactInfo(sim.handle_all, b, i)\n  if not o then break end\n  local s = o[2] == b and 1 or -1\n  x, y, z, i = x + s * f[1], y + s * f[2], z + s * f[3], i + 1\n end\n sim.addStatusbarMessage(string.format('%.6f %.6f %.6f', x, y, z))\nend\n''' }\n";
@@ -114,12 +114,13 @@ fn contacts_tell_friction() {
     }
 }
 
-/// A frame on four Mecanum wheels: their rollers stand at 45 degrees to the axle wherever a wheel has turned to. What the
-/// wheels' speeds say is what it does.
+/// A frame on four Mecanum wheels: their rollers are at 45 degrees to the axle whatever the wheel's angle. The motion
+/// matches the wheels' speeds.
 #[test]
 fn mecanum_wheels_go_sideways() {
     let (r, x, y) = (0.1, 0.2, 0.15);
-    // Front left, front right, rear left, rear right: place, angle of the rollers, and share of a speed forward, to the left.
+    // Front left, front right, rear left, rear right: position, angle of the rollers, and fractions of a speed forward
+    // and to the left.
     let wheels = [(x, y, 45, 1.0, -1.0), (x, -y, -45, 1.0, 1.0), (-x, y, -45, 1.0, 1.0), (-x, -y, 45, 1.0, -1.0)];
     let drive = |forward: f64, left: f64| {
         let mut scene = floor(1.0) + &body("frame", "", "box", [0.5, 0.25, 0.1], 10.0, "position_m = [0, 0, 0.15]");

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::{kit::*, scenes::*};
 
-/// The arithmetic-geometric mean gives the period of a pendulum at any amplitude.
+/// Returns the period of a pendulum at any amplitude, by the arithmetic-geometric mean.
 fn period(length: f64, inertia: f64, amplitude: f64) -> f64 {
     let (mut a, mut b) = (1.0, (amplitude / 2.0).cos());
     for _ in 0..30 {
@@ -13,7 +13,7 @@ fn period(length: f64, inertia: f64, amplitude: f64) -> f64 {
     2.0 * PI * ((length * length + inertia) / (G * length)).sqrt() / a
 }
 
-/// A ball of 1 kg on a rod of 1 m: period 0.1 %, energy kept for 100 s.
+/// A ball of 1 kg on a rod of 1 m: period within 0.1 %, energy conserved for 100 s.
 #[test]
 fn pendulum() {
     for degrees in [5.0f64, 90.0] {
@@ -27,7 +27,7 @@ fn pendulum() {
             let p = position(l, "/base/j/bob");
             p[0].atan2(-p[2])
         };
-        // Upward crossings of the vertical, between samples by a straight line.
+        // Upward crossings of the vertical, linearly interpolated between samples.
         let crossings: Vec<f64> = lines
             .windows(2)
             .filter(|w| angle(&w[0]) < 0.0 && angle(&w[1]) >= 0.0)
@@ -49,7 +49,7 @@ fn pendulum() {
     }
 }
 
-/// Two balls that fall from the level: energy within 5 % of its scale, 3 m g L, for 20 s.
+/// Two balls released from the horizontal: energy within 5 % of its scale, 3 m g L, for 20 s.
 #[test]
 fn double_pendulum() {
     let at = |x: f64| placed([x, 0.0, 0.0], [1.0, 0.0, 0.0], 0.0);
@@ -72,7 +72,7 @@ fn double_pendulum() {
     near("energy lost or gained, of 3 m g L", worst / (3.0 * G), 0.0, 0.05);
 }
 
-/// A wheel of 60 rad/s on a level arm: it precesses at m g r / (I w) and does not sink.
+/// A wheel at 60 rad/s on a horizontal arm: it precesses at m g r / (I w) and does not sink.
 #[test]
 fn precession() {
     let (mass, reach, spin, along, across) = (1.0, 0.1, 60.0, 0.02, 0.0101);

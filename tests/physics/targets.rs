@@ -1,9 +1,9 @@
-//! Position targets between scene steps: what follows them is not shaken.
+//! Position targets between steps of the scene: followers are not shaken.
 
 use crate::{kit::*, scenes::*};
 
-/// A cart on a slide whose target is a sine of 0.1 m at 1 Hz, set once a scene step; the greatest acceleration from physics
-/// step to physics step, m/s^2. Exact: 3.95.
+/// Simulates a cart on a slide whose target is a sine of 0.1 m at 1 Hz, set once per step of the scene. Returns the
+/// greatest acceleration between physics steps, m/s^2. Exact: 3.95.
 fn peak(scene: &str, keys: &str) -> f64 {
     let slide = "type = \"prismatic\"\norientation_deg = [0, 90, 0]\ncontrol = \"position\"\nmax_force_n = 500.0\n";
     let hand = watcher(
@@ -39,7 +39,7 @@ fn a_sine_is_followed_without_jumps() {
     assert!(jumping > 100.0, "a target that is not smooth jumps once a scene step: {jumping}");
 }
 
-/// The controller of its own with a D part.
+/// The same with custom gains that include a D part.
 #[test]
 fn a_controller_follows_without_jumps() {
     let peak = peak("", "gains = [20.0, 0.0, 0.1]\n");
@@ -51,7 +51,7 @@ fn one_physics_step_in_a_scene_step_is_as_before() {
     assert_eq!(peak("dt_s = 0.005\n", ""), peak("dt_s = 0.005\n", "smooth_target = false\n"));
 }
 
-/// Where a script sets targets between physics steps, each of them counts at once.
+/// Targets that a script sets between physics steps take effect at once.
 #[test]
 fn targets_between_physics_steps_are_taken_as_they_come() {
     let run = |keys: &str| {
@@ -72,7 +72,7 @@ fn targets_between_physics_steps_are_taken_as_they_come() {
     near("position", run(""), run("smooth_target = false\n"), 1e-5);
 }
 
-/// Shaken at 2 Hz by a hand whose targets come 20 times a second.
+/// Shaken at 2 Hz by a hand whose targets are set 20 times per second.
 #[test]
 fn what_is_shaken_stays_in_the_hand() {
     let finger = |alias: &str, x: f64, angle: f64| {

@@ -1,4 +1,4 @@
-//! A Pioneer drives as its wheels turn.
+//! A Pioneer moves as its wheels turn.
 
 use crate::{kit::*, scenes::*};
 
@@ -36,7 +36,8 @@ fn on_the_spot() {
     near("rate of turn", mean / (4.0 * RADIUS / TRACK), 1.0, 5e-4);
 }
 
-/// The caster's wheel, which slides, is not wound up by the turn: `cargo run --release -p soak` does it for an hour.
+/// The caster's wheel, which slides, is not accelerated by turning: `cargo run --release -p soak` tests that for an
+/// hour.
 #[test]
 fn the_caster_does_not_wind_up() {
     let caster = "/Pioneer_p3dx/Pioneer_p3dx_caster_freeJoint1/Pioneer_p3dx_caster_link/Pioneer_p3dx_caster_freeJoint2";

@@ -1,4 +1,4 @@
-//! Examples: TOML that could stand in a scene.
+//! Builds examples: TOML that is valid in a scene.
 
 use std::fmt::Write;
 
@@ -8,53 +8,53 @@ use tatu_core::{
 };
 use tatu_plugin_api::{abi::*, safe::Value};
 
-/// A parameter's key as scene files write it.
+/// Returns the key of a parameter in scene files.
 pub fn key(p: &Declared) -> String {
-    // A joint turns or slides; the unit of the first is the example.
+    // For units that depend on the joint type, the example uses the rotational one.
     let unit = p.unit.as_deref().map(|u| u.split_once('|').map_or(u, |(turn, _)| turn));
     units::written(&p.key, unit)
 }
 
-/// A sensor of a kind.
+/// Returns an example of a sensor.
 pub fn sensor(id: &str, params: &[Declared]) -> String {
     format!("[[object]]\nkind = \"sensor\"\nsensor = {}\nalias = \"my_sensor\"\n{}", quoted(id), lines(params))
 }
 
-/// An actuator of a kind, on a body that it can push.
+/// Returns an example of an actuator, on a body that it can push.
 pub fn actuator(id: &str, params: &[Declared]) -> String {
     let body = "[[object]]\nkind = \"shape\"\nalias = \"my_body\"\ndynamic = true\n\n";
     let own = format!("kind = \"actuator\"\nactuator = {}\nparent = \"my_body\"", quoted(id));
     format!("{body}[[object]]\n{own}\nalias = \"my_actuator\"\n{}", lines(params))
 }
 
-/// A service.
+/// Returns an example of a service.
 pub fn service(id: &str, params: &[Declared]) -> String {
     format!("[[service]]\nid = {}\n{}", quoted(id), lines(params))
 }
 
-/// A model.
+/// Returns an example of a model.
 pub fn model(id: &str, params: &[Declared]) -> String {
     format!("[[model]]\nmodel = {}\nposition_m = [0.0, 0.0, 0.0]\n{}", quoted(id), lines(params))
 }
 
-/// A file that is a model.
+/// Returns an example of a model in a file.
 pub fn model_file(file: &str) -> String {
     format!("[[model]]\nfile = {}\nposition_m = [0.0, 0.0, 0.0]\n", quoted(file))
 }
 
-/// A file for an importer.
+/// Returns an example of a file that an importer reads.
 pub fn importer(suffix: &str, params: &[Declared]) -> String {
     let file = quoted(&format!("my_file{suffix}"));
     format!("[[import]]\nfile = {file}\nposition_m = [0.0, 0.0, 0.0]\n{}", lines(params))
 }
 
-/// A script of a language.
+/// Returns an example of a script in a language.
 pub fn script(id: &str) -> String {
     format!("[[object]]\nkind = \"dummy\"\nscript = {{ language = {}, text = \"\" }}\n", quoted(id))
 }
 
-/// A line for each parameter: its default, or, where one is required, some value that it can have. What may be left out
-/// and has no default is a comment.
+/// Returns a line for each parameter with its default; a required parameter gets a valid value. An optional parameter
+/// without a default is commented out.
 fn lines(params: &[Declared]) -> String {
     let mut out = String::new();
     for p in params.iter().filter(|p| p.flags & TATU_PARAM_READ_ONLY == 0) {
@@ -68,7 +68,7 @@ fn lines(params: &[Declared]) -> String {
     out
 }
 
-/// Whether the value is still allowed after it was written in the file's unit and read again.
+/// Returns whether the value is still valid after it was written in the file's unit and read again.
 fn fits(p: &Declared, value: &Value, factor: f64) -> bool {
     let back = |x: f64| short(x / factor).parse::<f64>().unwrap_or(x) * factor;
     let value = match value {
@@ -79,7 +79,7 @@ fn fits(p: &Declared, value: &Value, factor: f64) -> bool {
     check_value(p, value).is_ok()
 }
 
-/// Some value that it can have.
+/// Returns a valid value of a parameter.
 fn some(p: &Declared) -> Value {
     let number = 1.0_f64.max(p.lowest).min(p.highest);
     match p.kind {
@@ -109,14 +109,14 @@ fn written(value: &Value, factor: f64) -> Option<String> {
     })
 }
 
-/// A float of TOML without the noise of its unit: 30.0, not 29.999999999999996.
+/// Formats a float for TOML without rounding noise of its unit: 30.0, not 29.999999999999996.
 fn short(x: f64) -> String {
     let rounded = format!("{x:.9}").parse::<f64>().unwrap_or(x);
     let near = (rounded - x).abs() <= 1e-12 * x.abs();
     format!("{:?}", if near { rounded } else { x })
 }
 
-/// A text of TOML.
+/// Formats a text for TOML.
 fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }

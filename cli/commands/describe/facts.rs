@@ -1,4 +1,4 @@
-//! What is known about an id, as JSON.
+//! Collects all information about an id, as JSON.
 
 use serde_json::{Value as Json, json};
 use tatu_core::{
@@ -9,7 +9,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{super::list, example};
 
-/// Everything that an id names.
+/// Returns everything that an id names.
 pub fn all(r: &Registry, id: &str) -> Vec<Json> {
     let plugin = |i: usize| r.plugins[i].id.as_str();
     let mut out = Vec::new();
@@ -108,7 +108,7 @@ fn preset(p: &PresetInfo) -> Json {
     json!({ "id": p.id, "text": p.text, "settings": p.settings })
 }
 
-/// All ids.
+/// Returns all ids.
 pub fn names(r: &Registry) -> Vec<String> {
     let ids = (r.plugins.iter().map(|p| &p.id))
         .chain(r.sensors.iter().map(|s| &s.id))
@@ -132,7 +132,7 @@ fn command(r: &Registry, c: &CommandEntry) -> Json {
     })
 }
 
-/// Parameters with name, type, unit, range, default and text; `in_files`: also the key that scene files write.
+/// Returns parameters with name, type, unit, range, default and text; `in_files`: also the key in scene files.
 fn parameters(all: &[Declared], in_files: bool) -> Vec<Json> {
     all.iter()
         .map(|p| {
@@ -186,7 +186,7 @@ fn type_name(p: &Declared) -> String {
 }
 
 fn field(name: &str, elem: u32, shape: &[u32], unit: Option<&str>, text: &str, nothing: Option<&str>) -> Json {
-    // 0: the sensor decides.
+    // 0 means that the sensor determines the dimension.
     let shape: Vec<Json> = shape.iter().map(|n| if *n == 0 { json!("beams") } else { json!(n) }).collect();
     json!({
         "name": name, "element": schemas::elem_name(elem), "shape": shape, "unit": unit, "text": text,
@@ -194,7 +194,7 @@ fn field(name: &str, elem: u32, shape: &[u32], unit: Option<&str>, text: &str, n
     })
 }
 
-/// A value as JSON; bytes as text.
+/// Converts a value to JSON; bytes become text.
 pub fn to_json(v: &Value) -> Json {
     let text = |t: &[u8]| json!(String::from_utf8_lossy(t));
     match v {

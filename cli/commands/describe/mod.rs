@@ -1,6 +1,6 @@
-//! `tatu describe`: everything about one id.
+//! `tatu describe`: prints everything about an id.
 //!
-//! `facts` gathers it as JSON, `example` writes TOML that could stand in a scene, this file prints.
+//! `facts` collects the information as JSON, `example` builds TOML that is valid in a scene, and this file prints them.
 
 mod example;
 pub(crate) mod facts;
@@ -13,14 +13,14 @@ use tatu_core::{document::Sources, errors::Error};
 
 use crate::{args::Describe, report, table::table, watchdog::Watchdog};
 
-/// Commands that are listed with their sentences; of more only the names.
+/// Up to this many commands are listed with their descriptions, more only by name.
 const FEW: usize = 20;
-/// More commands than these are only counted.
+/// More commands than this are only counted.
 const MANY: usize = 200;
-/// Columns of lists of names.
+/// Width of lists of names, in columns.
 const WIDTH: usize = 100;
 
-/// Prints it; exit code 2 if there is no such id.
+/// Prints the description; the exit code is 2 if the id does not exist.
 pub fn describe(args: &Describe) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     let registry = match super::registry(args.scene.as_deref(), &Sources::default(), &args.allow, &watchdog) {
@@ -51,7 +51,7 @@ pub fn describe(args: &Describe) -> ExitCode {
         }
         let names = facts::names(&registry);
         report::error(
-            &Error::new("E130", format!("nothing is named `{id}`"))
+            &Error::new("E130", format!("there is no `{id}`"))
                 .expected("a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or command")
                 .help("`tatu list plugins`, `models`, `sensors`, `actuators`, `importers`, `services` and `commands` show what there is")
                 .nearest(id, names.iter().map(String::as_str)),
@@ -59,7 +59,7 @@ pub fn describe(args: &Describe) -> ExitCode {
         return ExitCode::from(2);
     }
     if args.json {
-        // One id may name several things; mostly it is one.
+        // An id may name several things, but usually only one.
         let mut told: Vec<Value> = all.into_iter().map(with_others).collect();
         let told = if told.len() == 1 { told.remove(0) } else { Value::Array(told) };
         report::out!("{}", serde_json::to_string_pretty(&told).unwrap_or_default());
@@ -74,7 +74,7 @@ pub fn describe(args: &Describe) -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// The first fact about an id, which holds the others.
+/// Returns the first fact about an id, with the others nested in it.
 fn with_others(mut found: Vec<Value>) -> Value {
     let mut first = found.remove(0);
     if !found.is_empty() {
@@ -130,7 +130,7 @@ fn print(fact: &Value) {
     }
 }
 
-/// Presets, each with what it sets.
+/// Prints presets, each with its settings.
 fn presets(list: &Value) {
     let Some(list) = list.as_array().filter(|l| !l.is_empty()) else { return };
     report::out!("\npresets:");
@@ -145,7 +145,7 @@ fn presets(list: &Value) {
     }
 }
 
-/// A list of names in lines of limited length.
+/// Prints a list of names in lines of limited length.
 fn names(title: &str, list: &Value) {
     let Some(list) = list.as_array().filter(|l| !l.is_empty()) else { return };
     let mut line = format!("{title}:");
@@ -189,7 +189,7 @@ fn section(title: &str, rows: &Value, columns: &[&str]) {
                 .into()
         })
         .collect();
-    // A column in which nothing stands is left out.
+    // Empty columns are left out.
     let used: Vec<&str> = columns
         .iter()
         .copied()
@@ -198,7 +198,7 @@ fn section(title: &str, rows: &Value, columns: &[&str]) {
     table(&shown, &used);
 }
 
-/// A number without digits that nobody reads: 1.5707963267948966 as 1.5708.
+/// Formats a number without insignificant digits: 1.5707963267948966 as 1.5708.
 fn short(x: f64) -> String {
     let rounded = (x * 1e4).round() / 1e4;
     if (rounded - x).abs() <= 5e-5 * x.abs() || x == 0.0 { format!("{rounded}") } else { format!("{x}") }

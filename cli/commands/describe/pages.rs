@@ -1,10 +1,10 @@
-//! Reference pages of all commands, from their declarations: one for each subject, and a list of them.
+//! Generates the reference pages of all commands from their declarations: one for each subject, and an index.
 
 use std::{collections::BTreeMap, fmt::Write, fs, io, path::Path};
 
 use tatu_core::plugins::{CommandEntry, Declared, Registry, Status};
 
-/// A page by its subject, for commands whose plugin sets none.
+/// Groups commands by subject; commands whose plugin sets none get a page per namespace.
 fn pages(r: &Registry) -> BTreeMap<String, Vec<&CommandEntry>> {
     let mut pages: BTreeMap<String, Vec<&CommandEntry>> = BTreeMap::new();
     for c in &r.commands {
@@ -18,7 +18,7 @@ fn pages(r: &Registry) -> BTreeMap<String, Vec<&CommandEntry>> {
     pages
 }
 
-/// Writes them into a folder; how many there are.
+/// Writes the pages into a folder; returns their number.
 pub fn write(r: &Registry, folder: &Path) -> io::Result<usize> {
     fs::create_dir_all(folder)?;
     let pages = pages(r);

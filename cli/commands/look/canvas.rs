@@ -1,4 +1,4 @@
-//! What plots of sensors are drawn on: twice as fine as the picture, so that edges are smooth.
+//! Canvas for plots of sensors, drawn at twice the resolution of the picture so that edges are smooth.
 
 use plotters::{coord::Shift, prelude::*, style::text_anchor::Pos};
 use tatu_core::Reading;
@@ -11,10 +11,10 @@ pub use plotters::style::{
     text_anchor::{HPos, VPos},
 };
 
-/// Pixels of the canvas along one of the picture.
+/// Pixels of the canvas per pixel of the picture, along each side.
 const FINE: u32 = 2;
 
-/// An empty sheet; places are in pixels of the picture, from its upper left corner.
+/// A canvas; positions are in pixels of the picture, from its upper left corner.
 pub struct Canvas {
     columns: u32,
     rows: u32,
@@ -22,11 +22,11 @@ pub struct Canvas {
 }
 
 type Drawn = Result<(), String>;
-/// A place on a canvas.
+/// A position on a canvas.
 pub type At = (f64, f64);
 
 impl Canvas {
-    /// A white one.
+    /// Creates a white canvas.
     pub fn new(columns: u32, rows: u32) -> Self {
         know_letters();
         let bytes = (columns * FINE) as usize * (rows * FINE) as usize * 3;
@@ -43,32 +43,32 @@ impl Canvas {
         area.present().map_err(|e| e.to_string())
     }
 
-    /// Lines from point to point.
+    /// Draws a line through points.
     pub fn path(&mut self, points: &[At], color: RGBColor, width: f64) -> Drawn {
         let points: Vec<_> = points.iter().map(fine).collect();
         let style = color.stroke_width((width * f64::from(FINE)).round() as u32);
         self.on(|area| area.draw(&PathElement::new(points.clone(), style)))
     }
 
-    /// The lines of many paths, each from its first to its second point.
+    /// Draws separate lines, each between two points.
     pub fn lines(&mut self, lines: &[[At; 2]], color: RGBColor, width: f64) -> Drawn {
         let style = color.stroke_width((width * f64::from(FINE)).round() as u32);
         self.on(|area| lines.iter().try_for_each(|l| area.draw(&PathElement::new(l.map(|p| fine(&p)).to_vec(), style))))
     }
 
-    /// A filled outline.
+    /// Draws a filled polygon.
     pub fn fill(&mut self, points: &[At], color: RGBColor) -> Drawn {
         let points: Vec<_> = points.iter().map(fine).collect();
         self.on(|area| area.draw(&Polygon::new(points.clone(), color.filled())))
     }
 
-    /// Filled discs.
+    /// Draws filled discs.
     pub fn dots(&mut self, points: &[At], radius: f64, color: RGBColor) -> Drawn {
         let radius = (radius * f64::from(FINE)).round() as i32;
         self.on(|area| points.iter().try_for_each(|p| area.draw(&Circle::new(fine(p), radius, color.filled()))))
     }
 
-    /// A circle's line.
+    /// Draws a circle.
     pub fn ring(&mut self, middle: At, radius: f64, color: RGBColor) -> Drawn {
         let point = |i: u32| {
             let angle = f64::from(i) * std::f64::consts::TAU / 180.0;
@@ -77,25 +77,25 @@ impl Canvas {
         self.path(&(0..=180).map(point).collect::<Vec<_>>(), color, 0.5)
     }
 
-    /// Words, 8 pixels high or more, with their anchor at a place.
+    /// Draws text of at least 8 pixels height, anchored at a position.
     pub fn text(&mut self, at: At, text: &str, height: f64, anchor: (HPos, VPos)) -> Drawn {
         let style = ("sans-serif", height * f64::from(FINE)).into_font().color(&INK).pos(Pos::new(anchor.0, anchor.1));
         self.on(|area| area.draw(&Text::new(text.to_owned(), fine(&at), style.clone())))
     }
 
-    /// How wide words are.
+    /// Returns the width of a text.
     pub fn width_of(text: &str, height: f64) -> Result<f64, String> {
         know_letters();
         let font = ("sans-serif", height).into_font();
         font.box_size(text).map(|(w, _)| f64::from(w)).map_err(|e| e.to_string())
     }
 
-    /// Words above everything else.
+    /// Draws a title at the top.
     pub fn title(&mut self, text: &str) -> Drawn {
         self.text((20.0, 24.0), text, 19.0, (HPos::Left, VPos::Center))
     }
 
-    /// Puts in an image, its uppermost row first, each of its pixels so many wide.
+    /// Draws an image, its highest row first, each of its pixels enlarged.
     pub fn image(
         &mut self,
         (x, y): (u32, u32),
@@ -112,7 +112,7 @@ impl Canvas {
         }
     }
 
-    /// The same with a picture.
+    /// Draws a picture.
     pub fn put(&mut self, at: (u32, u32), picture: &Picture) {
         let pixel = |x: u32, y: u32| {
             let i = (y as usize * picture.columns as usize + x as usize) * 3;
@@ -121,7 +121,7 @@ impl Canvas {
         self.image(at, [picture.columns, picture.rows], 1, pixel);
     }
 
-    /// What is on it.
+    /// Returns the picture.
     pub fn picture(&self) -> Picture {
         let wide = (self.columns * FINE) as usize;
         let mut rgb = Vec::with_capacity(self.columns as usize * self.rows as usize * 3);
@@ -143,19 +143,19 @@ fn fine(p: &At) -> (i32, i32) {
     (to(p.0), to(p.1))
 }
 
-/// A round number: 1, 2 or 5 times a power of ten, the least that is not below `x`.
+/// Returns a round number: the smallest of 1, 2 or 5 times a power of ten that is not below `x`.
 pub fn round_step(x: f64) -> f64 {
     let power = 10f64.powf(x.max(1e-9).log10().floor());
     [1.0, 2.0, 5.0].into_iter().map(|f| f * power).find(|s| *s >= x * (1.0 - 1e-9)).unwrap_or(10.0 * power)
 }
 
-/// A number with as many digits as steps of a size need.
+/// Formats a number with as many digits as steps of this size need.
 pub fn rounded(x: f64, step: f64) -> String {
     let digits = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{x:.digits$}")
 }
 
-/// What stands above a picture: the sensor, and when it measured.
+/// Returns the title of a picture: the sensor, and the time of its reading.
 pub fn title(reading: &Reading) -> String {
     format!("{}  ({})  at {:.3} s", reading.path, reading.kind, reading.time)
 }

@@ -1,4 +1,4 @@
-//! Images: depth in colours with a legend, and colours as they are, side by side.
+//! Draws images of cameras: depth as a colour map with a legend, and colours, side by side.
 
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use tatu_core::{Field, Reading};
@@ -10,14 +10,14 @@ use crate::plot::INK;
 const ABOVE: u32 = 76;
 const MARGIN: u32 = 20;
 const LEGEND: u32 = 110;
-/// Images smaller than this are shown with larger pixels.
+/// Smaller images are drawn with enlarged pixels.
 const LEAST: u32 = 320;
-/// Where nothing is.
+/// Colour where nothing was detected.
 const NOTHING: [u8; 3] = [40, 40, 44];
-/// Where something is that could not be measured.
+/// Colour where the depth could not be measured.
 const LOST: [u8; 3] = [120, 120, 124];
 
-/// An image with its lowest row first.
+/// An image, its lowest row first.
 struct Image<'a> {
     columns: u32,
     rows: u32,
@@ -25,7 +25,7 @@ struct Image<'a> {
 }
 
 impl<'a> Image<'a> {
-    /// A field that is one: [rows, columns], or with so many numbers a pixel.
+    /// Returns a field as an image, if its dimensions are [rows, columns] or [rows, columns, each].
     fn of(field: &'a Field, each: usize) -> Option<Self> {
         let [rows, columns, _] = field.dims;
         let len = match &field.value {
@@ -41,7 +41,7 @@ impl<'a> Image<'a> {
         })
     }
 
-    /// The place of a pixel, counted from the upper left corner.
+    /// Returns the index of a pixel, counted from the upper left corner.
     fn at(&self, x: u32, y: u32) -> usize {
         (self.rows - 1 - y) as usize * self.columns as usize + x as usize
     }
@@ -51,7 +51,7 @@ impl<'a> Image<'a> {
     }
 }
 
-/// The picture of a reading with images; `None`: it has none.
+/// Draws a reading that has images; `None`: it has none.
 pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     let depth = reading.field("depth_image.depth").and_then(|f| Image::of(f, 1));
     let color = reading.field("color_image.rgb").and_then(|f| Image::of(f, 3));
@@ -138,7 +138,7 @@ fn bytes(value: &Value) -> Option<Vec<u8>> {
     }
 }
 
-/// A map of colours that is even to the eye: what is near is bright.
+/// Returns a colour of a perceptually uniform map; near is bright.
 fn shade(share: f64) -> [u8; 3] {
     let RGBColor(r, g, b) = ViridisRGB.get_color(1.0 - share.clamp(0.0, 1.0));
     [r, g, b]

@@ -1,7 +1,7 @@
-//! `tatu look`: a picture of a scene, or of what a sensor sees.
+//! `tatu look`: renders a picture of a scene, or of a sensor's reading.
 //!
-//! `sensor`: which picture a reading gets, by its schemas; `scan`, `frame`, `near`, `numbers`: these pictures; `canvas`:
-//! what they are drawn on; `file`: PNG.
+//! `sensor` chooses the picture by the schemas of a reading; `scan`, `frame`, `near` and `numbers` draw it; `canvas`:
+//! drawing primitives; `file`: PNG.
 
 mod canvas;
 mod file;
@@ -20,7 +20,7 @@ use tatu_render::Camera;
 
 use crate::{addons, args::Look, report, watchdog::Watchdog};
 
-/// Exit code 0; 1 if something went wrong while it ran up to the picture; 2 if there is no picture.
+/// Renders a picture. The exit code is 0; 1 if something went wrong while the scene ran; 2 if there is no picture.
 pub fn look(args: &Look) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     match take(args, &watchdog) {
@@ -33,7 +33,7 @@ pub fn look(args: &Look) -> ExitCode {
     }
 }
 
-/// Takes the picture; whether all went well.
+/// Renders the picture; returns whether the scene ran without errors.
 fn take(args: &Look, watchdog: &Watchdog) -> Result<bool, Error> {
     let camera = camera(args)?;
     let options = args.changes.options(&[])?;
@@ -69,10 +69,10 @@ fn take(args: &Look, watchdog: &Watchdog) -> Result<bool, Error> {
     Ok(super::end(registry) && good)
 }
 
-/// The angle of a camera that has none of its own, degrees.
+/// Default field of view of a camera, degrees.
 const FOV: f64 = 50.0;
 
-/// The scene's camera; where there is none, one that sees all.
+/// Returns the scene's camera; if there is none, one that shows everything.
 fn own_camera(world: &World, args: &Look) -> Camera {
     let fov = args.fov.map(f64::to_radians);
     match tatu_render::scene_camera(world, fov, args.size) {
@@ -84,7 +84,7 @@ fn own_camera(world: &World, args: &Look) -> Camera {
     }
 }
 
-/// The camera that the command line describes, if it does.
+/// Returns the camera described on the command line, if any.
 fn camera(args: &Look) -> Result<Option<Camera>, Error> {
     let (Some(from), Some(to)) = (args.from, args.to) else { return Ok(None) };
     if from == to {
@@ -96,7 +96,7 @@ fn camera(args: &Look) -> Result<Option<Camera>, Error> {
     Ok(Some(Camera { from: Point3::from(from.0), to: Point3::from(to.0), fov, columns, rows }))
 }
 
-/// Runs up to the time of the picture.
+/// Runs the scene up to the time of the picture.
 fn run(world: &World, args: &Look, watchdog: &Watchdog) {
     let least = u64::from(args.sensor.is_some());
     if args.at == 0.0 && least == 0 {
@@ -120,7 +120,7 @@ fn run(world: &World, args: &Look, watchdog: &Watchdog) {
     }
 }
 
-/// What scripts and the host logged; no standard output, which is for runs.
+/// Prints the log of scripts and the host to standard error; standard output is only used by runs.
 fn tell(world: &World) {
     for line in world.take_lines() {
         match line.level {

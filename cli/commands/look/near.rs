@@ -1,4 +1,4 @@
-//! What is near a sensor: its volume and the point that it found, from above and from beside.
+//! Draws the surroundings of a proximity sensor: its volume and the detected point, from above and from the side.
 
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use tatu_core::{Reading, World};
@@ -10,11 +10,11 @@ const ABOVE: u32 = 76;
 const SIDE: u32 = 520;
 const GAP: u32 = 12;
 const FOV: f64 = 0.7;
-/// The volume, the line of sight, and the point that was found.
+/// Colours of the volume, and of the line of sight with the detected point.
 const EDGE: [f64; 3] = [0.95, 0.75, 0.1];
 const SIGHT: [f64; 3] = [0.9, 0.2, 0.15];
 
-/// The pictures of a reading of the nearest point; `None`: it is another.
+/// Draws a reading of a nearest point; `None`: the reading is of another kind.
 pub fn draw(world: &World, reading: &Reading) -> Result<Option<Canvas>, String> {
     let (Some([detected, ..]), Some([distance, ..]), Some([x, y, z])) =
         (ints(reading, "proximity.detected"), reading.floats("proximity.distance"), reading.floats("proximity.point"))
@@ -32,7 +32,7 @@ pub fn draw(world: &World, reading: &Reading) -> Result<Option<Canvas>, String> 
         lines.push(line(Point3::origin(), point, SIGHT, 2.5));
         lines.push(line(point, point, SIGHT, 11.0));
     }
-    // All that the sensor reaches is to be in the pictures, and what it stands on.
+    // The pictures must show the whole volume, and the ground.
     let reach =
         reading.edges.iter().flatten().chain([&[*x, *y, *z]]).fold(0.1_f64, |m, p| m.max(Vector3::from(*p).norm()));
     let middle = pose * Point3::new(0.0, 0.0, reach * 0.5);

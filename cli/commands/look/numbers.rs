@@ -1,4 +1,4 @@
-//! Any reading as text: one line a field.
+//! Prints any reading as text, one line per field.
 
 use tatu_core::{Field, Reading};
 use tatu_plugin_api::safe::Value;
@@ -7,10 +7,10 @@ use super::canvas::{Canvas, HPos, VPos, title};
 
 const ROW: u32 = 24;
 const SIZE: f64 = 16.0;
-/// Numbers of a field that are written.
+/// Most numbers of a field that are shown.
 const MOST: usize = 12;
 
-/// A sheet with all fields.
+/// Draws a sheet with all fields.
 pub fn draw(reading: &Reading) -> Result<Canvas, String> {
     let lines: Vec<(String, String)> = reading.fields.iter().map(line).collect();
     let widest = |column: &dyn Fn(&(String, String)) -> String| -> Result<f64, String> {
@@ -42,7 +42,7 @@ fn line(field: &Field) -> (String, String) {
     (field.name.clone(), format!("{text}{more} {unit}").trim_end().to_owned())
 }
 
-/// Places on Earth need more digits than metres; angles are shown in degrees, too.
+/// Formats a number: latitude and longitude need more digits than lengths; angles are also shown in degrees.
 fn number(x: f64, unit: &str) -> String {
     match unit {
         "rad" => format!("{x:.9} rad ({:.7}\u{b0})", x.to_degrees()),

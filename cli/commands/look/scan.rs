@@ -1,4 +1,4 @@
-//! A scan from above: the sensor in the middle, ahead upwards.
+//! Plots a scan seen from above: the sensor in the middle, ahead upwards.
 
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use tatu_core::Reading;
@@ -14,7 +14,7 @@ const BEAM: RGBColor = RGBColor(205, 222, 240);
 const POINT: RGBColor = RGBColor(200, 40, 40);
 const SENSOR: RGBColor = RGBColor(40, 44, 52);
 
-/// The plot of a reading with distances along beams; `None`: it has none.
+/// Plots a reading with distances along beams; `None`: it has none.
 pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     let (Some(distances), Some(angles)) = (reading.floats("range_scan.distance"), reading.floats("range_scan.angle"))
     else {
@@ -22,7 +22,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     };
     let limits = reading.floats("range_scan.limits").unwrap_or(&[]);
     let farthest = limits.get(1).copied().filter(|x| x.is_finite() && *x > 0.0);
-    // Seen from above, beams of layers above and below the plane are shorter.
+    // Seen from above, inclined beams are shorter.
     let rise = reading.floats("range_scan.elevation").unwrap_or(&[]);
     let layered = rise.iter().any(|e| *e != 0.0);
     let flat = |i: usize, d: f64| d * rise.get(i).map_or(1.0, |e| e.cos());
@@ -31,14 +31,14 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     let hit = |d: f64| d.is_finite() && d > 0.0;
     let hits: Vec<(f64, f64)> = beams.iter().copied().filter(|(_, d)| hit(*d)).collect();
     let seen = hits.iter().fold(0.0_f64, |m, (_, d)| m.max(*d));
-    // Beams that meet nothing end a little behind what is seen, or where the sensor's sight ends.
+    // Beams without a hit are drawn a little beyond the farthest hit, or to the sensor's range.
     let shown =
         if seen > 0.0 { seen * if hits.len() < beams.len() { 1.15 } else { 1.0 } } else { farthest.unwrap_or(1.0) };
     let shown = farthest.map_or(shown, |f| shown.min(f)).max(1e-3);
     let end = |d: f64| if hit(d) { d.min(shown) } else { shown };
 
     let mut canvas = Canvas::new(SIDE, SIDE + ABOVE);
-    // To the left and ahead, m: the sensor and the ends of all beams have their place.
+    // To the left and ahead, m: the plot must contain the sensor and the ends of all beams.
     let place = |(a, d): &(f64, f64)| (-end(*d) * a.sin(), -end(*d) * a.cos());
     let (mut low, mut high) = ((0.0_f64, 0.0_f64), (0.0_f64, 0.0_f64));
     for (x, y) in beams.iter().map(place) {
@@ -76,7 +76,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
         0.5,
     )?;
     if layered {
-        // The higher a point, the brighter.
+        // Higher points are brighter.
         let high = |i: usize| distances[i] * rise.get(i).map_or(0.0, |e| e.sin());
         let seen = |i: &usize| hit(beams[*i].1);
         let all = (0..beams.len()).filter(seen);
@@ -112,7 +112,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     Ok(Some(canvas))
 }
 
-/// No more beams than can be distinguished.
+/// Returns no more points than can be distinguished.
 fn thinned(hits: &[(f64, f64)]) -> impl Iterator<Item = &(f64, f64)> {
     hits.iter().step_by(hits.len().div_ceil(MOST_BEAMS).max(1))
 }

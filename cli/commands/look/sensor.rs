@@ -1,11 +1,11 @@
-//! What a sensor sees, as a picture. Which one goes by the schemas of its reading, never by its kind.
+//! Draws a sensor's reading. The picture depends on the schemas of the reading, never on the kind of sensor.
 
 use tatu_core::{Reading, World, errors::Error};
 use tatu_render::Picture;
 
 use super::{canvas::Canvas, frame, near, numbers, scan};
 
-/// The sensor at a path, or why there is none.
+/// Returns the last reading of the sensor at a path, or an error that says why there is none.
 pub fn find(world: &World, path: &str) -> Result<Reading, Error> {
     if let Some(reading) = world.reading(path) {
         return Ok(reading);
@@ -30,10 +30,10 @@ pub fn find(world: &World, path: &str) -> Result<Reading, Error> {
     })
 }
 
-/// Sensors that an error lists.
+/// Most sensors listed in an error.
 const MOST_TOLD: usize = 24;
 
-/// The picture of a sensor's last reading.
+/// Draws the last reading of a sensor.
 pub fn picture(world: &World, path: &str) -> Result<Picture, Error> {
     let reading = find(world, path)?;
     if reading.sequence == 0 {

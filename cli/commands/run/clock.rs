@@ -1,19 +1,19 @@
-//! How long a run takes, and each of its steps.
+//! Measures the duration of a run and of its steps.
 
 use std::time::{Duration, Instant};
 
 use hdrhistogram::Histogram;
 use serde_json::{Value, json};
 
-/// Nanoseconds of the longest step that is reported exactly: an hour.
+/// Longest step that is recorded exactly, ns: an hour.
 const LONGEST: u64 = 3_600_000_000_000;
-/// Decimal digits of the median and its like.
+/// Significant decimal digits of recorded durations.
 const DIGITS: u8 = 3;
 
 /// The clock of a run.
 pub struct Clock {
     began: Instant,
-    /// Nanoseconds of each step; `None` where there is no memory for them.
+    /// Histogram of step durations, ns; `None` if there is not enough memory.
     steps: Option<Histogram<u64>>,
 }
 
@@ -22,7 +22,7 @@ impl Clock {
         Clock { began: Instant::now(), steps: Histogram::new_with_max(LONGEST, DIGITS).ok() }
     }
 
-    /// Does a step, or waits at its barrier; true if it was a step, whose time is noted then.
+    /// Makes a step, or waits at the barrier; if `step` returns true it was a step, and its duration is recorded.
     pub fn step(&mut self, step: impl FnOnce() -> bool) -> bool {
         let begin = Instant::now();
         let done = step();
@@ -37,14 +37,14 @@ impl Clock {
     }
 }
 
-/// How long a run took.
+/// Durations of a run.
 pub struct Times {
     pub wall: Duration,
     steps: Option<Histogram<u64>>,
 }
 
 impl Times {
-    /// What a step takes: the median, what 99 of 100 stay below, and the longest, s. Null if there was none.
+    /// Returns the median, 99th percentile and maximum of step durations, s; null if there was no step.
     pub fn step(&self) -> Value {
         let Some(steps) = self.steps.as_ref().filter(|steps| !steps.is_empty()) else { return Value::Null };
         let seconds = |nanoseconds: u64| nanoseconds as f64 * 1e-9;

@@ -1,4 +1,4 @@
-//! Keys that a file presses: lines `TIME KEY`.
+//! Key presses from a file with lines `TIME KEY`.
 
 use std::{
     fs::File,
@@ -9,7 +9,7 @@ use std::{
 use tatu_core::errors::{Error, Place};
 use tatu_plugin_api::safe::MOST_BYTES;
 
-/// The text of a file, or what comes through a pipe until it is closed.
+/// Reads a file, or a pipe until it is closed.
 fn text(path: &Path) -> IoResult<String> {
     let mut text = String::new();
     File::open(path)?.take(MOST_BYTES + 1).read_to_string(&mut text)?;
@@ -19,13 +19,13 @@ fn text(path: &Path) -> IoResult<String> {
     Ok(text)
 }
 
-/// Keys that are still to come, the next one last.
+/// Remaining key presses, the next one last.
 #[derive(Debug, Default, PartialEq)]
 pub struct Keys(Vec<(f64, String)>);
 
 impl Keys {
-    /// Reads a file; empty lines and those that begin with `#` are left out. E105: it cannot be read; E102: a line has
-    /// no time and key.
+    /// Reads a file; empty lines and lines beginning with `#` are skipped. Errors: E105 if it cannot be read, E102 if a
+    /// line is not a time and a key.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text =
             text(path).map_err(|e| Error::new("E105", format!("cannot read the keys {}: {e}", path.display())))?;
@@ -50,15 +50,15 @@ impl Keys {
             let time: f64 = time.parse().ok().filter(|t: &f64| t.is_finite()).ok_or_else(wrong)?;
             all.push((time, key.trim().to_owned()));
         }
-        // Those of one time come in the order in which they stand.
+        // The sort is stable: keys of equal time keep the order of the file.
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         all.reverse();
         Ok(Keys(all))
     }
 
-    /// The next key that is due at a time.
+    /// Returns the next key that is due at a time.
     pub fn due(&mut self, time: f64) -> Option<String> {
-        // Times of steps are products: 0.15 may come as 0.15000000000000002.
+        // Times of steps are products, so 0.15 may be 0.15000000000000002.
         self.0.pop_if(|(at, _)| *at <= time + 1e-9).map(|(_, key)| key)
     }
 }

@@ -1,7 +1,7 @@
-//! `tatu run`: a scene, step by step, as fast as it goes.
+//! `tatu run`: runs a scene, as fast as possible or in real time.
 //!
-//! `clock`: how long steps take; `pace`: when one may be done, and what is put in before it; `keys`: keys from a file;
-//! `terminal`: those of the terminal; `standins`: a script without its scene.
+//! `clock`: durations of steps; `pace`: timing of steps, and input before them; `keys`: keys from a file; `terminal`:
+//! keys from the terminal; `standins`: runs a script without its scene.
 
 mod clock;
 mod keys;
@@ -47,10 +47,10 @@ use crate::{
     watchdog::Watchdog,
 };
 
-/// Simulated seconds of a run without a given length.
+/// Default length of a run, s of simulation time.
 const DEFAULT_SECONDS: f64 = 10.0;
 
-/// Exit code 0; 1 if something went wrong during the run; 2 if nothing could be started.
+/// Runs a scene. The exit code is 0; 1 if something went wrong during the run; 2 if it could not be started.
 pub fn run(args: &Run) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, args.json);
     let run = || start(args, &watchdog).and_then(|ready| go(args, ready, &watchdog));
@@ -67,22 +67,22 @@ pub fn run(args: &Run) -> ExitCode {
     }
 }
 
-/// A world that is ready to start, and what goes with it.
+/// A world that is ready to start, and the state of its run.
 struct Ready {
     world: World,
     registry: Arc<Registry>,
-    /// With services, if any are asked for.
+    /// The session of the world, if there are services.
     session: Option<Session>,
-    /// Where what comes from outside is written.
+    /// The input log, if one is written.
     log: Option<LogFile>,
-    /// Steps to run; `None`: until it is stopped.
+    /// Number of steps; `None`: until it is stopped.
     steps: Option<u64>,
-    /// Steps and hash at the end of the run that is replayed, if its log holds them.
+    /// Number of steps and hash at the end of the replayed run, if its log has them.
     logged: Option<(u64, u64)>,
-    /// The barrier after these belongs to the run: it is a replay of one that was ended there.
+    /// Whether one more barrier follows the last step, as in a replayed run that was ended there.
     one_more_barrier: bool,
     snapshots: Wanted,
-    /// Looks for changed files, if it is asked for.
+    /// Watches files for changes, if requested.
     reload: Option<Reload>,
 }
 
@@ -122,7 +122,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     };
     let addons = match &replay {
         Some(log) => addons::replayed(&log.header.addons, &document, &registry)?,
-        // A snapshot holds its scripts, and no others.
+        // A snapshot contains its scripts; no others may be added.
         None if args.from.is_some() => addons::Started::default(),
         None => addons::choose(&args.addons, &document, &registry)?,
     };
@@ -146,7 +146,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
             Some(log) => log.header.clone(),
             None => {
                 let c = &args.changes;
-                // A script that is run without its scene is among the document's own files.
+                // With stand-ins, the script is among the document's own files already.
                 let scripts = if args.stand_ins { Vec::new() } else { c.scripts.clone() };
                 let mut header = file::Header::new(&document, &registry, c.seed, c.set.clone(), scripts);
                 header.stand_ins = values.clone();
@@ -177,10 +177,10 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
 
 fn no_scene() -> Error {
     Error::new("E105", "no scene was given")
-        .help("give a scene file: `tatu run SCENE`; a script runs without one by `tatu run --script FILE --stand-ins`")
+        .help("give a scene file: `tatu run SCENE`; to run a script without one: `tatu run --script FILE --stand-ins`")
 }
 
-/// What a replay may do otherwise than the run that it repeats.
+/// Reports why a replay may differ from the recorded run.
 fn told_of(log: &file::Log, registry: &Registry) {
     for text in log.header.differences(registry) {
         let error = Error::new("E117", format!("the replay may differ: {text}"));
@@ -198,19 +198,19 @@ fn told_of(log: &file::Log, registry: &Registry) {
     }
 }
 
-/// Exit code after a second Ctrl-C, as shells know it.
+/// Exit code after a second Ctrl-C, by the convention of shells.
 const INTERRUPTED: i32 = 130;
 
 fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let Ready { world, registry, session, log, steps, logged, one_more_barrier, snapshots, mut reload } = ready;
     let mut reloads = 0;
     let mut trace = Trace::open(args.trace.as_deref(), &args.watch, args.hashes, &world)?;
-    // Keys may come through a pipe that nobody writes to: until they are there Ctrl-C ends the program at once.
+    // Keys may be read from a pipe without a writer, so the Ctrl-C handler is installed only after that.
     let mut pace = Pace::new(args, &world)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
-    // The first Ctrl-C ends the run in order, the second at once: a step, a script or a pipe may never end. Without a handler
-    // the first one ends the program, only not in order: nothing to report.
+    // The first Ctrl-C ends the run in order, the second at once, because a step, a script or a pipe may block. If the
+    // handler cannot be installed, the first one ends the program at once.
     let _ = ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::Relaxed) {
             crate::watchdog::leave(INTERRUPTED);
@@ -242,7 +242,8 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         let moved = clock.step(|| {
             match &mut reload {
                 None => drop(world.step()),
-                // At the barrier, where time stands: after services let go, before anything moves.
+                // At the barrier, where time stands still: after services have released the world, before anything
+                // moves.
                 Some(reload) if world.barrier() => {
                     let told = reload.look(&world);
                     reloads += told.taken;
@@ -253,7 +254,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
             }
             world.steps() != before
         });
-        // Between two steps a stop may have been asked for, and while time stands there are none.
+        // A stop may be requested between two steps; while time stands still there are none.
         begun = !moved;
         pass(args, &world, &bar, &mut trace, watchdog, begun, false);
         if !begun {
@@ -289,7 +290,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     }
     let opened = world.files_opened();
     let stand_ins = args.stand_ins.then(|| standins::told(&world));
-    // The passes in which scripts see the end coming are not counted.
+    // Passes in which scripts are notified of the end are not counted as steps.
     world.request_stop();
     while world.phase() != Phase::Stopped {
         let before = world.steps();
@@ -311,7 +312,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let ran = Ran { steps: done, time, times, reloads: reload.is_some().then_some(reloads), stand_ins };
     summary(args, &ran, &hash, objects, &faults, scripts);
     watchdog.told();
-    // The registry of the end: a reload makes another.
+    // A reload creates a new registry, so use the last one.
     let registry = if reload.is_some() { world.registry() } else { registry };
     drop(world);
     let good = super::end(registry)
@@ -323,7 +324,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Warnings keep a strict run from starting.
+/// Refuses to start a strict run if there are warnings.
 fn strict() -> Result<(), Error> {
     match report::warnings().len() {
         0 => Ok(()),
@@ -332,7 +333,7 @@ fn strict() -> Result<(), Error> {
     }
 }
 
-/// After a pass: log lines are printed, and the trace gets its line. `idle`: time stood, and no step was done.
+/// After a pass: prints log lines, and writes the line of the trace. `idle`: time stood still, and no step was made.
 fn pass(
     args: &Run,
     world: &World,
@@ -351,7 +352,7 @@ fn pass(
     lines.iter().for_each(|l| bar.suspend(|| tell(args, l)));
 }
 
-/// Writes what comes from outside. If that fails it is reported once, and the run goes on.
+/// Records outside input in the log. A failure is reported once, and the run continues.
 fn write_log(world: &World, log: file::Writer) -> LogFile {
     let log = Rc::new(RefCell::new(Some(log)));
     let file = log.clone();
@@ -365,10 +366,10 @@ fn write_log(world: &World, log: file::Writer) -> LogFile {
     log
 }
 
-/// The input log; `None` once it cannot be written any more.
+/// The input log; `None` after writing has failed.
 type LogFile = Rc<RefCell<Option<file::Writer>>>;
 
-/// A bar for runs that take longer than a blink, on a terminal only.
+/// Creates a progress bar, which is shown only on a terminal and for runs that last longer than a moment.
 fn progress(args: &Run, steps: Option<u64>) -> ProgressBar {
     let Some(steps) = steps else { return ProgressBar::hidden() };
     if args.json || args.interactive || !std::io::stderr().is_terminal() {
@@ -380,7 +381,8 @@ fn progress(args: &Run, steps: Option<u64>) -> ProgressBar {
     bar
 }
 
-/// Status lines go to standard output, unless JSON is to stand there; all else goes to standard error.
+/// Prints a log line: status lines go to standard output, unless it is reserved for JSON; all others go to standard
+/// error.
 fn tell(args: &Run, line: &tatu_core::LogLine) {
     match line.level {
         TATU_LOG_ERROR => report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text),
@@ -392,7 +394,7 @@ fn tell(args: &Run, line: &tatu_core::LogLine) {
     }
 }
 
-/// What became of changed files.
+/// Reports which changed files were reloaded.
 fn tell_reload(told: &ReloadReport) {
     told.notes.iter().for_each(|n| report::note(n));
     told.warnings.iter().for_each(report::warning);
@@ -407,15 +409,15 @@ fn objects(world: &World, hash: &Hash) -> Map<String, Value> {
     bases.into_iter().zip(hashes).map(told).collect()
 }
 
-/// How far a run came.
+/// The result of a run.
 struct Ran {
     steps: u64,
-    /// Simulated, s.
+    /// Simulation time, s.
     time: f64,
     times: Times,
-    /// What was reloaded, if that was asked for.
+    /// Number of reloads, if they were requested.
     reloads: Option<u64>,
-    /// What stood in for the script's scene, if it has none.
+    /// The stand-ins, if the script ran without its scene.
     stand_ins: Option<Vec<Value>>,
 }
 

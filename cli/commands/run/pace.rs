@@ -1,4 +1,4 @@
-//! When the next step may be done, and what is put into the world before it: keys, and in real time the clock.
+//! Determines when the next step is made, and passes input to the world before it: keys, and in real time the clock.
 
 use std::{
     sync::atomic::{AtomicBool, Ordering},
@@ -13,35 +13,36 @@ use super::{
 };
 use crate::{args::Run, report};
 
-/// Speeds that `+` and `-` choose among, in times real time.
+/// Speeds that `+` and `-` select, as multiples of real time.
 const SPEEDS: [f64; 14] = [0.125, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 15.0, 20.0, 40.0];
-/// How long a wait lasts before anything else is looked at.
+/// Longest wait without checking for input.
 const SLICE: Duration = Duration::from_millis(20);
 
 /// The pace of a run.
 pub struct Pace {
     keys: Keys,
     terminal: Option<Terminal>,
-    /// Keys of the terminal that have not been put in.
+    /// Keys from the terminal that have not been passed on.
     pressed: Vec<String>,
-    /// Times as fast as the clock; `None`: as fast as it goes.
+    /// Multiple of real time; `None`: as fast as possible.
     speed: Option<f64>,
-    /// Scripts read the clock: where it stood at the start.
+    /// The start of the run, if scripts read the real clock.
     real: Option<Instant>,
     epoch_told: bool,
-    /// It stands between two steps, one of which was asked for.
+    /// Whether the run is held between two steps.
     held: bool,
-    /// One step is done although it stands.
+    /// Whether one step is requested although the run is held.
     single: bool,
-    /// Where the clock and the world stood when the speed was last chosen.
+    /// Real time and simulation time when the speed was last set.
     from: (Instant, f64),
 }
 
 impl Pace {
-    /// As the command line wants it; takes the terminal over. E105: there is no terminal, or the keys cannot be read.
+    /// Creates the pace requested on the command line; takes over the terminal if needed. E105: there is no terminal,
+    /// or the keys cannot be read.
     pub fn new(args: &Run, world: &World) -> Result<Self, Error> {
         let mut keys = args.keys.as_deref().map(Keys::read).transpose()?.unwrap_or_default();
-        // A run that goes on from a snapshot has had what came before.
+        // A run that continues from a snapshot has received earlier keys already.
         if args.from.is_some() {
             while keys.due(world.time() - world.dt()).is_some() {}
         }
@@ -61,8 +62,8 @@ impl Pace {
         })
     }
 
-    /// Waits until the next step is due, and passes on the input that arrived meanwhile. `false`: the user at the
-    /// terminal has asked to end the run.
+    /// Waits until the next step is due, and passes on input that has arrived. Returns `false` if the user has asked at
+    /// the terminal to end the run.
     pub fn before_step(&mut self, world: &World, interrupted: &AtomicBool) -> bool {
         loop {
             while let Some(button) = self.terminal.as_mut().and_then(|t| t.next(Duration::ZERO)) {
@@ -73,7 +74,7 @@ impl Pace {
             if interrupted.load(Ordering::Relaxed) {
                 return false;
             }
-            // In a pause scripts have their passes, now and then, and keys wait.
+            // During a pause scripts are still called from time to time, and keys wait.
             if world.phase() == Phase::Paused {
                 self.from = (Instant::now(), world.time());
                 std::thread::sleep(SLICE);
@@ -116,7 +117,7 @@ impl Pace {
         }
     }
 
-    /// How long the next step has to wait.
+    /// Returns how long to wait before the next step.
     fn left(&self, world: &World) -> Duration {
         match self.speed {
             _ if self.single => Duration::ZERO,
@@ -129,7 +130,7 @@ impl Pace {
         }
     }
 
-    /// `false`: the run is to end.
+    /// Handles a key of the terminal; returns `false` if the run is to end.
     fn button(&mut self, button: Button, world: &World) -> bool {
         match button {
             Button::Stop => return false,

@@ -1,7 +1,7 @@
-//! A script without its scene: what it asks for by name is made, of the kind that its calls need.
+//! Runs a script without its scene: objects that it looks up by name are created, of the kind that its calls need.
 //!
-//! What kind an object must be shows only when the script uses it. So the run is tried, and tried again with what was
-//! learned, until nothing new is asked for; the run that counts comes after these.
+//! The kind of an object shows only when the script uses it. So the script is run in trials, each with what was learned
+//! before, until nothing new is requested; then follows the actual run.
 
 use std::{
     collections::BTreeMap,
@@ -24,17 +24,17 @@ use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
 use super::keys::Keys;
 use crate::args::{Run, ScriptKind};
 
-/// Times that the run starts over.
+/// Most trials.
 const ROUNDS: usize = 10;
-/// A trial lasts no longer than this, in steps.
+/// Most steps of a trial.
 const TRIAL_STEPS: u64 = 1000;
-/// The script's object, what it hangs on, and the number of objects that are there before any is asked for: the floor
-/// and these.
+/// Aliases of the script's object and of its parent; and the number of objects that exist before any are requested: the
+/// floor and these.
 const BASE: &str = "model";
 const ABOVE: &str = "above";
 const OWN: usize = 3;
 
-/// What the command line changes, but for the script itself.
+/// Returns the options from the command line, except for the script itself.
 pub fn options(args: &Run) -> Result<Options, Error> {
     let c = &args.changes;
     Ok(Options {
@@ -45,17 +45,17 @@ pub fn options(args: &Run) -> Result<Options, Error> {
     })
 }
 
-/// What the trials have led to.
+/// The result of the trials.
 pub struct Learned {
-    /// The scene's name, which is on no disk,
+    /// The name of the scene, which is not on disk.
     pub scene: PathBuf,
-    /// and its files.
+    /// The files of the scene.
     pub sources: Sources,
-    /// Names of values that stand in.
+    /// Names of values that get stand-ins.
     pub values: Vec<String>,
 }
 
-/// Tries the script until nothing new shows.
+/// Runs trials until the script requests nothing new.
 pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<Learned, Error> {
     let script = Script::read(args, registry)?;
     let steps = args.steps.unwrap_or(TRIAL_STEPS).min(TRIAL_STEPS);
@@ -82,7 +82,7 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
             world.take_lines();
         }
         world.stop();
-        // What was made of missing things may lead a script to where more is missing.
+        // Objects created for missing ones may lead a script to further missing ones.
         let beyond = |f: &&Fault| matches!(f.kind, FaultKind::UnknownFunction | FaultKind::Unsupported);
         let faults = world.faults().iter().filter(beyond).count();
         if best.as_ref().is_none_or(|(least, ..)| faults <= *least) {
@@ -95,7 +95,7 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
         known = learned;
         tried = script.sources(&known, registry);
         if round == ROUNDS {
-            // What was learned last is tried by the run that counts.
+            // The last result was not tried yet: the actual run tries it.
             best = None;
         }
     }
@@ -103,22 +103,22 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
     Ok(Learned { scene: script.scene, sources, values })
 }
 
-/// What is known of the scene that the script needs.
+/// Known requirements of the script on its scene.
 #[derive(Default, PartialEq)]
 struct Known {
-    /// The script's object hangs on another.
+    /// Whether the script's object has a parent.
     above: bool,
     objects: Vec<StandIn>,
-    /// Names of values.
+    /// Names of values that are read.
     values: Vec<String>,
 }
 
 impl Known {
-    /// What a trial has shown, beside it.
+    /// Returns the requirements, extended by what a trial has shown.
     fn with(&self, world: &World) -> Self {
         let mut all = world.stand_ins();
         let mut above = self.above;
-        // A handle of nothing was used: so it was not asked for to see where the tree ends.
+        // The script used the handle -1, so it did not merely check for the top of the tree.
         let nothing = |f: &Fault| {
             matches!(f.kind, FaultKind::MissingObject | FaultKind::BadArgument)
                 && ["object -1", "found -1", "found nil"].iter().any(|n| f.message.contains(n))
@@ -141,7 +141,7 @@ impl Known {
         }
         let objects = alike(all.split_off(OWN.min(all.len())));
         let lacks = [FaultKind::Runtime, FaultKind::BadArgument, FaultKind::MissingObject];
-        // Once the objects are as the script needs them.
+        // Values are added only when the objects are settled.
         let settled = above == self.above && objects == self.objects;
         if settled && faults.iter().any(|f| lacks.contains(&f.kind)) {
             values.extend(world.missed_values());
@@ -150,7 +150,7 @@ impl Known {
     }
 }
 
-/// What stands in for the objects of the script, for the summary.
+/// Returns the stand-ins, for the summary.
 pub fn told(world: &World) -> Vec<Value> {
     let all = world.stand_ins();
     let told = |s: &StandIn| match s.kind.contains('/') {
@@ -162,7 +162,7 @@ pub fn told(world: &World) -> Vec<Value> {
 
 /// The script, and the scene that it is put into.
 struct Script {
-    /// Of the scene: beside the script, where it looks for its modules.
+    /// The scene's path, next to the script, where its modules are searched.
     scene: PathBuf,
     file: PathBuf,
     text: Vec<u8>,
@@ -186,14 +186,14 @@ impl Script {
         Ok(Script { scene, file, text, kind })
     }
 
-    /// The scene with these stand-ins, and the script.
+    /// Returns the scene with these stand-ins, and the script.
     fn sources(&self, known: &Known, registry: &Registry) -> Sources {
         let text = self.scene(known, registry);
         Sources::of([(self.scene.clone(), text.into_bytes()), (self.file.clone(), self.text.clone())])
     }
 
     fn scene(&self, known: &Known, registry: &Registry) -> String {
-        // The nearest kind that scenes know; what runs as a thread shows in the text.
+        // The nearest kind of scripts in scenes; threads are recognized from the text.
         let kinds: &[&str] = match self.kind {
             ScriptKind::Main => &["main"],
             ScriptKind::AddOn => &["addon", "customization"],
@@ -230,7 +230,7 @@ fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: 
     let at = [0.3 + 0.2 * column as f64, 0.2 * line as f64, 0.05];
     let kind = match s.kind.as_str() {
         schema if schema.contains('/') && registry.sensor(schema, &BTreeMap::new()).is_ok() => "sensor",
-        // Of what sort is not known.
+        // The kind of sensor or actuator is not known.
         "sensor" | "actuator" => "dummy",
         kind if KINDS.iter().any(|(k, _)| *k == kind) => kind,
         _ => "dummy",
@@ -247,13 +247,13 @@ fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: 
     if kind == "sensor" {
         let _ = writeln!(out, "sensor = {}", quoted(&s.kind));
     }
-    // Of the oldest manners, so that it does not change the order among scripts.
+    // An old dialect, so that it does not change the order of scripts.
     if s.script {
         out.push_str("[object.script]\ntext = \"\"\nlanguage = \"lua\"\ndialect = \"3.2\"\n");
     }
 }
 
-/// What has only a number in its name that is different is taken for the same kind of thing.
+/// Makes objects whose names differ only by digits the same kind.
 fn alike(mut all: Vec<StandIn>) -> Vec<StandIn> {
     let stem = |s: &StandIn| s.alias.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
     let mut kinds = BTreeMap::new();
@@ -268,7 +268,7 @@ fn alike(mut all: Vec<StandIn>) -> Vec<StandIn> {
     all
 }
 
-/// A text as TOML and JSON both write it.
+/// Formats a text, valid in both TOML and JSON.
 fn quoted(text: &str) -> String {
     json!(text).to_string()
 }

@@ -1,4 +1,4 @@
-//! The terminal's keys: some are buttons of the run, all others are for scripts.
+//! Keys from the terminal: some control the run, all others are passed to scripts.
 
 use std::{io::IsTerminal, time::Duration};
 
@@ -8,28 +8,28 @@ use crossterm::{
 };
 use tatu_core::errors::Error;
 
-/// What a key of the terminal means.
+/// The meaning of a key.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Button {
     /// F5: play or pause.
     Play,
     /// F6: one step.
     Step,
-    /// F7, or Ctrl-C: the end.
+    /// F7 or Ctrl-C: end the run.
     Stop,
-    /// +
+    /// +: faster.
     Faster,
-    /// -
+    /// -: slower.
     Slower,
-    /// For scripts: a character or a name, with what is held down.
+    /// A key for scripts: a character or a name, with its modifiers.
     Key(String),
 }
 
-/// The terminal, which gives each key as it is pressed until this is dropped.
+/// The terminal in raw mode, until this is dropped.
 pub struct Terminal(());
 
 impl Terminal {
-    /// Takes it over. E105: there is none.
+    /// Switches the terminal to raw mode. E105: there is no terminal.
     pub fn open() -> Result<Self, Error> {
         let none = |why: String| {
             Error::new("E105", format!("--interactive needs a terminal: {why}"))
@@ -44,9 +44,9 @@ impl Terminal {
         Ok(terminal)
     }
 
-    /// The next key, within this time.
+    /// Returns the next key pressed within this time.
     pub fn next(&mut self, wait: Duration) -> Option<Button> {
-        // A terminal that is gone presses nothing any more; its hang-up ends the run.
+        // A terminal that was closed sends no more keys; its hang-up signal ends the run.
         if !event::poll(wait).unwrap_or(false) {
             return None;
         }
@@ -63,10 +63,11 @@ impl Drop for Terminal {
     }
 }
 
-/// Raw mode gives keys one by one, but also stops the terminal from beginning lines on the left.
+/// Restores the conversion of line feeds, which raw mode disables, so that output lines begin on the left.
 #[cfg(unix)]
 fn lines_end_as_ever() {
-    // SAFETY: the structure is filled before it is read; standard input is a terminal.
+    // SAFETY: `settings` is filled by `tcgetattr`, whose result is checked, before it is read; both functions accept
+    // any file descriptor.
     unsafe {
         let mut settings = std::mem::zeroed::<libc::termios>();
         if libc::tcgetattr(libc::STDIN_FILENO, &mut settings) == 0 {

@@ -1,9 +1,9 @@
-//! Arguments of host functions as Rust sees them: borrows, where C has pointers.
+//! Arguments of host functions in Rust: borrows where C has pointers.
 //!
-//! Layouts are those of the header: a reference is a pointer, `Option` of one is a pointer that may be null, and each type
-//! here is transparent over the type that the header names. So most functions of the host's tables are safe to call: what a
-//! caller must promise is in the types, and the host checks the rest. Lists, which C passes as a pointer and a number, and
-//! structures that grow, of which an older caller has less, stay pointers and `unsafe`.
+//! Layouts are those of the header: a reference is a pointer, an `Option` of one is a pointer that may be null, and
+//! each type here is transparent over the type in the header. So most functions of the host's tables are safe to call:
+//! the types express what a caller must guarantee, and the host checks the rest. Lists, which C passes as a pointer and
+//! a count, and structures that grow, whose older callers pass less, remain pointers and `unsafe`.
 
 use core::{
     ffi::{CStr, c_char},
@@ -12,8 +12,8 @@ use core::{
 
 use super::frozen::*;
 
-/// A world that is lent for `'a`, which ends with the plugin's call at the latest: so long live the texts and values that
-/// the host gives. The host checks the pointer before it reads anything through it.
+/// A world lent for `'a`, which ends with the plugin's call at the latest; texts and values from the host live as long.
+/// The host validates the pointer before it dereferences it.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct WorldRef<'a>(*mut tatu_world, PhantomData<&'a ()>);
@@ -24,39 +24,40 @@ impl WorldRef<'_> {
     pub unsafe fn new(world: *mut tatu_world) -> Self {
         WorldRef(world, PhantomData)
     }
-    /// The pointer.
+    /// Returns the pointer.
     pub fn ptr(self) -> *mut tatu_world {
         self.0
     }
 }
 
-/// A text or bytes, lent for `'a`.
+/// Text or bytes, lent for `'a`.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct Lent<'a>(tatu_str, PhantomData<&'a [u8]>);
 
 impl<'a> Lent<'a> {
-    /// No bytes.
+    /// The empty text.
     pub const EMPTY: Lent<'static> = Lent(tatu_str { ptr: core::ptr::null(), len: 0 }, PhantomData);
 
     /// # Safety
-    /// `raw` is empty, or points to as many bytes as it states, which live for `'a`.
+    /// `raw` is empty, or points to the number of bytes it states, which live for `'a`.
     pub unsafe fn new(raw: tatu_str) -> Self {
         Lent(raw, PhantomData)
     }
-    /// The bytes.
+    /// Returns the bytes.
     pub fn bytes(self) -> &'a [u8] {
         if self.0.ptr.is_null() || self.0.len == 0 {
             return &[];
         }
-        // SAFETY: the pointer was made of a borrow for 'a, by this type or by who called over the border.
+        // SAFETY: `raw` was made from a borrow for `'a`, or `new` was called under the promise that its bytes live for
+        // `'a`; null and empty were handled above.
         unsafe { core::slice::from_raw_parts(self.0.ptr.cast(), self.0.len as usize) }
     }
-    /// As UTF-8; other bytes are replaced.
+    /// Returns the text as UTF-8; invalid bytes are replaced.
     pub fn text(self) -> std::borrow::Cow<'a, str> {
         String::from_utf8_lossy(self.bytes())
     }
-    /// The form that tables hold.
+    /// Returns the raw form, as stored in tables.
     pub fn raw(self) -> tatu_str {
         self.0
     }
@@ -74,21 +75,22 @@ impl<'a> From<&'a str> for Lent<'a> {
     }
 }
 
-/// A text that ends with 0, lent for `'a`, or null.
+/// A NUL-terminated text lent for `'a`, or null.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct LentCStr<'a>(*const c_char, PhantomData<&'a CStr>);
 
 impl<'a> LentCStr<'a> {
-    /// None.
+    /// The null pointer: no text.
     pub const NULL: LentCStr<'static> = LentCStr(core::ptr::null(), PhantomData);
 
-    /// The text; `None` for null.
+    /// Returns the text; `None` for null.
     pub fn get(self) -> Option<&'a CStr> {
-        // SAFETY: it was made of a borrow for 'a, by this type or by who called over the border.
+        // SAFETY: a pointer that is not null was made from a `CStr` borrowed for `'a`, or was passed over the ABI,
+        // which guarantees the same.
         (!self.0.is_null()).then(|| unsafe { CStr::from_ptr(self.0) })
     }
-    /// As UTF-8; other bytes are replaced; empty for null.
+    /// Returns the text as UTF-8; invalid bytes are replaced. Empty for null.
     pub fn text(self) -> std::borrow::Cow<'a, str> {
         self.get().map_or("".into(), CStr::to_string_lossy)
     }
@@ -100,7 +102,7 @@ impl<'a> From<&'a CStr> for LentCStr<'a> {
     }
 }
 
-/// A value that is lent for `'a`, with all that it points to.
+/// A value lent for `'a`, including everything that it points to.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct ValueRef<'a> {
@@ -109,29 +111,30 @@ pub struct ValueRef<'a> {
 }
 
 impl<'a> ValueRef<'a> {
-    /// Nothing.
+    /// The value nil.
     pub const NIL: ValueRef<'static> =
         ValueRef { raw: tatu_value { tag: TATU_NIL, reserved: 0, u: tatu_payload { i: 0 } }, life: PhantomData };
 
-    /// Wraps a border value.
+    /// Wraps a raw value of the ABI.
     ///
     /// # Safety
-    /// Whatever `raw` points to must be valid for `'a`.
+    /// Everything that `raw` points to must be valid for `'a`.
     pub unsafe fn new(raw: tatu_value) -> Self {
         ValueRef { raw, life: PhantomData }
     }
-    /// A slice of border values as views.
+    /// Views an array of raw values as a slice.
     ///
     /// # Safety
-    /// `ptr` points to `n` values, valid for `'a` with all they point to; or `n` is 0.
+    /// `ptr` points to `n` values, valid for `'a` with everything that they point to; or `n` is 0.
     pub unsafe fn slice(ptr: *const tatu_value, n: usize) -> &'a [ValueRef<'a>] {
         if ptr.is_null() || n == 0 {
             return &[];
         }
-        // SAFETY: `ValueRef` is transparent over `tatu_value`.
+        // SAFETY: `ValueRef` is transparent over `tatu_value`; the caller guarantees `n` valid values for `'a`, and
+        // null was handled above.
         unsafe { core::slice::from_raw_parts(ptr.cast(), n) }
     }
-    /// The border form.
+    /// Returns the raw form.
     pub fn raw(self) -> tatu_value {
         self.raw
     }

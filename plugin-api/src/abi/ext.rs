@@ -1,4 +1,4 @@
-//! Sections 5 to 10 of the header: what plugins offer.
+//! Sections 5 to 10 of the header: the tables of everything that plugins provide.
 
 use core::{
     ffi::{CStr, c_char, c_void},
@@ -63,7 +63,7 @@ pub struct tatu_call {
 }
 
 impl tatu_call {
-    /// Of no size, with nothing in it.
+    /// Returns an empty call, whose `size` is 0.
     pub const fn empty() -> tatu_call {
         tatu_call {
             size: 0,
@@ -249,7 +249,7 @@ pub struct tatu_field {
 }
 
 impl tatu_field {
-    /// Of no size, with nothing in it.
+    /// Returns an empty field, whose `size` is 0.
     pub const fn empty() -> tatu_field {
         tatu_field {
             size: 0,

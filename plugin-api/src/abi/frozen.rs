@@ -1,7 +1,7 @@
-//! Section 1 of the header: the types that never change within an ABI major, and the guard over them.
+//! Section 1 of the header: the types that never change within an ABI major version, and the check of their layouts.
 //!
-//! `abi_stable` stands in this file only, and guards these types only: over tables that grow it would refuse an
-//! older plugin on a newer host.
+//! Only this file uses `abi_stable`, and only for these types: for tables that grow, it would refuse an older plugin on
+//! a newer host.
 
 use core::ffi::{CStr, c_char, c_void};
 
@@ -22,7 +22,7 @@ pub type tatu_object = u64;
 /// The lowest 20 bits of a [`tatu_object`], its slot: the handle that scripts see.
 pub const TATU_SLOT_BITS: tatu_object = 1048575;
 
-/// The slot of an object, without its generation: the handle that scripts see; 0 for no object.
+/// Returns the slot of an object, without its generation: the handle that scripts see; 0 for no object.
 pub const fn tatu_slot(object: tatu_object) -> u32 {
     (object & TATU_SLOT_BITS) as u32
 }
@@ -54,7 +54,7 @@ pub struct tatu_span_t {
     pub len: u64,
 }
 
-/// What a value holds, by its tag.
+/// The content of a value; the value's tag selects the member.
 #[repr(C)]
 #[derive(Clone, Copy)]
 #[cfg_attr(feature = "layout-check", derive(StableAbi))]
@@ -115,26 +115,26 @@ pub struct tatu_contact {
     pub force: f64,
 }
 
-/// Opaque: a world.
+/// Opaque type of a world.
 #[repr(C)]
 pub struct tatu_world {
     _private: [u8; 0],
 }
-/// Opaque: a session.
+/// Opaque type of a session.
 #[repr(C)]
 pub struct tatu_session {
     _private: [u8; 0],
 }
 
-/// Id of the extension by which two Rust sides compare the layouts of the frozen types.
+/// Id of the extension by which two sides in Rust compare the layouts of the frozen types.
 pub const TATU_RUST_LAYOUT: &CStr = c"tatu.rust.layout/1";
 
-/// The extension: the version of `abi_stable` first, since layouts can be compared only when it is equal.
+/// The extension. The version of `abi_stable` comes first, because layouts can be compared only if it is equal.
 #[repr(C)]
 pub struct tatu_rust_layout {
     pub size: u32,
     pub n_layouts: u32,
-    /// The crate's version, NUL-terminated.
+    /// Version of the crate `abi_stable`, NUL-terminated.
     pub abi_stable: *const c_char,
     /// One `TypeLayout` per frozen type, in the order of this file.
     pub layouts: *const *const c_void,
@@ -146,7 +146,7 @@ mod layouts {
 
     use super::*;
 
-    /// Every frozen type that stands in arrays or crosses by value.
+    /// All frozen types that are stored in arrays or passed by value.
     static FROZEN: [&TypeLayout; 5] = [
         <tatu_str as StableAbi>::LAYOUT,
         <tatu_value as StableAbi>::LAYOUT,
@@ -156,7 +156,8 @@ mod layouts {
     ];
 
     struct Table(tatu_rust_layout);
-    // SAFETY: the pointers lead to statics that nobody writes.
+    // SAFETY: all pointers in the table lead to statics that are never modified, so sharing it between threads is
+    // sound.
     unsafe impl Sync for Table {}
 
     static TABLE: Table = Table(tatu_rust_layout {
@@ -166,25 +167,27 @@ mod layouts {
         layouts: &raw const FROZEN as *const *const c_void,
     });
 
-    /// This side's layouts.
+    /// Returns the table of this side's layouts.
     pub fn table() -> *const tatu_rust_layout {
         &raw const TABLE.0
     }
 
-    /// Compares this side's layouts with another Rust side's. `Ok(false)`: not comparable (another `abi_stable`).
+    /// Compares this side's layouts with those of another side in Rust. `Ok(false)`: they cannot be compared, because
+    /// `abi_stable` differs.
     ///
     /// # Safety
-    /// `other` must point to a table made by [`table`] of some build of this crate.
+    /// `other` must point to a table made by [`table`] in some build of this crate.
     pub unsafe fn compare(other: *const tatu_rust_layout) -> Result<bool, String> {
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller guarantees that `other` is a valid table, whose version is NUL-terminated.
         let (theirs, version) = unsafe { (&*other, CStr::from_ptr((*other).abi_stable)) };
         if version != c"0.11.3" || theirs.n_layouts as usize != FROZEN.len() {
             return Ok(false);
         }
         for (i, mine) in FROZEN.iter().enumerate() {
-            // SAFETY: both sides run the same abi_stable, so `TypeLayout` is the same type.
+            // SAFETY: both sides use the same version of `abi_stable`, so `TypeLayout` is the same type; `i` is below
+            // `n_layouts`, which was checked to be equal.
             let other = unsafe { &*(*theirs.layouts.add(i) as *const TypeLayout) };
-            // A frozen type is the same in every version of this crate: that the versions differ says nothing.
+            // Frozen types are the same in every version of this crate, so a difference of versions is ignored.
             let differs = |e: &AbiInstability| !matches!(e, AbiInstability::PackageVersion(_));
             if let Err(found) = check_layout_compatibility(mine, other)
                 && found.errors.iter().flat_map(|e| e.errs.iter()).any(differs)
@@ -205,7 +208,7 @@ mod tests {
 
     #[test]
     fn layouts_agree_with_themselves_and_tell_a_stranger() {
-        // SAFETY: both tables are made as `table` makes them.
+        // SAFETY: both tables come from `layout_table`, or are copies of it with valid pointers.
         unsafe {
             assert_eq!(compare_layouts(layout_table()), Ok(true));
             let stranger = tatu_rust_layout { abi_stable: c"0.0.1".as_ptr(), ..std::ptr::read(layout_table()) };

@@ -1,4 +1,4 @@
-//! Section 11 of the header: what the host offers.
+//! Section 11 of the header: the tables of the host.
 
 use core::ffi::{CStr, c_void};
 

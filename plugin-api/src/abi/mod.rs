@@ -1,7 +1,7 @@
 //! The header `include/tatu.h` in Rust: same names, same order, same sizes (a test compiles C and compares).
 //!
-//! Sentences stand in the header; this mirror only repeats what Rust needs to know. Function fields are `Option`,
-//! so that a zeroed table is a valid one.
+//! The header has the documentation; this mirror only states what Rust needs in addition. Function fields are `Option`,
+//! so that a zeroed table is valid.
 
 #![allow(non_camel_case_types, reason = "names as in the header")]
 #![allow(clippy::type_complexity, reason = "types of functions are as long as the header's lines")]

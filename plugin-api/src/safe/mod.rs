@@ -1,8 +1,8 @@
-//! Traits over the ABI: a plugin in Rust without `unsafe`.
+//! Traits over the ABI, with which a plugin in Rust needs no `unsafe`.
 //!
-//! Begin with [`Plugin`]; a plugin offers [`Command`]s, [`Sensor`]s, [`Actuator`]s, [`Model`]s, [`Importer`]s,
-//! [`Language`]s, [`Service`]s and [`Event`]s through an [`Offer`]. Every callback is wrapped so that a panic becomes an error that
-//! names the plugin.
+//! Begin with [`Plugin`]; a plugin provides [`Command`]s, [`Sensor`]s, [`Actuator`]s, [`Model`]s, [`Importer`]s,
+//! [`Language`]s, [`Service`]s and [`Event`]s through an [`Offer`]. Every callback is guarded, so that a panic becomes
+//! an error that names the plugin.
 //!
 //! All traits take `&self`: a command may call a script that calls the command again.
 

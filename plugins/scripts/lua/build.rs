@@ -1,8 +1,8 @@
-//! Compiles Lua from the sources of the crate `lua-src`, changed as `build/charges.rs` says, together with
+//! Compiles Lua from the sources in the crate `lua-src`, modified as listed in `build/charges.rs`, together with
 //! `src/lua_internals.c`.
 //!
-//! `lua-src` compiles Lua itself, too, but takes no flags, and flags by the variable `CFLAGS` would reach all C code of
-//! the build.
+//! `lua-src` can compile Lua itself but accepts no compiler flags, and flags in the variable `CFLAGS` would affect all
+//! C code of the build.
 
 #[path = "build/charges.rs"]
 mod charges;
@@ -19,12 +19,12 @@ use std::{
 const LUA_SRC: &str = "=551.0.2";
 const LUA: &str = "lua-5.4.9";
 const OURS: &str = "src/lua_internals.c";
-/// Included before every file.
+/// Headers included before every C file.
 const HEADERS: [&str; 2] = ["src/lua_math.h", "src/lua_charges.h"];
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
-    // A test reads scripts that are not part of the repository; where they are missing it counts as ignored.
+    // A test reads scripts that are not part of the repository; without them it counts as ignored.
     println!("cargo::rustc-check-cfg=cfg(no_shared)");
     let shared = Path::new("../../../../shared/seeds/scripts");
     if shared.is_dir() {
@@ -57,12 +57,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     build
         .define("LUA_COMPAT_5_3", None)
-        // `src/lua_internals.rs` says what each of these is for.
+        // `src/lua_internals.rs` explains these definitions.
         .define("luai_makeseed(L)", "0x5EED")
         .define("STRCACHE_N", "1")
         .define("STRCACHE_M", "1")
         .define("strspn", "tatu_lua_strspn")
-        // One rounding per operation on every processor.
+        // Fused multiply-add would give other results on processors that have it.
         .flag_if_supported("-ffp-contract=off")
         .flag_if_supported("-fno-common");
     for header in HEADERS {
@@ -73,7 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A copy of Lua's files that counts its work, and its folder.
+/// Copies Lua's files with the charges added; returns the folder of the copy.
 fn changed(lua: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let folder = Path::new(&env::var("OUT_DIR")?).join("lua");
     fs::create_dir_all(&folder)?;
@@ -83,7 +83,7 @@ fn changed(lua: &Path) -> Result<PathBuf, Box<dyn Error>> {
         let mut text = fs::read_to_string(&path)?;
         for (_, before, after) in charges::CHARGES.iter().filter(|(file, ..)| *file == name) {
             if text.matches(before).count() != 1 {
-                return Err(format!("{name} of {LUA} does not have, or not once: {before:?}").into());
+                return Err(format!("expected exactly once in {name} of {LUA}: {before:?}").into());
             }
             text = text.replace(before, after);
         }
@@ -92,8 +92,8 @@ fn changed(lua: &Path) -> Result<PathBuf, Box<dyn Error>> {
     Ok(folder)
 }
 
-/// The folder of `lua-src`. Cargo is asked about a package that depends on nothing else: without the network it could not
-/// answer for the whole workspace, some of whose dependencies need not be there.
+/// Returns the folder of `lua-src`. It runs cargo on a package that depends on nothing else: without the network, cargo
+/// could not resolve the whole workspace, because some of its dependencies need not be present.
 fn sources() -> Result<PathBuf, Box<dyn Error>> {
     let package = Path::new(&env::var("OUT_DIR")?).join("find-lua");
     fs::create_dir_all(package.join("src"))?;

@@ -1,5 +1,5 @@
-//! Embeds the page, and its libraries where `npm ci` was run in `page/` before: the program needs neither Node nor a
-//! network then.
+//! Embeds the page, and its libraries if `npm ci` was run in `page/` before; the program then needs neither Node nor a
+//! network.
 
 use std::{
     env, fs,
@@ -8,7 +8,7 @@ use std::{
 
 use serde_json::{Map, Value, json};
 
-/// Libraries: the name that modules import, and the file in `node_modules`.
+/// Libraries: the name by which modules import them, and the file in `node_modules`.
 const LIBRARIES: &[(&str, &str)] = &[
     ("three", "three/build/three.module.min.js"),
     ("three/controls", "three/examples/jsm/controls/OrbitControls.js"),
@@ -29,7 +29,7 @@ const LIBRARIES: &[(&str, &str)] = &[
     ("w3c-keyname", "w3c-keyname/index.js"),
 ];
 
-/// Files that libraries name by their place.
+/// Files that libraries import by relative path.
 const BESIDE: &[&str] = &["three/build/three.core.min.js"];
 
 fn kind(path: &Path) -> Option<&'static str> {

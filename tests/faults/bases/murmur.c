@@ -1,5 +1,5 @@
-// murmur: a script language. Each line is "NAME: TEXT"; when NAME is called, as a callback or a function, TEXT goes to
-// the log, and the number of the line is returned. Dialects: "plain", and "loud", which logs warnings.
+// murmur: a script language. Each line is "NAME: TEXT"; when NAME is called, as a callback or a function, TEXT is
+// logged, and the number of the line is returned. Dialects: "plain", and "loud", which logs warnings.
 #include "tatu.h"
 
 #include <stdlib.h>
@@ -14,7 +14,7 @@ typedef struct {
 
 static int same(tatu_str a, tatu_str b) { return a.len == b.len && (!a.len || memcmp(a.ptr, b.ptr, a.len) == 0); }
 
-// The `number`-th line from 1, cut into name and text (null: no colon); 0: past the last.
+// Finds the `number`-th line, from 1, and splits it into name and text (null: no colon). Returns 0 past the last line.
 static int line_of(const murmur *it, uint32_t number, tatu_str *name, tatu_str *text) {
   for (tatu_str rest = it->text; rest.len; number--) {
     const char *stop = memchr(rest.ptr, '\n', rest.len);
@@ -32,14 +32,14 @@ static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void
   (void)given;
   murmur *it = calloc(1, sizeof *it);
   if (!it) return tatu_fail(error, TATU_ERR, "out of memory");
-  it->host = self; // that is what `init` keeps
+  it->host = self; // `init` stores the host
   it->log = it->host->service(it->host, TATU_HOST_LOG);
   *data = it;
   return TATU_OK;
 }
 static void TATU_CALL destroy(void *data) { free((void *)((murmur *)data)->text.ptr), free(data); }
 static tatu_status TATU_CALL save(void *data, const tatu_writer *to, tatu_error *error) {
-  (void)error; // a script has no state but its text
+  (void)error; // a script's only state is its text
   const murmur *it = data;
   if (it->text.len) to->write(to, it->text.ptr, it->text.len);
   return TATU_OK;
@@ -93,7 +93,7 @@ static tatu_status TATU_CALL call(void *data, uint32_t callable, tatu_call *fram
   if (frame->results_cap) frame->results[frame->n_results++] = tatu_int(callable);
   return TATU_OK;
 }
-// It calls no commands, so it never waits, and it hands out no references to functions.
+// The language calls no commands, so it never waits, and it passes out no functions.
 static tatu_status TATU_CALL resume(void *data, uint64_t token, tatu_status failed, tatu_call *frame,
                                     const tatu_budget *budget, uint64_t *used, tatu_error *error) {
   (void)data, (void)token, (void)failed, (void)frame, (void)budget, (void)used;

@@ -1,6 +1,6 @@
 // notes: commands that keep notes for each world, outside of the state block, so they are saved and loaded.
-//   n = notes.put(name, text [, {x, y, z}])   keeps a note, in place of one of the same name; gives how many there are
-//   text, time, place = notes.get(name)       the note, the simulation time at which it was put, and its place
+//   n = notes.put(name, text [, {x, y, z}])   stores a note, replacing one of the same name; returns their number
+//   text, time, place = notes.get(name)       the note, the simulation time at which it was stored, and its place
 #include "tatu.h"
 
 #include <stdlib.h>
@@ -36,7 +36,7 @@ static tatu_status TATU_CALL put(tatu_call *call) {
   tatu_str name = tatu_arg_text(call, 0), text = tatu_arg_text(call, 1);
   double time;
   tatu_status status = here->scene->get_f64(call->world, 0, here->time, &time, 1);
-  if (status < 0) return status; // the scene has said why, and the host passes it on
+  if (status < 0) return status; // the host's error is set already
   note *old = find(here, name), *made = add(here, name.len, text.len);
   if (!made) return tatu_call_fail(call, TATU_ERR, "out of memory");
   if (name.len) memcpy(made->bytes, name.ptr, name.len);
@@ -64,7 +64,7 @@ static tatu_status TATU_CALL get(tatu_call *call) {
 }
 
 static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void **data, tatu_error *error) {
-  const tatu_host *host = self; // that is what `init` keeps
+  const tatu_host *host = self; // `init` stores the host
   board *made = calloc(1, sizeof *made);
   (void)given;
   if (!made) return tatu_fail(error, TATU_ERR, "out of memory");
@@ -77,7 +77,7 @@ static void clear(board *it) {
 }
 static void TATU_CALL destroy(void *data) { clear(data), free(data); }
 
-// A snapshot: the numbers of each note after `next`, then its bytes. Version 2; version 1 had no places.
+// Format of a snapshot: the numbers of each note behind `next`, then its bytes. Version 2; version 1 had no places.
 #define HEAD (sizeof(note) - offsetof(note, time))
 static tatu_status TATU_CALL save(void *data, const tatu_writer *to, tatu_error *error) {
   (void)error;

@@ -1,4 +1,4 @@
-// points: an importer of text files: a line "points 1", then one line "x y z" (m) for each point, which becomes a dummy.
+// points: an importer of text files: a line "points 1", then a line "x y z" (m) for each point, which becomes a dummy.
 #include "tatu.h"
 
 #include <math.h>
@@ -13,14 +13,14 @@ static uint32_t TATU_CALL sniff(void *self, tatu_str head) {
   return head.len >= sizeof HEAD - 1 && memcmp(head.ptr, HEAD, sizeof HEAD - 1) == 0 ? 100 : 0;
 }
 
-// Fails because of a line of the source.
+// Reports an error in a line of the source.
 static tatu_status bad_line(tatu_error *error, uint64_t line, const char *why) {
   tatu_fail(error, TATU_ERR_ARGUMENT, why);
   error->add(error, TATU_PART_FILE, tatu_text(""), line);
   return TATU_ERR_ARGUMENT;
 }
 
-// Takes the next line as a NUL-terminated text; 0: it does not fit, or holds a NUL.
+// Copies the next line as a NUL-terminated text; returns 0 if it does not fit, or contains a NUL.
 static int next_line(tatu_str *from, char *line, uint64_t room) {
   uint64_t n = 0;
   while (n < from->len && from->ptr[n] != '\n') n++;
@@ -43,7 +43,7 @@ static tatu_status TATU_CALL load(void *self, tatu_str bytes, const tatu_builder
   if (!bytes.len || !next_line(&bytes, line, sizeof line) || strcmp(line, HEAD) != 0)
     return bad_line(error, 1, "expected the line `points 1`");
   uint32_t base = to->object(to, "dummy", 0, tatu_text("points"));
-  if (!base) return TATU_ERR; // the builder has said why
+  if (!base) return TATU_ERR; // the builder has set the error
   for (uint64_t number = 2; bytes.len; number++) {
     if (!next_line(&bytes, line, sizeof line)) return bad_line(error, number, "the line is too long, or holds a NUL");
     if (!*line) continue;

@@ -14,7 +14,7 @@ typedef struct { // kept in the host's block
 } state;
 
 static void take(puff *it, const tatu_value *params) {
-  it->lagged = params[0].u.s.len == strlen("lagged"); // the host lets only the two choices pass
+  it->lagged = params[0].u.s.len == strlen("lagged"); // the host accepts only the two choices
   it->most = params[1].u.f;
   it->lag = params[2].u.f;
 }
@@ -33,7 +33,7 @@ static tatu_status TATU_CALL configure(void *data, const tatu_value *params, uin
   take(data, params);
   return TATU_OK;
 }
-// The rest follows from the parameters.
+// Saves nothing more: everything else follows from the parameters.
 static tatu_status TATU_CALL save(void *data, const tatu_writer *to, tatu_error *error) {
   (void)data, (void)to, (void)error;
   return TATU_OK;

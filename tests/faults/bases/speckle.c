@@ -35,7 +35,7 @@ static void take(speckle *it, const tatu_value *params) {
   }
 }
 static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void **data, tatu_error *error) {
-  const tatu_host *host = self; // that is what `init` keeps
+  const tatu_host *host = self; // `init` stores the host
   speckle *it = calloc(1, sizeof *it);
   if (!it) return tatu_fail(error, TATU_ERR, "out of memory");
   it->scene = host->service(host, TATU_HOST_SCENE), it->time = it->scene->prop(host, "scene.time");
@@ -54,7 +54,7 @@ static tatu_status TATU_CALL configure(void *data, const tatu_value *params, uin
   it->kept->since = now(it);
   return TATU_OK;
 }
-// The rest follows from the parameters.
+// Saves nothing more: everything else follows from the parameters.
 static tatu_status TATU_CALL save(void *data, const tatu_writer *to, tatu_error *error) {
   (void)data, (void)to, (void)error;
   return TATU_OK;

@@ -1,4 +1,4 @@
-//! An actuator that pushes with nothing.
+//! An actuator whose force may be NaN.
 
 use std::{ffi::c_void, ptr::null};
 
@@ -12,7 +12,7 @@ use crate::{
 
 unsafe extern "C" fn apply(me: *mut c_void, batch: *const tatu_actuator_batch, error: *mut tatu_error) -> tatu_status {
     guarded(error, || {
-        // SAFETY: the host gives a valid batch: six numbers and a status per instance.
+        // SAFETY: the host passes a valid batch, with six numbers and a status per instance; `me` was made by `init`.
         unsafe {
             let (plan, batch) = (Plan::of(me), &*batch);
             let status = plan.act("tatu_actuator.apply", || {

@@ -1,4 +1,4 @@
-//! Commands: one that may misbehave, one that waits, one that uses a function it is given.
+//! Commands: one that may misbehave, one that waits, and one that uses a function passed to it.
 
 use std::{ffi::CStr, ptr::null};
 
@@ -9,39 +9,39 @@ use tatu_plugin_api::{
 
 use crate::{List, Shared, guarded, life, plan::Plan, size};
 
-/// Sets the first results to these, and counts `n`.
+/// Writes the first results, and sets their number to `n`.
 unsafe fn results(call: &mut tatu_call, values: &[tatu_value], n: u32) {
     for (i, v) in values.iter().enumerate() {
-        // SAFETY: the caller has room for at least 16.
+        // SAFETY: callers pass at most 16 values, and the caller's array has room for at least 16.
         unsafe { *call.results.add(i) = *v };
     }
     call.n_results = n;
 }
 
-/// A value of any type whose content is `len` elements of nothing.
+/// Returns a value of any type, with `len` elements at a null pointer.
 pub fn hollow(tag: u32, len: u64) -> tatu_value {
     tatu_value { tag, reserved: 0, u: tatu_payload { s: tatu_span_t { ptr: null(), len } } }
 }
 
-/// `misbehaves.call()`: 1, or what is asked for. With an argument, the sort of nonsense.
+/// `misbehaves.call()`: returns 1, or misbehaves; an argument selects the kind of nonsense.
 unsafe extern "C" fn call(call: *mut tatu_call) -> tatu_status {
-    // SAFETY: the host gives a valid frame, and `self_` is the plan.
+    // SAFETY: the host passes a frame that is valid during the call, and `self_` is the plan made by `init`.
     unsafe {
         guarded((*call).error, || {
             let (c, plan) = (&mut *call, Plan::of((*call).self_));
             let sort = if c.n_args > 0 { (*c.args).u.i } else { 0 };
             let done = plan.act("tatu_command.call", || {
                 match sort {
-                    // More results than there is room for.
+                    // More results than fit.
                     1 => results(c, &[], c.results_cap + 1_000_000),
-                    // A type that there is not.
+                    // An unknown type.
                     2 => results(c, &[hollow(99, 1 << 60)], 1),
-                    // Texts and lists that lie nowhere: read as empty; and a status that there is not.
+                    // Texts and lists at a null pointer, which must be read as empty; and an unknown status.
                     3 => {
                         results(c, &[hollow(TATU_TEXT, 12), hollow(TATU_LIST, 9), hollow(TATU_MAP, 1 << 40)], 3);
                         return Ok(-999);
                     }
-                    // It waits for nothing.
+                    // Claims to wait, without a wait.
                     4 => return Ok(TATU_WAIT),
                     _ => return Ok(77),
                 }
@@ -55,9 +55,9 @@ unsafe extern "C" fn call(call: *mut tatu_call) -> tatu_status {
     }
 }
 
-/// `misbehaves.wait()`: returns a step later.
+/// `misbehaves.wait()`: returns one step later.
 unsafe extern "C" fn wait(call: *mut tatu_call) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: the host passes a frame that is valid during the call.
     unsafe {
         guarded((*call).error, || {
             let wait = (*(*call).api).wait.ok_or_else(|| Fail::new("no wait"))?;
@@ -67,9 +67,9 @@ unsafe extern "C" fn wait(call: *mut tatu_call) -> tatu_status {
     }
 }
 
-/// `misbehaves.use(f)`: keeps the function, calls it, gives it up.
+/// `misbehaves.use(f)`: keeps the function, calls it, and releases it.
 unsafe extern "C" fn use_function(call: *mut tatu_call) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: the host passes a frame that is valid during the call, and `self_` is the plan made by `init`.
     unsafe {
         guarded((*call).error, || {
             let c = &*call;
@@ -77,7 +77,7 @@ unsafe extern "C" fn use_function(call: *mut tatu_call) -> tatu_status {
             let (mut kept, world) = (0, WorldRef::new(c.world));
             let retain = commands.retain.ok_or_else(|| Fail::new("no retain"))?;
             if retain(world, (*c.args).u.u, Some(&mut kept)) < 0 {
-                // Told by whoever did not keep it.
+                // The language that refused to keep the function reports that.
                 return Ok(TATU_OK);
             }
             let mut room = [hollow(TATU_NIL, 0); 16];
@@ -99,16 +99,16 @@ unsafe extern "C" fn use_function(call: *mut tatu_call) -> tatu_status {
     }
 }
 
-/// What a failed call said.
+/// Returns the error of a failed call.
 pub fn said(frame: &tatu_call) -> Fail {
-    // SAFETY: the host's error object, after a failed call.
+    // SAFETY: `frame.error` is the host's error object of the call that has just failed.
     let text = unsafe { (*frame.error).text };
-    // SAFETY: as above.
+    // SAFETY: the text belongs to that error object, and is copied before the next call.
     let bytes = unsafe { std::slice::from_raw_parts(text.ptr.cast::<u8>(), text.len as usize) };
     Fail::new(String::from_utf8_lossy(bytes))
 }
 
-/// The host's service of commands.
+/// Returns the host's command service.
 pub fn commands(plan: &Plan) -> Result<&'static tatu_host_commands> {
     // SAFETY: the host lives until shutdown, and its tables as long.
     unsafe {

@@ -1,4 +1,4 @@
-//! An importer of files that end with `.misbehaves`: whatever they hold, one dummy.
+//! An importer of files that end with `.misbehaves`; any content becomes one dummy.
 
 use std::{ffi::c_void, ptr::null};
 
@@ -7,7 +7,7 @@ use tatu_plugin_api::{abi::*, safe::guarded_quietly};
 use crate::{List, Shared, guarded, model::dummy, plan::Plan, size};
 
 unsafe extern "C" fn sniff(me: *mut c_void, _: tatu_str) -> u32 {
-    // SAFETY: made by `init`; here and below.
+    // SAFETY: `me` was made by `init` and is live.
     guarded_quietly(|| unsafe { Plan::of(me) }.act_quietly("tatu_importer.sniff", || u32::MAX).unwrap_or(1))
 }
 
@@ -19,7 +19,7 @@ unsafe extern "C" fn load(
     error: *mut tatu_error,
 ) -> tatu_status {
     guarded(error, || {
-        // SAFETY: the host gives a builder, valid during the call.
+        // SAFETY: `me` was made by `init`; the builder is valid during the call.
         unsafe {
             match Plan::of(me).act("tatu_importer.load", || dummy(builder, true))? {
                 Some(status) => Ok(status),

@@ -1,4 +1,4 @@
-//! A script language without a grammar: `actuation` gives a function to `misbehaves.use`, `thread` waits for a step.
+//! A script language without a grammar: `actuation` passes a function to `misbehaves.use`, `thread` waits for a step.
 
 use std::{ffi::c_void, ptr::null};
 
@@ -18,16 +18,16 @@ use crate::{
 
 const ACTUATION: u32 = 1;
 const THREAD: u32 = 2;
-/// The only function, borrowed and kept.
+/// The id of the only function, borrowed or kept.
 const FUNCTION: u32 = 5;
 
-/// Calls a command by name, with a function as its argument.
+/// Calls a command by name, with a function as argument.
 fn call_command(data: &Data, caller: &tatu_call, name: &str, wait_token: u64) -> Result<tatu_status> {
     let commands = commands(data.plan())?;
     let argument =
         tatu_value { tag: TATU_FUNC, reserved: 0, u: tatu_payload { u: data.id << 32 | u64::from(FUNCTION) } };
     let mut room = [hollow(TATU_NIL, 0); 16];
-    // SAFETY: the frame and what it points to live through the calls.
+    // SAFETY: the frame and everything it points to live until the calls return; the world is that of the instance.
     unsafe {
         let (mut alias, world) = (0, WorldRef::new(data.world));
         let command = commands.find.map_or(0, |f| f(world, name.into(), Some(&mut alias)));
@@ -56,7 +56,7 @@ unsafe extern "C" fn load(
     error: *mut tatu_error,
 ) -> tatu_status {
     guarded(error, || {
-        // SAFETY: made by `create`; the host gives a place for the text; likewise below.
+        // SAFETY: `data` was made by `create` and is live; the host passes a valid place for the text.
         unsafe {
             let status = Data::of(data).plan().act("tatu_language.load", || {
                 *chosen = tatu_str { ptr: null(), len: 1 << 60 };
@@ -69,7 +69,7 @@ unsafe extern "C" fn load(
 
 unsafe extern "C" fn find(data: *mut c_void, _: u32, name: tatu_str) -> u32 {
     guarded_quietly(|| {
-        // SAFETY: as above.
+        // SAFETY: `data` was made by `create` and is live; the name is valid during the call.
         let (data, name) =
             unsafe { (Data::of(data), std::slice::from_raw_parts(name.ptr.cast::<u8>(), name.len as usize)) };
         let found = match name {
@@ -81,9 +81,10 @@ unsafe extern "C" fn find(data: *mut c_void, _: u32, name: tatu_str) -> u32 {
     })
 }
 
-/// More results than there is room for, of types that there are not, and more instructions than there can be.
+/// Returns more results than fit, of an unknown type, and more instructions than possible.
 unsafe fn babble(frame: *mut tatu_call, used: *mut u64) -> Result<tatu_status> {
-    // SAFETY: the host's frame has room for 16.
+    // SAFETY: the host passes a frame and a counter that are valid during the call; a result is written only if there
+    // is room.
     unsafe {
         *used = u64::MAX;
         if (*frame).results_cap > 0 {
@@ -103,7 +104,7 @@ unsafe extern "C" fn call(
     error: *mut tatu_error,
 ) -> tatu_status {
     guarded(error, || {
-        // SAFETY: as above.
+        // SAFETY: `data` was made by `create` and is live; the frame and the counter are valid during the call.
         unsafe {
             let data = Data::of(data);
             if let Some(status) = data.plan().act("tatu_language.call", || babble(frame, used))? {
@@ -112,7 +113,7 @@ unsafe extern "C" fn call(
             match callable {
                 ACTUATION => {
                     if data.plan().ways("tatu_language.place").is_some() {
-                        // A refusal that is told and not raised.
+                        // This failure is reported in the log, not raised.
                         call_command(data, &*frame, "simGetObjectParent", 0)?;
                     }
                     call_command(data, &*frame, "misbehaves.use", 0)
@@ -134,7 +135,7 @@ unsafe extern "C" fn resume(
     error: *mut tatu_error,
 ) -> tatu_status {
     guarded(error, || {
-        // SAFETY: as above.
+        // SAFETY: `data` was made by `create` and is live; the frame and the counter are valid during the call.
         unsafe {
             let done = Data::of(data).plan().act("tatu_language.resume", || babble(frame, used))?;
             Ok(done.unwrap_or(TATU_OK))
@@ -144,14 +145,14 @@ unsafe extern "C" fn resume(
 
 unsafe extern "C" fn keep_func(data: *mut c_void, local: u32) -> u32 {
     guarded_quietly(|| {
-        // SAFETY: as above.
+        // SAFETY: `data` was made by `create` and is live.
         unsafe { Data::of(data) }.plan().act_quietly("tatu_language.keep_func", || u32::MAX).unwrap_or(local)
     })
 }
 
 unsafe extern "C" fn drop_func(data: *mut c_void, _: u32) {
     guarded_quietly(|| {
-        // SAFETY: as above.
+        // SAFETY: `data` was made by `create` and is live.
         unsafe { Data::of(data) }.plan().act_quietly("tatu_language.drop_func", crate::plan::other_mode);
     });
 }
@@ -165,7 +166,7 @@ unsafe extern "C" fn call_func(
     error: *mut tatu_error,
 ) -> tatu_status {
     guarded(error, || {
-        // SAFETY: as above.
+        // SAFETY: `data` was made by `create` and is live; the frame and the counter are valid during the call.
         unsafe {
             let done = Data::of(data).plan().act("tatu_language.call_func", || babble(frame, used))?;
             match (done, local) {
@@ -179,7 +180,7 @@ unsafe extern "C" fn call_func(
 
 unsafe extern "C" fn knows_dialect(me: *mut c_void, _: tatu_str, error: *mut tatu_error) -> tatu_status {
     guarded(error, || {
-        // SAFETY: made by `init`.
+        // SAFETY: `me` was made by `init` and is live.
         let done = unsafe { Plan::of(me) }.act("tatu_language.knows_dialect", || Ok(77))?;
         Ok(done.unwrap_or(TATU_OK))
     })
@@ -187,21 +188,21 @@ unsafe extern "C" fn knows_dialect(me: *mut c_void, _: tatu_str, error: *mut tat
 
 unsafe extern "C" fn traits(data: *mut c_void) -> u32 {
     guarded_quietly(|| {
-        // SAFETY: as above.
+        // SAFETY: `data` was made by `create` and is live.
         unsafe { Data::of(data) }.plan().act_quietly("tatu_language.traits", || u32::MAX).unwrap_or(0)
     })
 }
 
 unsafe extern "C" fn order(data: *mut c_void, _: tatu_str, _: u32) -> u32 {
     guarded_quietly(|| {
-        // SAFETY: as above.
+        // SAFETY: `data` was made by `create` and is live.
         unsafe { Data::of(data) }.plan().act_quietly("tatu_language.order", || u32::MAX).unwrap_or(0)
     })
 }
 
 unsafe extern "C" fn place(data: *mut c_void, _: *mut tatu_error) {
     guarded_quietly(|| {
-        // SAFETY: as above.
+        // SAFETY: `data` was made by `create` and is live.
         unsafe { Data::of(data) }.plan().act_quietly("tatu_language.place", crate::plan::other_mode);
     });
 }

@@ -1,9 +1,9 @@
-//! A plugin that misbehaves on request, in each function of each table of `tatu.h`.
+//! A plugin that misbehaves on request, in any function of any table of `tatu.h`.
 //!
-//! - `plan`: what is asked for, and doing it;
-//! - one file per table.
+//! - `plan`: which function misbehaves, and how;
+//! - the other files: one per table.
 //!
-//! It is written against the C tables, since most of what it does the safe traits rule out.
+//! It is written against the C tables, because the safe traits rule out most of what it does.
 
 #![allow(missing_docs, reason = "tables of a plugin, see the README")]
 
@@ -28,39 +28,39 @@ use tatu_plugin_api::{
     safe::{self, Host, guarded_quietly, macro_support::Entry},
 };
 
-/// Runs `f`; what goes wrong is written into the host's error object.
+/// Runs `f`; an error is written into the host's error object.
 fn guarded(error: *mut tatu_error, f: impl FnOnce() -> safe::Result<tatu_status>) -> tatu_status {
-    // SAFETY: every function here hands on what the host gave.
+    // SAFETY: all functions here pass on the error object of the host.
     unsafe { safe::guarded(error, f) }
 }
 
-/// A null-terminated list of tables, as constants have it.
+/// A null-terminated list of tables, for use in statics.
 #[repr(transparent)]
 struct List<T, const N: usize>([*const T; N]);
-// SAFETY: nobody writes through the pointers.
+// SAFETY: the list and everything it points to are constant.
 unsafe impl<T, const N: usize> Sync for List<T, N> {}
 
-/// A table with pointers, as constants have it.
+/// A table with pointers, for use in statics.
 #[repr(transparent)]
 struct Shared<T>(T);
-// SAFETY: as above.
+// SAFETY: the table and everything it points to are constant.
 unsafe impl<T> Sync for Shared<T> {}
 
-/// The size of a table, as its first field has it.
+/// Returns the size of a table, as stored in its first field.
 const fn size<T>() -> u32 {
     size_of::<T>() as u32
 }
 
-/// A list that holds a size and nothing else: what `extension` gives when it talks nonsense.
+/// A table that consists only of a size: a nonsensical result of `extension`.
 static NOTHING: u32 = 4;
 
 unsafe extern "C" fn init(host: *const tatu_host, me: *mut *mut c_void, error: *mut tatu_error) -> tatu_status {
     guarded(error, || {
-        // SAFETY: the host lives until shutdown. This sends panics to its log, too.
+        // SAFETY: the host lives until shutdown. Creating a `Host` also redirects panics to its log.
         unsafe { Host::new(host) };
         let plan = Box::new(Plan::new(host));
         let status = plan.act("tatu_plugin.init", || Ok(77))?;
-        // SAFETY: the host gives a place for the pointer.
+        // SAFETY: the host passes a valid place for the pointer.
         unsafe { *me = Box::into_raw(plan).cast() };
         Ok(status.unwrap_or(TATU_OK))
     })
@@ -68,16 +68,16 @@ unsafe extern "C" fn init(host: *const tatu_host, me: *mut *mut c_void, error: *
 
 unsafe extern "C" fn shutdown(me: *mut c_void) {
     guarded_quietly(|| {
-        // SAFETY: made by `init`, given back once.
+        // SAFETY: `me` was made by `Box::into_raw` in `init`, and shutdown is called once.
         let plan = unsafe { Box::from_raw(me.cast::<Plan>()) };
         plan.act_quietly("tatu_plugin.shutdown", plan::other_mode);
     });
 }
 
 unsafe extern "C" fn extension(me: *mut c_void, id: *const c_char) -> *const c_void {
-    // A pointer is no `Default`: as a number.
+    // Returned as a number, because pointers do not implement `Default`.
     let found = guarded_quietly(|| {
-        // SAFETY: made by `init`; `id` is NUL-terminated.
+        // SAFETY: `me` was made by `init` and is live; `id` is NUL-terminated.
         let (plan, id) = unsafe { (Plan::of(me), CStr::from_ptr(id)) };
         let table: *const c_void = match id {
             id if id == TATU_COMMAND => (&raw const command::EXTENSION).cast(),

@@ -1,4 +1,4 @@
-//! The lives of all its instances: one set of functions, told apart by a kind.
+//! The life cycle of all instances: one set of functions, generic over the kind.
 
 use std::ffi::c_void;
 
@@ -10,23 +10,23 @@ use crate::{
     size,
 };
 
-/// What an instance keeps: the plan of its plugin, and its world.
+/// The data of an instance: the plan of its plugin, and its world.
 pub struct Data {
     plan: *const Plan,
     pub world: *mut tatu_world,
-    /// Its number in its world.
+    /// Id of the instance in its world.
     pub id: u64,
 }
 
 impl Data {
     pub fn plan(&self) -> &Plan {
-        // SAFETY: the plugin outlives its instances.
+        // SAFETY: the plan belongs to the plugin, which outlives its instances.
         unsafe { &*self.plan }
     }
     /// # Safety
-    /// `data` was made by `create` and is not yet destroyed.
+    /// `data` was made by `create` and has not been destroyed.
     pub unsafe fn of<'a>(data: *mut c_void) -> &'a Data {
-        // SAFETY: as promised.
+        // SAFETY: the caller guarantees that `data` points to a live `Data`.
         unsafe { &*data.cast::<Data>() }
     }
 }
@@ -67,7 +67,7 @@ unsafe extern "C" fn create<K: Kind>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guarded(error, || {
-        // SAFETY: made by `init`; the host gives valid pointers.
+        // SAFETY: `me` was made by `init`; the host passes a valid description and a place for the pointer.
         unsafe {
             let status = Plan::of(me).act(&name::<K>("create"), || Ok(77))?;
             *data = Box::into_raw(Box::new(Data { plan: me.cast(), world: (*info).world, id: (*info).id })).cast();
@@ -78,7 +78,7 @@ unsafe extern "C" fn create<K: Kind>(
 
 unsafe extern "C" fn destroy<K: Kind>(data: *mut c_void) {
     guarded_quietly(|| {
-        // SAFETY: made by `create`, given back once.
+        // SAFETY: `data` was made by `Box::into_raw` in `create`, and is destroyed once.
         let data = unsafe { Box::from_raw(data.cast::<Data>()) };
         data.plan().act_quietly(&name::<K>("destroy"), plan::other_mode);
     });
@@ -91,7 +91,7 @@ unsafe extern "C" fn configure<K: Kind>(
     _: u64,
     error: *mut tatu_error,
 ) -> tatu_status {
-    // SAFETY: made by `create`; here and below.
+    // SAFETY: `data` was made by `create` and is live.
     guarded(error, || unsafe { Ok(Data::of(data).plan().act(&name::<K>("configure"), || Ok(77))?.unwrap_or(TATU_OK)) })
 }
 
@@ -101,7 +101,7 @@ unsafe extern "C" fn save<K: Kind>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guarded(error, || {
-        // SAFETY: as above; the writer is valid during the call.
+        // SAFETY: `data` was made by `create` and is live; the writer is valid during the call.
         unsafe {
             let plan = Data::of(data).plan();
             if let Some(write) = (*writer).write {
@@ -113,7 +113,7 @@ unsafe extern "C" fn save<K: Kind>(
 }
 
 unsafe extern "C" fn load<K: Kind>(data: *mut c_void, _: tatu_str, _: u32, error: *mut tatu_error) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: `data` was made by `create` and is live.
     guarded(error, || unsafe { Ok(Data::of(data).plan().act(&name::<K>("load"), || Ok(77))?.unwrap_or(TATU_OK)) })
 }
 
@@ -123,7 +123,7 @@ unsafe extern "C" fn end_run<K: Kind>(
     _: *mut tatu_world,
     error: *mut tatu_error,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: `data` was made by `create` and is live.
     guarded(error, || unsafe { Ok(Data::of(data).plan().act(&name::<K>("end_run"), || Ok(77))?.unwrap_or(TATU_OK)) })
 }
 

@@ -1,4 +1,4 @@
-//! A model of one dummy.
+//! A model that consists of one dummy.
 
 use std::{ffi::c_void, ptr::null};
 
@@ -9,12 +9,12 @@ use tatu_plugin_api::{
 
 use crate::{List, Shared, command::hollow, guarded, plan::Plan, size};
 
-/// Adds a dummy; with it, if asked for, what no builder can take.
+/// Adds a dummy and, if `nonsense` is set, parts that a builder must refuse.
 ///
 /// # Safety
-/// `builder` is the host's, during its call.
+/// `builder` is the host's, and valid during the call.
 pub unsafe fn dummy(builder: *const tatu_builder, nonsense: bool) -> Result<tatu_status> {
-    // SAFETY: as promised.
+    // SAFETY: the caller guarantees that the builder is valid.
     unsafe {
         let b = &*builder;
         let (builder, broken) = (Some(b), |len| Lent::new(tatu_str { ptr: null(), len }));
@@ -45,7 +45,7 @@ unsafe extern "C" fn build(
     error: *mut tatu_error,
 ) -> tatu_status {
     guarded(error, || {
-        // SAFETY: the host gives a builder, valid during the call.
+        // SAFETY: `me` was made by `init`; the builder is valid during the call.
         unsafe {
             match Plan::of(me).act("tatu_model.build", || dummy(builder, true))? {
                 Some(status) => Ok(status),

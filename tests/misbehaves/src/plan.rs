@@ -1,4 +1,4 @@
-//! What is asked for, and doing it.
+//! Which function is to misbehave, and how.
 
 use std::{ffi::c_void, time::Duration};
 
@@ -16,7 +16,7 @@ pub enum How {
     Hang,
 }
 
-/// The plugin's own data: one function, and how it misbehaves.
+/// The plugin's data: one function, and how it misbehaves.
 pub struct Plan {
     function: String,
     how: Option<How>,
@@ -24,7 +24,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// From the environment, once, at the start.
+    /// Reads the plan from the environment, once, at the start.
     pub fn new(host: *const tatu_host) -> Self {
         let asked = std::env::var("TATU_MISBEHAVE").unwrap_or_default();
         let (function, how) = asked.split_once('=').unwrap_or_default();
@@ -37,15 +37,15 @@ impl Plan {
         };
         Plan { function: function.to_owned(), how, host }
     }
-    /// The plan behind the plugin's `self`.
+    /// Returns the plan behind the plugin's `self` pointer.
     ///
     /// # Safety
-    /// `me` is what `init` gave, before `shutdown`.
+    /// `me` was made by `init`, and `shutdown` has not been called.
     pub unsafe fn of<'a>(me: *mut c_void) -> &'a Plan {
-        // SAFETY: as promised.
+        // SAFETY: the caller guarantees that `me` points to a live plan.
         unsafe { &*me.cast::<Plan>() }
     }
-    /// How this function misbehaves, if it does.
+    /// Returns how this function misbehaves, if it does.
     pub fn ways(&self, function: &str) -> Option<How> {
         self.how.filter(|_| self.function == function)
     }
@@ -53,7 +53,7 @@ impl Plan {
         eprintln!("misbehaving in {function}: {how:?}");
     }
 
-    /// Misbehaves, if this function is to: fails, panics, hangs, or gives what `nonsense` gives.
+    /// Misbehaves if this function is to: fails, panics, hangs, or returns the result of `nonsense`.
     pub fn act<T>(&self, function: &str, nonsense: impl FnOnce() -> Result<T>) -> Result<Option<T>> {
         let Some(how) = self.ways(function) else { return Ok(None) };
         self.tell(function, how);
@@ -64,7 +64,7 @@ impl Plan {
             How::Hang => hang(),
         }
     }
-    /// The same in a function that cannot fail: an error goes to the log.
+    /// Like [`Plan::act`], in a function that cannot fail: an error is logged.
     pub fn act_quietly<T>(&self, function: &str, nonsense: impl FnOnce() -> T) -> Option<T> {
         match self.act(function, || Ok(nonsense())) {
             Ok(done) => done,
@@ -76,7 +76,7 @@ impl Plan {
     }
     /// Writes an error to the host's log.
     pub fn log(&self, text: &str) {
-        // SAFETY: the host lives until shutdown, and its tables as long.
+        // SAFETY: the host lives until shutdown, and its tables as long; a null world is allowed for the log.
         unsafe {
             let Some(service) = (*self.host).service else { return };
             let log = service(self.host, TATU_HOST_LOG.as_ptr()).cast::<tatu_host_log>();
@@ -93,18 +93,18 @@ fn hang() -> ! {
     }
 }
 
-/// Nonsense for functions that answer nothing: leaves another floating-point mode behind.
+/// Nonsense for functions without a result: changes the floating-point mode.
 pub fn other_mode() {
     #[cfg(target_arch = "x86_64")]
     {
         let mut mode = 0u32;
-        // SAFETY: reads and writes the mode of this thread: flush to zero, denormals are zero.
+        // SAFETY: only the control register of this thread is changed: flush to zero, and denormals are zero.
         unsafe {
             std::arch::asm!("stmxcsr [{0}]", "or dword ptr [{0}], 0x8040", "ldmxcsr [{0}]", in(reg) &raw mut mode);
         }
     }
     #[cfg(target_arch = "aarch64")]
-    // SAFETY: sets flush to zero in the mode of this thread.
+    // SAFETY: only the control register of this thread is changed: flush to zero.
     unsafe {
         std::arch::asm!("mrs {0}, fpcr", "orr {0}, {0}, #(1 << 24)", "msr fpcr, {0}", out(reg) _);
     }

@@ -1,4 +1,4 @@
-//! A sensor with one ray and one number.
+//! A sensor with one ray and one field of a single number.
 
 use std::{ffi::c_void, ptr::null};
 
@@ -15,7 +15,7 @@ static AHEAD: [f64; 3] = [0.0, 0.0, 1.0];
 
 unsafe extern "C" fn beams(data: *mut c_void, out: *mut tatu_beams, error: *mut tatu_error) -> tatu_status {
     guarded(error, || {
-        // SAFETY: made by `create`; the host gives a table to fill.
+        // SAFETY: `data` was made by `create` and is live; the host passes a valid table to fill.
         let (plan, out) = unsafe { (Data::of(data).plan(), &mut *out) };
         out.form = TATU_BEAMS_RAYS;
         out.count = [1, 1];
@@ -23,7 +23,7 @@ unsafe extern "C" fn beams(data: *mut c_void, out: *mut tatu_beams, error: *mut 
         out.directions = AHEAD.as_ptr();
         out.flags = TATU_BEAMS_AIMED;
         let status = plan.act("tatu_sensor.beams", || {
-            // More rays than memory, from nowhere to nowhere.
+            // More rays than fit into memory, and invalid limits.
             (out.count, out.near_m, out.far_m, out.max_incidence) = ([u32::MAX; 2], f64::NAN, -1.0, f64::NAN);
             Ok(TATU_OK)
         })?;
@@ -33,7 +33,8 @@ unsafe extern "C" fn beams(data: *mut c_void, out: *mut tatu_beams, error: *mut 
 
 unsafe extern "C" fn measure(me: *mut c_void, batch: *const tatu_sensor_batch, error: *mut tatu_error) -> tatu_status {
     guarded(error, || {
-        // SAFETY: the host gives a valid batch: a place per instance and field, a status per instance.
+        // SAFETY: `me` was made by `init`; the batch is valid, with a place per instance and field, and a status per
+        // instance.
         unsafe {
             let (plan, batch) = (Plan::of(me), &*batch);
             for i in 0..batch.n as usize {
@@ -45,7 +46,7 @@ unsafe extern "C" fn measure(me: *mut c_void, batch: *const tatu_sensor_batch, e
                 }
                 Ok(TATU_OK)
             });
-            // An error of one instance is told by its status.
+            // An error of a single instance is reported by its status.
             match (status, plan.ways("tatu_sensor.measure")) {
                 (Err(fail), Some(How::Error)) => {
                     *batch.status = fail.write(error);
@@ -59,11 +60,11 @@ unsafe extern "C" fn measure(me: *mut c_void, batch: *const tatu_sensor_batch, e
 
 unsafe extern "C" fn finish(me: *mut c_void, batch: *const tatu_sensor_batch, error: *mut tatu_error) -> tatu_status {
     guarded(error, || {
-        // SAFETY: as in `measure`.
+        // SAFETY: `me` was made by `init`; the batch is valid during the call.
         let (plan, batch) = unsafe { (Plan::of(me), &*batch) };
         let status = plan.act("tatu_sensor.finish", || {
             for i in 0..batch.n as usize {
-                // SAFETY: as in `measure`.
+                // SAFETY: the batch has a place for the single field of each instance.
                 unsafe { **batch.fields.add(i).cast::<*mut f64>() = f64::NAN };
             }
             Ok(TATU_OK)
@@ -74,11 +75,11 @@ unsafe extern "C" fn finish(me: *mut c_void, batch: *const tatu_sensor_batch, er
 
 unsafe extern "C" fn aim(me: *mut c_void, batch: *const tatu_sensor_batch, error: *mut tatu_error) -> tatu_status {
     guarded(error, || {
-        // SAFETY: as in `measure`.
+        // SAFETY: `me` was made by `init`; the batch is valid during the call.
         let (plan, batch) = unsafe { (Plan::of(me), &*batch) };
         let status = plan.act("tatu_sensor.aim", || {
             for i in 0..batch.n as usize {
-                // SAFETY: the one ray of an instance.
+                // SAFETY: each instance has one ray of six numbers.
                 unsafe { **batch.rays.add(i) = f64::NAN };
             }
             Ok(TATU_OK)

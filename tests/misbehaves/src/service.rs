@@ -1,4 +1,4 @@
-//! A service that lets everything go, and calls one waiting command.
+//! A service that lets every step pass, and calls one command that waits.
 
 use std::{ffi::c_void, ptr::null};
 
@@ -20,7 +20,7 @@ unsafe extern "C" fn barrier(
     error: *mut tatu_error,
 ) -> tatu_status {
     guarded(error, || {
-        // SAFETY: `data` was made by `create`, here and below; the frame lives through the call.
+        // SAFETY: `data` was made by `create` and is live; the frame lives until the call returns.
         unsafe {
             let plan = Data::of(data).plan();
             if step == 0
@@ -40,12 +40,13 @@ unsafe extern "C" fn barrier(
     })
 }
 
-/// Gives a function of its own and has it called, as commands do with what a client gave.
+/// Passes one of its own functions to a command, as services do with functions of clients.
 ///
 /// # Safety
-/// A world of this session, in the service's turn.
+/// `world` belongs to this session, and it is the service's turn.
 unsafe fn call_own(plan: &Plan, commands: &tatu_host_commands, world: WorldRef<'_>) {
-    // SAFETY: as promised; the tables live as long as the host, the frame through the call.
+    // SAFETY: the caller guarantees that the world is valid; the tables live as long as the host, the frame until the
+    // call returns.
     unsafe {
         let Some(service) = (*plan.host).service else { return };
         let session = service(plan.host, TATU_HOST_SESSION.as_ptr()).cast::<tatu_host_session>();
@@ -68,7 +69,7 @@ unsafe extern "C" fn event(
     _: *const tatu_value,
     error: *mut tatu_error,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: `data` was made by `create` and is live.
     guarded(error, || unsafe { Ok(Data::of(data).plan().act("tatu_service.event", || Ok(77))?.unwrap_or(TATU_OK)) })
 }
 
@@ -80,17 +81,17 @@ unsafe extern "C" fn resume(
     _: *const tatu_call,
     error: *mut tatu_error,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: `data` was made by `create` and is live.
     guarded(error, || unsafe { Ok(Data::of(data).plan().act("tatu_service.resume", || Ok(77))?.unwrap_or(TATU_OK)) })
 }
 
 unsafe extern "C" fn last(data: *mut c_void, _: *mut tatu_world, error: *mut tatu_error) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: `data` was made by `create` and is live.
     guarded(error, || unsafe { Ok(Data::of(data).plan().act("tatu_service.last", || Ok(77))?.unwrap_or(TATU_OK)) })
 }
 
 unsafe extern "C" fn call_func(data: *mut c_void, _: *mut tatu_world, _: u32, frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: as above; the frame lives through the call, with its error object.
+    // SAFETY: `data` was made by `create` and is live; the frame and its error object are valid during the call.
     unsafe {
         let error = (*frame).error;
         guarded(error, || Ok(Data::of(data).plan().act("tatu_service.call_func", || Ok(77))?.unwrap_or(TATU_OK)))

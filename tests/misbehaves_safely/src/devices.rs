@@ -1,4 +1,4 @@
-//! Devices and a model that declare something else whenever they are asked.
+//! Devices and a model whose declarations change each time they are read.
 
 use std::sync::atomic::AtomicUsize;
 
@@ -9,7 +9,7 @@ use crate::{Misbehaves, more};
 const NAMES: [&str; 4] =
     ["misbehaves_safely.grown", "misbehaves_safely.b", "misbehaves_safely.c", "misbehaves_safely.d"];
 
-/// Has more and longer fields each time it is asked for them, and tells an image that no host can take.
+/// A sensor that declares more and longer fields each time, and requests an image that no host supports.
 pub struct Grows {
     image: u32,
 }
@@ -54,7 +54,7 @@ impl Sensor for Grows {
     }
 }
 
-/// Looks at its rays while it aims them.
+/// A sensor that reads its rays while it aims them.
 pub struct Aims;
 
 impl Sensor for Aims {
@@ -90,7 +90,7 @@ impl Sensor for Aims {
     }
 }
 
-/// Takes more commands each time it is asked for them.
+/// An actuator that declares more commands each time.
 pub struct Pushes;
 
 impl Actuator for Pushes {
@@ -120,7 +120,7 @@ impl Actuator for Pushes {
     }
 }
 
-/// Has more parameters each time it is asked for them.
+/// A model that declares more parameters each time.
 pub struct Builds;
 
 impl Model for Builds {

@@ -1,6 +1,7 @@
-//! A plugin in Rust that does what the traits forbid in words only: nothing of it may touch memory that is not its own.
+//! A plugin in Rust that does what the traits forbid only in their documentation: none of it may access memory that it
+//! does not own.
 //!
-//! `tests/program/plugins/misbehaves_safely.rs` runs it.
+//! `tests/program/plugins/misbehaves_safely.rs` tests it.
 
 mod devices;
 mod service;
@@ -55,7 +56,7 @@ impl Plugin for Misbehaves {
     }
 }
 
-/// More and more of something: the same is not told twice.
+/// Returns one more element each time it is called.
 fn more<T>(calls: &AtomicUsize, one: impl Fn(usize) -> T) -> Vec<T> {
     (0..=calls.fetch_add(1, Relaxed)).map(one).collect()
 }

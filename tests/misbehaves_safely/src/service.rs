@@ -9,7 +9,7 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::Misbehaves;
 
-/// Leaves a thread behind that wakes the session and writes to the log.
+/// Leaves a thread running that wakes the session and writes to the log.
 pub struct Lingers;
 
 static KEPT: Mutex<Vec<Session>> = Mutex::new(Vec::new());

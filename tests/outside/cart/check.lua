@@ -1,4 +1,4 @@
--- Checks the model `cart`: two seconds straight on at 0.3 m/s, then two seconds of turning at 0.5 rad/s.
+-- Checks the model `cart`: two seconds straight ahead at 0.3 m/s, then two seconds of turning at 0.5 rad/s.
 local me, step, from, height, left = nil, 0, nil, nil, nil
 
 function sysCall_init()
@@ -11,7 +11,7 @@ end
 function sysCall_actuation()
     step = step + 1
     local p, e = sim.getObjectPosition(me), sim.getObjectOrientation(me)
-    if step == 11 then                               -- it has come to rest
+    if step == 11 then                               -- the cart has come to rest
         assert(math.abs(p[1]) < 0.005 and math.abs(p[3] - height) < 0.005, p[1] .. ' ' .. p[3])
         assert(math.abs(e[1]) < 0.01 and math.abs(e[2]) < 0.01)
         from = p

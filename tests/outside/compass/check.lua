@@ -1,9 +1,9 @@
--- Turns the needle, changes the compass's offset, and checks what it tells.
+-- Turns the needle, changes the compass's offset, and checks its readings.
 local function near(a, b, what)
     assert(math.abs(a - b) < 1e-9, what .. ': ' .. a .. ', expected ' .. b)
 end
 
--- In each step: how the needle stands (turns about its own x, y, z), the offset, and what the compass should tell: nil, nothing.
+-- For each step: orientation of the needle (about its own x, y, z), offset, and expected reading; nil: none.
 local steps = {
     {{0, 0, 0}, 0.1, 0.1},
     {{0, 0, 1}, 0.1, 1.1},
@@ -11,9 +11,9 @@ local steps = {
     {{0, 0, 1}, 0.5, 1.5},                     -- a live change
     {{0, 0, 3}, 0.5, 3.5 - 2 * math.pi},       -- above pi
     {{0, -math.pi / 2, 0}, 0.5, nil},          -- the x axis points up
-    {{0, -math.pi / 2 + 0.04, 0}, 0.5, nil},   -- nearly
-    {{0, -math.pi / 2 + 0.1, 0}, 0.5, 0.5},    -- no more
-    {{1, 0, 0}, -0.5, -0.5},                   -- turned about itself
+    {{0, -math.pi / 2 + 0.04, 0}, 0.5, nil},   -- nearly up: still no heading
+    {{0, -math.pi / 2 + 0.1, 0}, 0.5, 0.5},    -- just outside that cone
+    {{1, 0, 0}, -0.5, -0.5},                   -- rolled about its x axis
 }
 
 function sysCall_init()
@@ -41,7 +41,7 @@ function sysCall_sensing()
     local step = steps[n]
     if not step then return end
     local r = tatu.read(compass)
-    assert(r.sequence == n, 'sequence ' .. r.sequence .. ' in step ' .. n) -- it lives on through changes
+    assert(r.sequence == n, 'sequence ' .. r.sequence .. ' in step ' .. n) -- changes do not reset the sensor
     assert(r.time == sim.getSimulationTime())
     if step[3] then
         assert(r.valid == 1, 'no heading in step ' .. n)

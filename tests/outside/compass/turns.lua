@@ -1,4 +1,4 @@
--- One turn a second: the sensor has counted them, and the run depends on what it remembers.
+-- Turns once per second: the sensor has counted the turns, and the run depends on its state.
 function sysCall_init()
     axis, counter = sim.getObject('..'), sim.getObject('./table/counter')
 end

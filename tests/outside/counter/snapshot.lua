@@ -1,4 +1,4 @@
--- Checks that the count of `counter` goes through a snapshot. Without tatu.on: subscriptions are not in snapshots.
+-- Checks that the count of `counter` is part of snapshots. It avoids tatu.on, because subscriptions are not.
 step = 0
 
 function sysCall_actuation()

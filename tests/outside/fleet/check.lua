@@ -18,7 +18,7 @@ end
 
 function sysCall_thread()
     local fast, slow = sim.getObject('/fast'), sim.getObject('/slow')
-    local t = fleet.arrive(slow, {0, 2}, 0.1)               -- it is there already
+    local t = fleet.arrive(slow, {0, 2}, 0.1)               -- already there
     assert(t == 0, t)
     t = fleet.arrive(fast, {1, 0}, 0.06)
     print('the fast one came at', t)

@@ -1,4 +1,5 @@
--- Checks the commands of guard: each failure is an error with a sentence, and afterwards they still work.
+-- Checks the commands of guard: each failure raises an error with a description, and afterwards the commands still
+-- work.
 local function fails(with, f, ...)
     local ok, why = pcall(f, ...)
     assert(not ok and why:find(with, 1, true), tostring(why))

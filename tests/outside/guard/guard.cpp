@@ -1,7 +1,7 @@
 // guard: commands in C++ that use exceptions inside. None of them leaves the plugin: `guarded` turns each into an error.
 //   x    = guard.at(table, index)        the number at an index from 1; one out of range is an error (std::vector::at)
 //   x    = guard.number(text)            the number that a text holds (std::stod)
-//   list = guard.map(table, function)    what a script's function makes of each number
+//   list = guard.map(table, function)    the results of a script's function for each number
 //
 // Build: c++ -std=c++17 -Wall -Wextra -Werror -shared -fPIC -fvisibility=hidden -I ../../../plugin-api/include -o libtatu_guard.so guard.cpp
 // Run:   ../../../target/release/tatu run scene.toml --allow plugins --steps 5 --threads 1
@@ -60,7 +60,7 @@ void at(tatu_call &call) {
   int64_t index = tatu_arg_int(&call, 1); // from 1, as in Lua
   try {
     give(call, tatu_float(table.at(static_cast<size_t>(index - 1))));
-  } catch (const std::out_of_range &) { // its own words are the library's; ours tell what was expected
+  } catch (const std::out_of_range &) { // replaces the library's text by what was expected
     throw failure(TATU_ERR_ARGUMENT, "`index`: there is no element " + std::to_string(index) + " in a table of " +
                                          std::to_string(table.size()));
   }
@@ -69,9 +69,10 @@ void at(tatu_call &call) {
 void number(tatu_call &call) {
   tatu_str given = tatu_arg_text(&call, 0);
   std::string text = given.len ? std::string(given.ptr, given.len) : std::string();
+  // Throws invalid_argument or out_of_range with the text "stod", which `border` reports.
   size_t used = 0;
-  double x = std::stod(text, &used); // throws invalid_argument or out_of_range: `border` tells it by its name, "stod"
-  if (used != text.size()) throw failure(TATU_ERR_ARGUMENT, "`text`: something stands behind the number");
+  double x = std::stod(text, &used);
+  if (used != text.size()) throw failure(TATU_ERR_ARGUMENT, "`text`: there is more text after the number");
   give(call, tatu_float(x));
 }
 

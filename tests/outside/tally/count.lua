@@ -1,4 +1,4 @@
--- Counts its steps, and checks what the commands give.
+-- Counts its steps, and checks the results of the commands.
 function sysCall_init()
     n = 0
     joint = sim.getObject('..')
@@ -9,11 +9,11 @@ function sysCall_init()
     assert(digits[1] == 4 and digits[2] == 0 and digits[3] == 7 and digits[4] == 2)
     assert(tally.digits(0) == 1)
 
-    -- What is wrong is refused, and nothing is changed by it.
+    -- Invalid arguments are refused, and change nothing.
     assert(not pcall(tally.add, 'apples', 'many'))
     assert(not pcall(tally.each))
     assert(not pcall(tally.add, 'apples', math.maxinteger))
-    -- A function that fails ends the round with its own error.
+    -- A function that fails ends the loop with its own error.
     local done, why = pcall(tally.each, function(name) error('not ' .. name) end)
     assert(not done and tostring(why):find('not apples'), why)
 end

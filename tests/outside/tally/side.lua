@@ -1,4 +1,4 @@
--- Runs beside another: turns its joint by the digits of a number that grows.
+-- Runs in parallel with another script: turns its joint by the digits of a growing number.
 function sysCall_init()
     joint = sim.getObject('..')
     x = joint * 1234567
@@ -13,7 +13,7 @@ function sysCall_actuation()
     for _, d in ipairs(digits) do sum = sum + d end
     assert((sum - x) % 9 == 0)                      -- casting out nines
     sim.setJointTargetVelocity(joint, sum / 10)
-    -- What keeps something for the world is not for scripts side by side. The first actuation follows `init`, and runs alone.
+    -- Commands with state per world are not for parallel scripts. The first actuation follows `init`, and runs alone.
     if turned then
         local done, why = pcall(tally.add, 'scripts')
         assert(not done and tostring(why):find('side by side'), why)

@@ -1,6 +1,6 @@
 -- Waits for what the other script counts.
 function sysCall_thread()
-    assert(tally.wait('apples', 4) == 0)         -- reached already
+    assert(tally.wait('apples', 4) == 0)         -- already reached
     local t = tally.wait('steps', 10)
     assert(math.abs(t - 0.45) < 1e-9 or math.abs(t - 0.5) < 1e-9, 'woke at ' .. t)
     assert(t == sim.getSimulationTime())

@@ -1,4 +1,4 @@
-//! The command line: what goes where, which fields stand in the JSON, how long a run is, what a run changes in a scene.
+//! Tests of the command line: output streams, fields of the JSON, length of a run, changes to a scene.
 
 use serde_json::Value;
 
@@ -7,7 +7,7 @@ use crate::kit::*;
 const ROBOT: &str = "/Pioneer_p3dx";
 const MOTOR: &str = "/Pioneer_p3dx/Pioneer_p3dx_leftMotor";
 
-/// Kinds of errors that docs/reference/errors.md tells of.
+/// Kinds of errors described in docs/reference/errors.md.
 const KINDS: [&str; 8] =
     ["unknown_function", "unsupported", "bad_argument", "missing_object", "runtime", "budget", "plugin", "physics"];
 
@@ -68,7 +68,7 @@ fn standard_output_carries_json_and_nothing_else() {
     let done = place.run(&["--steps", "2"]).good();
     assert!(done.json().is_object());
     assert!(done.err.contains("hello") && done.err.contains("printed"));
-    // Without --json the lines of the status bar are the output, and the summary is for people.
+    // Without --json, standard output has the lines of the status bar, and the summary is human-readable.
     let done = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
     assert!(done.out.lines().any(|l| l == "hello") && done.err.contains("2 steps"), "{}\n{}", done.out, done.err);
     let failing = Place::scene(&watcher("a", "function sysCall_init() error('mine') end"));
@@ -99,7 +99,7 @@ fn steps_and_seconds_tell_how_long() {
     let steps = |args: &[&str]| place.run(args).good().json()["steps"].as_u64().unwrap();
     assert_eq!(steps(&["--steps", "3"]), 3);
     assert_eq!(steps(&["--steps", "0"]), 0);
-    // round(seconds / dt), dt being 50 ms.
+    // round(seconds / dt), with dt = 50 ms.
     assert_eq!(steps(&["--seconds", "1"]), 20);
     assert_eq!(steps(&["--seconds", "0.12"]), 2);
     assert_eq!(steps(&["--seconds", "0.13"]), 3);
@@ -120,14 +120,15 @@ fn a_script_may_stop_the_run() {
 #[test]
 fn set_changes_properties_and_parameters() {
     let place = scene();
-    // Speeding up, the motor gives what it has: 3 N m (tests/facts/pioneer.md, 3), or what the run says.
+    // While it accelerates, the motor gives its maximum: 3 N m (tests/facts/pioneer.md, 3), or the value set for the
+    // run.
     let torque = |args: &[&str]| {
         let lines = place.trace(&[MOTOR], &[&["--steps", "1"], args].concat());
         lines[0].0["objects"][MOTOR]["joint"]["effort"].as_f64().unwrap()
     };
     assert!((torque(&[]) - 3.0).abs() < 1e-9);
     assert!((torque(&["--set", &format!("{MOTOR}.max_force_nm=1.5")]) - 1.5).abs() < 1e-9);
-    // A model's parameter: the wall's face is 0.54 m ahead of sonar 4.
+    // A parameter of a model: the wall's face is 0.54 m ahead of sonar 4.
     let sonar = "/Pioneer_p3dx/Pioneer_p3dx_visible/Pioneer_p3dx_ultrasonicSensor4";
     let sees = |args: &[&str]| {
         let lines = place.trace(&[sonar], &[&["--steps", "1"], args].concat());
@@ -135,7 +136,7 @@ fn set_changes_properties_and_parameters() {
     };
     assert!(sees(&[]) && sees(&["--set", "/Pioneer_p3dx.sonar_range_m=3"]));
     assert!(!sees(&["--set", "/Pioneer_p3dx.sonar_range_m=0.3"]));
-    // The last of several counts; negative numbers and texts are values too.
+    // The last of several values is used; negative numbers and texts are values too.
     assert!(sees(&["--set", "/Pioneer_p3dx.sonar_range_m=0.3", "--set", "/Pioneer_p3dx.sonar_range_m=2"]));
     let lines = place
         .trace(&["/wall"], &["--steps", "1", "--set", "/wall.position_m=[-3, 0, 0.5]", "--set", "/wall.color=[1,0,0]"]);
@@ -171,7 +172,7 @@ fn each_step_has_a_line_in_the_trace() {
         assert!((0.4..0.6).contains(&line.sensor(sonar, "proximity.distance")));
         assert_eq!(line.status().contains(&"hello"), i == 0);
     }
-    // Old names find objects too.
+    // Old names are accepted too.
     let lines = place.trace(&["Pioneer_p3dx_leftMotor"], &["--steps", "1"]);
     lines[0].object::<3>(MOTOR, "position");
 }
@@ -236,11 +237,11 @@ fn the_first_scene_runs_as_the_readme_shows_it() {
     assert_eq!(done.good().json()["steps"], 600);
     let places: Vec<[f64; 3]> = place.lines("t.jsonl").iter().map(|l| l.object(ROBOT, "position")).collect();
     let path: f64 = places.windows(2).map(|w| f64::hypot(w[1][0] - w[0][0], w[1][1] - w[0][1])).sum();
-    // Inside its walls, and not standing still.
+    // Inside its walls, and moving.
     assert!(places.iter().all(|p| p[0].abs() < 3.0 && p[1].abs() < 3.0) && path > 2.0, "{path} m");
 }
 
-/// The scene of one's own with which the README begins is clean.
+/// The example scene at the beginning of the README has no warnings.
 #[test]
 fn the_scene_of_the_readme_has_no_warnings() {
     let readme = std::fs::read_to_string(root().join("README.md")).unwrap();

@@ -1,11 +1,11 @@
-//! Every scene that people are given runs without an error: `scenes/` and the plugins' own demos, whose scripts raise
-//! when a reading is not what the scene's geometry says.
+//! Every published scene runs without an error: those in `scenes/`, and the plugins' own demos, whose scripts raise an
+//! error if a reading does not match the scene's geometry.
 
 use std::path::{Path, PathBuf};
 
 use crate::kit::*;
 
-/// Scene files below a folder.
+/// Collects the scene files below a folder.
 fn scenes(folder: &Path, out: &mut Vec<PathBuf>) {
     let mut entries: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     entries.sort();
@@ -23,7 +23,7 @@ fn scenes_run() {
     let mut all = Vec::new();
     scenes(&root().join("scenes"), &mut all);
     assert!(!all.is_empty());
-    // Some write files where they run.
+    // Some scenes write files to the working folder.
     let place = Place::new();
     for scene in all {
         place.tatu(&["run", scene.to_str().unwrap(), "--seconds", "3", "--json"]).good();
@@ -37,7 +37,7 @@ fn demos_run_and_say_something_each_second() {
         for plugin in std::fs::read_dir(root().join("plugins").join(kind)).unwrap() {
             let plugin = plugin.unwrap().path();
             let demo = plugin.join("demo.toml");
-            // A format that is binary has none in the repository, and says so.
+            // The README of a binary format states that there is no demo.
             let readme = std::fs::read_to_string(plugin.join("README.md")).unwrap();
             if !demo.exists() && readme.contains("No demo stands here") {
                 continue;

@@ -1,4 +1,4 @@
-//! `tatu describe`: plugins, kinds and commands explain themselves, and their examples work.
+//! Tests of `tatu describe`: plugins, kinds and commands are described, and their examples work.
 
 use serde_json::Value;
 
@@ -8,7 +8,7 @@ fn describe(id: &str) -> Value {
     Place::new().tatu(&["describe", id, "--json"]).good().json()
 }
 
-/// The ids of a list.
+/// Returns the ids of a list.
 fn ids(what: &str) -> Vec<String> {
     let list = Place::new().tatu(&["list", what, "--json"]).good().json();
     list.as_array().unwrap().iter().map(|i| i["id"].as_str().unwrap().to_owned()).collect()
@@ -41,11 +41,11 @@ fn parameters_have_all_that_is_declared() {
         (&point["element"], &point["shape"], &point["unit"]),
         (&"f64".into(), &serde_json::json!([3]), &"m".into())
     );
-    // Its schema, who fills it, and what "nothing" is.
+    // Its schema, the sensors that use it, and the meaning of "nothing".
     let schema = describe("proximity/1");
     assert_eq!(schema["sensors"], serde_json::json!(["proximity"]));
     assert!(schema["fields"].as_array().unwrap().iter().all(|f| f["nothing"].is_string()));
-    // A model's places for others, and the properties of an object.
+    // The slots of a model, and the properties of an object.
     assert_eq!(describe("pioneer_p3dx")["slots"].as_array().unwrap().len(), 11);
     assert_eq!(parameter(&describe("joint"), "max_force")["key"], "max_force_nm");
 }
@@ -85,7 +85,7 @@ fn every_example_is_a_scene_that_would_start() {
             let fact = describe(&id);
             let example = fact["example"].as_str().unwrap();
             let place = Place::new();
-            // An importer's example names a file, which has to be there.
+            // An importer's example names a file, which must exist.
             for file in example.lines().filter_map(|l| l.strip_prefix("file = ")) {
                 let file = file.trim_matches('"');
                 let like = if file.ends_with(".obj") { "mesh/pyramid.obj" } else { "urdf/robot.urdf" };
@@ -93,11 +93,11 @@ fn every_example_is_a_scene_that_would_start() {
             }
             place.write("scene.toml", &format!("format = 1\n\n{example}"));
             place.tatu(&["check", "scene.toml"]).good();
-            // All parameters are in it, those that may be left out as comments.
+            // It has all parameters, optional ones as comments.
             for p in fact["parameters"].as_array().unwrap() {
                 assert!(example.contains(&format!("{} = ", p["key"].as_str().unwrap())), "{p} in {example}");
             }
-            // The comments would do as well.
+            // The commented lines are valid as well.
             place.write("scene.toml", &format!("format = 1\n\n{}", example.replace("\n# ", "\n")));
             place.tatu(&["check", "scene.toml"]).good();
             tried += 1;
@@ -110,7 +110,7 @@ fn every_example_is_a_scene_that_would_start() {
     place.tatu(&["check", "scene.toml"]).good();
 }
 
-/// What is listed can be described, each by itself and all together, and is no `null`.
+/// Everything that is listed can be described, individually and together, and is never `null`.
 #[test]
 fn listed_models_are_described_and_named_in_scenes() {
     let place = Place::new();

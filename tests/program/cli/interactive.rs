@@ -1,4 +1,4 @@
-//! A session before a terminal, played through a pseudo-terminal.
+//! Tests of an interactive run, by a pseudo-terminal.
 
 use std::{
     fs::File,
@@ -12,7 +12,7 @@ use crate::{cli::keys::LISTENER, kit::*};
 /// The program, with a pseudo-terminal as its standard input.
 struct Played {
     child: Child,
-    /// The end at which somebody types.
+    /// The end of the pseudo-terminal for input.
     keyboard: File,
     told: BufReader<std::process::ChildStdout>,
 }
@@ -21,10 +21,10 @@ impl Played {
     fn start(place: &Place, args: &[&str]) -> Self {
         let (mut master, mut slave) = (-1, -1);
         let none = std::ptr::null_mut();
-        // SAFETY: both numbers are written; no name, settings or size are asked for.
+        // SAFETY: `openpty` writes both descriptors; null pointers mean that name, settings and size are not used.
         let made = unsafe { libc::openpty(&mut master, &mut slave, none, none.cast(), none.cast()) };
         assert_eq!(made, 0, "no pseudo-terminal");
-        // SAFETY: both are open and nobody else's.
+        // SAFETY: both descriptors are open, and nothing else owns them.
         let (keyboard, terminal) = unsafe { (File::from_raw_fd(master), File::from_raw_fd(slave)) };
         let mut child = Command::new(program())
             .args(args)
@@ -40,7 +40,7 @@ impl Played {
     fn press(&mut self, keys: &[u8]) {
         self.keyboard.write_all(keys).unwrap();
     }
-    /// Reads what scripts tell until a line has this text.
+    /// Reads the output of scripts until a line has this text.
     fn until(&mut self, text: &str) {
         let mut line = String::new();
         while !line.contains(text) {
@@ -60,7 +60,7 @@ impl Played {
     }
 }
 
-// What a terminal sends: xterm's sequences.
+// Sequences sent by a terminal (xterm).
 const UP: &[u8] = b"\x1b[A";
 const F5: &[u8] = b"\x1b[15~";
 const F6: &[u8] = b"\x1b[17~";
@@ -103,7 +103,7 @@ fn it_is_paused_and_goes_on_step_by_step() {
     let session = ["--interactive", "--trace", "t.jsonl", "--log", "run.log"];
     let mut played = Played::start(&place, &[&ARGS[..], &session].concat());
     played.until("step");
-    // A key that is pressed while time stands comes with the next step.
+    // A key pressed while time stands still is delivered in the next step.
     played.press(F5);
     played.until("suspended");
     played.press(b"a");

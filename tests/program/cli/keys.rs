@@ -1,10 +1,10 @@
-//! Keys from a file, the consoles' part of the trace, and runs in real time.
+//! Tests of keys from a file, consoles in the trace, and runs in real time.
 
 use serde_json::json;
 
 use crate::kit::*;
 
-/// Tells each key, and moves an object by it.
+/// A script that prints each key, and moves an object by it.
 pub const LISTENER: &str = "
 function sysCall_init()
     box = sim.getObject('/box')
@@ -19,7 +19,7 @@ function sysCall_actuation()
     end
 end";
 
-/// Two scripts that listen, and an object that both move.
+/// Returns a scene with two scripts that read keys, and an object that both move.
 fn scene() -> Place {
     let object = |alias: &str| format!("[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\nscript = \"listen.lua\"\n");
     let place = Place::scene(&format!(
@@ -31,18 +31,18 @@ fn scene() -> Place {
     place
 }
 
-/// Codes: tests/facts/script-api.md, 5; a message stays until each script has taken its copy.
+/// Codes: tests/facts/script-api.md, 5; a message is kept until each script has read its copy.
 #[test]
 fn keys_enter_before_the_first_step_at_or_after_their_time() {
     let place = scene();
-    // 0.12 lies between the third step, which begins at 0.1, and the fourth.
+    // 0.12 is between the third step, which begins at 0.1, and the fourth.
     place.write("keys.txt", "# a comment\n0 s\n0.12 up\n0.12 2010\n0.3 ctrl+s\n0.3 S\n");
     let lines = place.trace(&["/box"], &["--steps", "8", "--keys", "keys.txt", "--log", "run.log"]);
     let told: Vec<_> = lines.iter().map(|l| l.status().join(", ")).collect();
     let twice = |a: &str, b: &str| format!("6 {a}, 6 {b}, 6 {a}, 6 {b}");
     let expected = ["6 115 0, 6 115 0", "", "", &twice("2007 0", "2010 0"), "", "", &twice("2014 1", "83 0"), ""];
     assert_eq!(told, expected);
-    // Three times in the same place: the replay needs the log only.
+    // Three runs in the same folder: the replay needs only the log.
     let hash = |line: Option<&Line>| line.unwrap().hash().to_owned();
     let first = hash(lines.last());
     std::fs::remove_file(place.path().join("keys.txt")).unwrap();
@@ -71,7 +71,7 @@ fn a_snapshot_has_the_keys_that_came_before_it() {
     assert_eq!(rest["hash"], whole["hash"]);
 }
 
-/// A console's text is added to until it is emptied, and stands in the step in which it was printed.
+/// A console's text grows until it is emptied, and is in the trace of the step in which it was printed.
 #[test]
 fn consoles_stand_in_the_trace() {
     let place = Place::new();
@@ -90,7 +90,7 @@ fn consoles_stand_in_the_trace() {
     assert_eq!(told, [json!({ "Log": "a=1 b=2\n" }), json!({ "Log": null }), json!({ "Log": "y" }), json!({})]);
 }
 
-/// Clocks show simulation time, which at the start is the first second of 2015, or with `--realtime` the machine's.
+/// Clocks show simulation time, which begins with the first second of 2015, or with `--realtime` the machine's time.
 #[test]
 fn clocks_are_simulation_time_unless_the_run_is_in_real_time() {
     let place = Place::new();
@@ -104,7 +104,7 @@ fn clocks_are_simulation_time_unless_the_run_is_in_real_time() {
         let args = ["run", "--script", "s.lua", "--stand-ins", "--steps", "3"];
         place.tatu(&[&args, more].concat()).good().out
     };
-    // Three steps, and three passes to the end.
+    // Three steps, and three passes until the end.
     assert_eq!(run(&[]), "2015\ttrue\ttrue\n".repeat(6));
     let real = run(&["--speed", "40", "--log", "run.log"]);
     assert!(!real.contains("2015") && real.lines().all(|l| l.ends_with("false\ttrue")), "{real}");

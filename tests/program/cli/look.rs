@@ -1,10 +1,10 @@
-//! Pictures of scenes and sensors: what stands where in them follows from the camera, the lamp and the scene.
+//! Tests of pictures of scenes and sensors: the expected pixels follow from the camera, the lamp and the scene.
 
 use std::{fs, path::Path};
 
 use crate::kit::*;
 
-/// A picture that was written.
+/// A picture written by the program.
 struct Picture {
     columns: usize,
     rows: usize,
@@ -33,7 +33,7 @@ impl Picture {
         let [r, g, b] = self.at(column, row).map(i32::from);
         r > 100 && r > 2 * g && r > 2 * b
     }
-    /// Whether there are so many colours at least.
+    /// Returns whether there are at least so many colours.
     fn is_colorful(&self, least: usize) -> bool {
         let mut all: Vec<&[u8]> = self.rgb.chunks_exact(3).collect();
         all.sort_unstable();
@@ -43,7 +43,7 @@ impl Picture {
 }
 
 impl Place {
-    /// `tatu look scene.toml`, into `out.png`.
+    /// Runs `tatu look scene.toml`, which writes `out.png`.
     fn look(&self, args: &[&str]) -> Done {
         self.tatu(&[&["look", "scene.toml", "-o", "out.png"], args].concat())
     }
@@ -53,7 +53,7 @@ impl Place {
     }
 }
 
-/// Red pixels: their number, and whether some lie at the edge.
+/// Returns the number of red pixels, and whether some are at the edge.
 fn red(picture: &Picture) -> (usize, bool) {
     let all = (0..picture.rows).flat_map(|r| (0..picture.columns).map(move |c| (c, r)));
     let red: Vec<_> = all.filter(|(c, r)| picture.is_red(*c, *r)).collect();
@@ -61,7 +61,7 @@ fn red(picture: &Picture) -> (usize, bool) {
     (red.len(), red.iter().any(edge))
 }
 
-/// Without `--from` the scene's camera sees; where there is none, all is in the picture, wherever it lies.
+/// Without `--from` the scene's camera is used; if there is none, everything is in the picture, wherever it is.
 #[test]
 fn a_scene_shows_itself() {
     for (at, size) in [([0.0; 3], 1.0), ([40.0, -7.0, 3.0], 0.1), ([-5.0, 2.0, -9.0], 30.0)] {
@@ -72,7 +72,7 @@ fn a_scene_shows_itself() {
             assert!(!edge && red * 20 > picture.rows * picture.columns, "{at:?}: {red}");
         }
     }
-    // 1 m away at 60 degrees: half of the width is 0.577 m, the half metre of the box 104 of 120 pixels.
+    // 1 m away at 60 degrees: half of the width is 0.577 m, so half a metre of the box is 104 of 120 pixels.
     let camera = "[[object]]\nkind = \"camera\"\nalias = \"eye\"\nposition_m = [-2.0, 0.0, 0.5]\norientation_deg = [0, 90, 90]\n";
     let place = Place::scene(&format!("{}{camera}", cuboid("box", [2.0, 1.0, 0.4], [0.0, 0.0, 0.5], RED)));
     let done = place.look(&["--size", "120x60"]).good();
@@ -82,14 +82,14 @@ fn a_scene_shows_itself() {
     assert!((102..=106).contains(&row(30)), "{}", row(30));
 }
 
-/// The floor that only the picture has cuts nothing, and can be left out.
+/// The floor that is added for the picture cuts off nothing, and can be left out.
 #[test]
 fn the_floor_lies_below_what_stands_on_it() {
     let place = Place::scene(&cuboid("box", [1.0; 3], [0.0; 3], RED));
     let args = ["--from", "0,-6,1", "--to", "0,0,0", "--size", "120x90", "--fov", "30"];
     let with = place.picture(&args);
     let without = place.picture(&[&args[..], &["--no-ground"]].concat());
-    // The lower half of the box is seen, and as much of it as without a floor, but for edges that are mixed.
+    // The lower half of the box is visible, as much of it as without a floor, apart from blended edges.
     let (with_red, without_red) = (red(&with).0, red(&without).0);
     assert!(with_red.abs_diff(without_red) * 10 < without_red && with_red > 600, "{with_red} {without_red}");
     assert_ne!(with.at(2, 88), without.at(2, 88));
@@ -112,7 +112,7 @@ fn a_picture_has_its_size_and_is_the_same_on_any_number_of_threads() {
 #[test]
 fn a_box_is_where_geometry_says() {
     // 120 pixels wide at 60 degrees: 60 / tan(30 degrees) = 103.9 pixels at distance 1. The front of the box, 3 m away
-    // and 1 m wide and high, reaches 103.9 / 3 * 0.5 = 17.3 pixels to each side of the middle.
+    // and 1 m wide and high, reaches 103.9 / 3 * 0.5 = 17.3 pixels to each side of the centre.
     let place = Place::scene(&format!("{FLOOR}{}", cuboid("box", [1.0; 3], [0.5, 0.0, 1.0], RED)));
     let picture = place.picture(&["--from", "-3,0,1", "--to", "0,0,1", "--size", "120x80", "--fov", "60"]);
     for (dx, dy) in [(0, 0), (15, 15), (-16, 15), (15, -16), (-16, -16)] {
@@ -121,24 +121,24 @@ fn a_box_is_where_geometry_says() {
     for (dx, dy) in [(19, 0), (-20, 0), (0, 19), (0, -20), (19, 19)] {
         assert!(!picture.is_red((60 + dx) as usize, (40 + dy) as usize), "{dx} {dy}");
     }
-    // The sky is above the horizon, and bluish; the floor below it is grey.
+    // Above the horizon the sky is bluish; the floor below is grey.
     let ([r, _, b], [fr, fg, fb]) = (picture.at(5, 2), picture.at(60, 78));
     assert!(b > r && fr.abs_diff(fg) < 20 && fg.abs_diff(fb) < 20, "{r} {b} {fr} {fg} {fb}");
-    // To the left of it is the box's +y: seen along +x, left is +y.
+    // Left in the picture is +y when looking along +x.
     let place = Place::scene(&format!("{FLOOR}{}", cuboid("box", [0.5; 3], [0.0, 0.6, 1.0], RED)));
     let picture = place.picture(&["--from=-3,0,1", "--to=0,0,1", "--size=120x80", "--fov=60"]);
-    // Its middle lies 103.9 * 0.6 / 3 = 20.8 pixels to the left.
+    // Its centre is 103.9 * 0.6 / 3 = 20.8 pixels to the left.
     assert!(picture.is_red(60 - 21, 40) && !picture.is_red(60 + 21, 40));
 }
 
 #[test]
 fn a_shadow_is_where_the_lamp_throws_it() {
-    // The lamp stands in the direction (0.3, -0.6, 1): docs/guide/pictures.md. A plate 0.4 m wide, 1 m up, throws its
-    // shadow around (-0.3, 0.6) on the floor.
+    // The lamp is in the direction (0.3, -0.6, 1): docs/guide/pictures.md. A plate 0.4 m wide, 1 m up, casts its shadow
+    // around (-0.3, 0.6) on the floor.
     let scene = format!("{FLOOR}{}", cuboid("plate", [0.4, 0.4, 0.02], [0.0, 0.0, 1.0], RED));
     let place = Place::scene(&scene);
     let picture = place.picture(&["--from", "0,0,4", "--to", "0,0,0", "--size", "200x200", "--fov", "60"]);
-    // From above x is to the right and y upwards: 100 / tan(30 degrees) / 4 = 43.3 pixels a metre on the floor.
+    // Seen from above, x is right and y up: 100 / tan(30 degrees) / 4 = 43.3 pixels per metre on the floor.
     let at = |x: f64, y: f64| picture.grey([100.0 + 43.3 * x, 100.0 - 43.3 * y]);
     let lit = at(0.35, -0.65);
     for (x, y) in [(-0.3, 0.6), (-0.16, 0.46), (-0.16, 0.74), (-0.44, 0.74), (-0.44, 0.46)] {
@@ -156,7 +156,8 @@ fn the_scene_is_shown_as_it_is_at_a_time() {
     let place = Place::scene(&format!("{FLOOR}{ball}"));
     let look =
         |at: &str| place.picture(&["--from", "-4,0,1", "--to", "0,0,1", "--size", "120x80", "--fov", "60", "--at", at]);
-    // 103.9 / 4 = 26 pixels a metre: 2 m high is 26 pixels above the middle; after 0.5 s of fall, 1.23 m lower, 6 below.
+    // 103.9 / 4 = 26 pixels per metre: 2 m high is 26 pixels above the centre; after falling for 0.5 s, 1.23 m lower, 6
+    // below.
     let (before, after) = (look("0"), look("0.5"));
     assert!(before.is_red(60, 40 - 26) && !before.is_red(60, 40 + 6));
     assert!(after.is_red(60, 40 + 6) && !after.is_red(60, 40 - 26));
@@ -189,14 +190,14 @@ fn a_sensor_that_tells_the_nearest_point_shows_it() {
     let place = Place::scene(&scene);
     let picture = place.picture(&["--sensor", "/feeler"]);
     assert!(picture.columns > 800 && picture.rows > 400 && picture.is_colorful(100));
-    // The ball at the point that was found.
+    // The ball at the detected point.
     assert!((0..picture.rows).any(|y| (0..picture.columns).any(|x| picture.is_red(x, y))));
     let again = fs::read(place.path().join("out.png")).unwrap();
     place.look(&["--sensor", "feeler", "--threads", "2"]).good();
     assert!(again == fs::read(place.path().join("out.png")).unwrap());
 }
 
-/// A sensor at half a metre that looks along +x: +z ahead, +y up, +x to the left.
+/// Returns a sensor half a metre up that looks along +x: +z ahead, +y up, +x to the left.
 fn sensor(kind: &str, more: &str) -> String {
     format!(
         "[[object]]\nkind = \"sensor\"\nsensor = \"{kind}\"\nalias = \"eye\"\nposition_m = [0, 0, 0.5]\n\
@@ -206,33 +207,36 @@ fn sensor(kind: &str, more: &str) -> String {
 
 #[test]
 fn a_scan_shows_what_is_left_at_the_left() {
-    // Only to the left there is a wall, 2 m away and 4 m long: of 181 beams, 1 degree apart, those from 45 to 90 degrees
-    // meet it, 46 of them.
+    // There is a wall only to the left, 2 m away and 4 m long: of 181 beams, 1 degree apart, those from 45 to 90
+    // degrees hit it, 46 of them.
     let wall = cuboid("wall", [4.0, 0.2, 1.0], [0.0, 2.1, 0.5], "");
     let place = Place::scene(&format!("{wall}{}", sensor("laser", "range_m = 5")));
     let picture = place.picture(&["--sensor", "eye"]);
     let all = (0..picture.rows).flat_map(|y| (0..picture.columns).map(move |x| (x, y)));
     let dots: Vec<(usize, usize)> = all.filter(|(x, y)| picture.is_red(*x, *y)).collect();
     assert!(dots.len() > 46, "{} red pixels", dots.len());
-    // The wall is a line upwards, left of the middle, as high as it is far: from the sensor's own height to 45 degrees.
+    // The wall is a vertical line left of the centre, as long as it is far away: from the sensor's own position to 45
+    // degrees.
     let range =
         |f: fn(&(usize, usize)) -> usize| (dots.iter().map(f).min().unwrap(), dots.iter().map(f).max().unwrap());
     let ((left, right), (top, bottom)) = (range(|d| d.0), range(|d| d.1));
     assert!(right < picture.columns / 2 && right - left < 8, "from {left} to {right}");
-    // Beams that meet nothing end 1.15 times as far away as the farthest hit, 2.83 m: at 3.25 m. They reach 3.25 m to the
-    // right and, at 44 degrees, 2.26 m to the left: 5.51 m in 720 pixels, and the 2 m of wall ahead in 261.
+    // Beams without a hit end at 1.15 times the distance of the farthest hit, 2.83 m: at 3.25 m. They reach 3.25 m to
+    // the right and, at 44 degrees, 2.26 m to the left: 5.51 m in 720 pixels, so the 2 m of wall ahead are 261 pixels.
     assert!((bottom - top).abs_diff(261) < 6, "{top} to {bottom}");
 }
 
 #[test]
 fn what_is_near_is_bright_in_a_depth_image_and_colours_stand_beside_it() {
-    // 64 x 48 pixels over 57 degrees: 32 / tan(28.5 degrees) = 58.9 pixels at distance 1. The box, 1 m ahead and from 0.05
-    // to 0.55 m to the left, covers columns 32 - 32.4 to 32 - 2.9 of the image's middle rows, 5 pixels wide each here.
+    // 64 x 48 pixels over 57 degrees: 32 / tan(28.5 degrees) = 58.9 pixels at distance 1. The box, 1 m ahead and from
+    // 0.05 to 0.55 m to the left, covers columns 32 - 32.4 to 32 - 2.9 of the image's middle rows, each 5 pixels wide
+    // here.
     let near = cuboid("box", [0.4, 0.5, 0.6], [1.2, 0.3, 0.5], RED);
     let far = cuboid("wall", [0.2, 9.0, 9.0], [3.1, 0.0, 0.5], "color = [0.2, 0.2, 1.0]");
     let place = Place::scene(&format!("{near}{far}{}", sensor("depth_camera", "columns = 64\nrows = 48")));
     let picture = place.picture(&["--sensor", "eye"]);
-    // The depth begins 20 pixels from the left and 76 from above; its legend takes 110, and the image follows 20 further.
+    // The depth image begins 20 pixels from the left and 76 from above; its legend takes 110, and the colour image
+    // follows 20 further.
     let (depth, color) = (20, 20 + 320 + 110 + 20);
     let middle = 76 + 120;
     let [r, g, b] = picture.at(depth + 80, middle);
@@ -248,7 +252,7 @@ fn what_is_near_is_bright_in_a_depth_image_and_colours_stand_beside_it() {
 fn any_other_sensor_is_shown_in_words() {
     let place = Place::scene(&format!("{FLOOR}{}", sensor("gps", "")));
     let picture = place.picture(&["--sensor", "eye"]);
-    // A title and a line for each of its fields, dark on white.
+    // A title and a line for each field, dark on white.
     assert!(picture.rows > 64 + 4 * 24 && picture.columns > 300);
     let rows = (0..picture.rows).filter(|y| (0..picture.columns).any(|x| picture.grey_at(x, *y) < 128));
     assert!(rows.count() > 50);

@@ -1,4 +1,4 @@
-//! The command line: what it prints, writes, draws and describes.
+//! Tests of the command line: printed and written output, pictures, descriptions.
 
 mod command_line;
 mod demos;

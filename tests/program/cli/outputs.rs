@@ -1,4 +1,4 @@
-//! What cannot be written is told, and the program ends with 1; a second Ctrl-C ends it whatever it waits for.
+//! Failures to write are reported, and the exit code is 1; a second Ctrl-C ends the program at once.
 
 #![cfg(target_os = "linux")]
 
@@ -10,7 +10,7 @@ use std::{
 
 use crate::kit::*;
 
-/// Exit code and standard error of the program with its standard output on a full disk.
+/// Returns exit code and standard error of the program with standard output on a full disk.
 fn on_a_full_disk(place: &Place, args: &[&str]) -> (Option<i32>, String) {
     let full = File::options().write(true).open("/dev/full").unwrap();
     let done = Command::new(program()).args(args).current_dir(place.path()).stdout(full).output().unwrap();
@@ -56,7 +56,7 @@ fn a_closed_pipe_ends_quietly() {
 fn a_second_interrupt_ends_it() {
     let place = Place::scene("");
     succeed(Command::new("mkfifo").arg(place.path().join("keys")));
-    // The pipe has a writer who never writes.
+    // The pipe has a writer that never writes.
     let mut child = Command::new(program())
         .args(["run", "scene.toml", "--seconds", "1000000", "--realtime", "--keys", "keys"])
         .current_dir(place.path())

@@ -1,4 +1,4 @@
-//! What the program writes is whole, or it says so; what it reads is what was written.
+//! Files that the program writes are complete, or an error is reported; files that it reads are checked.
 
 use std::{fs, path::Path, process::Command};
 
@@ -35,14 +35,14 @@ fn snapshots_and_pictures_leave_what_stands_there_as_it_is() {
         assert_eq!(mode(&at("new")) & 0o600, 0o600);
         write("nowhere/file").tells(&["error[E105]", "nowhere/file"]);
     }
-    // Nothing is left of what was begun.
+    // No incomplete file is left behind.
     let rest = fs::read_dir(place.path())
         .unwrap()
         .filter(|e| e.as_ref().unwrap().file_name().to_string_lossy().ends_with(".part"));
     assert_eq!(rest.count(), 0);
 }
 
-/// With a right checksum over wrong bytes.
+/// The checksums are right, but the bytes are wrong.
 #[test]
 fn forged_snapshots_end_in_an_error_or_in_a_run() {
     let place = scene();
@@ -101,11 +101,11 @@ fn a_log_that_was_edited_is_found() {
         place.write("bad.log", &(lines.join("\n") + "\n"));
         place.tatu(&["run", "--replay", "bad.log"])
     };
-    // A line lost within, two exchanged, one twice.
+    // A line lost, two exchanged, one repeated.
     for (order, line) in [([0, 1, 3, 4, 5, 5], 3), ([0, 2, 1, 3, 4, 5], 2), ([0, 1, 1, 2, 3, 4], 3)] {
         replay(&order.map(|i| lines[i])).refused(&["error[E116]", &format!("bad.log:{line}:"), "damaged"]);
     }
-    // Any digit of any line.
+    // Any digit of any line changed.
     for (i, line) in lines.iter().enumerate() {
         for at in (0..line.len()).filter(|at| line.as_bytes()[*at].is_ascii_digit()).step_by(7) {
             let mut changed = line.as_bytes().to_vec();
@@ -116,9 +116,9 @@ fn a_log_that_was_edited_is_found() {
             replay(&all).refused(&["error[E116]"]);
         }
     }
-    // Cut at the end it goes as far as it goes, and says so.
+    // A log truncated at the end is replayed as far as it goes, with a note.
     replay(&lines[..4]).good().tells(&["ended from outside"]);
-    // What is sealed, but of another run, is found at the end.
+    // A valid log of another run is detected at the end.
     let other = sealed_anew(&log, |l| match l.split_once(",\"hash\":") {
         Some((open, _)) => format!("{open},\"hash\":\"{:016x}\"", 7),
         None => l.to_owned(),
@@ -129,7 +129,7 @@ fn a_log_that_was_edited_is_found() {
     done.tells(&["error[E504]", "0000000000000007"]);
 }
 
-/// A pipe has no end until somebody closes it.
+/// A pipe may be endless.
 #[test]
 #[cfg(unix)]
 fn scenes_and_scripts_are_plain_files() {
@@ -139,7 +139,7 @@ fn scenes_and_scripts_are_plain_files() {
     place.tatu(&["check", "pipe.toml"]).refused(&["error[E105]", "pipe.toml", "not a plain file"]);
     let done = place.tatu(&["check", "scene.toml", "--script", "/box=pipe.lua"]);
     done.refused(&["pipe.lua", "not a plain file"]);
-    // Devices have no end either; neither have links to them.
+    // Devices may be endless too, also through links.
     std::os::unix::fs::symlink("/dev/zero", place.path().join("zero.jsonl")).unwrap();
     place.write("one.jsonl", "{\"step\": 0, \"hash\": \"0\"}\n");
     for args in [
@@ -159,7 +159,7 @@ fn scenes_and_scripts_are_plain_files() {
     }
 }
 
-/// Nobody writes to the pipe: the program waits for its keys, and goes when it is told to.
+/// The pipe is never written: the program waits for its keys, and ends when it gets a signal.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_signal_ends_a_run_that_waits_for_keys() {

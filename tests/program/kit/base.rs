@@ -1,4 +1,4 @@
-//! What all tests share: running the program, scenes in folders of their own, compiling plugins.
+//! Helpers of all tests: run the program, create scenes in temporary folders, compile plugins.
 
 use std::{
     fs,
@@ -11,21 +11,21 @@ use std::{
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A plane to stand on.
+/// A floor.
 pub const FLOOR: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
 
-/// Where the sources are.
+/// Returns the folder of the sources.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// A file of the folder `shared` beside the repository. Tests that use it are ignored where there is none.
+/// Returns a file of the folder `shared` next to the repository. Tests that use it are ignored if it is missing.
 pub fn shared(path: &str) -> PathBuf {
     let full = root().join("../shared").join(path);
     full.canonicalize().unwrap_or_else(|e| panic!("{}: {e}", full.display()))
 }
 
-/// What the program did.
+/// The result of running the program.
 pub struct Done {
     pub code: i32,
     /// The signal that ended it, if one did.
@@ -35,30 +35,30 @@ pub struct Done {
 }
 
 impl Done {
-    /// The summary of `run --json`, or the array of `list --json`.
+    /// Returns the summary of `run --json`, or the array of `list --json`.
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.out)
             .unwrap_or_else(|e| panic!("stdout is not JSON ({e}):\n{}\n{}", self.out, self.err))
     }
-    /// Ended without any error.
+    /// Checks that it ended without an error.
     #[track_caller]
     pub fn good(self) -> Self {
         assert!(self.code == 0, "exit {}\n{}\n{}", self.code, self.err, self.out);
         self
     }
-    /// The errors of a run, which must have ended with 1.
+    /// Returns the errors of a run, which must have ended with 1.
     #[track_caller]
     pub fn errors(&self) -> Vec<Value> {
         assert_eq!(self.code, 1, "{}\n{}", self.err, self.out);
         self.json()["errors"].as_array().unwrap().clone()
     }
-    /// Refused to start, and standard error has all of these words.
+    /// Checks that it refused to start, and that standard error has all of these words.
     #[track_caller]
     pub fn refused(&self, words: &[&str]) {
         assert_eq!(self.code, 2, "{}\n{}", self.err, self.out);
         self.tells(words);
     }
-    /// Standard error has all of these words.
+    /// Checks that standard error has all of these words.
     #[track_caller]
     pub fn tells(&self, words: &[&str]) {
         for w in words {
@@ -68,11 +68,11 @@ impl Done {
     }
 }
 
-/// Runs a program in a folder, without any plugin path; a program that hangs is ended.
+/// Runs a program in a folder, without a plugin path; a program that hangs is ended.
 pub fn run(program: &Path, dir: &Path, args: &[&str], env: &[(&str, &str)]) -> Done {
     let mut command = assert_cmd::Command::new(program);
     command.current_dir(dir).args(args).env_remove("TATU_PLUGIN_PATH").timeout(Duration::from_secs(300));
-    // Scenes of tests may load plugins that lie beside them.
+    // Scenes of tests may load plugins next to them.
     command.env("TATU_TRUST", dir);
     // What whoever runs the tests has installed is none of theirs.
     command.env("XDG_DATA_HOME", dir.join(".data"));
@@ -81,7 +81,7 @@ pub fn run(program: &Path, dir: &Path, args: &[&str], env: &[(&str, &str)]) -> D
     }
     let output = loop {
         match command.output() {
-            // A program that has just been copied: another test's new process still holds the file for a moment.
+            // A program that was just copied may still be held open by a new process of another test.
             Err(e) if e.kind() == ErrorKind::ExecutableFileBusy => std::thread::sleep(Duration::from_millis(10)),
             other => break other.unwrap(),
         }
@@ -103,12 +103,12 @@ fn signal(_: std::process::ExitStatus) -> Option<i32> {
     None
 }
 
-/// The program under test.
+/// Returns the program under test.
 pub fn program() -> &'static Path {
     Path::new(env!("CARGO_BIN_EXE_tatu"))
 }
 
-/// A folder that vanishes, in which the program runs.
+/// A temporary folder in which the program runs.
 pub struct Place {
     dir: TempDir,
 }
@@ -117,7 +117,7 @@ impl Place {
     pub fn new() -> Self {
         Place { dir: TempDir::with_prefix("tatu-test-").unwrap() }
     }
-    /// With a scene `scene.toml`: `[scene]` is open at the start of `text`.
+    /// Creates a folder with a scene `scene.toml`; `text` begins within the table `[scene]`.
     pub fn scene(text: &str) -> Self {
         let place = Place::new();
         place.write("scene.toml", &format!("format = 1\n[scene]\n{text}"));
@@ -135,15 +135,15 @@ impl Place {
     pub fn read(&self, name: &str) -> String {
         fs::read_to_string(self.path().join(name)).unwrap()
     }
-    /// The program with any arguments.
+    /// Runs the program with any arguments.
     pub fn tatu(&self, args: &[&str]) -> Done {
         run(program(), self.path(), args, &[])
     }
-    /// `tatu run scene.toml --json` and more arguments.
+    /// Runs `tatu run scene.toml --json` with more arguments.
     pub fn run(&self, args: &[&str]) -> Done {
         self.tatu(&[&["run", "scene.toml", "--json"], args].concat())
     }
-    /// The same with a trace of watched objects; it must end without error.
+    /// Runs the scene with a trace of watched objects; it must end without an error.
     #[track_caller]
     pub fn trace(&self, watch: &[&str], args: &[&str]) -> Vec<Line> {
         let mut all = vec!["--trace", "trace.jsonl"];
@@ -151,11 +151,11 @@ impl Place {
         self.run(&[&all, args].concat()).good();
         self.lines("trace.jsonl")
     }
-    /// The lines of a trace until a stop was asked for.
+    /// Returns the lines of a trace until a stop was requested.
     pub fn lines(&self, file: &str) -> Vec<Line> {
         self.all_lines(file).into_iter().filter(|l| !l.is_stopping()).collect()
     }
-    /// All lines of a trace.
+    /// Returns all lines of a trace.
     pub fn all_lines(&self, file: &str) -> Vec<Line> {
         self.read(file).lines().map(|l| Line(serde_json::from_str(l).unwrap())).collect()
     }
@@ -165,7 +165,7 @@ impl Place {
 pub struct Line(pub Value);
 
 impl Line {
-    /// Of a pass after a stop was asked for.
+    /// Returns whether the line belongs to a pass after a stop was requested.
     pub fn is_stopping(&self) -> bool {
         self.0["stopping"] == Value::Bool(true)
     }
@@ -178,13 +178,13 @@ impl Line {
     pub fn status(&self) -> Vec<&str> {
         self.0["statusbar"].as_array().unwrap().iter().map(|s| s.as_str().unwrap()).collect()
     }
-    /// Numbers of a watched object: "position", "quaternion", "linear_velocity", "angular_velocity".
+    /// Returns numbers of a watched object: "position", "quaternion", "linear_velocity", "angular_velocity".
     #[track_caller]
     pub fn object<const N: usize>(&self, path: &str, what: &str) -> [f64; N] {
         let found = numbers(&self.0["objects"][path][what]);
         found.try_into().unwrap_or_else(|v| panic!("`{path}` {what}: {v:?} in {}", self.0))
     }
-    /// One number of a watched sensor.
+    /// Returns one number of a watched sensor.
     #[track_caller]
     pub fn sensor(&self, path: &str, field: &str) -> f64 {
         let value = &self.0["readings"][path][field];
@@ -192,7 +192,7 @@ impl Line {
     }
 }
 
-/// An input log with other lines and the right checks: `change` gets and gives them without.
+/// Changes the lines of an input log and recomputes their checksums; `change` gets and returns lines without them.
 pub fn sealed_anew(log: &str, change: impl Fn(&str) -> String) -> String {
     let mut check = 0;
     let lines = log.lines().map(|line| {
@@ -204,42 +204,42 @@ pub fn sealed_anew(log: &str, change: impl Fn(&str) -> String) -> String {
     lines.collect()
 }
 
-/// A JSON array of numbers.
+/// Returns the numbers of a JSON array.
 pub fn numbers(v: &Value) -> Vec<f64> {
     v.as_array().into_iter().flatten().filter_map(Value::as_f64).collect()
 }
 
-/// Turn about the vertical of a quaternion x y z w, rad.
+/// Returns the rotation about the vertical of a quaternion x y z w, rad.
 pub fn yaw([x, y, z, w]: [f64; 4]) -> f64 {
     f64::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 }
 
-/// How far a body's z axis leans from the vertical, rad: never less than roll or pitch.
+/// Returns the angle of a body's z axis to the vertical, rad: never less than roll or pitch.
 pub fn lean([x, y, _, _]: [f64; 4]) -> f64 {
     (1.0 - 2.0 * (x * x + y * y)).clamp(-1.0, 1.0).acos()
 }
 
-/// A Pioneer with a script, written into the scene; `more` are further keys of it.
+/// Returns a Pioneer with an inline script; `more` has further keys.
 pub fn pioneer(script: &str, more: &str) -> String {
     format!("[[model]]\nmodel = \"pioneer_p3dx\"\n{more}\nscript = {{ text = '''\n{script}\n''' }}\n")
 }
 
-/// A dummy with a script of its own.
+/// Returns a dummy with an inline script.
 pub fn watcher(alias: &str, script: &str) -> String {
     format!("[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\nscript = {{ text = '''\n{script}\n''' }}\n")
 }
 
-/// A box; `more` are further keys of it.
+/// Returns a box; `more` has further keys.
 pub fn cuboid(alias: &str, size: [f64; 3], at: [f64; 3], more: &str) -> String {
     format!("[[object]]\nkind = \"shape\"\nalias = \"{alias}\"\nsize_m = {size:?}\nposition_m = {at:?}\n{more}\n")
 }
 
-/// The name of a library file on this system.
+/// Returns the file name of a library on this system.
 pub fn library(stem: &str) -> String {
     format!("{}{stem}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX)
 }
 
-/// Builds a template as its README tells, in a copy of its folder; the folder of the library.
+/// Builds a template as its README describes, in a copy of its folder; returns the folder of the library.
 pub fn template(place: &Place, name: &str) -> PathBuf {
     let api = root().join("plugin-api");
     let here = place.path().join("template").join(name);
@@ -253,7 +253,7 @@ pub fn template(place: &Place, name: &str) -> PathBuf {
 /// Runs the first line of a README that builds a library.
 pub fn build(readme: &str, folder: &Path) {
     let line = readme.lines().find(|l| l.contains(" -shared ")).expect("the README has a line to build it");
-    // The line is written for Linux; only the name of the library differs elsewhere.
+    // The line is written for Linux; on other systems the name of the library differs.
     let mut words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
     for w in &mut words {
         if w.starts_with("lib") && w.ends_with(".so") {
@@ -263,13 +263,13 @@ pub fn build(readme: &str, folder: &Path) {
     succeed(Command::new(compiler(&words[0])).args(&words[1..]).current_dir(folder));
 }
 
-/// The system's compiler for "cc" or "c++", or what CC and CXX say, as cargo's builds do.
+/// Returns the system's compiler for "cc" or "c++", or the one in CC and CXX, as cargo's builds do.
 pub fn compiler(name: &str) -> String {
     let variable = if name == "cc" { "CC" } else { "CXX" };
     std::env::var(variable).unwrap_or_else(|_| name.to_owned())
 }
 
-/// Runs a command that must succeed; its output.
+/// Runs a command that must succeed; returns its output.
 #[track_caller]
 pub fn succeed(command: &mut Command) -> String {
     let output = command.output().unwrap_or_else(|e| panic!("{command:?}: {e}"));

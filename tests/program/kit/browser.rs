@@ -1,4 +1,4 @@
-//! A real browser, driven over its own protocol: enough of it to look at a page and to press what is on it.
+//! Drives a real browser over its own protocol, as far as tests of the page need it.
 
 use std::{
     net::TcpStream,
@@ -11,17 +11,17 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket, stream::MaybeTlsStream};
 
-/// A page in a browser without a window.
+/// A page in a headless browser.
 pub struct Page {
     process: Child,
     socket: WebSocket<MaybeTlsStream<TcpStream>>,
     number: u64,
-    /// What went wrong in the page.
+    /// Errors of the page.
     pub wrong: Vec<String>,
     _folder: tempfile::TempDir,
 }
 
-/// The browser of this machine.
+/// Returns the browser of this machine.
 pub fn browser() -> PathBuf {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let path = std::env::var_os("PATH").unwrap_or_default();
@@ -33,7 +33,7 @@ fn wait<T>(what: &str, f: impl FnMut() -> Option<T>) -> T {
     wait_for(what, Duration::from_secs(60), f)
 }
 
-/// Asks again and again until there is an answer.
+/// Polls until there is a result.
 pub fn wait_for<T>(what: &str, limit: Duration, mut f: impl FnMut() -> Option<T>) -> T {
     let begin = Instant::now();
     loop {
@@ -64,7 +64,7 @@ impl Page {
             let mut stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
             let request = format!("GET /json HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\n\r\n");
             std::io::Write::write_all(&mut stream, request.as_bytes()).ok()?;
-            // The browser keeps the connection open: what it has to say is there soon.
+            // The browser keeps the connection open; its answer arrives quickly.
             stream.set_read_timeout(Some(Duration::from_millis(500))).ok()?;
             let mut bytes = Vec::new();
             let _ = std::io::Read::read_to_end(&mut stream, &mut bytes);
@@ -98,7 +98,7 @@ impl Page {
         }
     }
 
-    /// The value of an expression, or of its promise.
+    /// Returns the value of an expression, or of its promise.
     pub fn js(&mut self, expression: &str) -> Value {
         let params = json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
         let result = self.send("Runtime.evaluate", params);
@@ -106,12 +106,12 @@ impl Page {
         result["result"]["value"].clone()
     }
 
-    /// A text on the page.
+    /// Returns a text on the page.
     pub fn text(&mut self, selector: &str) -> String {
         self.js(&format!("document.querySelector({selector:?})?.textContent ?? ''")).as_str().unwrap_or("").to_owned()
     }
 
-    /// Presses a button of the page.
+    /// Clicks an element of the page.
     pub fn click(&mut self, selector: &str) {
         self.js(&format!("document.querySelector({selector:?}).click()"));
     }
@@ -124,7 +124,7 @@ impl Page {
         }
     }
 
-    /// A picture of the page, PNG.
+    /// Takes a screenshot of the page, as PNG.
     pub fn picture(&mut self, [width, height]: [u32; 2]) -> Vec<u8> {
         let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
         self.send("Emulation.setDeviceMetricsOverride", size);

@@ -1,21 +1,21 @@
-//! Plugins in C made on purpose, for the tests of refusals and claims: each part can be put in the place of the good one.
+//! Plugins in C for tests of refusals and claims, whose parts can be replaced.
 
 use std::{fs, process::Command};
 
 use crate::kit::*;
 
-/// A plugin in C with one command, `<name>.one`; each part can be put in the place of the good one.
+/// A plugin in C with one command, `<name>.one`; each part can be replaced.
 #[derive(Clone)]
 pub struct Source {
     /// File-scope text before the tables.
     pub before: String,
-    /// Id of the plugin, as C text.
+    /// Id of the plugin, as a C literal.
     pub id: String,
     pub major: String,
     pub size: String,
     pub needs: String,
     pub init: String,
-    /// Body of `extension`; `id` is what is asked for.
+    /// Body of `extension`; `id` is the requested extension.
     pub extension: String,
     pub tail: String,
 }
@@ -72,7 +72,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {{.size = {size}, .abi_major = {ma
     }
 }
 
-/// A sensor `eye` that measures nothing; the tables of a plugin that offers it.
+/// Returns a sensor that measures nothing, and the tables of a plugin that offers it.
 fn sensor(id: &str, table: &str) -> String {
     format!(
         "static tatu_status create(void *s, const tatu_instance *i, void **d, tatu_error *e) {{ (void)s; (void)i; (void)d; (void)e; return TATU_OK; }}
@@ -87,7 +87,7 @@ static const tatu_ext_sensor ext_sensor = {{.size = sizeof(tatu_ext_sensor), .ki
     )
 }
 
-/// A plugin with a sensor.
+/// Returns a plugin with a sensor.
 pub fn eye(name: &str, id: &str, table: &str) -> Source {
     let before = format!("#ifndef MEASURE\n#define MEASURE\n#endif\n{}", sensor(id, table));
     Source::new(name).with(|s| {
@@ -118,7 +118,7 @@ pub fn compile_with(place: &Place, name: &str, source: &str, more: &[&str]) {
     );
 }
 
-/// Tables of a model, a language, an actuator, an importer and a service, whole.
+/// Complete tables of a model, a language, an actuator, an importer and a service.
 const OTHERS: &str = "static tatu_status build(void *s, const tatu_builder *b, const tatu_value *p, tatu_error *e) { (void)s; (void)p; (void)e; b->object(b, \"dummy\", 0, tatu_text(\"BUILT\")); return TATU_OK; }
 static const tatu_model model = {.size = sizeof(tatu_model), .id = \"thing\", .text = \"A thing.\", .build = build};
 static const tatu_model *const models[] = {&model, NULL};
@@ -154,7 +154,7 @@ static const tatu_service *const services[] = {&butler, NULL};
 static const tatu_ext_service ext_service = {.size = sizeof(tatu_ext_service), .services = services};
 ";
 
-/// A plugin with one thing of each kind; `mark` tells whose they are.
+/// Returns a plugin that declares one item of each kind; `mark` identifies the plugin.
 pub fn all(name: &str, mark: &str) -> Source {
     eye(name, "eye", "").with(|s| {
         s.before += &OTHERS.replace("BUILT", &format!("built_by_{mark}")).replace("LANGUAGE", mark);
@@ -167,7 +167,7 @@ pub fn all(name: &str, mark: &str) -> Source {
     })
 }
 
-/// A scene with the folder `mine` and more.
+/// Creates a scene that loads plugins from the folder `mine`.
 pub fn place(more: &str) -> Place {
     let place = Place::scene(&format!("plugins = [\"mine\"]\n{FLOOR}{more}"));
     fs::create_dir(place.path().join("mine")).unwrap();

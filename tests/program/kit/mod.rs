@@ -1,7 +1,7 @@
-//! What all tests share.
+//! Helpers of all tests.
 //!
-//! - `base`: running the program, scenes in folders of their own, plugins compiled on the way;
-//! - `made`: a plugin in C whose parts can be replaced; `said`: what is written to standard error, as snapshots;
+//! - `base`: runs the program, creates scenes in temporary folders, compiles plugins;
+//! - `made`: a plugin in C whose parts can be replaced; `said`: snapshots of standard error;
 //! - `served`: a program that serves, and Python clients; `browser`: a real browser.
 
 mod base;

@@ -1,17 +1,17 @@
-//! What the program writes to standard error, kept in one snapshot per test: a better sentence costs one
-//! `cargo insta accept` (or `INSTA_UPDATE=always cargo test --test program`) and no change of a test.
+//! Standard error of the program, in one snapshot per test: an improved text only needs `cargo insta accept` (or
+//! `INSTA_UPDATE=always cargo test --test program`), not a change of a test.
 
 use std::{env::consts, fmt::Write};
 
 use crate::kit::*;
 
-/// All texts of one test; compared with `tests/program/snapshots/<folder>__<module>__<test>.snap` when it is dropped.
+/// The texts of one test; compared with `tests/program/snapshots/<folder>__<module>__<test>.snap` when it is dropped.
 pub struct Said {
     test: String,
     texts: String,
 }
 
-/// The texts of the function that this stands in.
+/// Creates the texts of the surrounding test function.
 macro_rules! said {
     () => {{
         fn here() {}
@@ -27,7 +27,7 @@ impl Said {
         Said { test, texts: String::new() }
     }
 
-    /// A text of a run in `place`, under a line that says what was tried; the folder's own name is left out.
+    /// Adds the output of a run in `place`, under a line with the arguments; the name of the folder is left out.
     pub fn add(&mut self, tried: &str, place: &Place, text: &str) {
         assert!(!text.contains("panicked"), "a panic:\n{text}");
         let mut text = text.replace(consts::DLL_SUFFIX, ".so");
@@ -37,18 +37,18 @@ impl Said {
         let _ = writeln!(self.texts, "======== {tried}\n{}\n", text.trim_end());
     }
 
-    /// A run that must not start.
+    /// Adds a run that must not start.
     #[track_caller]
     pub fn not_started(&mut self, place: &Place, args: &[&str]) {
         let done = place.tatu(args);
         assert_eq!(done.code, 2, "{args:?}\n{}\n{}", done.err, done.out);
-        // Only `check` says in a line on its own that a scene cannot run.
+        // Only `check` prints in a separate line that a scene cannot run.
         let verdict = args[0] == "check" && done.out.contains(": cannot run: ") && done.out.lines().count() == 1;
         assert!(done.out.is_empty() || verdict, "something started: {}", done.out);
         self.add(&args.join(" "), place, &done.err);
     }
 
-    /// A scene that must be refused, by `run` and `check` alike, with the line in which `wrong` stands.
+    /// Adds a scene that must be refused, by both `run` and `check`, with the line that contains `wrong`.
     #[track_caller]
     pub fn refused(&mut self, scene: &str, wrong: &str) {
         self.refused_in(&Place::new(), scene, wrong);

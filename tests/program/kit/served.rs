@@ -1,4 +1,4 @@
-//! What tests of remote services share: a program that serves a scene, and what its clients tell.
+//! Helpers for tests of remote services: a program that serves a scene, and the output of its clients.
 
 use std::{
     collections::BTreeMap,
@@ -12,10 +12,10 @@ use std::{
 
 use crate::kit::*;
 
-/// A program that serves a scene by one service, which ends with the test.
+/// A program that serves a scene by one service, and ends with the test.
 pub struct Served {
     process: Child,
-    /// Where the service listens.
+    /// The port on which the service listens.
     pub port: u16,
 }
 
@@ -24,7 +24,7 @@ impl Served {
     pub fn new(service: &str, scene: &str) -> Served {
         Self::with(service, scene, &[])
     }
-    /// With more arguments.
+    /// Serves a scene, with more arguments.
     pub fn with(service: &str, scene: &str, more: &[&str]) -> Served {
         let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
             .current_dir(root())
@@ -43,11 +43,11 @@ impl Served {
                 break port.parse().unwrap();
             }
         };
-        // What it says further on is read, so that it never waits for us.
+        // Its further output is read, so that it never blocks.
         std::thread::spawn(move || std::io::copy(&mut err, &mut std::io::sink()));
         Served { process, port }
     }
-    /// Interrupts it, as Ctrl-C does; whether it ends within 20 s.
+    /// Interrupts it as Ctrl-C does; returns whether it ends within 20 s.
     pub fn interrupt(&mut self) -> bool {
         succeed(Command::new("kill").args(["-INT", &self.process.id().to_string()]));
         let begin = Instant::now();
@@ -59,11 +59,11 @@ impl Served {
         }
         false
     }
-    /// Whether it still runs.
+    /// Returns whether it still runs.
     pub fn is_there(&mut self) -> bool {
         self.process.try_wait().unwrap().is_none()
     }
-    /// A connection of bytes.
+    /// Opens a TCP connection.
     pub fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
@@ -78,10 +78,10 @@ impl Drop for Served {
     }
 }
 
-/// What to do where a package cannot be had.
+/// Advice if a package cannot be installed.
 pub const OFFLINE: &str = "; set TATU_OFFLINE=1 to have the tests that need it ignored";
 
-/// Python with a package of PyPI, in an environment of its own.
+/// Returns Python with a package of PyPI, in a separate environment.
 pub fn python(package: &str, module: &str) -> PathBuf {
     static KNOWN: Mutex<BTreeMap<String, PathBuf>> = Mutex::new(BTreeMap::new());
     let mut known = KNOWN.lock().unwrap();
@@ -104,7 +104,7 @@ pub fn python(package: &str, module: &str) -> PathBuf {
     found.clone()
 }
 
-/// What a client printed that did well.
+/// Returns the output of a client, which must have succeeded.
 pub fn good(done: &Output) -> String {
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     String::from_utf8_lossy(&done.stdout).into_owned()

@@ -1,3 +1,3 @@
-//! The page, in a real browser where there is one.
+//! Tests of the page, in a real browser if there is one.
 
 mod web;

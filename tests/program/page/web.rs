@@ -1,4 +1,4 @@
-//! The page in the browser, and what it listens to: from outside, and in a real browser where there is one.
+//! Tests of the page and its server: from outside, and in a real browser if there is one.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -15,7 +15,7 @@ use crate::{
     kit::*,
 };
 
-/// The program with its page, which ends with the test.
+/// The program with its page; it ends with the test.
 struct Served {
     process: Child,
     url: String,
@@ -35,14 +35,14 @@ impl Served {
         BufReader::new(process.stdout.as_mut().unwrap()).read_line(&mut url).unwrap();
         Served { process, url: url.trim().to_owned() }
     }
-    /// 127.0.0.1:PORT
+    /// Returns the address as 127.0.0.1:PORT.
     fn host(&self) -> &str {
         self.url.trim_start_matches("http://").split('/').next().unwrap()
     }
     fn token(&self) -> &str {
         self.url.split("token=").nth(1).unwrap()
     }
-    /// What a request is answered with.
+    /// Returns the answer to a request.
     fn ask(&self, head: &str) -> String {
         let mut stream = TcpStream::connect(self.host()).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
@@ -63,7 +63,7 @@ impl Drop for Served {
     }
 }
 
-/// The next JSON message that has a key.
+/// Returns the next JSON message that has a key.
 fn next(socket: &mut WebSocket<MaybeTlsStream<TcpStream>>, key: &str) -> Value {
     loop {
         if let Message::Text(text) = socket.read().unwrap() {
@@ -96,7 +96,7 @@ fn only_who_has_the_token_and_comes_from_here_is_let_in() {
     let mut request = format!("ws://{host}{good}").into_client_request().unwrap();
     request.headers_mut().insert("Origin", format!("http://{host}").parse().unwrap());
     assert_eq!(tungstenite::connect(request).unwrap().1.status(), 101);
-    // Bytes that are nothing, half a head, and a message that is too large cost only who sent them.
+    // Invalid bytes, an incomplete head, and a message that is too large only affect their sender.
     for bytes in [&b"\x00\xFF\x01\x02\r\n\r\n"[..], b"GET / HTT"] {
         let mut stream = TcpStream::connect(host).unwrap();
         stream.write_all(bytes).unwrap();
@@ -122,7 +122,8 @@ fn who_may_look_cannot_act() {
     assert!(next(&mut eye, "details")["rows"].as_array().unwrap().len() > 10);
 }
 
-/// Viewers who ask without end keep nobody waiting who acts, and get no more than their share.
+/// Viewers that flood the server with requests do not delay clients with control rights, and get no more than their
+/// share.
 #[test]
 fn viewers_who_flood_wait_for_those_who_act() {
     let served = Served::new(root(), &["open", ROBOT, "--no-browser"]);
@@ -143,19 +144,19 @@ fn viewers_who_flood_wait_for_those_who_act() {
         if let MaybeTlsStream::Plain(stream) = viewer.get_mut() {
             stream.set_read_timeout(Some(Duration::from_millis(200))).unwrap();
         }
-        // Whatever else comes is read for a while.
+        // Count what arrives within four seconds.
         let (mut lists, end) = (0, std::time::Instant::now() + Duration::from_secs(4));
         while std::time::Instant::now() < end {
             let Ok(message) = viewer.read() else { continue };
             let text = message.to_text().unwrap_or_default();
             lists += usize::from(text.starts_with("{\"commands\"") || text.starts_with("{\"files\""));
         }
-        // 600 would take five minutes.
+        // All 600 would take five minutes.
         assert!((1..200).contains(&lists), "{lists}");
     }
 }
 
-/// What lies below `scenes` and is no plain file neither hangs the page nor stands in its gallery.
+/// Files below `scenes` that are not regular neither block the page nor appear in its gallery.
 #[cfg(unix)]
 #[test]
 fn the_gallery_has_plain_files_only() {
@@ -176,8 +177,8 @@ fn the_gallery_has_plain_files_only() {
     assert!(files.iter().all(|f| f["about"] == "A ball" && f["picture"].is_null()), "{files:?}");
 }
 
-/// The token stands in no argument of a program: a browser is started with a file that only its owner can read, and that
-/// goes once the page has come.
+/// No program gets the token as an argument: a browser is started with a file that only its owner can read, and that is
+/// removed once the page has connected.
 #[cfg(unix)]
 #[test]
 fn a_browser_is_started_without_the_token() {
@@ -293,10 +294,10 @@ fn a_student_drives_and_changes_a_robot() {
     page.until(&format!("document.getElementById('time').textContent !== {stood:?}"));
     page.click("#stop");
     page.until("document.getElementById('stop').className === 'on'");
-    // Another scene: its script is opened, a number changed, and the wheels turn slower.
+    // Another scene: its script is opened, a number is changed, and the wheels turn more slowly.
     page.js(&format!("import('tatu/net').then((m) => m.call('tatu.open', {ROBOT:?}))"));
     page.until("document.getElementById('name').textContent === 'pioneer_avoids_walls.toml'");
-    // Arrow keys drive the selected robot, as long as they are held.
+    // Arrow keys drive the selected robot while they are held.
     page.js("(async () => { const store = await import('tatu/store'); \
          store.select([...store.scene.objects.values()].find((o) => o.alias.endsWith('leftWheel')).id); })()");
     let press = |kind: &str| {
@@ -321,7 +322,7 @@ fn a_student_drives_and_changes_a_robot() {
          v.dispatch({ changes: { from: at, to: at + 3, insert: '1.0' } }); \
          document.getElementById('script-save').click(); })()");
     page.until(&format!("{speed}.then((v) => v <= 1)"));
-    // A script's window: moving its slider calls the script, whose label comes back.
+    // A window of a script: moving its slider calls the script, which changes a label.
     page.js("import('tatu/net').then((m) => m.call('tatu.open', 'plugins/commands/simui/demo.toml'))");
     page.until("document.getElementById('name').textContent === 'demo.toml'");
     page.click("#play");
@@ -329,7 +330,7 @@ fn a_student_drives_and_changes_a_robot() {
     page.js("(() => { const s = document.querySelector('.window input[type=range]'); s.value = 35; s.oninput(); })()");
     page.until("document.querySelector('.window')?.textContent.includes('3.5 rad/s')");
     page.until(&format!("{speed}.then((v) => v === 3.5)"));
-    // Whoever hears the page hears what each control is.
+    // Screen readers get a name for each control.
     assert_eq!(
         page.js(
             "[...document.querySelectorAll('button, input, select, [tabindex]')].filter((e) => !e.closest('[hidden]') && \
@@ -337,7 +338,7 @@ fn a_student_drives_and_changes_a_robot() {
         ),
         0
     );
-    // The view shows something else than its background.
+    // The view shows more than its background.
     page.until(
         "(() => { const c = document.querySelector('#view canvas'); const p = document.createElement('canvas'); \
          p.width = c.width; p.height = c.height; const x = p.getContext('2d'); x.drawImage(c, 0, 0); \
@@ -404,7 +405,7 @@ fn a_film_shows_any_time_of_a_run() {
         assert!(out.status.success(), "{text}");
         text.split("hash ").nth(1).unwrap()[..16].to_owned()
     };
-    // Whoever films changes nothing.
+    // Recording changes nothing.
     assert_eq!(run(&["--html", &film]), run(&["--trace", &trace, "--watch", "/Pioneer_p3dx"]));
     assert!(std::fs::metadata(&film).unwrap().len() < 5 << 20);
     let mut page = Page::open(&browser, &format!("file://{film}#3"));
@@ -450,7 +451,7 @@ fn picture_of_a_window() {
     page.until("(document.getElementById('time')?.textContent ?? '').includes(':06.')");
     page.click("#pause");
     page.click("#fit");
-    // The robot stands beside the window, not behind it.
+    // The robot is next to the window, not behind it.
     page.js("import('tatu/view').then((v) => { v.camera.setViewOffset(100, 100, -26, 0, 100, 100); v.redraw(); })");
     std::fs::write(root().join("docs/images/window.png"), page.picture([1180, 620])).unwrap();
 }

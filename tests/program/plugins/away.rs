@@ -1,10 +1,10 @@
-//! The program copied away from its libraries: which are missing, where it looked, what to do.
+//! The program copied away from its libraries: reports which are missing, where it searched, and what to do.
 
 use std::{fs, path::PathBuf};
 
 use crate::kit::*;
 
-/// The program alone in a folder.
+/// Copies only the program into a folder.
 fn copied() -> (Place, PathBuf) {
     let place = Place::scene(&format!("{FLOOR}{}", pioneer("", "")));
     let exe = place.path().join("bin").join(program().file_name().unwrap());
@@ -13,7 +13,7 @@ fn copied() -> (Place, PathBuf) {
     (place, exe)
 }
 
-/// Stems of the libraries that belong to the program, from the manifest.
+/// Returns the stems of the libraries that belong to the program, from the manifest.
 fn libraries() -> Vec<String> {
     let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
     let lines = manifest.lines().filter(|l| l.contains("path = \"plugins/"));
@@ -34,7 +34,7 @@ fn it_says_what_is_missing_where_it_looked_and_what_to_do() {
             done.tells(&[folder.to_str().unwrap()]);
         }
     }
-    // A folder that was asked for is named too.
+    // A folder that was specified is reported too.
     let done = run(&exe, place.path(), &["run", "scene.toml"], &[("TATU_PLUGIN_PATH", "no_such_folder")]);
     done.refused(&["no_such_folder"]);
 }

@@ -1,4 +1,4 @@
-//! A plugin that breaks the contract: it is named itself, at once, and the run goes on wherever it can. The plugin is
+//! A plugin that breaks the contract is named in an error at once, and the run continues where possible. The plugin is
 //! `breaches/plugin.c`.
 
 #![cfg(all(target_os = "linux", target_env = "gnu"))]
@@ -24,7 +24,7 @@ fn plugin() -> &'static Path {
 
 fn compile(source: &Path, to: &Path) {
     let include = format!("-I{}", root().join("plugin-api/include").display());
-    // What it does on purpose a compiler sees, too.
+    // Disable warnings, because compilers detect some of what it does on purpose.
     let args = ["-std=gnu11", "-O1", "-w", "-shared", "-fPIC", "-pthread", &include, "-o"];
     succeed(Command::new(compiler("cc")).args(args).arg(to).arg(source).arg("-lm"));
 }
@@ -39,7 +39,7 @@ fn ran(place: &Place, env: &[(&str, &str)], args: &[&str]) -> Done {
     run(program(), place.path(), &all, &env)
 }
 
-/// A script that calls the command once, prints what it is told, and goes on.
+/// Returns a script that calls the command once, prints the result, and continues.
 fn calls(how: &str) -> Place {
     let script = format!(
         "function sysCall_actuation()
@@ -143,7 +143,7 @@ fn what_a_plugin_changes_of_the_process_is_put_back_and_told() {
     }
 }
 
-/// The system tells an action that was put back with a flag that it did not have before.
+/// The system reports an action that was restored with a flag that it did not have before.
 #[test]
 fn what_was_put_back_is_told_once() {
     let done = ran(&calls("signal of children"), &[], &["--steps", "400"]);

@@ -1,4 +1,4 @@
-//! Names that are claimed twice: by two plugins a scene decides, in one plugin the first is used.
+//! Names that are claimed twice: by two plugins, where the scene decides; in one plugin, where the first is used.
 
 use crate::{kit::made::*, kit::*};
 
@@ -16,7 +16,7 @@ fn two_that_claim_one_name_are_told_and_the_scene_decides() {
     let base = place("");
     compile(&base, "a", &all("a", "a").text());
     compile(&base, "b", &all("b", "b").text());
-    // Nothing of it is used: told, and the scene runs.
+    // None of it is used: the conflict is reported, and the scene runs.
     let done = base.run(&["--steps", "1"]).good();
     done.tells(&["E303", "its sensor `eye`", "its model `thing`", "its language `tongue`", "[providers]"]);
     done.tells(&["its actuator `arm`", "its importer `reader`", "its service `butler`"]);
@@ -56,7 +56,7 @@ fn two_that_claim_one_name_are_told_and_the_scene_decides() {
         assert!(errors[0]["message"].as_str().unwrap().contains(&format!("loaded by {mark}")), "{errors:?}");
     }
     run(&(object("eye") + "[providers]\neye = \"org.test.c\"\n")).refused(&["E113", "org.test.a", "org.test.b"]);
-    // One command of two plugins: that of the lower id is called, and both are named.
+    // A command of two plugins: that of the lower id is called, and both are reported.
     let place = place(&watcher("w", "function sysCall_init() assert(same.one() == 1) end"));
     compile(&place, "a", &Source::new("same").with(|s| s.id = "\"org.test.a\"".into()).text());
     let other =

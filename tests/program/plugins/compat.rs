@@ -1,4 +1,4 @@
-//! Old and new: plugins built with frozen copies of the contract on this host, and plugins built with a later one.
+//! Compatibility: plugins built with frozen copies of the contract on this host, and plugins built with a later one.
 
 use std::{
     fs,
@@ -8,7 +8,7 @@ use std::{
 
 use crate::kit::*;
 
-/// The frozen copies.
+/// Returns the frozen copies.
 fn revisions() -> Vec<PathBuf> {
     let mut all: Vec<PathBuf> = fs::read_dir(root().join("tests/compat"))
         .unwrap()
@@ -24,7 +24,7 @@ fn name(revision: &Path) -> String {
     revision.file_name().unwrap().to_string_lossy().into_owned()
 }
 
-/// Compiles a plugin with the header of a folder.
+/// Compiles a plugin with the header in a folder.
 fn compile(source: &Path, include: &Path, to: &Path) {
     succeed(
         Command::new(compiler("cc"))
@@ -35,7 +35,7 @@ fn compile(source: &Path, include: &Path, to: &Path) {
     );
 }
 
-/// Calls both commands of an old plugin, and looks at a wall 0.5 m ahead with its sensor.
+/// Calls both commands of an old plugin, and measures a wall 0.5 m ahead with its sensor.
 fn works(place: &Place, prefix: &str) {
     let script = format!(
         "function sysCall_init()
@@ -60,7 +60,7 @@ fn works(place: &Place, prefix: &str) {
     assert!(!done.err.contains("warning"), "{}", done.err);
 }
 
-/// The draft of a frozen copy, as its ids have it.
+/// Returns the draft of a frozen copy, as in its ids.
 fn draft(revision: &Path) -> u32 {
     let header = fs::read_to_string(revision.join("tatu.h")).unwrap();
     let id = header.split("#define TATU_COMMAND \"tatu.command/draft.").nth(1).unwrap();
@@ -71,7 +71,8 @@ fn ours() -> u32 {
     draft(&root().join("plugin-api/include"))
 }
 
-/// Works if its draft is this host's, else it is refused with a sentence that tells both, and loses nothing else.
+/// Checks that the plugin works if its draft is this host's, and otherwise is refused with an error that names both
+/// drafts, without affecting anything else.
 fn works_or_is_refused(place: &Place, revision: &Path, prefix: &str) {
     if draft(revision) == ours() {
         return works(place, prefix);
@@ -79,7 +80,7 @@ fn works_or_is_refused(place: &Place, revision: &Path, prefix: &str) {
     place.write("scene.toml", &format!("format = 1\n[scene]\nplugins = [\"mine\"]\n{}", watcher("d", "")));
     let told = format!("built for draft {} of `tatu.", draft(revision));
     let done = place.run(&["--steps", "1"]).good();
-    // Where it needs a service it is not loaded; else it is, and nothing that it offers is used.
+    // If it needs a service it is not loaded; otherwise it is loaded, and nothing that it offers is used.
     done.tells(&[&told, &format!("this host has draft {}", ours()), "rebuild it"]);
 }
 
@@ -151,8 +152,8 @@ fn a_need_tells_how_much_of_the_host_it_is() {
     }
 }
 
-/// The header of a release to come: one more field at the end of tables of both sides, one more extension, one more
-/// service, and a type that goes with them.
+/// Returns the header of a future release: one more field at the end of tables of both sides, one more extension, one
+/// more service, and a type for them.
 fn header_to_come() -> String {
     let mut text = fs::read_to_string(root().join("plugin-api/include/tatu.h")).unwrap();
     let tables = [
@@ -188,7 +189,7 @@ typedef struct tatu_host_dreams { uint32_t size; uint32_t reserved; void(TATU_CA
     text.replace("#define TATU_ABI_MINOR 5", "#define TATU_ABI_MINOR 6")
 }
 
-/// What a plugin of that release adds to the old one: it fills the new fields, and asks for the new ones of the host.
+/// Returns a plugin of that release: it fills the new fields, and uses the new ones of the host.
 fn plugin_to_come() -> String {
     let old = fs::read_to_string(root().join("tests/compat/plugin.c")).unwrap();
     let replaced = |text: String, from: &str, to: &str| {
@@ -224,7 +225,7 @@ static const tatu_need dreams_need = {.size = sizeof(tatu_need), .optional = 1, 
         "  return NULL;\n}\nstatic const tatu_need",
         "  if (!strcmp(id, TATU_HOLOGRAM)) return &hologram;\n  return NULL;\n}\nstatic const tatu_need",
     );
-    // What the host does not have must be told by TATU_HAS and TATU_KNOWS, and by nothing else; then it falls back.
+    // Missing features of the host must be detected by TATU_HAS and TATU_KNOWS only; then the plugin falls back.
     text = replaced(
         text,
         "  return TATU_HAS(scene, find)",

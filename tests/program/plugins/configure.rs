@@ -1,4 +1,4 @@
-//! Live parameters: a plugin in C is handed their new values, and is made anew only where it asked for that.
+//! Live parameters: a plugin in C gets their new values, and is created again only where it requested that.
 
 use std::{fs, process::Command};
 
@@ -100,7 +100,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof(tatu_plugin_t), .a
   .extension = extension};
 "#;
 
-/// A wall 2 m ahead of a sensor of a kind, and a script.
+/// Returns a wall 2 m ahead of a sensor of a kind, and a script.
 fn looking(kind: &str, script: &str) -> Place {
     let sensor = format!("[[object]]\nkind = \"sensor\"\nsensor = \"{kind}\"\nalias = \"gauge\"\n");
     let wall = cuboid("wall", [1.0, 1.0, 0.2], [0.0, 0.0, 2.1], "");
@@ -118,7 +118,8 @@ fn with(scene: &str) -> Place {
     place
 }
 
-/// Runs some lines in three steps; what the gauge tells after each: times configured, bits of the last, rays that hit.
+/// Runs some lines in three steps; returns the gauge's values after each: times configured, bits of the last change,
+/// rays that hit.
 fn told(kind: &str, first: &str, second: &str) -> Vec<[f64; 3]> {
     let script = format!(
         "local n = 0
@@ -141,20 +142,20 @@ fn told(kind: &str, first: &str, second: &str) -> Vec<[f64; 3]> {
 #[test]
 fn a_sensor_is_handed_new_values_and_asked_for_its_beams() {
     let set = |key: &str, value: u32| format!("sim.setFloatProperty(gauge, 'gauge.{key}', {value})");
-    // It sees the wall once its range is long enough; the second ray makes its fields longer.
+    // It detects the wall once its range is long enough; the second ray makes its fields longer.
     let told_now = told("gauge", &set("range", 3), &set("rays", 2));
     assert_eq!(told_now, [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]);
-    // What rebuilds makes a new one, with the values that were set.
+    // A parameter that rebuilds creates it again, with the values that were set.
     let told_now = told("gauge", &set("range", 3), &set("mass", 2));
     assert_eq!(told_now[1..], [[1.0, 1.0, 1.0], [0.0, 0.0, 1.0]]);
-    // A kind without the function is made anew.
+    // A kind without the function is created again.
     let told_now = told("stiff", "sim.setFloatProperty(gauge, 'stiff.range', 3)", "");
     assert_eq!(told_now[1..], [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]]);
 }
 
 #[test]
 fn a_sensor_that_is_made_anew_measures_when_the_old_one_did() {
-    // One that waits to be asked goes on waiting, until it need not wait any more.
+    // A sensor that waits for requests keeps waiting until it need not wait any more.
     let script = "local n = 0
         function sysCall_actuation()
             gauge, n = sim.getObject('/gauge'), n + 1
@@ -175,7 +176,7 @@ fn a_value_that_is_not_taken_stays_as_it_was() {
         refused('`gauge.range` of /gauge: plugin `org.test.live`: sees 5 m at most [tatu_life.configure]', 'gauge.range', 6)";
     let told_now = told("gauge", &format!("{first} {kept}"), kept);
     assert_eq!(told_now[1..], [[1.0, 1.0, 1.0]; 2]);
-    // Taken, but there are no beams for it: one with the old values takes its place.
+    // The change is accepted, but its beams fail: the sensor is created again with the old values.
     let second = format!("refused('has two rays at most [tatu_sensor.beams]', 'gauge.rays', 3) {kept}");
     let told_now = told("gauge", first, &second);
     assert_eq!(told_now[1..], [[1.0, 1.0, 1.0], [0.0, 0.0, 1.0]]);
@@ -196,7 +197,7 @@ fn an_actuator_keeps_what_it_remembers() {
         let place = with(&format!("{ball}{engine}{}", watcher("caller", &script)));
         let lines = place.trace(&["/ball"], &["--steps", "6"]);
         let speed: Vec<f64> = lines.iter().map(|l| l.object::<3>("/ball", "linear_velocity")[0]).collect();
-        // Newtons on 1 kg for 0.05 s each.
+        // Newtons on 1 kg, for 0.05 s each.
         let gained = (0..6).map(|i| (speed[i] - if i > 0 { speed[i - 1] } else { 0.0 }) / 0.05);
         gained.map(|x| x.round() as i32).collect::<Vec<_>>()
     };

@@ -1,5 +1,5 @@
-//! A plugin that crashes or ends the program: the line that blames it, the exit status, what was written before. The
-//! plugin is `crashes/plugin.c`; what it does, and where, stands in the environment.
+//! A plugin that crashes or ends the program: the error that names it, the exit status, and the output written before.
+//! The plugin is `crashes/plugin.c`; the environment selects what it does, and where.
 
 #![cfg(all(target_os = "linux", target_env = "gnu"))]
 
@@ -16,17 +16,17 @@ use tempfile::TempDir;
 use crate::kit::*;
 
 const ID: &str = "org.example.crashes";
-/// Steps of 0.05 s before the harm: scripts act at 0.15 s, in the fourth step.
+/// Steps of 0.05 s before the crash: scripts act at 0.15 s, in the fourth step.
 const BEFORE: usize = 3;
 
-/// Signals, as POSIX and Linux number them.
+/// Signal numbers of POSIX and Linux.
 const SIGILL: i32 = 4;
 const SIGABRT: i32 = 6;
 const SIGBUS: i32 = 7;
 const SIGFPE: i32 = 8;
 const SIGSEGV: i32 = 11;
 
-/// A folder with the plugin and the harm of a file.
+/// Builds the plugin with the crash code in a file; returns the folder.
 fn built(harm: &str) -> TempDir {
     let sources = root().join("tests/program/plugins/crashes");
     let dir = TempDir::with_prefix("tatu-test-").unwrap();
@@ -49,13 +49,14 @@ fn built(harm: &str) -> TempDir {
     dir
 }
 
-/// The harm in C, built once.
+/// Returns the plugin with crash code in C, built once.
 fn in_c() -> &'static Path {
     static BUILT: OnceLock<TempDir> = OnceLock::new();
     BUILT.get_or_init(|| built("harm.c")).path()
 }
 
-/// A command, two sensors that are handled together, and a service: all are asked, one of them does harm.
+/// Returns a scene with a command, two sensors that are measured together, and a service: all are called, and one of
+/// them crashes.
 fn scene() -> Place {
     let script = "function sysCall_actuation()
         print('acts at', sim.getSimulationTime())
@@ -65,14 +66,14 @@ fn scene() -> Place {
     Place::scene(&format!("{}{}{}", watcher("box1", script), eye("left"), eye("right")))
 }
 
-/// Runs the scene with a harm at a place.
+/// Runs the scene with a kind of crash in a function.
 fn harmed(place: &Place, plugins: &Path, at: &str, how: &str, args: &[&str]) -> Done {
     let env = [("TATU_PLUGIN_PATH", plugins.to_str().unwrap()), ("CRASH_AT", at), ("CRASH_HOW", how)];
     let all = ["run", "scene.toml", "--steps", "10", "--trace", "trace.jsonl", "--service", "crash_service"];
     run(program(), place.path(), &[&all, args].concat(), &env)
 }
 
-/// The one line of an error of this code.
+/// Returns the only line with an error of this code.
 #[track_caller]
 fn line(done: &Done, code: &str) -> String {
     let start = format!("error[{code}]: ");
@@ -88,7 +89,7 @@ fn crashed(done: &Done, signal: i32, words: &[&str]) {
     words.iter().for_each(|w| assert!(line.contains(w), "`{w}` in: {line}"));
 }
 
-/// The trace is whole up to the step of the harm, and so is what was printed, by the script and by C.
+/// Checks that the trace is complete up to the step of the crash, and so is the output of the script and of C code.
 #[track_caller]
 fn written(place: &Place, done: &Done) {
     assert_eq!(place.lines("trace.jsonl").len(), BEFORE);
@@ -107,7 +108,7 @@ fn a_crash_in_a_command_is_blamed_by_every_signal() {
         ("deep", SIGSEGV, "(SIGSEGV, stack overflow)"),
     ];
     if cfg!(target_arch = "x86_64") {
-        // Other processors give 0.
+        // Other processors return 0.
         all.push(("divide", SIGFPE, "(SIGFPE)"));
     }
     for (how, signal, name) in all {
@@ -146,7 +147,7 @@ fn a_crash_before_there_is_a_world_names_the_file() {
         let place = scene();
         crashed(&harmed(&place, in_c(), "init", how, &[]), SIGSEGV, &["`tatu_plugin.init`", ID, &file]);
         crashed(&harmed(&place, in_c(), "constructor", how, &[]), SIGSEGV, &["one of its constructors", &file]);
-        // Every command that loads plugins says so.
+        // Every command that loads plugins reports it.
         let env = [("TATU_PLUGIN_PATH", in_c().to_str().unwrap()), ("CRASH_AT", "init"), ("CRASH_HOW", how)];
         for args in [&["list", "plugins"][..], &["check", "scene.toml"], &["describe", "joint"]] {
             crashed(&run(program(), place.path(), args, &env), SIGSEGV, &["`tatu_plugin.init`", ID]);
@@ -317,7 +318,7 @@ fn a_service_that_holds_the_run_is_named() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // Nobody comes, and the test goes on when that is told.
+    // No client connects; the test continues when the program reports that.
     let told =
         BufReader::new(running.stderr.take().unwrap()).lines().map_while(Result::ok).find(|l| l.contains("held"));
     running.kill().unwrap();

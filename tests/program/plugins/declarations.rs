@@ -1,10 +1,10 @@
-//! Declarations of plugins that make no sense: each is told with plugin, kind and parameter, and the rest works.
+//! Tests of invalid declarations by plugins: each is reported with plugin, kind and parameter, and the rest works.
 
 use std::process::Command;
 
 use crate::kit::*;
 
-/// A sensor and a command, nearly all of whose declarations are wrong, and a command that works.
+/// A sensor and a command, most of whose declarations are wrong, and a command that works.
 const WRONG: &str = r#"
 #include "tatu.h"
 
@@ -67,7 +67,7 @@ const tatu_plugin_t tatu_plugin = {sizeof(tatu_plugin_t), TATU_ABI_MAJOR, TATU_A
                                    "1", "MIT", 0, 0, 0, extension};
 "#;
 
-/// A scene with the plugin and more text.
+/// Creates a scene that loads the plugin and contains `more`.
 fn with_wrong(more: &str) -> Place {
     let place = Place::scene(&format!("plugins = [\".\"]\n{more}"));
     place.write("wrong.c", WRONG);
@@ -88,7 +88,7 @@ fn nonsense_is_told_and_the_rest_works() {
         "{}[[object]]\nkind = \"sensor\"\nsensor = \"nose\"\nspan_m = 2.0\n",
         watcher("caller", script)
     ));
-    // Its own sensor has a parameter that can have no value, which the scene must not be blamed for.
+    // The plugin's sensor has a parameter that cannot have any value; the error must not blame the scene.
     let done = place.run(&["--steps", "1"]);
     let told = |words: &[&str]| {
         let found = done.err.split("warning[E310]").any(|w| words.iter().all(|x| w.contains(x)));
@@ -113,7 +113,7 @@ fn nonsense_is_told_and_the_rest_works() {
     told(&["command `wrong.odd`", "`gain`"]);
     assert_eq!(done.err.matches("warning[E310]").count(), 13, "and nothing else:\n{}", done.err);
     assert!(!done.err.contains("smell"), "schemas of others are theirs");
-    // The parameter itself keeps refusing, in the words of a scene's error.
+    // The parameter itself is still refused, with the same error as for a value in a scene.
     done.refused(&["E102", "span"]);
     with_wrong(&watcher("caller", script)).run(&["--steps", "1"]).good();
 }
@@ -126,7 +126,7 @@ fn integers_have_no_fractions() {
         assert(not ok and tostring(message):find('expected an integer, found 2.5', 1, true), message)
         ok, message = pcall(wrong.three, 0/0)
         assert(not ok, message)
-        -- Names of old manners cut them off.
+        -- The names of old dialects truncate numbers.
         assert(wrongThree(2.9) == 5 and wrongThree(-2.9) == 1)
         ok, message = pcall(sim.getObjectPosition, 1.5)
         assert(not ok and tostring(message):find('found 1.5', 1, true), message)

@@ -1,5 +1,5 @@
-//! What plugins write lies within what they were given: a word too far is noticed after the call, and a reading that was refused
-//! is zero, not half written.
+//! Tests that the host detects writes beyond a plugin's buffers: one word too far is noticed after the call, and a
+//! refused reading is zero, not half written.
 
 use std::process::Command;
 
@@ -95,7 +95,7 @@ fn place(how: u32, script: &str) -> Place {
 
 #[test]
 fn a_word_too_far_is_noticed_and_what_was_refused_is_zero() {
-    // What both sensors read after each step.
+    // Prints what both sensors read after each step.
     let look = "function sysCall_init() one, two = sim.getObject('/eye0'), sim.getObject('/eye1') end
         function sysCall_sensing()
             local a, b = tatu.read(one), tatu.read(two)
@@ -119,7 +119,7 @@ fn a_word_too_far_is_noticed_and_what_was_refused_is_zero() {
                 (Some("org.example.writer"), Some("/eye0")),
                 "{e}"
             );
-            // The other one goes on; the first has nothing half written.
+            // The other sensor continues; the first has no half-written reading.
             let read: Vec<&str> = done.err.lines().filter(|l| l.contains("read")).collect();
             assert!(read.len() >= 4, "{}", done.err);
             assert!(read[1].contains("7.0 7.0 7.0") && read[3].contains("7.0 7.0 7.0"), "{read:?}");

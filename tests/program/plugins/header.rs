@@ -1,4 +1,5 @@
-//! The C header against its Rust mirror: names, sizes, places and values, as a C compiler and rustc see them.
+//! Tests of the C header against its Rust mirror: names, sizes, offsets and values, as a C compiler and rustc compute
+//! them.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -25,7 +26,7 @@ fn header() -> String {
     fs::read_to_string(root().join("plugin-api/include/tatu.h")).unwrap()
 }
 
-/// The header without comments.
+/// Returns the header without comments.
 fn code() -> String {
     let text = header();
     let mut parts = text.split("/*");
@@ -33,7 +34,7 @@ fn code() -> String {
     parts.fold(first, |out, part| out + part.split_once("*/").unwrap().1)
 }
 
-/// Compiles a `main` that prints, with the header before it, and returns what it prints: word by word.
+/// Compiles a `main` that prints, preceded by the header, and returns its output split into words.
 fn printed(body: &str) -> Vec<Vec<String>> {
     let place = Place::new();
     let text = format!("#include \"tatu.h\"\n#include <stdio.h>\nint main(void) {{\n{body}return 0;\n}}\n");
@@ -99,7 +100,7 @@ fn no_type_and_no_field_is_left_out() {
         .filter_map(|l| l.strip_suffix(" {"))
         .collect();
     assert_eq!(mirrored, declared, "rows of mirror.rs, types of the header");
-    // Fields follow each other without a gap that is not alignment's.
+    // Gaps between fields are alignment padding only.
     for t in &types {
         let mut end = 0usize;
         for f in &t.fields {
@@ -138,7 +139,7 @@ fn frozen_types_have_their_sizes() {
     }
 }
 
-/// Names and values of the constants in Rust, as they are written.
+/// Returns names and values of the constants in Rust, as they are written.
 fn constants() -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
     for file in ["frozen", "types", "ext", "host"] {
@@ -157,7 +158,7 @@ fn constants() -> BTreeMap<String, String> {
 #[test]
 fn constants_have_the_same_values() {
     let mut ours = constants();
-    // What two Rust sides tell each other is no part of the header.
+    // The Rust layout is negotiated between Rust plugins and a Rust host only; it is not part of the header.
     ours.remove("TATU_RUST_LAYOUT").unwrap();
     let mut body = String::new();
     for (name, value) in &ours {
@@ -168,7 +169,7 @@ fn constants_have_the_same_values() {
     let theirs: BTreeMap<String, String> = printed(&body).into_iter().map(|mut l| (l.remove(0), l.join(" "))).collect();
     assert_eq!(ours, theirs, "Rust, then C");
 
-    // And none of the header is missing: those of enums, and those that are defined to a number or text.
+    // The reverse: every constant of the header exists in Rust, enum constants as well as macros with a number or text.
     let code = code();
     let word = |s: &str| {
         s.trim().chars().take_while(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || *c == '_').collect::<String>()

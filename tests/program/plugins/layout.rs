@@ -1,7 +1,9 @@
-//! The record of layouts in `plugin-api/layout/`: what a released revision has, every later one has at the same place.
+//! Tests of the recorded layouts in `plugin-api/layout/`: fields of a released revision keep their offsets in all later
+//! ones.
 //!
-//! A file per revision; a line per type with its size, a line per field with place and size. Fields come in the order of
-//! the header. `TATU_BLESS=<name>` writes the record of a new revision, or adds new fields to a draft's.
+//! There is one file per revision, with one line per type (its size) and one line per field (offset and size). Fields
+//! are listed in the order of the header. `TATU_BLESS=<name>` writes the record of a new revision, or adds new fields
+//! to that of a draft.
 
 use std::{collections::BTreeMap, fmt::Write, fs, process::Command};
 
@@ -10,7 +12,7 @@ use crate::{
     plugins::mirror::{Type, types},
 };
 
-/// A type of a record: size, and place and size of its fields.
+/// The recorded layout of a type: its size, and offset and size of each field.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Known {
     size: usize,
@@ -58,7 +60,7 @@ fn read(text: &str) -> Record {
     out
 }
 
-/// What a revision has broken of an older one.
+/// Returns the ways in which a revision breaks an older one.
 fn broken(old: &Record, new: &Record) -> Vec<String> {
     let mut out = Vec::new();
     for (name, was) in old {
@@ -91,7 +93,7 @@ fn broken(old: &Record, new: &Record) -> Vec<String> {
     out
 }
 
-/// The records, oldest first: names in order, the number within them as a number.
+/// Returns the records, oldest first: sorted by name, numbers in names compared as numbers.
 fn records() -> Vec<(String, Record)> {
     let number = |s: &str| s.trim_matches(|c: char| !c.is_ascii_digit()).parse::<u64>().unwrap_or(0);
     let folder = root().join("plugin-api/layout");
@@ -126,7 +128,7 @@ fn nothing_that_was_recorded_has_moved() {
     );
 }
 
-/// What a C compiler makes of a header: the record's types and fields as they lie there.
+/// Returns the layout that a C compiler gives the types and fields of a record.
 fn compiled(header: &str, record: &Record) -> Record {
     let place = Place::new();
     place.write("tatu.h", header);
@@ -147,7 +149,7 @@ fn compiled(header: &str, record: &Record) -> Record {
     let exe = place.path().join(format!("print{}", std::env::consts::EXE_SUFFIX));
     succeed(Command::new(compiler("cc")).arg(place.path().join("print.c")).arg("-o").arg(&exe));
     let mut out = read(&succeed(&mut Command::new(exe)));
-    // In the order in which they lie.
+    // In the order of their offsets.
     out.values_mut().for_each(|known| known.fields.sort_by_key(|f| f.1));
     out
 }
@@ -158,7 +160,7 @@ fn a_field_that_is_moved_resized_or_removed_is_found() {
     let header = fs::read_to_string(root().join("plugin-api/include/tatu.h")).unwrap();
     let now = of(&types());
     assert_eq!(broken(&now, &compiled(&header, &now)), Vec::<String>::new());
-    // Two lines of a table changed places: nothing but the places tells.
+    // Two fields of a table are swapped: only their offsets change.
     let table = header.find("typedef struct tatu_sensor {").unwrap();
     let (before, after) = header.split_at(table);
     let mut lines: Vec<&str> = after.split_inclusive('\n').collect();
@@ -170,7 +172,7 @@ fn a_field_that_is_moved_resized_or_removed_is_found() {
     assert!(found.contains("tatu_sensor.id was field 2 at 8") && found.contains("tatu_sensor.text was"), "{found}");
     assert!(!found.contains("tatu_model"), "{found}");
 
-    // A number that became smaller, a field that is gone, one that was put between others, and one at the end.
+    // A type that shrinks, a removed field, a field inserted between others, and one appended at the end.
     let edited = |edit: &dyn Fn(&mut Known)| {
         let mut new = now.clone();
         edit(new.get_mut("tatu_budget").unwrap());

@@ -1,9 +1,9 @@
-//! What plugins declare of fields and slots, and what they make: objects and events. What cannot be is refused where it is
-//! declared or made, with the plugin named, and the rest works.
+//! Tests of invalid fields and slots that plugins declare, and of invalid objects and events that they create: each is
+//! refused at its declaration or creation, the error names the plugin, and the rest works.
 
 use crate::{kit::made::*, kit::*};
 
-/// A sensor `eye` with one field `smell.what`.
+/// Returns a sensor `eye` with one field `smell.what`.
 fn field(elem: &str, dims: &str) -> Source {
     eye("eye", "eye", ", .fields = fields").with(|s| {
         s.before = format!(
@@ -37,7 +37,7 @@ fn fields_have_a_size_and_elements_that_there_are() {
     }
 }
 
-/// A model `thing` whose `build` has this body.
+/// Returns a model `thing` whose `build` has this body.
 fn model(body: &str, more: &str) -> Source {
     Source::new("maker").with(|s| {
         s.before += &format!(
@@ -86,12 +86,12 @@ fn an_alias_can_stand_in_a_path() {
         ]);
         assert!(!done.err.contains('\u{1b}'), "{}", done.err);
     }
-    // Without one it is called as what it is.
+    // Without an alias, an object is named after its kind.
     compile(&base, "maker", &model("b->object(b, \"dummy\", 0, tatu_text(\"\"));", "").text());
     assert!(base.run(&["--steps", "1"]).good().json()["objects"]["/dummy"].is_object());
 }
 
-/// A plugin with a command `<name>.one` of this body, and these services of the host.
+/// Returns a plugin with a command `<name>.one` of this body, and these services of the host.
 fn actor(name: &str, body: &str) -> Source {
     Source::new(name).with(|s| {
         s.before = s.before.replace("return tatu_return(c, tatu_int(1));", body);

@@ -1,12 +1,13 @@
-//! The types of the border as Rust has them: one row per type, its fields in the order of the header.
+//! The types of the plugin interface as Rust declares them: one row per type, with its fields in the order of the
+//! header.
 //!
-//! `header` compares the rows with the header and with what a C compiler makes of it; a missing row or field fails there.
+//! `header` compares the rows with the header and with the layout by a C compiler; a missing row or field fails there.
 
 use core::mem::{align_of, offset_of, size_of};
 
 use tatu_plugin_api::abi;
 
-/// A field: name, place and size in bytes.
+/// A field: name, offset and size in bytes.
 pub struct Field {
     pub name: &'static str,
     pub at: usize,
@@ -22,13 +23,13 @@ pub struct Type {
 }
 
 fn measure<T, F>(name: &'static str, at: usize, _: fn(&T) -> &F) -> Field {
-    // Names that are words of Rust have an underscore behind.
+    // Fields whose names are Rust keywords end with an underscore.
     Field { name: name.trim_end_matches('_'), at, size: size_of::<F>(), align: align_of::<F>() }
 }
 
 macro_rules! mirror {
     ($($name:ident { $($field:ident),* })*) => {
-        /// All types.
+        /// Returns all types.
         pub fn types() -> Vec<Type> {
             vec![$(Type {
                 name: stringify!($name),

@@ -1,11 +1,11 @@
-//! A plugin that misbehaves in each function of each table: the run ends in order, names plugin, instance and call
-//! once, and everything else computes what it computes without it.
+//! Tests of a plugin that misbehaves in each function of each table: the run ends in order, names plugin, instance and
+//! call once, and everything else has the same results as without the plugin.
 
 use std::{collections::BTreeSet, fs};
 
 use crate::kit::*;
 
-/// Tables that plugins fill, with the kinds of instance of `tatu_life`.
+/// Tables that plugins fill in, and the kinds of instance of `tatu_life`.
 const TABLES: [&str; 9] = [
     "tatu_plugin_t",
     "tatu_life",
@@ -18,15 +18,15 @@ const TABLES: [&str; 9] = [
     "tatu_service",
 ];
 const LIVES: [&str; 5] = ["world", "sensor", "actuator", "script", "service"];
-/// Only these have parameters.
+/// The kinds whose instances have parameters.
 const CONFIGURED: [&str; 2] = ["sensor", "actuator"];
 
-/// There are two languages: says which one a text is in.
+/// Names the language of scripts in a scene, which two languages make ambiguous.
 fn with_lua(scene: &str) -> String {
     scene.replace("{ text = '''", "{ language = \"lua\", text = '''")
 }
 
-/// What stands in the scene beside the healthy robot, for a function to be called.
+/// Returns the scene text beside the healthy robot in which a function is called, and the name that its error has.
 fn scene_for(function: &str) -> (String, &'static str) {
     let sensor = "[[object]]\nkind = \"sensor\"\nsensor = \"misbehaves\"\nalias = \"eye\"\n";
     let script =
@@ -40,7 +40,7 @@ fn scene_for(function: &str) -> (String, &'static str) {
         with_lua(&watcher("caller", &format!("function sysCall_init() {set} end")))
     };
     match function {
-        // Without noise there is nothing to finish.
+        // `finish` is called only for sensors with noise.
         "tatu_sensor.finish" => return (format!("{sensor}noise = {{ number = {{ sigma = 0.1 }} }}\n"), "/eye"),
         "tatu_life.configure:sensor" => return (format!("{sensor}{}", setter("/eye")), "/eye"),
         "tatu_life.configure:actuator" => return (format!("{actuator}{}", setter("/ball/engine")), "/ball/engine"),
@@ -62,18 +62,18 @@ fn scene_for(function: &str) -> (String, &'static str) {
         ("tatu_command", _) => {
             (with_lua(&watcher("caller", "function sysCall_actuation() misbehaves.call() end")), "/caller")
         }
-        // Of the plugin, or its instance of the whole world: nothing but the plugin can be named. It must be needed.
+        // Instances for the plugin or the whole world are named after the plugin. The scene must need it.
         ("tatu_plugin", _) => (sensor.into(), "org.tatu.misbehaves"),
         _ => (String::new(), "org.tatu.misbehaves"),
     }
 }
 
-/// The name that the plugin and the program give a function.
+/// Returns the name that the plugin and the program give a function.
 fn written(table: &str, function: &str) -> String {
     format!("{}.{function}", table.trim_end_matches("_t"))
 }
 
-/// Every function pointer that a plugin fills, from the header itself.
+/// Returns every function pointer that a plugin fills in, as read from the header.
 fn functions() -> Vec<String> {
     let header = fs::read_to_string(root().join("plugin-api/include/tatu.h")).unwrap();
     let mut out = Vec::new();
@@ -87,7 +87,7 @@ fn functions() -> Vec<String> {
                 "tatu_life" if name == "tatu_life.configure" => {
                     out.extend(CONFIGURED.iter().map(|kind| format!("{name}:{kind}")));
                 }
-                // Only what a plugin keeps for a world goes through the end of a run.
+                // Only what a plugin keeps for a world takes part in the end of a run.
                 "tatu_life" if name == "tatu_life.end_run" => out.push(format!("{name}:world")),
                 "tatu_life" => out.extend(LIVES.iter().map(|kind| format!("{name}:{kind}"))),
                 _ => out.push(name),
@@ -99,7 +99,8 @@ fn functions() -> Vec<String> {
 
 #[test]
 fn every_table_that_a_plugin_fills_is_walked() {
-    // Tables with functions are the host's, or walked: a new one belongs into one of the two lists.
+    // Every table with functions belongs to the host or is tested here: a new one must be added to one of the two
+    // lists.
     let header = fs::read_to_string(root().join("plugin-api/include/tatu.h")).unwrap();
     let hosts = ["tatu_error", "tatu_host", "tatu_writer", "tatu_random", "tatu_call_api", "tatu_builder"];
     let mut found = BTreeSet::new();
@@ -123,7 +124,7 @@ struct Bench {
     robot: serde_json::Value,
 }
 
-/// A robot that drives, and a sonar that looks.
+/// Returns a robot that drives and a sonar that measures.
 fn healthy() -> String {
     let drive = "function sysCall_init() left = sim.getObject('/Pioneer_p3dx_leftMotor') end
         function sysCall_actuation() sim.setJointTargetVelocity(left, 1 + sim.getSimulationTime()) end";
@@ -144,7 +145,7 @@ impl Bench {
     fn scene(&self, more: &str) {
         self.place.write("scene.toml", &format!("format = 1\n[scene]\n{}{more}", healthy()));
     }
-    /// Runs with one misbehaviour; how it should have ended and did not.
+    /// Runs with one misbehaviour, and returns the deviations from the expected end.
     fn run(&self, function: &str, how: &str, args: &[&str]) -> Vec<String> {
         let (more, instance) = scene_for(function);
         self.scene(&more);
@@ -155,7 +156,7 @@ impl Bench {
             "tatu_life.load" => {
                 self.place.run(&["--steps", "8", "--snapshot-at", "0.2", "state"]).good();
                 match how {
-                    // Services take up theirs when the world goes on already.
+                    // Services restore their state only when the world already continues.
                     _ if function.ends_with(":service") => {
                         self.check(function, how, &[args, &["--from"], &file].concat(), instance)
                     }
@@ -166,7 +167,7 @@ impl Bench {
             _ => self.check(function, how, args, instance),
         }
     }
-    /// A state that is not written, or not read, is no fault of the run: it is replayed, and the reason told.
+    /// State that cannot be written or read does not fail the run: it is replayed instead, and the reason is reported.
     fn goes_by_replay(&self, function: &str, how: &str, instance: &str) -> Vec<String> {
         let asked = format!("{function}={how}");
         let all = ["run", "scene.toml", "--json", "--steps", "8"];
@@ -206,18 +207,18 @@ impl Bench {
         let has = |what: &str| told.iter().any(|l| l.contains(what));
         let errors = told.iter().filter(|l| l.starts_with("error")).count();
         let call = match (function, how) {
-            // By its own name; and what is numbered wrongly shows where the number is used.
+            // The error has the command's own name; a wrong number shows where it is used.
             ("tatu_command.call", "hang") => "tatu_command.call",
             ("tatu_command.call", _) => "misbehaves.call",
             ("tatu_language.find", "nonsense") => "tatu_language.call",
             ("tatu_language.keep_func", "nonsense") => "tatu_language.call_func",
             _ => function.split(':').next().unwrap(),
         };
-        // That it knows no such dialect is an answer: the one of the language.
+        // For an unknown dialect an error is a valid answer: the language reports it.
         let answers = (function, how) == ("tatu_language.knows_dialect", "error");
         let names_plugin = |l: &str| l.contains("org.tatu.misbehaves") || answers;
         let instance = if answers { "no dialect `strange` of the language `misbehaves`" } else { instance };
-        // The error of a command is the caller's; whose command it is stands in the summary.
+        // The error of a command belongs to its caller; the summary names the plugin that owns the command.
         let in_summary = || !done.out.is_empty() && done.json()["errors"][0]["plugin"] == "org.tatu.misbehaves";
         let robot = || done.json()["objects"]["/Pioneer_p3dx"]["hash"].clone();
         let began = done.code == 1 && how != "hang";
@@ -228,8 +229,8 @@ impl Bench {
             ("the plugin is not named", told.iter().any(|l| names_plugin(l)) || done.code == 1 && in_summary()),
             ("the instance is not named", has(instance)),
             ("the call is not named", has(call) || answers),
-            // Before a run: as a reason, and as what is missing because of it.
-            // Where a script is is asked for another error, which is told too.
+            // Before a run: once as the reason, and once for what is missing because of it. The location in a script is
+            // requested for another error, which is reported too.
             (
                 "it is not told once",
                 if done.code == 1 {

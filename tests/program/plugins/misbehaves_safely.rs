@@ -1,11 +1,12 @@
-//! A plugin in Rust without `unsafe` that declares something else each time it is asked, looks at what it changes, holds what
-//! has gone and leaves a thread behind: it gets an error or what was first declared, and never memory that is not its own.
+//! Tests of a plugin in safe Rust that declares something else on each request, reads what it is modifying, keeps
+//! references to removed objects and leaves a thread behind: it gets an error or the first declaration, and never reads
+//! memory that is not its own.
 
 use std::fs;
 
 use crate::kit::*;
 
-/// A scene beside the plugin.
+/// Creates a scene beside the plugin.
 fn place(scene: &str) -> Place {
     let place = Place::new();
     let file = library("tatu_testing_misbehaves_safely");

@@ -1,4 +1,4 @@
-//! Plugins: loaded, refused, crashing, misbehaving, old and new; the header and its record.
+//! Tests of plugins: loading, refusal, crashes, misbehaviour, old and new versions; the header and its recorded layout.
 
 mod away;
 mod breaches;

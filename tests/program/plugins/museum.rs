@@ -1,4 +1,4 @@
-//! Plugins as they were built once, kept as binaries: they load and do the same for ever.
+//! Tests of plugins kept as binaries since they were built: they load and behave as they did then.
 
 use std::{fs, path::PathBuf};
 
@@ -6,7 +6,7 @@ use sha2::{Digest, Sha256};
 
 use crate::kit::*;
 
-/// The rooms, one for each draft that this host takes.
+/// Returns the folders, one for each draft that this host accepts.
 fn rooms() -> Vec<PathBuf> {
     folders(&root().join("tests/museum"))
 }
@@ -18,17 +18,17 @@ fn folders(of: &std::path::Path) -> Vec<PathBuf> {
     all
 }
 
-/// What the scripts of an exhibit's scene print, line by line, on so many threads.
+/// Returns the lines that the scripts of an exhibit's scene print, with this number of threads.
 fn prints(exhibit: &std::path::Path, threads: &str) -> String {
     let place = Place::new();
     copy(exhibit, place.path());
-    // The cart's script needs longer than the others.
+    // The cart's script runs longer than the others.
     let steps = if exhibit.ends_with("cart") { "120" } else { "40" };
     let args =
         ["run", "scene.toml", "--steps", steps, "--no-addons", "--allow", "plugins", "--threads", threads, "--json"];
     let done = run(program(), place.path(), &args, &[("TATU_PLUGIN_PATH", ".")]).good();
     assert!(!done.err.contains("warning") && !done.err.contains("error"), "{}: {}", exhibit.display(), done.err);
-    // What scripts print, without the program's own lines.
+    // Only lines of scripts, without the program's own.
     let own = |l: &&str| !l.starts_with("plugin ");
     done.err.lines().filter(own).map(|l| format!("{l}\n")).collect()
 }

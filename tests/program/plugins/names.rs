@@ -1,11 +1,11 @@
-//! Names that plugins declare: those that cannot be names, that hide others, or that no script can call. The newcomer is
-//! blamed, and what was there before works on.
+//! Tests of the names that plugins declare: invalid ones, those that hide others, and those that no script can call.
+//! The plugin that is loaded later is blamed, and the earlier one keeps working.
 
 use std::fmt::Write;
 
 use crate::{kit::made::*, kit::*};
 
-/// A plugin with a command for each name, as C text; they return 1, 2, ...
+/// Returns a plugin with a command for each name, as C text; the commands return 1, 2, ...
 fn commands(plugin: &str, names: &[&str]) -> Source {
     let mut before = String::new();
     let mut list = String::new();
@@ -24,7 +24,7 @@ static const tatu_command c{i} = {{.size = sizeof(tatu_command), .names = l{i}, 
     Source::new(plugin).with(|s| s.before = before)
 }
 
-/// How many warnings have all of these words.
+/// Returns the number of warnings that contain all of these words.
 fn warnings(done: &Done, words: &[&str]) -> usize {
     let all = done.err.split("warning").skip(1).filter(|w| words.iter().all(|x| w.contains(x)));
     all.count()
@@ -109,11 +109,11 @@ static const tatu_ext_command with_constant = {{.size = sizeof(tatu_ext_command)
     }
     told_once(&done, &["[E303]", "its event `bad.bad\\u{1b}name` has an invalid name"]);
     told_once(&done, &["[E303]", "its constant `bad.bad\\u{1b}name` has an invalid name"]);
-    // The id of the plugin itself: it is not loaded.
+    // The id of the plugin itself is invalid: it is not loaded.
     source.id = "\"org.test.a b\"".into();
     compile(&base, "bad", &source.text());
     told_once(&base.run(&["--steps", "1"]).good(), &["[E301]", "its id `org.test.a b` holds a space"]);
-    // A suffix with which every name of a file ends.
+    // A suffix that occurs in every name of a file.
     let base = place("");
     let suffix = all("end", "a").text().replace("\".tongue\"", "\"\"").replace("\".scroll\"", "\".a b\"");
     compile(&base, "end", &suffix);
@@ -148,7 +148,7 @@ static const tatu_param *const params[] = {{&param, NULL}};
 
 #[test]
 fn a_name_is_no_name_space() {
-    // The first of a plugin counts.
+    // The first declaration of a plugin counts.
     let base = place(&watcher("w", "function sysCall_init() assert(reg.b() == 1 and type(reg) == 'table') end"));
     compile(&base, "reg", &commands("reg", &["reg.b", "reg"]).text());
     let done = base.run(&["--steps", "1"]).good();
@@ -156,7 +156,7 @@ fn a_name_is_no_name_space() {
         &done,
         &["[E303]", "`org.test.reg`", "its command `reg` is also the name space of `reg.b` of the same plugin"],
     );
-    // Of two plugins the later one is told, whichever way round.
+    // Of two plugins, the later one is reported, in either order.
     let base = place(&watcher("w", "function sysCall_init() assert(one.b() == 1 and two() == 2) end"));
     compile(&base, "a", &commands("a", &["one.b", "two"]).text());
     compile(&base, "b", &commands("b", &["one", "two.b"]).text());
@@ -170,7 +170,7 @@ fn a_name_is_no_name_space() {
 
 #[test]
 fn the_newcomer_is_blamed_and_not_what_comes_with_the_program() {
-    // Its id sorts before all others, and its folder is searched first.
+    // The plugin's id sorts before all others, and its folder is searched first.
     let script = "function sysCall_init()
         assert(sim.getObject('/w') > 0 and aaa.good() == 5)
         assert(sim.getTheAnswer() == 4)
@@ -189,7 +189,7 @@ fn the_newcomer_is_blamed_and_not_what_comes_with_the_program() {
     told_once(&done, &[&["[E303]", "its command `sim` is also the name space of"][..], &mine].concat());
     told_once(&done, &[&["[E303]", "its command `sim.getObject` is already offered by"][..], &mine].concat());
     told_once(&done, &[&["[E303]", "`sim.getObject.more` could not be reached"][..], &mine].concat());
-    // Once for a name space, and the names work.
+    // There is one warning per name space, and the names work.
     told_once(
         &done,
         &[&["[E310]", "`sim.another` and 1 more is in the name space `sim`", "if this is intended"][..], &mine]
@@ -205,7 +205,7 @@ fn names_that_are_a_languages_own_are_told_once() {
     compile(&base, "dead", &commands("dead", &["print", "string.format", "dead.print", "string.anew"]).text());
     let done = base.run(&["--steps", "1"]).good();
     for name in ["print", "string.format", "string.anew"] {
-        told_once(&done, &[&format!("no script in Lua can call the command `{name}` by its name"), "tatu describe"]);
+        told_once(&done, &[&format!("scripts in Lua cannot call the command `{name}`"), "tatu describe"]);
     }
     assert_eq!(warnings(&done, &["dead.print"]), 0, "{}", done.err);
 }

@@ -1,10 +1,11 @@
-//! Plugins as authors outside of this repository write them: each builds by the line at its top, and its scene checks it.
+//! Tests of plugins written as authors outside of this repository would: each builds with the command at its top, and
+//! its scene checks it.
 
 use std::{fs, process::Command};
 
 use crate::kit::*;
 
-/// A copy of one of them, built by its own line.
+/// Copies one of the plugins and builds it with its own command.
 fn built(name: &str) -> Place {
     let place = Place::new();
     let from = root().join("tests/outside").join(name);
@@ -24,7 +25,7 @@ fn built(name: &str) -> Place {
     place
 }
 
-/// One in Rust, built as the tests were.
+/// Builds one in Rust, with the profile of the tests.
 fn in_rust(name: &str) -> Place {
     let place = Place::new();
     copy(&root().join("tests/outside").join(name), place.path());
@@ -33,7 +34,8 @@ fn in_rust(name: &str) -> Place {
     place
 }
 
-/// Its scene runs to the end, and its script's checks hold; equal hashes on one thread and on two.
+/// Checks that the scene runs to its end without failed checks of its script, and has equal hashes with one and two
+/// threads.
 fn works(place: &Place, scene: &str, more: &[&str]) {
     let env = [("TATU_PLUGIN_PATH", ".")];
     let hash = |threads| {

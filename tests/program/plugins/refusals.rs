@@ -1,12 +1,12 @@
-//! Plugins that are refused, each made on purpose: the sentence names file, cause and mend, and a scene that does not
-//! need the plugin runs as without it.
+//! Tests of plugins that are refused, each built for one reason: the error names file, cause and remedy, and a scene
+//! that does not need the plugin runs as if it were absent.
 
 use std::fs;
 
 use crate::{kit::made::*, kit::said::*, kit::*};
 
 impl Said {
-    /// Runs a scene that does not need the plugin: exit 0, and standard error names the plugin's file, once.
+    /// Runs a scene that does not need the plugin: exit code 0, and standard error names the plugin's file once.
     #[track_caller]
     fn told(&mut self, name: &str, source: &Source) {
         let place = place("");
@@ -34,7 +34,7 @@ fn other_drafts_are_refused_by_their_number() {
     let source = eye("new", "far_eye", "");
     let source = source.with(|s| s.extension = s.extension.replace("TATU_SENSOR", "\"tatu.sensor/draft.9\""));
     said.told("new", &source);
-    // The command of that plugin works, and a scene that needs its sensor names the closest file.
+    // The command of that plugin works, and a scene that needs its sensor is told the most similar file.
     let place = place(&watcher("w", "function sysCall_init() assert(new.one() == 1) end"));
     compile(&place, "new", &source.text());
     place.run(&["--steps", "1"]).good();
@@ -57,7 +57,7 @@ static const tatu_need *const all_needs[] = {{&a_need, NULL}};\n"
     };
     said.told("needs", &need("tatu.host.scene/draft.9", 0));
     said.told("needs", &need("tatu.host.dreams/1", 0));
-    // A wish is only noted, and the plugin works.
+    // A missing optional service is only logged, and the plugin works.
     let place = place(&watcher("w", "function sysCall_init() assert(needs.one() == 1) end"));
     compile(&place, "needs", &need("tatu.host.dreams/1", 1).text());
     let done = place.run(&["--steps", "1"]).good();
@@ -73,7 +73,8 @@ fn a_start_that_fails_is_told() {
     said.told("sulk", &source);
     let source = Source::new("mute").with(|s| s.init = "return TATU_ERR;".into());
     said.told("mute", &source);
-    // One that fails because of a service of another draft is told so, whatever it says itself.
+    // If a plugin fails because a service exists only in another draft, the error says so, whatever the plugin reports
+    // itself.
     let source = Source::new("ask").with(|s| {
         s.init =
             "return host->service(host, \"tatu.host.scene/draft.0\") ? TATU_OK : tatu_fail(e, TATU_ERR, \"no scene\");"
@@ -87,7 +88,7 @@ fn descriptors_that_lack_something_are_refused() {
     let mut said = said!();
     let cut = |size: &str| Source::new("cut").with(|s| s.size = size.into());
     said.told("cut", &cut("offsetof(tatu_plugin_t, extension)"));
-    // In the middle of a field: that field does not count.
+    // The size ends in the middle of a field: that field does not count.
     said.told("cut", &cut("offsetof(tatu_plugin_t, extension) + 4"));
     said.told("cut", &cut("4"));
     said.told("cut", &Source::new("cut").with(|s| s.id = "NULL".into()));
@@ -151,7 +152,7 @@ fn every_required_function_is_asked_for() {
 
 #[cfg(target_os = "linux")]
 impl Said {
-    /// Puts a file `mine/libtatu_bad.so` beside a good one: it is reported and the run goes on.
+    /// Puts a file `mine/libtatu_bad.so` beside a valid plugin: it is reported and the run continues.
     #[track_caller]
     fn file_told(&mut self, change: impl FnOnce(Vec<u8>) -> Vec<u8>) {
         let place = place(&watcher("w", "function sysCall_init() assert(good.one() == 1) end"));
@@ -209,7 +210,7 @@ fn a_library_without_the_symbol_is_refused() {
     done.tells(&["E301", &library("tatu_mute"), "exports no `tatu_plugin`", "in C++ include tatu.h"]);
 }
 
-/// Sets flush-to-zero by an instruction and another locale by the C library, as a careless library does.
+/// Sets flush-to-zero with an instruction and another locale through the C library, as careless libraries do.
 const MODE: &str = "#include <locale.h>
 #if defined(__x86_64__)
 #include <xmmintrin.h>
@@ -250,7 +251,7 @@ fn a_changed_floating_point_mode_or_locale_is_put_back_and_named_once() {
         assert_eq!(done.err.matches(words).count(), 1, "{}", done.err);
         assert_eq!(done.json()["hash"], clean);
     }
-    // During a run: in a command, in a measure, in the making of an instance.
+    // During a run: in a command, in a measurement, in the creation of an instance.
     let command = Source::new("fast").with(|s| {
         s.before = format!("{MODE}{}", s.before.replace("{ return tatu_return", "{ fast(); return tatu_return"));
     });
@@ -259,7 +260,7 @@ fn a_changed_floating_point_mode_or_locale_is_put_back_and_named_once() {
     compile(&place, "fast", &command.text());
     let done = place.run(&["--seconds", "1"]);
     let errors = done.errors();
-    // The first time it is one of those that the script called; then every call is looked at.
+    // The first time, any command that the script called may be the cause; from then on, every call is checked.
     assert_eq!(errors.len(), 2, "{errors:?}");
     assert!(errors[0]["message"].as_str().unwrap().contains("org.test.fast"), "{errors:?}");
     assert_eq!((errors[1]["plugin"].as_str(), errors[1]["count"].as_u64()), (Some("org.test.fast"), Some(22)));

@@ -1,5 +1,5 @@
-//! Files that are changed while a run uses them: the run is held at known steps by a client, so that every change is
-//! taken at a known barrier.
+//! Tests of files that change while a run uses them. A client stops the run at known steps, so that every change takes
+//! effect at a known barrier.
 
 use std::{fs, process::Command, thread, time::Duration};
 
@@ -10,7 +10,7 @@ use crate::{
     remote::jsonl::{Client, Ended, Running},
 };
 
-/// A robot that wriggles along: what it does next depends on a counter, a table and an upvalue.
+/// A robot that wriggles along: its motion depends on a counter, a table and an upvalue.
 const ROBOT: &str = "
 n = 0
 local turns = 0
@@ -27,7 +27,7 @@ function sysCall_actuation()
 end
 ";
 
-/// Two robots far from each other, each with a script file; `more` is further scene text.
+/// Creates two robots far from each other, each with a script file; `more` is further scene text.
 fn two_robots(head: &str, more: &str) -> Place {
     let robot = |alias: &str, y: f64| {
         format!(
@@ -39,7 +39,7 @@ fn two_robots(head: &str, more: &str) -> Place {
     place
 }
 
-/// A run that a client holds. It is looked for changes ten times a second at most, and not at files just written.
+/// A run that a client stops. Files are checked at most ten times a second, and not just after they were written.
 struct Held {
     run: Running,
     client: Client,
@@ -57,7 +57,7 @@ impl Held {
         self.client.step(n);
         self
     }
-    /// Writes a file and lets it settle.
+    /// Writes a file and waits until it counts as unchanging.
     fn write(&mut self, place: &Place, name: &str, text: &str) -> &mut Self {
         place.write(name, text);
         thread::sleep(Duration::from_millis(250));
@@ -82,7 +82,7 @@ fn tells(ended: &Ended, words: &[&str]) {
     }
 }
 
-/// The summary of a run of so many steps in which nothing is changed.
+/// Returns the summary of a run of this many steps in which nothing is changed.
 fn undisturbed(place: &Place, steps: u64) -> Value {
     place.run(&["--hashes", "--trace", "plain.jsonl", "--steps", &steps.to_string()]).good().json()
 }
@@ -94,7 +94,7 @@ fn a_script_that_means_the_same_goes_on_where_it_was() {
     let mut held = Held::start(&place, &["--reload"]);
     held.steps(20);
     held.write(&place, "A.lua", &format!("-- a remark,\n-- and another\n{ROBOT}")).steps(20);
-    // Written again, with nothing new.
+    // Written again, with the same content.
     held.write(&place, "B.lua", ROBOT).steps(20);
     let (summary, ended) = held.end();
     let ended = ended.good();
@@ -112,7 +112,7 @@ fn a_changed_script_takes_over_the_global_variables() {
     held.steps(20);
     let changed = ROBOT.replace("n = n + 1", "n = n + 1\nsim.addStatusbarMessage(n .. ' ' .. #past .. ' ' .. turns)");
     held.write(&place, "A.lua", &changed).steps(1);
-    // What cannot be compiled is refused, and told once.
+    // A script that cannot be compiled is refused and reported once.
     held.write(&place, "A.lua", "function sysCall_actuation()\n  local x = = 1\nend").steps(18);
     held.steps(1);
     let (summary, ended) = held.end();
@@ -120,7 +120,7 @@ fn a_changed_script_takes_over_the_global_variables() {
     tells(&ended, &["A.lua of /A (state kept)", "E306", "A.lua:2", "the old one goes on"]);
     assert_eq!(ended.err.matches("E306").count(), 1, "{}", ended.err);
     let lines = place.lines("t.jsonl");
-    // The counter and the table go on at 20; the local variable of the text is new.
+    // The counter and the table continue at 20; the local variable of the text is new.
     assert_eq!(lines[20].status(), ["21 20 0"]);
     assert_eq!(lines[21].status(), ["22 21 0"], "the old one goes on");
     assert_eq!(hash_of(&summary, "/B"), hash_of(&plain, "/B"), "nobody has touched it");
@@ -141,7 +141,7 @@ fn a_script_whose_state_cannot_be_written_begins_anew_and_is_told() {
     assert_eq!((lines[4].status(), lines[6].status()), (vec!["one"], vec!["two"]));
 }
 
-/// A plugin with a command and a sensor: both count, and tell their version with it.
+/// A plugin with a command and a sensor: both count, and report the plugin's version with the count.
 const PROBE: &str = r#"
 #include "tatu.h"
 #include <stdlib.h>
@@ -238,7 +238,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof tatu_plugin, .abi_
   .extension = extension};
 "#;
 
-/// Compiles the plugin into a folder `built`, with these definitions; the bytes of the library.
+/// Compiles the plugin into the folder `built` with these definitions, and returns the bytes of the library.
 fn probe(place: &Place, defines: &[&str]) -> Vec<u8> {
     place.write("built/probe.c", PROBE);
     let mut cc = Command::new(compiler("cc"));
@@ -268,7 +268,7 @@ fn a_changed_plugin_takes_the_place_of_the_old_one() {
     let plain = undisturbed(&place, 16);
 
     let mut held = Held::start(&place, &["--reload", "--watch", "/p"]);
-    // Into the same file, which is what a linker does, and what ends a process that has it mapped.
+    // Overwrites the same file, as linkers do; this would crash a process that has it mapped.
     let put = |bytes: &[u8]| {
         fs::write(&file, bytes).unwrap();
         thread::sleep(Duration::from_millis(250));
@@ -300,7 +300,7 @@ fn a_changed_plugin_takes_the_place_of_the_old_one() {
         let (n, version) = (i as f64 + 1.0, if i < 12 { 1.0 } else { 2.0 });
         assert_eq!(line.sensor("/p", "probe.readings"), n, "step {i}");
         assert_eq!(line.sensor("/p", "probe.sum"), 12.0_f64.min(n) + 2.0 * (n - 12.0).max(0.0), "step {i}");
-        // Twice a step as long as there is the old command.
+        // Called twice a step while the old command exists.
         let calls = if i < 12 { 2 * i + 1 } else { 24 + i - 12 + 1 };
         assert_eq!(line.status()[0], (version as usize * 1000 + calls).to_string(), "step {i}");
     }
@@ -313,7 +313,7 @@ fn what_was_told_at_the_start_keeps_no_new_version_out() {
     let place = two_robots("plugins = [\"plugins\"]\n", "");
     let file = place.path().join("plugins").join(library("tatu_probe"));
     fs::create_dir_all(place.path().join("plugins")).unwrap();
-    // A name that is none: told when the run begins, and just as wrong in every version.
+    // An invalid name: reported when the run begins, and again invalid in every version.
     let [second, third] = ["-DVERSION=2", "-DVERSION=3"].map(|v| probe(&place, &[v, "-DANOTHER=\"pro be\""]));
     fs::write(&file, &second).unwrap();
     let mut held = Held::start(&place, &["--reload"]);
@@ -362,7 +362,7 @@ fn a_changed_model_is_taken_into_what_stands_there() {
     let lines = place.lines("t.jsonl");
     let masses: Vec<&str> = lines.iter().map(|l| l.status()[0]).collect();
     assert_eq!(masses, [["2.0"; 5], ["3.0"; 5], ["3.0"; 5], ["3.0"; 5]].concat());
-    // It falls on as if nothing had happened: another mass falls as fast.
+    // It continues to fall undisturbed: another mass falls equally fast.
     let plain_lines = place.lines("plain.jsonl");
     assert_eq!(plain_lines.len(), 20);
     let z = |i: usize| lines[i].object::<3>("/P/box", "position")[2];

@@ -1,10 +1,10 @@
-//! Rules about which call may ask the host for what are kept by the host: a plugin that breaks them is refused, and named.
+//! Tests that the host enforces which functions a call may use: a plugin that breaks the rules is refused and named.
 
 use std::process::Command;
 
 use crate::kit::*;
 
-/// What changes the world.
+/// Functions that change the world.
 const ACTS: [&str; 10] = [
     "scene.set_pose",
     "scene.set",
@@ -18,7 +18,8 @@ const ACTS: [&str; 10] = [
     "stage.run",
 ];
 
-/// Eyes that act where they may not, and a scene around them; `script`: of an object that calls commands.
+/// Creates a scene with sensors that call functions where they may not; `script` belongs to an object that calls
+/// commands.
 fn place(eyes: usize, eye: &str, script: &str) -> Place {
     let mut scene =
         format!("{}{}", cuboid("box", [0.2; 3], [0.0, 0.0, 2.0], "dynamic = true"), watcher("caller", script));
@@ -37,7 +38,8 @@ fn place(eyes: usize, eye: &str, script: &str) -> Place {
     place
 }
 
-/// The run goes on, each function that was called is refused and told with the call that it was in, and nothing was done.
+/// Checks that the run continues, that each function is refused and reported with the call it was made in, and that
+/// none took effect.
 fn refused(done: &Done, call: &str, functions: &[&str]) {
     assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
     let errors = done.errors();
@@ -71,7 +73,7 @@ fn what_changes_the_world_is_refused_where_only_a_look_is_allowed() {
         let saved: &[&str] = if eye == "save" { &["--snapshot-at", "0.15", "t.snap"] } else { &[] };
         let done = place.run(&[&["--steps", "6"], saved].concat());
         if eye == "destroy" {
-            // Faults at the very end are told as lines.
+            // Faults at the very end are reported as log lines.
             assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
             continue;
         }
@@ -97,7 +99,7 @@ fn threads_of_a_plugin_are_kept_out_of_worlds() {
         let place = place(1, "nowhere", "function sysCall_actuation() nosy.thread() end");
         let done = place.run(&["--steps", "4", "--threads", threads]);
         assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
-        // It is a fault of the run, and names the library: the host cannot know whose a thread is.
+        // It is a fault of the run and names the library: the host cannot know which plugin started a thread.
         assert!(done.errors().iter().all(|e| e["code"] == "F207"));
         done.tells(&[
             &library("tatu_nosy"),

@@ -1,4 +1,4 @@
-//! Plugins of others: the templates, built as their READMEs tell by the system's compilers, and used from Lua.
+//! Tests of the plugin templates: built with the system's compilers as their READMEs say, and used from Lua.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::kit::*;
 
-/// A scene that loads the C template and runs a script; `more` is further scene text.
+/// Creates a scene that loads the C template and runs a script; `more` is further scene text.
 fn with_c(script: &str, more: &str) -> Place {
     let scene = format!("plugins = [\"template/c_command\"]\n{more}{}", watcher("caller", script));
     let place = Place::scene(&scene);
@@ -14,7 +14,7 @@ fn with_c(script: &str, more: &str) -> Place {
     place
 }
 
-/// Status lines of a run without errors, by step.
+/// Returns the status lines of a run without errors, by step.
 fn told(place: &Place, args: &[&str]) -> Vec<Vec<String>> {
     let lines = place.trace(&[], args);
     lines.iter().map(|l| l.status().iter().map(|s| s.to_string()).collect()).collect()
@@ -30,7 +30,7 @@ fn c_gets_and_gives_values_of_all_kinds() {
         assert(about.sum == 6.5 and got == 6.5 and about.called.half == 3.25 and about.called.l[2] == 'x')
         about, n = example.describe(1, '', {}, function() end)
         assert(about.sum == 0 and n == 0 and #about.scaled == 0 and about.called == nil)
-        -- What the function raises comes back through the C code.
+        -- Errors that the function raises pass through the C code.
         local ok, message = pcall(example.describe, 1, 'x', {1}, function() error('mine') end)
         assert(not ok and tostring(message):find('mine'), message)
         assert(example.count() == 1 and example.count() == 2)
@@ -90,12 +90,12 @@ fn c_waits_for_the_next_step() {
         end";
     let told = told(&with_c(script, ""), &["--steps", "6"]);
     let all = told.concat();
-    // Init is no coroutine: it cannot wait, and is told so.
+    // `init` is not a coroutine: it cannot wait, and gets an error.
     assert_eq!(all[0], "false", "{told:?}");
     for (who, step, time) in [("thread", 1, 0.05), ("thread", 2, 0.10), ("thread", 3, 0.15)] {
         assert!(told[step].contains(&format!("{who} {time:.2}")), "{who} in step {step}: {told:?}");
     }
-    // A coroutine of the script's own goes on when the script resumes it, not before a step has passed.
+    // A coroutine of the script's own continues when the script resumes it, not before a step has passed.
     let own: Vec<&String> = all.iter().filter(|t| t.starts_with("own")).collect();
     assert_eq!(own, ["own 0.05", "own 0.10", "own 0.15"], "{told:?}");
     assert_eq!(all.iter().filter(|t| *t == "done").count(), 1);
@@ -123,7 +123,7 @@ fn c_fails_with_words_of_its_own() {
     done.tells(&["own.lua:3", "not today", "call example.count() instead"]);
 }
 
-/// A free body of 2 kg in weightlessness, pushed in each step by `call`; the velocity is F t / m.
+/// Checks a free body of 2 kg without gravity that `call` pushes in each step; its velocity is F t / m.
 fn pushed(physics_dt: f64, call: &str, more: &str) {
     let script = format!(
         "function sysCall_init() body, force = sim.getObject('/body'), {{0.6, 0, 0.8}} end
@@ -156,7 +156,7 @@ fn a_push_of_one_newton_does_what_it_should() {
 
 #[test]
 fn c_reads_a_sonar_through_another_plugin() {
-    // The Pioneer's sonar 4 sees the body, 0.9 m from the robot; before it has measured, nothing is seen.
+    // The Pioneer's sonar 4 detects the body, 0.9 m from the robot; before its first measurement, it detects nothing.
     let robot = pioneer("function sysCall_init() end", "");
     let call = "local sonar = sim.getObject('/Pioneer_p3dx_ultrasonicSensor4')
         local pushed, seen = example.pushWhenNear(sonar, body, 1.5, force)
@@ -179,7 +179,7 @@ fn cpp_gets_and_gives_values() {
         assert(#answers == 3 and answers[3] == 9)
         local ok, message = pcall(examplecpp.refuse, 'not today')
         assert(not ok and tostring(message):find('not today', 1, true), message)
-        -- An exception passes through C++ frames, not through the border.
+        -- An exception passes through C++ frames, but not through the plugin interface.
         ok, message = pcall(examplecpp.map, {1}, function() error('mine') end)
         assert(not ok and tostring(message):find('mine', 1, true), message)
     end";
@@ -226,7 +226,7 @@ fn lists_name_what_was_found_and_where() {
 
 #[test]
 fn a_rust_sensor_is_read_like_any_other() {
-    // A wall's face 0.5057 m ahead; the template's sensor tells it in steps of 1 cm, then of 10.
+    // A wall's face 0.5057 m ahead; the template's sensor reports it in steps of 1 cm, then of 10 cm.
     let place = Place::scene(&format!(
         "{}[[object]]\nkind = \"sensor\"\nsensor = \"example_range\"\nalias = \"feeler\"\nstep_m = 0.01\nrange_m = 1.0\n{}",
         cuboid("wall", [1.0, 1.0, 0.2], [0.0, 0.0, 0.6057], ""),
@@ -254,6 +254,6 @@ fn a_rust_sensor_is_read_like_any_other() {
     let sensors = run(program(), place.path(), &["list", "sensors", "--json"], &env).good().json();
     let found = sensors.as_array().unwrap().iter().find(|s| s["id"] == "example_range").unwrap();
     assert_eq!(found["schemas"], serde_json::json!(["proximity/1"]));
-    // Without its folder the scene is refused, and what is missing is named.
+    // Without its folder the scene is refused, and the error names what is missing.
     place.run(&[]).refused(&["scene.toml:", "example_range"]);
 }

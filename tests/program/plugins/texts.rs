@@ -1,8 +1,8 @@
-//! What plugins say: lines carry the name of their plugin, texts are clean and end somewhere.
+//! Tests of texts by plugins: log lines carry the name of their plugin, and texts are sanitized and truncated.
 
 use crate::{kit::made::*, kit::*};
 
-/// A plugin that gets the log, with one command `<name>.one` of this body.
+/// Returns a plugin that uses the log, with one command `<name>.one` of this body.
 fn speaker(name: &str, body: &str) -> Source {
     Source::new(name).with(|s| {
         s.before = s.before.replace("return tatu_return(c, tatu_int(1));", body);

@@ -1,15 +1,16 @@
-//! Native code that a scene brings along is loaded only with leave.
+//! Tests that native code in a scene's folder is loaded only with permission.
 
 use crate::kit::*;
 
-/// A scene with a folder in which a library lies; it is no plugin, but who looks inside has opened it.
+/// Creates a scene with a folder that contains a library. It is not a plugin, but reading it would mean that it was
+/// opened.
 fn scene() -> Place {
     let place = Place::scene(&format!("plugins = [\"mine\"]\n{FLOOR}"));
     place.write(&format!("mine/{}", library("tatu_stranger")), "not a library");
     place
 }
 
-/// The program without anything in the environment that trusts the folder.
+/// Runs the program without anything in the environment that trusts the folder.
 fn run_in(place: &Place, trust: &str, args: &[&str]) -> Done {
     run(program(), place.path(), args, &[("TATU_TRUST", trust)])
 }
@@ -40,19 +41,19 @@ fn a_folder_is_trusted_once_by_its_name() {
     let all = std::env::join_paths(["/nowhere".into(), folder.clone()]).unwrap();
     run_in(&place, all.to_str().unwrap(), &args).good().tells(&["E301"]);
     run_in(&place, place.path().to_str().unwrap(), &args).good().tells(&["E301"]);
-    // Not by a name that means another folder elsewhere, nor by one that only begins alike.
+    // A relative name, which means another folder elsewhere, or a mere prefix of the path does not count.
     for trust in ["mine", "."] {
         run_in(&place, trust, &args).refused(&["E312"]);
     }
     place.write(&format!("mine2/{}", library("tatu_stranger")), "not a library");
     place.write("scene.toml", &place.read("scene.toml").replace("\"mine\"", "\"mine2\""));
     run_in(&place, folder.to_str().unwrap(), &args).refused(&["E312", "mine2"]);
-    // Where there is no library, nothing is asked.
+    // Without a library in the folder, no permission is needed.
     std::fs::remove_dir_all(place.path().join("mine2")).unwrap();
     run_in(&place, "", &args).good();
 }
 
-/// A log knows the scene's text, and a replay asks in the same way.
+/// A log contains the scene's text, and a replay needs the same permission.
 #[test]
 fn a_replay_asks_too() {
     let place = scene();

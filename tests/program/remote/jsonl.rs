@@ -1,4 +1,4 @@
-//! Services from outside: real sockets against the built program.
+//! Tests of services from outside: real sockets against the built program.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use crate::kit::*;
 
-/// Long enough for any answer on a busy machine: a test that reaches it fails.
+/// Long enough for any answer on a busy machine: a test that reaches this limit fails.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A running program with a service that listens.
@@ -40,7 +40,7 @@ fn lines(from: impl Read + Send + 'static) -> Receiver<String> {
 }
 
 impl Running {
-    /// `tatu run scene.toml --service jsonl:port=0,...` and more arguments.
+    /// Starts `tatu run scene.toml --service jsonl:port=0,...` with more arguments.
     pub fn start(place: &Place, service: &str, args: &[&str]) -> Running {
         let service = format!("jsonl:port=0{service}");
         let mut child = Command::new(program())
@@ -73,7 +73,7 @@ impl Running {
     pub fn signal(&self, name: &str) {
         succeed(Command::new("kill").arg(format!("-{name}")).arg(self.child.id().to_string()));
     }
-    /// Waits for its end.
+    /// Waits for the program to end.
     #[track_caller]
     pub fn end(mut self) -> Ended {
         let began = Instant::now();
@@ -96,7 +96,7 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // A test that failed must not leave a program that waits for ever.
+        // A failed test must not leave a program behind that waits for ever.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -110,7 +110,7 @@ impl Ended {
     }
 }
 
-/// One connection.
+/// A connection.
 pub struct Client {
     to: TcpStream,
     from: BufReader<TcpStream>,
@@ -126,7 +126,7 @@ impl Client {
     pub fn send_bytes(&mut self, bytes: &[u8]) {
         self.to.write_all(bytes).unwrap();
     }
-    /// Sends a message; its number.
+    /// Sends a message and returns its number.
     pub fn send(&mut self, mut message: Value) -> u64 {
         self.id += 1;
         message["id"] = json!(self.id);
@@ -139,7 +139,7 @@ impl Client {
         self.from.read_line(&mut line).unwrap();
         serde_json::from_str(&line).unwrap_or_else(|e| panic!("{e}: {line:?}"))
     }
-    /// Sends a message, and takes the line that answers it, which must be the next one.
+    /// Sends a message and returns its answer, which must be the next line.
     #[track_caller]
     pub fn ask(&mut self, message: Value) -> Value {
         let id = self.send(message);
@@ -147,7 +147,7 @@ impl Client {
         assert_eq!(answer["id"], id, "{answer}");
         answer
     }
-    /// Calls a command, which must succeed; its results.
+    /// Calls a command, which must succeed, and returns its results.
     #[track_caller]
     pub fn call(&mut self, name: &str, args: Value) -> Value {
         let answer = self.ask(json!({ "call": name, "args": args }));
@@ -158,7 +158,7 @@ impl Client {
     pub fn stepping(&mut self) {
         assert_eq!(self.ask(json!({ "stepping": true }))["result"], json!([]));
     }
-    /// Lets steps pass; how many have been done then.
+    /// Runs `n` steps and returns the number of steps done since the start.
     #[track_caller]
     pub fn step(&mut self, n: u64) -> u64 {
         self.ask(json!({ "step": n }))["step"].as_u64().unwrap()
@@ -167,7 +167,7 @@ impl Client {
     pub fn handle(&mut self, name: &str) -> i64 {
         self.call("sim.getObject", json!([name]))[0].as_i64().unwrap()
     }
-    /// Whether nothing has come for a while. (What must not come would have come at once.)
+    /// Returns whether nothing is received for 150 ms. (An unexpected message would have come at once.)
     pub fn is_silent(&mut self) -> bool {
         self.to.set_read_timeout(Some(Duration::from_millis(150))).unwrap();
         let nothing = self.from.fill_buf().is_err();
@@ -176,20 +176,20 @@ impl Client {
     }
 }
 
-/// A scene with a robot without a script, and a box beside it.
+/// Creates a scene with a robot without a script, and a box beside it.
 pub fn arena() -> Place {
     let robot = "[[model]]\nmodel = \"pioneer_p3dx\"\n";
     let crate_ = cuboid("crate", [0.3; 3], [2.0, 0.0, 0.15], "dynamic = true\nrespondable = true\nmass_kg = 2.0");
     Place::scene(&format!("seed = 5\n{FLOOR}{robot}{crate_}"))
 }
 
-/// A scene whose script tells when it starts and when it cleans up.
+/// Creates a scene whose script prints when it starts and when it cleans up.
 fn telling() -> Place {
     let script = "function sysCall_init() print('begun') end\nfunction sysCall_cleanup() print('cleaned up') end";
     Place::scene(&watcher("w", script))
 }
 
-/// For a caller without an object a path that begins with a dot begins at the top of the scene.
+/// If the caller is not attached to an object, a path that begins with a dot starts at the top of the scene.
 #[test]
 fn relative_paths_of_clients_begin_at_the_top() {
     let place = Place::scene(
@@ -241,7 +241,7 @@ fn two_clients_drive_in_step_and_a_replay_repeats_them() {
     }
     assert!(seen[59][0] > 0.3, "it drove: {:?}", seen[59]);
 
-    // The log alone is enough, elsewhere, with other numbers of threads; a replay's own log is the same.
+    // The log alone suffices, in another folder and with other numbers of threads; a replay's own log is the same.
     let other = Place::new();
     std::fs::copy(place.path().join("run.log"), other.path().join("run.log")).unwrap();
     for threads in ["1", "2"] {
@@ -259,7 +259,7 @@ fn commands_are_executed_between_the_steps_that_were_asked_for() {
     let mut client = run.client();
     client.stepping();
     let d = client.handle("/d");
-    // All in one go: the service must keep the order, and stop at each step.
+    // All messages are sent at once: the service must keep their order, and stop at each step.
     for i in 0..20 {
         client.send(json!({ "call": "sim.setObjectPosition", "args": [d, -1, [i, 0, 0]] }));
         client.send(json!({ "step": 2 }));
@@ -285,14 +285,14 @@ fn a_client_that_dies_lets_go() {
     let (mut one, mut other) = (run.client(), run.client());
     one.stepping();
     other.stepping();
-    // It dies while it holds the world, with a command that waits and half a line.
+    // The client disconnects while it holds the world, with a command that waits and half a line.
     one.send(json!({ "call": "sim.wait", "args": [100.0] }));
     other.send(json!({ "step": 10 }));
     assert!(other.is_silent(), "the other client still holds");
     one.send_bytes(b"{\"id\": 7, \"call\": \"sim.get");
     drop(one);
     assert_eq!(other.receive()["step"], 10);
-    // And one that is cut off while its answer is not read.
+    // A third client disconnects without reading its answer.
     let mut third = run.client();
     third.send(json!({ "stepping": true }));
     third.send(json!({ "state": true }));
@@ -300,7 +300,7 @@ fn a_client_that_dies_lets_go() {
     drop(third);
     assert_eq!(other.step(10), 20);
     drop(other);
-    // Nobody is left: the run goes to its end.
+    // No client is left: the run continues to its end.
     let ended = run.end().good();
     assert!(ended.err.contains("40 steps"), "{}", ended.err);
 }
@@ -326,7 +326,7 @@ fn nonsense_is_answered_and_harms_nobody() {
         client.send_bytes(b"\n");
         assert!(client.receive()["error"]["text"].as_str().unwrap().contains("longer than"));
     }
-    // Errors of commands: codes as in tatu.h.
+    // Errors of commands have the codes of tatu.h.
     let unknown = client.ask(json!({ "call": "sim.noSuch" }));
     assert_eq!(unknown["error"]["code"], -6, "{unknown}");
     let gone = client.ask(json!({ "call": "sim.getObjectPosition", "args": [99999] }));
@@ -335,7 +335,7 @@ fn nonsense_is_answered_and_harms_nobody() {
     assert_eq!(wrong["error"]["code"], -2, "{wrong}");
     let world = client.ask(json!({ "world": 3 }));
     assert!(world["error"]["text"].as_str().unwrap().contains("no world 3"), "{world}");
-    // Bytes that come one at a time are a line in the end; so are several in one go.
+    // Bytes that arrive one at a time form a line; several lines may arrive at once.
     for byte in b"{\"id\": 500, \"call\": \"sim.getSimulationTime\"}\n" {
         client.send_bytes(&[*byte]);
     }
@@ -355,12 +355,12 @@ fn a_stop_ends_the_run_in_order() {
     other.stepping();
     let before = other.step(1);
     other.send(json!({ "step": 1_000_000_000 }));
-    // The request is not to overtake the steps, without which time stands.
+    // The request must not overtake the steps, since time would stop before they are done.
     while client.ask(json!({ "state": true }))["step"].as_u64().unwrap() <= before {}
     client.ask(json!({ "request": "stop" }));
     let ended = run.end().good();
     assert_eq!(ended.out, "begun\ncleaned up\n");
-    // What was owed is answered before the connection ends.
+    // Pending requests are answered before the connection ends.
     let answers = [other.receive(), other.receive()];
     assert!(answers.iter().any(|a| a["event"] == "stopped"), "{answers:?}");
     assert!(answers.iter().any(|a| a["error"]["code"] == -4), "{answers:?}");
@@ -376,7 +376,7 @@ fn a_pause_lets_time_stand_until_it_is_lifted() {
     assert_eq!(watching.receive()["event"], "paused");
     let before = client.ask(json!({ "state": true }));
     assert_eq!(before["state"], "paused");
-    // Commands go on.
+    // Commands still work.
     let d = client.handle("/d");
     client.call("sim.setObjectPosition", json!([d, -1, [1, 2, 3]]));
     assert_eq!(client.call("sim.getObjectPosition", json!([d, -1])), json!([[1.0, 2.0, 3.0]]));
@@ -386,7 +386,7 @@ fn a_pause_lets_time_stand_until_it_is_lifted() {
     assert_eq!(watching.receive()["event"], "resumed");
     let passed = client.step(3);
     assert!(passed >= before["step"].as_u64().unwrap() + 3);
-    // A script can ask for it, too: somebody is there who can lift it.
+    // A script can pause as well: there is a client that can resume.
     client.call("sim.pauseSimulation", json!([]));
     assert_eq!(watching.receive()["event"], "paused");
     client.ask(json!({ "request": "stop" }));
@@ -395,7 +395,7 @@ fn a_pause_lets_time_stand_until_it_is_lifted() {
 
 #[test]
 fn passes_of_scripts_while_time_stands_come_again_in_a_replay() {
-    // How many there are depends on the clock; the script writes their number into the scene.
+    // The number of calls depends on the clock; the script writes it into the scene.
     let script = "n = 0
         function sysCall_suspended() n = n + 1 sim.setObjectPosition(sim.getObject('/A'), {n, 0, 0}) end";
     let place = Place::scene(&format!(
@@ -452,7 +452,7 @@ fn a_command_that_waits_is_answered_when_it_is_over() {
     client.send(json!({ "step": 1 }));
     assert_eq!(client.receive(), json!({ "id": signal, "result": ["yes"] }));
     assert_eq!(client.receive()["step"], 6);
-    // One that will never be over is told so at the end.
+    // A wait that never completes is ended when the run ends.
     let never = client.send(json!({ "call": "sim.wait", "args": [1000.0] }));
     client.send(json!({ "request": "stop" }));
     assert_eq!(client.receive()["result"], json!([]));
@@ -467,7 +467,7 @@ fn a_command_that_waits_is_answered_when_it_is_over() {
 fn a_scene_may_ask_for_its_service_and_mistakes_are_told() {
     let scene = |service: &str| Place::scene(&format!("{}{service}", watcher("d", "")));
     let place = scene("[[service]]\nid = \"jsonl\"\nport = 1\nwait_for = 1\n");
-    // The command line changes what the scene says.
+    // The command line overrides the scene.
     let run = Running::start(&place, "", &["--steps", "2"]);
     let mut client = run.client();
     client.ask(json!({ "stepping": false }));
@@ -550,7 +550,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {sizeof tatu_plugin, TATU_ABI_MAJO
   "Odd", "1.0.0", "MIT", 0, init, 0, extension};
 "#;
 
-/// The folder of the compiled service.
+/// Compiles the service into the scene's folder.
 fn odd(place: &Place) {
     place.write("odd.c", IN_C);
     std::fs::create_dir_all(place.path().join("plugins")).unwrap();
@@ -582,7 +582,7 @@ fn a_service_in_c_that_fails_is_switched_off_and_named_once() {
         assert_eq!(done.json()["steps"], 10, "the run goes on");
     }
     place.run(&["--service", "odd:how=3"]).refused(&["E404", "`odd`", "it will not"]);
-    // It holds twice before each step, and wakes the session itself.
+    // It holds the run twice before each step, and wakes the host itself.
     let done = place.run(&["--steps", "4", "--service", "odd:how=4"]).good();
     assert_eq!(done.err.matches("third turn").count(), 4, "{}", done.err);
 }
@@ -594,13 +594,13 @@ fn the_state_of_a_service_goes_on_from_a_snapshot_and_it_sees_the_end() {
     let service = ["--service", "odd:how=6"];
     let done = place.run(&[&["--steps", "6", "--snapshot-at", "0.15", "t.snap"], &service[..]].concat());
     done.tells(&["turn 6 of 6", "the last turn"]);
-    // The last turn is for looking only.
+    // The last turn may only read.
     let errors = done.errors();
     assert!(errors.is_empty() || errors[0]["message"].as_str().unwrap().contains("`session.request`"), "{errors:?}");
     let again = place.run(&[&["--from", "t.snap", "--steps", "6"], &service[..]].concat());
-    // Three turns before the snapshot; the process has counted from 0.
+    // Three turns before the snapshot; the new process counts from 0.
     again.tells(&["turn 4 of 1", "turn 6 of 3"]);
-    // Where it does not run, the world goes on without.
+    // Without the service, the world continues.
     place.run(&["--from", "t.snap", "--steps", "6"]).good();
 }
 
@@ -612,7 +612,7 @@ fn faults_are_told_to_those_who_want_events() {
     client.ask(json!({ "events": true }));
     client.stepping();
     client.send(json!({ "step": 1 }));
-    // Told at the barrier after the step, before the answer.
+    // Reported at the barrier after the step, before the answer.
     let event = client.receive();
     assert_eq!((&event["event"], &event["payload"]["code"]), (&json!("fault"), &json!("F205")), "{event}");
     assert!(event["payload"]["message"].as_str().unwrap().contains("a fault of mine"), "{event}");
@@ -621,7 +621,7 @@ fn faults_are_told_to_those_who_want_events() {
     assert_eq!(run.end().code, Some(1), "as in any run with an error");
 }
 
-/// A browser that a page tells to post to the port: its body would be commands.
+/// A page may make a browser send an HTTP request to the port; its body must not run as commands.
 #[test]
 fn a_client_whose_first_line_is_no_message_is_refused() {
     let place = arena();
@@ -655,7 +655,7 @@ fn a_token_lets_clients_in() {
     run.end().good();
 }
 
-/// The step cannot be done while time stands; the client's own next line lifts the pause.
+/// The step cannot be done while the simulation is paused; the client's own next line resumes it.
 #[test]
 fn a_step_that_waits_in_a_pause_does_not_keep_the_start_away() {
     let place = arena();

@@ -1,5 +1,5 @@
-//! Clients of the legacy remote API: the real library, as a package of PyPI brings it, driven by its own Python. `wire` is a
-//! client of raw bytes, `bytes` what it says; `files` transfers files.
+//! Tests of the legacy remote API with the real client library, taken from a PyPI package and driven by its own Python
+//! binding. `wire` is a client of raw bytes, `bytes` the tests that use it; `files` transfers files.
 
 mod bytes;
 mod files;
@@ -21,12 +21,12 @@ use crate::{
 
 const SCENE: &str = "scenes/first/pioneer_avoids_walls.toml";
 
-/// The scene of the first steps, served.
+/// Serves the scene of the first steps.
 fn served() -> Served {
     Served::new("legacy_remote", SCENE)
 }
 
-/// The folder of the library and its Python.
+/// Returns the folder of the library and its Python binding.
 pub fn bindings() -> &'static PathBuf {
     static FOUND: OnceLock<PathBuf> = OnceLock::new();
     FOUND.get_or_init(|| {
@@ -47,7 +47,7 @@ pub fn bindings() -> &'static PathBuf {
     })
 }
 
-/// What stands before each program: the binding alone, without the package around it, and a connection.
+/// The beginning of each program: loads the binding alone, without the package around it, and connects.
 const BEGIN: &str = r#"
 import importlib.util, sys, time, types
 FOLDER = 'BINDINGS/'
@@ -73,7 +73,7 @@ def handle(name):
     return good(vrep.simxGetObjectHandle(client, name, WAIT))
 "#;
 
-/// What stands before a program that connects to a port.
+/// Returns the beginning of a program that connects to a port.
 pub fn begin(bindings: &std::path::Path, port: u16) -> String {
     BEGIN.replace("PORT", &port.to_string()).replace("BINDINGS", &bindings.display().to_string())
 }
@@ -85,7 +85,7 @@ fn client(served: &Served, bindings: &std::path::Path, program: &str) -> Command
     command
 }
 
-/// Runs `scene.toml` of a place with `run.log` as its log; the process, its port, and what it says further on.
+/// Runs `scene.toml` of a place with `run.log` as its log; returns the process, its port, and its further messages.
 fn logged(place: &Place) -> (Child, u16, BufReader<ChildStderr>) {
     let mut process = Command::new(program())
         .current_dir(place.path())
@@ -159,7 +159,7 @@ vrep.simxFinish(client)
     assert!(good(&told).contains("done"));
 }
 
-/// As in V-REP: the script of the scene opens the port, and a stop closes it.
+/// As in V-REP, the script of the scene opens the port, and a stop closes it.
 #[test]
 #[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
 fn a_script_opens_a_port() {
@@ -249,7 +249,7 @@ fn packets_that_lie_cost_only_their_connection() {
         let _ = stream.read_to_end(&mut answer);
         answer
     };
-    // No packet, one of no bytes, one in the other byte order, a command of impossible size, and half a packet.
+    // No packet, an empty one, one in the other byte order, a command of impossible size, and half a packet.
     for bytes in [
         &b"GET / HTTP/1.1\r\n\r\n"[..],
         &[1, 0, 0, 0, 0, 0],
@@ -259,7 +259,7 @@ fn packets_that_lie_cost_only_their_connection() {
     ] {
         assert!(ask(bytes).is_empty(), "{bytes:?}");
     }
-    // A head alone is answered by a head: nothing was done.
+    // A header alone is answered by a header: nothing was done.
     let answer = ask(&[&[1, 0, 18, 0, 0, 0, 0, 0, 11][..], &[7, 0, 0, 0], &[0; 11]].concat());
     assert_eq!((answer.len(), &answer[9..13]), (24, &[0xFF; 4][..]), "{answer:?}");
     let many: Vec<TcpStream> = (0..300).filter_map(|_| TcpStream::connect(("127.0.0.1", served.port)).ok()).collect();
@@ -270,7 +270,8 @@ fn packets_that_lie_cost_only_their_connection() {
     assert!(good(&told).contains("True"));
 }
 
-/// A client in C, as V-REP's users write it; the header of the library is V-REP's own, so it declares what it calls.
+/// A client in C, as V-REP users write it. The library's header is V-REP's own, so the client declares the functions
+/// that it calls.
 const C_CLIENT: &str = r#"
 #include <math.h>
 #include <stdio.h>

@@ -1,4 +1,4 @@
-//! One barrier, many masters: clients of all protocols and a script steer robots of one world.
+//! Tests of many clients at one barrier: clients of all protocols and a script drive robots of one world.
 
 use std::{
     io::{BufRead, BufReader, Read},
@@ -7,7 +7,7 @@ use std::{
 
 use crate::{kit::*, remote::legacy_remote, remote::rosbridge, remote::zmq_remote};
 
-/// Six robots; the first one has a script.
+/// Returns six robots; the first one has a script.
 fn scene() -> String {
     let mut text = String::from(
         "format = 1\n[scene]\nplugins = [\"plugins\"]\n[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n",
@@ -23,7 +23,7 @@ fn scene() -> String {
     text
 }
 
-/// A service in C that steers the last robot.
+/// A service in C that drives the last robot.
 const IN_C: &str = r#"
 #include <string.h>
 #include "tatu.h"
@@ -66,7 +66,8 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {sizeof tatu_plugin, TATU_ABI_MAJO
   "Steers", "1.0.0", "MIT", 0, init, 0, extension};
 "#;
 
-/// Each client steers a robot of its own and lets the steps pass; in the end two of them are gone, and the third goes on.
+/// Each client drives a robot of its own and lets the steps pass; at the end two of them disconnect, and the third
+/// continues.
 const PROGRAM: &str = r#"
 import json, socket
 from coppeliasim_zmqremoteapi_client import RemoteAPIClient
@@ -187,7 +188,7 @@ fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
     assert!(log.contains("tatu.drive"), "no velocity came in before the others ended");
 }
 
-/// A robot, and a script that steers it where a file says so: what is compared has the same objects.
+/// A robot, and a script that drives it if a file says so: both runs that are compared have the same objects.
 const STEERED: &str = r#"
 format = 1
 [[object]]
@@ -217,7 +218,7 @@ end
 """ }
 "#;
 
-/// The same at the same barriers: twenty steps, and a stop. The line `READY` lets the world begin.
+/// The same commands at the same barriers: twenty steps, and a stop. The line `READY` starts the simulation.
 const BY_ZMQ: &str = r#"
 from coppeliasim_zmqremoteapi_client import RemoteAPIClient
 client = RemoteAPIClient('localhost', PORT)
@@ -263,7 +264,7 @@ for k in range(20):
     ask(step=1)
 ask(request='stop')
 "#;
-/// Who waits until the other one has the barrier, then lets go of it.
+/// Waits until the other client holds the barrier, then releases it.
 const LET_GO: &str = r#"
 import json, socket
 gate = socket.create_connection(('127.0.0.1', GATE)).makefile('rw')

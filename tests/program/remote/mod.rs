@@ -1,4 +1,4 @@
-//! Services, with the real clients of each protocol where they can be had.
+//! Tests of the services, with the real clients of each protocol where they are available.
 
 pub mod jsonl;
 pub mod legacy_remote;

@@ -1,4 +1,5 @@
-//! `tatu serve` from one scene to the next: what cannot be opened is refused to whoever asked, and a start is not lost.
+//! Tests of `tatu serve` changing scenes: a client that opens an invalid scene gets the error, and no start request is
+//! lost.
 
 use std::{
     io::{BufRead, BufReader, Write},
@@ -36,7 +37,7 @@ impl Client {
     fn open(&mut self, file: &str) -> Value {
         self.ask(&json!({ "id": 1, "call": "tatu.open", "args": [file] }))
     }
-    /// Whether the world comes to be in a state.
+    /// Returns whether the world reaches a state.
     fn comes_to(&mut self, state: &str) -> bool {
         (0..400).any(|_| {
             let there = self.ask(&json!({ "state": true }))["state"] == state;
@@ -89,7 +90,7 @@ fn a_start_right_after_another_scene_is_that_of_the_new_one() {
     let (_place, served) = served();
     let mut client = Client::new(&served);
     for (file, object) in [("other.toml", "/second"), ("good.toml", "/first"), ("other.toml", "/second")] {
-        // At once, so that both arrive within one turn of the service.
+        // Sent together, so that both arrive within one turn of the service.
         client.send(&json!({ "id": 1, "call": "tatu.open", "args": [file] }));
         client.send(&json!({ "request": "start" }));
         let answers = [client.answer(), client.answer()];

@@ -1,4 +1,4 @@
-//! Clients of rosbridge: the real one, from PyPI; and messages that no client sends.
+//! Tests of rosbridge with the real client from PyPI, and with messages that no client sends.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -24,12 +24,12 @@ fn served() -> Served {
     Served::with("rosbridge", SCENE, &["--realtime"])
 }
 
-/// Python with the real client.
+/// Returns a Python with the real client.
 pub fn python() -> PathBuf {
     served::python("roslibpy==2.1.0", "roslibpy")
 }
 
-/// What stands before each program: a connection, and a way to wait.
+/// The beginning of each program: a connection, and functions to wait.
 pub const BEGIN: &str = r#"
 import base64, math, os, time
 import roslibpy
@@ -64,7 +64,7 @@ pub fn say(socket: &mut Socket, message: &Value) {
     socket.send(Message::text(message.to_string())).unwrap();
 }
 
-/// The next message that is text.
+/// Returns the next text message.
 pub fn hear(socket: &mut Socket) -> Value {
     loop {
         if let Message::Text(text) = socket.read().unwrap() {
@@ -262,7 +262,7 @@ fn a_goal_goes_to_who_takes_it_and_its_result_comes_back() {
         assert_eq!(hear(socket)["id"], "done");
     };
     say(&mut client, &json!({ "op": "send_action_goal", "id": "g", "action": "/fib", "args": {} }));
-    assert!(hear(&mut client)["msg"].as_str().unwrap().contains("nobody offers the action /fib"));
+    assert!(hear(&mut client)["msg"].as_str().unwrap().contains("no client offers the action /fib"));
     say(
         &mut server,
         &json!({ "op": "advertise_action", "action": "/fib", "type": "example_interfaces/action/Fibonacci" }),
@@ -287,7 +287,7 @@ fn a_goal_goes_to_who_takes_it_and_its_result_comes_back() {
         &json!({ "op": "action_result", "id": goal["id"], "action": "/fib", "values": {}, "status": 5, "result": true }),
     );
     assert_eq!(hear(&mut client)["status"], 5);
-    // One that dies over a goal has aborted it.
+    // A client that disconnects during a goal has aborted it.
     say(&mut client, &json!({ "op": "send_action_goal", "id": "h", "action": "/fib", "args": {} }));
     hear(&mut server);
     drop(server);
@@ -300,7 +300,7 @@ fn what_is_wrong_costs_only_whoever_sends_it() {
     let mut good = socket(&served);
     say(&mut good, &json!({ "op": "call_service", "id": "1", "service": "/rosapi/get_time" }));
     assert_eq!(hear(&mut good)["result"], true);
-    // Each is told what is wrong, and goes on.
+    // Each is answered with an error, and the connection continues.
     for (message, told) in [
         ("nonsense", "not valid JSON"),
         ("[1]", "`op`"),
@@ -317,7 +317,7 @@ fn what_is_wrong_costs_only_whoever_sends_it() {
         let answer = hear(&mut good);
         assert!(answer["op"] == "status" && answer["msg"].as_str().unwrap().contains(told), "{message}: {answer}");
     }
-    // A page of another server, another name of this machine, and something that is no WebSocket.
+    // A page of another server, another name of this machine, and a request that is not a WebSocket's.
     let ask = |head: &str| {
         let mut stream = served.connect();
         stream.write_all(head.replace("PORT", &served.port.to_string()).as_bytes()).unwrap();
@@ -331,7 +331,7 @@ fn what_is_wrong_costs_only_whoever_sends_it() {
     let renamed = format!("GET / HTTP/1.1\r\nHost: evil.example:PORT\r\n{upgrade}");
     assert!(ask(&renamed).starts_with("HTTP/1.1 421"));
     assert!(ask("GET / HTTP/1.1\r\nHost: 127.0.0.1:PORT\r\n\r\n").starts_with("HTTP/1.1 426"));
-    // A frame that claims 4 GiB, connections that say nothing, and one that is cut in the middle of its frame.
+    // A frame that claims 4 GiB, connections that send nothing, and one that is cut in the middle of its frame.
     let mut liar = socket(&served);
     let MaybeTlsStream::Plain(stream) = liar.get_mut() else { unreachable!() };
     let mut frame = vec![0x81, 0xFF];
@@ -367,7 +367,7 @@ fn messages_are_cut_or_cbor_where_a_client_wants_it() {
         }
     }
     let whole: Value = serde_json::from_str(&whole).unwrap();
-    // With the names that ROS 2 has, since the type was that of ROS 2.
+    // With the field names of ROS 2, since the type was that of ROS 2.
     assert!(
         whole["msg"]["header"]["stamp"]["nanosec"].is_u64() && whole["msg"]["header"].get("seq").is_none(),
         "{whole}"
@@ -379,7 +379,7 @@ fn messages_are_cut_or_cbor_where_a_client_wants_it() {
     );
     loop {
         if let Message::Binary(bytes) = socket.read().unwrap() {
-            // 682 numbers of 32 bits, behind the tag of such arrays.
+            // 682 numbers of 32 bits, after the tag of such arrays.
             let array = [0xD8, 85, 0x59, ((682_u32 * 4) >> 8) as u8, (682_u32 * 4) as u8];
             assert!(bytes.windows(5).any(|w| w == array), "{} bytes", bytes.len());
             break;
@@ -416,7 +416,7 @@ script = { kind = "threaded", text = """
 function sysCall_threadmain()
     local result = simROS.advertise('/result', 'std_msgs/Int64', 1, true)
     local client = simROS.serviceClient('/add', 'example_interfaces/AddTwoInts')
-    -- What a script offers is called at once, what a client offers when it answers.
+    -- A script's service is called at once, a client's when the client answers.
     local inner = simROS.call(simROS.serviceClient('/double', 'example_interfaces/AddTwoInts'), {a = 1, b = 2}).sum
     while true do
         local ok, response = pcall(simROS.call, client, {a = 40, b = inner})

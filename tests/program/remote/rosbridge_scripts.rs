@@ -1,4 +1,5 @@
-//! Actions and images between scripts and clients of rosbridge, as messages on the wire: tests/facts/script-api.md, 8.
+//! Tests of actions and images between scripts and rosbridge clients, as messages on the wire
+//! (tests/facts/script-api.md, 8).
 
 use std::{path::Path, time::Duration};
 
@@ -14,7 +15,7 @@ use crate::{
 
 const FIBONACCI: &str = "example_interfaces/action/Fibonacci";
 
-/// A program with a script, and a client of it, when the simulation runs.
+/// Starts a program with a script, and connects a client once the simulation runs.
 fn started(place: &Place, kind: &str, script: &str) -> (Served, Socket) {
     place.write(
         "scene.toml",
@@ -36,7 +37,7 @@ fn start(socket: &mut Socket) {
     assert_eq!(hear(socket)["id"], "start");
 }
 
-/// What a client says again until it is heard: scripts begin after the simulation.
+/// Repeats a message until it succeeds: scripts begin only after the simulation.
 fn again(socket: &mut Socket, message: &Value, is_failure: impl Fn(&Value) -> bool) -> Value {
     for _ in 0..400 {
         say(socket, message);
@@ -72,7 +73,7 @@ fn a_client_gives_goals_to_a_script() {
         json!({ "op": "action_result", "id": "a", "action": "/fib", "values": { "sequence": [0, 1, 1, 2, 3] },
             "status": 4, "result": true })
     );
-    // Who does not want feedback gets none.
+    // Without a request for feedback there is none.
     say(&mut peer, &goal("b", 4, false));
     assert_eq!(hear(&mut peer)["op"], "action_result");
     say(&mut peer, &goal("c", -1, true));
@@ -81,7 +82,7 @@ fn a_client_gives_goals_to_a_script() {
     assert!(rejected["values"].as_str().unwrap().contains("rejected"), "{rejected}");
     say(&mut peer, &json!({ "op": "send_action_goal", "id": "d", "action": "/fib", "args": { "ordre": 1 } }));
     assert!(hear(&mut peer)["values"].as_str().unwrap().contains("`ordre`"));
-    // One that would take long is taken back.
+    // A goal that would take long is cancelled.
     say(&mut peer, &goal("e", 100_000, true));
     assert_eq!(hear(&mut peer)["op"], "action_feedback");
     say(&mut peer, &json!({ "op": "cancel_action_goal", "id": "e", "action": "/fib" }));
@@ -92,7 +93,7 @@ fn a_client_gives_goals_to_a_script() {
         }
     };
     assert_eq!((&canceled["id"], &canceled["status"]), (&json!("e"), &json!(5)));
-    // Another client cannot offer what the script offers, and a stop ends what is under way.
+    // A client cannot offer an action that the script offers, and a stop ends the current goal.
     say(&mut peer, &json!({ "op": "advertise_action", "action": "/fib", "type": FIBONACCI }));
     assert!(hear(&mut peer)["msg"].as_str().unwrap().contains("a script already offers the action /fib"));
     say(&mut peer, &goal("f", 100_000, false));
@@ -118,7 +119,7 @@ ended, heard, failed = [], [], []
 def give(order):
     return fib.send_goal(roslibpy.Goal({'order': order}), ended.append, heard.append, failed.append)
 def given():
-    # Before the script has begun nobody offers the action.
+    # Before the script has begun, no server offers the action.
     if not heard:
         give(4)
         time.sleep(0.2)
@@ -155,7 +156,7 @@ function sysCall_thread()
             say('result', code - simROS2.action_result_code.succeeded, table.concat(result.sequence, ','))
             done = true
         end)
-    -- In a thread this waits for whoever offers the action.
+    -- In a thread, this waits for the client that offers the action.
     assert(simROS2.sendGoal(client, {order = 3}))
     while not done do sim.wait(0.05) end
     done, cancel = false, false
@@ -189,7 +190,7 @@ end
     assert_eq!(heard(), "feedback 0,1");
     say(&mut server, &result(&goal, 4, json!({ "sequence": [0, 1, 1] })));
     assert_eq!(heard(), "result 0 0,1,1");
-    // The next one is taken back.
+    // The next goal is cancelled.
     let goal = hear(&mut server);
     assert_eq!(heard(), "answer true");
     say(&mut server, &feedback(&goal, json!({ "sequence": [0] })));
@@ -197,7 +198,7 @@ end
     assert_eq!(hear(&mut server), json!({ "op": "cancel_action_goal", "id": goal["id"], "action": "/fib" }));
     say(&mut server, &result(&goal, 5, json!({})));
     assert_eq!(heard(), "result 2 ");
-    // Whoever works on the last one dies: it is aborted. And then nobody is there any more.
+    // The client disconnects during the last goal, which is aborted. After that, no client offers the action.
     hear(&mut server);
     assert_eq!(heard(), "answer true");
     drop(server);
@@ -214,7 +215,7 @@ function sysCall_init()
     eye = simROS2.imageTransportCreatePublisher('/eye')
     old = simROS.imageTransportAdvertise('/old')
     simROS2.imageTransportCreateSubscription('/shown', function(data, width, height)
-        -- Back as it came, by the older interface.
+        -- Sends it back unchanged, through the older interface.
         simROS.imageTransportPublish(old, data, width, height, 'lens')
     end)
 end
@@ -237,7 +238,7 @@ end
     assert_eq!(image["data"], "AAD//wAA");
     say(&mut peer, &json!({ "op": "unsubscribe", "id": "eye", "topic": "/eye" }));
     say(&mut peer, &json!({ "op": "subscribe", "topic": "/old", "type": "sensor_msgs/Image" }));
-    // What a client shows comes to the script, and back; in another order of colors, too.
+    // An image from a client arrives at the script and comes back, also with another channel order.
     for (encoding, data) in [("rgb8", "AAD//wAA"), ("bgr8", "/wAAAAD/")] {
         say(
             &mut peer,

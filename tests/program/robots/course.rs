@@ -1,4 +1,4 @@
-//! The scripts of the 2015 course, unmodified, and what the original program printed for them.
+//! Tests of the scripts of the 2015 course, unmodified, against the output of the original program.
 //!
 //! Source: `tests/facts/pioneer.md`, 4. The scripts are not part of the repository and are read from
 //! `../shared/seeds/scripts`.
@@ -9,13 +9,13 @@ use crate::kit::*;
 
 const ROBOT: &str = "/Pioneer_p3dx";
 
-/// A Pioneer with a script of the course; `None` where the scripts are absent.
+/// Returns a Pioneer with a script of the course.
 fn student(name: &str, more: &str) -> String {
     let text = std::fs::read_to_string(shared(&format!("seeds/scripts/{name}.lua"))).unwrap();
     pioneer(&text, more)
 }
 
-/// The sixteen numbers of a line of `pioneer_statusbar.lua`.
+/// Returns the sixteen numbers of a line of `pioneer_statusbar.lua`.
 fn sonars(line: &str) -> Vec<f64> {
     let parts = line.split_whitespace().enumerate();
     parts.map(|(i, p)| p.strip_prefix(&format!("S[{}]=", i + 1)).unwrap().parse().unwrap()).collect()
@@ -24,7 +24,7 @@ fn sonars(line: &str) -> Vec<f64> {
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_status_bar_shows_the_original_picture() {
-    // What the tutorial shows of sonars 4, 5 and 6; all others are 0.0 throughout.
+    // The tutorial's values of sonars 4, 5 and 6; all others are 0.0 throughout.
     const ORIGINAL: [[f64; 3]; 8] = [
         [0.0, 0.0, 0.0],
         [0.0, 0.9999, 0.0],
@@ -35,10 +35,10 @@ fn the_status_bar_shows_the_original_picture() {
         [0.9700, 0.9521, 0.9644],
         [0.9604, 0.9426, 0.9548],
     ];
-    // The robot meets the wall at 11 degrees: sonar 5, which then looks straight at it, comes 9.57 mm nearer in a
-    // step, the wheels' 9.75 mm times the cosine; the original says 9.57 mm.
+    // The robot approaches the wall at 11 degrees. Sonar 5 then points straight at it and comes 9.57 mm nearer per step
+    // (the wheels' 9.75 mm times the cosine), as in the original.
     let robot = student("pioneer_statusbar", "orientation_deg = [0.0, 0.0, 11.0]");
-    // Where it begins is chosen so that sonar 5 first sees the wall as in the original, just within its range.
+    // The starting point is chosen so that sonar 5 first detects the wall as in the original, just within its range.
     let wall = cuboid("wall", [0.1, 8.0, 1.0], [2.0546, 0.0, 0.5], "respondable = true");
     let lines = Place::scene(&format!("{FLOOR}{wall}{robot}")).trace(&[], &["--seconds", "5"]);
     let all: Vec<Vec<f64>> = lines.iter().map(|l| sonars(l.status()[0])).collect();
@@ -52,7 +52,7 @@ fn the_status_bar_shows_the_original_picture() {
             assert_eq!(*d > 0.0, shown > 0.0, "sonar {}: {d}, original {shown}", i + 1);
         }
     }
-    // What is left of that choice: so much is ours ahead.
+    // The remaining offset of that choice: our robot is ahead by this much.
     let ahead = picture[1][4] - ORIGINAL[1][1];
     for (ours, theirs) in picture.iter().zip(ORIGINAL) {
         for (d, shown) in ours[3..6].iter().zip(theirs) {
@@ -69,7 +69,7 @@ fn the_status_bar_shows_the_original_picture() {
     }
 }
 
-/// Runs a course script in a small arena; what it told, line by line of the trace.
+/// Runs a course script in a small arena; returns the status lines of each step and standard error.
 fn runs(robot: &str, others: &str) -> (Place, Vec<Vec<String>>, String) {
     let wall = |i: i32, size, at| cuboid(&format!("wall_{i}"), size, at, "respondable = true");
     let scene = format!(
@@ -92,7 +92,7 @@ fn the_console_gets_a_line_a_step() {
     let robot = student("pioneer_console", "");
     let (_, _, told) = runs(&robot, "");
     let lines: Vec<&str> = told.lines().filter_map(|l| l.strip_prefix("[Sensors] ")).collect();
-    // 200 steps, and three passes after the stop was asked for (tests/facts/call-order.md, 1).
+    // 200 steps, and three passes after the stop request (tests/facts/call-order.md, 1).
     assert_eq!(lines.len(), 203, "{told}");
     assert!(lines.iter().all(|l| sonars(l).len() == 16));
 }
@@ -104,7 +104,7 @@ fn the_pose_is_told_as_it_is() {
     let (_, _, told) = runs(&robot, "");
     let lines: Vec<&str> = told.lines().filter_map(|l| l.strip_prefix("[Pose] ")).collect();
     assert_eq!(lines.len(), 203);
-    // Where it was put; its base frame is 0.1388 m above the floor (tests/facts/pioneer.md, 1).
+    // Its initial position; the base frame is 0.1388 m above the floor (tests/facts/pioneer.md, 1).
     assert!(lines[0].starts_with("0.5000 -0.2500 0.138"), "{}", lines[0]);
 }
 
@@ -115,7 +115,7 @@ fn the_log_file_grows_by_two_lines_a_step() {
     let (place, _, _) = runs(&robot, "");
     let log = place.read("usensors-log.log");
     assert_eq!(log.lines().count(), 406);
-    // os.clock() returns simulation time, so that runs repeat; it is 0 in the first step.
+    // os.clock() returns simulation time, so that runs are reproducible; it is 0 in the first step.
     assert!(log.lines().nth(1).unwrap().ends_with(" 0.00"), "{log}");
 }
 
@@ -163,7 +163,7 @@ fn the_other_scripts_run_on_objects_of_the_same_names() {
     let (place, status, _) = runs(&scanner, &car);
     let keys: Vec<&String> = status.iter().flatten().collect();
     assert_eq!(keys, ["Tecla: 2007", "Tecla: 115"]);
-    // A beam a degree, 181 of them, straight ahead the wall's face at 1.45 m.
+    // One beam per degree, 181 in total; the wall's face is straight ahead at 1.45 m.
     let scan = place.read("dados-sensor.log");
     assert_eq!(scan.lines().count(), 203);
     assert!(scan.lines().all(|l| l.contains("(0.0000;1.4500,)")), "{}", scan.lines().next().unwrap());
@@ -179,7 +179,7 @@ fn the_braitenberg_robot_keeps_moving_and_free() {
         let places: Vec<[f64; 3]> = lines.iter().map(|l| l.object(ROBOT, "position")).collect();
         let path: f64 = places.windows(2).map(|w| f64::hypot(w[1][0] - w[0][0], w[1][1] - w[0][1])).sum();
         let leans = lines.iter().map(|l| lean(l.object(ROBOT, "quaternion"))).fold(0.0, f64::max).to_degrees();
-        // How many steps on end the robot touches one and the same thing.
+        // The longest sequence of steps in which the robot touches the same object.
         let (mut touching, mut longest) = (BTreeMap::new(), 0);
         for line in &lines {
             let now = line.status().into_iter().map(|s| (s.to_owned(), touching.get(s).copied().unwrap_or(0) + 1));
@@ -193,7 +193,7 @@ fn the_braitenberg_robot_keeps_moving_and_free() {
     }
 }
 
-/// Tells in each step what of the arena the robot touches.
+/// Prints in each step the parts of the arena that the robot touches.
 const WITNESS: &str = "
 function sysCall_sensing()
     local told, i = {}, 0
@@ -210,7 +210,8 @@ function sysCall_sensing()
     end
 end";
 
-/// Walls of 10 x 10 m and 8 boxes from the seed; every gap, also to the start in the middle, is at least 1 m.
+/// Returns walls of 10 x 10 m and 8 boxes placed by the seed; every gap, also to the start in the middle, is at least 1
+/// m.
 fn arena(seed: u64) -> String {
     let mut out = String::new();
     for (i, (size, at)) in
@@ -220,13 +221,13 @@ fn arena(seed: u64) -> String {
     {
         out += &cuboid(&format!("wall_{i}"), [size[0], size[1], 0.6], [at[0], at[1], 0.3], "respondable = true");
     }
-    // Numerical Recipes' linear congruential generator: enough to strew boxes.
+    // Numerical Recipes' linear congruential generator, good enough to place boxes.
     let mut state = seed;
     let mut draw = |low: f64, high: f64| {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         low + (high - low) * (state >> 11) as f64 / (1u64 << 53) as f64
     };
-    // Circles around the boxes: a gap between circles is one between boxes. The first is the robot's.
+    // Circles around the boxes: a gap between circles implies one between boxes. The first is the robot's.
     let mut placed = vec![[0.0, 0.0, 0.35]];
     while placed.len() < 9 {
         let (sx, sy, turn) = (draw(0.3, 0.8), draw(0.3, 0.8), draw(0.0, 180.0));

@@ -1,5 +1,5 @@
-//! The ten scripts of the 2015 course, unmodified, in the scenes that are made for them: what they tell on the status
-//! bar, on consoles and in files is compared with what geometry says of the poses in the trace.
+//! Tests of the ten scripts of the 2015 course, unmodified, in the scenes made for them: their output on the status
+//! bar, on consoles and in files is compared with the geometry of the poses in the trace.
 //!
 //! The scripts are not part of the repository and are read from `../shared/seeds/scripts`; the room is
 //! `scenes/course/parts/arena.toml`, the ring's cones are those of the robot's README (15 degrees to each side, 1 m,
@@ -11,7 +11,7 @@ use crate::{kit::*, robots::manta::radius};
 
 const ROBOT: &str = "/Pioneer_p3dx";
 
-/// Each script and the object that it belongs to.
+/// Each script and the object to which it is attached.
 const ALL: [(&str, &str); 10] = [
     ("hokuyo_reads_signals", "/Hokuyo"),
     ("laser_scanner_2d_signal_tube_log", "/LaserScanner_2D"),
@@ -29,8 +29,8 @@ fn seed(name: &str) -> PathBuf {
     shared(&format!("seeds/scripts/{name}.lua"))
 }
 
-/// Runs a scene of the course in a folder of its own, with `more` objects in it and scripts handed in; the trace, and
-/// all that was told beside it.
+/// A scene of the course that was run in a folder of its own, with added objects and scripts; the trace, and all other
+/// output.
 struct Ran {
     place: Place,
     lines: Vec<Line>,
@@ -54,14 +54,14 @@ fn course(scene: &str, more: &str, scripts: &[(&str, PathBuf)], watch: &[&str], 
 }
 
 impl Ran {
-    /// What was printed on a console, line by line.
+    /// Returns what was printed on a console, line by line.
     fn console(&self, title: &str) -> Vec<&str> {
         let head = format!("[{title}] ");
         self.told.lines().filter_map(|l| l.strip_prefix(head.as_str())).collect()
     }
 }
 
-/// A box of the room: size, middle, turn.
+/// A box of the room: size, centre, rotation.
 type Block = ([f64; 3], [f64; 3], f64);
 
 const ROOM: [Block; 6] = [
@@ -82,7 +82,7 @@ fn rotate([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| v[i] + w * t[i] + s[i])
 }
 
-/// Where a ray meets the outside of a box: distance, and cosine of the angle to the face's normal.
+/// Returns where a ray meets the outside of a box: distance, and cosine of the angle to the face's normal.
 fn ray(block: &Block, from: [f64; 3], along: [f64; 3]) -> Option<(f64, f64)> {
     let (size, at, turn) = block;
     let (s, c) = turn.to_radians().sin_cos();
@@ -106,8 +106,8 @@ fn ray(block: &Block, from: [f64; 3], along: [f64; 3]) -> Option<(f64, f64)> {
     (enter > 0.0 && enter <= leave).then_some((enter, cosine))
 }
 
-/// What a sonar sees from a pose: the nearest point of any surface in its cone. All surfaces are upright, so that
-/// point lies at the sonar's height: rays fanned out there are enough.
+/// Returns what a sonar measures at a pose: the distance to the nearest point of any surface in its cone. All surfaces
+/// are vertical, so that point is at the sonar's height, and rays fanned out in that plane suffice.
 fn sonar(at: [f64; 3], q: [f64; 4]) -> Option<f64> {
     let ahead = rotate(q, [0.0, 0.0, 1.0]);
     let heading = ahead[1].atan2(ahead[0]);
@@ -125,8 +125,8 @@ fn sonar_paths() -> Vec<String> {
     (1..=16).map(|i| format!("{ROBOT}/Pioneer_p3dx_visible/Pioneer_p3dx_ultrasonicSensor{i}")).collect()
 }
 
-/// Compares what sonars were told to see with what they see from the poses at the end of the step before, when they
-/// measured.
+/// Compares the reported sonar readings with those computed from the poses at the end of the previous step, when the
+/// sonars measured.
 fn compare_sonars(ran: &Ran, told: &[Vec<f64>]) {
     let paths = sonar_paths();
     assert_eq!(told.len(), ran.lines.len());
@@ -140,7 +140,7 @@ fn compare_sonars(ran: &Ran, told: &[Vec<f64>]) {
                     seen += 1;
                     worst = worst.max((d - want).abs());
                 }
-                // At the edge of its range either may be.
+                // At the edge of its range, both results are valid.
                 Some(want) => {
                     assert!(!(0.052..=0.997).contains(&want), "{path} at {}: nothing instead of {want}", line.time())
                 }
@@ -154,20 +154,20 @@ fn compare_sonars(ran: &Ran, told: &[Vec<f64>]) {
     assert!(seen > 500 && worst < 0.002, "{seen} readings, off by {worst} m");
 }
 
-/// The sixteen numbers of a line `S[1]=0.0 S[2]=...`.
+/// Returns the sixteen numbers of a line `S[1]=0.0 S[2]=...`.
 fn sonars_of(line: &str) -> Vec<f64> {
     let parts = line.split_whitespace().enumerate();
     parts.map(|(i, p)| p.strip_prefix(&format!("S[{}]=", i + 1)).unwrap().parse().unwrap()).collect()
 }
 
-/// 20 s, and the three passes from the request to stop to the end.
+/// 20 s, and the three passes from the stop request to the end.
 const PASSES: usize = 400 + 3;
 
 #[test]
 fn every_scene_runs_with_its_own_script() {
     for (name, _) in ALL {
         assert_eq!(course(name, "", &[], &[], "20").lines.len(), PASSES, "{name}");
-        // The file of each scene says what to try, first of all.
+        // The file of each scene begins with what to try.
         let text = std::fs::read_to_string(root().join(format!("scenes/course/{name}.toml"))).unwrap();
         assert!(text.starts_with("# ") && text.contains("What to try:"), "{name}");
     }
@@ -204,19 +204,19 @@ fn the_console_tells_the_pose_of_the_trace() {
     let ran = course("pioneer_pose", "", &[(ROBOT, file)], &[ROBOT], "20");
     let told = ran.console("Pose");
     assert_eq!(told.len(), ran.lines.len());
-    // What the script tells in a step is where the step before has ended.
+    // The script reports the state at the end of the previous step.
     for (text, line) in told[1..].iter().zip(&ran.lines) {
         let numbers: Vec<f64> =
             text.replace("# ", "").replace("Orientacao:", "").split_whitespace().map(|n| n.parse().unwrap()).collect();
         let (p, [x, y, z, w]) = (line.object::<3>(ROBOT, "position"), line.object::<4>(ROBOT, "quaternion"));
-        // Turns about x, then the new y, then the new z: of the matrix Rx Ry Rz.
+        // Euler angles about x, the new y and the new z, of the matrix Rx Ry Rz.
         let alpha = f64::atan2(-2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y));
         let beta = f64::asin(2.0 * (x * z + w * y));
         let gamma = f64::atan2(-2.0 * (x * y - w * z), 1.0 - 2.0 * (y * y + z * z));
         // The script divides by 3.1415936.
         let want = [p[0], p[1], p[2], alpha, beta, gamma, gamma * 180.0 / 3.1415936];
         for (i, (a, b)) in numbers.iter().zip(want).enumerate() {
-            // Four digits, and numbers that pass the old API as floats.
+            // Four digits, and numbers that the old API passes as floats.
             assert!((a - b).abs() < 5.1e-5 + b.abs() * 1e-7, "{i}: {a} instead of {b}");
         }
         assert_eq!(numbers.len(), 7);
@@ -235,7 +235,7 @@ fn the_log_file_tells_readings_speeds_and_simulation_time() {
     assert_eq!(rows.len(), 2 * ran.lines.len());
     let mut told = Vec::new();
     for (k, pair) in rows.chunks(2).enumerate() {
-        // "nil" stands without anything behind it, numbers have a tab.
+        // "nil" is followed directly by the next number, numbers by a tab.
         let row: Vec<f64> = pair[0]
             .replace("nil", "0\t")
             .split_terminator('\t')
@@ -258,7 +258,7 @@ fn the_log_file_tells_readings_speeds_and_simulation_time() {
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn signals_are_those_of_the_same_step() {
     let (robot, reader) = (seed("pioneer_signals"), seed("hokuyo_reads_signals"));
-    // A listener of ours prints the signals with marks between, and what the wheels were told in the same step.
+    // Our own listener prints the signals with separators, and the wheels' target speeds in the same step.
     let listener = "
         if sim_call_type == sim_childscriptcall_sensing then
             local l, r = simGetFloatSignal('GVLeft'), simGetFloatSignal('GVRight')
@@ -276,7 +276,7 @@ fn signals_are_those_of_the_same_step() {
         let [l, r, a, b] = numbers[..] else { panic!("{numbers:?}") };
         assert!((l - a).abs() < 1e-6 && (r - b).abs() < 1e-6, "{} s: {numbers:?}", line.time());
         slow += usize::from(l != 2.0 || r != 2.0);
-        // The course's reader prints one after the other, with nothing between.
+        // The course's reader prints the numbers without separators.
         for number in [l, r] {
             let text = texts(number).into_iter().find(|t| rest.starts_with(t.as_str()));
             let text = text.unwrap_or_else(|| panic!("{number} at {} s: {}", line.time(), &rest[..40.min(rest.len())]));
@@ -287,7 +287,7 @@ fn signals_are_those_of_the_same_step() {
     assert_eq!(rest, "");
 }
 
-/// How a number may be printed: with all its digits, or, as Lua 5.1 did, with 14.
+/// Returns the ways a number may be printed: with all its digits, or with 14, as Lua 5.1 did.
 fn texts(number: f64) -> [String; 2] {
     let digits = (13.0 - number.abs().max(1e-300).log10().floor()).clamp(0.0, 30.0) as usize;
     let short = format!("{number:.digits$}");
@@ -320,15 +320,14 @@ fn the_scan_is_where_rays_meet_the_room_and_steers_the_robot_a_step_later() {
     let mut worst = 0.0_f64;
     for (scan, line) in scans.iter().zip(&ran.lines) {
         let (p, q) = (line.object::<3>(&scanner, "position"), line.object::<4>(&scanner, "quaternion"));
-        // The ray leaves the middle of the model (V-REP's `World-Sick180-Log`: joint and laser stand where the base
-        // is).
+        // The ray starts at the model's origin (in V-REP's `World-Sick180-Log`, joint and laser are where the base is).
         let from = p;
         assert_eq!(scan.len(), 181, "in a room every ray meets something");
         for (angle, d) in scan {
             let (s, c) = angle.to_radians().sin_cos();
             let along = rotate(q, [c, s, 0.0]);
             let want = ROOM.iter().filter_map(|b| ray(b, from, along)).map(|(d, _)| d).fold(f64::INFINITY, f64::min);
-            // Rays that just miss or meet an edge may do the other, for the angle is written with four digits.
+            // A ray close to an edge may go either way, since the angle is written with four digits.
             if (d - want).abs() > 0.001 {
                 let beside = [-1e-4_f64, 1e-4].map(|e| {
                     let (s, c) = (angle.to_radians() + e).sin_cos();
@@ -360,7 +359,7 @@ fn the_scan_is_where_rays_meet_the_room_and_steers_the_robot_a_step_later() {
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_manta_obeys_keys() {
     let file = seed("manta_keyboard_statusbar");
-    // Five times left is 0.5 rad, then s; the scripts' messages are as a keyboard sends them.
+    // Five times left is 0.5 rad, then s; the scripts' messages have the form that a keyboard produces.
     let hand = "
         if sim_call_type == sim_childscriptcall_sensing then
             local step = math.floor(simGetSimulationTime() / 0.05 + 0.5)
@@ -387,6 +386,6 @@ fn the_avoiding_robot_of_the_course_stays_free() {
     let places: Vec<[f64; 3]> = ran.lines.iter().map(|l| l.object(ROBOT, "position")).collect();
     let way: f64 = places.windows(2).map(|w| f64::hypot(w[1][0] - w[0][0], w[1][1] - w[0][1])).sum();
     assert!(way > 3.0, "{way} m in a minute");
-    // The room's walls stand at 3 m, and the robot reaches 0.15 m to its sides at least.
+    // The room's walls are at 3 m, and the robot extends at least 0.15 m to its sides.
     assert!(places.iter().all(|p| p[0].abs() < 2.85 && p[1].abs() < 2.85));
 }

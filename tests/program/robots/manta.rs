@@ -1,5 +1,5 @@
-//! How the Manta drives, against closed forms: a wheel of 0.09 m at 10 rad/s rolls 0.9 m/s; with a wheelbase of 0.6 m
-//! the rear axle's middle, where the base frame is, keeps 0.6 / tan(steering) from the middle of the circle.
+//! Tests of the Manta's driving against closed forms: a wheel of 0.09 m at 10 rad/s rolls 0.9 m/s; with a wheelbase of
+//! 0.6 m the middle of the rear axle, where the base frame is, stays 0.6 / tan(steering) from the centre of the circle.
 
 use crate::kit::*;
 
@@ -9,7 +9,7 @@ fn car(script: &str) -> String {
     format!("{FLOOR}[[model]]\nmodel = \"manta\"\nscript = {{ text = '''\n{script}\n''' }}\n")
 }
 
-/// A car with constant steering and speed: its trace.
+/// Returns the trace of a car with constant steering angle and speed.
 fn drive(speed: f64, steering: f64, seconds: &str) -> Vec<Line> {
     let script = format!(
         "function sysCall_init()
@@ -20,7 +20,7 @@ fn drive(speed: f64, steering: f64, seconds: &str) -> Vec<Line> {
     Place::scene(&car(&script)).trace(&[CAR, "/steer_joint"], &["--seconds", seconds])
 }
 
-/// The circle through three points of the plane: its radius, and on which side it lies.
+/// Returns the signed radius of the circle through three points of the plane; the sign is the side of its centre.
 pub fn radius(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> f64 {
     let side = |p: [f64; 3], q: [f64; 3]| f64::hypot(p[0] - q[0], p[1] - q[1]);
     let cross = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
@@ -70,7 +70,7 @@ fn the_steering_has_its_speed_and_its_limit() {
     let angles = |i: usize| -> Vec<f64> {
         lines[i].status()[0].split(' ').map(|a| a.parse::<f64>().unwrap().to_degrees()).collect()
     };
-    // 70 degrees a second: 14 in the first four steps, or a little less since it starts from rest.
+    // 70 degrees per second: 14 degrees in the first four steps, slightly less since it starts from rest.
     assert!((11.0..=14.1).contains(&angles(3)[0]), "{:?}", angles(3));
     let end = angles(39);
     assert!((end[0] - 30.0).abs() < 0.3, "{end:?}");

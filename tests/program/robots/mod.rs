@@ -1,4 +1,4 @@
-//! Robots that come with the program, against closed forms and what the original did.
+//! Tests of the robots that come with the program, against closed forms and the original's behaviour.
 
 mod course;
 mod course_scenes;

@@ -1,4 +1,4 @@
-//! How the Pioneer drives and rests, against what the original program did.
+//! Tests of how the Pioneer drives and rests, against the behaviour of the original program.
 //!
 //! Source: `tests/facts/pioneer.md`, 3. On the clean floor, both motors at 2 rad/s: 0.19495 m/s, pure
 //! rolling being 2 * 0.0975 = 0.195; 1 and 2 rad/s: 0.29465 rad/s, pure rolling 0.0975 / 0.331 = 0.29456; at rest it
@@ -8,7 +8,7 @@ use crate::kit::*;
 
 const ROBOT: &str = "/Pioneer_p3dx";
 
-/// What must not change how it drives: the preset (wheels and track are the same), the physics step.
+/// Variants that must not change how it drives: the preset (wheels and track are the same), the physics step.
 const VARIANTS: [(&str, &str); 4] = [
     ("", ""),
     ("", "preset = \"as the data sheet\""),
@@ -16,7 +16,7 @@ const VARIANTS: [(&str, &str); 4] = [
     ("physics_dt_s = 0.005\n", "preset = \"as the data sheet\""),
 ];
 
-/// A robot whose motors turn at given speeds, rad/s; position and heading at time 0 and after each step.
+/// Drives a robot with its motors at given speeds (rad/s); returns position and heading at time 0 and after each step.
 fn drive(variant: (&str, &str), left: f64, right: f64, seconds: f64) -> Vec<(f64, [f64; 3], f64)> {
     let script = format!(
         "function sysCall_init()
@@ -31,7 +31,7 @@ fn drive(variant: (&str, &str), left: f64, right: f64, seconds: f64) -> Vec<(f64
     std::iter::once(start).chain(rows).collect()
 }
 
-/// The row of a time.
+/// Returns the row of a time.
 fn at(rows: &[(f64, [f64; 3], f64)], time: f64) -> (f64, [f64; 3], f64) {
     *rows.iter().find(|r| (r.0 - time).abs() < 1e-6).unwrap()
 }
@@ -45,7 +45,7 @@ fn straight_as_the_wheels_roll() {
         let speed = f64::hypot(b[0] - a[0], b[1] - a[1]) / 8.0;
         println!("{variant:?}: {speed:.5} m/s");
         assert!((speed / 0.195 - 1.0).abs() < 0.005, "{variant:?}: {speed} m/s");
-        // It starts along x, so what it is off to the side is y.
+        // It starts along x, so its lateral error is y.
         let four = rows.iter().find(|r| r.1[0] >= 4.0).expect("it drives 4 m");
         println!("{variant:?}: {:.2} mm to the side in 4 m", four.1[1] * 1e3);
         assert!(four.1[1].abs() < 0.01, "{variant:?}: {} m to the side", four.1[1]);

@@ -1,7 +1,7 @@
-//! Actuators: thrusters against the closed form, and actuators of a plugin in C that is written here.
+//! Tests of actuators: thrusters against the closed form, and actuators of a plugin in C whose source is here.
 //!
 //! The engine integrates by semi-implicit Euler within each of its steps: under a constant force velocities are exact,
-//! and the place is ahead of the closed form by at most half an engine step of the velocity that was gained.
+//! and the position is ahead of the closed form by at most half an engine step times the velocity gained.
 
 use std::{path::Path, process::Command, sync::Arc};
 
@@ -15,7 +15,7 @@ use crate::kit::*;
 const MASS: f64 = 2.0;
 const G: f64 = 9.81;
 
-/// A box of 2 kg, 0.2 m long, without contacts; `more` are further keys.
+/// Returns a box of 2 kg, 0.2 m long, without contacts; `more` are further keys.
 fn hull(more: &str) -> String {
     cuboid("hull", [0.2, 0.2, 0.2], [0.0, 0.0, 5.0], &format!("dynamic = true\nmass_kg = {MASS}\n{more}"))
 }
@@ -48,7 +48,7 @@ fn a_constant_thrust_lifts_as_the_closed_form_says() {
             let last = lines.last().unwrap();
             ahead.push(last.object::<3>("/hull", "position")[2] - (5.0 + 0.5 * a * last.time().powi(2)));
         }
-        // Of first order in the engine's step: half the step, half the difference.
+        // The method is of first order: half the step, half the error.
         assert!((ahead[0] / ahead[1] - 2.0).abs() < 1e-3, "{kind}: {ahead:?}");
     }
 }
@@ -78,7 +78,7 @@ fn a_thruster_beside_the_centre_turns_the_hull() {
         let jet = thruster(kind, "jet", "thrust_n = 0.5\nposition_m = [0.1, 0.0, 0.0]");
         Place::scene(&format!("gravity_m_s2 = [0.0, 0.0, 0.0]\nphysics_dt_s = 0.005\n{}{jet}", hull("")))
     };
-    // The velocity that turns along with the force: v = F/m of the integral of (sin, cos) of the angle.
+    // The velocity under a force that turns with the body: v = F/m times the integral of (sin, cos) of the angle.
     let closed = |t: f64| {
         let (n, mut v) = (20_000, [0.0; 2]);
         for i in 0..n {
@@ -103,7 +103,7 @@ fn a_thruster_beside_the_centre_turns_the_hull() {
             assert!(x.abs() + z.abs() < 1e-9);
         }
     }
-    // Asked ten times as often, it follows the turn more closely.
+    // With ten times as many evaluations, it follows the turn more closely.
     assert!(errors[1] < errors[0] / 5.0, "{errors:?}");
 }
 
@@ -127,7 +127,7 @@ fn scripts_command_by_name_within_bounds_and_are_told_of_mistakes() {
         end
         function sysCall_sensing()
             if not done then
-                -- Held within 50 N.
+                -- Limited to 50 N.
                 local v = sim.getObjectVelocity(sim.getObject('/hull'))
                 assert(math.abs(v[3] - (25 - 9.81) * 0.05) < 1e-9, v[3])
                 sim.setFloatProperty(jet, 'thruster.max_force', 10)
@@ -199,7 +199,7 @@ fn a_robot_with_a_thruster_changes_no_other() {
     }
 }
 
-/// The plugins beside the built program, and those of a folder.
+/// Returns the plugins beside the built program, and those of a folder.
 fn registry() -> Arc<Registry> {
     let names = ["tatu_commands_vrep", "tatu_scripts_lua", "tatu_actuators_thruster"];
     Arc::new(Registry::load(Search::standard(Some(program()), None, &names), tatu_core::host_tables()))
@@ -247,8 +247,8 @@ fn a_stop_brings_commands_parameters_and_removed_thrusters_back() {
     assert_eq!(runs[0], runs[2]);
 }
 
-/// Actuators in C: a motor that gives its command as the effort of its joint, asked once per step or before each engine
-/// step; `fail` makes it fail in three ways. Two more kinds are flawed.
+/// Actuators in C: a motor that applies its command as the effort of its joint, evaluated once per step or before each
+/// engine step; `fail` makes it fail in three ways. Two more kinds are faulty.
 const MOTOR: &str = r#"
 #include "tatu.h"
 #include <math.h>
@@ -311,7 +311,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof tatu_plugin, .abi_
   .init = init, .extension = extension};
 "#;
 
-/// A scene that loads the C plugin.
+/// Creates a scene that loads the C plugin.
 fn with_motor(scene: &str) -> Place {
     let place = Place::scene(&format!("plugins = [\".\"]\ngravity_m_s2 = [0.0, 0.0, 0.0]\n{scene}"));
     place.write("motor.c", MOTOR);
@@ -322,7 +322,7 @@ fn with_motor(scene: &str) -> Place {
     place
 }
 
-/// A static base, a joint of a type along z, and a body of 2 kg on it; a motor of a kind sits on the joint.
+/// Returns a static base, a joint along z, and a body of 2 kg on it; the motor is a child of the joint.
 fn jointed(kind: &str, joint: &str, more: &str) -> String {
     format!(
         "{}[[object]]\nkind = \"joint\"\ntype = \"{joint}\"\nalias = \"axle\"\nparent = \"/base\"\n
@@ -401,7 +401,7 @@ fn a_failing_actuator_in_c_is_switched_off_and_named_once() {
             let message = e["message"].as_str().unwrap();
             let off = "the actuator /base/axle/motor is switched off";
             assert!(message.contains(text) && message.contains(off), "{kind} {value}: {message}");
-            // It pushed until then, and coasts since.
+            // The motor was driven until it failed, and coasts afterwards.
             let lines = place.lines("trace.jsonl");
             let spin = |i: usize| lines[i].object::<3>("/base/axle/load", "angular_velocity")[2];
             assert!(spin(3) > 1.9 * spin(1) && (spin(19) - spin(4)).abs() < 1e-6, "{kind} {value}");
@@ -442,7 +442,7 @@ fn lists_tell_of_actuators() {
 
 #[test]
 fn what_a_thruster_remembers_stands_in_a_snapshot() {
-    // The lag is in the middle of its rise at 0.3 s.
+    // At 0.3 s the lag is in the middle of its rise.
     let more = "thrust_n = 40.0\ntime_constant_s = 0.4";
     let place = Place::scene(&format!("{}{}", hull(""), thruster("thruster", "jet", more)));
     let hash = |more: &[&str]| {

@@ -1,4 +1,4 @@
-//! Numbers beyond all bounds are refused by every door, with a sentence, and never hang a run.
+//! Tests that excessive numbers are refused by every input, with an error, and never hang a run.
 
 use crate::kit::*;
 
@@ -42,7 +42,7 @@ fn drives_may_be_told_anything() {
         );
         let place = Place::scene(&format!("{joint}{}", watcher("hand", &script)));
         let done = place.run(&["--seconds", "0.5"]);
-        // It may be told that a body was lost; it does not end without a word.
+        // A lost body may be reported; the program must not end without a message.
         assert!(done.code <= 1 && !done.err.contains("panicked"), "{line}: exit {}\n{}", done.code, done.err);
     }
 }

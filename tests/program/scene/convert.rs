@@ -1,4 +1,4 @@
-//! Scenes of any format become scene files: the same scene, bit for bit, and text that people read.
+//! Tests of converting scenes of any format to scene files: the same scene, bit for bit, and readable text.
 
 use std::{fs, path::PathBuf};
 
@@ -8,7 +8,7 @@ fn hash(done: &Done) -> String {
     done.json()["hash"].as_str().unwrap().to_owned()
 }
 
-/// Runs a scene and what it is converted to; both hashes.
+/// Runs a scene and its conversion; returns both hashes.
 fn both(scene: &str, steps: &str) -> (String, String, Place) {
     let place = Place::new();
     place.tatu(&["convert", scene, "out.toml"]).good();
@@ -47,7 +47,7 @@ fn files_of_vrep_stay_the_same() {
     assert_eq!(count, 41);
 }
 
-/// All that an object can be told, and names, bytes and links that are easily lost.
+/// Every property of an object, and names, bytes and references that are easily lost.
 #[test]
 fn every_kind_of_value_comes_back() {
     let text = r#"
@@ -105,7 +105,7 @@ fn every_kind_of_value_comes_back() {
     let place = Place::scene(text);
     place.tatu(&["check", "scene.toml"]).good();
     place.tatu(&["convert", "scene.toml", "out.toml"]).good();
-    // Converting what was converted changes nothing: the text says all.
+    // Converting the result again changes nothing: the text is complete.
     place.tatu(&["convert", "out.toml", "again.toml"]).good();
     let (out, again) = (place.read("out.toml"), place.read("again.toml"));
     assert_eq!(out, again.replace("again_files", "out_files"));

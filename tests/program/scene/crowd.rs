@@ -1,4 +1,4 @@
-//! Many bodies at once: a wall that stands, and robots that do not notice how many others there are.
+//! Tests of many bodies at once: a wall that stands, and robots that are not affected by the number of others.
 
 use std::{collections::BTreeSet, sync::Arc};
 
@@ -12,7 +12,7 @@ use crate::{
 const ROWS: usize = 20;
 const COLUMNS: usize = 25;
 
-/// 500 bricks of 0.2 x 0.1 x 0.1 m, odd rows shifted by a quarter brick, touching exactly.
+/// Returns the positions of 500 bricks of 0.2 x 0.1 x 0.1 m, odd rows shifted by a quarter brick, touching exactly.
 fn bricks() -> Vec<[f64; 3]> {
     let at = |row: usize, column: usize| {
         let shift = if row % 2 == 1 { 0.05 } else { 0.0 };
@@ -21,7 +21,8 @@ fn bricks() -> Vec<[f64; 3]> {
     (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| at(row, column))).collect()
 }
 
-/// Pairs have friction 0.5. Shift: 3 mm sideways; sinking: 5 mm for the wall's top. Softer contacts let it sink by 60 mm.
+/// Limits: bricks shift at most 3 mm sideways, the top of the wall sinks at most 5 mm. Friction is 0.5; softer contacts
+/// would let it sink by 60 mm.
 #[test]
 fn a_wall_of_500_bricks_stands() {
     let mut scene = format!("physics_dt_s = 0.005\n{FLOOR}")
@@ -46,7 +47,7 @@ fn a_wall_of_500_bricks_stands() {
     }
 }
 
-/// A row of robots, 10 m apart, each with a curve of its own.
+/// Creates a row of robots, 10 m apart, each driving a curve of its own.
 fn robots(n: usize) -> Place {
     let mut scene = FLOOR.to_owned();
     for i in 0..n {
@@ -61,7 +62,7 @@ fn robots(n: usize) -> Place {
     Place::scene(&scene)
 }
 
-/// From 64 joints on the engine could solve those without a motor side by side, and in another order.
+/// From 64 joints on, the engine could solve those without a motor in parallel and in another order.
 #[test]
 fn a_robot_moves_the_same_among_many() {
     let registry = registry();
@@ -82,7 +83,7 @@ fn a_robot_moves_the_same_among_many() {
     }
 }
 
-/// A ball of a compound slides where the box beside it would hold: parts have their own friction.
+/// A ball of a compound slides on a slope where the box beside it would stick: parts have their own friction.
 #[test]
 fn parts_of_a_compound_have_their_own_friction() {
     let slope = |friction: &str| {
@@ -100,12 +101,12 @@ fn parts_of_a_compound_have_their_own_friction() {
         world.observe("/sledge").unwrap().pose[0]
     };
     assert!(slope("").abs() < 1e-3, "friction 1 holds it: {}", slope(""));
-    // Without friction: a t^2 / 2, within what a first-order step adds.
+    // Without friction: a t^2 / 2, within the error of a first-order step.
     let slid = slope(", friction = 0.0");
     assert!((slid - 2.0).abs() < 0.05, "4 m/s^2 for 1 s: {slid} m");
 }
 
-/// 700 sonars with noise among boxes: so many that threads share the sensors out.
+/// Runs 700 noisy sonars among boxes: enough for threads to share the sensors.
 #[test]
 fn many_sensors_measure_the_same_on_any_number_of_threads() {
     let mut scene = String::from("seed = 5\n");

@@ -1,4 +1,5 @@
-//! Importers of others, in C: who is chosen, and what a failing or hostile one does; and whatever a URDF file holds.
+//! Tests of third-party importers in C: which one is chosen, how a failing or hostile one is handled; and of arbitrary
+//! contents of URDF files.
 
 use std::{fs, process::Command, sync::Arc};
 
@@ -9,8 +10,8 @@ use tatu_core::{
 
 use crate::kit::*;
 
-/// An importer `also` that takes URDF files for its own, as sure as their own importer is, and one `faulty` of files
-/// that tell in their first letter what goes wrong.
+/// An importer `also` that claims URDF files with the same confidence as the built-in one, and one `faulty` whose files
+/// name the failure in their first letter.
 const OTHER: &str = r#"
 #include "tatu.h"
 
@@ -71,7 +72,7 @@ const tatu_plugin_t tatu_plugin = {sizeof(tatu_plugin_t), TATU_ABI_MAJOR, TATU_A
                                    "1", "MIT", 0, 0, 0, extension};
 "#;
 
-/// A folder with the plugin and a robot.
+/// Creates a folder with the plugin and a robot.
 fn with_other() -> Place {
     let place = Place::new();
     place.write("mine/other.c", OTHER).write("robot.urdf", "<robot name=\"r\"><link name=\"base\"/></robot>");
@@ -85,7 +86,7 @@ fn with_other() -> Place {
     place
 }
 
-/// What `check` and a look at the objects say about an import with more keys.
+/// Runs `check` and lists the objects of an import with more keys.
 fn imported(place: &Place, keys: &str, providers: &str) -> Done {
     place.write(
         "scene.toml",
@@ -112,7 +113,7 @@ fn the_surest_importer_reads_and_ties_are_told_once() {
         assert!(!done.err.contains("also"), "{keys} {providers}: {}", done.err);
     }
     imported(&place, "file = \"robot.urdf\"", "\".urdf\" = \"faulty\"").refused(&["E113", "faulty", "also", "urdf"]);
-    // One without a load is left out, and told.
+    // An importer without `load` is left out and reported.
     tie.tells(&["warning[E303]", "org.example.other", "`broken` has no `load`, which is required"]);
 }
 
@@ -133,14 +134,14 @@ fn failing_importers_leave_a_sentence_and_nothing_else() {
         let done = imported(&place, "file = \"x.bad\"", "");
         done.refused(&[words, &["E120", "imported in scene.toml:7"]].concat());
     }
-    // A file that is not there is for the importer to judge.
+    // A missing file is for the importer to judge.
     place.write("x.bad", "f");
     imported(&place, "file = \"x.bad\"", "").good();
     place.write("x.none", "");
     imported(&place, "file = \"x.none\"", "").refused(&["E120", "`empty` found nothing in it"]);
 }
 
-/// Places in a text where an attribute's value stands.
+/// Returns the ranges of attribute values in a text.
 fn values(text: &str) -> Vec<std::ops::Range<usize>> {
     let mut out = Vec::new();
     let mut from = 0;

@@ -1,10 +1,10 @@
-//! Large scenes: loading takes a time that grows with their size, and what grows without bound is refused.
+//! Tests of large scenes: the time to load grows in proportion to their size, and unbounded growth is refused.
 
 use std::fmt::Write;
 
 use crate::kit::*;
 
-/// With a time that grows with the square of the number each of these takes many minutes, and the kit ends it.
+/// With quadratic time each of these would take many minutes, and the kit would end it.
 #[test]
 fn a_hundred_thousand_objects_of_one_alias_load() {
     let mut text = String::new();

@@ -1,4 +1,4 @@
-//! Scenes: read, imported, converted, refused; how bodies in them move.
+//! Tests of scenes: reading, importing, converting, refusing; and of how bodies in them move.
 
 mod bounds;
 mod convert;

@@ -1,8 +1,8 @@
-//! Models that come and go while a world lives: copied, loaded and saved by scripts, with sensors and scripts of their own.
+//! Tests of models that scripts copy, load and save during a run, with sensors and scripts of their own.
 
 use crate::kit::*;
 
-/// A carriage with an eye and a script that looks through it.
+/// A carriage with a sensor and a script that reads it.
 const CARRIAGE: &str = r#"
 [[object]]
 kind = "dummy"

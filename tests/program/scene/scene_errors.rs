@@ -1,10 +1,10 @@
-//! Faulty scenes and scripts: what is wrong, in which line, what was expected, what to do.
+//! Tests of errors in scenes and scripts: they say what is wrong, in which line, what was expected and what to do.
 
 use std::fmt::Write;
 
 use crate::{kit::said::*, kit::*};
 
-/// A scene with a floor and more.
+/// Returns a scene with a floor and more.
 fn with(more: &str) -> String {
     format!("format = 1\n[scene]\ndt_s = 0.05\n{FLOOR}{more}")
 }
@@ -115,7 +115,7 @@ fn models_must_not_contain_themselves() {
 
     place.write("a.toml", &using("b.toml")).write("b.toml", &using("a.toml")).write("scene.toml", &using("a.toml"));
     said.not_started(&place, &["run", "scene.toml", "--json"]);
-    // Twice the same one is no cycle.
+    // The same file used twice is not a cycle.
     place.write("b.toml", "format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"x\"\n");
     place.write("scene.toml", &(using("b.toml") + &using("b.toml").replace("format = 1\n", "")));
     place.run(&["--steps", "1"]).good();
@@ -168,7 +168,7 @@ fn arguments_that_name_nothing_are_refused() {
 
 #[test]
 fn mistakes_of_beginners_name_file_and_line() {
-    // Text of line 3 of the script, kind of the error, a word of its message.
+    // The text of line 3 of the script, the kind of the error, a word of its message.
     let mistakes = [
         ("local speed = sped + 1", "runtime", "sped"),
         ("sim.setJointTargetVelocity(motr, 2)", "bad_argument", "joint"),

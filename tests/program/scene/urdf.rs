@@ -1,4 +1,4 @@
-//! Files of other formats: `[[import]]`, files in place of scenes, and the importer of URDF.
+//! Tests of files of other formats: `[[import]]`, such files in place of scenes, and the URDF importer.
 
 use std::{f64::consts::TAU, fs, sync::Arc};
 
@@ -11,7 +11,7 @@ use tatu_plugin_api::safe::Value;
 
 use crate::kit::*;
 
-/// A bar of 1 m and 2 kg on a hinge about y, 2 m up: its centre of mass lies 0.5 m below.
+/// A bar of 1 m and 2 kg on a hinge about y, 2 m up: its centre of mass is 0.5 m below.
 const PENDULUM: &str = r#"<?xml version="1.0"?>
 <robot name="pendulum">
   <link name="world"/>
@@ -31,7 +31,7 @@ const PENDULUM: &str = r#"<?xml version="1.0"?>
 </robot>
 "#;
 
-/// The folder of the importer, with its robot.
+/// Copies the importer's test folder with its robot.
 fn robot(place: &Place) {
     let from = root().join("plugins/importers/urdf");
     for file in ["robot.urdf", "mast.stl"] {
@@ -39,7 +39,7 @@ fn robot(place: &Place) {
     }
 }
 
-/// The document of a scene, read in this process by the program's own plugins.
+/// Reads the document of a scene in this process, with the program's own plugins.
 fn read(place: &Place, scene: &str) -> tatu_core::document::Document {
     let mut search = Search::default();
     search.folders.push((program().with_file_name("deps"), tatu_core::plugins::Source::Built));
@@ -68,7 +68,7 @@ fn a_pendulum_swings_as_long_as_it_should() {
         "--json",
     ];
     place.tatu(&args).good();
-    // Times at which it passes the middle, between two lines.
+    // Times at which it passes the middle, interpolated between two lines.
     let lines = place.lines("t.jsonl");
     let at = |l: &Line| l.0["objects"]["/pendulum/hinge"]["joint"]["position"].as_f64().unwrap();
     let mut crossed = Vec::new();
@@ -81,7 +81,8 @@ fn a_pendulum_swings_as_long_as_it_should() {
     let n = crossed.len();
     assert!(n >= 4, "{crossed:?}");
     let period = (crossed[n - 1] - crossed[0]) / (n - 1) as f64;
-    // Physical pendulum: 2 pi sqrt(I / (m g l)) with the inertia about the hinge; 3 degrees add 0.02 %.
+    // Physical pendulum: 2 pi sqrt(I / (m g l)) with the inertia about the hinge; an amplitude of 3 degrees adds 0.02
+    // %.
     let inertia: f64 = 0.1667 + 2.0 * 0.5 * 0.5;
     let wanted = TAU * (inertia / (2.0 * 9.81 * 0.5)).sqrt();
     assert!((period / wanted - 1.0).abs() < 0.01, "{period} s, {wanted} s expected");
@@ -125,12 +126,12 @@ fn masses_and_inertias_are_those_of_the_file() {
         }
     };
     assert_eq!(numbers("/cart/left_motor/left_wheel", Row::Mass), [0.5]);
-    // The joint's z is the file's y, and the wheel hangs in its own frame: inertias stay as they are written.
+    // The joint's z is the file's y, and the wheel has a frame of its own: inertias stay as they are written.
     let wheel = numbers("/cart/left_motor/left_wheel", Row::Inertia);
     for (i, wanted) in [(0, 0.0014), (4, 0.0025), (8, 0.0014), (1, 0.0)] {
         assert!((wheel[i] - wanted).abs() < 1e-12, "{i}: {wheel:?}");
     }
-    // Base, ball and mast are one body, in the frame of the footprint: sum, weighted mean, parallel axes.
+    // Base, ball and mast form one body, in the frame of the footprint: sum, weighted mean, parallel axes.
     let parts: [(f64, [f64; 3], [f64; 3]); 3] = [
         (5.0, [0.06, 0.0, 0.15], [0.06, 0.09, 0.14]),
         (0.2, [0.15, 0.0, 0.05], [0.0002; 3]),
@@ -156,7 +157,7 @@ fn masses_and_inertias_are_those_of_the_file() {
 
 #[test]
 fn a_turned_axis_turns_about_it() {
-    // About the axis (1, 1, 1) a third of a turn brings x to y.
+    // A third of a turn about the axis (1, 1, 1) maps x to y.
     let place = Place::new();
     let urdf =
         PENDULUM.replace("xyz=\"0 1 0\"", "xyz=\"1 1 1\"").replace(" rpy=\"0 0 0.3\"", "").replace("0 0 -0.5", "1 0 0");
@@ -198,16 +199,16 @@ fn two_of_one_file_have_names_of_their_own() {
     for name in ["cart", "cart#0", "left_wheel", "left_wheel#0", "left_wheel#1", "third#1"] {
         assert!(scene.find_name(name).is_some(), "{name}");
     }
-    // Placed as a model is: turned by a quarter, its left wheel stands to the west.
+    // Placed as a model is: turned by a quarter, its left wheel is to the west.
     let wheel = scene.world(scene.find_name("left_wheel#0").unwrap()).translation.vector;
     assert!((wheel.x + 0.2).abs() < 1e-9 && (wheel.y - 2.0).abs() < 1e-9, "{wheel}");
-    // A base that is fixed stays.
+    // A fixed base stays.
     let lines = place.trace(&["/third", "/cart[0]"], &["--steps", "20"]);
     assert_eq!(lines[19].object::<3>("/third", "position"), [0.0, 4.0, 1.0]);
     assert!(lines[19].object::<3>("/cart[0]", "position")[2] < -1.0, "the others fall");
 }
 
-/// A cube of 0.2 m as binary STL, around a point.
+/// Returns a cube of 0.2 m as binary STL, centred at a point.
 fn cube(at: [f32; 3]) -> Vec<u8> {
     let mut out = b"solid, says the header of this binary file".to_vec();
     out.resize(80, b' ');
@@ -249,7 +250,7 @@ fn a_mesh_beside_the_file_is_seen_where_it_is() {
         place.write("robots/block.urdf", &urdf.replace("NAME", name)).write(file, "");
         fs::write(place.path().join(file), cube([0.5, 0.0, 0.0])).unwrap();
         let lines = place.trace(&["/eye"], &["--steps", "1"]);
-        // 1 m to the file's origin, 0.3 m to the visual's, twice the cube's near side at 0.4 m.
+        // 1 m to the file's origin, 0.3 m to the visual's, and 0.8 m to the near side of the cube at twice its size.
         let distance = lines[0].sensor("/eye", "proximity.distance");
         assert!((distance - 2.1).abs() < 1e-6, "{name}: {distance}");
     }
@@ -281,12 +282,12 @@ fn files_outside_are_not_read() {
             "scene.toml:3",
         ]);
     }
-    // Up, but within the scene's folder.
+    // In a parent folder, but within the scene's folder.
     place.write("inner/robots/a.urdf", &urdf("../mine.stl"));
     run(program(), &inner, &["check", "scene.toml"], &[]).good();
-    // What is not there is told, and the robot stands without it.
+    // A missing mesh is reported, and the robot is loaded without it.
     place.write("inner/robots/a.urdf", &urdf("none.stl"));
-    run(program(), &inner, &["check", "scene.toml"], &[]).good().tells(&["none.stl", "there is no such file"]);
+    run(program(), &inner, &["check", "scene.toml"], &[]).good().tells(&["none.stl", "the file does not exist"]);
 }
 
 #[test]
@@ -340,7 +341,7 @@ fn scenes_with_wrong_imports_are_refused() {
         place.write("scene.toml", &format!("format = 1\n[[import]]\n{text}\n"));
         place.tatu(&["check", "scene.toml"]).refused(words);
     }
-    // A file whose name says nothing is known by its first bytes, and one that is nobody's is told so.
+    // A file whose name has no known ending is recognized by its first bytes; one that no importer takes is refused.
     place.write("robot.xml", PENDULUM).tatu(&["check", "robot.xml"]).good();
     fs::write(place.path().join("noise.bin"), [0xFFu8, 0, 1, 2]).unwrap();
     place.tatu(&["check", "noise.bin"]).refused(&["E121", "noise.bin"]);
@@ -398,8 +399,8 @@ fn joints_mimic_and_are_damped() {
     assert!((at(last, "/g/one") - at(last - 20, "/g/one")).abs() < 1e-4, "and comes to rest");
 }
 
-/// Light links that mimic each other get the rotor that files leave out, and it is told; heavy ones, and those that mimic
-/// nothing, do not.
+/// Light links that mimic each other get the rotor inertia that files omit, with a message; heavy links and those that
+/// mimic nothing do not.
 #[test]
 fn light_geared_links_get_a_rotor() {
     let place = Place::new();
@@ -426,7 +427,7 @@ fn light_geared_links_get_a_rotor() {
     let told = place.tatu(&["convert", "g.urdf", "scene.toml"]).good().err;
     let scene = place.read("scene.toml");
     assert_eq!(scene.matches("armature_kg = 0.05").count(), 2, "{scene}");
-    // Twice 30 mm from the axis.
+    // Two links at 30 mm from the axis.
     assert_eq!(scene.matches("armature_kg_m2 = 0.00017").count(), 1, "{scene}");
     assert_eq!(told.matches("weighs 15 g: it gets an armature of 5.00e-2 kg").count(), 2, "{told}");
     assert_eq!(told.matches("it gets an armature").count(), 3, "{told}");
@@ -466,9 +467,12 @@ fn sliders_stop_at_their_limits_and_what_is_not_done_is_told() {
         "/slide/rail/weight",
     ];
     let done = place.tatu(&args).good();
-    for words in
-        ["`table` is planar", "COLLADA", "1 x <transmission>", "`light`: it moves and has no mass: it gets 0.020 kg"]
-    {
+    for words in [
+        "`table` is planar",
+        "COLLADA",
+        "1 x <transmission>",
+        "`light`: the link can move but has no mass: 0.020 kg is assumed",
+    ] {
         done.tells(&[words]);
     }
     assert!(
@@ -476,7 +480,7 @@ fn sliders_stop_at_their_limits_and_what_is_not_done_is_told() {
         "{}",
         done.err
     );
-    // Down its axis, by its weight, to the end of its way.
+    // It slides down its axis under its weight, to the end of its range.
     let lines = place.lines("t.jsonl");
     let last = lines.last().unwrap();
     let at = last.0["objects"]["/slide/rail"]["joint"]["position"].as_f64().unwrap();

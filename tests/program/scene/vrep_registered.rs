@@ -1,5 +1,5 @@
-//! What scenes of V-REP register beside their objects, as the importer keeps it with a scene: collections, collision and
-//! distance objects, windows of buttons.
+//! Tests of what V-REP scenes register beside their objects, as the importer stores it with a scene: collections,
+//! collision and distance objects, windows of buttons.
 
 use crate::kit::*;
 
@@ -91,7 +91,7 @@ fn what_a_scene_registers_answers_to_scripts() {
         format!("{}{}", done.out, done.err)
     };
     assert!(said(&["run", "scene.toml", "--steps", "2"]).contains("all is there"));
-    // What is kept goes along into a saved scene.
+    // The registered objects are part of a saved scene.
     said(&["run", "scene.toml", "--steps", "2", "--save", "again.toml"]);
     assert!(said(&["run", "again.toml", "--steps", "2"]).contains("all is there"));
 }

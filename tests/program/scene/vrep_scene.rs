@@ -1,4 +1,4 @@
-//! Scene files of V-REP: what the importer finds in 41 of them is what an independent reader found, and all of them run.
+//! Tests of 41 V-REP scene files: the importer finds the same as an independent reader, and all of them run.
 
 use std::{fs, path::PathBuf};
 
@@ -35,7 +35,7 @@ fn files_are_read_as_an_independent_reader_does() {
     assert_eq!(count, 41);
 }
 
-/// Files whose scripts raise errors in the original too, and what they lack.
+/// Files whose scripts raise errors in the original too, and the missing function.
 const LACKING: &[(&str, &str)] = &[
     ("v30003_quadcopter", "simExtQuadcopterReadSensors"),
     ("v30103_3Rob_freeEnvironm", "dlgStyle"),
@@ -47,7 +47,7 @@ const LACKING: &[(&str, &str)] = &[
     ("v41000_locomocao", "simZMQ"),
 ];
 
-/// Scripts of eleven years run without an error, or with those that they have in the original.
+/// Scripts from eleven years run without an error, or with the errors that they raise in the original.
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn files_run() {
@@ -72,7 +72,7 @@ fn files_run() {
     assert_eq!(good, 41 - LACKING.len());
 }
 
-/// The original takes position targets as they come, once a step, and so do its scenes.
+/// The original applies position targets at once, one per step; so do its scenes.
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn targets_jump_as_in_the_original() {
@@ -85,7 +85,7 @@ fn targets_jump_as_in_the_original() {
     assert_eq!(scene.matches("smooth_target = false").count(), joints);
 }
 
-/// Cut at many places and with bits turned: a file is refused with its offset, or read; never a crash.
+/// Truncated in many places or with bits flipped, a file is refused with the offset, or read; it never crashes.
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn damaged_files_are_refused() {
@@ -144,7 +144,7 @@ function sysCall_sensing()
     for i, top in ipairs(robots) do
         free[i] = seen(top)
     end
-    -- A ring of walls, 0.3 m from a robot that is some 0.5 m long.
+    -- A ring of walls, 0.3 m from a robot that is about 0.5 m long.
     for i = 1, #robots do
         for k = 0, 3 do
             local wall = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {2, 0.1, 1})
@@ -161,8 +161,8 @@ function sysCall_sensing()
 end
 ";
 
-/// A robot's own shell is nothing that its sonars see, and a wall is, whatever a file of which time says of what they look
-/// for, and from where on.
+/// A robot's sonars do not detect its own shell but do detect a wall, whatever a file of any version says of detectable
+/// objects and the minimum distance.
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn sonars_of_pioneers_see_walls_and_not_themselves() {

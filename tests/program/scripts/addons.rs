@@ -1,4 +1,4 @@
-//! Add-ons: found, listed, started by themselves or by name, called, ended, replayed.
+//! Tests of add-ons: found, listed, started automatically or by name, called, ended, replayed.
 
 use std::{fs, thread, time::Duration};
 
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::{kit::*, remote::jsonl::Running};
 
-/// A place with a floor, a Pioneer that drives, and these add-ons in `addons/`.
+/// Creates a scene with a floor, a Pioneer that drives, and these add-ons in `addons/`.
 fn place(addons: &[(&str, &str)]) -> Place {
     let place = Place::scene(&format!("{FLOOR}{}", pioneer(DRIVE, "")));
     for (file, text) in addons {
@@ -23,7 +23,7 @@ function sysCall_actuation()
   sim.setJointTargetVelocity(right, 2)
 end";
 
-/// Lines that begin with `> `, of standard error.
+/// Returns the lines of standard error that begin with `> `.
 fn told(done: &Done) -> Vec<String> {
     done.err.lines().filter(|l| l.starts_with("> ")).map(|l| l[2..].to_owned()).collect()
 }
@@ -32,7 +32,7 @@ fn listed(place: &Place, env: &[(&str, &str)]) -> Vec<Value> {
     run(program(), place.path(), &["list", "addons", "--json"], env).good().json().as_array().unwrap().clone()
 }
 
-// tests/facts/script-api.md, 6: names of all versions, `autoStart`.
+// See tests/facts/script-api.md, 6: file names of all versions, `autoStart`.
 #[test]
 fn names_and_what_they_answer_decide_who_starts_by_itself() {
     let say = |name: &str| format!("-- Says {name}.\nprint('> {name}')\n");
@@ -76,9 +76,9 @@ fn names_and_what_they_answer_decide_who_starts_by_itself() {
     place.run(&["--steps", "2", "--no-addons", "--from", "one"]).good();
     assert_eq!(told(&place.run(&["--steps", "1", "--no-addons"]).good()), [""; 0]);
     let named = place.run(&["--steps", "1", "--no-addons", "--addon", "hyphen", "--addon", "click", "--addon", "asks"]);
-    // A function is run at once, the others begin with the first pass.
+    // An add-on function runs at once; the others begin with the first pass.
     assert_eq!(told(&named.good()), ["click", "no", "hyphen"]);
-    // By its file, and a function once for each time that it is named.
+    // Named by its file; a function runs once for each time that it is named.
     let file = place.run(&["--steps", "1", "--no-addons", "--addon", "addons/vrepAddOnScript-hyphen.lua"]).good();
     assert_eq!(told(&file), ["hyphen"]);
     place.run(&["--addon", "hyphenn"]).refused(&["E600", "there is no add-on `hyphenn`", "did you mean `hyphen`?"]);
@@ -100,13 +100,13 @@ fn folders_are_searched_in_order_and_the_first_wins_a_name() {
     let args = ["run", "scene.toml", "--json", "--steps", "1", "--addon", "three:x=4"];
     let done = run(program(), place.path(), &args, &env).good();
     assert_eq!(told(&done), ["first", "three 4", "two"]);
-    done.tells(&["E602", "two add-ons are called `one`"]);
+    done.tells(&["E602", "two add-ons have the name `one`"]);
     place.write("addons/four/addon.toml", "colour = 1\n").write("addons/four/init.lua", "");
     place.tatu(&["list", "addons"]).good().tells(&["E601", "unknown key `colour`"]);
 }
 
-// tests/facts/call-order.md, 1: `init`, then in each pass of a stopped world `nonSimulation`, `beforeSimulation`, the
-// stages after all others, `afterSimulation`, `cleanup` at the end.
+// See tests/facts/call-order.md, 1: `init`, then in each pass of a stopped world `nonSimulation`, `beforeSimulation`,
+// the stages after all others, `afterSimulation`, and `cleanup` at the end.
 #[test]
 fn an_addon_is_called_as_observed_and_outlives_the_run() {
     let life = "
@@ -120,7 +120,7 @@ fn an_addon_is_called_as_observed_and_outlives_the_run() {
     let names: Vec<&str> = lines.iter().map(|l| l.split(' ').next().unwrap()).collect();
     let pass = ["beforeMainScript", "actuation", "sensing"];
     let mut expected = vec!["init", "nonSimulation", "beforeSimulation"];
-    // The step, and the three passes from the request to the end.
+    // The step, and the three passes from the stop request to the end.
     (0..4).for_each(|_| expected.extend(pass));
     expected.extend(["afterSimulation", "cleanup"]);
     assert_eq!(names, expected);
@@ -128,7 +128,7 @@ fn an_addon_is_called_as_observed_and_outlives_the_run() {
     assert_eq!(lines[expected.len() - 2], "afterSimulation 0");
 }
 
-// tests/facts/script-api.md, 6: run modes 0 starting, 1 running, 4 ending; returning 0 ends it.
+// See tests/facts/script-api.md, 6: run modes 0 starting, 1 running, 4 ending; returning 0 ends it.
 #[test]
 fn an_old_addon_is_run_as_a_whole_and_ends_by_returning_0() {
     let old = "
@@ -144,7 +144,7 @@ fn an_old_addon_is_run_as_a_whole_and_ends_by_returning_0() {
     assert_eq!(told(&place.run(&["--steps", "10"]).good()), ["begins", "enough 3", "ends"]);
 }
 
-// tests/facts/script-api.md, 6: `sysCall_addOnScriptRun` in each pass, sim.syscb_cleanup (1) ends it.
+// See tests/facts/script-api.md, 6: `sysCall_addOnScriptRun` in each pass, sim.syscb_cleanup (1) ends it.
 #[test]
 fn an_addon_of_the_years_between_has_functions_of_its_own() {
     let text = "function sysCall_init() print('> init') n = 0 end
@@ -157,7 +157,7 @@ fn an_addon_of_the_years_between_has_functions_of_its_own() {
     let place = place(&[("vrepAddOnScript-between.lua", text)]);
     let done = place.run(&["--steps", "10", "--addon", "between"]).good();
     assert_eq!(told(&done), ["init", "run 1", "run 2", "run 3", "run 4", "over"]);
-    // A function: its text runs once, whatever its era.
+    // An add-on function: its text runs once, in any era.
     for text in ["print('> once')\nreturn sim.syscb_cleanup", "print('> once ' .. simGetSimulationTime())"] {
         place.write("addons/vrepAddOnFunc_once.lua", text);
         let done = place.run(&["--steps", "3", "--addon", "once"]).good();
@@ -182,7 +182,9 @@ fn options_reach_an_addon_as_a_table_of_the_types_of_its_defaults() {
     let given = |options: &str| place.run(&["--steps", "2", "--addon", &format!("given:{options}")]);
     assert_eq!(told(&given("period=0.25,loud=yes,paths=/a,/b").good()), ["0.5 1 true /a,/b", "over"]);
     let wrong = given("perod=1").errors();
-    assert!(wrong[0]["message"].as_str().unwrap().contains("no option `perod`; there are: loud, n, paths, period"));
+    assert!(
+        wrong[0]["message"].as_str().unwrap().contains("no option `perod`; expected one of: loud, n, paths, period")
+    );
     assert!(wrong[0]["file"].as_str().unwrap().ends_with("given.lua") && wrong[0]["line"] == 3, "{wrong:?}");
     place.run(&["--addon", ":period=1"]).refused(&["E102", "does not name an add-on"]);
 }
@@ -206,7 +208,7 @@ fn a_failing_addon_is_named_and_suspended_and_nothing_else_changes() {
     let (with, without) = (&done.json()["objects"], &without["objects"]);
     assert_eq!(with, without, "robots are where they were, with the same hashes");
     assert!(errors[0]["object"].is_null(), "an add-on belongs to no object: {errors:?}");
-    // An old one is stopped, too (tests/facts/script-api.md, 6), while old scripts of the scene would be called
+    // An old add-on is stopped, too (tests/facts/script-api.md, 6), while old scripts of the scene would be called
     // again.
     let old = "if sim_call_type == sim_addonscriptcall_run then local x = nil + 1 end
         if sim_call_type == sim_addonscriptcall_cleanup then print('> ends') end";
@@ -227,7 +229,7 @@ fn a_replay_has_the_addons_of_the_run() {
     let ran = place.run(&["--seconds", "1", "--addon", "push:speed=7", "--log", "run.log"]).good().json();
     let plain = place.run(&["--seconds", "1"]).good().json();
     assert_ne!(ran["hash"], plain["hash"]);
-    // The log holds the add-on's text.
+    // The log contains the add-on's text.
     fs::remove_file(place.path().join("addons/push.lua")).unwrap();
     let again = place.tatu(&["run", "--replay", "run.log", "--json"]).good().json();
     assert_eq!((&again["hash"], &again["steps"]), (&ran["hash"], &ran["steps"]));
@@ -249,15 +251,15 @@ fn none_of_those_that_come_with_the_program_starts_by_itself() {
     assert!(!done.err.contains("add-on"), "{}", done.err);
 }
 
-/// Runs one of the repository's add-ons in a place of its own.
+/// Runs one of the repository's add-ons in a given folder.
 fn shipped(place: &Place, name: &str, options: &str, args: &[&str]) -> Done {
     let file = root().join("addons").join(format!("{name}.lua"));
     let addon = format!("{}:{options}", file.display());
     place.run(&[&["--addon", addon.as_str()], args].concat())
 }
 
-/// 2 rad/s on wheels of 0.0975 m give 0.195 m/s (README of the Pioneer): after 2 s about 0.38 m, less what starting
-/// took.
+/// 2 rad/s on wheels of 0.0975 m give 0.195 m/s (README of the Pioneer): after 2 s about 0.38 m, less the loss while it
+/// accelerates.
 #[test]
 fn the_pose_logger_writes_what_the_trace_tells() {
     let place = place(&[]);
@@ -267,7 +269,7 @@ fn the_pose_logger_writes_what_the_trace_tells() {
     let lines: Vec<&str> = csv.lines().collect();
     assert!(lines[0].starts_with("time_s,\"/Pioneer_p3dx x_m\",\"/Pioneer_p3dx y_m\""), "{csv}");
     let row = |i: usize| lines[i].split(',').map(|c| c.parse::<f64>().unwrap()).collect::<Vec<_>>();
-    // The first line is of the first step; the others of each half second.
+    // The first line is for the first step; the others follow every half second.
     let times: Vec<f64> = (1..lines.len()).map(|i| row(i)[0]).collect();
     assert_eq!(times[..5], [0.05, 0.5, 1.0, 1.5, 2.0], "{csv}");
     let trace = place.lines("trace.jsonl");
@@ -295,7 +297,7 @@ fn keys_drive_any_robot_with_two_wheels() {
     done.tells(&["key_teleop: drives /Pioneer_p3dx"]);
     let trace = place.lines("trace.jsonl");
     let x = |step: usize| trace[step].object::<3>("/Pioneer_p3dx", "position")[0];
-    // 4 rad/s on wheels of 0.0975 m; then nothing.
+    // 4 rad/s on wheels of 0.0975 m; then it stands.
     assert!(((x(35) - x(25)) / 0.5 - 0.39).abs() < 0.02, "{} m/s", (x(35) - x(25)) / 0.5);
     assert!((x(59) - x(52)).abs() < 0.002, "{}", x(59) - x(52));
 }
@@ -307,7 +309,7 @@ fn the_path_tracer_tells_how_far_they_went() {
     let done = shipped(&place, "path_tracer", "", &args).good();
     let line = done.err.lines().find(|l| l.contains("path_tracer: /Pioneer_p3dx went ")).unwrap().to_owned();
     let way: f64 = line.split("went ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
-    // Three passes more than the trace counts: 0.195 m/s for 2.15 s, less what starting took.
+    // Three passes more than the trace counts: 0.195 m/s for 2.15 s, less the loss while it accelerates.
     assert!(way > 0.36 && way < 0.42, "{line}");
 }
 
@@ -323,7 +325,7 @@ fn the_profiler_counts_what_scripts_and_sensors_used() {
     assert_eq!(one, other, "no clock is looked at");
     assert!(one[0].contains("23 steps, 1 scripts"), "20 and the three to the end: {one:?}");
     assert!(one[1].contains("100.0 %") && one[1].contains("/Pioneer_p3dx"), "{one:?}");
-    // 16 sonars, a volume each.
+    // 16 sonars, one volume each.
     assert!(one[2].contains("16 sensor(s) of kind proximity: 368 readings, 368 beams"), "{one:?}");
     assert!(place.read("use.csv").contains("sensor,\"proximity\",368,368"));
 }
@@ -348,7 +350,7 @@ fn conditions_stop_a_run() {
     let place = Place::scene(&format!("{FLOOR}{}{wall}", pioneer(DRIVE, "")));
     let done = shipped(&place, "auto_stop", "hit=true", &["--seconds", "20"]).good();
     assert!(done.err.contains("touch at") && done.json()["sim_time_s"].as_f64().unwrap() < 3.0, "{}", done.err);
-    // It pushes against the wall: it stands still.
+    // It pushes against the wall and does not move.
     let done = shipped(&place, "auto_stop", "still=2", &["--seconds", "60"]).good();
     assert!(done.err.contains("it stands still"), "{}", done.err);
 }
@@ -372,7 +374,7 @@ fn with_reload_a_changed_addon_is_taken_between_two_steps() {
     assert!(ended.err.contains("reloaded the addon addons/word.lua (state kept)"), "{}", ended.err);
 }
 
-/// The guide, followed word by word.
+/// Follows the guide literally.
 #[test]
 fn the_guide_is_true() {
     let guide = fs::read_to_string(root().join("docs/guide/write-an-addon.md")).unwrap();
@@ -389,7 +391,7 @@ fn the_guide_is_true() {
     place.write("addons/hello.lua", &format!("{}{}", block("lua", 1), block("lua", 2)));
     assert_eq!(run(&[]), "");
     assert_eq!(run(&["--addon", "hello:name=Ada,times=2"]), "hello Ada\nhello Ada\n");
-    // The events of the guide: nothing happens here.
+    // The events of the guide: none occurs here.
     place.write("addons/hello.lua", &block("lua", 3));
     assert_eq!(run(&[]), "");
 }

@@ -1,4 +1,4 @@
-//! Scripts that call those below them, as they did until 3.3, and scripts of kind `threaded`.
+//! Tests of scripts that call those below them, as in versions before 3.3, and of scripts of kind `threaded`.
 
 use crate::kit::*;
 
@@ -8,7 +8,7 @@ fn below(parent: &str, alias: &str, script: &str) -> String {
 
 #[test]
 fn a_script_calls_those_below_it_once_with_its_arguments() {
-    // tests/facts/script-api.md, 1: arguments reach those below, which are not run again in the pass.
+    // See tests/facts/script-api.md, 1: arguments reach the scripts below, which are not run again in the pass.
     let script = |name: &str| {
         format!(
             "if sim_call_type == sim_childscriptcall_actuation then
@@ -36,7 +36,7 @@ fn a_script_calls_those_below_it_once_with_its_arguments() {
 
 #[test]
 fn the_oldest_texts_call_those_below_them() {
-    // tests/facts/script-api.md, 1: the count of runs begins at 0.
+    // See tests/facts/script-api.md, 1: the execution count begins at 0.
     let script = |name: &str| {
         format!(
             "local n = simGetScriptExecutionCount()
@@ -52,7 +52,8 @@ fn the_oldest_texts_call_those_below_them() {
 
 #[test]
 fn a_script_of_kind_threaded_runs_as_a_thread() {
-    // tests/facts/script-api.md, 1: threaded child scripts are a type of their own. Nothing in this text shows it.
+    // See tests/facts/script-api.md, 1: threaded child scripts are a type of their own. Nothing in this text reveals
+    // it.
     let script = "for i = 1, 2 do
             simAddStatusbarMessage('run '..i)
             _G['simSwitch'..'Thread']()

@@ -1,4 +1,5 @@
-//! The catalogue of commands: what lists tell of each, and its example, which raises where the effect is not there.
+//! Tests of the catalogue of commands: the lists, and each command's example, which raises an error if it has no
+//! effect.
 
 use std::fmt::Write;
 
@@ -20,7 +21,7 @@ fn text<'v>(c: &'v Value, key: &str) -> &'v str {
     c[key].as_str().unwrap_or_else(|| panic!("no text `{key}` in {c}"))
 }
 
-/// Objects that examples ask for by name.
+/// Objects that examples refer to by name.
 const OBJECTS: &str = r#"
 [[object]]
 kind = "sensor"
@@ -64,7 +65,7 @@ size_m = [9, 9, 0.02]
 position_m = [0, 0, 61.01]
 "#;
 
-/// Those that end the run, or that must be alone for another reason.
+/// Commands that end the run, or that need a world of their own for another reason.
 const ALONE: &[&str] =
     &["sim.stopSimulation", "sim.quitSimulator", "sim.startSimulation", "sim.setArrayParam", "tatu.set"];
 
@@ -85,7 +86,7 @@ fn each_tells_its_status_and_has_an_example() {
     }
 }
 
-/// All examples in one world, each a script of its own.
+/// Runs all examples in one world, each as a script of its own.
 #[test]
 fn examples_raise_nothing() {
     let all = commands();
@@ -96,7 +97,7 @@ fn examples_raise_nothing() {
     scene += OBJECTS;
     let (mut names, mut alone) = (Vec::new(), Vec::new());
     for (i, c) in with.iter().enumerate() {
-        // Each has a graph of its own.
+        // Each example has a graph of its own.
         let own = format!("/graph{i}");
         let example = text(c, "example").replace("'/graph'", &format!("'{own}'"));
         let object = |at: usize| {
@@ -133,7 +134,7 @@ fn examples_raise_nothing() {
     assert!(failed.is_empty(), "{} examples raise:\n{}", failed.len(), failed.join("\n"));
 }
 
-/// The pages in docs/ are what the program writes: `tatu describe --all --markdown docs/reference/commands`.
+/// The pages in docs/ equal the output of `tatu describe --all --markdown docs/reference/commands`.
 #[test]
 fn the_reference_pages_are_those_of_the_declarations() {
     let place = Place::new();

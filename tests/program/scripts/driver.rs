@@ -1,15 +1,15 @@
-//! Drivers: a script of kind `main` runs the stages of a step itself.
+//! Tests of drivers: scripts of kind `main` that run the stages of a step themselves.
 
 use crate::kit::*;
 
-/// A dummy with a main script.
+/// Returns a dummy with a main script.
 fn main_script(text: &str, dialect: &str) -> String {
     format!(
         "[[object]]\nkind = \"dummy\"\nalias = \"driver\"\nscript = {{ kind = \"main\", dialect = \"{dialect}\", text = '''\n{text}\n''' }}\n"
     )
 }
 
-/// The order of the stages in default main scripts of today.
+/// The order of the stages in today's default main scripts.
 const MODERN: &str = "
 function sysCall_init()
     sim.handleSimulationStart()
@@ -48,7 +48,7 @@ function sysCall_cleanup()
     sim.addStatusbarMessage('main cleans up')
 end";
 
-/// The same of 2015: the whole text runs for each call, with one part for the step.
+/// The default main script of 2015: the whole text runs for each call, with one branch for the step.
 const OLD: &str = "
 if (sim_call_type==sim_mainscriptcall_initialization) then
     simOpenModule(sim_handle_all)
@@ -91,7 +91,8 @@ if (sim_call_type==sim_mainscriptcall_cleanup) then
     simAddStatusbarMessage('main cleans up')
 end";
 
-/// A robot that turns away from a wall as its sonars tell, a thruster, and a script that tells what it senses and when.
+/// Returns a robot that turns away from a wall by its sonars, a thruster, and a script that prints its readings with
+/// the time.
 fn lively() -> String {
     let avoid = "function sysCall_init()
             left, right = sim.getObject('./Pioneer_p3dx_leftMotor'), sim.getObject('./Pioneer_p3dx_rightMotor')
@@ -123,7 +124,7 @@ fn lively() -> String {
     )
 }
 
-/// Hash, time and told lines of each step.
+/// Returns hash, time and status lines of each step.
 fn story(scene: &str, args: &[&str]) -> Vec<(String, f64, Vec<String>)> {
     let lines = Place::scene(scene).trace(&[], args);
     let told = |l: &Line| l.status().iter().map(|s| s.to_string()).collect();
@@ -163,7 +164,7 @@ fn everybody_cleans_up_once() {
     }
 }
 
-/// Time and height of a falling box at the end of each step.
+/// Returns time and height of a falling box at the end of each step.
 fn fall(actuation: &str, steps: &str) -> Vec<(f64, f64)> {
     let falling = cuboid("falling", [0.1, 0.1, 0.1], [0.0, 0.0, 9.0], "dynamic = true");
     let text = format!("function sysCall_actuation() n = (n or 0) + 1 {actuation} end");
@@ -192,7 +193,7 @@ fn physics_twice_is_twice_the_time() {
     for (i, seen) in twice.iter().enumerate() {
         assert_eq!(*seen, once[2 * i + 1]);
     }
-    // Another length: time is the sum, and a body falls for as long.
+    // With other step lengths, time is their sum, and a body falls for as long.
     let seen = fall("assert(sim.handleDynamics(0.005) == 1) assert(sim.handleDynamics(0.02) == 4)", "10");
     let (t, z) = seen[9];
     assert!((t - 0.25).abs() < 1e-12, "{t}");
@@ -201,8 +202,8 @@ fn physics_twice_is_twice_the_time() {
 
 #[test]
 fn a_sensor_is_handled_while_a_joint_is_moved() {
-    // A ray on an arm that is swept through half a turn within one step: it meets a ball of radius 0.2 at 1 m only where it
-    // looks within asin(0.2) = 11.54 degrees of it.
+    // A ray on an arm that turns half a revolution within one step: it meets a ball of radius 0.2 at 1 m only at angles
+    // within asin(0.2) = 11.54 degrees of it.
     let text = "function sysCall_actuation()
             local arm, eye = sim.getObject('/arm'), sim.getObject('/arm/eye')
             local hits = {}
@@ -211,7 +212,7 @@ fn a_sensor_is_handled_while_a_joint_is_moved() {
                 local seen, distance = sim.handleProximitySensor(eye)
                 if seen == 1 then
                     hits[#hits + 1] = degrees
-                    -- Where a line through the origin meets a circle about (1, 0).
+                    -- The intersection of a line through the origin with a circle about (1, 0).
                     local a = math.rad(degrees)
                     local wanted = math.cos(a) - math.sqrt(0.04 - math.sin(a) ^ 2)
                     assert(math.abs(distance - wanted) < 1e-9, degrees .. ': ' .. distance)
@@ -232,7 +233,7 @@ fn a_sensor_is_handled_while_a_joint_is_moved() {
 
 #[test]
 fn a_stage_within_itself_is_refused_with_the_chain() {
-    // A child asks the main script, which asks for the stage that called the child.
+    // A child calls the main script, which runs the stage that called the child.
     let child = "function sysCall_actuation()
             sim.callScriptFunction('again', sim.getScript(sim.scripttype_mainscript))
         end";
@@ -262,7 +263,7 @@ fn who_is_no_main_script_runs_no_physics() {
     done.tells(&["kind `main`"]);
 }
 
-/// A command in C that runs a stage: what drivers in other languages would use.
+/// A command in C that runs a stage, as drivers in other languages would.
 const STAGER: &str = r#"
 #include "tatu.h"
 static const tatu_host_stage *stage;
@@ -302,7 +303,7 @@ fn a_plugin_runs_stages_and_is_refused_those_that_run() {
             refused('finite time', 2, 0 / 0)
             refused('finite time', 2, -1)
             refused('at most 100 s', 2, 1e6)
-            -- Physics once more than the step itself.
+            -- Runs physics once more than the step itself.
             stage.run(2, sim.getSimulationTimeStep())
         end
         function sysCall_sensing() refused('the step -> react -> /child -> react', 4, 0) stage.run(3, 0) end";

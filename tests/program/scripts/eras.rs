@@ -1,8 +1,9 @@
-//! What scripts of older versions of the original find as it was: numbers as text, Lua 5.1, call types, numbers of 32 bits.
+//! Tests of what scripts of older versions of the original rely on: numbers as text, Lua 5.1, call types, 32-bit
+//! numbers.
 
 use crate::kit::*;
 
-/// What a script of a dialect says in `init`, where `say(...)` takes a text.
+/// Returns what a script of a dialect outputs in `init` with `say(...)`, which takes a text.
 fn says(dialect: &str, text: &str) -> Vec<String> {
     let script = format!(
         "say = simAddStatusbarMessage
@@ -16,7 +17,7 @@ fn says(dialect: &str, text: &str) -> Vec<String> {
 
 #[test]
 fn numbers_are_written_as_their_time_wrote_them() {
-    // Lua 5.1: all numbers are floats, shown with %.14g (tests/facts/script-api.md, 3).
+    // See tests/facts/script-api.md, 3: in Lua 5.1 all numbers are floats, printed with %.14g.
     let text = "local t = {[10/2 .. ''] = 'key'}
         say('v='..10/2) say(tostring(10/2)) say(string.format('%s', 10/2)) say(table.concat({10/2, 0.5, -4/2}, ' '))
         say(t['5'] or 'none') say((10/2)..'|'..2^31) say(''..1e15) say(''..2^53) say(('x'):rep(10/2))
@@ -46,7 +47,8 @@ fn numbers_are_written_as_their_time_wrote_them() {
 
 #[test]
 fn scripts_of_both_eras_stand_side_by_side() {
-    // The old one calls the new one, in whose state numbers are written in its own way, and goes on in its own.
+    // The old script calls the new one, which formats numbers in its own way; afterwards the old one still uses its
+    // own.
     let old = "function sysCall_actuation()
         local other = simGetScriptAssociatedWithObject(simGetObjectHandle('new'))
         simAddStatusbarMessage(simCallScriptFunction('told', other, 4/2)..' '..4/2)
@@ -99,13 +101,13 @@ fn numbers_pass_as_32_bit_floats_before_4_5() {
     assert_eq!(says("4.4", text)[0], "0.10000000149012");
 }
 
-/// A script and the era that it must be taken for.
+/// Each script and the era that must be detected.
 const TEXTS: &[(&str, &str)] = &[
     // Flat names only.
     ("if (sim_call_type==sim_childscriptcall_actuation) then x = 1 end", "A"),
     ("if (simGetScriptExecutionCount()==0) then x = simGetObjectHandle('t#') end", "A"),
     ("-- sim.setStepping is not meant\nx = simGetSimulationTime() y = 'sim.getObject'", "A"),
-    // The name space, in the manner of 3.5 to 4.1.
+    // The name space, in the dialect of 3.5 to 4.1.
     ("if (sim_call_type==sim.syscb_init) then x = sim.getSimulationTime() end", "B"),
     ("function sysCall_init() h = sim.getObjectHandle('t') end", "B"),
     ("function sysCall_threadmain() end function sysCall_cleanup() end", "B"),
@@ -117,7 +119,7 @@ const TEXTS: &[(&str, &str)] = &[
     ("function sysCall_thread() sim.setStepping(true) end", "C"),
     ("function sysCall_actuation() sim.addLog(1, 'x') end", "C"),
     ("x = 7 // 2", "C"),
-    // Nothing to go by.
+    // No indication.
     ("x = 1", "C"),
 ];
 
@@ -132,7 +134,7 @@ fn the_era_of_a_text_is_found() {
         assert_eq!(script["era"], *era, "{text}");
         assert_eq!(script["kind"], "child");
     }
-    // A dialect that is given wins.
+    // A given dialect takes precedence.
     let place = Place::scene(&format!("dialect = \"3.2\"\n{}", watcher("a", "function sysCall_thread() end")));
     assert_eq!(place.run(&["--steps", "1"]).json()["scripts"][0]["era"], "A");
 }
@@ -147,7 +149,7 @@ fn calls_are_counted_by_callback() {
         assert!(a["calls"][callback].as_u64().unwrap() >= least, "{a}");
     }
     assert_eq!(a["calls"]["init"], 1);
-    // 10,000 passes of a loop of one instruction each, thrice; counted in thousands.
+    // 10,000 iterations of a loop of one instruction each, three times; counted in thousands.
     assert!(a["instructions"].as_u64().unwrap() >= 29_000, "{a}");
 }
 
@@ -201,7 +203,7 @@ fn the_call_type_has_the_numbers_of_its_era() {
 
 #[test]
 fn no_text_runs_after_its_clean_up() {
-    // Texts with bare globals run on in every scene, and their clean-up is the last of them.
+    // Texts with bare globals are called in every scene, and clean-up is their last call.
     let script = "print('call '..sim_call_type..' '..(last or ''))
         if sim_call_type == sim_childscriptcall_cleanup then last = 'after clean-up' end";
     let told = Place::scene(&watcher("a", script)).run(&["--steps", "2"]).good().err;
@@ -211,7 +213,7 @@ fn no_text_runs_after_its_clean_up() {
 
 #[test]
 fn the_oldest_texts_run_once_a_step() {
-    // tests/facts/script-api.md, 1, first row: an execution counter from 0, no call types.
+    // See tests/facts/script-api.md, 1, first row: an execution counter from 0, no call types.
     let script = "if (simGetScriptExecutionCount()==0) then simAddStatusbarMessage('first') end
         simHandleChildScript(sim_handle_all_except_explicit)
         simAddStatusbarMessage('run '..simGetScriptExecutionCount()..' '..tostring(_G['sim_call_'..'type']))";

@@ -1,15 +1,15 @@
-//! Events: who is told what, when, and in which order (docs/reference/events.md).
+//! Tests of events: who receives which events, when, and in which order (docs/reference/events.md).
 
 use std::{path::Path, process::Command};
 
 use crate::kit::*;
 
-/// A dummy with a script.
+/// Returns a dummy with a script.
 fn with(script: &str) -> String {
     format!("{FLOOR}{}", watcher("ear", script))
 }
 
-/// The lines that scripts printed, in order.
+/// Returns the lines that scripts printed, in order.
 fn told(done: &Done) -> Vec<String> {
     done.err.lines().filter(|l| l.starts_with("> ")).map(|l| l[2..].to_owned()).collect()
 }
@@ -54,7 +54,7 @@ fn a_ball_that_lands_collides_once_rests_and_is_removed() {
           end
         end";
     let done = Place::scene(&format!("{}{ball}", with(script))).run(&["--seconds", "2"]).good();
-    // At rest the floor carries its weight: 1000 kg/m^3 of 4/3 pi 0.05^3 are 0.5236 kg, 5.14 N.
+    // At rest the floor carries its weight: 1000 kg/m^3 times 4/3 pi 0.05^3 are 0.5236 kg, 5.14 N.
     let lines = told(&done);
     assert_eq!(lines[0], "collision /floor /ball 0.30", "{lines:?}");
     assert!(lines.iter().filter(|l| l.starts_with("collision")).count() <= 2, "{lines:?}");
@@ -65,7 +65,7 @@ fn a_ball_that_lands_collides_once_rests_and_is_removed() {
     assert_eq!(lines.last().unwrap(), "separation");
 }
 
-/// One script publishes in actuation, another in a handler: all within the moment after the stage, in order.
+/// One script publishes in actuation, another in a handler: all events are delivered right after the stage, in order.
 #[test]
 fn events_come_after_the_stage_in_the_order_of_publishing_and_subscribing() {
     let ear = "
@@ -85,7 +85,7 @@ fn events_come_after_the_stage_in_the_order_of_publishing_and_subscribing() {
     let place = Place::scene(&scene);
     let done = place.run(&["--steps", "1"]).good();
     let lines: Vec<String> = told(&done);
-    // Of the first step; the passes to the end are like it.
+    // The events of the first step; later passes are the same.
     let expected =
         ["published", "first a1", "second a1", "first a2", "second a2", "b1", "b2", "sensing"].map(str::to_owned);
     assert_eq!(lines[..8], expected);
@@ -111,7 +111,7 @@ fn a_handler_that_fails_is_named_and_left_out_and_the_rest_goes_on() {
     assert_eq!((&errors[0]["line"], &errors[0]["count"]), (&5.into(), &1.into()), "{errors:?}");
     let help = errors[0]["help"].as_str().unwrap();
     assert!(help.contains("its handler of the event `test.tick` is not called any more"), "{help}");
-    // Five steps, and the three passes from the request to stop to the end.
+    // Five steps, and the three passes from the stop request to the end.
     assert_eq!(told(&done), ["1 8"]);
 }
 
@@ -144,7 +144,7 @@ fn handlers_that_call_each_other_without_end_are_stopped() {
     assert!(errors[0]["message"].as_str().unwrap().contains("more than 10000 events at one moment"), "{errors:?}");
 }
 
-/// Listening changes nothing that is simulated, and errors of one script reach the handlers of others.
+/// Listening does not affect the simulation, and errors of one script reach the handlers of others.
 #[test]
 fn listeners_leave_the_run_alone_and_learn_of_errors() {
     let bad = "function sysCall_actuation() if sim.getSimulationTime() > 0.2 then error('oh') end end";
@@ -266,7 +266,7 @@ fn a_plugin_in_c_declares_publishes_and_hears() {
     assert_eq!((&rang["by"], &rang["fields"][0]), (&"org.example.bell".into(), &"times".into()));
     let done = place.run(&["--steps", "3", "--service", "ear"]).good();
     assert_eq!(told(&done), ["1", "bell.rang 3"], "it is wanted, and delivered after the stage");
-    // The service is told at the barrier after the first step, of nothing that it did not name.
+    // The service receives the events at the barrier after the first step, and only those that it named.
     let heard: Vec<&str> = done.err.lines().filter(|l| ["bell.rang", "collision", "started"].contains(l)).collect();
     assert_eq!(heard, ["bell.rang", "collision"], "{}", done.err);
 }

@@ -1,4 +1,4 @@
-//! Scripts open files in their folders and nowhere else: neither links, pipes nor devices lead out, and whoever asked is told.
+//! Tests that scripts open files in their folders and nowhere else: links, pipes and devices are refused with an error.
 
 #![cfg(unix)]
 
@@ -6,7 +6,7 @@ use std::{fs, os::unix::fs::symlink, process::Command};
 
 use crate::kit::*;
 
-/// A scene folder beside a folder that nobody may reach, with links and other things that lead there.
+/// Creates a scene folder beside a forbidden folder, with links and other paths that lead there.
 fn place(script: &str) -> Place {
     let place = Place::new();
     let p = place.path();
@@ -30,13 +30,13 @@ fn place(script: &str) -> Place {
     ] {
         symlink(to, p.join("scene").join(link)).unwrap();
     }
-    // The folder of meshes beside a scene that is saved.
+    // The mesh folder beside a scene that is saved.
     symlink("../outside", p.join("scene/parts_files")).unwrap();
     succeed(Command::new("mkfifo").arg(p.join("scene/pipe.txt")));
     place
 }
 
-/// Runs it in its folder, and nothing outside has changed.
+/// Runs the scene in its folder, and checks that nothing outside has changed.
 fn ran(place: &Place) -> Done {
     let done = run(
         program(),

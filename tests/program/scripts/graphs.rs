@@ -1,8 +1,8 @@
-//! Graphs and drawings: what they record is what the world did, in files too. Expected values are closed forms.
+//! Tests of graphs and drawings: their records, also in files, equal closed forms of the motion.
 
 use crate::kit::*;
 
-/// A table of `--graphs`: heads and rows; an empty cell is not a number.
+/// Parses a table of `--graphs` into column names and rows; an empty cell is NaN.
 pub fn table(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
     let mut lines = text.lines();
     let heads = lines.next().unwrap().split(',').map(str::to_owned).collect();
@@ -10,7 +10,7 @@ pub fn table(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
     (heads, lines.map(|l| l.split(',').map(number).collect()).collect())
 }
 
-/// A ball falls from 10 m; a graph looks at it and at a number of a script.
+/// Returns a ball that falls from 10 m; a graph records it and a number of a script.
 fn falling(more: &str) -> String {
     format!(
         "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\ndynamic = true\nposition_m = [0, 0, 10]\n\
@@ -38,17 +38,17 @@ fn a_fall_is_recorded_as_it_was() {
     assert_eq!(rows.len(), 20);
     for (i, r) in rows.iter().enumerate() {
         let t = 0.05 * (i + 1) as f64;
-        // Recorded at the end of a step, under the time that it led to.
+        // Recorded at the end of a step, under the time at its end.
         assert!((r[0] - t).abs() < 1e-9);
-        // Free fall; the engine's steps of 2.5 ms are off by g t h / 2.
+        // Free fall; the engine's steps of 2.5 ms cause an error of g t h / 2.
         assert!((r[1] - (10.0 - 9.81 / 2.0 * t * t)).abs() < 0.015 * t + 1e-6, "{r:?}");
         assert!((r[3] - (2.0 * r[1] + 1.0)).abs() < 1e-12);
         match i {
             0 => assert!(r[2].is_nan(), "a derivative begins with the second sample"),
-            // The mean speed of a step is that of its middle.
+            // The mean speed of a step is that at its middle.
             _ => assert!((r[2] + 9.81 * (t - 0.025)).abs() < 0.02, "{r:?}"),
         }
-        // What a script told at the beginning of the step; nothing once it fell silent.
+        // The script's value from the beginning of the step; no value after the script stops setting it.
         if i < 10 {
             assert!((r[4] - (t - 0.05)).abs() < 1e-6, "{r:?}")
         } else {
@@ -58,7 +58,7 @@ fn a_fall_is_recorded_as_it_was() {
     }
     let png = std::fs::read(place.path().join("out/Fall.png")).unwrap();
     assert!(png.starts_with(b"\x89PNG") && png.len() < 200 * 1024, "{} bytes", png.len());
-    // A run that goes on from its middle has the same samples from the beginning.
+    // A run that continues from the middle has the same samples from the beginning.
     place.run(&["--steps", "20", "--from", "half.tatu", "--graphs", "again"]).good();
     assert_eq!(place.read("again/Fall.csv"), place.read("out/Fall.csv"));
 }
@@ -90,7 +90,7 @@ fn a_graph_that_makes_no_sense_is_refused_with_its_place() {
 
 #[test]
 fn streams_find_readings_joints_and_speeds() {
-    // A cart on a rail drives towards a wall whose face stands at 3 m; its feeler looks ahead from 0.1 m before it.
+    // A cart on a rail drives towards a wall whose face is at 3 m; its sensor points ahead from 0.1 m in front of it.
     let scene = format!(
         "[[object]]\nkind = \"shape\"\nalias = \"rail\"\n\
          [[object]]\nkind = \"joint\"\nalias = \"drive\"\nparent = \"/rail\"\ntype = \"prismatic\"\n\
@@ -108,13 +108,14 @@ fn streams_find_readings_joints_and_speeds() {
     place.run(&["--seconds", "2", "--graphs", "out"]).good();
     let (_, rows) = table(&place.read("out/G.csv"));
     for r in &rows[4..] {
-        // Sensed at the end of the step, as the joint stands then: 3 m less 0.1 m less the way.
+        // Measured at the end of the step, at the joint position of that time: 3 m less 0.1 m less the distance
+        // travelled.
         assert!((r[1] + r[2] - 2.9).abs() < 1e-3, "{r:?}");
         assert!((r[3] - 0.5).abs() < 1e-3, "{r:?}");
     }
 }
 
-/// Runs a script that raises errors where something is not as it should be.
+/// Runs a script that raises an error if a check fails.
 fn lua(script: &str) {
     let graph = "[[object]]\nkind = \"graph\"\nalias = \"G\"\nexplicit = true\n";
     Place::scene(&format!("{graph}{}", watcher("tester", script))).run(&["--steps", "3"]).good();

@@ -1,4 +1,4 @@
-//! What one script cannot do to the others, and what it cannot reach.
+//! Tests of what one script cannot do to others, and what it cannot access.
 
 use crate::kit::*;
 
@@ -21,7 +21,7 @@ const WAYS: &[(&str, &str, &str)] = &[
     ("local t = {} while true do t[#t + 1] = {} end", "budget", "memory"),
     ("('x'):rep(1e9)", "budget", "memory"),
     ("local s = 'x' while true do s = s..s end", "budget", "memory"),
-    // Blocks that grow and are never used again fill the memory before the limit is reached.
+    // Blocks of growing size, which cannot reuse freed memory, fill the memory before the limit is reached.
     ("local t = {} while true do t[#t + 1] = ('x'):rep(5000 + #t) end", "budget", "memory"),
     ("local s = ('x'):rep(1e6) while true do s:reverse() end", "budget", "instructions"),
     ("local s = ('x'):rep(1e6) while true do s:upper() end", "budget", "instructions"),
@@ -72,7 +72,7 @@ fn whatever_one_script_does_the_other_robot_does_not_notice() {
 
 #[test]
 fn a_script_is_stopped_at_the_same_instruction_in_every_run() {
-    // How far it came stands in a signal, which another script tells.
+    // Its progress is stored in a signal, which another script prints.
     let bad = "function sysCall_actuation() local n = 0 while true do n = n + 1 sim.setFloatSignal('n', n) end end";
     let told = "function sysCall_sensing() sim.addStatusbarMessage(tostring(sim.getFloatSignal('n'))) end";
     let scene = format!("[scene.budget]\ninstructions = 300000\n{}{}", watcher("bad", bad), watcher("told", told));
@@ -125,13 +125,13 @@ fn nothing_of_the_machine_is_reached_unless_it_is_allowed() {
         assert_eq!(said(&["--allow", "exec,native"]), ["function function function", "from outside", "true"]);
     }
     place.tatu(&["run", "scene.toml", "--allow", "all"]).refused(&["exec", "native"]);
-    // What is missing is told with what to do.
+    // The error of a missing function says what to do.
     let errors =
         Place::scene(&watcher("a", "function sysCall_init() os.execute('ls') end")).run(&["--steps", "1"]).errors();
     assert!(errors[0]["help"].as_str().unwrap().contains("--allow"), "{errors:?}");
 }
 
-/// Of a hundred robots that do not meet, one that never comes back is named, and leaves 99 as they are without it.
+/// Among a hundred robots that do not meet, a script that never returns is named, and the other 99 are unaffected.
 #[test]
 fn an_endless_loop_leaves_99_other_robots_alone() {
     let scene: String = (0..100)

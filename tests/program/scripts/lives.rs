@@ -1,5 +1,5 @@
-//! What scripts see of each other, of physics and of the end of a run: tests/facts/call-order.md,
-//! 1, 3 and 4, line by line, and tests/facts/script-api.md, 2.
+//! Tests of how scripts experience each other, physics and the end of a run: tests/facts/call-order.md, 1, 3 and 4,
+//! line by line, and tests/facts/script-api.md, 2.
 
 use tatu_core::{Phase, World};
 
@@ -9,7 +9,7 @@ use crate::{
     state::restart::{registry, world},
 };
 
-/// A world of a scene, started.
+/// Loads a scene and starts its world.
 fn started(scene: &str) -> (Place, World) {
     let place = Place::scene(scene);
     let world = world(&place.path().join("scene.toml"), &registry());
@@ -17,7 +17,8 @@ fn started(scene: &str) -> (Place, World) {
     (place, world)
 }
 
-/// Child scripts on A/B, A and C, a customization script on A, called in this order (call-order.md, 1).
+/// Returns child scripts on A/B, A and C, and a customization script on A, in the order of their calls (call-order.md,
+/// 1).
 fn four(script: impl Fn(&str) -> String) -> String {
     let one = |kind: &str, name: &str| format!("{{ kind = \"{kind}\", text = '''{}''' }}", script(name));
     format!(
@@ -62,8 +63,8 @@ fn signals_are_seen_in_the_step_that_was_observed() {
     told(&world);
     world.step();
     // call-order.md, 4: what an earlier script sets in actuation, later ones see in the same actuation, in step 1
-    // already in `init`; what a later one sets is seen in the sensing of the same step; set in sensing by an earlier
-    // one, in the same sensing.
+    // already in `init`; what a later one sets is seen in the sensing of the same step; what an earlier one sets in
+    // sensing is seen in the same sensing.
     let wanted = [
         "child init: child=- parent=- sibling=- cust=-",
         "child actuation: child=- parent=- sibling=- cust=-",
@@ -78,15 +79,15 @@ fn signals_are_seen_in_the_step_that_was_observed() {
         "cust sensing: child=11 parent=11 sibling=11 cust=10",
     ];
     assert_eq!(told(&world), wanted);
-    // Set in sensing by a later script: the next step's actuation.
+    // Set in sensing by a later script: seen in the next step's actuation.
     world.step();
     assert_eq!(told(&world)[0], "child actuation: child=11 parent=11 sibling=11 cust=11");
     world.stop();
     let lines = told(&world);
     let last: Vec<&str> =
         lines.iter().map(String::as_str).filter(|l| !l.contains("ing:") && !l.contains("uation:")).collect();
-    // In `cleanup` of child scripts all signals exist; those of child scripts are gone before `afterSimulation`,
-    // those of customization scripts stay. Two steps, then three passes after the request.
+    // In `cleanup` of child scripts all signals exist; those of child scripts are removed before `afterSimulation`,
+    // those of customization scripts remain. Two steps, then three passes after the request.
     let all = "child=51 parent=51 sibling=51 cust=51";
     let wanted = [
         format!("child cleanup: {all}"),
@@ -99,8 +100,8 @@ fn signals_are_seen_in_the_step_that_was_observed() {
 
 #[test]
 fn tubes_carry_packets_in_the_step_that_was_observed() {
-    // call-order.md, 4: written in actuation by the child (earlier): read by the parent in the same actuation; by the
-    // parent (later): by the child in the same step's sensing; a packet is read once, then nil.
+    // call-order.md, 4: what the child (earlier) writes in actuation, the parent reads in the same actuation; what the
+    // parent (later) writes, the child reads in the same step's sensing; a packet is read once, then nil.
     let script = |name: &str| {
         format!(
             "local function read(when)
@@ -122,7 +123,7 @@ fn tubes_carry_packets_in_the_step_that_was_observed() {
         )
     };
     let (_place, world) = started(&(object("A", "", "parent") + &object("B", "parent = \"A\"\n", "child")));
-    // In step 1 the second end is opened after the first has written: the step after that is the rule.
+    // In step 1 the second end is opened after the first has written; the rule holds from the step after that.
     world.step();
     told(&world);
     world.step();
@@ -178,7 +179,7 @@ fn an_error_of_a_modern_script_silences_it_until_the_next_start() {
     world.step();
     let lines = status(&world);
     assert!(lines.iter().any(|l| l == "parent init") && lines.iter().any(|l| l == "parent actuation 1"), "{lines:?}");
-    // script-api.md, 2: to 4.1 the script is called again in the next step.
+    // script-api.md, 2: up to 4.1 the script is called again in the next step.
     let old = "n = 0 function sysCall_actuation() n = n + 1 simAddStatusbarMessage('call '..n) error('mine') end";
     let place = Place::scene(&format!("dialect = \"4.1\"\n{}", watcher("A", old)));
     let done = place.run(&["--steps", "3"]);
@@ -217,9 +218,9 @@ fn what_a_stop_restores_removes_and_leaves() {
 
 #[test]
 fn physics_has_its_callbacks_between_its_steps() {
-    // call-order.md, 3, with physics steps of 5 ms: a box resting on a floor, a joint that a script controls. There
-    // `contact` of a contact that exists at the start comes before the first `dyn`; here it is told after the physics
-    // step in which it begins, as all others.
+    // call-order.md, 3, with physics steps of 5 ms: a box resting on a floor, a joint that a script controls. In the
+    // original, `contact` for a contact that exists at the start comes before the first `dyn`; here it is called after
+    // the physics step in which the contact begins, as for all others.
     let log = |name: &str, more: &str| {
         format!(
             "local function log(text) sim.addStatusbarMessage('{name} ' .. text) end
@@ -265,7 +266,7 @@ fn physics_has_its_callbacks_between_its_steps() {
         }
         assert_eq!(told(&world), wanted, "step {step}");
     }
-    // It turns as the answers say: 2 rad/s for three steps of 50 ms.
+    // The joint turns as the callbacks return: 2 rad/s for three steps of 50 ms.
     let [position, velocity, _] = world.observe("/base/hinge").unwrap().joint.unwrap();
     assert!((position - 0.3).abs() < 0.01 && (velocity - 2.0).abs() < 1e-3, "{position} {velocity}");
     assert!(world.faults().is_empty(), "{:?}", world.faults());
@@ -291,14 +292,14 @@ fn the_answer_to_a_contact_holds_from_the_next_physics_step() {
     };
     assert!((fall("nil") - 0.1).abs() < 1e-3);
     assert!((fall("{collisionResponse = true, bullet = {friction = 0}}") - 0.1).abs() < 1e-3);
-    // Free fall through 1 s less the one physics step in which it began: 0.5 * 9.81 * 0.995^2 = 4.86 m.
+    // Free fall through 1 s less the physics step in which it began: 0.5 * 9.81 * 0.995^2 = 4.86 m.
     let z = fall("{collisionResponse = false}");
     assert!((z - (0.1 - 4.86)).abs() < 0.05, "{z}");
 }
 
 #[test]
 fn a_script_may_end_or_restart_itself_or_hold_a_step_back() {
-    // script-api.md, 1: what a callback may return.
+    // script-api.md, 1: the return values that a callback may have.
     let script = "function sysCall_init() sim.addStatusbarMessage('init') n = 0 end
         function sysCall_actuation() n = n + 1 sim.addStatusbarMessage('n ' .. n) if n == 2 then return {cmd = 'WHAT'} end end
         function sysCall_cleanup() sim.addStatusbarMessage('cleanup') end";
@@ -337,9 +338,9 @@ fn passes_after_a_stop_stand_in_the_trace_and_are_not_counted() {
         if STOP and sim.getSimulationTime() > 0.12 then STOP = false sim.stopSimulation() end
     end";
     for (asks, args, steps, states) in [
-        // Asked between two passes: an ordinary one follows.
+        // Requested between two passes: an ordinary pass follows.
         (false, &["--steps", "3"][..], 3, vec![16, 17, 17, 17, 21, 22]),
-        // A script asks in the fourth, which is counted; exit as usual.
+        // A script requests the stop in the fourth pass, which is counted; the run ends as usual.
         (true, &["--steps", "50"][..], 4, vec![16, 17, 17, 17, 21, 22]),
     ] {
         let place = Place::scene(&watcher("A", &format!("STOP = {asks} {script}")));
@@ -361,7 +362,7 @@ fn a_pause_that_nobody_can_lift_ends_the_run_and_says_so() {
     let script = "function sysCall_actuation() if sim.getSimulationTime() > 0.12 then sim.pauseSimulation() end end
         function sysCall_suspend() sim.addStatusbarMessage('suspended') end";
     let done = Place::scene(&watcher("A", script)).run(&["--steps", "50"]).good();
-    // It asks in the fourth step; the fifth is the last before the pause.
+    // The pause is requested in the fourth step; the fifth is the last before the pause.
     assert_eq!(done.json()["steps"], 5);
     done.tells(&["suspended", "nobody could lift the pause"]);
 }
@@ -427,12 +428,12 @@ fn a_script_added_in_actuation_begins_in_the_sensing_of_that_step() {
     let status: Vec<String> = place.all_lines("t.jsonl").iter().flat_map(|l| l.status()).map(str::to_owned).collect();
     let first = ["actuation", "sensing", "late chunk", "late init", "late sensing"];
     assert_eq!(status[..5], first, "{}", done.err);
-    // From the next step on it is called where it belongs: deepest first.
+    // From the next step on it is called in the regular order: deepest first.
     assert_eq!(status[5..9], ["late actuation", "actuation", "late sensing", "sensing"]);
     assert_eq!(status.last().unwrap(), "late cleanup");
 }
 
-/// A window of a customization script is there after the run, and in the next one; that of a child script is not.
+/// A window of a customization script exists after the run and in the next one; that of a child script does not.
 #[test]
 fn what_customization_scripts_hold_outlives_the_run() {
     let child = "simUI = require 'simUI'

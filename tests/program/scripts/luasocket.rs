@@ -1,4 +1,5 @@
-//! Sockets of scripts: what LuaSocket's users know, who may use them, and runs that are repeated without the peer.
+//! Tests of sockets in scripts: the behaviour that users of LuaSocket expect, permissions, and runs that are repeated
+//! without the peer.
 
 use std::{
     io::{Read, Write},
@@ -11,7 +12,7 @@ use serde_json::Value;
 
 use crate::{kit::served::Served, kit::*};
 
-/// What a script's functions for tests are: `is` compares what a call returned, nil included.
+/// Functions for test scripts: `is` compares the results of a call, including nil.
 const BEGIN: &str = r#"
 local function told(...)
     local out, t = {}, table.pack(...)
@@ -37,7 +38,7 @@ local function pair(socket)
 end
 "#;
 
-/// A scene whose script runs once, at the start.
+/// Creates a scene whose script runs once, at the start.
 fn scene(script: &str) -> Place {
     let place = Place::new();
     place.write(
@@ -51,7 +52,7 @@ fn scene(script: &str) -> Place {
 
 const ALLOW: [&str; 2] = ["--allow", "net=127.0.0.1:*"];
 
-/// Runs with sockets, and again from its log without any: the same comes out.
+/// Runs with sockets, and again from its log without any; both results must be equal.
 #[track_caller]
 fn twice(place: &Place, more: &[&str]) -> Value {
     let args = [&["--steps", "3", "--log", "run.log", "--trace", "one.jsonl"][..], &ALLOW, more].concat();
@@ -253,7 +254,7 @@ fn a_world_opens_nothing_that_nobody_allows() {
         "#,
     );
     let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["a script wants a socket of 127.0.0.1:9", "--allow net=127.0.0.1:9"]);
+    done.tells(&["a script wants to use 127.0.0.1:9", "--allow net=127.0.0.1:9"]);
     let other = scene("is('nil \"permission denied\"', socket.connect('127.0.0.1', 9))");
     other.run(&["--steps", "1", "--allow", "net=127.0.0.1:8"]).good();
     other.run(&["--steps", "1", "--allow", "net=anywhere"]).refused(&["net=HOST:PORT", "net=127.0.0.1:*"]);
@@ -275,7 +276,7 @@ fn a_scene_may_ask_and_only_the_person_grants() {
     place.run(&[]).refused(&["E101", "nett", "net"]);
 }
 
-/// A server of the test that answers each line with a number, and ends.
+/// Starts a server in the test that answers this many lines with a number each, and ends.
 fn server(answers: u32) -> (u16, std::thread::JoinHandle<()>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
@@ -285,7 +286,7 @@ fn server(answers: u32) -> (u16, std::thread::JoinHandle<()>) {
             let mut line = Vec::new();
             while !line.ends_with(b"\n") {
                 let mut byte = [0];
-                // The run has ended, with or without a word.
+                // The run has ended, with or without closing the connection properly.
                 if !matches!(stream.read(&mut byte), Ok(1)) {
                     return;
                 }
@@ -299,7 +300,7 @@ fn server(answers: u32) -> (u16, std::thread::JoinHandle<()>) {
     (port, thread)
 }
 
-/// A thread that connects and, step by step, asks how fast a wheel turns, as scripts of 2015 do it.
+/// Creates a scene whose thread connects and requests the speed of a wheel in every step, as scripts of 2015 do.
 fn driven(port: u16) -> Place {
     let place = Place::new();
     let script = format!(
@@ -340,21 +341,21 @@ fn what_a_server_tells_is_repeated_without_it() {
     let args = [&["--steps", "40", "--log", "run.log", "--trace", "one.jsonl"][..], &ALLOW].concat();
     let done = place.run(&args).good().json();
     thread.join().unwrap();
-    // Nobody listens any more, and nothing is allowed.
+    // The server is gone, and the replay has no permissions.
     let again = place.tatu(&["run", "--replay", "run.log", "--json", "--trace", "two.jsonl"]).good().json();
     assert_eq!(done["hash"], again["hash"]);
     assert_eq!(place.read("one.jsonl"), place.read("two.jsonl"));
     assert!(place.read("run.log").contains("\"observed\":\"socket\""));
-    // It was the server that drove.
+    // Without the server the result differs: the server drove the robot.
     let still = place.run(&["--steps", "40"]).good().json();
     assert_ne!(still["hash"], done["hash"]);
-    // A log that lacks what came is told, not guessed.
+    // A log that lacks the received data is reported; the data is not guessed.
     let log = place.read("run.log");
     let cut = sealed_anew(&log, |line| line.replace("luasocket.receive", "luasocket.accept"));
     place.write("cut.log", &cut);
     let other = place.tatu(&["run", "--replay", "cut.log", "--json"]);
     assert_eq!(other.code, 1, "{}", other.err);
-    other.tells(&["the run that is repeated"]);
+    other.tells(&["the recorded run used its sockets differently"]);
 }
 
 #[test]
@@ -380,13 +381,13 @@ fn who_waits_for_ever_ends_with_the_run() {
     let more = [&ALLOW[..], &["--watchdog", "1"]].concat();
     let mut served = Served::with("jsonl", file.to_str().unwrap(), &more);
     served.connect().write_all(b"{\"id\":1,\"request\":\"start\"}\n").unwrap();
-    // Longer than a call may take that does not return.
+    // Longer than the limit for a call that does not return.
     std::thread::sleep(Duration::from_secs(3));
     assert!(served.is_there(), "waiting is not being stuck");
     assert!(served.interrupt(), "it still waits");
 }
 
-/// The green robot of V-REP's tutorial, on a Pioneer: its thread starts a program and asks it in every step.
+/// The green robot of V-REP's tutorial, on a Pioneer: its thread starts a program and queries it in every step.
 fn bubblerob(port: u16) -> Place {
     let place = Place::new();
     let script = format!(
@@ -435,7 +436,7 @@ end
     place
 }
 
-/// A port that nobody has.
+/// Returns a port that is not in use.
 fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
@@ -460,7 +461,7 @@ fn the_program_of_bubblerob_is_started_or_stood_in_for() {
     let built_in = drives_and_is_repeated(&place, "net=127.0.0.1:*");
     built_in.tells(&["bubbleRobServer is not started: a built-in server answers"]);
 
-    // A program of one's own, which takes some time until it listens.
+    // A program of the user, which takes some time until it listens.
     let place = bubblerob(free_port());
     let server = "#!/usr/bin/env python3\nimport socket, struct, sys, time\ntime.sleep(0.3)\n\
                   s = socket.create_server(('127.0.0.1', int(sys.argv[1]))).accept()[0]\nend = -9\n\

@@ -1,5 +1,5 @@
-//! Scripts: when each is called, what the eras find as it was, what commands return, what windows hold, what one cannot do
-//! to another.
+//! Tests of scripts: when each is called, what the eras preserve, what commands return, what windows contain, how
+//! scripts are isolated from each other.
 
 mod addons;
 mod cascades;

@@ -1,8 +1,8 @@
-//! Lua modules that came with the original: their page runs, and what they do in a scene.
+//! Tests of Lua modules that came with the original: the examples of their page run, and the modules work in a scene.
 
 use crate::kit::*;
 
-/// Blocks of Lua in a page.
+/// Returns the blocks of Lua in a page.
 fn blocks(page: &str) -> Vec<&str> {
     page.split("```lua\n").skip(1).filter_map(|b| b.split("```").next()).collect()
 }
@@ -46,12 +46,12 @@ for _, pair in ipairs{
     assert(back == pair[1] and math.type(back) == math.type(pair[1]) and after == #pair[2] / 2 + 1, pair[2])
 end
 assert(hex(cbor.encode{}) == 'a0' and hex(cbor.encode{1, {2, 3}, {4, 5}}) == '8301820203820405')
--- Of unknown length, tagged, and with a null in it.
+-- Of indefinite length, tagged, and with a null inside.
 assert(cbor.decode(bytes'7f657374726561646d696e67ff') == 'streaming')
 assert(#cbor.decode(bytes'9f018202039f0405ffff') == 3 and cbor.decode(bytes'bf61610161629f0203ffff').b[2] == 3)
 assert(select(3, cbor.decode(bytes'c11a514b67b0')) == 'TAG_1' and cbor.decode(bytes'c11a514b67b0') == 1363896240)
 assert(cbor.decode(bytes'83f60102')[3] == 2 and select(3, cbor.decode(bytes'f6')) == 'null')
--- What is not CBOR is an error, and nothing worse.
+-- Invalid CBOR raises an error.
 for _, wrong in ipairs{'18', '62', '9b7fffffffffffffff', '5b7fffffffffffffff', '1c', 'ff', ('81'):rep(5000)} do
     assert(not pcall(cbor.decode, bytes(wrong)), wrong:sub(1, 20))
 end
@@ -66,7 +66,7 @@ print('all')
     assert!(done.out.contains("all"), "{}", done.err);
 }
 
-/// A box on a conveyor that does not move is carried on; its speed follows what others ask for.
+/// A box on a static conveyor is transported; its speed follows the requested one.
 #[test]
 fn a_conveyor_carries_what_lies_on_it() {
     let place = Place::scene(
@@ -126,7 +126,7 @@ end
     assert!((number("parcel") - number("pos")).abs() < 0.03 && number("pos") > 0.3, "{line}");
 }
 
-/// Runs a script of a dummy `d` that has a joint and a box below it; what it prints.
+/// Runs a script of a dummy `d` that has a joint and a box below it, and returns its output.
 fn printed(script: &str) -> String {
     let scene = format!(
         "[[object]]\nkind = \"dummy\"\nalias = \"d\"\nscript = {{ text = '''{script}''' }}\n\
@@ -136,7 +136,7 @@ fn printed(script: &str) -> String {
     Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "1"]).good().out
 }
 
-/// tests/facts/script-api.md, 10; lengths of arcs are angle times radius.
+/// See tests/facts/script-api.md, 10; lengths of arcs are angle times radius.
 #[test]
 fn programs_of_machine_tools_become_ways() {
     let script = r#"
@@ -145,21 +145,21 @@ loglevel = LOG.ERROR
 local g = GCodeInterpreter:new()
 local function run(text) return g:runProgram(text) end
 local function near(a, b) if math.abs(a - b) > 1e-9 then error(a .. ' is not ' .. b, 2) end end
--- The last point of a way; its longest step.
+-- The last point of a path; its longest step.
 local function last(way) return table.unpack(way[2], #way[2] - 5) end
 local function step(way)
     local most, p = 0, way[2]
     for i = 7, #p, 6 do most = math.max(most, math.sqrt((p[i] - p[i - 6]) ^ 2 + (p[i + 1] - p[i - 5]) ^ 2)) end
     return most
 end
--- 2 inches at 60 inches a minute, relative, with angles.
+-- 2 inches at 60 inches per minute, relative, with angles.
 local ways = run('G20 G91 F60\nG1 X1 (one)\n  x1 C90\nG4 P250')
 near(last(ways[1]), 0.0254)
 near(last(ways[2]), 0.0508)
 near(select(6, last(ways[2])), math.pi / 2)
 near(ways[1][1], 1)
 assert(#ways == 3 and ways[3][1] == 0.25 and #ways[3][2] == 6)
--- A quarter to the left about (0, 0), and the long way round to the right; then a whole turn.
+-- A quarter turn counterclockwise about (0, 0), and one clockwise back; then a full circle.
 ways = run('G1 X100 F6000\nG3 X0 Y100 I-100 J0\nG2 X100 Y0 I0 J-100\nG2 I-100')
 near(ways[2][1], math.pi / 2)
 near(ways[3][1], math.pi / 2)
@@ -189,7 +189,7 @@ print('all')
     assert!(printed(script).contains("all"));
 }
 
-/// tests/facts/script-api.md, 10.
+/// See tests/facts/script-api.md, 10.
 #[test]
 fn objects_stand_in_place_of_handles() {
     let script = r#"
@@ -200,7 +200,7 @@ function sysCall_init()
     assert(sim.self.parent == d and d.parent == nil and box.parent == hinge and hinge ~= box)
     assert(d:getObject('./hinge/box') == box and d.children[1] == hinge and #box.children == 0)
     assert(box.handle == plain.getObject('/d/hinge/box') and tostring(box):find("'/d/hinge/box'"))
-    -- Properties of either name, with the type that they have.
+    -- Properties by either name, with their own types.
     assert(box.mass == 3 and box.dynamic == true and box.alias == 'box' and box.worldPosition[3] == 1)
     box.mass, box.alias = 2, 'cube'
     assert(plain.getShapeMass(box.handle) == 2 and plain.getObject('/cube') == box.handle)
@@ -208,7 +208,7 @@ function sysCall_init()
     assert(box:getPosition(d)[3] == 3 and box.worldPose[2] == 2)
     box.customData.n, sim.scene.signal.n = 7, 8
     assert(box.customData.n == 7 and plain.getInt32Signal('n') == 8 and box.customData.m == nil)
-    -- Methods by their names for what the object is.
+    -- Methods by the names that fit the object's kind.
     hinge:setTargetVelocity(0.5)
     assert(plain.getJointTargetVelocity(hinge.handle) == 0.5 and hinge.targetVelocity == 0.5)
     box:setParent(d, true)

@@ -1,15 +1,16 @@
-//! Scripts that call each other, remove each other, and never end: results are defined, and the others go on.
+//! Tests of scripts that call each other, remove each other, and never return: results are defined, and other scripts
+//! continue.
 
 use crate::kit::*;
 
-/// Two scripts, `a` and `b`, that can call each other; `other` is the other one's script.
+/// Creates two scripts, `a` and `b`, that can call each other; `other` is the other one's script.
 fn pair(a: &str, b: &str) -> Place {
     let find =
         |other| format!("function sysCall_init() other = sim.getScript(sim.scripttype_childscript, '/{other}') end\n");
     Place::scene(&format!("{}{}", watcher("a", &(find("b") + a)), watcher("b", &(find("a") + b))))
 }
 
-/// Counts down from script to script and back up; `at_0` is done at the bottom.
+/// Returns a script function that counts down by mutual calls and returns; `at_0` runs in the innermost call.
 fn down(at_0: &str) -> String {
     format!(
         "function down(n)
@@ -19,7 +20,7 @@ fn down(at_0: &str) -> String {
     )
 }
 
-/// Begins in the second step: in the first, b's text has not run yet when a is called (tests/facts/call-order.md, 1).
+/// Starts in the second step: in the first, b's text has not run yet when a is called (tests/facts/call-order.md, 1).
 const START: &str = "
 function sysCall_actuation()
     step = (step or 0) + 1
@@ -36,7 +37,7 @@ fn two_scripts_call_each_other_ten_deep() {
 
 #[test]
 fn one_removes_the_other_s_object_at_the_bottom() {
-    // Ten calls deep it is a itself that runs; from one call less it is b that ends a's object.
+    // At a depth of ten calls the innermost script is a, which removes b; at nine it is b, which removes a's object.
     for (depth, by_a, by_b) in
         [(10, "sim.removeObject(sim.getObject('/b'))", ""), (9, "", "sim.removeObject(sim.getObject('/a'))")]
     {
@@ -44,10 +45,10 @@ fn one_removes_the_other_s_object_at_the_bottom() {
         let b = down(by_b)
             + "\nfunction sysCall_sensing() if sim.getSimulationTime() > 0.09 then sim.addStatusbarMessage('b lives') end end";
         let lines = pair(&(down(by_a) + &start), &b).trace(&[], &["--steps", "4"]);
-        // What runs ends as usual, ...
+        // A running call ends as usual, ...
         let expected: Vec<String> = (1..=depth).map(|n| format!(" {n}")).collect();
         assert_eq!(lines[1].status()[0], format!("bottom{}", expected.concat()));
-        // ... and whose object is gone is not called any more.
+        // ... and a script whose object was removed is not called any more.
         let later: Vec<&str> = lines[2..].iter().flat_map(|l| l.status()).collect();
         assert_eq!(later, if depth == 10 { ["a lives", "a lives"] } else { ["b lives", "b lives"] });
     }
@@ -55,13 +56,13 @@ fn one_removes_the_other_s_object_at_the_bottom() {
 
 #[test]
 fn whose_object_is_gone_cannot_be_called() {
-    // b removes a's object half way, and calls on: an error, which passes up through all scripts.
+    // b removes a's object half way, and calls it again: an error, which propagates through all scripts.
     let b = down("").replace("if n == 0", "if n == 5 then sim.removeObject(sim.getObject('/a')) end if n == 0");
     let errors = pair(&(down("") + START), &b).run(&["--steps", "3"]).errors();
     assert_eq!(errors.len(), 1, "{errors:?}");
     assert_eq!(errors[0]["kind"], "missing_object", "{errors:?}");
 
-    // Caught, it is a value like any other.
+    // A caught error is an ordinary value.
     let b = "function down(n)
         sim.removeObject(sim.getObject('/a'))
         local ok, message = pcall(sim.callScriptFunction, 'down', other, n - 1)
@@ -106,7 +107,7 @@ fn endless_recursion_within_a_script_ends_with_an_error() {
     assert!(errors[0]["message"].as_str().unwrap().contains("overflow"), "{errors:?}");
 }
 
-/// Two robots; the first's script does `deed` from 0.5 s on.
+/// Creates two robots; the first one's script does `deed` from 0.5 s on.
 fn robots(deed: &str) -> Place {
     let drive = |l, r, deed: &str| {
         format!(

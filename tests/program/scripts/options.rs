@@ -1,10 +1,11 @@
-//! Tables as arguments: a declared map is a map whatever a script's table looks like, and its keys can be declared.
+//! Tests of tables as arguments: a parameter declared as a map is a map whatever a script's table looks like, and its
+//! keys can be declared.
 
 use std::process::Command;
 
 use crate::kit::*;
 
-/// `opts.any` tells what it got, `opts.known` has declared keys.
+/// `opts.any` returns a description of its argument, `opts.known` has declared keys.
 const PLUGIN: &str = r#"
 #include <stdio.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-//! The order in which scripts are called, checked line by line against tests/facts/call-order.md, sections 1 and 2.
+//! Tests of the order in which scripts are called, line by line against tests/facts/call-order.md, sections 1 and 2.
 //! Deliberate differences are listed in docs/guide/coming-from-vrep.md, "Order of calls".
 
 use std::sync::Arc;
@@ -22,7 +22,7 @@ for _, callback in ipairs{'info', 'init', 'cleanup', 'nonSimulation', 'beforeSim
 end
 ";
 
-/// A thread that ends when it sees the end.
+/// A thread that ends when the simulation is stopping.
 const THREAD: &str = "
 function sysCall_thread()
     sim.addStatusbarMessage('thread of ' .. NAME .. ' begins')
@@ -38,7 +38,7 @@ fn text(name: &str, more: &str) -> String {
     format!("NAME = '{name}'{LOGGED}{more}")
 }
 
-/// An object with scripts: each a kind, a priority and a text.
+/// Returns an object with scripts, each given by kind, priority and text.
 fn object(alias: &str, parent: &str, scripts: &[(&str, &str, String)]) -> String {
     let parent = if parent.is_empty() { String::new() } else { format!("parent = \"{parent}\"\n") };
     let script = |(kind, priority, text): &(&str, &str, String)| {
@@ -48,7 +48,7 @@ fn object(alias: &str, parent: &str, scripts: &[(&str, &str, String)]) -> String
     format!("[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\n{parent}scripts = [{}]\n", scripts.join(", "))
 }
 
-/// A script from outside the document.
+/// Attaches a script that is not in the document.
 fn attach(world: &World, registry: &Registry, kind: &str, name: &str) {
     let language = registry.languages.iter().position(|l| l.id == "lua").unwrap();
     let spec = ScriptSpec {
@@ -63,17 +63,17 @@ fn attach(world: &World, registry: &Registry, kind: &str, name: &str) {
     world.attach(&spec).unwrap();
 }
 
-/// What was told since the last look.
+/// Returns the lines printed since the last call.
 pub fn told(world: &World) -> Vec<String> {
     world.take_lines().into_iter().map(|l| l.text).collect()
 }
 
-/// "who callback time state" for each, in order.
+/// Returns "who callback time state" for each name, in order.
 fn calls(names: &[&str], callback: &str, at: &str) -> Vec<String> {
     names.iter().map(|n| format!("{n} {callback} {at}")).collect()
 }
 
-/// The scene of call-order.md, 1: objects A, A/B, C, D.
+/// Loads the scene of call-order.md, 1: objects A, A/B, C, D.
 fn observed_scene() -> (Place, World, Arc<Registry>) {
     let child = |name: &str, more: &str| ("child", "normal", text(&format!("child {name}"), more));
     let cust = |name: &str| ("customization", "normal", text(&format!("cust {name}"), ""));
@@ -88,17 +88,17 @@ fn observed_scene() -> (Place, World, Arc<Registry>) {
     let world = world(&place.path().join("scene.toml"), &registry);
     attach(&world, &registry, "addon", "add-on");
     attach(&world, &registry, "sandbox", "sandbox");
-    // Somebody is there who lifts pauses: this test.
+    // The test itself can end pauses.
     world.set_interactive(true);
     (place, world, registry)
 }
 
 const CHILDREN: [&str; 4] = ["child B", "child A", "child C", "child D"];
-/// Those that live as long as the world.
+/// Scripts that live as long as the world.
 const LASTING: [&str; 4] = ["cust B", "cust A", "add-on", "sandbox"];
 const ALL: [&str; 8] = ["child B", "child A", "child C", "child D", "cust B", "cust A", "add-on", "sandbox"];
 
-/// A whole normal step; `thread` is what the thread of C tells before its actuation.
+/// Returns the lines of a whole normal step; `thread` is what the thread of C prints before its actuation.
 fn whole(at: &str, thread: &[&str]) -> Vec<String> {
     let mut out = calls(&ALL, "beforeMainScript", at);
     for name in ALL {
@@ -194,7 +194,7 @@ fn the_life_of_a_run_is_the_observed_one() {
     // Row "next pass".
     world.idle();
     same("next pass", told(&world), calls(&LASTING, "nonSimulation", "0.50 0"));
-    // Row "scene load", script-attached flavour: root first.
+    // Row "scene load", scripts attached to objects: root first.
     world.end();
     same("scene load", told(&world), calls(&["cust A", "cust B", "add-on", "sandbox"], "cleanup", "0.50 0"));
     assert!(world.faults().is_empty(), "{:?}", world.faults());
@@ -224,7 +224,7 @@ fn a_stop_while_paused_resumes_first() {
     assert_eq!(world.phase(), Phase::Stopped);
 }
 
-/// The order in which child scripts of a forest act, in a scene of a dialect.
+/// Returns the order in which child scripts of a forest are called in actuation, in a scene of a dialect.
 fn order_in(dialect: &str, first: &str) -> Vec<String> {
     let script = |name: &str| {
         let priority = if name == first { "first" } else { "normal" };
@@ -244,14 +244,13 @@ fn order_in(dialect: &str, first: &str) -> Vec<String> {
 
 #[test]
 fn each_dialect_has_its_order() {
-    // call-order.md, 2. A scene without dialect with modern scripts
-    // counts as modern.
+    // call-order.md, 2. A scene without dialect with modern scripts counts as modern.
     for dialect in ["4.4", "4.9", ""] {
         assert_eq!(order_in(dialect, ""), ["V", "Y", "U", "W", "X", "Z", "Q2", "Q1", "Q0"], "`{dialect}`");
     }
     // Priority has no effect on different objects.
     assert_eq!(order_in("4.9", "Q0"), order_in("4.9", ""));
-    // To 3.5 parents come first, tree by tree; siblings by execution order.
+    // Up to 3.5 parents come first, tree by tree; siblings by execution order.
     for dialect in ["3.2", "3.5"] {
         assert_eq!(order_in(dialect, ""), ["X", "Y", "U", "Z", "W", "V", "Q2", "Q1", "Q0"], "`{dialect}`");
     }

@@ -1,14 +1,14 @@
-//! What commands return to scripts of the newest era: one row a call, as observed in CoppeliaSim 4.9
-//! (tests/facts/call-order.md, 5), and beside it what differs here; each difference stands in the guide, "Coming from
-//! V-REP".
+//! Tests of what commands return to scripts of the newest era: one row per call, as observed in CoppeliaSim 4.9
+//! (tests/facts/call-order.md, 5), and the value here if it differs; each difference is listed in the guide, "Coming
+//! from V-REP".
 //!
-//! Rows about spherical joints and vision sensors, which there are none of, and names that do not exist are left out.
+//! Rows about spherical joints and vision sensors, which do not exist here, and unknown names are left out.
 
 use std::collections::BTreeMap;
 
 use crate::kit::*;
 
-/// A call, what the original gave (how many values, and which), and what differs.
+/// A call, the original's result (number of values, and the values), and the result here if it differs.
 #[rustfmt::skip]
 const ROWS: &[(&str, &str, &str)] = &[
     ("sim.getObject('/box')", "1: int <box>", ""),
@@ -274,7 +274,7 @@ alias = "caller"
 script = { file = "calls.lua" }
 "#;
 
-/// Calls each row in the second actuation, as the reference did, and prints what came back.
+/// Calls each row in the second actuation, as the reference did, and prints the results.
 const CALLS: &str = r#"
 local names, known, named = {}, 0, false
 local function one(v)
@@ -306,7 +306,7 @@ function sysCall_actuation()
     wrong, known = 777777, sim.getScript(sim.handle_self)
     for i, call in ipairs(calls) do
         local f = assert(load('return ' .. call))
-        -- A small number is an object only where a handle is meant.
+        -- A small number denotes an object only where a handle is expected.
         local r, out = table.pack(pcall(f)), {}
         named = handles[i]
         for k = 2, r.n do out[k - 1] = show(r[k]) end
@@ -316,7 +316,7 @@ function sysCall_actuation()
 end
 "#;
 
-/// A zero has no sign here.
+/// Ignores the sign of zero.
 fn unsigned(text: &str) -> String {
     let mut out = text.to_owned();
     for end in [",", "}", " "] {
@@ -346,7 +346,7 @@ fn values_are_those_of_the_original() {
         let expected = if ours.is_empty() { original } else { ours };
         let same = match *expected {
             "text" => found.starts_with("1: string("),
-            // The number of the box stands for itself in names.
+            // In names, the box's number represents its handle.
             e if e.contains("__<box>__") => found.starts_with("1: string"),
             e => found == e,
         };
@@ -385,8 +385,8 @@ fn each_row_of_the_guide_names_its_test() {
     assert!(rows > 40, "{rows} rows");
 }
 
-/// Old eras: API errors through flat names are told and give -1 or nil, `sim.` names raise; since 4.2 all raise
-/// (tests/facts/script-api.md, 2; tests/facts/call-order.md, 5).
+/// Old eras: API errors through flat names are reported and return -1 or nil, those through `sim.` names are raised;
+/// since 4.2 all are raised (tests/facts/script-api.md, 2; tests/facts/call-order.md, 5).
 #[test]
 fn errors_of_flat_names_follow_the_era() {
     let script = "
@@ -413,7 +413,7 @@ fn errors_of_flat_names_follow_the_era() {
     }
 }
 
-/// Without a hit: one value before 4.2, -1 in the first actuation and then 0; five values since
+/// Without a detection: one value before 4.2, -1 in the first actuation and 0 afterwards; five values since 4.2
 /// (tests/facts/script-api.md, 2; tests/facts/call-order.md, 5).
 #[test]
 fn proximity_sensors_answer_as_the_era_expects() {

@@ -1,8 +1,8 @@
-//! Actions of `simROS2` between two scripts of a world: tests/facts/script-api.md, 8.
+//! Tests of `simROS2` actions between two scripts of a world: tests/facts/script-api.md, 8.
 
 use crate::kit::*;
 
-/// Works on one goal, an element of the sequence in each step, as public scripts do.
+/// Works on one goal, appending an element to the sequence in each step, as public scripts do.
 pub const SERVER: &str = r#"
 simROS2 = require 'simROS2'
 function sysCall_init()
@@ -41,7 +41,7 @@ function sysCall_actuation()
 end
 "#;
 
-/// Tells what it hears.
+/// Prints what it receives.
 const CLIENT: &str = r#"
 simROS2 = require 'simROS2'
 local function say(...) sim.addStatusbarMessage('> ' .. table.concat({...}, ' ')) end
@@ -99,7 +99,7 @@ fn a_goal_may_be_rejected_deferred_and_taken_back() {
         [4] = function() assert(simROS2.cancelLastGoal(client)) end,
         [8] = function() assert(not simROS2.cancelLastGoal(client)) end";
     assert_eq!(run(plan, 9), ["answer 32 true", "feedback 0,1,1", "feedback 0,1,1,2", "canceled 0,1,1,2"]);
-    // A server may say no to that, too.
+    // A server may also reject a cancellation.
     let plan = plan.replace("order = 9", "order = 7").replace("[8]", "[20]");
     assert_eq!(run(&plan, 12).last().unwrap(), "succeeded 0,1,1,2,3,5,8,13");
 }

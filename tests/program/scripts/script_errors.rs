@@ -1,10 +1,10 @@
-//! Errors of scripts: their kinds, what the eras make of them, and what beginners are told.
+//! Tests of script errors: their kinds, their handling in each era, and their hints for beginners.
 
 use serde_json::Value;
 
 use crate::kit::*;
 
-/// The errors of a run of two steps with this script.
+/// Returns the errors of a run of two steps with this script.
 fn errors(script: &str, dialect: &str) -> Vec<Value> {
     let dialect = if dialect.is_empty() { String::new() } else { format!("dialect = \"{dialect}\"\n") };
     Place::scene(&format!("{dialect}{}", watcher("a", script))).run(&["--steps", "2"]).errors()
@@ -29,17 +29,17 @@ fn every_mistake_has_its_kind() {
         assert_eq!(found.len(), 1, "{text}: {found:?}");
         assert_eq!(found[0]["kind"], kind, "{text}: {found:?}");
         assert!(found[0]["message"].as_str().unwrap().contains(words), "{text}: {found:?}");
-        // The line of the script; the text begins one line below its quotes.
+        // The line in the script; the text begins one line below its quotes.
         assert_eq!(found[0]["line"], 2, "{text}: {found:?}");
     }
-    // Names that nobody offers are nil, so scripts may ask for them.
+    // Unknown names are nil, so scripts may test for them.
     let asks = "function sysCall_init() if simOMPL or simExtFoo or sim.fooBar then error('there') end end";
     Place::scene(&watcher("a", asks)).run(&["--steps", "1"]).good();
 }
 
 #[test]
 fn old_scripts_go_on_after_an_error() {
-    // tests/facts/script-api.md, 2, to 4.1: the call ends, and the script is called again in the next step.
+    // tests/facts/script-api.md, 2, up to 4.1: the call ends, and the script is called again in the next step.
     for dialect in ["3.2", "4.1"] {
         let script = "function sysCall_actuation()
             n = (n or 0) + 1
@@ -73,7 +73,7 @@ fn flat_names_go_on_after_a_refusal_and_new_names_raise() {
         let told = place.lines("t.jsonl")[0].status().join(",");
         assert!(told.starts_with("handle -1,value nil,new false"), "{told}");
     }
-    // Each place is told by itself, with its line.
+    // Each place is reported separately, with its line.
     let script = "function sysCall_actuation()
         h = simGetObjectHandle('Pionier')
         simSetJointTargetVelocity(h, 1)
@@ -81,7 +81,7 @@ fn flat_names_go_on_after_a_refusal_and_new_names_raise() {
     end";
     let lines: Vec<_> = errors(script, "3.2").iter().map(|e| (e["line"].as_u64(), e["file"].is_string())).collect();
     assert_eq!(lines, [(Some(2), true), (Some(3), true), (Some(4), true)]);
-    // From 4.2 on flat names raise too (tests/facts/call-order.md, 5).
+    // From 4.2 on, flat names raise errors too (tests/facts/call-order.md, 5).
     let script = "function sysCall_init() sim.addStatusbarMessage(tostring(pcall(simGetObjectParent, 9999))) end";
     let lines = Place::scene(&format!("dialect = \"4.9\"\n{}", watcher("a", script))).trace(&[], &["--steps", "1"]);
     assert!(lines[0].status()[0].starts_with("false"), "{:?}", lines[0].status());
@@ -90,7 +90,7 @@ fn flat_names_go_on_after_a_refusal_and_new_names_raise() {
 #[test]
 fn beginners_are_told_what_to_do() {
     let cases = [
-        // A misspelt command, one of their own, a variable.
+        // A misspelt command, a misspelt function of the script's own, a variable.
         ("sim.setJointTargetVelocty(1, 2)", "there is no command", "did you mean `sim.setJointTargetVelocity`?"),
         ("simGetObjectHandel('a')", "there is no command", "did you mean `simGetObjectHandle`?"),
         ("drvie()", "attempt to call a nil value (global 'drvie')", "did you mean `drive`?"),
@@ -112,7 +112,7 @@ fn beginners_are_told_what_to_do() {
         ("function sysCall_init()\nif x then\ny = 1\nend", "'end' expected", "of line 1 has none"),
         ("if x = 1 then end", "'then' expected near '='", "`==`"),
         ("x = 'open", "unfinished string", "same line"),
-        ("for i = 1, 3 do end end", "<eof> expected near 'end'", "one `end` more"),
+        ("for i = 1, 3 do end end", "<eof> expected near 'end'", "an `end` without a block"),
     ];
     for (script, words, help) in cases {
         let found = errors(script, "");
@@ -131,7 +131,7 @@ fn the_first_line_is_short() {
     assert!(done.errors()[0]["traceback"].as_str().unwrap().contains("inner"));
 }
 
-/// What goes on in C for ever ends with the error of its script, and the run goes on.
+/// Endless work in C functions ends with an error of its script, and the run continues.
 #[test]
 fn loops_of_the_library_use_up_a_budget() {
     let calls = [

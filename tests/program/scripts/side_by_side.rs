@@ -1,4 +1,5 @@
-//! Scripts that run side by side: what they see, what becomes of what they do, and that no number of threads changes it.
+//! Tests of scripts that run in parallel: what they see, when their actions take effect, and that the number of threads
+//! changes nothing.
 
 use std::sync::Arc;
 
@@ -6,7 +7,7 @@ use tatu_core::{World, document};
 
 use crate::{kit::*, scripts::order::told, state::restart::registry};
 
-/// An object `name` with a joint below it and a script.
+/// Returns an object `name` with a joint below it and a script.
 fn jointed(name: &str, side_by_side: bool, script: &str) -> String {
     format!(
         "[[object]]\nkind = \"dummy\"\nalias = \"{name}\"\nscript = {{ side_by_side = {side_by_side}, \
@@ -15,7 +16,7 @@ fn jointed(name: &str, side_by_side: bool, script: &str) -> String {
     )
 }
 
-/// Counts, looks at another's joint, sets its own, and tells what it sees.
+/// Returns a script that counts, reads another object's joint, sets its own, and prints what it read.
 fn teller(other: &str, more: &str) -> String {
     format!(
         "
@@ -31,7 +32,7 @@ function sysCall_cleanup() print(NAME .. ' ends') end"
     )
 }
 
-/// What a scene tells in each of some steps, and what went wrong, with so many threads; and the last hash.
+/// Runs a scene with a number of threads; returns the lines of each step, the errors, and the last hash.
 fn run(scene: &str, threads: usize, steps: usize) -> (Vec<Vec<String>>, Vec<String>, String) {
     let place = Place::scene(scene);
     let registry = registry();
@@ -48,7 +49,7 @@ fn run(scene: &str, threads: usize, steps: usize) -> (Vec<Vec<String>>, Vec<Stri
     (lines, faults, format!("{:?} {used}", world.hash().total))
 }
 
-/// The same with one to four threads, which must be the same.
+/// Runs a scene with one to four threads, whose results must be equal.
 #[track_caller]
 fn run_all(scene: &str, steps: usize) -> (Vec<Vec<String>>, Vec<String>) {
     let first = run(scene, 1, steps);
@@ -61,7 +62,7 @@ fn run_all(scene: &str, steps: usize) -> (Vec<Vec<String>>, Vec<String>) {
 #[test]
 fn they_see_the_world_as_it_was_and_what_they_set_themselves() {
     let name = |i: usize| format!("r{:02}", i % 70);
-    // Each looks at the one before it, which without this would have set its joint already.
+    // Each reads the joint of the one before it, which in sequential execution would have been set already.
     let scene: String = (0..70).map(|i| jointed(&name(i), true, &teller(&name(i + 69), ""))).collect();
     let (lines, faults) = run_all(&scene, 4);
     assert_eq!(faults, [""; 0]);
@@ -84,7 +85,7 @@ fn one_that_does_not_run_beside_others_parts_them() {
         jointed("e", true, &teller("d", "")),
     ];
     let (lines, _) = run_all(&scene.concat(), 3);
-    // c sees what b has set, d what c has set; b and e look at their neighbours in the same row.
+    // c sees what b has set, d what c has set; b and e read neighbours in the same parallel row.
     let wanted = ["a 3: 2 3", "b 3: 2 3", "c 3: 3 3", "d 3: 3 3", "e 3: 2 3"].map(|l| format!("{l} at 0.10"));
     assert_eq!(lines[3], wanted);
 }
@@ -134,7 +135,7 @@ fn what_goes_wrong_in_them_is_told_in_their_order() {
     {
         place(what);
     }
-    // r09 has begun anew, r11 has not.
+    // r09 has started again, r11 has not.
     let third = lines[3].join("\n");
     assert!(third.contains("r09 1:") && !third.contains("r11 ") && third.contains("r38 3:"), "{third}");
     for (object, what) in

@@ -1,10 +1,10 @@
-//! A script without its scene: what it asks for is made, of the kind that its calls need.
+//! Tests of scripts without their scene: missing objects are created, of the kind that their calls need.
 
 use serde_json::{Value, json};
 
 use crate::kit::*;
 
-/// Runs `script.lua` for 20 steps; the summary.
+/// Runs `script.lua` for 20 steps, and returns the summary.
 #[track_caller]
 fn stand_ins(text: &str, more: &[&str]) -> Value {
     let place = Place::new();
@@ -12,7 +12,7 @@ fn stand_ins(text: &str, more: &[&str]) -> Value {
     let args = ["run", "--script", "script.lua", "--stand-ins", "--steps", "20", "--json"];
     let done = place.tatu(&[&args, more].concat());
     assert!(done.code == 0 || done.code == 1, "{}", done.err);
-    // Lines that scripts print at the very end come before the summary on no stream of its own.
+    // Lines that scripts print at the very end precede the summary, on another stream.
     done.json()
 }
 
@@ -42,7 +42,7 @@ fn kinds_follow_from_the_calls() {
             sim.readProximitySensor(sonar)
             sim.addForceAndTorque(box, {0, 0, 1}, {0, 0, 0})
             sim.getObjectPosition(place, -1)
-            -- Kinds that show later are learned as well.
+            -- Kinds that become evident later are learned as well.
             if sim.getSimulationTime() > 0.5 then sim.setJointPosition(slow, 0.1) end
          end",
         &[],
@@ -104,7 +104,7 @@ fn a_path_hangs_below_the_right_object() {
     assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
 }
 
-/// What a tree lacks is mostly asked for to see where it ends, and a parameter of the scene may well be absent.
+/// Missing children and parents mostly mark the end of a tree, and a parameter of the scene may well be absent.
 #[test]
 fn parents_children_and_parameters_are_made_when_they_are_missed() {
     let asks = "function sysCall_init()
@@ -121,7 +121,7 @@ fn parents_children_and_parameters_are_made_when_they_are_missed() {
     assert_eq!(kind_of(&done, "child"), "dummy");
 }
 
-/// A model's base tells the scripts of its parts what to do by script parameters, as V-REP's quadricopter does.
+/// A model's base controls the scripts of its parts through script parameters, as V-REP's quadricopter does.
 #[test]
 fn scripts_of_other_objects_are_made_when_they_are_missed() {
     let done = stand_ins(
@@ -154,7 +154,7 @@ fn what_other_scripts_and_the_scene_gave_is_there_when_it_is_missed() {
         "print(string.format('%.1f %d', angle, count), #sim.unpackFloatTable(data) > 3, #sim.unpackTable(data)) end";
     let done = stand_ins(&format!("{asks} {uses}"), &[]);
     assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
-    // A value that leads on to a function that is nowhere is worse than none.
+    // A value that leads on to a function that does not exist anywhere is worse than none.
     let worse = "local x = count + 1 sim.noSuchFunction() end";
     assert_eq!(kinds(&stand_ins(&format!("{asks} {worse}"), &[])), ["runtime"]);
 }
@@ -187,7 +187,7 @@ fn objects_of_a_type_registered_ones_and_models_are_made() {
     }
 }
 
-/// Vision sensors: -1 is "never handled", depths of 1 lie at the far plane (tests/facts/script-api.md, 4).
+/// Vision sensors: -1 is "never handled", depths of 1 are at the far plane (tests/facts/script-api.md, 4).
 #[test]
 fn vision_sensors_are_blind_and_no_error() {
     let done = stand_ins(
@@ -218,7 +218,7 @@ fn vision_sensors_are_blind_and_no_error() {
     assert_eq!(kinds(&stand_ins(old, &[])), Vec::<Value>::new());
 }
 
-/// The default main script's stages (tests/facts/script-api.md, 1): physics runs, so that time goes on.
+/// The default main script's stages (tests/facts/script-api.md, 1): physics runs, so that time advances.
 #[test]
 fn the_default_main_script_can_be_required() {
     let done = stand_ins("require('defaultMainScript')", &[]);
@@ -227,7 +227,7 @@ fn the_default_main_script_can_be_required() {
     let others =
         "require('utils') include('/lua/graph_customization.lua') require('configUi') ui = ConfigUI('a', nil, nil)";
     assert_eq!(kinds(&stand_ins(others, &[])), Vec::<Value>::new());
-    // A file of the user's own comes first.
+    // A file of the user's own takes precedence.
     let place = Place::new();
     place.write("utils.lua", "return {own = true}");
     place.write("s.lua", "function sysCall_init() if not require('utils').own then error('not mine') end end");
@@ -249,7 +249,7 @@ fn what_is_nowhere_is_not_made() {
     }
 }
 
-/// Names that scripts give to something else are no business of ours.
+/// Names that scripts use for something of their own are left alone.
 #[test]
 fn a_script_may_use_names_of_the_library_for_its_own() {
     let done = stand_ins(
@@ -285,13 +285,13 @@ fn two_runs_are_equal_and_a_log_replays_without_the_script() {
     assert_eq!(replayed["hash"], first);
 }
 
-/// Main scripts alone may let physics advance; see the guide, "A main script".
+/// Only main scripts may let physics advance; see the guide, "A main script".
 #[test]
 fn the_kind_is_found_from_the_text_or_given() {
     let main = "function sysCall_actuation() sim.handleDynamics(sim.getSimulationTimeStep()) end";
     assert_eq!(kinds(&stand_ins(main, &[])), Vec::<Value>::new());
     assert_eq!(kinds(&stand_ins(main, &["--as", "child"])), ["unsupported"]);
-    // Without its own call of the dynamics a main script's time stands.
+    // If a main script does not handle dynamics, time does not advance.
     let still = "function sysCall_actuation() end";
     assert_eq!(stand_ins(still, &["--as", "main"])["sim_time_s"], 0.0);
     assert_eq!(stand_ins(still, &[])["sim_time_s"], 1.0);
@@ -311,7 +311,7 @@ fn what_is_wrong_with_the_command_line_is_told() {
     place.tatu(&["run", "--script", "none.lua", "--stand-ins"]).refused(&["E105", "none.lua"]);
     place.tatu(&["run", "--script", "/a=s.lua", "--stand-ins"]).refused(&["E102", "object"]);
     place.tatu(&["run", "--script", "s.lua", "--as", "main"]).refused(&["--stand-ins"]);
-    // The whole path of a file begins with a slash, too.
+    // An absolute path of a file begins with a slash, too.
     let file = place.path().join("s.lua");
     place.tatu(&["run", "--script", file.to_str().unwrap(), "--stand-ins", "--steps", "1"]).good();
 }

@@ -1,8 +1,8 @@
-//! What scripts leave in a world has room, and what does not fit is an error of the script.
+//! Tests that what scripts store in a world is limited, and that exceeding the limit is an error of the script.
 
 use crate::kit::*;
 
-/// A script that does this 100 times a step, in a world with little memory; what it was told.
+/// Runs a script that does this 100 times per step in a world with little memory.
 fn greedy(body: &str) -> Done {
     let script = format!(
         "big = ('x'):rep(1000000)\nfunction sysCall_init() me = sim.getObject('.') n = 0 end\n\
@@ -52,7 +52,7 @@ fn lines_that_take_too_much_are_left_out() {
     done.tells(&["the lines of one step take more than 8 MB"]);
 }
 
-/// As many removals as the reference promises: an old number is an error, and never another object.
+/// As many removals as the reference promises: an old handle is an error, and never another object.
 #[test]
 fn a_number_that_was_kept_does_not_become_another_object() {
     let script = "

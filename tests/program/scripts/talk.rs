@@ -1,4 +1,4 @@
-//! Messages, and what outlives a run: tests/facts/call-order.md, 4.
+//! Tests of messages between scripts, and of what outlives a run: tests/facts/call-order.md, 4.
 
 use tatu_core::{World, document::ScriptSpec};
 
@@ -26,8 +26,8 @@ fn status(world: &World) -> Vec<String> {
     told(world).into_iter().filter(|l| l.starts_with("> ")).map(|l| l[2..].to_owned()).collect()
 }
 
-// A broadcast is delivered within the call, to the other scripts in their order: child scripts, the deepest first,
-// then customization scripts.
+// A broadcast is delivered within the call, to the other scripts in their order: child scripts, the deepest first, then
+// customization scripts.
 #[test]
 fn a_broadcast_reaches_the_others_within_the_call() {
     let hears = |name: &str| {
@@ -49,7 +49,7 @@ fn a_broadcast_reaches_the_others_within_the_call() {
     .concat();
     let (_place, world) = started(&scene);
     world.step();
-    // In the first step C has not begun when A acts.
+    // In the first step C has not been initialized when A is called.
     assert_eq!(status(&world), ["before", "deep hello 3", "cust hello 3", "behind"]);
     world.step();
     assert_eq!(status(&world), ["before", "deep hello 3", "late hello 3", "cust hello 3", "behind"]);
@@ -79,7 +79,8 @@ fn a_stop_leaves_custom_data_and_restores_model_properties() {
     assert_eq!(stopped.last().map(String::as_str), Some("then 61440"), "0xF000: not a model, as before");
 }
 
-// Signals of customization scripts and of the sandbox stay; those of child scripts are gone before `afterSimulation`.
+// Signals of customization scripts and of the sandbox remain; those of child scripts are removed before
+// `afterSimulation`.
 #[test]
 fn signals_of_the_sandbox_stay() {
     let child = "function sysCall_actuation() sim.setInt32Signal('child', 1) end";

@@ -1,8 +1,8 @@
-//! Threaded scripts of all eras: coroutines, cut in slices of instructions.
+//! Tests of threaded scripts of all eras: coroutines, preempted after slices of instructions.
 
 use crate::kit::*;
 
-/// What a script's threads say in each step.
+/// Returns what a script's threads print in each step.
 fn says(scene: &str, steps: &str) -> Vec<Vec<String>> {
     let lines = Place::scene(scene).trace(&[], &["--steps", steps]);
     lines.iter().map(|l| l.status().iter().map(|s| s.to_string()).collect()).collect()
@@ -38,9 +38,9 @@ fn a_thread_waits_in_simulation_time() {
     assert_eq!(said, ["at 0.00", "at 0.10", "at 0.20", "true"]);
 }
 
-/// A thread that never lets go, and a counter of how far it came.
+/// A thread that never yields, and counts its iterations.
 const BUSY: &str = "n = 0 while true do n = n + 1 simSetFloatSignal('n', n) end simSwitchThread()";
-/// Tells the counter in each step.
+/// Prints the counter in each step.
 const COUNTER: &str =
     "function sysCall_sensing() simAddStatusbarMessage(string.format('%d', simGetFloatSignal('n') or 0)) end";
 
@@ -57,7 +57,7 @@ fn a_busy_thread_is_cut_at_the_same_place_in_every_run() {
         .collect();
     assert_eq!(runs[0], runs[1]);
     assert_eq!(runs[0], runs[2]);
-    // The other script got its turn in every step, and found the thread further on.
+    // The other script was called in every step, and the thread had advanced each time.
     let counts: Vec<u64> = runs[0].1.iter().map(|s| s.parse().unwrap()).collect();
     assert_eq!(counts.len(), 20);
     assert!(counts.windows(2).all(|w| w[0] < w[1]), "{counts:?}");
@@ -76,13 +76,13 @@ fn slices_have_the_length_that_is_set() {
         let ratio = far(&format!("simSetThreadSwitchTiming({ms})")) / usual;
         assert!((ratio / times - 1.0).abs() < 0.05, "{ms} ms: {ratio}");
     }
-    // Five instructions to a pass of the loop, and a call: between 4 and 20.
+    // Each iteration has five instructions and a call: between 4 and 20.
     assert!((2000.0..10_000.0).contains(&usual), "{usual}");
 }
 
 #[test]
 fn modern_threads_are_cut_unless_they_step() {
-    // tests/facts/script-api.md, 1: automatic switching, off in stepping mode; the level is told.
+    // tests/facts/script-api.md, 1: automatic switching, off in stepping mode; `setStepping` returns the level.
     let script = "sim = require('sim')
         function sysCall_thread()
             local before = sim.setStepping(true)
@@ -100,7 +100,7 @@ fn modern_threads_are_cut_unless_they_step() {
         end
         function sysCall_actuation() sim.addStatusbarMessage('a') end";
     let said = says(&watcher("a", script), "3");
-    // The thread goes on right before its script's actuation (tests/facts/call-order.md, 1).
+    // The thread continues right before its script's actuation (tests/facts/call-order.md, 1).
     assert_eq!(said, [vec!["levels 0 1", "a"], vec!["time went on", "a"], vec!["true", "a"]]);
 }
 
@@ -137,7 +137,7 @@ fn yields_pass_through_protected_calls_metamethods_and_iterators() {
 
 #[test]
 fn a_cut_inside_a_sort_or_a_coroutine_comes_later() {
-    // Where a thread cannot be cut it goes on until it can; a coroutine within it is never cut itself.
+    // Where a thread cannot be preempted, it continues until it can; a coroutine within it is never preempted itself.
     let script = "function sysCall_thread()
         local t = {} for i = 1, 300 do t[i] = (i * 7919) % 503 end
         for round = 1, 5 do table.sort(t, function(a, b) for i = 1, 20 do end return a < b end) end
@@ -147,7 +147,7 @@ fn a_cut_inside_a_sort_or_a_coroutine_comes_later() {
     assert_eq!(says(&watcher("a", script), "3").concat(), ["inout0"].map(|s| s.replace('0', &lowest().to_string())));
 }
 
-/// The least of the numbers that the script above sorts.
+/// Returns the least of the numbers that the script above sorts.
 fn lowest() -> u64 {
     (1..=300).map(|i| (i * 7919) % 503).min().unwrap()
 }

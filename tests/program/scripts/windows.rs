@@ -1,9 +1,9 @@
-//! What windows of scripts hold.
+//! Tests of the contents of script windows.
 
 use crate::kit::*;
 
-/// A drawing comes from a file, from the description, or from the script; one that cannot be read does not keep the
-/// window from opening.
+/// A drawing comes from a file, from the description, or from the script; if it cannot be read, the window opens
+/// nevertheless.
 #[test]
 fn drawings_are_held_as_they_were_given() {
     let script = r#"

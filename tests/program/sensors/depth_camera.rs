@@ -1,7 +1,7 @@
-//! Depth cameras against geometry written out: plates square and slanted, a ball, parallel lines of sight.
+//! Tests of depth cameras against closed-form geometry: plates square and slanted, a ball, parallel lines of sight.
 //!
-//! A pinhole's pixel (column, row) of f = half the columns / tan(half the angle) looks along
-//! (-(column - cx) / f, (row - cy) / f, 1): +z ahead, +y up, +x to the left. Depth is what lies along z
+//! With f = half the number of columns / tan(half the angle), a pinhole camera's pixel (column, row) has the direction
+//! (-(column - cx) / f, (row - cy) / f, 1): +z ahead, +y up, +x to the left. Depth is the distance along z
 //! (`tests/facts/devices.md`: z, not the range).
 
 use crate::kit::*;
@@ -11,7 +11,7 @@ const ROWS: usize = 48;
 /// Degrees between the left and right edge.
 const ANGLE: f64 = 57.0;
 
-/// A camera at (0, 0, 1) that looks along x with z up: its x is the world's y, its y the world's z.
+/// Returns a camera at (0, 0, 1) that points along x with z up: its x is the world's y, its y the world's z.
 fn camera(more: &str) -> String {
     format!(
         "[[object]]\nkind = \"sensor\"\nalias = \"eye\"\nsensor = \"depth_camera\"\nposition_m = [0, 0, 1]\n\
@@ -23,7 +23,7 @@ fn small(more: &str) -> String {
     camera(&format!("columns = {COLUMNS}\nrows = {ROWS}\n{more}"))
 }
 
-/// The depths that a scene's camera reads after one step, and the whole line.
+/// Returns the depths that a scene's camera reads after one step, and the whole line.
 fn depths(scene: &str) -> (Vec<f64>, Line) {
     let mut lines = Place::scene(scene).trace(&["/eye"], &["--steps", "1"]);
     let line = lines.remove(0);
@@ -32,7 +32,7 @@ fn depths(scene: &str) -> (Vec<f64>, Line) {
     (all.iter().map(|z| z.as_f64().unwrap_or(f64::INFINITY)).collect(), line)
 }
 
-/// Slopes of the line of sight of a pixel: x and y per metre of depth.
+/// Returns the slopes of a pixel's line of sight: x and y per metre of depth.
 fn slopes(i: usize, columns: usize, rows: usize, degrees: f64) -> [f64; 2] {
     let f = columns.max(rows) as f64 / 2.0 / (degrees.to_radians() / 2.0).tan();
     let (c, r) = ((i % columns) as f64, (i / columns) as f64);
@@ -44,7 +44,7 @@ fn near(is: f64, wanted: f64, i: usize) {
     assert!((is - wanted).abs() <= 1e-3 * wanted, "pixel {i} reads {is} m, not {wanted} m");
 }
 
-/// The face of a plate 2 cm thick at 1.5 m lies at 1.49 m in every pixel, and nothing lies beside it.
+/// The face of a plate 2 cm thick at 1.5 m is at 1.49 m in every pixel; pixels beside it are empty.
 #[test]
 fn a_square_plate_is_as_far_everywhere() {
     let plate = cuboid("plate", [0.02, 1.0, 0.8], [1.5, 0.0, 1.0], "");
@@ -68,13 +68,14 @@ fn a_square_plate_is_as_far_everywhere() {
     assert!((k[0] - f).abs() < 1e-9 && (k[1] - f).abs() < 1e-9 && k[2..] == [31.5, 23.5], "{k:?}");
 }
 
-/// A plate turned by 40 degrees about the vertical: its front lies in n . p = d, so z = d / (n . (sx, sy, 1)).
+/// A plate turned by 40 degrees about the vertical: its front is in n . p = d, so z = d / (n . (sx, sy, 1)).
 #[test]
 fn a_slanted_plate() {
     let turn = 40_f64.to_radians();
     let plate = cuboid("plate", [0.02, 12.0, 12.0], [2.0, 0.0, 1.0], "orientation_deg = [0, 0, 40]");
     let (z, _) = depths(&format!("{}{plate}", small("far_m = 10.0")));
-    // The face towards the camera has the outward normal (-cos, -sin) in the world's x and y, and lies 1 cm before the middle.
+    // The face towards the camera has the outward normal (-cos, -sin) in the world's x and y, and is 1 cm before the
+    // centre.
     let distance = 2.0 * turn.cos() - 0.01;
     for (i, z) in z.iter().enumerate() {
         let [left, _] = slopes(i, COLUMNS, ROWS, ANGLE);
@@ -82,7 +83,7 @@ fn a_slanted_plate() {
     }
 }
 
-/// A ball of 0.5 m in front of a plate: the nearer root of |z s - m| = r, and the plate where there is none.
+/// A ball of 0.5 m in front of a plate: the nearer root of |z s - m| = r, and the plate if there is none.
 #[test]
 fn a_ball() {
     let ball = "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [1, 1, 1]\n\
@@ -107,7 +108,7 @@ fn a_ball() {
     assert!(on > 300 && off > 1000 && edge < 100, "{on} {off} {edge}");
 }
 
-/// Lines of sight side by side: 32 x 16 pixels of 5 cm see a plate that is 60 cm wide and 40 cm high.
+/// Parallel lines of sight: 32 x 16 pixels of 5 cm see a plate that is 60 cm wide and 40 cm high.
 #[test]
 fn parallel_lines_of_sight() {
     let plate = cuboid("plate", [0.02, 0.6, 0.4], [1.0, 0.1, 1.0], "");
@@ -123,7 +124,7 @@ fn parallel_lines_of_sight() {
     assert_eq!(line.sensor("/eye", "depth_image.parallel"), 1.0);
 }
 
-/// Near and far are planes; what a camera sees is what is visible, detectable or not.
+/// Near and far are planes; a camera sees visible objects, detectable or not.
 #[test]
 fn planes_and_what_is_seen() {
     let three = [(0.4, "visible = true"), (0.8, "visible = false"), (1.2, "detectable = false"), (2.0, "")];
@@ -146,7 +147,7 @@ fn planes_and_what_is_seen() {
     assert!(z.iter().all(|z| *z == 0.0));
 }
 
-/// A pattern that a projector throws: what it does not reach, what is too slanted and what is too near has no depth.
+/// A projected pattern: surfaces that it does not reach, that are too slanted or too near have no depth.
 #[test]
 fn what_structured_light_cannot_measure() {
     let post = cuboid("post", [0.02, 0.2, 3.0], [1.01, 0.0, 1.0], "");
@@ -157,7 +158,8 @@ fn what_structured_light_cannot_measure() {
     };
     let ideal = row("");
     let left = ideal.iter().position(|z| *z < 1.5).unwrap();
-    // Focal length times offset over the depths: f 58.93 pixels, 0.1 m, 1 m and 2 m: 2.9 pixels to the left of the post.
+    // Focal length times offset over the depths: f 58.93 pixels, 0.1 m, 1 m and 2 m: 2.9 pixels to the left of the
+    // post.
     let lit = row("projector_m = -0.1");
     let dark: Vec<usize> = (0..COLUMNS).filter(|c| lit[*c] == 0.0).collect();
     assert!((2..=3).contains(&dark.len()) && dark.last() == Some(&(left - 1)), "{dark:?} left of {left}");
@@ -172,7 +174,7 @@ fn what_structured_light_cannot_measure() {
     }
 }
 
-/// Points are where lines of sight end; a camera without noise has them, too.
+/// Points are the ends of the lines of sight; a camera without noise has them, too.
 #[test]
 fn points_without_noise() {
     let wall = cuboid("wall", [0.02, 9.0, 9.0], [2.01, 0.0, 1.0], "");
@@ -186,7 +188,8 @@ fn points_without_noise() {
     }
 }
 
-/// Points are where lines of sight end, with the noise that depths have; the wall is slanted by the angle to the axis.
+/// Points are the ends of the lines of sight, with the noise of the depths; the wall's incidence is the angle to the
+/// axis.
 #[test]
 fn points_and_angles_of_incidence() {
     let wall = cuboid("wall", [0.02, 9.0, 9.0], [2.01, 0.0, 1.0], "");
@@ -214,7 +217,7 @@ fn points_and_angles_of_incidence() {
     assert!((400..580).contains(&lost) && off > 2000, "{lost} {off}");
 }
 
-/// Presets are applied as they are declared: the first Kinect in a room.
+/// Applies presets as they are declared: the Kinects in front of a wall.
 #[test]
 fn kinects() {
     let wall = cuboid("wall", [0.02, 20.0, 20.0], [2.01, 0.0, 1.0], "");
@@ -229,19 +232,19 @@ fn kinects() {
         let n = seen.len() as f64;
         let mean = seen.iter().sum::<f64>() / n;
         let spread = (seen.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / n).sqrt();
-        // Steps of 2.85e-3 z^2 add a twelfth of their square.
+        // Steps of 2.85e-3 z^2 add a twelfth of their square to the variance.
         let steps = if preset == "kinect_v1" { 2.85e-3 * 4.0 / 12_f64.sqrt() } else { 0.0 };
         let wanted = sigma.hypot(steps);
         assert!((mean - 2.0).abs() < 3.0 * wanted / n.sqrt() + 1e-3, "{preset}: {mean}");
         assert!((spread / wanted - 1.0).abs() < 0.08, "{preset}: {spread}, not {wanted}");
-        // What is too far is seen, and not measured.
+        // A surface beyond the range is visible, but not measured.
         let wall = cuboid("wall", [0.02, 40.0, 40.0], [far + 0.5, 0.0, 1.0], "");
         let (z, _) = depths(&format!("{wall}{eye}"));
         assert!(z.iter().all(|z| *z == 0.0), "{preset}");
     }
 }
 
-/// Light is white, so a surface's channels keep their ratios; left of the middle is what lies at greater y.
+/// Light is white, so a surface's channels keep their ratios; greater y is on the left.
 #[test]
 fn colours_of_plates() {
     let left = cuboid("left", [0.02, 2.0, 2.0], [1.0, 1.0, 2.0], "color = [0.8, 0.4, 0.0]");
@@ -262,7 +265,7 @@ fn colours_of_plates() {
     }
 }
 
-/// The same scene on one thread and two gives the same bytes, and an image taken twice is the same.
+/// The same scene with one thread and two gives the same bytes, and two images of it are equal.
 #[test]
 fn images_do_not_depend_on_threads() {
     let scene = format!(

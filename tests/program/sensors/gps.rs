@@ -1,4 +1,4 @@
-//! Satellite receivers: the antenna's place and velocity, in the world and on Earth.
+//! Tests of satellite receivers: the antenna's position and velocity, in the world and on Earth.
 
 use crate::kit::*;
 
@@ -27,7 +27,7 @@ fn without_noise_the_position_is_the_mounts_to_the_last_bit() {
     for line in &lines {
         let [x, y, z]: [f64; 3] = line.object("/ball", "position");
         assert_eq!(field(line, "/ball/gps", "position"), [x, y, z]);
-        // The velocity is the way of the last step over its length of 0.05 s.
+        // The velocity is the distance of the last step over its length of 0.05 s.
         let [east, north, up] = field(line, "/ball/gps", "velocity");
         assert!(east == 0.0 && north == 0.0 && (up - (z - before) / 0.05).abs() < 1e-9, "{up}");
         assert_eq!(field(line, "/ball/gps", "valid"), [1.0]);
@@ -59,13 +59,14 @@ fn the_worlds_origin_lies_where_the_scene_says() {
     let [lat, lon, alt] = at(ORIGIN, "[0.0, 0.0, 0.0]");
     assert!((lat.to_degrees() - 48.1372).abs() < 1e-12 && (lon.to_degrees() - 11.5756).abs() < 1e-12);
     assert!((alt - 519.0).abs() < 1e-8);
-    // EPSG guidance note 7-2, method 9837: in the plane at 55°N 5°E 200 m this point is 53°48'33.820"N 2°07'46.380"E 73 m.
+    // EPSG guidance note 7-2, method 9837: in the plane at 55°N 5°E 200 m this point is 53°48'33.820"N 2°07'46.380"E 73
+    // m.
     let [lat, lon, alt] =
         at("origin = { lat_deg = 55.0, lon_deg = 5.0, alt_m = 200.0 }\n", "[-189013.869, -128642.040, -4220.171]");
     assert!((lat.to_degrees() - (53.0 + 48.0 / 60.0 + 33.820 / 3600.0)).abs() < 3e-8, "{}", lat.to_degrees());
     assert!((lon.to_degrees() - (2.0 + 7.0 / 60.0 + 46.380 / 3600.0)).abs() < 3e-8, "{}", lon.to_degrees());
     assert!((alt - 73.0).abs() < 2e-3, "{alt}");
-    // Nothing said: where Greenwich's meridian meets the equator.
+    // By default the origin is where Greenwich's meridian meets the equator.
     assert_eq!(at("", "[0.0, 0.0, 7.0]")[..2], [0.0, 0.0]);
 }
 
@@ -81,7 +82,7 @@ fn an_origin_that_is_not_on_earth_is_refused() {
     }
 }
 
-/// Position of a resting receiver at 10 20 30, step by step.
+/// Returns the positions of a resting receiver at (10, 20, 30), step by step.
 fn resting(keys: &str, steps: &str) -> Vec<Line> {
     let scene = format!("{ORIGIN}{}", receiver("", &format!("position_m = [10.0, 20.0, 30.0]\n{keys}")));
     Place::scene(&scene).trace(&["/gps"], &["--steps", steps])
@@ -95,18 +96,18 @@ fn v_reps_gps_is_off_by_a_shift_that_stays_and_noise_that_does_not() {
     for (axis, (noise, shift)) in [(0.1, 1.0), (0.1, 1.0), (0.05, 0.5)].into_iter().enumerate() {
         let errors: Vec<f64> = lines.iter().map(|l| field::<3>(l, "/gps", "position")[axis] - truth[axis]).collect();
         let (low, high) = errors.iter().fold((f64::MAX, f64::MIN), |(a, b), e| (a.min(*e), b.max(*e)));
-        // All of 400 uniform numbers within ±noise of one shift, and nearly as far apart as they can be.
+        // All of 400 uniform numbers are within ±noise of one shift, and their range is nearly the maximum.
         assert!(high - low <= 2.0 * noise + 1e-9 && high - low > 1.9 * noise, "axis {axis}: {low} to {high}");
         shifts[axis] = (low + high) / 2.0;
         assert!(shifts[axis].abs() <= shift + 1e-9 && shifts[axis] != 0.0, "axis {axis}: {}", shifts[axis]);
     }
-    // Drawn once for each axis.
+    // Drawn separately for each axis.
     assert!((shifts[0] - shifts[1]).abs() > 1e-3 && (shifts[1] - shifts[2]).abs() > 1e-3, "{shifts:?}");
 }
 
 #[test]
 fn latitude_and_longitude_are_those_of_the_noisy_position() {
-    // One millionth of a radian is 6.4 m: noise of 10 m would show at once.
+    // One millionth of a radian is 6.4 m: noise of 10 m would be evident.
     let (lat, lon) = (48.1372_f64.to_radians(), 11.5756_f64.to_radians());
     let (a, f) = (6_378_137.0, 1.0 / 298.257_223_563);
     let e2: f64 = f * (2.0 - f);

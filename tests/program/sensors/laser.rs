@@ -1,10 +1,10 @@
-//! Laser scanners against geometry: a scanner in a room whose walls are where they are written.
+//! Tests of laser scanners against the geometry of a rectangular room.
 
 use std::f64::consts::PI;
 
 use crate::kit::*;
 
-/// A room of 8 m x 6 m about the origin, its inner sides at x = ±4 and y = ±3; walls are white.
+/// Returns a room of 8 m x 6 m about the origin, its inner sides at x = ±4 and y = ±3; walls are white.
 fn room() -> String {
     let white = "color = [1.0, 1.0, 1.0]";
     [
@@ -16,7 +16,7 @@ fn room() -> String {
     .concat()
 }
 
-/// The scanner at the origin, half a metre up, looking along x with its +y up: +z ahead, +x to the left.
+/// Returns the scanner at the origin, half a metre up, pointing along x with its +y up: +z ahead, +x to the left.
 fn scanner(keys: &str) -> String {
     format!(
         "[[object]]\nkind = \"sensor\"\nalias = \"eye\"\nsensor = \"laser\"\nposition_m = [0.0, 0.0, 0.5]\n\
@@ -24,14 +24,14 @@ fn scanner(keys: &str) -> String {
     )
 }
 
-/// Distance to the room's wall along an azimuth from x, and the incidence there.
+/// Returns the distance to the room's wall along an azimuth from x, and the incidence there.
 fn wall(azimuth: f64) -> (f64, f64) {
     let (s, c) = azimuth.sin_cos();
     let (x, y) = (4.0 / c.abs(), 3.0 / s.abs());
     (x.min(y), if x < y { c.abs().acos() } else { s.abs().acos() })
 }
 
-/// A field of the scanner in the last line of a trace; what is not finite is infinity.
+/// Returns a field of the scanner in the last line of a trace; non-finite values are infinity.
 fn field(line: &Line, name: &str) -> Vec<f64> {
     let value = &line.0["readings"]["/eye"][format!("range_scan.{name}")];
     let all = value.as_array().unwrap_or_else(|| panic!("no {name}: {}", line.0["readings"]));
@@ -90,7 +90,7 @@ fn layers_meet_a_wall_where_their_elevation_says() {
     for (i, wanted) in [-10.0, -10.0, -10.0, 0.0, 0.0, 0.0, 10.0, 10.0, 10.0_f64].into_iter().enumerate() {
         assert!((elevation[i] - wanted.to_radians()).abs() < 1e-12);
         let azimuth = [-10.0, 0.0, 10.0_f64][i % 3].to_radians();
-        // The wall ahead is 4 m away and 2 m high; there is no floor, so beams that fall below it meet nothing.
+        // The wall ahead is 4 m away and 2 m high; there is no floor, so beams that pass below it meet nothing.
         let along = 4.0 / (azimuth.cos() * wanted.to_radians().cos());
         let height = 0.5 + along * wanted.to_radians().sin();
         if (0.0..=2.0).contains(&height) {
@@ -112,11 +112,11 @@ fn what_cannot_be_told_reads_as_nothing_or_as_the_range() {
     };
     let near = |d: &[f64], wanted: [f64; 2]| d.iter().zip(wanted).all(|(a, b)| *a == b || (a - b).abs() < 1e-6);
     assert!(near(&first_two("").0, [0.3, 3.0]));
-    // Too near: nothing, though a wall stands behind it, within range or not.
+    // The post is too near and gives no reading, although a wall is behind it, within range or not.
     let (distance, intensity) = first_two("min_range_m = 0.31");
     assert!(near(&distance, [f64::INFINITY, 3.0]) && intensity[0] == 0.0, "{distance:?}");
     assert!(near(&first_two("min_range_m = 0.31\nnone_as_max = true").0, [3.5, 3.0]));
-    // Where beams begin behind it, it is not there; the wall at 4 m is beyond the range.
+    // If beams begin behind the post, it is not seen; the wall at 4 m is beyond the range.
     assert!(near(&first_two("near_m = 0.45").0, [f64::INFINITY, 3.0]));
 }
 
@@ -140,7 +140,8 @@ fn v_reps_hokuyo_is_wrong_by_at_most_a_centimetre() {
     assert_eq!(distance.len(), 684);
     let errors: Vec<f64> = (0..684).map(|i| distance[i] - wall(angle[i]).0).collect();
     assert!(errors.iter().all(|e| e.abs() <= 0.01 + 1e-9), "{errors:?}");
-    // Uniform: a standard deviation of 10 mm / √3 = 5.77 mm; of 684 numbers it is known to 2 % or so, their mean to 0.22 mm.
+    // Uniform: a standard deviation of 10 mm / √3 = 5.77 mm; from 684 numbers it is known to about 2 %, their mean to
+    // 0.22 mm.
     let mean = errors.iter().sum::<f64>() / 684.0;
     let sigma = (errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / 684.0).sqrt();
     assert!(mean.abs() < 1e-3 && (sigma - 0.01 / 3_f64.sqrt()).abs() < 5e-4, "{mean} {sigma}");
@@ -151,7 +152,7 @@ fn a_real_hokuyo_tells_whole_millimetres_ten_times_a_second() {
     let place = Place::scene(&format!("{}{}", room(), scanner("preset = \"hokuyo_urg_04lx\"")));
     let lines = place.trace(&["/eye"], &["--steps", "8"]);
     let scans: Vec<Vec<f64>> = lines.iter().map(|l| field(l, "distance")).collect();
-    // Steps of 50 ms, so each scan stands for two of them.
+    // Steps of 50 ms, so each scan holds for two of them.
     let changes: Vec<bool> = scans.windows(2).map(|w| w[0] != w[1]).collect();
     assert_eq!(changes.iter().filter(|c| **c).count(), 3, "{changes:?}");
     assert!(!changes.windows(2).any(|w| w[0] && w[1]), "{changes:?}");
@@ -192,7 +193,7 @@ fn the_velodyne_has_sixteen_layers_all_around() {
         assert!((elevation[layer * 1808] - wanted).abs() < 1e-9, "layer {layer}: {}", elevation[layer * 1808]);
         assert_eq!(angle[layer * 1808..][..1808], angle[..1808]);
     }
-    // The layer 1 degree up meets the wall ahead; a hit there stands for the others.
+    // The layer 1 degree up meets the wall ahead; one hit there represents the others.
     let ahead = 8 * 1808 + 904;
     assert!(angle[ahead].abs() < 1e-9);
     let distance = field(&line, "distance")[ahead];
@@ -205,7 +206,7 @@ fn lost_beams_have_no_strength_and_read_as_the_range_where_asked() {
     let line = scan(&format!("{}{}", room(), scanner(keys)));
     let (distance, intensity) = (field(&line, "distance"), field(&line, "intensity"));
     let lost: Vec<usize> = (0..1000).filter(|i| distance[*i] == 9.0).collect();
-    // Half of them: 500, known to 16; five times that.
+    // Half of the beams: 500 with a standard deviation of 16; the tolerance is five times that.
     assert!((420..=580).contains(&lost.len()), "{}", lost.len());
     for i in 0..1000 {
         assert_eq!(intensity[i] == 0.0, lost.contains(&i), "beam {i}: {} m, {}", distance[i], intensity[i]);
@@ -223,7 +224,7 @@ fn a_scan_that_takes_its_time_is_bent_by_the_robots_motion() {
     let x = line.object::<3>("/eye", "position")[0];
     assert!((x - 0.5).abs() < 1e-9, "{x}");
     let distance = field(&line, "distance");
-    // Sent 0.2, 0.1 and 0 s ago: from 0.4 and 0.2 m further back. At 60 degrees the walls beside are met.
+    // Sent 0.2, 0.1 and 0 s ago: from 0.4 and 0.2 m further back. At 60 degrees the side walls are met.
     let beside = 3.0 / 60_f64.to_radians().sin();
     for (found, wanted) in distance.iter().zip([beside, 4.0 - (x - 0.2), beside]) {
         assert!((found - wanted).abs() < 1e-6, "{distance:?}: {wanted} m");
@@ -232,7 +233,7 @@ fn a_scan_that_takes_its_time_is_bent_by_the_robots_motion() {
 
 #[test]
 fn glass_is_there_for_sonars_and_not_for_lasers() {
-    // Ultrasonic only: 16.
+    // Detectable by ultrasonic sensors only: 16.
     let pane = cuboid("pane", [0.02, 1.0, 1.0], [1.01, 0.0, 0.5], "detectable_mask = 16");
     let sonar = "[[object]]\nkind = \"sensor\"\nalias = \"sonar\"\nsensor = \"proximity\"\nwaves = \"ultrasonic\"\n\
         range_m = 5.0\nposition_m = [0.0, 0.0, 0.5]\nquaternion = [0.5, 0.5, 0.5, 0.5]\n";

@@ -1,4 +1,4 @@
-//! Sensors against geometry written out, their noise, and what reading them may change: nothing.
+//! Tests of sensors against closed-form geometry, of their noise, and that reading them has no side effects.
 
 mod depth_camera;
 mod gps;

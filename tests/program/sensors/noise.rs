@@ -1,15 +1,15 @@
-//! Noise, rates and presets of sensors from outside: what a scene declares, what readers see. Its statistics are tested in
-//! the core; here stands whose numbers depend on what.
+//! Tests of noise, rates and presets of sensors: what a scene declares and what scripts read. Statistics are tested in
+//! the core; these tests check which settings affect which sensor's random numbers.
 
 use std::{fs, process::Command};
 
 use crate::kit::*;
 
-/// A wall 1 m ahead of sensors that look along x.
+/// A wall 1 m ahead of sensors that point along x.
 const WALL: &str = "[[object]]\nkind = \"shape\"\nalias = \"wall\"\nsize_m = [0.1, 40, 4]\nposition_m = [1.05, 0, 0]\n";
 const NOISY: &str = "noise.distance = { sigma = 0.01, walk = { sigma = 0.1, tau_s = 1 }, dropout = 0.1 }";
 
-/// A ray that looks along x.
+/// Returns a ray that points along x.
 fn eye(alias: &str, more: &str) -> String {
     format!(
         "[[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"{alias}\"\nvolume = \"ray\"\nrange_m = 5\n\
@@ -17,7 +17,7 @@ fn eye(alias: &str, more: &str) -> String {
     )
 }
 
-/// The distances that a sensor told, as bits.
+/// Returns the distances that a sensor reported, as bits.
 fn told(scene: &str, path: &str, args: &[&str]) -> Vec<u64> {
     let place = Place::scene(&format!("seed = 5\n{WALL}{scene}"));
     let lines = place.trace(&[path], &[&["--seconds", "2"], args].concat());
@@ -67,7 +67,7 @@ fn others_change_no_bit_of_a_sensors_noise() {
 #[test]
 fn zero_noise_is_exact_and_can_be_taken_away() {
     let exact = told(&eye("eye", ""), "/eye", &[]);
-    // The tests of beams say how exact 1 m is; here it is the same in each step.
+    // The tests of beams check the accuracy of 1 m; here it is the same in each step.
     assert!(exact.iter().all(|x| *x == exact[0]));
     let zero =
         "noise.distance = { sigma = [0, 0], uniform = 0, step = 0, walk = { sigma = 0, tau_s = 1 }, dropout = 0 }";
@@ -78,7 +78,7 @@ fn zero_noise_is_exact_and_can_be_taken_away() {
     assert_ne!(told(&eye("eye", ""), "/eye", &["--set", "/eye.noise={distance={sigma=0.1}}"]), exact);
 }
 
-/// A sensor that sees itself come nearer to the wall reads what it would have read `latency` before.
+/// A sensor that approaches the wall reads what it would have read `latency` earlier.
 #[test]
 fn a_ramp_is_seen_late_by_the_latency() {
     let drive = watcher(
@@ -94,13 +94,13 @@ fn a_ramp_is_seen_late_by_the_latency() {
     };
     let now = run("");
     assert!((now[0] - 1.0).abs() < 1e-9 && (now[20] - 0.9).abs() < 1e-9, "{now:?}");
-    // 0.05 s a step; what is not a whole number of steps is seen with the step after it.
+    // 0.05 s per step; a latency that is not a multiple of the step is rounded up to the next step.
     for (latency, steps) in [(0.05, 1), (0.2, 4), (0.12, 3)] {
         let late = run(&format!("noise.latency_s = {latency}"));
         assert!(late[..steps].iter().all(|x| *x == 0.0), "nothing is seen before");
         assert_eq!(late[steps..], now[..now.len() - steps], "latency {latency}");
     }
-    // With a rate of its own: measured each 0.2 s, seen 0.15 s later, between two measures.
+    // With a rate of its own: measured every 0.2 s, readable 0.15 s later, between two measurements.
     let late = run("rate_hz = 5\nnoise.latency_s = 0.15");
     for (i, x) in late.iter().enumerate().skip(3) {
         assert_eq!(*x, now[(i - 3) / 4 * 4], "step {i}");
@@ -121,7 +121,8 @@ fn a_sensor_with_a_rate_measures_when_a_period_begins() {
         assert_eq!(told.len(), steps, "{}", done.err);
         told
     };
-    // The first in the first step; after n steps, one for each period begun: floor(rate * time) + 1.
+    // The first measurement is in the first step; after n steps there is one for each period begun: floor(rate * time)
+    // + 1.
     for (rate, dt) in [(10.0, "0.05"), (4.0, "0.05"), (7.0, "0.05"), (30.0, "0.01"), (3.0, "0.07"), (100.0, "0.05")] {
         let told = counts(&format!("rate_hz = {rate}"), dt, script);
         let dt: f64 = dt.parse().unwrap();
@@ -131,7 +132,7 @@ fn a_sensor_with_a_rate_measures_when_a_period_begins() {
         }
     }
     assert_eq!(counts("", "0.05", script), (1..=200).collect::<Vec<_>>());
-    // A script that handles it measures at any time; a change of the rate counts from now on.
+    // A script that handles the sensor measures at any time; a change of the rate takes effect from now on.
     let handles = format!("{script}\nfunction sysCall_actuation() sim.handleProximitySensor(eye) end");
     let told = counts("rate_hz = 1", "0.05", &handles);
     assert_eq!((told[0], told[1], told[19], told[20]), (2, 3, 21, 23));
@@ -161,7 +162,7 @@ fn noise_is_state() {
     assert!(rest.len() > 20 && whole.ends_with(&rest), "{} lines", rest.len());
 }
 
-/// A kind of sensor with presets, right and wrong ones. It measures its gain times the time.
+/// A kind of sensor with presets, valid and invalid ones. It measures its gain times the time.
 const PLUGIN: &str = r#"
 #include "tatu.h"
 #include <stdlib.h>
@@ -219,7 +220,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof(tatu_plugin_t), .a
   .extension = extension};
 "#;
 
-/// A ramp with these keys, and a script.
+/// Creates a ramp with these keys, and a script.
 fn ramp(keys: &str, script: &str) -> Place {
     let sensor = format!("[[object]]\nkind = \"sensor\"\nsensor = \"ramp\"\nalias = \"ramp\"\n{keys}\n");
     let script = format!("function sysCall_init() ramp = sim.getObject('/ramp') end\n{script}");
@@ -233,7 +234,7 @@ fn ramp(keys: &str, script: &str) -> Place {
     place
 }
 
-/// What it reads in the step that begins at 1 s.
+/// Returns the reading in the step that begins at 1 s.
 fn at_one_second(place: &Place, args: &[&str]) -> f64 {
     let lines = place.trace(&["/ramp"], &[&["--steps", "21"], args].concat());
     lines[20].sensor("/ramp", "ramp.value")
@@ -241,13 +242,13 @@ fn at_one_second(place: &Place, args: &[&str]) -> f64 {
 
 #[test]
 fn a_preset_comes_before_the_objects_own_keys() {
-    // 5 + 2 t, 0.1 s late, on whole numbers: at 0.9 s 6.8, so 7.
+    // 5 + 2 t, 0.1 s late, rounded to whole numbers: at 0.9 s 6.8, so 7.
     let place = ramp("preset = \"steep\"", "");
     assert_eq!(at_one_second(&place, &[]), 7.0);
-    // Wherever it stands, what the object says itself wins; noise by fields.
+    // The object's own keys take precedence over the preset, in any order; noise is merged by field.
     let place = ramp("offset_m = 1\nnoise.value = { step = 0.25 }\npreset = \"steep\"\nrate_hz = 20", "");
     assert_eq!(at_one_second(&place, &[]), 2.75);
-    // `--set` comes after all that: the preset, too.
+    // `--set` is applied last, also to the preset.
     assert_eq!(at_one_second(&place, &["--set", "/ramp.preset=flat"]), 3.0);
     assert_eq!(at_one_second(&place, &["--set", "/ramp.preset=flat", "--set", "/ramp.gain=4"]), 7.0);
 }
@@ -330,7 +331,7 @@ fn presets_are_described() {
     }
 }
 
-/// A plugin's own random numbers depend on its sensor and on how often it has measured, and on nothing else.
+/// A plugin's own random numbers depend only on its sensor and on the number of its measurements.
 #[test]
 fn a_plugin_draws_by_key() {
     let place = ramp("", "");
@@ -349,7 +350,7 @@ fn a_plugin_draws_by_key() {
         ),
     );
     assert_eq!(drawn(&place), alone);
-    // Its noise is drawn from other numbers, and takes none of these.
+    // The sensor's noise comes from a separate stream of random numbers.
     place.write("scene.toml", &text.replace("alias = \"ramp\"\n", "alias = \"ramp\"\nnoise.value.sigma = 1\n"));
     assert_eq!(drawn(&place), alone);
 }

@@ -1,9 +1,9 @@
-//! The Pioneer's sonars against geometry written out: a plate in the cone, its nearest point that counts.
+//! Tests of the Pioneer's sonars against geometry: the nearest detectable point of a plate in the cone.
 //!
-//! Source of the ring and the cones: `tests/facts/pioneer.md`, 1 (30 degrees, tip 5 mm, threshold
-//! 0.05 m, at most 45 degrees between line of sight and surface normal; the model here allows 72 unless a scene says
-//! otherwise, its README tells why). The answer is found here by halving the faces
-//! of the plate until their pieces are too small to matter: nothing of the program's geometry is used.
+//! Source of the ring and the cones: `tests/facts/pioneer.md`, 1 (30 degrees, tip 5 mm, threshold 0.05 m, at most 45
+//! degrees between line of sight and surface normal; the model here allows 72 unless a scene says otherwise, for the
+//! reason in its README). The expected value is computed by halving the faces of the plate until the pieces are
+//! negligible; none of the program's geometry code is used.
 
 use crate::kit::*;
 
@@ -26,19 +26,19 @@ fn dot(a: V, b: V) -> f64 {
 fn add(a: V, b: V, s: f64) -> V {
     [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
 }
-/// `v` turned by the quaternion x y z w.
+/// Rotates `v` by the quaternion x y z w.
 fn turn([x, y, z, w]: [f64; 4], v: V) -> V {
     let cross = |a: V, b: V| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     let t = cross([x, y, z], v);
     add(add(v, t, 2.0 * w), cross([x, y, z], t), 2.0)
 }
-/// The quaternion of a turn about z by `yaw`, then about the turned y by `pitch`, rad.
+/// Returns the quaternion of a turn about z by `yaw`, then about the turned y by `pitch`, rad.
 fn heading(yaw: f64, pitch: f64) -> [f64; 4] {
     let ((s, c), (t, d)) = ((yaw / 2.0).sin_cos(), (pitch / 2.0).sin_cos());
     [-s * t, c * t, s * d, c * d]
 }
 
-/// What a cone sees: angles in rad, lengths in m.
+/// A sonar's cone: angles in rad, lengths in m.
 #[derive(Clone, Copy)]
 struct Cone {
     half: f64,
@@ -50,14 +50,14 @@ impl Cone {
     fn new(slant_deg: f64, far: f64) -> Self {
         Cone { half: 15f64.to_radians(), slant: slant_deg.to_radians(), far }
     }
-    /// The same, wider (or narrower) by so many degrees and so much farther.
+    /// Returns the cone enlarged (or reduced) by this angle and range.
     fn grown(self, degrees: f64, metres: f64) -> Self {
         let by = degrees.to_radians();
         Cone { half: self.half + by, slant: self.slant + by, far: self.far + metres }
     }
 }
 
-/// A thin box somewhere.
+/// A thin box at any pose.
 #[derive(Clone, Copy)]
 struct Plate {
     at: V,
@@ -66,7 +66,7 @@ struct Plate {
 }
 
 impl Plate {
-    /// Distance from `eye`, which looks along `ahead`, to the nearest point that counts.
+    /// Returns the distance from `eye`, which points along `ahead`, to the nearest detectable point.
     fn seen(&self, eye: V, ahead: V, cone: Cone) -> Option<f64> {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|a| turn(self.turned, a));
         let mut best = f64::INFINITY;
@@ -88,13 +88,13 @@ struct Face {
 }
 
 impl Face {
-    /// Looks at a piece of the face; `middle` counts from the eye.
+    /// Searches a piece of the face; `middle` is relative to the eye.
     fn halve(&self, middle: V, half: [f64; 2], best: &mut f64) {
         let (distance, reach) = (dot(middle, middle).sqrt(), f64::hypot(half[0], half[1]));
         if distance - reach >= best.min(self.cone.far) {
             return;
         }
-        // How far the piece may reach beside the direction of its middle.
+        // The angle that the piece may extend beyond the direction of its middle.
         let blur = if reach < distance { (reach / distance).asin() } else { std::f64::consts::PI };
         let aside = (dot(middle, self.ahead) / distance).clamp(-1.0, 1.0).acos();
         let slanted = (dot(middle, self.normal).abs() / distance).min(1.0).acos();
@@ -117,7 +117,7 @@ impl Face {
     }
 }
 
-/// Where a sonar is and looks, for a robot's position and quaternion.
+/// Returns the position and direction of a sonar for a robot's position and quaternion.
 fn eye(n: usize, at: V, turned: [f64; 4]) -> (V, V) {
     let [x, y, degrees] = RING[n - 1];
     let (s, c) = degrees.to_radians().sin_cos();
@@ -128,7 +128,7 @@ fn path(n: usize) -> String {
     format!("{ROBOT}/Pioneer_p3dx_visible/Pioneer_p3dx_ultrasonicSensor{n}")
 }
 
-/// Runs a held robot while a script puts the plate from place to place, one a step.
+/// Runs a static robot while a script moves the plate to its next place in each step.
 fn moved(plates: &[Plate], sonars: &[usize], model: &str) -> Vec<Line> {
     let size = plates[0].half.map(|h| 2.0 * h);
     let rows: Vec<String> = plates
@@ -155,7 +155,7 @@ fn moved(plates: &[Plate], sonars: &[usize], model: &str) -> Vec<Line> {
     Place::scene(&scene).trace(&watch, &["--steps", &plates.len().to_string()])
 }
 
-/// Compares all readings with the geometry; how many of them saw something.
+/// Compares all readings with the geometry; returns the number of detections.
 fn compare(plates: &[Plate], sonars: &[usize], model: &str, cone: Cone) -> usize {
     let (mut found, mut worst) = (0, 0.0);
     for (i, (line, plate)) in moved(plates, sonars, model).iter().zip(plates).enumerate() {
@@ -167,13 +167,13 @@ fn compare(plates: &[Plate], sonars: &[usize], model: &str, cone: Cone) -> usize
             let with = |degrees, metres| plate.seen(eye, ahead, cone.grown(degrees, metres));
             let what = || format!("step {i}, sonar {n}: {detected} {distance} m, geometry {exact:?}");
             match exact {
-                // Something nearer than 5 cm blinds a sonar.
+                // Objects nearer than 5 cm blind a sonar.
                 Some(d) if (0.049..0.051).contains(&d) => {}
                 Some(d) if d < 0.049 => assert!(!detected, "is not blind: {}", what()),
                 Some(d) if detected => {
                     let mut off = (d - distance).abs();
                     if off >= 0.001 {
-                        // At an edge: the size of the pieces blurs what counts by so much.
+                        // At an edge, the size of the pieces blurs the limit by this much.
                         let near = with(0.02, 0.0).map_or(0.0, |d| d - distance);
                         off = near.max(with(-0.02, 0.0).map_or(0.0, |d| distance - d)).max(0.0);
                     }
@@ -190,7 +190,8 @@ fn compare(plates: &[Plate], sonars: &[usize], model: &str, cone: Cone) -> usize
     found
 }
 
-/// Plates before a sonar: at a distance, so many degrees aside and up, turned and tilted from facing it.
+/// Returns a plate in front of a sonar: at a distance, offset sideways and up by angles, turned and tilted from facing
+/// it.
 fn before(n: usize, distance: f64, [aside, up]: [f64; 2], [turned, tilt]: [f64; 2], half: V) -> Plate {
     let (origin, _) = eye(n, [0.0, 0.0, 0.1388], [0.0, 0.0, 0.0, 1.0]);
     let (yaw, pitch) = ((RING[n - 1][2] + aside).to_radians(), -up.to_radians());
@@ -198,9 +199,10 @@ fn before(n: usize, distance: f64, [aside, up]: [f64; 2], [turned, tilt]: [f64; 
     Plate { at, turned: heading(yaw + turned.to_radians(), pitch + tilt.to_radians()), half }
 }
 
-/// `count` plates, strewn through the cones of all of some sonars, distances from 4 cm to a little beyond the range.
+/// Returns `count` plates distributed over the cones of some sonars, at distances from 4 cm to slightly beyond the
+/// range.
 fn strewn(count: usize, sonars: &[usize], range: f64, half: V) -> Vec<Plate> {
-    // Additive recurrence with the square roots of primes: fills the space evenly, with no generator.
+    // Additive recurrence with the square roots of primes: fills the space evenly without a random generator.
     let part = |i: usize, prime: f64| ((i + 1) as f64 * prime.sqrt()).fract();
     let spread = |i, prime, width: f64| (2.0 * part(i, prime) - 1.0) * width;
     (0..count)
@@ -231,7 +233,7 @@ fn a_longer_range_is_seen_to_its_end() {
 
 #[test]
 fn the_cone_ends_where_it_should() {
-    // A small plate at half a metre that faces the sonar, swept by a tenth of a degree a step, across and upwards.
+    // A small plate at half a metre that faces the sonar, swept by a tenth of a degree per step, across and upwards.
     const HALF: V = [0.0005, 0.01, 0.01];
     let edge = 15.0 + 0.01f64.atan2(0.5).to_degrees();
     for (n, upwards) in [(4, false), (5, true), (8, false), (16, true)] {

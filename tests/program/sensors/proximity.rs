@@ -1,6 +1,6 @@
-//! Proximity sensors: each volume, and what counts in it, against geometry written out.
+//! Tests of proximity sensors: each volume, and what is detectable in it, against closed-form geometry.
 //!
-//! The sensor stands at the origin and looks up, so its frame is the world's. Cones: `sonar.rs`.
+//! The sensor is at the origin and points up, so its frame is the world's. Cones are tested in `pioneer_sonar.rs`.
 
 use crate::kit::*;
 
@@ -8,7 +8,7 @@ fn eye(keys: &str) -> String {
     format!("[[object]]\nkind = \"sensor\"\nalias = \"eye\"\nsensor = \"proximity\"\n{keys}\n")
 }
 
-/// Distance that the sensor reads; `None`: it sees nothing.
+/// Returns the distance that the sensor reads; `None` if it detects nothing.
 fn read(scene: &str) -> Option<f64> {
     let line = Place::scene(scene).trace(&["/eye"], &["--steps", "2"]).pop().unwrap();
     let seen = line.sensor("/eye", "proximity.detected") == 1.0;
@@ -25,15 +25,15 @@ fn expect(keys: &str, things: &str, wanted: Option<f64>) {
     assert!(same, "{keys}: {found:?} instead of {wanted:?}");
 }
 
-/// A wall whose inner side is at x = `a`.
+/// Returns a wall whose inner side is at x = `a`.
 fn wall_x(a: f64) -> String {
     cuboid("wall", [0.1, 6.0, 6.0], [a + 0.05, 0.0, 0.0], "")
 }
-/// A wall whose inner side is at y = `a`.
+/// Returns a wall whose inner side is at y = `a`.
 fn wall_y(a: f64) -> String {
     cuboid("wall", [6.0, 0.1, 6.0], [0.0, a + 0.05, 0.0], "")
 }
-/// A plate 2 cm thick whose lower side is at z = `a`.
+/// Returns a plate 2 cm thick whose lower side is at z = `a`.
 fn plate(a: f64) -> String {
     cuboid("plate", [3.0, 3.0, 0.02], [0.0, 0.0, a + 0.01], "")
 }
@@ -56,7 +56,7 @@ fn a_pyramid_is_cut_off_flat_at_both_ends() {
     expect(keys, &wall_x(0.3), Some(0.3_f64.hypot(0.7)));
     expect(keys, &wall_y(0.2), Some(0.2_f64.hypot(0.7)));
     expect(keys, &wall_x(0.51), None);
-    // In a far corner, farther from the sensor than the far end is high.
+    // In a far corner, at a distance greater than the height of the far end.
     let corner = (0.45_f64.powi(2) + 0.2_f64.powi(2) + 1.15_f64.powi(2)).sqrt() - 0.01;
     assert!(corner > 1.2);
     expect(keys, &ball([0.45, 0.2, 1.15], 0.01), Some(corner));
@@ -70,7 +70,7 @@ fn a_cylinder_may_widen() {
     expect(straight, &wall_x(0.101), None);
     expect(straight, &wall_x(0.05), Some(0.05));
     let widening = "volume = \"cylinder\"\nnear_m = 0.2\nrange_m = 1.2\nradius_near_m = 0.1\nradius_far_m = 0.5";
-    // As the pyramid along x, and all around.
+    // As for the pyramid along x, in all directions.
     expect(widening, &wall_x(0.3), Some(0.3_f64.hypot(0.7)));
     expect(widening, &wall_y(0.3), Some(0.3_f64.hypot(0.7)));
     expect(widening, &plate(0.15), None);
@@ -94,7 +94,7 @@ fn a_disc_is_flat() {
     let block = |y: f64| cuboid("block", [1.0, 1.0, 0.1], [0.0, y + 0.5, 1.05], "");
     expect(keys, &block(0.04), Some(1_f64.hypot(0.04)));
     expect(keys, &block(0.06), None);
-    // 20 degrees to either side of ahead are left out.
+    // A gap of 20 degrees to either side of the axis.
     let gap = format!("{keys}\ngap_deg = 40.0");
     expect(&gap, &plate(1.0), Some(1.0 / 20_f64.to_radians().cos()));
 }
@@ -107,11 +107,12 @@ fn random_rays_lie_in_their_cone_and_change() {
     let mut read: Vec<f64> = run().iter().map(|l| l.sensor("/eye", "proximity.distance")).collect();
     let again: Vec<f64> = run().iter().map(|l| l.sensor("/eye", "proximity.distance")).collect();
     assert_eq!(read, again, "the same seed");
-    // The nearest of 200: all within 10 degrees, and hardly ever none within 3 (a chance of 0.91^200).
+    // The nearest of 200 rays: all within 10 degrees, and almost always one within 3 (none with a probability of
+    // 0.91^200).
     assert!(read.iter().all(|d| *d >= 1.0 - 1e-9 && *d <= 1.0 / 3_f64.to_radians().cos()), "{read:?}");
     read.dedup();
     assert_eq!(read.len(), 10, "each measure draws anew");
-    // Half of the cone is covered: about 100 rays meet it, known to 7.
+    // Half of the cone is covered: about 100 rays hit it, with a standard deviation of 7.
     let half = cuboid("half", [3.0, 3.0, 0.02], [1.5, 0.0, 1.01], "");
     let seen =
         |needed: u32| self::read(&format!("{}{half}", eye(&format!("{keys}\nsamples_needed = {needed}")))).is_some();
@@ -120,12 +121,12 @@ fn random_rays_lie_in_their_cone_and_change() {
 
 #[test]
 fn what_is_not_seen_hides_only_where_asked() {
-    // Only inner sides: of a box the far one, which its near one hides.
+    // Back faces only: the far side of a box, which its near side hides.
     let block = cuboid("block", [1.0, 1.0, 0.1], [0.0, 0.0, 0.55], "");
     let keys = "volume = \"cone\"\nangle_deg = 30.0\nrange_m = 2.0\nfront_faces = false";
     expect(keys, &block, Some(0.6));
     expect(&format!("{keys}\nocclusion = true"), &block, None);
-    // A plate that leans 60 degrees is too slanted, and hides the straight one above it.
+    // A plate that leans 60 degrees is too slanted, but hides the straight one above it.
     let leaning = cuboid("leaning", [0.02, 2.0, 0.8], [0.0, 0.0, 0.6], "orientation_deg = [0.0, 30.0, 0.0]");
     let keys = "volume = \"cone\"\nangle_deg = 10.0\nrange_m = 3.0\nmax_incidence_deg = 45.0";
     expect(keys, &format!("{leaning}{}", plate(1.5)), Some(1.5));
@@ -166,9 +167,9 @@ fn scripts_look_with_limits_of_their_own() {
             look(plate, 3 + 8, 0, 0.2), look(block, 3, 0.6, 0),
         }
         sim.addStatusbarMessage(table.concat(told, ' '))
-        -- Without limits of a script it is what it was.
+        -- Without limits of a script the sensor's own apply again.
         sim.addStatusbarMessage(string.format('%.3f', select(2, sim.handleProximitySensor(eye))))
-        -- 16: by ultrasonic sensors, 64: by lasers.
+        -- 16: detectable by ultrasonic sensors, 64: by lasers.
         sim.setObjectSpecialProperty(block, 64)
         assert(sim.getObjectSpecialProperty(block) & 0x1F0 == 64)
         sim.addStatusbarMessage(string.format('%.3f', select(2, sim.handleProximitySensor(eye))))
@@ -181,7 +182,8 @@ fn scripts_look_with_limits_of_their_own() {
     let place = Place::scene(&format!("{}{things}{script}", eye(keys)));
     let lines = place.trace(&[], &["--steps", "1"]);
     let told: Vec<&str> = lines.iter().flat_map(|l| l.status()).collect();
-    // The farther side of the plate is 1.52 m away; back faces only: of the block 0.6 m, which its front hides.
+    // The far side of the plate is 1.52 m away; with back faces only, that of the block is at 0.6 m, which its front
+    // hides.
     let wanted = ["0.500 0.600 nothing nothing 0.500 1.500 nothing 1.500 0.500", "0.500", "1.500", "0.500"];
     assert_eq!(told, wanted);
 }

@@ -1,10 +1,10 @@
-//! The V-REP way of scanning: a script turns a joint and lets a ray measure, many times in one call. What has moved is
-//! seen at once, whatever it was: the joint, the sensor's own body, a wall, or the wall's parent.
+//! Tests of scanning in the V-REP style: a script turns a joint and triggers a ray many times in one call. Every
+//! movement is visible at once, whether of the joint, the sensor's own body, a wall, or the wall's parent.
 
 use crate::kit::*;
 
-/// A ray on a joint on a body at (0, 0, 0.3), which looks along the joint's x axis; plates whose faces stand at
-/// x = 2, y = 3 and x = -4; the last hangs on a cart.
+/// Returns a ray on a joint on a body at (0, 0, 0.3) that points along the joint's x axis; plates whose faces are at x
+/// = 2, y = 3 and x = -4; the last is a child of a cart.
 fn scene(script: &str) -> String {
     let plates = [
         cuboid("ahead", [0.2, 4.0, 1.0], [2.1, 0.0, 0.5], ""),

@@ -1,11 +1,11 @@
-//! Sensors of V-REP's library as models: the objects that scripts ask for are there, and their scripts tell what the
-//! scene's geometry says.
+//! Tests of models of sensors from V-REP's library: the objects that scripts refer to exist, and their scripts report
+//! what the scene's geometry implies.
 //!
-//! Source: names, places and numbers of V-REP's models and of devices, `tests/facts/devices.md`.
+//! Source: names, positions and numbers of V-REP's models and of devices, `tests/facts/devices.md`.
 
 use crate::kit::*;
 
-/// A room of 6 x 4 m around the origin: where rays meet its walls.
+/// Returns a room of 6 x 4 m around the origin, whose walls rays meet.
 fn room() -> String {
     [
         cuboid("east", [0.2, 4.2, 1.0], [3.1, 0.0, 0.5], ""),
@@ -16,7 +16,7 @@ fn room() -> String {
     .concat()
 }
 
-/// In Lua: how far the walls are from `(x, y)` along an angle.
+/// Lua function that returns the distance to the walls from `(x, y)` along an angle.
 const WALLS: &str = "
     local function wall(x, y, angle)
         local c, s = math.cos(angle), math.sin(angle)
@@ -34,7 +34,7 @@ fn placed(model: &str, at: [f64; 3], more: &str) -> String {
 
 #[test]
 fn the_scanner_tells_its_points_by_tube_signal_graph_and_file() {
-    // 361 points over 180 degrees, 2 a degree; beam i looks to -90 + i / 2 degrees; points are relative to the
+    // 361 points over 180 degrees, 2 per degree; beam i points to -90 + i / 2 degrees; points are relative to the
     // scanner.
     let reader = "
         function sysCall_init()
@@ -98,7 +98,8 @@ fn parameters_of_a_model_are_those_of_its_script_and_others_may_set_them() {
 
 #[test]
 fn the_hokuyo_turns_ten_times_a_second() {
-    // 512 of 1024 directions a step; 684 of them look: 512 points, then 172, and after each turn all distances.
+    // 512 of 1024 directions per step, of which 684 are measured: 512 points, then 172, and after each turn all
+    // distances.
     let reader = "
         function sysCall_init()
             for _, part in ipairs({ 'body', 'joint', 'laser' }) do
@@ -141,8 +142,8 @@ fn errors_of_the_hokuyo_are_spread_evenly_over_a_centimetre_to_either_side() {
         function sysCall_cleanup()
             local n = #errors
             if n < 20000 then error('only ' .. n .. ' errors') end
-            -- Of a uniform number from -1 to 1: mean 0, variance 1/3; 4 standard errors. Kolmogorov-Smirnov: 1.95 / sqrt(n)
-            -- is passed by chance once in a thousand.
+            -- A uniform number from -1 to 1 has mean 0 and variance 1/3; the tolerance is 4 standard errors. The
+            -- Kolmogorov-Smirnov bound 1.95 / sqrt(n) is exceeded by chance once in a thousand.
             local sum, squares, worst = 0, 0, 0
             table.sort(errors)
             for i, e in ipairs(errors) do
@@ -162,7 +163,7 @@ fn errors_of_the_hokuyo_are_spread_evenly_over_a_centimetre_to_either_side() {
     Place::scene(&text).run(&["--seconds", "4"]).good();
 }
 
-/// What a GPS tells in a run: three numbers a step, by signals and by the tube.
+/// Returns the output of a GPS in a run: three numbers per step, through signals and the tube.
 fn gps(model: &str, scene: &str) -> Vec<[f64; 3]> {
     let reader = "
         function sysCall_init() tube = sim.tubeOpen(0, 'gpsData' .. sim.getNameSuffix(nil), 1) sim.getObjectHandle('GPS_reference') end
@@ -193,7 +194,7 @@ fn a_gps_without_errors_tells_its_place_and_with_them_is_off_by_as_much_as_v_rep
     });
     for (run, mean) in runs.iter().zip(&means) {
         for k in 0..3 {
-            // The mean of 400 is off the shift by 4 standard errors at most.
+            // The mean of 400 differs from the shift by 4 standard errors at most.
             let error = 4.0 * noise[k] / 3f64.sqrt() / 20.0;
             assert!(mean[k].abs() <= shift[k] + error, "{mean:?}");
             let far = run.iter().map(|p| (p[k] - truth[k] - mean[k]).abs()).fold(0.0, f64::max);
@@ -221,9 +222,9 @@ fn the_course_shows_a_gps_with_its_error_and_without() {
 
 #[test]
 fn the_fast_hokuyo_tells_the_walls_in_all_its_pixels() {
-    // Two cameras of 256 pixels and 120 degrees each, from -120 to 120 degrees, to 5 m; column k of a camera looks to
-    // atan((2 (k + 0.5) / 256 - 1) tan 60): tests/facts/devices.md. The row of pixels has a height of its own, but
-    // walls are upright: points lie on them, whatever they are called.
+    // Two cameras of 256 pixels and 120 degrees each, from -120 to 120 degrees, to 5 m; column k of a camera points to
+    // atan((2 (k + 0.5) / 256 - 1) tan 60): tests/facts/devices.md. The row of pixels is not at the same height, but
+    // walls are vertical: all points are on them.
     let reader = "
         function sysCall_init()
             for _, part in ipairs({ 'body', 'joint1', 'joint2', 'sensor1', 'sensor2', 'ref' }) do
@@ -259,8 +260,8 @@ fn the_fast_hokuyo_tells_the_walls_in_all_its_pixels() {
 
 #[test]
 fn the_kinect_sees_a_plate_in_front_of_it() {
-    // V-REP's kinect-color-point-cloud: the cameras stand 29.2 mm before and 53.0 mm above the ground of the model,
-    // look along +y, 640 x 480 pixels, 57 degrees along the longer side (f 589.4 pixels), 0.01 to 3.5 m.
+    // V-REP's kinect-color-point-cloud: the cameras are 29.2 mm before and 53.0 mm above the model's origin and point
+    // along +y, 640 x 480 pixels, 57 degrees along the longer side (f 589.4 pixels), 0.01 to 3.5 m.
     let plate = cuboid("plate", [0.4, 0.1, 0.2], [0.5 - 0.0141, 2.05, 0.5 + 0.053], "color = [1.0, 0.0, 0.0]");
     let reader = "
         function sysCall_init()
@@ -273,7 +274,7 @@ fn the_kinect_sees_a_plate_in_front_of_it() {
             same(resolution[2], 480, 0, 'rows')
             local depths = sim.getVisionSensorDepthBuffer(depth)
             local image = sim.getVisionSensorCharImage(rgb)
-            -- The face is 2 - 0.0292 m away: as many pixels as the plate is wide and high there.
+            -- The face is 2 - 0.0292 m away: the number of pixels follows from the plate's width and height there.
             local z, f = 2 - 0.029248, 320 / math.tan(math.rad(57) / 2)
             local wide, high = {}, {}
             local seen, sum = 0, 0
@@ -322,7 +323,7 @@ fn the_course_saves_what_the_kinect_sees_at_a_key() {
     let lines = place.lines("trace.jsonl");
     let told: Vec<_> = lines.iter().flat_map(Line::status).collect();
     assert_eq!(told.iter().filter(|t| t.starts_with("saved")).count(), 2, "{told:?}");
-    // The can's side is 60 mm before its middle, the camera 29.2 mm before the model's: -0.2 - 0.06 + 2 - 0.029248 m.
+    // The can's side is 60 mm before its centre, the camera 29.2 mm before the model's: -0.2 - 0.06 + 2 - 0.029248 m.
     assert_eq!(told.iter().filter(|t| **t == "the middle is 1.711 m away").count(), 4, "{told:?}");
     for name in ["kinect_1_rgb.png", "kinect_1_depth.png", "kinect_2_rgb.png", "kinect_2_depth.png"] {
         let bytes = std::fs::read(place.path().join(name)).unwrap();

@@ -1,10 +1,10 @@
-//! Vision sensors through the names of the V-REP API: what they see of a scene whose geometry is written out.
+//! Tests of vision sensors through the V-REP API: their images of scenes with known geometry.
 //!
 //! Source: `tests/facts/script-api.md`, 4.
 
 use crate::kit::*;
 
-/// A camera at (0, 0, 1) that looks along x with z up, 16 x 12 pixels, 0.5 to 2.5 m.
+/// Returns a camera at (0, 0, 1) that points along x with z up, 16 x 12 pixels, 0.5 to 2.5 m.
 fn camera(script: &str) -> String {
     format!(
         "[[object]]\nkind = \"sensor\"\nalias = \"eye\"\nsensor = \"depth_camera\"\ncolumns = 16\nrows = 12\n\
@@ -13,7 +13,7 @@ fn camera(script: &str) -> String {
     )
 }
 
-/// Runs scripts of the camera before a wall whose face lies at 1 m and fills the lower half of the image.
+/// Runs scripts of the camera in front of a wall whose face is at 1 m and fills the lower half of the image.
 fn see(script: &str) -> Done {
     let wall = cuboid("wall", [0.02, 6.0, 3.0], [1.01, 0.0, -0.5], "");
     Place::scene(&format!("{}{wall}", camera(script))).run(&["--steps", "3"])
@@ -68,7 +68,7 @@ fn old_names_give_tables() {
     .good();
 }
 
-/// Half of the image at 0.25, half at 1: mean 0.625. Intensities lie between those of the three colours.
+/// Half of the image at 0.25, half at 1: mean 0.625. Intensities are between those of the three colours.
 #[test]
 fn the_packet_of_fifteen() {
     see("function sysCall_init() eye = sim.getObject('/eye') end
@@ -91,7 +91,7 @@ fn the_packet_of_fifteen() {
     .good();
 }
 
-/// One entity alone: without the wall nothing is seen.
+/// Restricts detection to one entity: without the wall nothing is seen.
 #[test]
 fn one_entity_is_looked_at() {
     see("function sysCall_sensing()
@@ -131,7 +131,7 @@ fn parameters_by_number() {
     .good();
 }
 
-/// What `sysCall_vision` is told, and what becomes of its answer.
+/// Arguments of `sysCall_vision`, and the effect of its return value.
 #[test]
 fn scripts_look_at_the_image() {
     see("function sysCall_init() eye = sim.getObject('/eye') end
@@ -155,7 +155,7 @@ fn scripts_look_at_the_image() {
     .good();
 }
 
-/// In the sensing stage they are called by themselves, before `sysCall_sensing`.
+/// In the sensing stage `sysCall_vision` is called automatically, before `sysCall_sensing`.
 #[test]
 fn scripts_are_told_of_each_image() {
     let wall = cuboid("wall", [0.02, 6.0, 3.0], [1.01, 0.0, -0.5], "");
@@ -183,7 +183,7 @@ fn scripts_are_told_of_each_image() {
     }
 }
 
-/// An image from elsewhere takes the place of what was seen, until the next one is taken.
+/// An image set by a script replaces the captured one until the next one is captured.
 #[test]
 fn images_from_elsewhere() {
     see("function sysCall_init() eye = sim.getObject('/eye') end
@@ -203,8 +203,8 @@ fn images_from_elsewhere() {
     .good();
 }
 
-/// A scanner as the 2015 models have it: depths become coordinates (filter 35), read as `r, t, u`. A wall at 1 m
-/// ahead of 16 columns: x = slope * 1 m, z = 1 m, in the middle row of three.
+/// A scanner as in the 2015 models: depths become coordinates (filter 35), read as `r, t, u`. A wall at 1 m ahead of 16
+/// columns: x = slope * 1 m, z = 1 m, in the middle row of three.
 #[test]
 fn chains_of_filters_tell_coordinates() {
     let wall = cuboid("wall", [0.02, 6.0, 6.0], [1.01, 0.0, 1.0], "");
@@ -231,8 +231,8 @@ fn chains_of_filters_tell_coordinates() {
     Place::scene(&format!("{eye}{wall}")).run(&["--steps", "3"]).good();
 }
 
-/// A script of 2015 that writes what a Kinect sees when the key w is pressed: 119 is its code, 6 the
-/// message of a key (tests/facts/script-api.md, 5). The wall fills the lower half at 0.25 of the way.
+/// A script of 2015 that writes what a Kinect sees when the key w is pressed: 119 is its code, 6 the message of a key
+/// (tests/facts/script-api.md, 5). The wall fills the lower half, at a normalized depth of 0.25.
 #[test]
 fn a_key_captures_depths_and_colours() {
     let wall = cuboid("wall", [0.02, 6.0, 3.0], [1.01, 0.0, -0.5], "");
@@ -305,7 +305,7 @@ fn readings_as_tables_and_files() {
     let file = |name: &str| std::fs::read(place.path().join(name)).unwrap();
     let pgm = file("depth.pgm");
     assert!(pgm.starts_with(b"P5\n16 12\n65535\n"));
-    // Nothing is above, the wall at 1000 mm below.
+    // The upper half is empty; the wall is at 1000 mm in the lower half.
     let data = &pgm[pgm.len() - 2 * 192..];
     let mm = |i: usize| u16::from_be_bytes([data[2 * i], data[2 * i + 1]]);
     assert_eq!((mm(0), mm(95), mm(96), mm(191)), (0, 0, 1000, 1000));
@@ -322,8 +322,8 @@ fn what_is_no_vision_sensor_is_refused() {
     assert!(errors[0].to_string().contains("is not a vision sensor"), "{errors:?}");
 }
 
-/// Six cameras of 90 degrees at one place, with walls around them at distances that tell them apart: the image of all
-/// around shows each wall where it is, from left to right and from the bottom to the top.
+/// Six cameras of 90 degrees at one place, with walls around them at different distances: the panorama shows each wall
+/// in its direction, from left to right and from the bottom to the top.
 #[test]
 fn six_sensors_make_an_image_of_all_around() {
     let mut scene = String::new();
@@ -334,7 +334,7 @@ fn six_sensors_make_an_image_of_all_around() {
             sides[0], sides[1]
         )
     };
-    // z is where they look, y is up in the image: ahead is +x of the world, left +y, up +z.
+    // z is the viewing direction, y is up in the image: ahead is +x of the world, left +y, up +z.
     for (alias, orientation) in [
         ("front", [0, 90, 90]),
         ("top", [0, 0, -90]),
@@ -376,9 +376,9 @@ fn six_sensors_make_an_image_of_all_around() {
             near(at(6, 2), 4)
             near(at(4, 4), 5)
             near(at(4, 0), 6)
-            -- At 45 degrees it is farther by the root of 2.
+            -- At 45 degrees the distance is greater by the square root of 2.
             near(at(4, 3), math.sqrt(2))
-            -- One angle, seen by the front sensor alone: the others are not handled.
+            -- A single angle, covered by the front sensor alone: the others are not handled.
             sim.resetVisionSensor(six[3])
             assert(simVision.handleSpherical(-1, six, math.pi / 3, 0.1, far) == 1)
             assert(sim.readVisionSensor(six[3]) == -1)

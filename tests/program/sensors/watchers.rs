@@ -1,8 +1,9 @@
-//! Sensors only watch: a world with them is the same world, to the last bit.
+//! Tests that sensors do not affect the simulation: a world with sensors equals one without, to the last bit.
 
 use crate::kit::*;
 
-/// A Pioneer that turns away from what its sonars see, with chance in its script, among boxes that it pushes.
+/// Returns a Pioneer that turns away from obstacles by its sonars, with random numbers in its script, among boxes that
+/// it pushes.
 fn scene() -> String {
     let script = "
         function sysCall_init()
@@ -28,7 +29,7 @@ fn sensor(kind: &str, more: &str) -> String {
     )
 }
 
-/// The lines of a trace with the hashes of all objects.
+/// Returns the lines of a trace with the hashes of all objects.
 fn ran(text: &str, threads: &str) -> Vec<Line> {
     Place::scene(text).trace(&[], &["--seconds", "4", "--hashes", "--threads", threads])
 }
@@ -53,7 +54,7 @@ fn a_world_with_sensors_added_has_the_same_hash() {
 
 #[test]
 fn a_world_with_devices_added_has_the_same_objects_beside_them() {
-    // What a device adds are objects with places: these stand in the hash, under their own paths.
+    // Devices consist of objects, which enter the hash under their own paths.
     let plain = ran(&scene(), "1");
     let models = ["laser_scanner_2d", "hokuyo", "gps"]
         .map(|m| format!("[[model]]\nmodel = \"{m}\"\nparent = \"/Pioneer_p3dx\"\nposition_m = [0.1, 0.0, 0.15]\n"));

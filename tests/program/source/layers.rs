@@ -1,4 +1,5 @@
-//! Layers: no circle of imports among the files of a crate. (Cargo itself allows none among crates.)
+//! Tests of the layers: there is no cycle of imports among the files of a crate. (Cargo itself allows none among
+//! crates.)
 
 use std::{
     collections::BTreeMap,
@@ -9,11 +10,11 @@ use std::{
 use super::imports::{Imports, circles, imports};
 use crate::kit::*;
 
-/// Circles that are meant, with the reason. None has more than three files.
+/// Intentional cycles, with the reason. None has more than three files.
 const MEANT: [(&[&str], &str); 0] = [];
 const MOST_FILES: usize = 3;
 
-/// The source folders of all crates that are not tests.
+/// Returns the source folders of all crates that are not tests.
 fn sources() -> Vec<PathBuf> {
     fn find(folder: &Path, out: &mut Vec<PathBuf>) {
         for entry in fs::read_dir(folder).unwrap() {
@@ -36,7 +37,7 @@ fn short(path: &Path) -> String {
     path.strip_prefix(root()).unwrap_or(path).display().to_string().replace('\\', "/")
 }
 
-/// A circle as text: what each of its files takes from the others.
+/// Formats a cycle: the name that each of its files takes from the others.
 fn told(circle: &[PathBuf], all: &Imports) -> String {
     let line = |file: &PathBuf| {
         let takes = all[file].iter().filter(|(to, _)| circle.contains(to));
@@ -111,7 +112,7 @@ fn nothing_in_the_core_imports_pictures() {
     }
 }
 
-/// The modules that the head of a file lists: names in backticks that begin an entry, up to its colon.
+/// Returns the modules that the head of a file lists: names in backticks that begin an entry, up to its colon.
 fn listed(head: &str) -> Vec<String> {
     let items = head.split("\n- ").skip(1).map(|item| item.split("\n\n").next().unwrap_or(item));
     let parts = items.flat_map(|item| item.split(';')).filter_map(|part| part.split_once(':').map(|(names, _)| names));

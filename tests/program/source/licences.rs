@@ -1,13 +1,13 @@
-//! Licences of all dependencies are among those that `deny.toml` allows.
+//! Tests that the licences of all dependencies are among those that `deny.toml` allows.
 
 use std::{fs, process::Command};
 
 use crate::kit::*;
 
-/// Whether an expression such as `MIT OR Apache-2.0` has an alternative of which all parts are allowed.
+/// Returns whether an expression such as `MIT OR Apache-2.0` has an alternative of which all parts are allowed.
 fn is_allowed(expression: &str, allowed: &[String]) -> bool {
     let plain = expression.replace('/', " OR ").replace(['(', ')'], "");
-    // `(A OR B) AND C` without its brackets: every part must then be allowed on its own.
+    // In `(A OR B) AND C` with the parentheses removed, every part must be allowed on its own.
     if expression.contains('(') {
         return plain.split(" OR ").flat_map(|p| p.split(" AND ")).all(|p| allowed.iter().any(|a| a == p.trim()));
     }

@@ -1,4 +1,4 @@
-//! The source tree itself: layers, names, lengths.
+//! Tests of the source tree: layers, names, lengths.
 
 mod imports;
 mod layers;

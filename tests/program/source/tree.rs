@@ -1,4 +1,4 @@
-//! The source tree: the core knows no plugin, every plugin is in the manifest, files stay short and portable.
+//! Tests of the source tree: the core names no plugin, every plugin is in the manifest, files are short and portable.
 
 use std::{
     fs,
@@ -7,8 +7,8 @@ use std::{
 
 use crate::kit::*;
 
-/// What no file of the core may name: kinds of sensors, robots, script languages, and the script API of V-REP. (V-REP
-/// itself may be named, as the source of a convention or number.)
+/// Words that may not occur in the core: kinds of sensors, robots, script languages, and the script API of V-REP.
+/// (V-REP itself may be named, as the source of a convention or number.)
 #[rustfmt::skip]
 const FOREIGN: [&str; 28] = [
     "sonar", "ultrasonic", "proximity", "laser", "lidar", "gps", "hokuyo", "kinect", "gyro",
@@ -18,7 +18,7 @@ const FOREIGN: [&str; 28] = [
     "sysCall", "sim_call_type", "simGet", "simSet", "simRead",
 ];
 
-/// Files below a folder, without what cargo and git make.
+/// Returns the files below a folder, without what cargo and git create.
 pub fn files(folder: &Path) -> Vec<PathBuf> {
     let mut out = Vec::new();
     let mut entries: Vec<_> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
@@ -45,12 +45,12 @@ fn is_letter(c: Option<char>) -> bool {
     c.is_some_and(|c| c.is_ascii_alphabetic())
 }
 
-/// Whether a line has a word: `lua` in `lua_state` and `.lua`, not in `evaluate`.
+/// Returns whether a line contains a word: `lua` in `lua_state` and `.lua`, not in `evaluate`.
 fn has_word(line: &str, word: &str) -> bool {
     let line = line.to_lowercase();
     line.match_indices(&word.to_lowercase()).any(|(at, w)| {
         let (before, behind) = (line[..at].chars().next_back(), line[at + w.len()..].chars().next());
-        // Beginnings of functions go on with anything.
+        // Prefixes of function names may be followed by anything.
         !is_letter(before) && (word.starts_with("sim") || word == "sysCall" || !is_letter(behind))
     })
 }
@@ -67,7 +67,7 @@ fn the_core_names_no_sensor_robot_language_or_script_function() {
     let sources = files(&root().join("core")).into_iter().filter(|f| f.extension().is_some_and(|e| e == "rs"));
     for file in sources {
         for (i, line) in fs::read_to_string(&file).unwrap().lines().enumerate() {
-            // The path of an example scene in a doc comment is the one thing that may.
+            // The only exception is the path of an example scene in a doc comment.
             let line = if line.trim_start().starts_with("//") { without_scene_paths(line) } else { line.to_owned() };
             for word in FOREIGN.iter().filter(|w| has_word(&line, w)) {
                 found.push(format!("{}:{}: `{word}` in: {}", short(&file), i + 1, line.trim()));
@@ -88,7 +88,7 @@ fn every_plugin_is_in_the_manifest() {
     for kind in folders(&root().join("plugins")) {
         for plugin in folders(&kind).into_iter().filter(|p| p.join("Cargo.toml").exists()) {
             let text = fs::read_to_string(plugin.join("Cargo.toml")).unwrap();
-            // What plugins share is no plugin.
+            // Crates that plugins share are not plugins.
             if !text.contains("cdylib") {
                 continue;
             }
@@ -130,11 +130,11 @@ fn the_architecture_page_names_every_top_folder() {
 
 #[test]
 fn no_file_is_longer_than_one_reads() {
-    // A file can be read in one sitting. The C header is the exception: it is the manual.
+    // Files must be short enough to read at once. The C header is the exception: it is the manual.
     for file in files(root()) {
         let name = short(&file).replace('\\', "/");
         let Ok(text) = fs::read_to_string(&file) else { continue };
-        // The manual is one file, and its frozen copies are copies.
+        // The manual is one file, and so are its frozen copies.
         if !name.ends_with("/tatu.h") {
             assert!(text.lines().count() <= 700, "{name} has {} lines: divide it", text.lines().count());
         }
@@ -143,14 +143,14 @@ fn no_file_is_longer_than_one_reads() {
 
 #[test]
 fn nothing_depends_on_where_it_lies() {
-    // Written in two halves, so that this file does not hold them.
+    // Written in two halves, so that this file does not contain them.
     let places = [("/wo", "rk/"), ("/ho", "me/"), ("/Us", "ers/"), ("/tm", "p/"), ("/ro", "ot/"), ("C:", "\\\\")]
         .map(|(a, b)| format!("{a}{b}"));
     for file in files(root()) {
         let Ok(text) = fs::read_to_string(&file) else { continue };
         for (i, line) in text.lines().enumerate() {
             for place in places.iter().filter(|p| line.contains(p.as_str())) {
-                // A path inside another one is none of the machine's.
+                // The same text inside a longer path is not a path of this machine.
                 let at = line.find(place.as_str()).unwrap();
                 let before = line[..at].chars().next_back();
                 assert!(before.is_some_and(|c| c.is_alphanumeric() || c == '.'), "{}:{}: {line}", short(&file), i + 1);
@@ -161,7 +161,7 @@ fn nothing_depends_on_where_it_lies() {
 
 #[test]
 fn abi_stable_stays_in_one_file() {
-    // docs/decisions: abi_stable guards the layouts of the frozen types, and those only.
+    // docs/decisions: abi_stable guards the layouts of the frozen types, and only those.
     let uses = |f: &PathBuf| {
         f.extension().is_some_and(|e| e == "rs") && fs::read_to_string(f).unwrap().contains("abi_stable::")
     };
@@ -172,7 +172,7 @@ fn abi_stable_stays_in_one_file() {
 
 #[test]
 fn every_dependency_has_its_reason() {
-    // A comment above each; our own crates need none.
+    // Each dependency needs a comment above it, except our own crates.
     let text = fs::read_to_string(root().join("Cargo.toml")).unwrap();
     let table = text.split("[workspace.dependencies]").nth(1).unwrap().split("\n[").next().unwrap();
     let mut has_reason = false;

@@ -1,11 +1,12 @@
-//! Little address space, as clusters and `ulimit -v` give it: the same bits, or a word.
+//! Tests with a limited address space, as clusters and `ulimit -v` impose it: the results are the same, or an error is
+//! reported.
 #![cfg(target_os = "linux")]
 
 use std::process::Command;
 
 use crate::kit::*;
 
-/// Scripts that go through tables whose keys are tables.
+/// Creates scripts that iterate over tables whose keys are tables.
 fn scene(scripts: usize) -> Place {
     let script = "
         function sysCall_init()
@@ -18,7 +19,7 @@ fn scene(scripts: usize) -> Place {
     Place::scene(&(0..scripts).map(|i| watcher(&format!("w{i}"), script)).collect::<String>())
 }
 
-/// The lines of the scripts with so much address space, MB, and standard error.
+/// Runs the scripts with this much address space (MB); returns their lines, and the result of the run.
 fn orders(place: &Place, mb: usize) -> (Vec<String>, Done) {
     let line = format!("ulimit -v {}; exec \"$0\" run scene.toml --steps 2", mb << 10);
     let output = Command::new("sh").args(["-c", &line]).arg(program()).current_dir(place.path()).output().unwrap();
@@ -63,7 +64,7 @@ fn a_strict_run_takes_no_warnings() {
     assert!(err.contains("too little address space") && err.contains("error[E123]"), "{err}");
     let done = place.run(&["--steps", "2", "--strict"]).good();
     assert_eq!(done.json()["warnings"], serde_json::json!([]));
-    // One that comes while it runs.
+    // A warning during the run.
     let place = Place::scene(&watcher(
         "d",
         "function sysCall_actuation() sim.addLog(sim.verbosity_warnings, 'low battery') end",
@@ -74,7 +75,7 @@ fn a_strict_run_takes_no_warnings() {
     place.run(&["--steps", "2"]).good();
 }
 
-/// Scripts reserve address space until little is left; the rest of the program needs some, too.
+/// Scripts reserve address space until little is left, but the rest of the program needs some, too.
 #[test]
 fn reservations_of_scripts_leave_room_for_the_rest() {
     let place = scene(12);
@@ -88,7 +89,7 @@ fn reservations_of_scripts_leave_room_for_the_rest() {
     }
 }
 
-/// An image for which there is no memory is an error of its sensor.
+/// An image that does not fit into memory is an error of its sensor.
 #[test]
 fn an_image_that_does_not_fit_is_told() {
     let camera =

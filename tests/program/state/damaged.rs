@@ -1,11 +1,12 @@
-//! Damaged files of each kind that is read back: refused or run, never a panic, never without a word. The long form, with
-//! thousands of files, is the same test: `TATU_DAMAGED=10000 cargo test --release --test program damaged`.
+//! Tests of damaged files of each kind that is read back: they are refused or run, but never panic or go unreported.
+//! The long form, with thousands of files, is the same test: `TATU_DAMAGED=10000 cargo test --release --test program
+//! damaged`.
 
 use std::fs;
 
 use crate::kit::*;
 
-/// Numbers that look like chance, the same in every run.
+/// A pseudo-random generator with a fixed sequence.
 struct Dice(u64);
 
 impl Dice {
@@ -15,7 +16,7 @@ impl Dice {
         self.0 ^= self.0 << 17;
         (self.0 % n.max(1) as u64) as usize
     }
-    /// A file with something cut out, doubled, flipped or overwritten.
+    /// Returns a file with something cut out, duplicated, flipped or overwritten.
     fn damage(&mut self, whole: &[u8]) -> Vec<u8> {
         let mut bytes = whole.to_vec();
         for _ in 0..=self.below(3) {
@@ -36,7 +37,7 @@ impl Dice {
     }
 }
 
-/// How many of something: more in the long form.
+/// Returns the number of repetitions: more in the long form.
 fn times(few: usize) -> usize {
     std::env::var("TATU_DAMAGED").ok().and_then(|n| n.parse().ok()).unwrap_or(few)
 }
@@ -79,13 +80,13 @@ fn damaged_files_are_refused_or_run() {
             assert!((0..=2).contains(&done.code), "{file}: exit {}\n{}", done.code, done.err);
             assert!(!done.err.contains("panicked"), "{file}: {}", done.err);
             assert!(done.code == 0 || !(done.err.clone() + &done.out).trim().is_empty(), "{file}: without a word");
-            // What was written by the program itself is never taken for something else.
+            // Undamaged files are skipped.
             if bad == whole {
                 continue;
             }
             match file {
                 "snap" => assert_eq!(done.code, 2, "{}", done.err),
-                // Lines that are missing at its end are told.
+                // Missing lines at the end are reported.
                 "log" if done.code == 0 => {
                     let told = done.err.contains("ended from outside") || done.err.contains("truncated");
                     assert!(told, "a difference without a word: {}", done.err);

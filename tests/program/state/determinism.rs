@@ -1,10 +1,10 @@
-//! Same scene, same seed, same bytes: on every run, for any number of threads, scripts included; and that two robots of
-//! one model are two.
+//! Tests of determinism: the same scene and seed give the same bytes on every run, for any number of threads, scripts
+//! included; two robots of one model are independent.
 
 use crate::kit::*;
 
-/// Does what differs from run to run in an ordinary Lua: order of keys of every kind, addresses, clock, random numbers.
-/// What comes of it goes to the status bar, into a signal and to the wheels, so that trace and hash hold it.
+/// Uses what differs from run to run in ordinary Lua: the order of keys of every kind, addresses, clock, random
+/// numbers. The results go to the status bar, into a signal and to the wheels, so that trace and hash contain them.
 const RESTLESS: &str = "
 local function digest(t)
     local words = {}
@@ -31,7 +31,7 @@ function sysCall_actuation()
     sim.setJointTargetVelocity(right, 2 + math.random() - os.clock() / 100)
 end";
 
-/// Three such robots among boxes.
+/// Creates three such robots among boxes.
 fn restless() -> Place {
     let robots: Vec<String> =
         (0..3).map(|i| pioneer(RESTLESS, &format!("position_m = [0.0, {}.0, 0.0]", 2 * i))).collect();
@@ -44,7 +44,7 @@ fn restless() -> Place {
     Place::scene(&format!("{FLOOR}{}{}", robots.concat(), boxes.concat()))
 }
 
-/// Trace and standard error of a run.
+/// Returns trace and standard error of a run.
 fn record(place: &Place, args: &[&str]) -> (Vec<String>, String) {
     let all = [&["--seconds", "5", "--trace", "t.jsonl", "--watch", "/Pioneer_p3dx[1]"], args].concat();
     let done = place.run(&all).good();
@@ -53,7 +53,7 @@ fn record(place: &Place, args: &[&str]) -> (Vec<String>, String) {
 
 #[track_caller]
 fn same(a: &(Vec<String>, String), b: &(Vec<String>, String)) {
-    // And three passes after the stop was asked for.
+    // Including three passes after the stop request.
     assert_eq!(a.0.len(), 103);
     for (i, (x, y)) in a.0.iter().zip(&b.0).enumerate() {
         assert!(x == y, "step {}:\n{x}\n{y}", i + 1);
@@ -98,7 +98,7 @@ fn the_seed_changes_what_is_random() {
 
 #[test]
 fn who_only_watches_is_not_in_the_hash() {
-    // Random numbers are another matter: a script's depend on when it was made.
+    // Random numbers are an exception: a script's depend on when it was created.
     let calm = RESTLESS.replace("math.random(100)", "7").replace("math.random()", "0.5");
     let robot = format!("{FLOOR}{}", pioneer(&calm, ""));
     let sensor =
@@ -138,7 +138,7 @@ fn two_robots_are_moved_by_their_own_scripts() {
         let last = place.trace(&paths, &["--seconds", "4"]).pop().unwrap();
         let ([first, second], [q, r]) =
             (paths.map(|p| last.object::<3>(p, "position")), paths.map(|p| last.object::<4>(p, "quaternion")));
-        // 4 s at 2 * 0.0975 m/s, less the start.
+        // 4 s at 2 * 0.0975 m/s, less the loss while it accelerates.
         assert!(first[0] > 0.7 && first[1].abs() < 0.05 && yaw(q).abs() < 0.02, "{first:?}");
         assert!(f64::hypot(second[0], second[1] - 3.0) < 0.1 && yaw(r) > 1.0, "{second:?} {r:?}");
     }
@@ -153,7 +153,7 @@ fn the_second_robot_has_names_of_its_own() {
     let scene =
         format!("dialect = \"4.2\"\n{FLOOR}{}{}", pioneer(told, ""), pioneer(told, "position_m = [0.0, 3.0, 0.0]"));
     let lines = Place::scene(&scene).trace(&[], &["--steps", "1"]);
-    // V-REP: the copy's names end in #0; paths tell siblings of one alias apart by their order.
+    // V-REP: the copy's names end in #0; paths distinguish siblings of one alias by their order.
     assert_eq!(
         lines[0].status(),
         [
@@ -165,7 +165,7 @@ fn the_second_robot_has_names_of_its_own() {
     );
 }
 
-/// What is random belongs to an object, not to its place in the file: whatever is added, it stays as it was.
+/// Random numbers depend on the object, not on its place in the file: they stay the same whatever is added.
 #[test]
 fn what_is_added_changes_no_random_number() {
     let script = "function sysCall_actuation() sim.addStatusbarMessage(tostring(math.random(1000000))) end";

@@ -1,4 +1,5 @@
-//! The same scene and seed give the same bits: on every run, after a snapshot, in a replay, with other worlds beside.
+//! Tests that the same scene and seed give the same bits: on every run, after a snapshot, in a replay, with other
+//! worlds in the process.
 
 mod address_space;
 mod damaged;

@@ -1,8 +1,9 @@
-//! The same bits whatever the C library takes its sine from: with and without fused multiplication and wide registers.
+//! Tests that results do not depend on the C library's implementation of sine: with and without fused multiply-add and
+//! wide registers.
 
 use crate::kit::*;
 
-/// Every function of `math` and the power operator, over many arguments, into the status bar with all digits.
+/// Calls every function of `math` and the power operator with many arguments, and prints all digits to the status bar.
 const MATH: &str = "
 function sysCall_init()
     local f = {math.sin, math.cos, math.tan, math.exp, math.asin, math.acos, math.atan, math.log}
@@ -38,7 +39,7 @@ fn the_c_library_decides_no_bits() {
         place.read(file)
     };
     let usual = trace("a.jsonl", &[]);
-    // As a processor without them would do; glibc takes other code then.
+    // As on a processor without them, for which glibc has other code.
     let plain = trace("b.jsonl", &[("GLIBC_TUNABLES", "glibc.cpu.hwcaps=-FMA,-AVX2,-AVX,-FMA4")]);
     assert!(usual == plain, "without fused multiplication a run has other bits");
     assert!(usual.contains("statusbar\":[\""), "the functions were called");

@@ -1,4 +1,4 @@
-//! Start, stop, start again: a world as a program holds it, with the built libraries.
+//! Tests of starting, stopping and starting again: a world as a program holds it, with the built libraries.
 
 use std::{path::Path, sync::Arc};
 
@@ -9,7 +9,7 @@ use tatu_core::{
 
 use crate::kit::*;
 
-/// The plugins beside the built program.
+/// Returns the plugins beside the built program.
 pub fn registry() -> Arc<Registry> {
     let names = [
         "tatu_commands_vrep",

@@ -1,5 +1,6 @@
-//! A run that is written to a file and goes on in a new process is the same run: step by step, bit by bit. What cannot be
-//! written comes back by replay, and is named. Expected: the trace of the run that was never interrupted.
+//! Tests of snapshots: a run that is written to a file and continues in a new process is the same run, step by step,
+//! bit by bit. State that cannot be written is restored by replay and named. Expected values: the trace of the
+//! uninterrupted run.
 
 use std::fs;
 
@@ -10,8 +11,8 @@ use crate::{
     state::restart::{registry, world},
 };
 
-/// Runs the scene of a folder for ten seconds, again with a snapshot at `at` s, and again from it; all must be the same.
-/// What the resumed run told on standard error.
+/// Runs the scene of a folder for ten seconds, again with a snapshot at `at` s, and again from the snapshot; all must
+/// be equal. Returns standard error of the resumed run.
 #[track_caller]
 fn goes_on(place: &Place, at: f64, watch: &[&str], args: &[&str]) -> String {
     let trace = |name: &str, more: &[&str]| {
@@ -38,7 +39,7 @@ fn goes_on(place: &Place, at: f64, watch: &[&str], args: &[&str]) -> String {
 }
 
 impl Done {
-    /// The summary but for how long it took.
+    /// Returns the summary without the elapsed time.
     fn out_without_clock(&self) -> serde_json::Value {
         let mut all = self.json();
         (all["wall_s"], all["step_wall_s"]) = (0.into(), 0.into());
@@ -51,7 +52,8 @@ fn restored(err: &str) {
     assert!(!err.contains("replay"), "{err}");
 }
 
-/// Drives by everything that a script can hold: shared tables, cycles, metatables, closures, random numbers, pairs.
+/// Drives with every kind of state that a script can hold: shared tables, cycles, metatables, closures, random numbers,
+/// pairs.
 const RICH: &str = "
 local Wheel = {} Wheel.__index = Wheel
 function Wheel.new(name) return setmetatable({handle = sim.getObject('./' .. name), speed = 1}, Wheel) end
@@ -184,7 +186,7 @@ fn errors_of_before_are_remembered() {
     assert!(!rest.err.contains("broken"), "it has been told: {}", rest.err);
 }
 
-/// Goes on in a coroutine of its own.
+/// Continues in a coroutine of its own.
 const SUSPENDED: &str = "
 function sysCall_init()
     co = coroutine.create(function()
@@ -249,7 +251,7 @@ fn another_scene_is_refused() {
     let text = place.read("scene.toml");
     place.write("scene.toml", &text.replace("0.9", "0.8"));
     place.run(&["--from", "state"]).refused(&["E502", "another scene"]);
-    // Where it lies does not matter, and neither do comments.
+    // Neither the scene's folder nor its comments matter.
     place.write("scene.toml", &format!("# a comment\n{text}"));
     place.run(&["--seconds", "1", "--from", "state"]).good();
 }
@@ -268,7 +270,8 @@ fn what_was_not_written_is_told() {
     }
 }
 
-/// A position target is under way for two steps: written in the middle of that, it goes on there; and a start is a start.
+/// A position target takes two steps to reach: a snapshot taken half way continues the motion; after a restart it
+/// begins anew.
 #[test]
 fn targets_that_are_under_way_go_on() {
     let scene = format!(
@@ -310,7 +313,7 @@ fn worlds_of_one_process_restore_and_start_again() {
     assert!(snapshot.is_complete());
     let second = new();
     second.restore(&snapshot, false).unwrap();
-    // Both live at once, in turns.
+    // Both worlds exist at once and run in turns.
     for _ in 0..60 {
         assert_eq!(first.hash(), second.hash());
         steps(&first, 1);

@@ -1,4 +1,4 @@
-//! Many worlds in one process, and services that outlive them.
+//! Tests of many worlds in one process, and of services that outlive them.
 
 use std::{collections::BTreeMap, net::TcpListener, sync::Arc, thread};
 
@@ -12,7 +12,7 @@ use tatu_core::{
 
 use crate::{kit::*, remote::jsonl::Client};
 
-/// The plugins beside the built program.
+/// Returns the plugins beside the built program.
 fn registry() -> Arc<Registry> {
     let names = [
         "tatu_commands_vrep",
@@ -24,7 +24,7 @@ fn registry() -> Arc<Registry> {
     Arc::new(Registry::load(Search::standard(Some(program()), None, &names), tatu_core::host_tables()))
 }
 
-/// Walls and some robots that avoid them, each arena its own: heading, number of robots and seed.
+/// Writes scenes with walls and robots that avoid them; each has its own heading, number of robots and seed.
 fn arenas(place: &Place, n: u64) {
     place.write("avoid_walls.lua", &std::fs::read_to_string(root().join("scenes/first/avoid_walls.lua")).unwrap());
     for i in 0..n {
@@ -59,7 +59,7 @@ fn worlds_on_two_threads_do_as_each_does_alone() {
     let place = Place::new();
     arenas(&place, WORLDS);
     let registry = registry();
-    // All worlds of a thread take turns, so that their steps mix; both threads run at once.
+    // All worlds of a thread take turns, so that their steps are interleaved; both threads run at once.
     let thread_of = |which: u64| {
         let worlds: Vec<(u64, World)> = (0..WORLDS)
             .filter(|i| i % 2 == which)
@@ -88,10 +88,10 @@ fn worlds_on_two_threads_do_as_each_does_alone() {
     }
 }
 
-/// A session with the socket service, and the port on which it listens.
+/// Creates a session with the socket service; returns it with the port on which it listens.
 fn session(registry: &Arc<Registry>, more: &str) -> (Session, u16) {
     let place = Place::scene(&watcher("nobody", ""));
-    // The port was free a moment ago.
+    // The port was free, but may have been taken since.
     for _ in 0..20 {
         let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
         let service = ServiceOverride::parse(&format!("jsonl:port={port}{more}")).unwrap();
@@ -104,7 +104,7 @@ fn session(registry: &Arc<Registry>, more: &str) -> (Session, u16) {
     panic!("no free port");
 }
 
-/// Steps until a stop is asked for.
+/// Runs steps until a stop is requested.
 fn until_asked(world: &World) {
     while !world.stop_requested() && world.step() {}
 }
@@ -115,7 +115,7 @@ fn a_service_outlives_a_world() {
     let place = Place::scene(&format!("{FLOOR}{}", cuboid("first", [0.1; 3], [0.0, 0.0, 3.0], "dynamic = true")));
     place.write("second.toml", &format!("format = 1\n{}", watcher("second", "")));
     let (session, port) = session(&registry, ",wait_for=1");
-    // The client has one connection through the lives of two worlds.
+    // The client keeps one connection during the lives of two worlds.
     let client = thread::spawn(move || {
         let mut client = Client::connect(port);
         client.stepping();
@@ -123,7 +123,7 @@ fn a_service_outlives_a_world() {
         assert_eq!(client.step(5), 5);
         assert!(client.ask(json!({ "call": "sim.getObject", "args": ["/second"] }))["error"].is_object());
         client.ask(json!({ "request": "stop" }));
-        // Between the worlds' lives it asks for a start. The answer to the request may come before the stop itself.
+        // Between the worlds' lives it requests a start. The answer may come before the stop itself.
         while client.ask(json!({ "state": true }))["state"] != "stopped" {}
         client.ask(json!({ "request": "start" }));
         assert_eq!(client.step(2), 2);
@@ -185,7 +185,7 @@ fn a_session_has_two_worlds_and_each_its_log() {
     for (world, document) in worlds.iter().zip(documents) {
         let log = world.input_log().records().to_vec();
         assert_eq!(log.iter().filter(|r| r.service == "jsonl").count(), 21, "{log:?}");
-        // A world is a function of its document and its log: half way in one go, and on.
+        // A world is a function of its document and its log: the first half at once, then step by step.
         let again = replay_to(document, registry.clone(), &log, world.steps() / 2).unwrap();
         assert_eq!(again.steps(), world.steps() / 2);
         while again.steps() < world.steps() {

@@ -1,4 +1,4 @@
-//! An arena drawn from a seed, as a scene file.
+//! Generates an arena from a seed, as a scene file.
 
 use std::fmt::Write;
 
@@ -6,10 +6,10 @@ use std::fmt::Write;
 const HALF: f64 = 5.0;
 /// Least gap between boxes, to walls and to the robot's start, m.
 const GAP: f64 = 1.0;
-/// How far the robot's parts reach from its base, m.
+/// Distance from the robot's base to its outermost part, m.
 const ROBOT: f64 = 0.35;
 
-/// SplitMix64 (Steele, Lea and Flood 2014): small, and the same everywhere.
+/// SplitMix64 (Steele, Lea and Flood 2014): small, and identical on all platforms.
 struct Random(u64);
 
 impl Random {
@@ -24,7 +24,7 @@ impl Random {
     }
 }
 
-/// The scene; the robot starts in the middle, with a heading from the seed.
+/// Returns the scene; the robot starts in the middle, with a heading from the seed.
 pub fn scene(seed: u64, script: &str, dialect: &str, robot: &str) -> String {
     let mut r = Random(seed);
     let mut out = format!(
@@ -40,7 +40,7 @@ pub fn scene(seed: u64, script: &str, dialect: &str, robot: &str) -> String {
     ] {
         shape(&mut out, name, &format!("size_m = {size:?}\nposition_m = {at:?}"));
     }
-    // Boxes as circles around them: a gap between circles is a gap between boxes.
+    // Boxes are placed by their bounding circles: a gap between circles is a gap between boxes.
     let mut placed: Vec<(f64, f64, f64)> = vec![(0.0, 0.0, ROBOT)];
     while placed.len() < 9 {
         let (x, y, sx, sy, turn) = (

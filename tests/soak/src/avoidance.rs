@@ -1,4 +1,4 @@
-//! One robot, one arena, many minutes.
+//! Runs one robot in one arena for many minutes.
 
 use std::{collections::BTreeMap, path::Path, sync::Arc};
 
@@ -6,7 +6,7 @@ use tatu_core::{World, document, plugins::Registry};
 
 use crate::arena;
 
-/// What a run showed.
+/// The results of a run.
 pub struct Run {
     /// Least path of the base in any whole minute, m.
     pub least_path_m: f64,
@@ -14,7 +14,7 @@ pub struct Run {
     pub longest_contact_s: f64,
     /// Greatest roll or pitch of the base, degrees.
     pub greatest_tilt_deg: f64,
-    /// Errors told.
+    /// The number of errors reported.
     pub faults: usize,
 }
 
@@ -47,7 +47,7 @@ pub fn run(
             let now = position(&world)?;
             path += f64::hypot(now[0] - last[0], now[1] - last[1]);
             last = now;
-            // The base's z axis against the vertical: 1 - 2 (x^2 + y^2) of its quaternion.
+            // The angle between the base's z axis and the vertical: cos = 1 - 2 (x^2 + y^2) of its quaternion.
             let tilt = (1.0 - 2.0 * (now[3] * now[3] + now[4] * now[4])).clamp(-1.0, 1.0).acos().to_degrees();
             out.greatest_tilt_deg = out.greatest_tilt_deg.max(tilt);
             let obstacles: Vec<String> = world

@@ -1,4 +1,4 @@
-//! Long runs: `cargo run --release -p soak`. Prints a table; exit code 1 if a bound is broken.
+//! Runs long tests: `cargo run --release -p soak`. Prints a table; the exit code is 1 if a bound is exceeded.
 //!
 //! Avoidance: a Pioneer in an arena of 10 x 10 m with 8 boxes, every gap at least 1 m, boxes and start heading drawn
 //! from the seed; per seed: least path in a minute, longest contact, greatest roll and pitch.
@@ -21,10 +21,10 @@ struct Args {
     /// Simulated minutes per seed.
     #[arg(long, default_value_t = 10)]
     minutes: u32,
-    /// The controller on trial.
+    /// The controller to test.
     #[arg(long, default_value = "scenes/first/avoid_walls.lua")]
     script: PathBuf,
-    /// Its dialect; empty: from its text.
+    /// The controller's dialect; if empty, it is detected from the text.
     #[arg(long, default_value = "")]
     dialect: String,
     /// Parameters of the robot, as lines of its table in the scene.

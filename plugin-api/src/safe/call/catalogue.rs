@@ -1,14 +1,14 @@
-//! What commands and constants there are: for services that list them for their clients.
+//! Lists of commands and constants, for services that present them to clients.
 
 use std::ffi::{CStr, c_char};
 
 use crate::abi::*;
 use crate::safe::{Result, Value, ValueRef, World, call::shared_world::service};
 
-/// What a command is, in short.
+/// A short description of a command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct About {
-    /// Its names; the first one is the canonical one.
+    /// All names of the command; the first one is canonical.
     pub names: Vec<String>,
     /// The names of its parameters.
     pub params: Vec<String>,
@@ -17,11 +17,11 @@ pub struct About {
 }
 
 impl World<'_> {
-    /// All commands, in the order in which they were declared. Cost: a copy of their names.
+    /// Returns all commands, in the order of declaration. Copies their names.
     pub fn commands(&self) -> Vec<About> {
         let Some(table) = self.host().commands else { return Vec::new() };
         let (Some(count), Some(describe)) = (table.count, table.describe) else { return Vec::new() };
-        // SAFETY: declarations of the host and their texts live as long as the host, and their lists end with null.
+        // SAFETY: declarations and their texts live as long as the host, and their lists end with a null pointer.
         let all = (1..=count(self.raw())).filter_map(|id| unsafe {
             let command = describe(self.raw(), id).as_ref()?;
             let names = list(command.names).iter().map(|n| text((**n).name)).collect();
@@ -31,7 +31,7 @@ impl World<'_> {
         all.collect()
     }
 
-    /// All constants by name, in the order of their names.
+    /// Returns all constants, ordered by name.
     pub fn constants(&self) -> Result<Vec<(String, Value)>> {
         let (name_of, value_of) = (service!(self.commands.constant_name), service!(self.commands.constant));
         let mut all = Vec::new();
@@ -48,19 +48,20 @@ impl World<'_> {
 }
 
 /// # Safety
-/// Null, or a NUL-terminated text.
+/// `p` is null, or a NUL-terminated text.
 unsafe fn text(p: *const c_char) -> String {
-    // SAFETY: the caller promises it.
+    // SAFETY: `p` is not null here, and the caller guarantees that it is NUL-terminated.
     if p.is_null() { String::new() } else { unsafe { CStr::from_ptr(p) }.to_string_lossy().into_owned() }
 }
 
 /// # Safety
-/// Null, or a null-terminated list that lives for `'a`.
+/// `first` is null, or a list that ends with a null pointer and lives for `'a`.
 unsafe fn list<'a, T>(first: *const *const T) -> &'a [*const T] {
     if first.is_null() {
         return &[];
     }
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that the list ends with null, so counting stops within it, and that it lives for
+    // `'a`.
     unsafe {
         let n = (0..).take_while(|i| !(*first.add(*i)).is_null()).count();
         std::slice::from_raw_parts(first, n)

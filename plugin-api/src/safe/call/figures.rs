@@ -1,9 +1,9 @@
-//! Streams, curves and drawings, as plugins use them; `tatu.h` lists keys and sorts.
+//! Streams, curves and drawings; `tatu.h` lists their keys and types.
 
 use crate::abi::*;
 use crate::safe::{Result, Value, ValueRef, World, call::shared_world::service, value::owned::Owned};
 
-/// A map of keys for [`World::add_figure`] and [`World::change_figure`].
+/// Builds a map of keys for [`World::add_figure`] and [`World::change_figure`].
 pub fn keys<const N: usize>(entries: [(&str, Value); N]) -> Value {
     Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
 }
@@ -30,45 +30,45 @@ impl<'a> World<'a> {
     pub fn put_figure(&self, graph: tatu_object, id: i64, numbers: &[f64]) -> Result<u64> {
         let (n, mut taken) = (numbers.len() as u64, 0);
         let put = service!(self.figures.put);
-        // SAFETY: as many as the slice has.
+        // SAFETY: the pointer and the count are those of the slice `numbers`.
         self.check(unsafe { put(self.raw(), graph, id, numbers.as_ptr(), n, Some(&mut taken)) })?;
         Ok(taken)
     }
-    /// Makes a graph take a sample at a time, s; graph 0: all that record by themselves.
+    /// Records a sample of a graph at a time, s; graph 0: of all graphs that record by themselves.
     pub fn record_graph(&self, graph: tatu_object, time: f64) -> Result {
         self.check(service!(self.figures.record)(self.raw(), graph, time))
     }
-    /// The numbers of all of one sort.
+    /// Returns the numbers of all figures of one type.
     pub fn figures(&self, graph: tatu_object, what: u32) -> Result<Vec<i64>> {
         let list = service!(self.figures.list);
-        // SAFETY: `out` has room for `cap`.
+        // SAFETY: `fill` passes a buffer with room for `cap` elements.
         self.fill(|out, cap, n| unsafe { list(self.raw(), graph, what, out, cap, n) })
     }
-    /// One as a map, with its data if `numbers`; valid until the current call returns.
+    /// Returns a figure as a map, with its data if `numbers` is set; valid until the current call returns.
     pub fn figure(&self, graph: tatu_object, id: i64, numbers: bool) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL;
         self.check(service!(self.figures.get)(self.raw(), graph, id, u32::from(numbers), Some(&mut value)))?;
         Ok(value)
     }
-    /// The `index`-th visible part of a shape, a map: see `tatu_host_figures.part`. `None`: past the last.
+    /// Returns the `index`-th visible part of a shape as a map, see `tatu_host_figures.part`; `None` past the last one.
     pub fn part(&self, shape: tatu_object, index: u32) -> Result<Option<ValueRef<'a>>> {
         let mut out = ValueRef::NIL;
         let status = service!(self.figures.part)(self.raw(), shape, index, Some(&mut out));
         self.found(status, out)
     }
-    /// The `index`-th property of an object, a map: see `tatu_host_scene.row`. `None`: past the last.
+    /// Returns the `index`-th property of an object as a map, see `tatu_host_scene.row`; `None` past the last one.
     pub fn row(&self, object: tatu_object, index: u32) -> Result<Option<ValueRef<'a>>> {
         let mut out = ValueRef::NIL;
         let status = service!(self.scene.row)(self.raw(), object, index, Some(&mut out));
         self.found(status, out)
     }
-    /// The `index`-th model that plugins offer, a map of `id` and `text`; `None`: past the last.
+    /// Returns the `index`-th model that plugins provide, as a map of `id` and `text`; `None` past the last one.
     pub fn model(&self, index: u32) -> Result<Option<ValueRef<'a>>> {
         let mut out = ValueRef::NIL;
         let status = service!(self.scene.model)(self.raw(), index, Some(&mut out));
         self.found(status, out)
     }
-    /// The text of a script.
+    /// Returns the text of a script.
     pub fn script_text(&self, script: tatu_object) -> Result<Vec<u8>> {
         let mut out = ValueRef::NIL;
         self.check(service!(self.scripts.text)(self.raw(), script, Some(&mut out)))?;
@@ -78,7 +78,7 @@ impl<'a> World<'a> {
     pub fn change_script(&self, script: tatu_object, text: &[u8]) -> Result {
         self.check(service!(self.scripts.change)(self.raw(), script, text.into()))
     }
-    /// Adds an input, as if it came from outside.
+    /// Adds an input as if it came from outside.
     pub fn put_in(&self, kind: &str, what: &str) -> Result {
         self.check(service!(self.session.put_in)(self.raw(), kind.into(), what.into()))
     }
@@ -94,11 +94,11 @@ impl<'a> World<'a> {
         self.check(service!(self.session.observe)(self.raw(), kind.into(), found.as_str().into()))?;
         Ok(found)
     }
-    /// Whether the run is to end: poll this every 50 ms while waiting for something outside.
+    /// Returns whether the run is about to end; poll this every 50 ms while waiting for something outside.
     pub fn is_interrupted(&self) -> bool {
         self.host().session.and_then(|s| s.interrupted).is_some_and(|f| f(self.raw()) != 0)
     }
-    /// Requests that the program open another scene; empty: reopen this one.
+    /// Requests that the program open another scene; empty: this one again.
     pub fn open_scene(&self, file: &str) -> Result {
         self.check(service!(self.session.open)(self.raw(), file.into()))
     }

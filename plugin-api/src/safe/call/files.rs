@@ -1,17 +1,17 @@
-//! Files of a world: by the paths that scripts give, below the folders that the run allows.
+//! Files of a world, by the paths that scripts use, within the folders that the run allows.
 
 use crate::abi::*;
 use crate::safe::{Fail, Result, World, call::shared_world::service, value::plain::read_opened};
 
 impl World<'_> {
-    /// Opens a regular file by the path that a script gives, below the folders that the run allows; `mode` is a sum of
-    /// `TATU_FILE_*`. Neither links, `..` nor a changed working folder lead outside them.
+    /// Opens a regular file by the path that a script uses, within the folders that the run allows; `mode` is a sum of
+    /// `TATU_FILE_*`. Links, `..` and a changed working folder cannot lead outside of them.
     pub fn open_file(&self, name: &[u8], mode: u32) -> Result<std::fs::File> {
         let mut file = -1;
         self.check(service!(self.files.open)(self.raw(), name.into(), mode, Some(&mut file)))?;
         Ok(own_file(file))
     }
-    /// The content of such a file, of `most` bytes at most.
+    /// Reads the content of such a file, of at most `most` bytes.
     pub fn read_file(&self, name: &[u8], most: u64) -> Result<Vec<u8>> {
         let file = self.open_file(name, TATU_FILE_READ)?;
         read_opened(file, most)
@@ -23,8 +23,8 @@ impl World<'_> {
         std::io::Write::write_all(&mut file, content)
             .map_err(|e| Fail::new(format!("`{}` cannot be written: {e}", String::from_utf8_lossy(name))))
     }
-    /// The real path of a file that a script names, for functions of the host that take one: `TATU_FILE_READ` or
-    /// `TATU_FILE_WRITE`. To read or write it, see [`open_file`](Self::open_file).
+    /// Returns the real path of a file that a script names, for host functions that take one; `mode` is
+    /// `TATU_FILE_READ` or `TATU_FILE_WRITE`. To read or write the file, use [`open_file`](Self::open_file).
     pub fn file(&self, name: &[u8], mode: u32) -> Result<Vec<u8>> {
         let mut path = Lent::EMPTY;
         self.check(service!(self.files.resolve)(self.raw(), name.into(), mode, Some(&mut path)))?;
@@ -34,11 +34,11 @@ impl World<'_> {
 
 #[cfg(unix)]
 fn own_file(file: i64) -> std::fs::File {
-    // SAFETY: an open descriptor, which the host has given away.
+    // SAFETY: the host returned this open descriptor and passed its ownership to the plugin.
     unsafe { std::os::fd::FromRawFd::from_raw_fd(file as i32) }
 }
 #[cfg(windows)]
 fn own_file(file: i64) -> std::fs::File {
-    // SAFETY: an open handle, which the host has given away.
+    // SAFETY: the host returned this open handle and passed its ownership to the plugin.
     unsafe { std::os::windows::io::FromRawHandle::from_raw_handle(file as *mut core::ffi::c_void) }
 }

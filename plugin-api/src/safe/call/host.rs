@@ -1,4 +1,4 @@
-//! The host's services, looked up once at start.
+//! The host and its services, looked up once at start.
 
 use std::ffi::{CStr, CString, c_void};
 
@@ -9,7 +9,7 @@ use crate::safe::entry::guard;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Prop(pub tatu_prop);
 
-/// The host, with the tables of its services; cheap to copy, valid until the plugin's shutdown.
+/// The host with the tables of its services; cheap to copy, valid until the plugin's shutdown.
 #[derive(Clone, Copy)]
 pub struct Host {
     raw: *const tatu_host,
@@ -28,22 +28,23 @@ pub struct Host {
     pub(crate) figures: Option<&'static tatu_host_figures>,
 }
 
-// SAFETY: the tables are constant; the header's tags say which thread may call which function.
+// SAFETY: the tables are immutable and live until shutdown; the header states for each function which threads may call
+// it, and the wrappers keep to that.
 unsafe impl Send for Host {}
-// SAFETY: tables are constant after loading, and functions are called on the threads that the header names.
+// SAFETY: as for `Send`: shared access only reads the immutable tables.
 unsafe impl Sync for Host {}
 
 impl Host {
     /// # Safety
-    /// `raw` is null, or a host that lives until the plugin's shutdown.
+    /// `raw` is null, or points to a host that lives until the plugin's shutdown.
     pub unsafe fn new(raw: *const tatu_host) -> Option<Self> {
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that `raw` is null or a live host.
         let service = unsafe { raw.as_ref() }?.service?;
         let find = |id: &CStr| {
-            // SAFETY: the host's entry function, called with the host it belongs to.
+            // SAFETY: `service` belongs to the host `raw`, and `id` is NUL-terminated.
             unsafe { service(raw, id.as_ptr()) }
         };
-        // SAFETY: a table lives as long as the host, and its first word is its size.
+        // SAFETY: `service` returns null or a table that lives as long as the host and begins with its size.
         let host = unsafe {
             Host {
                 raw,
@@ -66,18 +67,18 @@ impl Host {
         Some(host)
     }
 
-    /// The raw table, for what these wrappers do not cover.
+    /// Returns the raw table, for functions that have no wrapper.
     pub fn raw(&self) -> *const tatu_host {
         self.raw
     }
-    /// The table of the commands service, for script languages that use it in their inner loop.
+    /// Returns the table of the command service, for script languages, which use it in their inner loop.
     pub fn commands_table(&self) -> Option<&'static tatu_host_commands> {
         self.commands
     }
-    /// Interns a key: "joint.position", "proximity.distance".
+    /// Interns a key, such as "joint.position" or "proximity.distance".
     pub fn prop(&self, key: &str) -> Prop {
         let key = CString::new(key).unwrap_or_default();
-        // SAFETY: the host's own pointer.
+        // SAFETY: `self.raw` is the host that the function belongs to, and `key` outlives the call.
         Prop(self.scene.and_then(|s| s.prop).map_or(0, |f| unsafe { f(self.raw, key.as_c_str().into()) }))
     }
     /// Writes a line to the log; `level` is one of `TATU_LOG_*`.
@@ -86,7 +87,8 @@ impl Host {
     }
     pub(crate) fn write(&self, world: *mut tatu_world, level: u32, text: &[u8]) {
         if let Some(write) = self.log.and_then(|l| l.write) {
-            // SAFETY: the host's own pointer; it checks that of the world, which may be null.
+            // SAFETY: `self.raw` is the host that the function belongs to; the world may be null, and the host
+            // validates it.
             unsafe { write(self.raw, WorldRef::new(world), level, text.into()) };
         }
     }
@@ -96,12 +98,13 @@ impl Host {
     }
 }
 
-/// A table of the host, if it has one of that id that is at least as large as ours.
+/// Returns a table of the host, if the host has it and it is at least as large as this crate's.
 ///
 /// # Safety
 /// `table` is null, or lives as long as the host and begins with its size.
 unsafe fn table<T>(table: *const c_void) -> Option<&'static T> {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that `table` is null or begins with its size; it is used as a `T` only if it is
+    // large enough.
     unsafe {
         let size = *table.cast::<u32>().as_ref()?;
         (size as usize >= size_of::<T>()).then(|| &*table.cast::<T>())

@@ -1,4 +1,4 @@
-//! What a plugin calls: the host, worlds, and the call of a command.
+//! The interfaces that a plugin calls: the host, worlds, and the call of a command.
 
 pub(crate) mod catalogue;
 pub(crate) mod figures;

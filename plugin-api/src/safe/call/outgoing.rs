@@ -1,4 +1,4 @@
-//! Outgoing calls of a plugin: of commands, and of functions of scripts and clients.
+//! Calls made by a plugin: of commands, and of functions of scripts and clients.
 
 use crate::abi::*;
 use crate::safe::{Fail, Result, Value, ValueRef, World, call::shared_world::service, value::owned::Owned};
@@ -6,14 +6,14 @@ use crate::safe::{Fail, Result, Value, ValueRef, World, call::shared_world::serv
 /// The outcome of a call.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Called {
-    /// Its results.
+    /// It has finished, with these results.
     Done(Vec<Value>),
-    /// It finishes later; [`Service::resume`](crate::safe::Service::resume) will get its token.
+    /// It finishes later; [`Service::resume`](crate::safe::Service::resume) will receive its token.
     Waits,
 }
 
 impl Called {
-    /// The results of a call that cannot wait.
+    /// Returns the results of a call that cannot wait.
     pub(crate) fn done(self) -> Vec<Value> {
         match self {
             Called::Done(results) => results,
@@ -22,7 +22,7 @@ impl Called {
     }
 }
 
-/// Calls a function of the host that takes a frame, with the fields of `frame` that say what to call; up to 64 results.
+/// Calls a host function that takes a frame; `frame` has the fields that select the target. Returns at most 64 results.
 pub(crate) fn call(
     world: &World<'_>,
     frame: tatu_call,
@@ -44,14 +44,14 @@ pub(crate) fn call(
     let here = mark(world.raw());
     let out = match function(world.raw(), &mut frame) {
         TATU_WAIT => Ok(Called::Waits),
-        // SAFETY: null, or the host's error of this call, which is copied at once.
+        // SAFETY: `frame.error` is null or the host's error of this call, which is copied at once.
         status if status < 0 => Err(unsafe { Fail::read(status, frame.error) }),
         _ => {
             let results = results.iter().take(frame.n_results as usize);
             results.map(|v| v.to_value()).collect::<Result<_>>().map(Called::Done)
         }
     };
-    // SAFETY: the mark of above; what came after it has been copied.
+    // SAFETY: `here` was returned by `mark` above, and everything allocated after it has been copied.
     unsafe { release(world.raw(), here) };
     out
 }

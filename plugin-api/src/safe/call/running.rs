@@ -1,4 +1,4 @@
-//! A running command: its arguments, results and waits.
+//! A running call of a command: its arguments, results and waits.
 
 use std::{
     mem::MaybeUninit,
@@ -21,9 +21,9 @@ use crate::safe::{
     },
 };
 
-/// What a command's function may return: nothing, or whether it waits.
+/// The return type of a command's function: `()`, or an [`Outcome`] if it may wait.
 pub trait IntoResult {
-    /// As an outcome.
+    /// Converts to an outcome.
     fn into_outcome(self) -> Outcome;
 }
 impl IntoResult for () {
@@ -50,10 +50,10 @@ impl<P: Plugin> DerefMut for Call<'_, P> {
     }
 }
 
-/// What a command returns as one result: numbers, booleans, texts, lists of numbers, a [`Value`], and references to
-/// these.
+/// Types that a command can return as a result: numbers, booleans, texts, lists of numbers, a [`Value`], and references
+/// to these.
 pub trait Return {
-    /// The ABI form; what it points to is put into memory of the call. `None`: out of memory.
+    /// Converts to the ABI form; data that it points to is stored in `room`. `None`: out of memory.
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value>;
 }
 impl<T: Return + ?Sized> Return for &T {
@@ -132,16 +132,16 @@ impl Return for String {
         self.as_str().to_raw(room)
     }
 }
-/// A text of any bytes.
+/// A text, as arbitrary bytes.
 impl Return for [u8] {
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
         raw_span(TATU_TEXT, self, room)
     }
 }
 
-/// Memory of a call, valid until its results have been read; 8-byte aligned; null: out of memory.
+/// Allocates memory of a call, 8-byte aligned and valid until its results have been read; null: out of memory.
 pub(crate) fn alloc(call: &mut tatu_call, bytes: usize) -> *mut u8 {
-    // SAFETY: the api table lives as long as the call, whose frame this is.
+    // SAFETY: the table `api` lives as long as the call, and `call` is that call's frame.
     unsafe { call.api.as_ref().and_then(|a| a.alloc).map_or(null_mut(), |f| f(call, bytes as u64).cast()) }
 }
 
@@ -149,52 +149,52 @@ struct CallRoom<'a>(&'a mut tatu_call);
 
 impl Room for CallRoom<'_> {
     fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]> {
-        // SAFETY: the host gives room for as many words, to this call alone.
+        // SAFETY: `alloc` returns null or 8-byte aligned memory of this size, which belongs to this call alone.
         unsafe { given(alloc(self.0, 8 * n), n) }
     }
 }
 
 impl<'a, P: Plugin> SharedCall<'a, P> {
-    /// The plugin.
+    /// Returns the plugin.
     pub fn plugin(&self) -> &'a P {
         &self.started.plugin
     }
-    /// The world, read-only.
+    /// Returns the world, read-only.
     pub fn world(&self) -> SharedWorld<'a> {
         *self.whole_world()
     }
     fn whole_world(&self) -> World<'a> {
-        // SAFETY: the host gives the world to the call, which 'a is.
+        // SAFETY: the host passes a world that is valid during the call, and `'a` is the call.
         unsafe { World::new(self.raw.world, &self.started.host) }
     }
-    /// The index of the name that was called; 0: the first.
+    /// Returns the index of the name by which the command was called; 0: the first.
     pub fn alias(&self) -> u32 {
         self.raw.alias
     }
-    /// The object that the calling script belongs to; 0: none.
+    /// Returns the object that the calling script belongs to; 0: none.
     pub fn caller_object(&self) -> tatu_object {
         self.raw.caller_object
     }
-    /// The calling script; 0: none.
+    /// Returns the calling script; 0: none.
     pub fn caller_script(&self) -> tatu_object {
         self.raw.caller_script
     }
-    /// The calling script's dialect; empty: none.
+    /// Returns the calling script's dialect; empty: none.
     pub fn caller_dialect(&self) -> &'a [u8] {
-        // SAFETY: valid during the call.
+        // SAFETY: the host keeps the text valid during the call, and `'a` is the call.
         unsafe { bytes_of(self.raw.caller_dialect) }
     }
 
-    /// All arguments.
+    /// Returns all arguments.
     pub fn args(&self) -> &'a [ValueRef<'a>] {
-        // SAFETY: the host gives `n_args` values, valid during the call.
+        // SAFETY: the host passes `n_args` values, valid during the call, and `'a` is the call.
         unsafe { ValueRef::slice(self.raw.args, self.raw.n_args as usize) }
     }
-    /// Argument `i`; nil if it is missing.
+    /// Returns argument `i`; nil if it is missing.
     pub fn arg(&self, i: usize) -> ValueRef<'a> {
         self.args().get(i).copied().unwrap_or(ValueRef::NIL)
     }
-    /// Whether argument `i` was given and is not nil.
+    /// Returns whether argument `i` was given and is not nil.
     pub fn has(&self, i: usize) -> bool {
         !self.arg(i).is_nil()
     }
@@ -202,26 +202,26 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
     fn wrong(&self, i: usize, expected: &str) -> Fail {
         Fail::argument(format!("argument {}: expected {expected}, found {}", i + 1, type_name(self.arg(i).tag())))
     }
-    /// A number.
+    /// Returns argument `i` as a number.
     #[inline]
     pub fn f64(&self, i: usize) -> Result<f64> {
         self.arg(i).as_f64().ok_or_else(|| self.wrong(i, "a number"))
     }
-    /// An integer; floats are truncated.
+    /// Returns argument `i` as an integer; floats are truncated.
     #[inline]
     pub fn i64(&self, i: usize) -> Result<i64> {
         self.arg(i).as_i64().ok_or_else(|| self.wrong(i, "an integer"))
     }
-    /// A text, as bytes.
+    /// Returns argument `i`, a text, as bytes.
     #[inline]
     pub fn bytes(&self, i: usize) -> Result<&'a [u8]> {
         self.arg(i).as_bytes().ok_or_else(|| self.wrong(i, "a text"))
     }
-    /// A text; bytes that are not UTF-8 are replaced.
+    /// Returns argument `i` as text; invalid UTF-8 is replaced.
     pub fn text(&self, i: usize) -> Result<String> {
         self.bytes(i).map(|b| String::from_utf8_lossy(b).into_owned())
     }
-    /// Exactly `N` numbers.
+    /// Returns exactly `N` numbers from argument `i`.
     pub fn array<const N: usize>(&self, i: usize) -> Result<[f64; N]> {
         self.arg(i).array().ok_or_else(|| self.wrong(i, &format!("a table of {N} numbers")))
     }
@@ -231,7 +231,7 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
     pub fn ret(&mut self, value: impl Return) {
         match value.to_raw(&mut CallRoom(self.raw)) {
             Some(v) if self.raw.n_results < self.raw.results_cap => {
-                // SAFETY: the caller's array has room for `results_cap`.
+                // SAFETY: `results` has room for `results_cap` values, and `n_results` is below that.
                 unsafe { *self.raw.results.add(self.raw.n_results as usize) = v };
                 self.raw.n_results += 1;
             }
@@ -244,32 +244,35 @@ impl<'a, P: Plugin> Call<'a, P> {
     /// Adds a result.
     #[inline]
     pub fn ret(&mut self, value: impl Return) {
-        // Here too, so that an argument may ask the call: `c.ret(2.0 * c.f64(0)?)`.
+        // Repeated here because calling it through `Deref` would borrow the call mutably before arguments such as in
+        // `c.ret(2.0 * c.f64(0)?)` are evaluated.
         self.0.ret(value);
     }
-    /// The world.
+    /// Returns the world.
     pub fn world(&self) -> World<'a> {
         self.whole_world()
     }
-    /// What the plugin keeps for this world.
+    /// Returns the plugin's state for this world.
     pub fn instance(&self) -> &'a P::World {
         assert!(!self.0.raw.instance.is_null(), "the host gave no instance");
-        // SAFETY: the host gives the instance to every command that runs alone; it lives until the world ends.
+        // SAFETY: for commands with exclusive access, `instance` is the `data` that `create` made for this plugin (null
+        // was excluded above), and it lives until the world ends.
         unsafe { &life::of::<Kept<P>>(self.0.raw.instance).0 }
     }
 
-    /// Whether this caller can wait.
+    /// Returns whether this caller can wait.
     pub fn can_wait(&self) -> bool {
         self.0.raw.wait_token != 0
     }
-    /// Not 0: a wait has ended, and this is the word that was passed to it. The arguments are gone: keep what you need
-    /// of them in the instance under that word. If the script has ended, there is no such call: discard stale entries.
+    /// Returns the word passed to the wait that has just ended; 0: the command was called for the first time. The
+    /// arguments are gone by then: store what you need in the instance, under that word. If the script has ended there
+    /// is no further call, so discard stale entries.
     pub fn resumed(&self) -> u64 {
         self.0.raw.resume
     }
     fn wait(&mut self, until: u32, value: f64, name: &str, resume: u64) -> Result<Outcome> {
         let call = &mut *self.0.raw;
-        // SAFETY: the api table lives as long as the call, whose frame and error this is.
+        // SAFETY: the table `api` lives as long as the call; `call` is its frame, and its error is null or live.
         unsafe {
             let wait = call.api.as_ref().and_then(|a| a.wait);
             let wait = wait.ok_or_else(|| Fail::unsupported("this host cannot wait"))?;
@@ -279,19 +282,19 @@ impl<'a, P: Plugin> Call<'a, P> {
             }
         }
     }
-    /// Resumes `steps` steps later: `Ok(c.wait_steps(1, word)?)`.
+    /// Waits for `steps` steps: `Ok(c.wait_steps(1, word)?)`.
     pub fn wait_steps(&mut self, steps: u32, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_STEPS, f64::from(steps), "", resume)
     }
-    /// Resumes at a simulation time, s.
+    /// Waits until a simulation time, s.
     pub fn wait_until(&mut self, time: f64, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_TIME, time, "", resume)
     }
-    /// Resumes when a signal exists.
+    /// Waits until a signal exists.
     pub fn wait_signal(&mut self, name: &str, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_SIGNAL, 0.0, name, resume)
     }
-    /// Resumes in each step. As with all waits, the word must not be 0.
+    /// Waits until the next step, to check a condition in each. As with all waits, the word must not be 0.
     pub fn wait_poll(&mut self, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_POLL, 0.0, "", resume)
     }
@@ -314,36 +317,37 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn call_func(&mut self, func: tatu_func, args: &[Value]) -> Result<Vec<Value>> {
         let world = self.world();
         let call = service!(world.commands.call_func);
-        // SAFETY: the frame is whole.
+        // SAFETY: `outgoing::call` passes a complete frame.
         let call = |world: WorldRef<'_>, frame: &mut tatu_call| unsafe { call(world, func, frame) };
         outgoing::call(&world, tatu_call::empty(), args, call).map(Called::done)
     }
 }
 
 /// # Safety
-/// `user` is a [`Run`] of the plugin.
+/// `user` points to a [`Run`] of the plugin, and `raw` is a live call of the host.
 pub(crate) unsafe extern "C" fn alone<P: Plugin>(raw: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that `user` is a `Run<P>`.
     unsafe { enter(raw, |run: &Run<P>, call| run(call)) }
 }
 
 /// # Safety
-/// `user` is a [`RunShared`] of the plugin.
+/// `user` points to a [`RunShared`] of the plugin, and `raw` is a live call of the host.
 pub(crate) unsafe extern "C" fn shared<P: Plugin>(raw: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that `user` is a `RunShared<P>`.
     unsafe { enter(raw, |run: &RunShared<P>, call: &mut Call<'_, P>| run(&mut call.0)) }
 }
 
 /// Runs a command.
 ///
 /// # Safety
-/// `user` is an `R`.
+/// `user` points to an `R`, and `raw` is a live call of the host.
 #[inline(always)]
 unsafe fn enter<P: Plugin, R>(
     raw: *mut tatu_call,
     f: impl FnOnce(&R, &mut Call<'_, P>) -> Result<Outcome>,
 ) -> tatu_status {
-    // SAFETY: the host gives a live call, `self` as made by `init`, and `user` as declared, which lives until shutdown.
+    // SAFETY: the host passes a live call, `self_` as made by `init`, and `user` as declared, both of which live until
+    // shutdown.
     let (raw, started, run) = unsafe { (&mut *raw, &*(*raw).self_.cast::<Started<P>>(), &*(*raw).user.cast::<R>()) };
     guard::run(raw.error, || {
         let mut call = Call(SharedCall { raw, started, overflow: false });

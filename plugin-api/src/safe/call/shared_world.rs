@@ -1,4 +1,4 @@
-//! A world that several threads read: what parallel commands, and instances during creation, may use of it.
+//! Read-only access to a world from several threads, for parallel commands and for instances during creation.
 
 use std::ffi::CStr;
 
@@ -8,28 +8,28 @@ use crate::safe::{Fail, Host, Prop, Reading, Result, Value, ValueRef, value::own
 /// An existing object and its kind (`TATU_KIND_*`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Object {
-    /// Generation and slot.
+    /// Id: generation and slot.
     pub id: tatu_object,
     /// `TATU_KIND_*`.
     pub kind: i32,
 }
 
 impl Object {
-    /// The handle that scripts see.
+    /// Returns the handle that scripts see.
     pub fn handle(self) -> i64 {
         i64::from(tatu_slot(self.id))
     }
 }
 
-/// A world that other threads read too: read-only, but for the drives of joints, which take effect
-/// once all threads are done. See [`World`](crate::safe::World) for the rest.
+/// A world that other threads may read at the same time. It is read-only, except for the drives of joints, whose
+/// changes take effect once all threads are done. See [`World`](crate::safe::World) for everything else.
 #[derive(Clone, Copy)]
 pub struct SharedWorld<'a> {
     raw: WorldRef<'a>,
     host: &'a Host,
 }
 
-/// A function of a table of the host, or an error if this host lacks it.
+/// Returns a function of a host table, or returns an error from the caller if this host lacks it.
 macro_rules! service {
     ($world:ident . $table:ident . $function:ident) => {
         $world.host().$table.and_then(|t| t.$function).ok_or_else(|| {
@@ -49,11 +49,11 @@ impl<'a> SharedWorld<'a> {
     pub(crate) fn new(raw: WorldRef<'a>, host: &'a Host) -> Self {
         SharedWorld { raw, host }
     }
-    /// The world, as functions of the host take it.
+    /// Returns the world in the form that host functions take.
     pub fn raw(&self) -> WorldRef<'a> {
         self.raw
     }
-    /// The host.
+    /// Returns the host.
     pub fn host(&self) -> &'a Host {
         self.host
     }
@@ -63,12 +63,12 @@ impl<'a> SharedWorld<'a> {
     #[cold]
     fn refusal(&self, status: tatu_status) -> Fail {
         match self.host.log.and_then(|l| l.last_error) {
-            // SAFETY: null, or an error of the host, which stays until its next refusal; it is copied at once.
+            // SAFETY: `last` returns null or an error of the host that lives until the next one; it is copied at once.
             Some(last) => unsafe { Fail::read(status, last(self.raw)) },
             None => Fail::with_code(status, "refused"),
         }
     }
-    /// As [`check`](Self::check); `None` if there is no such object.
+    /// Like [`check`](Self::check), but returns `None` if there is no such object.
     pub(crate) fn found<T>(&self, status: tatu_status, value: T) -> Result<Option<T>> {
         match status {
             TATU_ERR_MISSING => Ok(None),
@@ -76,7 +76,7 @@ impl<'a> SharedWorld<'a> {
         }
     }
 
-    /// Checks that a handle from a script, or an id, names an object.
+    /// Validates a handle from a script, or an id; returns the object and its kind.
     pub fn look(&self, object: tatu_object) -> Result<Object> {
         let (mut id, mut kind) = (0, 0);
         self.check(service!(self.scene.look)(self.raw, object, Some(&mut id), Some(&mut kind)))?;
@@ -93,7 +93,7 @@ impl<'a> SharedWorld<'a> {
     pub fn f64s<const N: usize>(&self, object: tatu_object, prop: Prop) -> Result<[f64; N]> {
         let mut out = [0.0; N];
         let get = service!(self.scene.get_f64);
-        // SAFETY: `out` has room for `N`.
+        // SAFETY: `out` has room for the `N` numbers requested.
         self.check(unsafe { get(self.raw, object, prop.0, out.as_mut_ptr(), N as u32) })?;
         Ok(out)
     }
@@ -112,40 +112,39 @@ impl<'a> SharedWorld<'a> {
     #[inline]
     pub fn set_f64s(&self, object: tatu_object, prop: Prop, values: &[f64]) -> Result {
         let set = service!(self.scene.set_f64);
-        // SAFETY: as many as the slice has.
+        // SAFETY: the pointer and the count are those of the slice `values`.
         self.check(unsafe { set(self.raw, object, prop.0, values.as_ptr(), values.len() as u32) })
     }
-    /// Pose in a frame (0: world): x y z, quaternion x y z w.
+    /// Returns the pose in a frame (0: world): x y z, quaternion x y z w.
     pub fn pose(&self, object: tatu_object, frame: tatu_object) -> Result<[f64; 7]> {
         let mut out = [0.0; 7];
         self.check(service!(self.scene.pose)(self.raw, object, frame, Some(&mut out)))?;
         Ok(out)
     }
-    /// Velocity of an object: m/s, rad/s, world.
+    /// Returns the velocity of an object in the world frame: m/s, rad/s.
     pub fn twist(&self, object: tatu_object) -> Result<[f64; 6]> {
         let mut out = [0.0; 6];
         self.check(service!(self.bodies.twist)(self.raw, object, Some(&mut out)))?;
         Ok(out)
     }
 
-    /// One field of a sensor's last reading: a copy, which later measurements do not change.
+    /// Copies one field of a sensor's last reading, so that later measurements do not change it.
     #[inline]
     pub fn reading(&self, sensor: tatu_object, field: Prop) -> Result<Reading> {
         let mut view = tatu_field_view { ptr: std::ptr::null(), len: 0, elem: 0, dims: [0; 3], time: 0.0, sequence: 0 };
         self.check(service!(self.readings.field)(self.raw, sensor, field.0, Some(&mut view)))?;
-        // SAFETY: it has just come from the host, and nothing has been measured since.
+        // SAFETY: `view` was filled by the host just now, and nothing has been measured since.
         Ok(unsafe { Reading::of(&view) })
     }
-    /// The declaration of a sensor's `index`-th field, with its shape for this sensor: name and shape. `None`: past the
-    /// last.
+    /// Returns name and shape of a sensor's `index`-th field, for this sensor; `None` past the last one.
     pub fn field_of(&self, sensor: tatu_object, index: u32) -> Option<(&'a str, [u32; 3])> {
         let describe = self.host.readings.and_then(|t| t.describe)?;
         let mut field = tatu_field { size: size_of::<tatu_field>() as u32, ..tatu_field::empty() };
-        // SAFETY: as large as its `size`.
+        // SAFETY: `field` is as large as its `size` states.
         if unsafe { describe(self.raw, sensor, index, &mut field) } < 0 || field.name.is_null() {
             return None;
         }
-        // SAFETY: a declaration's texts end with 0 and live as long as the world.
+        // SAFETY: texts of a declaration are NUL-terminated and live as long as the world; null was excluded above.
         unsafe { CStr::from_ptr(field.name) }.to_str().ok().map(|name| (name, field.dims))
     }
 

@@ -8,24 +8,24 @@ use crate::safe::{
 };
 
 impl<'a> World<'a> {
-    /// Calls a callback in all scripts that have it, except in `except` (0: none); results are discarded.
+    /// Calls a callback in all scripts that define it, except in `except` (0: none); results are discarded.
     pub fn broadcast(&self, callback: &str, args: &[ValueRef<'_>], except: tatu_object) -> Result {
         let (ptr, n) = (args.as_ptr().cast(), args.len() as u32);
         let broadcast = service!(self.scripts.broadcast);
-        // SAFETY: as many as the slice has; `ValueRef` is transparent over `tatu_value`.
+        // SAFETY: the pointer and the count are those of the slice `args`; `ValueRef` is transparent over `tatu_value`.
         self.check(unsafe { broadcast(self.raw(), callback.into(), ptr, n, except) })
     }
     /// Calls the child scripts below an object that the running stage (`TATU_STAGE_ACTUATE` or `TATU_STAGE_REACT`) has
-    /// not called yet, with these arguments, in its place; how many.
+    /// not called yet, with these arguments, instead of the stage; returns their number.
     pub fn call_below(&self, above: tatu_object, stage: u32, args: &[ValueRef<'_>]) -> Result<u32> {
         let (ptr, len, mut n) = (args.as_ptr().cast(), args.len() as u32, 0);
         let call_below = service!(self.scripts.call_below);
-        // SAFETY: as many as the slice has; `ValueRef` is transparent over `tatu_value`.
+        // SAFETY: the pointer and the count are those of the slice `args`; `ValueRef` is transparent over `tatu_value`.
         self.check(unsafe { call_below(self.raw(), above, stage, ptr, len, Some(&mut n)) })?;
         Ok(n)
     }
 
-    /// A signal; nil if it is not set.
+    /// Returns a signal; nil if it is not set.
     pub fn signal(&self, kind: u32, name: &[u8]) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL;
         let status = service!(self.signals.get)(self.raw(), kind, name.into(), Some(&mut value));
@@ -39,23 +39,23 @@ impl<'a> World<'a> {
     pub fn clear_signal(&self, kind: u32, name: &[u8]) -> Result<u32> {
         Ok(service!(self.signals.clear)(self.raw(), kind, name.into()))
     }
-    /// The `index`-th signal name of a kind.
+    /// Returns the `index`-th signal name of a kind.
     pub fn signal_name(&self, kind: u32, index: u32) -> Result<Option<Vec<u8>>> {
         let mut name = Lent::EMPTY;
         let status = service!(self.signals.name)(self.raw(), kind, index, Some(&mut name));
         Ok(self.found(status, name)?.map(|name| name.bytes().to_vec()))
     }
 
-    /// The scripts of an object; 0: all.
+    /// Returns the scripts of an object; 0: all.
     pub fn scripts(&self, owner: tatu_object) -> Result<Vec<tatu_object>> {
         let list = service!(self.scripts.list);
-        // SAFETY: `out` has room for `cap`.
+        // SAFETY: `fill` passes a buffer with room for `cap` elements.
         self.fill(|out, cap, n| unsafe { list(self.raw(), owner, out, cap, n) })
     }
     /// Calls a function of a script; returns its results.
     pub fn call_function(&self, script: tatu_object, function: &str, args: &[Value]) -> Result<Vec<Value>> {
         let call = service!(self.scripts.call);
-        // SAFETY: the frame is whole.
+        // SAFETY: `outgoing::call` passes a complete frame.
         let call = |world: WorldRef<'_>, frame: &mut tatu_call| unsafe { call(world, script, function.into(), frame) };
         outgoing::call(self, tatu_call::empty(), args, call).map(Called::done)
     }
@@ -77,7 +77,7 @@ impl<'a> World<'a> {
         Ok(out)
     }
 
-    /// The options of a script that was started from outside: a map of texts, empty for others.
+    /// Returns the options of a script that was started from outside, as a map of texts; empty for others.
     pub fn script_options(&self, script: tatu_object) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL;
         self.check(service!(self.scripts.options)(self.raw(), script, Some(&mut value)))?;
@@ -88,11 +88,11 @@ impl<'a> World<'a> {
     pub fn publish(&self, name: &str, payload: ValueRef<'_>) -> Result {
         self.check(service!(self.events.publish)(self.raw(), name.into(), Some(&payload)))
     }
-    /// As [`publish`](Self::publish), of an owned value.
+    /// Like [`publish`](Self::publish), for an owned value.
     pub fn publish_value(&self, name: &str, payload: &Value) -> Result {
         self.publish(name, Owned::default().value(payload))
     }
-    /// Calls a function of a script for each event of a name from now on; returns the number of the subscription.
+    /// Subscribes a function of a script to the events of a name; returns the number of the subscription.
     pub fn subscribe(&self, name: &str, handler: tatu_func) -> Result<u64> {
         let (mut kept, mut id) = (0, 0);
         self.check(service!(self.commands.retain)(self.raw(), handler, Some(&mut kept)))?;
@@ -108,7 +108,7 @@ impl<'a> World<'a> {
     pub fn unsubscribe(&self, id: u64) -> Result {
         self.check(service!(self.events.unsubscribe)(self.raw(), id))
     }
-    /// Whether an event has subscribers.
+    /// Returns whether an event has subscribers.
     pub fn is_wanted(&self, name: &str) -> bool {
         self.host().events.and_then(|t| t.wanted).is_some_and(|f| f(self.raw(), name.into()) != 0)
     }

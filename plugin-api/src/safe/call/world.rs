@@ -1,17 +1,17 @@
-//! A world, as plugins use it: objects, poses, sensors, bodies. Signals, events and calls are in `talk`; what can be
-//! read on several threads, in `shared_world`.
+//! A world with exclusive access: objects, poses, sensors, bodies. Signals, events and calls are in `talk`; functions
+//! that may be used on several threads are in `shared_world`.
 
 use std::{ffi::CString, ops::Deref};
 
 use crate::abi::*;
 use crate::safe::{Host, Result, SharedWorld, call::shared_world::service};
 
-/// The shortest way between two shapes, world frame.
+/// The shortest segment between two shapes, world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Closest {
-    /// Its end on the first, m.
+    /// End on the first shape, m.
     pub from: [f64; 3],
-    /// Its end on the second, m.
+    /// End on the second shape, m.
     pub to: [f64; 3],
     /// The shapes.
     pub pair: [tatu_object; 2],
@@ -20,7 +20,7 @@ pub struct Closest {
 /// Two shapes that touch.
 pub type Contact = tatu_contact;
 
-/// A world during a call that has exclusive access to it.
+/// A world, during a call with exclusive access to it.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub struct World<'a>(SharedWorld<'a>);
@@ -34,9 +34,9 @@ impl<'a> Deref for World<'a> {
 
 impl<'a> World<'a> {
     /// # Safety
-    /// `world` is a world of `host`, or null, and `'a` ends no later than the plugin's call that it was given to.
+    /// `world` is null or a world of `host`, and `'a` ends no later than the plugin's call that it was passed to.
     pub unsafe fn new(world: *mut tatu_world, host: &'a Host) -> Self {
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees the same as `WorldRef::new` requires.
         World(SharedWorld::new(unsafe { WorldRef::new(world) }, host))
     }
 
@@ -46,7 +46,7 @@ impl<'a> World<'a> {
         self.check(service!(self.scene.find)(self.raw(), from, path.into(), Some(&mut id)))?;
         Ok(id)
     }
-    /// Places an object.
+    /// Sets the pose of an object.
     pub fn set_pose(&self, object: tatu_object, frame: tatu_object, pose: &[f64; 7]) -> Result {
         self.check(service!(self.scene.set_pose)(self.raw(), object, frame, Some(pose)))
     }
@@ -66,36 +66,37 @@ impl<'a> World<'a> {
     /// Removes objects.
     pub fn remove(&self, objects: &[tatu_object]) -> Result {
         let remove = service!(self.scene.remove);
-        // SAFETY: as many as the slice has.
+        // SAFETY: the pointer and the count are those of the slice `objects`.
         self.check(unsafe { remove(self.raw(), objects.as_ptr(), objects.len() as u32) })
     }
     /// Lists objects below `base` (0: all); see the header for `kinds` and `flags`.
     pub fn list(&self, base: tatu_object, kinds: u32, flags: u32) -> Result<Vec<tatu_object>> {
         let list = service!(self.scene.list);
-        // SAFETY: `out` has room for `cap`.
+        // SAFETY: `fill` passes a buffer with room for `cap` elements.
         self.fill(|out, cap, n| unsafe { list(self.raw(), base, kinds, flags, out, cap, n) })
     }
-    /// Copies objects, in place; the copies in the same order.
+    /// Copies objects, at the same pose; returns the copies in the same order.
     pub fn copy(&self, objects: &[tatu_object]) -> Result<Vec<tatu_object>> {
         let mut out = vec![0; objects.len()];
         let (from, n) = (objects.as_ptr(), objects.len() as u32);
         let copy = service!(self.scene.copy);
-        // SAFETY: `n` objects, and room for as many copies.
+        // SAFETY: `from` points to `n` objects, and `out` has room for as many copies.
         self.check(unsafe { copy(self.raw(), from, n, out.as_mut_ptr()) })?;
         Ok(out)
     }
-    /// Loads a scene file, or one that an importer reads, below `parent` (0: the world); returns its first object.
-    /// `file` is what [`World::file`] returned.
+    /// Loads a scene file, or a file that an importer reads, as child of `parent` (0: the world); returns its first
+    /// object. `file` is the path that [`World::file`] returned.
     pub fn load(&self, file: &[u8], parent: tatu_object) -> Result<tatu_object> {
         let mut out = 0;
         self.check(service!(self.scene.load)(self.raw(), file.into(), parent, Some(&mut out)))?;
         Ok(out)
     }
-    /// Writes an object and all below it (0: the whole scene) as a scene file. `file` is what [`World::file`] returned.
+    /// Saves an object and all its descendants (0: the whole scene) as a scene file. `file` is the path that
+    /// [`World::file`] returned.
     pub fn save(&self, file: &[u8], base: tatu_object) -> Result {
         self.check(service!(self.scene.save)(self.raw(), file.into(), base))
     }
-    /// Reads a list that the host writes into an array; the host returns its length.
+    /// Reads a list that the host writes into an array, enlarging the array to the length that the host returns.
     pub(crate) fn fill<T: Copy + Default>(
         &self,
         call: impl Fn(*mut T, u32, Option<&mut u32>) -> tatu_status,
@@ -110,18 +111,18 @@ impl<'a> World<'a> {
             out.resize(n as usize, T::default());
         }
     }
-    /// Measures with a sensor now; `only`: detect only this object, 0: all.
+    /// Measures a sensor now; `only`: detect only this object, 0: all.
     pub fn sense_now(&self, sensor: tatu_object, only: tatu_object) -> Result {
         self.check(service!(self.readings.sense_now)(self.raw(), sensor, only))
     }
-    /// Measures with a sensor now, with other limits; `size` is set here.
+    /// Measures a sensor now, with other limits; `size` of `look` is set here.
     pub fn look_through(&self, sensor: tatu_object, look: tatu_look) -> Result {
         let look = tatu_look { size: size_of::<tatu_look>() as u32, ..look };
         let look_through = service!(self.readings.look);
-        // SAFETY: as large as its `size`.
+        // SAFETY: `look` is as large as its `size` states.
         self.check(unsafe { look_through(self.raw(), sensor, &look) })
     }
-    /// Whether a script is there and outlives runs: one of another kind than "main" and "child".
+    /// Returns whether a script exists and outlives runs: its kind is neither "main" nor "child".
     pub fn outlives_runs(&self, script: tatu_object) -> bool {
         let kind = self.get(script, self.host().prop("script.kind"));
         script != 0 && kind.is_ok_and(|k| k.as_str().is_some_and(|k| !matches!(&*k, "main" | "child")))
@@ -130,60 +131,61 @@ impl<'a> World<'a> {
     pub fn reset_reading(&self, sensor: tatu_object) -> Result {
         self.check(service!(self.readings.reset)(self.raw(), sensor))
     }
-    /// The sensors that fill a schema ("proximity/1").
+    /// Returns the sensors with readings of a schema ("proximity/1").
     pub fn sensors(&self, schema: &str) -> Result<Vec<tatu_object>> {
         let schema = CString::new(schema).unwrap_or_default();
         let list = service!(self.readings.list);
-        // SAFETY: `out` has room for `cap`.
+        // SAFETY: `fill` passes a buffer with room for `cap` elements.
         self.fill(|out, cap, n| unsafe { list(self.raw(), schema.as_c_str().into(), out, cap, n) })
     }
     /// Sets the velocity of a dynamic shape.
     pub fn set_twist(&self, object: tatu_object, twist: &[f64; 6]) -> Result {
         self.check(service!(self.bodies.set_twist)(self.raw(), object, Some(twist)))
     }
-    /// Applies a force and a torque to a dynamic shape in the next physics step: N and N m at its centre of mass,
-    /// world.
+    /// Applies a force and a torque to a dynamic shape in the next physics step: N and N m at its centre of mass, in
+    /// the world frame.
     pub fn push(&self, object: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
         self.check(service!(self.bodies.push)(self.raw(), object, Some(force), Some(torque)))
     }
-    /// Pairs of shapes in contact, of one shape or (0) of all.
+    /// Returns the pairs of shapes in contact, of one shape or (0) of all.
     pub fn contacts(&self, object: tatu_object) -> Result<Vec<Contact>> {
         let contacts = service!(self.bodies.contacts);
-        // SAFETY: `out` has room for `cap`.
+        // SAFETY: `fill` passes a buffer with room for `cap` elements.
         self.fill(|out, cap, n| unsafe { contacts(self.raw(), object, out, cap, n) })
     }
 
-    /// Friction at the contacts of [`Self::contacts`], in the same order: N, world, on the second shape.
+    /// Returns the friction at the contacts of [`Self::contacts`], in the same order: N, world frame, on the second
+    /// shape.
     pub fn frictions(&self, object: tatu_object) -> Result<Vec<[f64; 3]>> {
         let frictions = service!(self.bodies.frictions);
-        // SAFETY: `out` has room for `cap`.
+        // SAFETY: `fill` passes a buffer with room for `cap` elements.
         let numbers: Vec<f64> = self.fill(|out, cap, n| unsafe { frictions(self.raw(), object, out, cap, n) })?;
         Ok(numbers.as_chunks::<3>().0.to_vec())
     }
 
-    /// The shortest way from any shape of a list to any of another (empty: to any other shape), no longer than `limit`
-    /// if that is above 0: both ends, and the two shapes. `None`: none is that near.
+    /// Returns the shortest segment from any shape of one list to any of another (empty: to any other shape), no longer
+    /// than `limit` if that is above 0: both ends, and the two shapes. `None`: no shapes are that close.
     pub fn closest(&self, a: &[tatu_object], b: &[tatu_object], limit: f64) -> Result<Option<Closest>> {
         let (mut points, mut pair) = ([0.0; 6], [0; 2]);
         let (ap, an, bp, bn) = (a.as_ptr(), a.len() as u32, b.as_ptr(), b.len() as u32);
         let closest = service!(self.bodies.closest);
-        // SAFETY: as many as the slices have.
+        // SAFETY: the pointers and counts are those of the slices `a` and `b`.
         let status = unsafe { closest(self.raw(), ap, an, bp, bn, limit, Some(&mut points), Some(&mut pair)) };
         let [a, b, c, d, e, f] = points;
         self.found(status, Closest { from: [a, b, c], to: [d, e, f], pair })
     }
-    /// Whether the engine moves an object: dynamic shapes and joints between two bodies, once physics has run.
+    /// Returns whether physics moves an object: dynamic shapes, and joints between two bodies, once physics has run.
     pub fn is_dynamic(&self, object: tatu_object) -> Result<bool> {
         let mut yes = 0;
         self.check(service!(self.bodies.is_dynamic)(self.raw(), object, Some(&mut yes)))?;
         Ok(yes != 0)
     }
-    /// Requests a change of state, which takes effect after the pass: one of `TATU_REQUEST_*`.
+    /// Requests a change of state, one of `TATU_REQUEST_*`, which takes effect after the pass.
     pub fn request(&self, what: u32) -> Result {
         self.check(service!(self.session.request)(self.raw(), what))
     }
-    /// The `index`-th input from outside since the start, other than calls by services: its kind ("key") and
-    /// its text. `None`: past the last.
+    /// Returns the `index`-th input from outside since the start, except calls by services: its kind ("key") and its
+    /// text; `None` past the last one.
     pub fn input(&self, index: u64) -> Option<(String, String)> {
         let input = self.host().session?.input?;
         let (mut kind, mut text) = (Lent::EMPTY, Lent::EMPTY);

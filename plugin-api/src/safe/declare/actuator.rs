@@ -1,4 +1,4 @@
-//! Actuator kinds: motion and commands in, wrench and effort out.
+//! Actuator kinds, which compute a wrench and an effort from motion and commands.
 
 use std::{cell::RefCell, ffi::c_void, sync::Arc};
 
@@ -13,7 +13,7 @@ use crate::safe::{
     value::{keep::Keep, once::once},
 };
 
-/// One actuator of a batch: the motion of its mount, and its commands.
+/// The input of one actuator of a batch: the motion of its mount, and its commands.
 pub struct Drive<'a> {
     batch: &'a tatu_actuator_batch,
     commands: &'a [f64],
@@ -21,28 +21,28 @@ pub struct Drive<'a> {
 }
 
 impl<'a> Drive<'a> {
-    /// The value of this instance in an array that has one for each.
+    /// Returns this instance's element of an array with one element per instance.
     fn own<T: Copy>(&self, array: *const T) -> T {
-        // SAFETY: the host's arrays have one for each instance.
+        // SAFETY: the host's arrays have one element for each of the batch's `n` instances, and `i` is below `n`.
         unsafe { *array.add(self.i) }
     }
-    /// Simulation time, s.
+    /// Returns the simulation time, s.
     pub fn time(&self) -> f64 {
         self.batch.time
     }
-    /// Duration of the output: the time until the next call, s.
+    /// Returns the duration of the output, that is, the time until the next call, s.
     pub fn dt(&self) -> f64 {
         self.batch.dt
     }
-    /// The actuator.
+    /// Returns the actuator.
     pub fn actuator(&self) -> tatu_object {
         self.own(self.batch.actuator)
     }
-    /// The mount's pose in the world: x y z, quaternion x y z w.
+    /// Returns the mount's pose in the world: x y z, quaternion x y z w.
     pub fn pose(&self) -> [f64; 7] {
         self.own(self.batch.pose.cast())
     }
-    /// A direction of the mount's frame, in the world.
+    /// Rotates a direction from the mount's frame to the world.
     pub fn to_world(&self, v: [f64; 3]) -> [f64; 3] {
         let [_, _, _, x, y, z, w] = self.pose();
         let cross = |a: [f64; 3], b: [f64; 3]| {
@@ -52,15 +52,15 @@ impl<'a> Drive<'a> {
         let u = cross([x, y, z], t);
         [v[0] + w * t[0] + u[0], v[1] + w * t[1] + u[1], v[2] + w * t[2] + u[2]]
     }
-    /// The mount's twist: m/s, then rad/s, world.
+    /// Returns the mount's twist in the world frame: m/s, then rad/s.
     pub fn twist(&self) -> [f64; 6] {
         self.own(self.batch.twist.cast())
     }
-    /// Position and velocity of the joint it sits on: rad or m; 0 without one.
+    /// Returns position and velocity of the joint it is attached to: rad or m; 0 without one.
     pub fn joint(&self) -> [f64; 2] {
         self.own(self.batch.joint.cast())
     }
-    /// Its commands, in the order of [`Actuator::commands`].
+    /// Returns its commands, in the order of [`Actuator::commands`].
     pub fn commands(&self) -> &'a [f64] {
         self.commands
     }
@@ -68,55 +68,55 @@ impl<'a> Drive<'a> {
 
 /// The output of one actuator until the next call, and its state; all zero at first.
 pub struct Output<'a> {
-    /// Force on the mount's origin, N, world.
+    /// Force on the mount's origin, world frame, N.
     pub force: [f64; 3],
-    /// Torque on the mount, N m, world.
+    /// Torque on the mount, world frame, N m.
     pub torque: [f64; 3],
-    /// Torque N m or force N of the joint it sits on.
+    /// Torque or force of the joint it is attached to, N m or N.
     pub effort: f64,
-    /// [`Actuator::STATE`] numbers that are kept between calls; zeroed when the scene is reset.
+    /// [`Actuator::STATE`] numbers that persist between calls; zeroed when the scene is reset.
     pub state: &'a mut [f64],
 }
 
-/// A kind of actuator. One value per actuator in a world.
+/// A kind of actuator. There is one value per actuator in a world.
 pub trait Actuator: Sized + Send + Sync + 'static {
-    /// The plugin that offers it.
+    /// The plugin that provides it.
     type Plugin: Plugin;
-    /// The name in scene files: "thruster".
+    /// Id of the kind of actuator in scene files, such as "thruster".
     const ID: &'static str;
-    /// One sentence.
+    /// Description, one sentence.
     const TEXT: &'static str;
     /// Whether it is called before each physics step, instead of once per step of the world.
     const EVERY_SUBSTEP: bool = false;
-    /// Numbers that each instance keeps between calls: [`Output::state`]. The host stores them, so that they are in
-    /// snapshots and go through a reload.
+    /// Number of values that each instance keeps between calls: [`Output::state`]. The host stores them, so they are
+    /// part of snapshots and survive a reload.
     const STATE: usize = 0;
-    /// Version of these numbers and of what [`Actuator::save`] writes; increase it when their meaning changes.
+    /// Version of these values and of the data that [`Actuator::save`] writes; increase it when their meaning changes.
     const STATE_VERSION: u32 = 0;
 
-    /// Its parameters.
+    /// Declares its parameters.
     fn params() -> Vec<Param>;
-    /// Its commands: floats, set by scenes like parameters, and by scripts at any time.
+    /// Declares its commands: floats, set by scenes like parameters, and by scripts at any time.
     fn commands() -> Vec<Param>;
-    /// Creates one. `world` is read-only.
+    /// Creates an instance. `world` is read-only.
     fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
-    /// Takes new values of live parameters: `changed` has a bit for each, in the order of declaration; its state is
+    /// Applies new values of live parameters: `changed` has a bit for each, in the order of declaration; the state is
     /// kept. After an error the old values stay in effect. A parameter with [`Param::rebuilds`] is never passed here.
     fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
         let _ = (params, changed);
         Ok(Change::Rebuild)
     }
-    /// What its output depends on besides parameters, commands and [`Actuator::STATE`], for a snapshot. Most have
-    /// nothing of the kind.
+    /// Saves for a snapshot what the output depends on besides parameters, commands and [`Actuator::STATE`]; most
+    /// actuators have nothing of that kind.
     fn save(&self) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
-    /// Restores what `save` of `version` wrote, into an actuator created with the same parameters.
+    /// Restores data that `save` of `version` wrote, into an actuator created with the same parameters.
     fn load(&self, bytes: &[u8], version: u32) -> Result {
         let _ = version;
         if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
-    /// Computes forces from its commands. Must not block; runs on several threads.
+    /// Computes forces from the commands. It must not block, and is called on several threads.
     fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result;
 }
 
@@ -138,12 +138,12 @@ pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
     keep.table(raw)
 }
 
-/// What the host keeps as `data`.
+/// The `data` that the host stores for an instance.
 struct Data<A> {
-    /// In a cell: while it is being configured nothing else may use it, not even its own calls. Each instance is used
-    /// by one thread at a time.
+    /// The actuator, in a cell because nothing else may use it while it is being configured, not even its own calls.
+    /// Only one thread at a time uses an instance.
     actuator: RefCell<A>,
-    /// As many as were declared to the host.
+    /// Number of commands that were declared to the host.
     n_commands: usize,
 }
 
@@ -188,16 +188,17 @@ unsafe extern "C" fn apply<A: Actuator>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: the host gives a valid batch; its instances belong to this call alone.
+        // SAFETY: the host passes null or a batch that is valid during the call, and no other thread uses its
+        // instances.
         let batch = unsafe { batch.as_ref() }.ok_or_else(|| Fail::new("the host passed no batch"))?;
-        // The state is copied in and out: the block itself is the host's.
+        // The state is copied in and out, because the block itself belongs to the host.
         let mut state = vec![0.0; A::STATE];
         for i in 0..batch.n as usize {
-            // SAFETY: one entry per instance in each array, as many commands as declared, and a state block as large as
-            // declared, whose alignment is that of the host's numbers of 8 bytes.
+            // SAFETY: each array has one entry per instance, and `i` is below `n`. `data` was made by `create`;
+            // `command` has the declared number of values; the state block has the declared size and is 8-byte aligned.
             unsafe {
                 let data = life::of::<Data<A>>(*batch.data.add(i));
-                // Null where it has no bytes.
+                // Null if the instance has no state.
                 let block = (*batch.state.add(i)).cast::<f64>();
                 if A::STATE > 0 {
                     std::ptr::copy_nonoverlapping(block, state.as_mut_ptr(), A::STATE);

@@ -1,4 +1,4 @@
-//! Commands: declared once, callable from every script language, remote client and plugin.
+//! Commands: declared once, and callable from every script language, remote client and plugin.
 
 use std::{ffi::c_void, ptr::null};
 
@@ -11,12 +11,12 @@ use crate::safe::{
 };
 
 impl<P: Plugin> Command<P> {
-    /// A command with its first name and its function, which worlds on several threads call concurrently. If the
-    /// function uses [`Call::instance`] or [`SharedCall::plugin`], the compiler needs the type of the plugin:
+    /// Creates a command with its first name and its function, which worlds on several threads may call concurrently.
+    /// If the function uses [`Call::instance`] or [`SharedCall::plugin`], the compiler needs the type of the plugin:
     /// `Command::<Self>::new(...)`.
     ///
-    /// One that may wait returns [`Outcome::Waiting`](crate::safe::Outcome), as `wait_steps` and its siblings do, or
-    /// `Done`:
+    /// A function that may wait returns [`Outcome::Waiting`](crate::safe::Outcome), as `wait_steps` and the other waits
+    /// do, or `Done`:
     ///
     /// ```
     /// # use tatu_plugin_api::safe::*;
@@ -36,8 +36,8 @@ impl<P: Plugin> Command<P> {
     ) -> Self {
         Self::with(name.into(), Function::Alone(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
     }
-    /// One that parallel scripts may call too, on several threads at once. It can read the world;
-    /// [`SharedWorld::set`](crate::safe::SharedWorld::set) can change drives of joints only.
+    /// Creates a command that parallel scripts may call too, on several threads at once. It can read the world;
+    /// [`SharedWorld::set`](crate::safe::SharedWorld::set) can only change drives of joints.
     pub fn side_by_side<T: IntoResult + 'static>(
         name: impl Into<String>,
         run: impl Fn(&mut SharedCall<'_, P>) -> Result<T> + Send + Sync + 'static,
@@ -59,17 +59,17 @@ impl<P: Plugin> Command<P> {
             run,
         }
     }
-    /// Another name.
+    /// Adds another name.
     pub fn alias(mut self, name: impl Into<String>) -> Self {
         self.names.push(Name { name: name.into(), on_error: None, until: None });
         self
     }
-    /// Another name, whose errors are logged, and which then returns these values.
+    /// Adds an old name: errors of calls by it are logged, and these values are returned instead.
     pub fn old_name(mut self, name: impl Into<String>, on_error: impl Into<Vec<Value>>) -> Self {
         self.names.push(Name { name: name.into(), on_error: Some(on_error.into()), until: None });
         self
     }
-    /// The first dialect, a version, in which errors of old names are raised again.
+    /// Sets the first dialect in which errors of old names are raised again.
     pub fn old_names_until(mut self, dialect: &str) -> Self {
         self.names.iter_mut().filter(|n| n.on_error.is_some()).for_each(|n| n.until = Some(dialect.into()));
         self
@@ -84,55 +84,55 @@ impl<P: Plugin> Command<P> {
         (self.status, self.notes) = (Status::Stub, notes.into());
         self
     }
-    /// A note for users about what differs, of a complete command.
+    /// Adds a note for users about differences of a complete command.
     pub fn notes(mut self, notes: impl Into<String>) -> Self {
         self.notes = notes.into();
         self
     }
-    /// Its subject, one word, unless already set.
+    /// Sets its subject, one word, unless one is set already.
     pub fn subject(mut self, subject: &str) -> Self {
         if self.subject.is_empty() {
             self.subject = subject.into();
         }
         self
     }
-    /// Its first name.
+    /// Returns its first name.
     pub fn name(&self) -> &str {
         &self.names[0].name
     }
-    /// Whether it has an example.
+    /// Returns whether it has an example.
     pub fn has_example(&self) -> bool {
         !self.example.is_empty()
     }
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.names.iter().map(|n| n.name.as_str())
     }
-    /// The next parameter.
+    /// Adds the next parameter.
     pub fn param(mut self, param: Param) -> Self {
         self.params.push(param);
         self
     }
-    /// Passes arguments unchecked; parameters are documentation only.
+    /// Passes arguments unchecked, so that parameters are documentation only.
     pub fn raw(mut self) -> Self {
         self.raw = true;
         self
     }
-    /// The next result.
+    /// Adds the next result.
     pub fn returns(mut self, param: Param) -> Self {
         self.returns.push(param);
         self
     }
-    /// What it does: one sentence.
+    /// Sets its description, one sentence.
     pub fn text(mut self, text: impl Into<String>) -> Self {
         self.text = text.into();
         self
     }
-    /// An example in Lua that raises an error if the effect is missing.
+    /// Sets an example in Lua, which must raise an error if the command has no effect.
     pub fn example(mut self, example: impl Into<String>) -> Self {
         self.example = example.into();
         self
     }
-    /// The complete error where waiting is not possible: what cannot be done, and what to do instead.
+    /// Sets the complete error for callers that cannot wait: what is not possible, and what to do instead.
     pub fn no_wait(mut self, text: impl Into<String>) -> Self {
         self.no_wait = Some(text.into());
         self
@@ -183,7 +183,7 @@ impl<P: Plugin> Command<P> {
     }
 }
 
-/// A named value for scripts.
+/// A named constant for scripts.
 #[derive(Debug, Clone)]
 pub struct Constant {
     pub(crate) name: String,
@@ -191,7 +191,7 @@ pub struct Constant {
 }
 
 impl Constant {
-    /// A name and its value.
+    /// Creates a constant.
     pub fn new(name: impl Into<String>, value: impl Into<Value>) -> Self {
         Constant { name: name.into(), value: value.into() }
     }

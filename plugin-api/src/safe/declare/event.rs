@@ -11,16 +11,16 @@ pub struct Event {
 }
 
 impl Event {
-    /// An event by name, which begins with the plugin's name space: "gripper.closed".
+    /// Creates an event. Its name begins with the plugin's namespace: "gripper.closed".
     pub fn new(name: impl Into<String>) -> Self {
         Event { name: name.into(), text: String::new(), fields: Vec::new() }
     }
-    /// When it is published: one sentence.
+    /// Describes when it is published, in one sentence.
     pub fn text(mut self, text: impl Into<String>) -> Self {
         self.text = text.into();
         self
     }
-    /// The next field of its payload.
+    /// Adds the next field of its payload.
     pub fn field(mut self, field: Param) -> Self {
         self.fields.push(field);
         self

@@ -1,4 +1,4 @@
-//! Importers: from the bytes of a file to objects.
+//! Importers, which convert the bytes of a file to objects.
 
 use std::{ffi::c_void, sync::Arc};
 
@@ -11,20 +11,20 @@ use crate::safe::{
 
 /// An importer.
 pub trait Importer: Sized + 'static {
-    /// The plugin that offers it.
+    /// The plugin that provides it.
     type Plugin: Plugin;
-    /// The name in scene files: "urdf".
+    /// Id of the importer in scene files, such as "urdf".
     const ID: &'static str;
-    /// One sentence.
+    /// Description, one sentence.
     const TEXT: &'static str;
-    /// Suffixes of file names: ".urdf".
+    /// Suffixes of file names, such as ".urdf".
     const SUFFIXES: &'static [&'static str];
 
-    /// Its parameters.
+    /// Declares its parameters.
     fn params() -> Vec<Param>;
-    /// Confidence, 0 to 100, that it can read a file that begins with `head`. 0: by suffix only.
+    /// Returns the confidence, 0 to 100, that it can read a file that begins with `head`. 0: recognized by suffix only.
     fn sniff(head: &[u8]) -> u32;
-    /// Reads a file: the first object is the base. An error gives its line by `Fail::at("", line)`; malformed input
+    /// Reads a file; the first object is the base. An error reports its line by `Fail::at("", line)`; malformed input
     /// must cause an error, never a crash.
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result;
 }
@@ -51,7 +51,7 @@ pub(crate) fn table<I: Importer>(keep: &mut Keep) -> *const tatu_importer {
 }
 
 unsafe extern "C" fn sniff<I: Importer>(_: *mut c_void, head: tatu_str) -> u32 {
-    // SAFETY: the host's bytes live during the call.
+    // SAFETY: the host keeps the bytes valid during the call.
     guard::quiet(|| I::sniff(unsafe { bytes_of(head) }))
 }
 
@@ -64,7 +64,8 @@ unsafe extern "C" fn load<I: Importer>(
 ) -> tatu_status {
     guard::run(error, || {
         let declared = params_of::<I>();
-        // SAFETY: the host gives live bytes, a live builder and one value per declared parameter.
+        // SAFETY: the host passes bytes and a builder that are valid during the call, and one value per declared
+        // parameter.
         let (bytes, raw, values) = unsafe { (bytes_of(bytes), &*builder, ValueRef::slice(params, declared.len())) };
         I::load(bytes, &Builder::new(raw), &Params::new(values, &declared))?;
         Ok(TATU_OK)

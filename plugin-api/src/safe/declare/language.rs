@@ -26,7 +26,7 @@ pub struct Budget {
     pub memory: u64,
 }
 
-/// The outcome of a call of a script.
+/// The outcome of a call into a script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flow {
     /// It returned.
@@ -35,74 +35,74 @@ pub enum Flow {
     Waiting,
 }
 
-/// The frame of a call into a script: arguments in, results out.
+/// The frame of a call into a script: arguments and results.
 pub struct Frame<'a> {
     raw: &'a mut tatu_call,
 }
 
 impl<'a> Frame<'a> {
-    /// The C frame.
+    /// Returns the C frame.
     pub fn raw(&mut self) -> *mut tatu_call {
         self.raw
     }
-    /// The arguments.
+    /// Returns the arguments.
     pub fn args(&self) -> &'a [ValueRef<'a>] {
-        // SAFETY: the host gives `n_args` values, valid during the call.
+        // SAFETY: the host passes `n_args` values, valid during the call, and `'a` is the call.
         unsafe { ValueRef::slice(self.raw.args, self.raw.n_args as usize) }
     }
     /// Adds a result.
     ///
     /// # Safety
-    /// What it points to stays valid until the caller has read it.
+    /// Everything that `value` points to stays valid until the caller has read it.
     pub unsafe fn push(&mut self, value: tatu_value) -> Result {
         if self.raw.n_results >= self.raw.results_cap {
             return Err(Fail::with_code(TATU_ERR_SPACE, "too many results"));
         }
-        // SAFETY: the caller's array has room for `results_cap`.
+        // SAFETY: `results` has room for `results_cap` values, and `n_results` is below that.
         unsafe { *self.raw.results.add(self.raw.n_results as usize) = value };
         self.raw.n_results += 1;
         Ok(())
     }
-    /// Memory that is valid until the caller has read the results; 8-byte aligned; null: out of memory.
+    /// Allocates memory that is valid until the caller has read the results, 8-byte aligned; null: out of memory.
     pub fn alloc(&mut self, bytes: usize) -> *mut u8 {
         running::alloc(self.raw, bytes)
     }
 }
 
-/// A script language: one value per script.
+/// A script language. There is one value per script.
 pub trait Language: Sized + 'static {
-    /// The plugin that offers it.
+    /// The plugin that provides it.
     type Plugin: Plugin;
-    /// "lua"
+    /// Id of the language, such as "lua".
     const ID: &'static str;
-    /// One sentence.
+    /// Description, one sentence.
     const TEXT: &'static str;
-    /// ".lua"
+    /// Suffixes of its files, such as ".lua".
     const SUFFIXES: &'static [&'static str];
 
-    /// Creates the state of a script, without text yet. Keeping the world for later calls is unsafe; see
-    /// [`World::new`].
+    /// Creates the state of a script, without a text. Keeping the world for later calls is unsafe; see [`World::new`].
     fn create(world: &World<'_>, instance: Instance) -> Result<Self>;
     /// Loads the text; `dialect` may be empty. Returns the dialect in use.
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String>;
-    /// `TATU_SCRIPT_*` bits of a script whose text is loaded.
+    /// Returns the `TATU_SCRIPT_*` bits of a script whose text is loaded.
     fn traits(&self) -> u32 {
         0
     }
-    /// The order of scripts, `TATU_ORDER_*`, in a world whose scene names this dialect or, if that is empty, that
-    /// has modern scripts or none; 0: deepest first.
+    /// Returns the order of scripts, `TATU_ORDER_*`, in a world whose scene specifies this dialect, or if that is
+    /// empty, `_modern`: whether it has modern scripts or none; 0: deepest first.
     fn order(&self, _dialect: &str, _modern: bool) -> u32 {
         0
     }
-    /// The position of the script while a command that it called runs: file, line and traceback, as of a failure.
+    /// Returns the position of the script while a command that it called runs: file, line and traceback, as in an
+    /// error.
     fn place(&self) -> Option<Fail> {
         None
     }
-    /// A number for something callable; 0: none. `how` is `TATU_FIND_*`.
+    /// Returns a number for a callable; 0: there is none. `how` is `TATU_FIND_*`.
     fn find(&self, how: u32, name: &[u8]) -> u32;
-    /// Calls it; `used` counts instructions.
+    /// Calls a callable; `used` returns the number of instructions.
     fn call(&self, callable: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
-    /// A wait has ended; the arguments are its results, or it failed.
+    /// Continues after a wait: the arguments are its results, unless it failed.
     fn resume(
         &self,
         token: u64,
@@ -111,25 +111,26 @@ pub trait Language: Sized + 'static {
         budget: Budget,
         used: &mut u64,
     ) -> Result<Flow>;
-    /// Version of what [`Language::save`] writes; increase it when that changes.
+    /// Version of the data that [`Language::save`] writes; increase it when that changes.
     const STATE_VERSION: u32 = 0;
-    /// The state of the script, for a snapshot; an error names the variable that cannot be saved. The script, which
-    /// continues, must not be affected.
+    /// Saves the state of the script for a snapshot; an error names the variable that cannot be saved. The script
+    /// continues, and must not be affected.
     fn save(&self) -> Result<Vec<u8>> {
-        Err(Fail::unsupported("this language cannot write the state of a script"))
+        Err(Fail::unsupported("this language cannot save the state of a script"))
     }
-    /// Restores what `save` of `version` wrote; the text has been loaded, but has not run.
+    /// Restores data that `save` of `version` wrote; the text has been loaded, but has not run.
     fn restore(&self, bytes: &[u8], version: u32) -> Result<()> {
         let _ = (bytes, version);
-        Err(Fail::unsupported("this language cannot read the state of a script"))
+        Err(Fail::unsupported("this language cannot restore the state of a script"))
     }
-    /// Retains a borrowed function: returns its permanent id, 0 if it is gone.
+    /// Retains a borrowed function: returns its permanent id; 0 if it does not exist any more.
     fn keep_func(&self, local: u32) -> u32;
     /// Releases a retained function.
     fn drop_func(&self, local: u32);
     /// Calls a function, borrowed or retained.
     fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
-    /// Whether it supports a dialect that a scene names; the error lists those it supports. By default any is accepted.
+    /// Checks whether it supports a dialect that a scene names; the error lists the supported ones. By default all are
+    /// accepted.
     fn knows_dialect(_dialect: &str) -> Result {
         Ok(())
     }
@@ -156,12 +157,12 @@ impl<L: Language> Life for Data<L> {
     }
 }
 
-/// Queries the script of a call.
+/// Queries the script of a call that cannot return an error.
 ///
 /// # Safety
-/// `data` is what the host was given for it.
+/// `data` was made by `create` for this language, and is live.
 unsafe fn ask<L: Language, T: Default>(data: *mut c_void, ask: impl FnOnce(&L) -> T) -> T {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that `data` is a live `Data<L>`.
     let script = unsafe { &life::of::<Data<L>>(data).language };
     guard::quiet(|| ask(script))
 }
@@ -195,7 +196,7 @@ unsafe extern "C" fn knows_dialect<L: Language>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: the host's text lives during the call.
+        // SAFETY: the host keeps the text valid during the call.
         let dialect = String::from_utf8_lossy(unsafe { bytes_of(dialect) });
         L::knows_dialect(&dialect)?;
         Ok(TATU_OK)
@@ -211,7 +212,7 @@ unsafe extern "C" fn load<L: Language>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: made by `create`; texts are valid during the call.
+        // SAFETY: `data` was made by `create` and is live; the host keeps the texts valid during the call.
         let (data, text, chunk, dialect) =
             unsafe { (life::of::<Data<L>>(data), bytes_of(text), bytes_of(chunk), bytes_of(dialect)) };
         let (chunk, dialect) = (String::from_utf8_lossy(chunk), String::from_utf8_lossy(dialect));
@@ -219,24 +220,26 @@ unsafe extern "C" fn load<L: Language>(
         let len = result.as_bytes().len() as u64;
         let mut kept = data.dialect.lock().map_err(|_| Fail::new("the script's state is unusable"))?;
         *kept = result;
-        // SAFETY: the host gives a place for the answer.
+        // SAFETY: the host passes a valid place for the answer; the text lives in `data`, until the next call of `load`
+        // or the end of the instance.
         unsafe { *chosen = tatu_str { ptr: kept.as_ptr().cast::<c_char>(), len } };
         Ok(TATU_OK)
     })
 }
 
 unsafe extern "C" fn traits<L: Language>(data: *mut c_void) -> u32 {
-    // SAFETY: by the contract; here and below.
+    // SAFETY: the host passes the `data` that `create` made, while it is live.
     unsafe { ask(data, L::traits) }
 }
 
 unsafe extern "C" fn order<L: Language>(data: *mut c_void, dialect: tatu_str, modern: u32) -> u32 {
-    // SAFETY: by the contract; the text is valid during the call.
+    // SAFETY: the host passes the `data` that `create` made, while it is live, and keeps the text valid during the
+    // call.
     unsafe { ask(data, |script: &L| script.order(&Lent::new(dialect).text(), modern != 0)) }
 }
 
 unsafe extern "C" fn place<L: Language>(data: *mut c_void, error: *mut tatu_error) {
-    // SAFETY: by the contract; the host's error object.
+    // SAFETY: the host passes the `data` that `create` made, while it is live, and null or a live error object.
     unsafe {
         if let Some(place) = ask(data, L::place) {
             place.write(error);
@@ -245,11 +248,12 @@ unsafe extern "C" fn place<L: Language>(data: *mut c_void, error: *mut tatu_erro
 }
 
 unsafe extern "C" fn find<L: Language>(data: *mut c_void, how: u32, name: tatu_str) -> u32 {
-    // SAFETY: by the contract; the name is valid during the call.
+    // SAFETY: the host passes the `data` that `create` made, while it is live, and keeps the name valid during the
+    // call.
     unsafe { ask(data, |script: &L| script.find(how, bytes_of(name))) }
 }
 
-/// Runs one entry into the script.
+/// Enters the script with a frame and a budget.
 fn enter<L: Language>(
     data: *mut c_void,
     frame: *mut tatu_call,
@@ -259,7 +263,8 @@ fn enter<L: Language>(
     f: impl FnOnce(&L, &mut Frame<'_>, Budget, &mut u64) -> Result<Flow>,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: made by `create`; the host gives valid pointers.
+        // SAFETY: `data` was made by `create` and is live; the host passes a frame, a budget and a counter that are
+        // valid during the call.
         let (script, raw, budget, used) =
             unsafe { (&life::of::<Data<L>>(data).language, &mut *frame, &*budget, &mut *used) };
         let budget = Budget { instructions: budget.instructions, memory: budget.memory };
@@ -289,19 +294,20 @@ unsafe extern "C" fn resume<L: Language>(
     error: *mut tatu_error,
 ) -> tatu_status {
     enter(data, frame, budget, used, error, |l: &L, f, b, u| {
-        // SAFETY: the host's error of the command that waited.
+        // SAFETY: the frame's error is null or the host's error of the command that waited, which is live during the
+        // call.
         let failed = (failed < 0).then(|| unsafe { Fail::read(failed, f.raw.error) });
         l.resume(token, failed, f, b, u)
     })
 }
 
 unsafe extern "C" fn keep_func<L: Language>(data: *mut c_void, local: u32) -> u32 {
-    // SAFETY: by the contract.
+    // SAFETY: the host passes the `data` that `create` made, while it is live.
     unsafe { ask(data, |script: &L| script.keep_func(local)) }
 }
 
 unsafe extern "C" fn drop_func<L: Language>(data: *mut c_void, local: u32) {
-    // SAFETY: by the contract.
+    // SAFETY: the host passes the `data` that `create` made, while it is live.
     unsafe { ask(data, |script: &L| script.drop_func(local)) };
 }
 

@@ -1,4 +1,4 @@
-//! What a plugin declares: one trait or type per kind.
+//! Declarations of a plugin: one trait or type for each kind.
 
 pub(crate) mod actuator;
 pub(crate) mod command;

@@ -1,4 +1,4 @@
-//! Models: functions from parameters to objects.
+//! Models, which build objects from parameters.
 
 use std::{
     ffi::{CString, c_void},
@@ -14,25 +14,25 @@ use crate::safe::{
 
 /// A model.
 pub trait Model: Sized + 'static {
-    /// The plugin that offers it.
+    /// The plugin that provides it.
     type Plugin: Plugin;
-    /// The name in scene files: "pioneer_p3dx".
+    /// Id of the model in scene files, such as "pioneer_p3dx".
     const ID: &'static str;
-    /// One sentence.
+    /// Description, one sentence.
     const TEXT: &'static str;
-    /// Aliases of the objects to which others can be attached.
+    /// Aliases of the objects to which other objects can be attached.
     const SLOTS: &'static [&'static str] = &[];
 
-    /// Its category in lists: "mobile robots", "arms", "furniture"; empty: none.
+    /// Category in lists: "mobile robots", "arms", "furniture"; empty: none.
     const CATEGORY: &'static str = "";
 
-    /// Its parameters.
+    /// Declares the model's parameters.
     fn params() -> Vec<Param>;
-    /// Builds it: the first object is the base, at the model's default pose.
+    /// Builds the model; the first object is its base, at the model's default pose.
     fn build(builder: &Builder<'_>, params: &Params<'_>) -> Result;
 }
 
-/// Writes the document of a model or import.
+/// Builds the document of a model or import.
 #[derive(Clone, Copy)]
 pub struct Builder<'a> {
     raw: &'a tatu_builder,
@@ -49,11 +49,11 @@ impl<'a> Builder<'a> {
     pub(crate) fn new(raw: &'a tatu_builder) -> Self {
         Builder { raw }
     }
-    /// The C table, for what these wrappers do not cover.
+    /// Returns the C table, for functions that have no wrapper.
     pub fn raw(&self) -> &'a tatu_builder {
         self.raw
     }
-    /// Adds an object: "shape", "joint", "dummy", "sensor", "force_sensor".
+    /// Adds an object, such as "shape", "joint", "dummy", "sensor" or "force_sensor".
     pub fn object(&self, kind: &str, parent: Option<Node<'a>>, alias: &str) -> Result<Node<'a>> {
         let text = CString::new(kind).unwrap_or_default();
         let parent = parent.map_or(0, |p| p.id);
@@ -66,25 +66,25 @@ impl<'a> Builder<'a> {
     pub fn mesh(&self, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<i64> {
         let (n, m) = (points.len() as u64, triangles.len() as u64);
         let (points, triangles) = (points.as_ptr().cast(), triangles.as_ptr().cast());
-        // SAFETY: 3 numbers for each of as many as the slices have.
+        // SAFETY: the pointers and counts are those of the slices, with 3 numbers per element.
         match self.raw.mesh.map_or(0, |f| unsafe { f(Some(self.raw), points, n, triangles, m) }) {
             0 => Err(Fail::new("the host refused a mesh")),
             id => Ok(id as i64),
         }
     }
-    /// Reads a file next to the source; the bytes are valid during the build. `None`: no such file. Leaving the folders
-    /// that may be read makes the build fail.
+    /// Reads a file next to the source; the bytes are valid during the build. `None`: the file does not exist. A path
+    /// outside of the folders that may be read makes the build fail.
     pub fn file(&self, relative: &str) -> Option<&'a [u8]> {
         let mut out = Lent::EMPTY;
         let status = self.raw.file?(Some(self.raw), relative.into(), Some(&mut out));
         (status >= 0).then(|| out.bytes())
     }
-    /// Sets a setting of the world, "scene.dt", or its free data, "scene.data"; SI units. It has an effect only if an
-    /// importer's file is opened as a scene.
+    /// Sets a setting of the world, such as "scene.dt", or its custom data, "scene.data"; SI units. It has an effect
+    /// only if an importer's file is opened as a scene.
     pub fn setting(&self, key: &str, value: impl Into<Value>) -> Result {
         (Node { builder: *self, id: 0 }).set(key, value).map(drop)
     }
-    /// Whether a description of the source is wanted: [`Builder::describe`].
+    /// Returns whether a description of the source is requested: [`Builder::describe`].
     pub fn is_asked(&self) -> bool {
         self.raw.describe.is_some()
     }
@@ -105,11 +105,11 @@ impl<'a> Builder<'a> {
 }
 
 impl<'a> Node<'a> {
-    /// Its number in this build.
+    /// Returns its number in this build.
     pub fn id(&self) -> u32 {
         self.id
     }
-    /// Sets a property: "mass", "position", "color"; SI units. Returns the node.
+    /// Sets a property, such as "mass", "position" or "color"; SI units. Returns the node.
     pub fn set(self, key: &str, value: impl Into<Value>) -> Result<Self> {
         let text = CString::new(key).unwrap_or_default();
         let (raw, mut owned) = (self.builder.raw, Owned::default());
@@ -119,7 +119,7 @@ impl<'a> Node<'a> {
             _ => Ok(self),
         }
     }
-    /// Makes a "sensor" or "actuator" object one of a kind or schema.
+    /// Makes a "sensor" or "actuator" object a device of a kind or schema.
     pub fn device(self, kind_or_schema: &str) -> Result<Self> {
         let text = CString::new(kind_or_schema).unwrap_or_default();
         let raw = self.builder.raw;
@@ -130,7 +130,8 @@ impl<'a> Node<'a> {
             _ => Ok(self),
         }
     }
-    /// Adds a script; language by id, dialect or "" for "from the text", kind "child", "customization" or "main".
+    /// Adds a script. `language` is its id; `dialect` may be "", to be inferred from the text; `kind` is "child",
+    /// "customization" or "main".
     pub fn script(self, language: &str, dialect: &str, kind: &str, name: &str, text: &[u8]) -> Result<Self> {
         let [language, dialect, kind] = [language, dialect, kind].map(|s| CString::new(s).unwrap_or_default());
         let raw = self.builder.raw;
@@ -172,7 +173,7 @@ unsafe extern "C" fn build<M: Model>(
 ) -> tatu_status {
     guard::run(error, || {
         let declared = params_of::<M>();
-        // SAFETY: the host gives a live builder and one value per declared parameter.
+        // SAFETY: the host passes a builder that is valid during the call, and one value per declared parameter.
         let (raw, values) = unsafe { (&*builder, ValueRef::slice(params, declared.len())) };
         M::build(&Builder::new(raw), &Params::new(values, &declared))?;
         Ok(TATU_OK)

@@ -1,4 +1,4 @@
-//! What a plugin offers, and the memory of its C tables.
+//! Collects everything that a plugin provides, and owns the memory of its C tables.
 
 use std::{collections::HashSet, ptr::null};
 
@@ -28,29 +28,28 @@ impl<P: Plugin> Offer<P> {
             events: Vec::new(),
         }
     }
-    /// A command for scripts, remote clients and other plugins.
+    /// Adds a command for scripts, remote clients and other plugins.
     pub fn command(&mut self, command: Command<P>) {
         self.names.extend(command.names().map(str::to_owned));
         self.commands.push(command);
     }
-    /// Whether a command of a name has been offered.
+    /// Returns whether a command of this name has been added.
     pub fn has_command(&self, name: &str) -> bool {
         self.names.contains(name)
     }
-    /// Sets the subject of the commands that `offers` adds, except of those that name their own.
+    /// Sets the subject of the commands that `offers` adds, except of those that set their own.
     pub fn subject(&mut self, subject: &str, offers: impl FnOnce(&mut Self)) {
         let before = self.commands.len();
         offers(self);
         let new = self.commands.split_off(before);
         self.commands.extend(new.into_iter().map(|c| c.subject(subject)));
     }
-    /// Changes every command offered so far: for what they have in common, or what is defined elsewhere, such as
-    /// examples.
+    /// Changes every command added so far, for common settings or those defined elsewhere, such as examples.
     pub fn each_command(&mut self, mut change: impl FnMut(Command<P>) -> Command<P>) {
         self.commands = std::mem::take(&mut self.commands).into_iter().map(&mut change).collect();
         self.names = self.commands.iter().flat_map(|c| c.names().map(str::to_owned)).collect();
     }
-    /// A named value for scripts.
+    /// Adds a named constant for scripts.
     pub fn constant(&mut self, constant: Constant) {
         let raw = tatu_constant {
             size: size_of::<tatu_constant>() as u32,
@@ -61,7 +60,7 @@ impl<P: Plugin> Offer<P> {
         let raw = self.keep.table(raw);
         self.constants.push(raw);
     }
-    /// Text for a script language: module "" runs in every new script state, others are found by `require`.
+    /// Adds a text for a script language: module "" runs in every new script state, others are loaded by `require`.
     pub fn prelude(&mut self, language: &str, module: &str, text: &str) {
         let text = bytes_raw(self.keep.own(text.as_bytes().to_vec()));
         let raw = tatu_prelude {
@@ -74,10 +73,9 @@ impl<P: Plugin> Offer<P> {
         let raw = self.keep.table(raw);
         self.preludes.push(raw);
     }
-    /// A word by which the kind of a script is recognized if nothing else states it: "main", "child",
-    /// "threaded", "customization", "add-on", "module". A name in the text begins with it or, with
-    /// `TATU_MARK_LAST_LINE` in
-    /// `flags`, its last line does. The first match wins.
+    /// Adds a word by which the kind of a script is recognized if nothing else states it: "main", "child", "threaded",
+    /// "customization", "add-on", "module". A script matches if a name in its text begins with the word or, with
+    /// `TATU_MARK_LAST_LINE` in `flags`, if its last line does. The first match wins.
     pub fn kind_mark(&mut self, language: &str, kind: &str, word: &str, flags: u32) {
         let raw = tatu_kind_mark {
             size: size_of::<tatu_kind_mark>() as u32,
@@ -89,44 +87,44 @@ impl<P: Plugin> Offer<P> {
         let raw = self.keep.table(raw);
         self.kind_marks.push(raw);
     }
-    /// A kind of sensor.
+    /// Adds a kind of sensor.
     pub fn sensor<S: Sensor<Plugin = P>>(&mut self) {
         let raw = crate::safe::entry::sensor_table::table::<S>(&mut self.keep);
         self.sensors.push(raw);
     }
-    /// A kind of actuator.
+    /// Adds a kind of actuator.
     pub fn actuator<A: Actuator<Plugin = P>>(&mut self) {
         let raw = crate::safe::declare::actuator::table::<A>(&mut self.keep);
         self.actuators.push(raw);
     }
-    /// A model.
+    /// Adds a model.
     pub fn model<M: Model<Plugin = P>>(&mut self) {
         let raw = crate::safe::declare::model::table::<M>(&mut self.keep);
         self.models.push(raw);
     }
-    /// An importer.
+    /// Adds an importer.
     pub fn importer<I: Importer<Plugin = P>>(&mut self) {
         let raw = crate::safe::declare::importer::table::<I>(&mut self.keep);
         self.importers.push(raw);
     }
-    /// A script language.
+    /// Adds a script language.
     pub fn language<L: Language<Plugin = P>>(&mut self) {
         let raw = crate::safe::declare::language::table::<L>(&mut self.keep, 0);
         self.languages.push(raw);
     }
-    /// A script language whose scripts may be called on any thread, and concurrently, each on one thread at a time: a
-    /// script can move to another thread, and scripts share no mutable state.
+    /// Adds a script language whose scripts may be called on any thread, and concurrently, but each on one thread at a
+    /// time: a script can move to another thread, and scripts share no mutable state.
     pub fn language_side_by_side<L: Language<Plugin = P> + Send>(&mut self) {
         let raw = crate::safe::declare::language::table::<L>(&mut self.keep, TATU_LANGUAGE_SIDE_BY_SIDE);
         self.languages.push(raw);
     }
 
-    /// A service.
+    /// Adds a service.
     pub fn service<S: Service<Plugin = P>>(&mut self) {
         let raw = crate::safe::declare::service::table::<S>(&mut self.keep);
         self.services.push(raw);
     }
-    /// An event that the plugin publishes.
+    /// Adds an event that the plugin publishes.
     pub fn event(&mut self, event: Event) {
         let raw = event.keep(&mut self.keep);
         self.events.push(raw);

@@ -1,33 +1,33 @@
-//! The plugin, and the types that its declaration is made of: each of them names the others.
+//! The plugin, and the types of its declaration, which refer to each other.
 
 use std::collections::HashSet;
 
 use crate::abi::*;
 use crate::safe::{Fail, Host, Param, Result, Value, World, value::keep::Keep};
 
-/// A plugin. One value per host; it has no mutable globals, and its world instances hold what belongs to a world.
+/// A plugin. There is one value per host; it has no mutable globals, and its world instances hold the state of a world.
 pub trait Plugin: Sized + Send + Sync + 'static {
     /// The plugin's state per world; `()` if none. Commands get it as `&` and may be re-entered while they call a
     /// function: use cells, and borrow them briefly.
     type World: 'static;
 
-    /// Starts it. Services can be looked up now, and called once a world exists.
+    /// Starts the plugin. Services can be looked up now, and called once a world exists.
     fn start(host: &Host) -> Result<Self>;
     /// Creates the instance for a new world.
     fn world(&self, world: &World<'_>) -> Result<Self::World>;
-    /// Whether the instance lives on when a run ends, for scripts that do so too (customization scripts, add-ons); then
-    /// [`Plugin::end_run`] is called. By default it is recreated.
+    /// Whether the instance outlives a run, for scripts that do so too (customization scripts, add-ons); then
+    /// [`Plugin::end_run`] is called. By default it is created again.
     const OUTLIVES_RUNS: bool = false;
-    /// The scripts of the run have ended, and the scene is reset next: drops what belonged to them ([`World::outlives_runs`]).
-    /// After an error the instance is recreated.
+    /// Ends a run: its scripts have ended, and the scene will be reset next. Drops the state that belonged to them
+    /// ([`World::outlives_runs`]). After an error the instance is created again.
     fn end_run(&self, kept: &Self::World, world: &World<'_>) -> Result<()> {
         let _ = (kept, world);
         Ok(())
     }
-    /// Version of what [`Plugin::save`] writes; increase it when that changes.
+    /// Version of the data that [`Plugin::save`] writes; increase it when that changes.
     const STATE_VERSION: u32 = 0;
-    /// The state of `world`, for a snapshot. Without this function a plugin with state is reported as missing in the
-    /// snapshot, and the run is restored by replay.
+    /// Saves the state of `world` for a snapshot. If a plugin with state does not implement this, the snapshot reports
+    /// it as missing, and the run is restored by replay.
     fn save(world: &Self::World) -> Result<Vec<u8>> {
         let _ = world;
         if size_of::<Self::World>() == 0 {
@@ -35,36 +35,36 @@ pub trait Plugin: Sized + Send + Sync + 'static {
         }
         Err(Fail::unsupported("it cannot save its state of the world"))
     }
-    /// Restores what `save` of a plugin of `version` wrote, into a new instance.
+    /// Restores data that `save` of `version` wrote, into a new instance.
     fn load(world: &Self::World, bytes: &[u8], version: u32) -> Result<()> {
         let _ = (world, version);
         if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
-    /// Declares what it offers.
+    /// Declares everything that the plugin provides.
     fn offer(offer: &mut Offer<Self>);
 }
 
-/// What an instance is created with.
+/// Data with which an instance is created.
 #[derive(Debug, Clone, Copy)]
 pub struct Instance {
     /// The sensor, actuator or script object.
     pub owner: tatu_object,
-    /// Unique in its world.
+    /// Number of the instance, unique in its world.
     pub id: u64,
-    /// From the scene's seed and the owner: the same in every run.
+    /// Seed derived from the scene's seed and the owner: the same in every run.
     pub seed: u64,
 }
 
-/// How an instance takes new values of its parameters.
+/// How an instance applies new values of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
     /// It uses them from now on.
     Taken,
-    /// It must be recreated with them.
+    /// It must be created again with them.
     Rebuild,
 }
 
-/// A started plugin, as the host's `self` pointer knows it.
+/// A started plugin, to which the host's `self` pointer points.
 pub(crate) struct Started<P: Plugin> {
     pub(crate) plugin: P,
     pub(crate) host: Host,
@@ -84,11 +84,11 @@ pub(crate) struct Tables {
     pub(crate) _keep: Keep,
 }
 
-/// Collects what a plugin offers; see [`Plugin::offer`].
+/// Collects everything that a plugin provides; see [`Plugin::offer`].
 pub struct Offer<P: Plugin> {
     pub(crate) keep: Keep,
     pub(crate) commands: Vec<Command<P>>,
-    /// Names of the commands: a plugin may look up each of hundreds.
+    /// Names of the commands, as a set because a plugin may look up each of hundreds.
     pub(crate) names: HashSet<String>,
     pub(crate) constants: Vec<*const tatu_constant>,
     pub(crate) preludes: Vec<*const tatu_prelude>,
@@ -126,7 +126,7 @@ pub(crate) enum Function<P: Plugin> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u32)]
 pub enum Status {
-    /// Completely.
+    /// Fully.
     #[default]
     Full = TATU_COMMAND_FULL,
     /// Partly; its notes say what is missing.
@@ -147,16 +147,16 @@ pub enum Outcome {
     /// It has finished, with its results.
     #[default]
     Done,
-    /// It finishes later; see [`Call::wait_steps`] and its siblings.
+    /// It finishes later; see [`Call::wait_steps`] and the other waits.
     Waiting,
 }
 
 /// The function of a command with exclusive access to the world.
 pub(crate) type Run<P> = Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome> + Send + Sync>;
-/// Of one that may run in parallel with others.
+/// The function of a command that may run in parallel with others.
 pub(crate) type RunShared<P> = Box<dyn Fn(&mut SharedCall<'_, P>) -> Result<Outcome> + Send + Sync>;
 
-/// One call of a command that may run in parallel with others: its own data, the immutable part of its plugin, and a
+/// A call of a command that may run in parallel with others: its own data, the immutable part of its plugin, and a
 /// read-only world. [`Call`] has more.
 pub struct SharedCall<'a, P: Plugin> {
     pub(crate) raw: &'a mut tatu_call,
@@ -164,5 +164,5 @@ pub struct SharedCall<'a, P: Plugin> {
     pub(crate) overflow: bool,
 }
 
-/// One call of a command with exclusive access to the world.
+/// A call of a command with exclusive access to the world.
 pub struct Call<'a, P: Plugin>(pub(crate) SharedCall<'a, P>);

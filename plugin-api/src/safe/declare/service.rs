@@ -1,4 +1,4 @@
-//! Services: components that run beside worlds, with threads of their own.
+//! Services: components that run beside worlds, with their own threads.
 
 use std::{
     ffi::c_void,
@@ -24,58 +24,58 @@ use crate::safe::{
     },
 };
 
-/// A service. One value per session; dropping it ends it, including its threads.
+/// A service. There is one value per session; dropping it ends it, including its threads.
 ///
-/// Only `barrier`, `event` and `resume` can access a world, each in the thread of its session. Threads of the service
-/// queue what they receive, call [`Session::wake`], and use nothing else of the host but its log.
+/// Only `barrier`, `event` and `resume` can access a world, each on the thread of its session. Threads of the service
+/// queue what they receive, call [`Session::wake`], and use nothing else of the host except its log.
 pub trait Service: Sized + 'static {
-    /// The plugin that offers it.
+    /// The plugin that provides it.
     type Plugin: Plugin;
-    /// The name in scene files and on the command line.
+    /// Id of the service in scene files and on the command line.
     const ID: &'static str;
-    /// One sentence.
+    /// Description, one sentence.
     const TEXT: &'static str;
 
-    /// Names of the events that [`event`](Self::event) receives; `*`: all but "collision", "separation" and "contact",
-    /// which are expensive. Empty: "started", "paused", "resumed", "stopped", "fault".
+    /// Names of the events that [`event`](Self::event) receives; `*`: all except "collision", "separation" and
+    /// "contact", which are expensive. Empty: "started", "paused", "resumed", "stopped", "fault".
     const EVENTS: &'static [&'static str] = &[];
 
-    /// Its parameters.
+    /// Declares its parameters.
     fn params() -> Vec<Param>;
-    /// Starts it. Dropping the value must join its threads.
+    /// Starts the service. Dropping the value must join its threads.
     fn start(plugin: &Self::Plugin, host: &Host, session: Session, params: &Params<'_>) -> Result<Self>;
-    /// Its turn before a step, and while a world is stopped or paused: executes what is queued, never blocks. After an
-    /// error or a panic the service is switched off.
+    /// Takes its turn before a step, and while a world is stopped or paused: executes queued requests, and never
+    /// blocks. After an error or a panic the service is disabled.
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<Answer>;
-    /// Something happened: one of [`EVENTS`](Self::EVENTS).
+    /// Handles an event, one of [`EVENTS`](Self::EVENTS).
     fn event(&self, turn: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
         let _ = (turn, name, payload);
     }
-    /// Calls a function of a client that it gave as an argument, by [`Turn::function`]. It may wait for the client,
-    /// asking [`World::is_interrupted`] every 50 ms; commands that the client calls meanwhile cannot wait. What it
-    /// gives.
+    /// Calls a function that a client passed as an argument by [`Turn::function`]; returns its results. It may wait for
+    /// the client, polling [`World::is_interrupted`] every 50 ms; commands that the client calls meanwhile cannot wait.
     fn call_func(&self, turn: &Turn<'_>, local: u32, args: &[ValueRef<'_>]) -> Result<Vec<Value>> {
         let _ = (turn, local, args);
         Err(Fail::unsupported("this service does not pass functions of clients"))
     }
-    /// Version of what [`Service::save`] writes; increase it when that changes.
+    /// Version of the data that [`Service::save`] writes; increase it when that changes.
     const STATE_VERSION: u32 = 0;
-    /// Its state concerning one world, for a snapshot. Most services have none: clients are not in a snapshot.
+    /// Saves its state concerning one world, for a snapshot. Most services have none, because clients are not part of a
+    /// snapshot.
     fn save(&self) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
-    /// Restores what `save` of `version` wrote.
+    /// Restores data that `save` of `version` wrote.
     fn load(&self, bytes: &[u8], version: u32) -> Result {
         let _ = version;
         if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
-    /// The last barrier: this world ends. It can be looked at, and not changed; who waits for an answer can still get
-    /// one.
+    /// Takes its last turn, before the world ends. The world can be read but not changed; clients that wait for an
+    /// answer can still get one.
     fn last(&self, turn: &Turn<'_>) -> Result {
         let _ = turn;
         Ok(())
     }
-    /// A command that waited has ended; `token` is the one that [`Turn::call`] was given.
+    /// Handles the end of a command that waited; `token` is the one passed to [`Turn::call`].
     fn resume(&self, turn: &Turn<'_>, token: u64, result: Result<&[ValueRef<'_>]>) {
         let _ = (turn, token, result);
     }
@@ -90,7 +90,7 @@ pub enum Answer {
     Hold,
 }
 
-/// The session, as the threads of a service may use it. After the service has ended it does nothing.
+/// A session, for use by the threads of a service. After the service has ended its functions do nothing.
 #[derive(Clone)]
 pub struct Session {
     /// Null once the service has ended.
@@ -102,7 +102,7 @@ impl Session {
     fn new(raw: *mut tatu_session, host: Host) -> Self {
         Session { raw: Arc::new(Mutex::new(raw.into())), host }
     }
-    /// Uses the session, which cannot end meanwhile; `None`: it has ended.
+    /// Calls `f` with the session, which cannot end in the meanwhile; `None`: it has ended.
     fn with<T>(&self, f: impl FnOnce(*mut tatu_session) -> T) -> Option<T> {
         let mut raw = self.raw.lock().unwrap_or_else(PoisonError::into_inner);
         let session = *raw.get_mut();
@@ -114,7 +114,8 @@ impl Session {
     /// Wakes a session that waits at its barrier.
     pub fn wake(&self) {
         let Some(wake) = self.host.session.and_then(|s| s.wake) else { return };
-        // SAFETY: the session outlives the service, and `end` clears the pointer, under the lock that `with` holds.
+        // SAFETY: the session outlives the service; `end` clears the pointer under the lock that `with` holds, so
+        // `session` is live here.
         self.with(|session| unsafe { wake(session) });
     }
     /// Writes a line to the host's log; `level` is one of `TATU_LOG_*`.
@@ -123,7 +124,7 @@ impl Session {
     }
 }
 
-/// A world during a service's turn.
+/// A world, during a service's turn.
 pub struct Turn<'a> {
     world: World<'a>,
     session: &'a Session,
@@ -137,14 +138,14 @@ impl<'a> Deref for Turn<'a> {
 }
 
 impl Turn<'_> {
-    /// Sets the client on whose behalf the following calls are made, a number of the service's choice: for the input
-    /// log.
+    /// Sets the client on whose behalf the following calls are made, a number chosen by the service; it is recorded in
+    /// the input log.
     pub fn client(&self, client: u64) {
         if let Some(f) = self.host().session.and_then(|s| s.client) {
             f(self.raw(), client);
         }
     }
-    /// A function of a client as an argument for commands: [`Value::Func`]. Who calls it comes to
+    /// Returns a function of a client as an argument for commands: [`Value::Func`]. Calls of it arrive at
     /// [`Service::call_func`] with this number.
     pub fn function(&self, local: u32) -> Result<Value> {
         let mut func = 0;
@@ -155,17 +156,18 @@ impl Turn<'_> {
             }
         }
     }
-    /// `TATU_STOPPED`, `TATU_RUNNING` or `TATU_PAUSED`.
+    /// Returns the state: `TATU_STOPPED`, `TATU_RUNNING` or `TATU_PAUSED`.
     pub fn state(&self) -> u32 {
         self.host().session.and_then(|s| s.state).map_or(TATU_RUNNING, |f| f(self.raw()))
     }
-    /// The index of this world in its session, from 0, and the number of worlds.
+    /// Returns the index of this world in its session, from 0, and the number of worlds.
     pub fn worlds(&self) -> (usize, usize) {
         let Some(worlds) = self.host().session.and_then(|s| s.worlds) else { return (0, 1) };
         let all = self.session.with(|session| {
             let (mut all, mut n) = (vec![std::ptr::null_mut(); 64], 0_u32);
             loop {
-                // SAFETY: as much room as stated; the session has not ended.
+                // SAFETY: `all` has room for as many pointers as stated; `with` guarantees that the session has not
+                // ended.
                 unsafe { worlds(session, all.as_mut_ptr(), all.len() as u32, Some(&mut n)) };
                 if n as usize <= all.len() {
                     all.truncate(n as usize);
@@ -177,8 +179,8 @@ impl Turn<'_> {
         let all = all.unwrap_or_default();
         (all.iter().position(|w| *w == self.raw().ptr()).unwrap_or(0), all.len().max(1))
     }
-    /// Calls a command by any of its names. `token` 0: it must not wait; otherwise it may, and is resumed with this
-    /// token.
+    /// Calls a command by any of its names. `token` 0: it must not wait; otherwise it may, and its end is reported to
+    /// [`Service::resume`] with this token.
     pub fn call(&self, name: &str, args: &[Value], token: u64) -> Result<Called> {
         let (find, call) = (service!(self.commands.find), service!(self.commands.call));
         let mut alias = 0;
@@ -187,18 +189,18 @@ impl Turn<'_> {
             return Err(Fail::with_code(TATU_ERR_UNKNOWN, format!("there is no command `{name}`")));
         }
         let frame = tatu_call { command, alias, wait_token: token, ..tatu_call::empty() };
-        // SAFETY: the frame is whole.
+        // SAFETY: `outgoing::call` passes a complete frame.
         outgoing::call(&self.world, frame, args, |world, frame| unsafe { call(world, frame) })
     }
 }
 
 struct Data<S> {
-    /// Ends before its session.
+    /// The first field, so that the service is dropped before its session.
     service: S,
     session: Ending,
 }
 
-/// The session of a service, which ends with it.
+/// The session of a service, which is cleared when this is dropped.
 struct Ending(Session);
 
 impl Drop for Ending {
@@ -251,10 +253,10 @@ pub(crate) fn table<S: Service>(keep: &mut Keep) -> *const tatu_service {
     keep.table(raw)
 }
 
-/// Runs a call that gets a world.
+/// Runs a call that passes a world.
 ///
 /// # Safety
-/// `data` was made by `start`; a world of the session, in its thread.
+/// `data` was made by `start` and is live; `world` belongs to the session, whose thread this is.
 unsafe fn enter<S: Service>(
     data: *mut c_void,
     world: *mut tatu_world,
@@ -262,7 +264,7 @@ unsafe fn enter<S: Service>(
     f: impl FnOnce(&S, &Turn<'_>) -> Result<tatu_status>,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that `data` is a live `Data<S>` and that `world` is valid during the call.
         let (Data { service, session }, world) = unsafe {
             let data = life::of::<Data<S>>(data);
             (data, World::new(world, &data.session.0.host))
@@ -277,7 +279,8 @@ unsafe extern "C" fn barrier<S: Service>(
     step: u64,
     error: *mut tatu_error,
 ) -> tatu_status {
-    // SAFETY: by the contract.
+    // SAFETY: the host passes the `data` that `start` made, while it is live, and a world of the session, on the
+    // session's thread.
     unsafe {
         enter(data, world, error, |service: &S, turn| match service.barrier(turn, step)? {
             Answer::Go => Ok(TATU_GO),
@@ -293,7 +296,8 @@ unsafe extern "C" fn event<S: Service>(
     payload: *const tatu_value,
     error: *mut tatu_error,
 ) -> tatu_status {
-    // SAFETY: by the contract; name and payload are valid during the call.
+    // SAFETY: the host passes the `data` that `start` made, while it is live, and a world of the session, on its
+    // thread; `name` and `payload` are valid during the call.
     unsafe {
         enter(data, world, error, |service: &S, turn| {
             let payload = payload.as_ref().map_or(ValueRef::NIL, |p| ValueRef::new(*p));
@@ -311,7 +315,8 @@ unsafe extern "C" fn resume<S: Service>(
     frame: *const tatu_call,
     error: *mut tatu_error,
 ) -> tatu_status {
-    // SAFETY: by the contract; the frame is valid during the call.
+    // SAFETY: the host passes the `data` that `start` made, while it is live, and a world of the session, on its
+    // thread; the frame and its error are valid during the call.
     unsafe {
         enter(data, world, error, |service: &S, turn| {
             let result = if status < 0 {
@@ -330,7 +335,8 @@ unsafe extern "C" fn last<S: Service>(
     world: *mut tatu_world,
     error: *mut tatu_error,
 ) -> tatu_status {
-    // SAFETY: by the contract.
+    // SAFETY: the host passes the `data` that `start` made, while it is live, and a world of the session, on the
+    // session's thread.
     unsafe { enter(data, world, error, |service: &S, turn| service.last(turn).map(|()| TATU_OK)) }
 }
 
@@ -340,7 +346,8 @@ unsafe extern "C" fn call_func<S: Service>(
     local: u32,
     frame: *mut tatu_call,
 ) -> tatu_status {
-    // SAFETY: by the contract: the frame is whole, with an error object and room for as many results as it states.
+    // SAFETY: the host passes the `data` that `start` made, while it is live, and a world of the session, on its
+    // thread; the frame is complete, with an error object and room for `results_cap` results.
     unsafe {
         enter(data, world, (*frame).error, |service: &S, turn| {
             let args = ValueRef::slice((*frame).args, (*frame).n_args as usize);
@@ -362,7 +369,7 @@ struct WorldRoom<'a>(&'a World<'a>);
 impl Room for WorldRoom<'_> {
     fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]> {
         let alloc = self.0.host().commands.and_then(|t| t.alloc)?;
-        // SAFETY: the host gives room for as many words, to this call alone.
+        // SAFETY: `alloc` returns null or 8-byte aligned memory of this size, which belongs to this call alone.
         unsafe { given(alloc(self.0.raw(), 8 * n as u64).cast(), n) }
     }
 }

@@ -1,4 +1,4 @@
-//! Panics must not leave a plugin: every function that the host calls goes through here.
+//! Contains panics, which must not leave a plugin: every function that the host calls runs through here.
 
 use std::{
     any::Any,
@@ -14,27 +14,27 @@ use crate::safe::{Fail, Result};
 pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> tatu_status {
     match catch_unwind(AssertUnwindSafe(f)) {
         Ok(Ok(status)) => status,
-        // SAFETY: the host gives null or a live error.
+        // SAFETY: the host passes null or an error object that is live during the call.
         Ok(Err(fail)) => unsafe { fail.write(error) },
         Err(panic) => {
             let fail = Fail::with_code(TATU_ERR_PANIC, format!("panicked: {}", panic_text(&*panic)));
-            // SAFETY: the host gives null or a live error.
+            // SAFETY: the host passes null or an error object that is live during the call.
             unsafe { fail.write(error) }
         }
     }
 }
 
-/// The same for functions that a plugin puts into a table of the ABI itself: no panic may leave these. The traits
-/// of this crate already do this.
+/// Like [`run`], for functions that a plugin puts into a table of the ABI itself, which no panic may leave. Functions
+/// of this crate's traits are guarded already.
 ///
 /// # Safety
-/// `error` is null or what the host gave.
+/// `error` is null, or an error object of the host that is live during the call.
 pub unsafe fn guarded(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> tatu_status {
     run(error, f)
 }
 
-/// Runs `f` where no error can be returned: a panic is logged as an error, and the host names the function
-/// that it called.
+/// Runs `f` where no error can be returned: a panic is logged as an error, and the host reports the function that it
+/// called.
 pub fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
     catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|panic| {
         if let Some(log) = LOG.get() {
@@ -44,7 +44,7 @@ pub fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
     })
 }
 
-/// The log of the host that started this library first: each library has its own.
+/// The log of the host that started this library first. Each library has a separate one.
 static LOG: OnceLock<Log> = OnceLock::new();
 type Log = Box<dyn Fn(u32, &str) + Send + Sync>;
 
@@ -59,12 +59,12 @@ fn panic_text(panic: &(dyn Any + Send)) -> String {
     text.to_owned() + &PLACE.take()
 }
 
-/// Sends panic messages to `log`, the host's, instead of the terminal. Each library has a panic hook of its own.
+/// Sends panic messages to `log`, the host's, instead of the terminal. Each library has a separate panic hook.
 pub fn set_panic_hook(log: impl Fn(u32, &str) + Send + Sync + 'static) {
     if LOG.set(Box::new(log)).is_ok() {
         std::panic::set_hook(Box::new(|info| {
             let place = info.location().map_or(String::new(), |at| format!(" at {}:{}", at.file(), at.line()));
-            // At the end of a thread there may be no room any more.
+            // At the end of a thread its thread-locals may be destroyed already.
             let _ = PLACE.try_with(|last| last.replace(place));
             if let Some(log) = LOG.get() {
                 log(TATU_LOG_DEBUG, &format!("plugin {info}"));

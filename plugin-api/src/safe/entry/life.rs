@@ -1,4 +1,4 @@
-//! The life cycle of instances: the functions that the host calls, generic over kinds of instances.
+//! The life cycle of instances: functions called by the host, generic over the kinds of instances.
 
 use std::ffi::c_void;
 
@@ -10,12 +10,12 @@ use crate::safe::{
     value::fail::bytes_of,
 };
 
-/// What the host keeps as the `data` of an instance: of a world, sensor, actuator, script or service. It is called on
-/// one thread at a time; calls may nest.
+/// The type of the `data` that the host stores for an instance: of a world, sensor, actuator, script or service. Only
+/// one thread at a time calls it; calls may nest.
 pub(crate) trait Life: Sized + 'static {
-    /// The plugin that offers it.
+    /// The plugin that provides it.
     type Plugin: Plugin;
-    /// Version of the state block and of what `save` writes.
+    /// Version of the state block and of the data that `save` writes.
     const STATE_VERSION: u32 = 0;
 
     fn create(started: &Started<Self::Plugin>, info: &Info<'_>) -> Result<Self>;
@@ -23,7 +23,7 @@ pub(crate) trait Life: Sized + 'static {
         let _ = (params, changed);
         Ok(Change::Rebuild)
     }
-    /// Whether `end_run` is called; else the end of a run recreates the instance.
+    /// Whether `end_run` is called; otherwise the end of a run creates the instance again.
     const OUTLIVES_RUNS: bool = false;
     fn end_run(&self, plugin: &Self::Plugin, world: &World<'_>) -> Result {
         let _ = (plugin, world);
@@ -38,7 +38,7 @@ pub(crate) trait Life: Sized + 'static {
     }
 }
 
-/// What an instance is created with.
+/// Data with which an instance is created.
 pub(crate) struct Info<'a> {
     pub world: World<'a>,
     pub instance: Instance,
@@ -46,7 +46,7 @@ pub(crate) struct Info<'a> {
     pub session: *mut tatu_session,
 }
 
-/// The functions of a kind of instance, with that many bytes of state stored by the host.
+/// Builds the function table of a kind of instance, for which the host stores this many bytes of state.
 pub(crate) fn table<L: Life>(state_bytes: usize) -> tatu_life {
     tatu_life {
         size: size_of::<tatu_life>() as u32,
@@ -62,12 +62,12 @@ pub(crate) fn table<L: Life>(state_bytes: usize) -> tatu_life {
     }
 }
 
-/// The instance of a call.
+/// Returns the instance of a call.
 ///
 /// # Safety
-/// `data` is what `create` of this type made, and it is not destroyed within `'a`.
+/// `data` was made by `create` of this type, and is not destroyed within `'a`.
 pub(crate) unsafe fn of<'a, L: Life>(data: *mut c_void) -> &'a L {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that `data` points to a live `L`.
     unsafe { &*data.cast::<L>() }
 }
 
@@ -78,8 +78,8 @@ unsafe extern "C" fn create<L: Life>(
     error: *mut tatu_error,
 ) -> tatu_status {
     run(error, || {
-        // SAFETY: `me` was made by `init`; the host gives a valid description, as many values as it states, and a place
-        // for the pointer.
+        // SAFETY: `me` was made by `init`; the host passes a valid description with the stated number of values, and a
+        // place for the pointer.
         let (started, info, data) = unsafe {
             let (started, raw) = (&*me.cast::<Started<L::Plugin>>(), &*info);
             let info = Info {
@@ -97,7 +97,7 @@ unsafe extern "C" fn create<L: Life>(
 
 unsafe extern "C" fn destroy<L: Life>(data: *mut c_void) {
     quiet(|| {
-        // SAFETY: made by `create`, given back once.
+        // SAFETY: `data` was made by `Box::into_raw` in `create`, and the host destroys it only once.
         drop(unsafe { Box::from_raw(data.cast::<L>()) });
     });
 }
@@ -110,7 +110,7 @@ unsafe extern "C" fn configure<L: Life>(
     error: *mut tatu_error,
 ) -> tatu_status {
     run(error, || {
-        // SAFETY: made by `create`; the host gives as many values as it states.
+        // SAFETY: `data` was made by `create` and is live; `params` points to `n` values, valid during the call.
         let (data, params) = unsafe { (of::<L>(data), ValueRef::slice(params, n as usize)) };
         Ok(match data.configure(params, changed)? {
             Change::Taken => TATU_OK,
@@ -125,11 +125,11 @@ unsafe extern "C" fn save<L: Life>(
     error: *mut tatu_error,
 ) -> tatu_status {
     run(error, || {
-        // SAFETY: made by `create`; the host gives a valid writer.
+        // SAFETY: `data` was made by `create` and is live; the host passes null or a valid writer.
         let (data, write) = unsafe { (of::<L>(data), writer.as_ref().and_then(|w| w.write)) };
         let write = write.ok_or_else(|| Fail::new("the host passed no writer"))?;
         let bytes = data.save()?;
-        // SAFETY: the host's function with its writer; the bytes are copied.
+        // SAFETY: `write` belongs to `writer`, and copies the bytes before it returns.
         unsafe { write(writer, bytes.as_ptr().cast(), bytes.len() as u64) };
         Ok(TATU_OK)
     })
@@ -142,7 +142,7 @@ unsafe extern "C" fn load<L: Life>(
     error: *mut tatu_error,
 ) -> tatu_status {
     run(error, || {
-        // SAFETY: made by `create`; the bytes are valid during the call.
+        // SAFETY: `data` was made by `create` and is live; the bytes are valid during the call.
         let (data, bytes) = unsafe { (of::<L>(data), bytes_of(bytes)) };
         data.load(bytes, version)?;
         Ok(TATU_OK)
@@ -156,7 +156,8 @@ unsafe extern "C" fn end_run<L: Life>(
     error: *mut tatu_error,
 ) -> tatu_status {
     run(error, || {
-        // SAFETY: `me` was made by `init`, `data` by `create`; the host gives a world that exists.
+        // SAFETY: `me` was made by `init` and `data` by `create`, and both are live; the world is valid during the
+        // call.
         let (started, data, world) = unsafe {
             let started = &*me.cast::<Started<L::Plugin>>();
             (started, of::<L>(data), World::new(world, &started.host))
@@ -166,7 +167,7 @@ unsafe extern "C" fn end_run<L: Life>(
     })
 }
 
-/// A plugin's state of a world.
+/// A plugin's state for a world.
 pub(crate) struct Kept<P: Plugin>(pub(crate) P::World);
 
 impl<P: Plugin> Life for Kept<P> {

@@ -1,4 +1,4 @@
-//! How the host enters a plugin: start, instances, and the guard around every function.
+//! Entry points for the host: start, instances, and the guard around every function.
 
 pub(crate) mod guard;
 pub(crate) mod life;

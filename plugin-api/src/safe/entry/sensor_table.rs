@@ -1,4 +1,4 @@
-//! A sensor kind as the host sees it: a table of functions over [`Sensor`].
+//! The C table of a sensor kind: functions over [`Sensor`].
 
 use std::{
     cell::{Ref, RefCell},
@@ -25,16 +25,16 @@ use crate::safe::{
     },
 };
 
-/// What the host keeps as `data`: the sensor, and the directions that its beams point to.
+/// The `data` that the host stores for a sensor: the sensor, and the directions of its beams.
 ///
-/// There may be thousands, and each step visits all: what a measurement needs comes first, in few lines of the
-/// processor's cache.
+/// There may be thousands of sensors, and each step visits all: the data for a measurement come first, to occupy few
+/// cache lines.
 #[repr(C, align(64))]
 struct Data<S: Sensor> {
-    /// As declared; one list for all of a kind.
+    /// The declared fields, shared by all sensors of the kind.
     fields: Arc<[Field]>,
-    /// In a cell: while it is being configured nothing else may use it, not even its own calls. Each instance is used
-    /// by one thread at a time.
+    /// The sensor, in a cell because nothing else may use it while it is being configured, not even its own calls. Only
+    /// one thread at a time uses an instance.
     sensor: RefCell<S>,
     directions: RefCell<Vec<[f64; 3]>>,
 }
@@ -117,7 +117,7 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
 
 unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, error: *mut tatu_error) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: made by `create`; the host gives a place for the answer.
+        // SAFETY: `data` was made by `create` and is live; the host passes a valid place for the answer.
         let (data, out) = unsafe { (life::of::<Data<S>>(data), &mut *out) };
         let beams = data.sensor()?.beams()?;
         (out.near_m, out.far_m) = (beams.near, beams.far);
@@ -166,7 +166,7 @@ unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, e
             Form::Rays(directions) => {
                 out.form = TATU_BEAMS_RAYS;
                 out.count = [u32::try_from(directions.len()).map_err(|_| Fail::new("too many rays"))?, 1];
-                // The host reads them before it asks again.
+                // The host reads the directions before it requests beams again.
                 data.directions.replace(directions);
                 out.directions = data.directions.borrow().as_ptr().cast();
             }
@@ -180,7 +180,7 @@ unsafe extern "C" fn measure<S: Sensor>(
     batch: *const tatu_sensor_batch,
     error: *mut tatu_error,
 ) -> tatu_status {
-    // SAFETY: the host gives a valid batch; its instances belong to this call alone.
+    // SAFETY: the host passes a batch that is valid during the call, and no other thread uses its instances.
     unsafe { each::<S>(batch, error, |sensor, sample, out| sensor.measure(sample, out)) }
 }
 
@@ -189,7 +189,7 @@ unsafe extern "C" fn finish<S: Sensor>(
     batch: *const tatu_sensor_batch,
     error: *mut tatu_error,
 ) -> tatu_status {
-    // SAFETY: the host gives a valid batch; its instances belong to this call alone.
+    // SAFETY: the host passes a batch that is valid during the call, and no other thread uses its instances.
     unsafe { each::<S>(batch, error, |sensor, sample, out| sensor.finish(sample, out)) }
 }
 
@@ -200,38 +200,39 @@ unsafe extern "C" fn aim<S: Sensor>(
 ) -> tatu_status {
     let act = |sensor: &S, sample: &Sample<'_>, _: &mut Readout<'_>| {
         let sample = sample.before_the_cast();
-        // SAFETY: of this instance alone, and before the cast a sample does not show them.
+        // SAFETY: the rays belong to this instance alone, and a sample before the cast does not expose them, so the
+        // mutable slice is not aliased.
         match unsafe { sample.rays_to_aim() } {
             [] => Ok(()),
             rays => sensor.aim(&sample, rays),
         }
     };
-    // SAFETY: the host gives a valid batch; its instances belong to this call alone.
+    // SAFETY: the host passes a batch that is valid during the call, and no other thread uses its instances.
     unsafe { each::<S>(batch, error, act) }
 }
 
-/// Runs a function on each sensor of a batch, except those that have already failed.
+/// Calls a function for each sensor of a batch, except those that have failed already.
 ///
 /// # Safety
-/// The batch is valid, and its instances are used by nobody else.
+/// The batch is valid, and no other thread uses its instances.
 unsafe fn each<S: Sensor>(
     batch: *const tatu_sensor_batch,
     error: *mut tatu_error,
     act: impl Fn(&S, &Sample<'_>, &mut Readout<'_>) -> Result,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that the batch is valid.
         let batch = unsafe { &*batch };
         for i in 0..batch.n as usize {
-            // SAFETY: one status and one entry per instance.
+            // SAFETY: the arrays have one entry per instance, and `i` is below `n`; `data` was made by `create`.
             let (data, status) = unsafe { (life::of::<Data<S>>(*batch.data.add(i)), &mut *batch.status.add(i)) };
             if *status < 0 {
                 continue;
             }
-            // SAFETY: the caller promises it, for this instance too.
+            // SAFETY: the caller guarantees exclusive use of the batch's instances, of which this is one.
             let (sample, mut out) = unsafe { (Sample::new(batch, i), Readout::new(batch, i, &data.fields, S::STATE)) };
             if let Err(fail) = data.sensor().and_then(|sensor| act(&sensor, &sample, &mut out)) {
-                // SAFETY: the host's error object.
+                // SAFETY: the host passes null or an error object that is live during the call.
                 *status = unsafe { fail.write(error) };
             }
         }

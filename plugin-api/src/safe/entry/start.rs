@@ -1,18 +1,18 @@
-//! The library's one symbol: start, shutdown, and the macro that exports a plugin.
+//! The library's single symbol: start, shutdown, and the macro that exports a plugin.
 
 use std::ffi::{CStr, c_char, c_void};
 
 use crate::abi::*;
 use crate::safe::{Fail, Host, Offer, Plugin, declare::plugin::Started, entry::guard};
 
-/// A constant table whose pointers lead to constants.
+/// A constant table that only contains pointers to constants.
 #[doc(hidden)]
 #[repr(transparent)]
 pub struct Entry<T>(pub T);
-// SAFETY: nobody writes through the pointers.
+// SAFETY: the table and everything it points to are constant, so sharing it between threads is sound.
 unsafe impl<T> Sync for Entry<T> {}
 
-/// A host at least as new as this crate: the traits read what it fills without asking how much it has.
+/// Requires a host at least as new as this crate, because the traits read its tables without checking their size.
 static HOST: Entry<tatu_need> = Entry(tatu_need {
     size: size_of::<tatu_need>() as u32,
     optional: 0,
@@ -30,13 +30,13 @@ pub unsafe extern "C" fn init<P: Plugin>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: the host lives until shutdown.
+        // SAFETY: the host passes null or its table, which lives until shutdown.
         let host = unsafe { Host::new(host) }.ok_or_else(|| Fail::new("the host passed no table"))?;
         let plugin = P::start(&host)?;
         let mut offer = Offer::new();
         P::offer(&mut offer);
         let started = Box::new(Started { plugin, host, tables: offer.finish() });
-        // SAFETY: the host gives a place for the pointer.
+        // SAFETY: the host passes a valid place for the pointer.
         unsafe { *me = Box::into_raw(started).cast() };
         Ok(TATU_OK)
     })
@@ -46,7 +46,7 @@ pub unsafe extern "C" fn init<P: Plugin>(
 pub unsafe extern "C" fn shutdown<P: Plugin>(me: *mut c_void) {
     guard::quiet(|| {
         if !me.is_null() {
-            // SAFETY: made by `init`, given back once.
+            // SAFETY: `me` was made by `Box::into_raw` in `init`, and the host calls shutdown only once.
             drop(unsafe { Box::from_raw(me.cast::<Started<P>>()) });
         }
     });
@@ -57,7 +57,7 @@ pub unsafe extern "C" fn extension<P: Plugin>(me: *mut c_void, id: *const c_char
     if me.is_null() || id.is_null() {
         return std::ptr::null();
     }
-    // SAFETY: made by `init`; `id` is NUL-terminated.
+    // SAFETY: `me` was made by `init` and is live until shutdown; `id` is NUL-terminated. Null was excluded above.
     let (tables, id) = unsafe { (&(*me.cast::<Started<P>>()).tables, CStr::from_ptr(id)) };
     match id {
         id if id == TATU_COMMAND => tables.command.cast(),
@@ -74,7 +74,7 @@ pub unsafe extern "C" fn extension<P: Plugin>(me: *mut c_void, id: *const c_char
     }
 }
 
-/// Exports a [`Plugin`](crate::safe::Plugin) as the library's one symbol.
+/// Exports a [`Plugin`](crate::safe::Plugin) as the library's single symbol.
 #[macro_export]
 macro_rules! tatu_plugin {
     (plugin: $plugin:ty, id: $id:literal, name: $name:literal, version: $version:expr, licence: $licence:literal $(,)?) => {

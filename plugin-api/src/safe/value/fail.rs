@@ -21,24 +21,24 @@ struct Body {
 pub type Result<T = (), E = Fail> = std::result::Result<T, E>;
 
 impl Fail {
-    /// An error with one of the `TATU_ERR_*` codes.
+    /// Creates an error with one of the `TATU_ERR_*` codes.
     pub fn with_code(code: tatu_status, text: impl Into<String>) -> Self {
         let code = if code < 0 { code } else { TATU_ERR };
         Fail(Box::new(Body { code, text: text.into(), help: None, file: None, traceback: None }))
     }
-    /// Failed for another reason.
+    /// Creates an error without a specific code.
     pub fn new(text: impl Into<String>) -> Self {
         Self::with_code(TATU_ERR, text)
     }
-    /// A wrong argument.
+    /// Creates an error about a wrong argument.
     pub fn argument(text: impl Into<String>) -> Self {
         Self::with_code(TATU_ERR_ARGUMENT, text)
     }
-    /// No such object, property, field or file.
+    /// Creates an error about a missing object, property, field or file.
     pub fn missing(text: impl Into<String>) -> Self {
         Self::with_code(TATU_ERR_MISSING, text)
     }
-    /// Recognized, but not supported here.
+    /// Creates an error about something that is recognized but not supported.
     pub fn unsupported(text: impl Into<String>) -> Self {
         Self::with_code(TATU_ERR_UNSUPPORTED, text)
     }
@@ -47,7 +47,7 @@ impl Fail {
         self.0.help = Some(text.into());
         self
     }
-    /// Adds the position in a text; lines count from 1.
+    /// Adds the position in a text; lines are counted from 1.
     pub fn at(mut self, file: impl Into<String>, line: u64) -> Self {
         self.0.file = Some((file.into(), line));
         self
@@ -57,33 +57,34 @@ impl Fail {
         self.0.traceback = Some(text.into());
         self
     }
-    /// One of `TATU_ERR_*`.
+    /// Returns the code, one of `TATU_ERR_*`.
     pub fn code(&self) -> tatu_status {
         self.0.code
     }
-    /// The message.
+    /// Returns the message.
     pub fn text(&self) -> &str {
         &self.0.text
     }
-    /// The hint.
+    /// Returns the hint.
     pub fn help_text(&self) -> Option<&str> {
         self.0.help.as_deref()
     }
-    /// File and line.
+    /// Returns file and line.
     pub fn place(&self) -> Option<(&str, u64)> {
         self.0.file.as_ref().map(|(f, l)| (f.as_str(), *l))
     }
-    /// The traceback of a script, innermost call first.
+    /// Returns the traceback of a script, innermost call first.
     pub fn traceback_text(&self) -> Option<&str> {
         self.0.traceback.as_deref()
     }
 
-    /// Writes it into the host's error object, if there is one; returns the code.
+    /// Writes the error into the host's error object, if there is one; returns the code.
     ///
     /// # Safety
     /// `error` is null or points to a live error of the host.
     pub unsafe fn write(&self, error: *mut tatu_error) -> tatu_status {
-        // SAFETY: the caller promises it; the host's functions copy what they are given.
+        // SAFETY: the caller guarantees that `error` is null or live; the host's functions copy the texts passed to
+        // them.
         unsafe {
             if let Some(say) = error.as_ref().and_then(|e| e.say) {
                 say(error, self.0.code, text_raw(&self.0.text));
@@ -108,7 +109,7 @@ impl Fail {
     /// # Safety
     /// `error` is null or points to a live error of the host.
     pub unsafe fn read(code: tatu_status, error: *const tatu_error) -> Self {
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees that `error` is null or live.
         let Some(e) = (unsafe { error.as_ref() }) else {
             return Self::with_code(code, "failed without a reason");
         };
@@ -141,26 +142,26 @@ impl fmt::Debug for Fail {
 
 impl std::error::Error for Fail {}
 
-/// A borrowed text, in the ABI form.
+/// Converts a borrowed text to the ABI form.
 pub(crate) fn text_raw(s: &str) -> tatu_str {
     Lent::from(s).raw()
 }
 
-/// Borrowed bytes, in the ABI form.
+/// Converts borrowed bytes to the ABI form.
 pub(crate) fn bytes_raw(s: &[u8]) -> tatu_str {
     Lent::from(s).raw()
 }
 
-/// The bytes of an ABI text.
+/// Returns the bytes of an ABI text.
 ///
 /// # Safety
 /// `s` points to `len` bytes that live for `'a`, or is empty.
 pub unsafe fn bytes_of<'a>(s: tatu_str) -> &'a [u8] {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees the same as `Lent::new` requires.
     unsafe { Lent::new(s) }.bytes()
 }
 
 fn lossy<'a>(s: tatu_str) -> Cow<'a, str> {
-    // SAFETY: texts of an error object live as long as it does; the result is copied at once.
+    // SAFETY: texts of an error object live as long as the object; the result is copied at once.
     String::from_utf8_lossy(unsafe { bytes_of(s) })
 }

@@ -1,9 +1,9 @@
-//! Fields of readings, as sensors declare them.
+//! Declarations of the fields of readings.
 
 use crate::abi::*;
 use crate::safe::value::keep::Keep;
 
-/// One field that a sensor fills.
+/// The declaration of one field of a sensor's readings.
 #[derive(Debug, Clone)]
 pub struct Field {
     name: &'static str,
@@ -19,52 +19,53 @@ impl Field {
     fn of(name: &'static str, elem: u32) -> Self {
         Field { name, elem, dims: [1; 3], unit: None, valid: None, nothing: None, text: "" }
     }
-    /// Doubles. Name: `<schema>.<field>`.
+    /// Declares a field of 64-bit floats. Its name is `<schema>.<field>`.
     pub fn f64(name: &'static str) -> Self {
         Self::of(name, TATU_ELEM_F64)
     }
-    /// 32-bit integers.
+    /// Declares a field of 32-bit integers.
     pub fn i32(name: &'static str) -> Self {
         Self::of(name, TATU_ELEM_I32)
     }
-    /// 32-bit floats.
+    /// Declares a field of 32-bit floats.
     pub fn f32(name: &'static str) -> Self {
         Self::of(name, TATU_ELEM_F32)
     }
-    /// 16-bit numbers.
+    /// Declares a field of unsigned 16-bit integers.
     pub fn u16(name: &'static str) -> Self {
         Self::of(name, TATU_ELEM_U16)
     }
-    /// Bytes.
+    /// Declares a field of bytes.
     pub fn u8(name: &'static str) -> Self {
         Self::of(name, TATU_ELEM_U8)
     }
-    /// Objects.
+    /// Declares a field of objects.
     pub fn object(name: &'static str) -> Self {
         Self::of(name, TATU_ELEM_OBJECT)
     }
-    /// Shape, outermost first; 0: as many as there are beams or pixels; [`TATU_DIM_ROWS`] and [`TATU_DIM_COLUMNS`] of
-    /// the image.
+    /// Sets the shape, outermost dimension first; 0: the number of beams or pixels; [`TATU_DIM_ROWS`] and
+    /// [`TATU_DIM_COLUMNS`]: those of the image.
     pub fn dims(mut self, dims: [u32; 3]) -> Self {
         self.dims = dims;
         self
     }
-    /// Unit.
+    /// Sets the unit.
     pub fn unit(mut self, unit: &'static str) -> Self {
         self.unit = Some(unit);
         self
     }
-    /// The field that is 0 where this one is invalid; by default as its schema says.
+    /// Sets the field that is 0 where this one is invalid; the default is that of its schema.
     pub fn valid(mut self, field: &'static str) -> Self {
         self.valid = Some(field);
         self
     }
-    /// The value that means "nothing", "0" or "0 0 0"; by default as its schema says. Noise does not change it.
+    /// Sets the value that means "nothing", such as "0" or "0 0 0"; the default is that of its schema. Noise does not
+    /// change it.
     pub fn nothing(mut self, numbers: &'static str) -> Self {
         self.nothing = Some(numbers);
         self
     }
-    /// One sentence, with the meaning of "nothing".
+    /// Sets the description, one sentence, with the meaning of "nothing".
     pub fn text(mut self, text: &'static str) -> Self {
         self.text = text;
         self

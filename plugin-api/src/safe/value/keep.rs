@@ -1,4 +1,4 @@
-//! The memory of the tables of a plugin.
+//! Memory of a plugin's tables.
 
 use std::{
     any::Any,
@@ -13,29 +13,30 @@ use crate::safe::{Value, value::owned::Owned};
 #[derive(Default)]
 pub(crate) struct Keep(Vec<Kept>);
 
-/// One thing, by its raw pointer: moving a box would invalidate pointers into it.
+/// A stored value, by its raw pointer, because moving a box would invalidate pointers into it.
 struct Kept(*mut dyn Any);
 
 impl Drop for Kept {
     fn drop(&mut self) {
-        // SAFETY: made of a box by `Keep::own`, given back once.
+        // SAFETY: the pointer was made by `Box::into_raw` in `Keep::own`, and is freed only here.
         drop(unsafe { Box::from_raw(self.0) });
     }
 }
 
 impl Keep {
-    /// Stores something; returns its address.
+    /// Stores a value until shutdown; returns a reference to it.
     pub(crate) fn own<T: 'static>(&mut self, thing: T) -> &mut T {
         let ptr = Box::into_raw(Box::new(thing));
         self.0.push(Kept(ptr));
-        // SAFETY: just made, and nobody else has it before this borrow ends.
+        // SAFETY: `ptr` was just allocated; `Kept` does not dereference it before it is dropped, which the borrow of
+        // `self` prevents.
         unsafe { &mut *ptr }
     }
     pub(crate) fn table<T: 'static>(&mut self, table: T) -> *const T {
         self.own(table)
     }
     pub(crate) fn text(&mut self, text: &str) -> *const c_char {
-        // A NUL inside a declared text would only cut it: leave it out.
+        // A NUL inside a declared text would truncate it, so it is removed.
         self.own(CString::new(text.replace('\0', "")).unwrap_or_default()).as_ptr()
     }
     pub(crate) fn list<T: 'static>(&mut self, mut items: Vec<*const T>) -> *const *const T {

@@ -1,4 +1,4 @@
-//! Values and their descriptions: parameters, fields, errors, regular files.
+//! Values and their declarations: parameters, fields, errors, regular files.
 
 pub(crate) mod fail;
 pub(crate) mod field;

@@ -1,11 +1,11 @@
-//! Values: borrowed at the ABI, and owned.
+//! Values: borrowed as in the ABI, and owned.
 
 use std::{borrow::Cow, mem::MaybeUninit, ptr::NonNull};
 
 use crate::abi::*;
 use crate::safe::{Fail, Result, ValueRef};
 
-/// Lists and maps nest at most this deep.
+/// Deepest nesting of lists and maps.
 pub const MAX_DEPTH: usize = 32;
 
 /// An owned value.
@@ -20,7 +20,7 @@ pub enum Value {
     Int(i64),
     /// A number.
     Float(f64),
-    /// Text; not guaranteed to be UTF-8, so stored as bytes.
+    /// Text, stored as bytes because it is not guaranteed to be UTF-8.
     Text(Vec<u8>),
     /// Bytes.
     Bytes(Vec<u8>),
@@ -39,13 +39,13 @@ pub enum Value {
 }
 
 impl Value {
-    /// A text.
+    /// Creates a text.
     pub fn text(s: impl AsRef<[u8]>) -> Self {
         Value::Text(s.as_ref().to_vec())
     }
 
-    /// The ABI form; what it points to is put into `room`, and must not be read for longer than that lives. `None` when
-    /// there is no room left.
+    /// Converts to the ABI form; the data that it points to is stored in `room`, and must not be read after `room` has
+    /// been dropped. `None`: there is no space left.
     pub fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
         Some(match self {
             Value::Nil => raw_int(TATU_NIL, 0),
@@ -71,22 +71,22 @@ impl Value {
     }
 }
 
-/// Storage for what values point to. Its contents do not move while they are used, whatever else is stored.
+/// Storage for data to which values point. Its contents do not move while they are used, whatever else is stored.
 pub trait Room {
-    /// Room for `n` words of 8 bytes; `None`: there is none left.
+    /// Allocates `n` words of 8 bytes; `None`: there is no space left.
     fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]>;
 }
 
-/// Memory from the host; `None` for null.
+/// Returns memory from the host as a slice; `None` for null.
 ///
 /// # Safety
-/// `at` is null or 8-byte aligned, with room for `n` words that nobody else has within `'a`.
+/// `at` is null, or 8-byte aligned with room for `n` words that nothing else uses within `'a`.
 pub(crate) unsafe fn given<'a>(at: *mut u8, n: usize) -> Option<&'a mut [MaybeUninit<u64>]> {
-    // SAFETY: the caller promises it.
+    // SAFETY: `at` is not null here, and the caller guarantees alignment, size and exclusive use.
     NonNull::new(at).map(|at| unsafe { std::slice::from_raw_parts_mut(at.cast().as_ptr(), n) })
 }
 
-/// Owned memory, unlimited.
+/// Storage that owns its memory, without a limit.
 #[derive(Default)]
 pub struct Owned(Vec<Vec<MaybeUninit<u64>>>);
 
@@ -98,30 +98,33 @@ impl Room for Owned {
 }
 
 impl Owned {
-    /// A value in the ABI form.
+    /// Converts a value to the ABI form.
     pub fn value(&mut self, value: &Value) -> ValueRef<'_> {
         let raw = self.raw(value);
-        // SAFETY: what it points to lies here, and nothing here is given up while it is borrowed.
+        // SAFETY: the value's data is stored in `self`, which frees nothing before it is dropped; the returned value
+        // borrows `self`.
         unsafe { ValueRef::new(raw) }
     }
-    /// Several of them.
+    /// Converts several values.
     pub fn values(&mut self, values: &[Value]) -> Vec<ValueRef<'_>> {
         let raw: Vec<_> = values.iter().map(|v| self.raw(v)).collect();
-        // SAFETY: as for one.
+        // SAFETY: the values' data is stored in `self`, which frees nothing before it is dropped; the returned values
+        // borrow `self`.
         raw.into_iter().map(|raw| unsafe { ValueRef::new(raw) }).collect()
     }
-    /// The same for a table of the ABI: what it points to must not be read for longer than this lives.
+    /// Converts a value for a table of the ABI; its data must not be read after `self` has been dropped.
     pub fn raw(&mut self, value: &Value) -> tatu_value {
         value.to_raw(self).unwrap_or(raw_int(TATU_NIL, 0))
     }
 }
 
-/// A value of a tag whose elements are of this type.
+/// Builds a value with a tag whose elements have the type `T`.
 pub(crate) fn raw_span<T: Copy>(tag: u32, data: &[T], room: &mut dyn Room) -> Option<tatu_value> {
     let bytes = size_of_val(data);
     let words = room.words(bytes.div_ceil(8).max(1)).filter(|words| size_of_val(*words) >= bytes)?;
     let to = words.as_mut_ptr();
-    // SAFETY: there is room for as many bytes, and both are different memory.
+    // SAFETY: `words` was checked to have at least `bytes` bytes, and is newly allocated, so it does not overlap
+    // `data`.
     unsafe { std::ptr::copy_nonoverlapping(data.as_ptr().cast::<u8>(), to.cast::<u8>(), bytes) };
     Some(tatu_value {
         tag,
@@ -186,14 +189,15 @@ pub(crate) fn raw_int(tag: u32, i: i64) -> tatu_value {
 }
 
 impl<'a> ValueRef<'a> {
-    /// The payload of a value that is not a span.
+    /// Returns the payload of a value that is not a span.
     fn bits(self) -> u64 {
-        // SAFETY: all other members are 8 bytes of plain numbers, whatever the tag says.
+        // SAFETY: every member of the union consists of at least 8 initialized bytes, for which any `u64` is valid.
         unsafe { self.raw().u.u }
     }
-    /// The elements, whose type must match the tag.
+    /// Returns the elements of a span, whose type `T` must match the tag.
     fn span<T>(self) -> &'a [T] {
-        // SAFETY: callers ask by the tag, which says that the span is set and what its elements are; they live for 'a.
+        // SAFETY: callers choose `T` by the tag, which guarantees that the member `s` is set and has elements of that
+        // type; they live for `'a`.
         unsafe {
             match self.raw().u.s {
                 s if s.ptr.is_null() || s.len == 0 => &[],
@@ -201,15 +205,15 @@ impl<'a> ValueRef<'a> {
             }
         }
     }
-    /// One of `TATU_NIL` .. `TATU_OBJECT`.
+    /// Returns the tag, one of `TATU_NIL` .. `TATU_OBJECT`.
     pub fn tag(self) -> u32 {
         self.raw().tag
     }
-    /// Whether it is nil.
+    /// Returns whether it is nil.
     pub fn is_nil(self) -> bool {
         self.tag() == TATU_NIL
     }
-    /// A number: float or integer.
+    /// Returns a float or integer as a float.
     pub fn as_f64(self) -> Option<f64> {
         match self.tag() {
             TATU_F64 => Some(f64::from_bits(self.bits())),
@@ -217,7 +221,7 @@ impl<'a> ValueRef<'a> {
             _ => None,
         }
     }
-    /// An integer; floats are truncated toward zero.
+    /// Returns an integer; floats are truncated toward zero.
     pub fn as_i64(self) -> Option<i64> {
         match self.tag() {
             TATU_F64 => Some(f64::from_bits(self.bits()) as i64),
@@ -225,34 +229,34 @@ impl<'a> ValueRef<'a> {
             _ => None,
         }
     }
-    /// A boolean.
+    /// Returns a boolean.
     pub fn as_bool(self) -> Option<bool> {
         (self.tag() == TATU_BOOL).then(|| self.bits() != 0)
     }
-    /// Whether scripts treat it as true: anything but nil and false.
+    /// Returns whether scripts treat it as true: anything but nil and false.
     pub fn truthy(self) -> bool {
         !self.is_nil() && self.as_bool() != Some(false)
     }
-    /// An object: an object value, or a handle as scripts pass it.
+    /// Returns an object, from an object value or from a handle as scripts pass it.
     pub fn as_object(self) -> Option<tatu_object> {
         match self.tag() {
             TATU_OBJECT => Some(self.bits()),
             _ => self.as_i64().and_then(|i| u64::try_from(i).ok()),
         }
     }
-    /// A function.
+    /// Returns a function.
     pub fn as_func(self) -> Option<tatu_func> {
         (self.tag() == TATU_FUNC).then(|| self.bits())
     }
-    /// Text or bytes.
+    /// Returns text or bytes.
     pub fn as_bytes(self) -> Option<&'a [u8]> {
         matches!(self.tag(), TATU_TEXT | TATU_BYTES).then(|| self.span())
     }
-    /// Text; bytes that are not UTF-8 are replaced.
+    /// Returns text; invalid UTF-8 is replaced.
     pub fn as_str(self) -> Option<Cow<'a, str>> {
         self.as_bytes().map(String::from_utf8_lossy)
     }
-    /// The number of elements of an array, list or map.
+    /// Returns the number of elements of an array, list or map.
     pub fn len(self) -> usize {
         match self.tag() {
             TATU_F64S => self.span::<f64>().len(),
@@ -265,11 +269,11 @@ impl<'a> ValueRef<'a> {
             _ => 0,
         }
     }
-    /// Whether it has no elements.
+    /// Returns whether it has no elements.
     pub fn is_empty(self) -> bool {
         self.len() == 0
     }
-    /// Element `i` of a numeric array, or of a list, if it is a number.
+    /// Returns element `i` of a numeric array, or of a list if it is a number.
     pub fn number(self, i: usize) -> Option<f64> {
         match self.tag() {
             TATU_F64S => self.span().get(i).copied(),
@@ -281,11 +285,11 @@ impl<'a> ValueRef<'a> {
             _ => None,
         }
     }
-    /// All numbers of an array, or of a list of numbers.
+    /// Returns all numbers of an array, or of a list of numbers.
     pub fn numbers(self) -> Option<Vec<f64>> {
         matches!(self.tag(), TATU_F64S..=TATU_LIST).then(|| (0..self.len()).map(|i| self.number(i)).collect())?
     }
-    /// Exactly `N` numbers.
+    /// Returns exactly `N` numbers.
     pub fn array<const N: usize>(self) -> Option<[f64; N]> {
         if self.len() != N {
             return None;
@@ -296,19 +300,19 @@ impl<'a> ValueRef<'a> {
         }
         Some(out)
     }
-    /// The values of a list.
+    /// Returns the values of a list.
     pub fn list(self) -> Option<&'a [ValueRef<'a>]> {
         (self.tag() == TATU_LIST).then(|| self.span())
     }
-    /// The entries of a map: keys and values.
+    /// Returns the entries of a map: keys and values.
     pub fn map(self) -> Option<&'a [[ValueRef<'a>; 2]]> {
         (self.tag() == TATU_MAP).then(|| self.span())
     }
-    /// The value of a text key of a map.
+    /// Returns the value of a text key of a map.
     pub fn get(self, key: &str) -> Option<ValueRef<'a>> {
         self.map()?.iter().find(|[k, _]| k.as_bytes() == Some(key.as_bytes())).map(|[_, v]| *v)
     }
-    /// An owned copy. Fails if it is nested too deep or has an unknown tag.
+    /// Returns an owned copy. Fails if the value is nested too deep or has an unknown tag.
     pub fn to_value(self) -> Result<Value> {
         self.copy(0)
     }
@@ -345,7 +349,7 @@ impl<'a> ValueRef<'a> {
     }
 }
 
-/// The name of a type, for messages.
+/// Returns the name of a type, for messages.
 pub fn type_name(tag: u32) -> &'static str {
     match tag {
         TATU_NIL => "nil",

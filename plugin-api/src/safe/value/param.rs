@@ -1,9 +1,9 @@
-//! Parameters: declared once, written in scenes with their unit.
+//! Declarations of parameters, which scenes write with their unit.
 
 use crate::abi::*;
 use crate::safe::{Fail, Result, Value, ValueRef, value::keep::Keep, value::owned::type_name};
 
-/// One declaration: a parameter of a sensor, model or command, or a result of a command.
+/// The declaration of a parameter of a sensor, model or command, or of a result of a command.
 #[derive(Debug, Clone)]
 pub struct Param {
     pub(crate) key: String,
@@ -35,96 +35,96 @@ impl Param {
             text: String::new(),
         }
     }
-    /// A number.
+    /// Declares a number.
     pub fn float(key: &str) -> Self {
         Self::of(TATU_F64, key)
     }
-    /// An integer.
+    /// Declares an integer.
     pub fn int(key: &str) -> Self {
         Self::of(TATU_I64, key)
     }
-    /// True or false.
+    /// Declares a boolean.
     pub fn bool(key: &str) -> Self {
         Self::of(TATU_BOOL, key)
     }
-    /// A text.
+    /// Declares a text.
     pub fn string(key: &str) -> Self {
         Self::of(TATU_TEXT, key)
     }
-    /// Bytes.
+    /// Declares bytes.
     pub fn bytes(key: &str) -> Self {
         Self::of(TATU_BYTES, key)
     }
-    /// `count` numbers; 0: any number of them.
+    /// Declares `count` numbers; 0: any number of them.
     pub fn floats(key: &str, count: u32) -> Self {
         Param { count, ..Self::of(TATU_F64S, key) }
     }
-    /// `count` integers; 0: any number of them.
+    /// Declares `count` integers; 0: any number of them.
     pub fn ints(key: &str, count: u32) -> Self {
         Param { count, ..Self::of(TATU_I64S, key) }
     }
-    /// A function of a script.
+    /// Declares a function of a script.
     pub fn func(key: &str) -> Self {
         Self::of(TATU_FUNC, key)
     }
-    /// A table with keys: any, unless [`Param::keys`] declares them.
+    /// Declares a table with keys: any, unless [`Param::keys`] lists them.
     pub fn map(key: &str) -> Self {
         Self::of(TATU_MAP, key)
     }
-    /// The keys of a table of options. Each entry is checked and converted as its parameter says, one that is missing
-    /// gets its default, and an unknown key is an error that names the nearest.
+    /// Sets the keys of a table of options. Each entry is checked and converted as its declaration says, a missing one
+    /// gets its default, and an unknown key is an error that names the most similar one.
     pub fn keys(mut self, keys: impl IntoIterator<Item = Param>) -> Self {
         self.keys = keys.into_iter().collect();
         self
     }
-    /// A list.
+    /// Declares a list.
     pub fn list(key: &str) -> Self {
         Self::of(TATU_LIST, key)
     }
-    /// An object, or the number of one.
+    /// Declares an object, or the handle of one.
     pub fn object(key: &str) -> Self {
         Self::of(TATU_OBJECT, key)
     }
-    /// Anything.
+    /// Declares a parameter that accepts any value.
     pub fn any(key: &str) -> Self {
         Self { flags: TATU_PARAM_ANY, ..Self::of(TATU_NIL, key) }
     }
-    /// Its unit: "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz".
+    /// Sets its unit: "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz".
     pub fn unit(mut self, unit: &'static str) -> Self {
         self.unit = Some(unit);
         self
     }
-    /// Least and greatest value.
+    /// Sets the least and the greatest value.
     pub fn range(mut self, lowest: f64, highest: f64) -> Self {
         (self.lowest, self.highest) = (lowest, highest);
         self
     }
-    /// Its default; it may then be left out, without [`Param::optional`].
+    /// Sets its default; it may then be left out, without [`Param::optional`].
     pub fn default(mut self, value: impl Into<Value>) -> Self {
         self.fallback = value.into();
         self
     }
-    /// The allowed texts.
+    /// Sets the allowed texts.
     pub fn choices(mut self, choices: &'static [&'static str]) -> Self {
         self.choices = choices;
         self
     }
-    /// May be left out, or nil.
+    /// Allows it to be left out, or nil.
     pub fn optional(mut self) -> Self {
         self.flags |= TATU_PARAM_OPTIONAL;
         self
     }
-    /// Takes any number of arguments; only as the last parameter of a command.
+    /// Accepts any number of arguments; only for the last parameter of a command.
     pub fn rest(mut self) -> Self {
         self.flags |= TATU_PARAM_REST | TATU_PARAM_OPTIONAL;
         self
     }
-    /// A change recreates the instance.
+    /// Makes a change of it create the instance again.
     pub fn rebuilds(mut self) -> Self {
         self.flags |= TATU_PARAM_REBUILDS;
         self
     }
-    /// One sentence.
+    /// Sets its description, one sentence.
     pub fn text(mut self, text: impl Into<String>) -> Self {
         self.text = text.into();
         self
@@ -150,7 +150,7 @@ impl Param {
     }
 }
 
-/// Values of declared parameters, by key, as an instance gets them.
+/// Values of declared parameters, by key, as passed to an instance.
 pub struct Params<'a> {
     values: &'a [ValueRef<'a>],
     declared: &'a [Param],
@@ -160,7 +160,7 @@ impl<'a> Params<'a> {
     pub(crate) fn new(values: &'a [ValueRef<'a>], declared: &'a [Param]) -> Self {
         Params { values, declared }
     }
-    /// The value of a key; nil if it was not given.
+    /// Returns the value of a key; nil if it was not given.
     pub fn get(&self, key: &str) -> Result<ValueRef<'a>> {
         let i = self.declared.iter().position(|p| p.key == key).ok_or_else(|| {
             Fail::new(format!("the plugin asks for its parameter `{key}`, which it does not declare"))
@@ -172,23 +172,23 @@ impl<'a> Params<'a> {
         read(v)
             .ok_or_else(|| Fail::argument(format!("parameter `{key}`: expected {what}, found {}", type_name(v.tag()))))
     }
-    /// A number.
+    /// Returns a number.
     pub fn f64(&self, key: &str) -> Result<f64> {
         self.want(key, "a number", ValueRef::as_f64)
     }
-    /// An integer.
+    /// Returns an integer.
     pub fn i64(&self, key: &str) -> Result<i64> {
         self.want(key, "an integer", ValueRef::as_i64)
     }
-    /// True or false.
+    /// Returns a boolean.
     pub fn bool(&self, key: &str) -> Result<bool> {
         self.want(key, "true or false", ValueRef::as_bool)
     }
-    /// A text.
+    /// Returns a text.
     pub fn string(&self, key: &str) -> Result<String> {
         self.want(key, "a text", |v| v.as_str().map(|s| s.into_owned()))
     }
-    /// Exactly `N` numbers.
+    /// Returns exactly `N` numbers.
     pub fn array<const N: usize>(&self, key: &str) -> Result<[f64; N]> {
         self.want(key, &format!("{N} numbers"), ValueRef::array)
     }

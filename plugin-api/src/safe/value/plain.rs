@@ -1,4 +1,4 @@
-//! Files that a user names: regular files of limited size.
+//! Opens files that a user names, which must be regular and of limited size.
 
 use std::{
     fs::{self, File},
@@ -6,7 +6,7 @@ use std::{
     path::Path,
 };
 
-/// Default limit of the size of a file, bytes.
+/// Default size limit of a file, bytes.
 pub const MOST_BYTES: u64 = 256 << 20;
 
 /// Opens a regular file of at most `most` bytes; reading ends there, even if the file grows. A pipe or a device, which
@@ -14,17 +14,17 @@ pub const MOST_BYTES: u64 = 256 << 20;
 pub fn open_plain(path: &Path, most: u64) -> io::Result<io::Take<File>> {
     check(&fs::metadata(path)?, most)?;
     let file = File::open(path)?;
-    // Another file may have its name by now.
+    // Another file may have been moved to this name in the meanwhile.
     check(&file.metadata()?, most)?;
     Ok(file.take(most))
 }
 
-/// The bytes of a regular file of at most `most` bytes.
+/// Reads a regular file of at most `most` bytes.
 pub fn read_plain(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     read_opened(open_plain(path, most)?.into_inner(), most)
 }
 
-/// The same for an open file.
+/// Like [`read_plain`], for an open file.
 pub(crate) fn read_opened(file: File, most: u64) -> io::Result<Vec<u8>> {
     let length = check(&file.metadata()?, most)?;
     let mut file = file.take(most);
@@ -35,13 +35,13 @@ pub(crate) fn read_opened(file: File, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The same as text; what is not UTF-8 is an error.
+/// Like [`read_plain`], as text; invalid UTF-8 is an error.
 pub fn read_plain_text(path: &Path, most: u64) -> io::Result<String> {
     let bytes = read_plain(path, most)?;
     String::from_utf8(bytes).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.utf8_error()))
 }
 
-/// Its bytes.
+/// Checks type and size of a file; returns its size in bytes.
 fn check(about: &fs::Metadata, most: u64) -> io::Result<u64> {
     if about.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
@@ -65,7 +65,7 @@ mod tests {
         let own = Path::new(file!()).file_name().unwrap();
         let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/safe/value").join(own);
         let text = read_plain_text(&here, MOST_BYTES).unwrap();
-        assert!(text.starts_with("//! Files that a user names"));
+        assert!(text.starts_with("//! Opens files that a user names"));
         assert_eq!(read_plain(&here, 10).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
         assert_eq!(read_plain(here.parent().unwrap(), 10).unwrap_err().kind(), io::ErrorKind::IsADirectory);
         assert_eq!(read_plain(Path::new("/no/such"), 10).unwrap_err().kind(), io::ErrorKind::NotFound);

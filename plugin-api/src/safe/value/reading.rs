@@ -1,4 +1,4 @@
-//! What a sensor measured, as commands and services read it.
+//! Readings of sensors, as commands and services get them.
 
 use crate::abi::*;
 
@@ -13,7 +13,7 @@ pub struct Reading {
     words: Words,
 }
 
-/// The elements, in words of 8 bytes: most readings are a few numbers.
+/// The elements, in words of 8 bytes; stored inline if there are few, as in most readings.
 #[derive(Debug, Clone)]
 enum Words {
     Few([u64; 8]),
@@ -22,7 +22,7 @@ enum Words {
 
 impl Reading {
     /// # Safety
-    /// `view` came from the host, and nothing has been measured since.
+    /// `view` was filled by the host, and nothing has been measured since.
     pub(crate) unsafe fn of(view: &tatu_field_view) -> Self {
         let each = match view.elem {
             TATU_ELEM_F64 | TATU_ELEM_OBJECT => 8,
@@ -40,23 +40,23 @@ impl Reading {
             Words::Few(few) => few.as_mut_ptr(),
             Words::Many(many) => many.as_mut_ptr(),
         };
-        // SAFETY: the host's buffer has this many elements of this size, and there are words enough for them.
+        // SAFETY: the host's buffer has `len` elements of `each` bytes, and `to` has room for them.
         unsafe { std::ptr::copy_nonoverlapping(view.ptr.cast::<u8>(), to.cast::<u8>(), len * each) };
         Reading { elem: view.elem, dims: view.dims, time: view.time, sequence: view.sequence, len, words }
     }
-    /// How often the sensor has been measured; 0: never, or reset since.
+    /// Returns how often the sensor has been measured; 0: never, or not since a reset.
     pub fn sequence(&self) -> u64 {
         self.sequence
     }
-    /// Simulation time of the reading, s.
+    /// Returns the simulation time of the reading, s.
     pub fn time(&self) -> f64 {
         self.time
     }
-    /// Shape, outermost first.
+    /// Returns the shape, outermost dimension first.
     pub fn dims(&self) -> [u32; 3] {
         self.dims
     }
-    /// `TATU_ELEM_*`.
+    /// Returns the element type, `TATU_ELEM_*`.
     pub fn elem(&self) -> u32 {
         self.elem
     }
@@ -68,31 +68,31 @@ impl Reading {
             Words::Few(few) => &few[..],
             Words::Many(many) => many,
         };
-        // SAFETY: `of` made room for this many elements of the type that goes with `elem`, which is any pattern of
-        // bits.
+        // SAFETY: `of` copied `len` elements of the type that `elem` means, which callers match; any bit pattern is
+        // valid for these types, and words are sufficiently aligned.
         unsafe { std::slice::from_raw_parts(words.as_ptr().cast(), self.len) }
     }
-    /// The numbers, if they are doubles.
+    /// Returns the numbers, if they are 64-bit floats; otherwise an empty slice.
     pub fn f64s(&self) -> &[f64] {
         self.slice(TATU_ELEM_F64)
     }
-    /// The numbers, if they are 32-bit integers.
+    /// Returns the numbers, if they are 32-bit integers; otherwise an empty slice.
     pub fn i32s(&self) -> &[i32] {
         self.slice(TATU_ELEM_I32)
     }
-    /// The numbers, if they are 32-bit floats.
+    /// Returns the numbers, if they are 32-bit floats; otherwise an empty slice.
     pub fn f32s(&self) -> &[f32] {
         self.slice(TATU_ELEM_F32)
     }
-    /// The numbers, if they are 16-bit numbers.
+    /// Returns the numbers, if they are 16-bit integers; otherwise an empty slice.
     pub fn u16s(&self) -> &[u16] {
         self.slice(TATU_ELEM_U16)
     }
-    /// The bytes, if they are bytes.
+    /// Returns the bytes, if they are bytes; otherwise an empty slice.
     pub fn u8s(&self) -> &[u8] {
         self.slice(TATU_ELEM_U8)
     }
-    /// The objects, if they are objects.
+    /// Returns the objects, if they are objects; otherwise an empty slice.
     pub fn objects(&self) -> &[tatu_object] {
         self.slice(TATU_ELEM_OBJECT)
     }

@@ -1,4 +1,4 @@
-//! Input and output of a measurement: one sensor of a batch.
+//! Input and output of a measurement, for one sensor of a batch.
 
 use std::ffi::c_void;
 
@@ -9,31 +9,31 @@ use crate::safe::value::field::Field;
 pub struct Sample<'a> {
     batch: &'a tatu_sensor_batch,
     i: usize,
-    /// Whether rays have been aimed and cast.
+    /// Whether rays have been aimed and cast already.
     cast: bool,
 }
 
 impl<'a> Sample<'a> {
     /// # Safety
-    /// The batch is the host's, for `'a`, and has this instance.
+    /// The batch comes from the host, is valid for `'a`, and contains instance `i`.
     pub(crate) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize) -> Self {
         Sample { batch, i, cast: true }
     }
-    /// The same while rays are being aimed, without the rays.
+    /// Returns the same sample for use while rays are being aimed, without the rays.
     pub(crate) fn before_the_cast(&self) -> Sample<'a> {
         Sample { cast: false, ..*self }
     }
-    /// The value of this instance in an array that has one for each; `None` where there is no such array.
+    /// Returns this instance's element of an array with one element per instance; `None` if there is no such array.
     fn own<T: Copy>(&self, array: *const T) -> Option<T> {
-        // SAFETY: the host's arrays are null or have one for each instance.
+        // SAFETY: the host's arrays are null or have one element per instance, and `i` is below `n`.
         (!array.is_null()).then(|| unsafe { *array.add(self.i) })
     }
-    /// The part of this instance in an array of parts, whose end offsets are in another array.
+    /// Returns this instance's part of an array of parts, whose end offsets are in the array `ends`.
     fn part<T>(&self, ends: *const u64, array: *const T) -> &'a [T] {
         if ends.is_null() || array.is_null() {
             return &[];
         }
-        // SAFETY: the host gives n + 1 ends, and its arrays hold all parts of the batch.
+        // SAFETY: `ends` has n + 1 entries, and `array` contains all parts of the batch, so the range is within it.
         unsafe {
             let (from, to) = (*ends.add(self.i) as usize, *ends.add(self.i + 1) as usize);
             std::slice::from_raw_parts(array.add(from), to - from)
@@ -45,70 +45,71 @@ impl<'a> Sample<'a> {
     fn per_pixel<T>(&self, array: *const T) -> &'a [T] {
         self.part(self.batch.first_pixel, array)
     }
-    /// Simulation time, s.
+    /// Returns the simulation time, s.
     pub fn time(&self) -> f64 {
         self.batch.time
     }
-    /// The sensor.
+    /// Returns the sensor.
     pub fn sensor(&self) -> tatu_object {
         self.own(self.batch.sensor).unwrap_or_default()
     }
-    /// Per beam: distance, m; infinity: no hit. Requires `TATU_IN_DISTANCE`.
+    /// Returns for each beam the distance, m; infinity: no hit. Requires `TATU_IN_DISTANCE`.
     pub fn distances(&self) -> &'a [f64] {
         self.per_beam(self.batch.distance)
     }
-    /// Per beam: point, sensor frame, m. `TATU_IN_POINT`.
+    /// Returns for each beam the point hit, sensor frame, m. Requires `TATU_IN_POINT`.
     pub fn points(&self) -> &'a [[f64; 3]] {
         self.per_beam(self.batch.point.cast())
     }
-    /// Per beam: unit normal, sensor frame. `TATU_IN_NORMAL`.
+    /// Returns for each beam the unit normal, sensor frame. Requires `TATU_IN_NORMAL`.
     pub fn normals(&self) -> &'a [[f64; 3]] {
         self.per_beam(self.batch.normal.cast())
     }
-    /// Per beam: the object hit. `TATU_IN_OBJECT`.
+    /// Returns for each beam the object hit. Requires `TATU_IN_OBJECT`.
     pub fn objects(&self) -> &'a [tatu_object] {
         self.per_beam(self.batch.object)
     }
-    /// Per beam: red green blue. `TATU_IN_COLOR`.
+    /// Returns for each beam red, green and blue. Requires `TATU_IN_COLOR`.
     pub fn colors(&self) -> &'a [[u8; 3]] {
         self.per_beam(self.batch.color.cast())
     }
-    /// Per beam: which triangle or face. `TATU_IN_PRIMITIVE`.
+    /// Returns for each beam the triangle or face hit. Requires `TATU_IN_PRIMITIVE`.
     pub fn primitives(&self) -> &'a [u32] {
         self.per_beam(self.batch.primitive)
     }
 
-    /// Per pixel, the lowest row first: depth along +z, m; infinity: no hit. `TATU_IN_DISTANCE`.
+    /// Returns for each pixel, the lowest row first, the depth along +z, m; infinity: no hit. Requires
+    /// `TATU_IN_DISTANCE`.
     pub fn depths(&self) -> &'a [f32] {
         self.per_pixel(self.batch.depth)
     }
-    /// Per pixel: red green blue. `TATU_IN_COLOR`.
+    /// Returns for each pixel red, green and blue. Requires `TATU_IN_COLOR`.
     pub fn pixel_colors(&self) -> &'a [[u8; 3]] {
         self.per_pixel(self.batch.pixel_color.cast())
     }
-    /// Per pixel: cosine of the angle between line of sight and normal. `TATU_IN_COSINE`.
+    /// Returns for each pixel the cosine of the angle between line of sight and normal. Requires `TATU_IN_COSINE`.
     pub fn pixel_cosines(&self) -> &'a [f32] {
         self.per_pixel(self.batch.pixel_cosine)
     }
-    /// Per pixel: the object hit. `TATU_IN_OBJECT`.
+    /// Returns for each pixel the object hit. Requires `TATU_IN_OBJECT`.
     pub fn pixel_objects(&self) -> &'a [tatu_object] {
         self.per_pixel(self.batch.pixel_object)
     }
 
-    /// Per beam: where it begins and points, in the sensor's frame; empty if they are not aimed.
+    /// Returns for each beam its origin and direction, in the sensor's frame; empty if they are not aimed.
     pub fn rays(&self) -> &'a [[f64; 6]] {
-        // SAFETY: nobody changes them after the cast.
+        // SAFETY: after the cast, rays are only read.
         if self.cast { unsafe { self.rays_to_aim() } } else { &[] }
     }
     /// # Safety
-    /// They are not aliased meanwhile.
+    /// No other reference to the rays exists while the returned slice is used.
     pub(crate) unsafe fn rays_to_aim(&self) -> &'a mut [[f64; 6]] {
         let rays = self.own(self.batch.rays).unwrap_or(std::ptr::null_mut());
         let ends = self.batch.first_beam;
         if rays.is_null() || ends.is_null() {
             return &mut [];
         }
-        // SAFETY: 6 numbers for each ray of this instance; the caller promises the rest.
+        // SAFETY: there are 6 numbers for each ray of this instance; the caller guarantees that they are not aliased.
         unsafe {
             let n = *ends.add(self.i + 1) - *ends.add(self.i);
             std::slice::from_raw_parts_mut(rays.cast(), n as usize)
@@ -121,28 +122,31 @@ impl<'a> Sample<'a> {
         first: u64,
         out: &mut [f64],
     ) {
-        // SAFETY: null, or the host's generator, which is valid for this call. Without one `out` is left as it is.
+        // SAFETY: `random` is null, or the host's generator, which is valid during the call. Without one, `out` is
+        // unchanged.
         if let Some(random) = unsafe { self.batch.random.as_ref() }
             && let Some(fill) = fill(random)
         {
-            // SAFETY: `out` has room for the count that is passed.
+            // SAFETY: `out` has room for the number of values requested.
             unsafe { fill(random, self.i as u32, first, out.len() as u64, out.as_mut_ptr()) };
         }
     }
-    /// Uniform random numbers in [0, 1): those of this sensor's measurement from index `first` on.
+    /// Fills `out` with uniform random numbers in [0, 1): those of this sensor's measurement from index `first` on.
     pub fn uniform(&self, first: u64, out: &mut [f64]) {
         self.draw(|r| r.uniform, first, out);
     }
-    /// Random numbers of the normal distribution, mean 0, standard deviation 1.
+    /// Fills `out` with normally distributed random numbers, mean 0, standard deviation 1.
     pub fn normal(&self, first: u64, out: &mut [f64]) {
         self.draw(|r| r.normal, first, out);
     }
 
-    /// The sensor's pose in the world: x y z (m), quaternion x y z w. `None` without `TATU_IN_POSE` in its inputs.
+    /// Returns the sensor's pose in the world: x y z (m), quaternion x y z w. `None` without `TATU_IN_POSE` in its
+    /// inputs.
     pub fn pose(&self) -> Option<[f64; 7]> {
         self.own(self.batch.pose.cast())
     }
-    /// The twist of its mount: m/s, then rad/s, world. `None` without `TATU_IN_TWIST` in its inputs.
+    /// Returns the twist of its mount in the world frame: m/s, then rad/s. `None` without `TATU_IN_TWIST` in its
+    /// inputs.
     pub fn twist(&self) -> Option<[f64; 6]> {
         self.own(self.batch.twist.cast())
     }
@@ -150,7 +154,7 @@ impl<'a> Sample<'a> {
 
 /// The output of a sensor: its fields, in the order of declaration.
 pub struct Readout<'a> {
-    /// Address and number of elements of each.
+    /// Address and number of elements of each field.
     places: &'a [*mut c_void],
     lengths: &'a [u64],
     fields: &'a [Field],
@@ -159,19 +163,20 @@ pub struct Readout<'a> {
 
 impl<'a> Readout<'a> {
     /// # Safety
-    /// The batch is the host's, for `'a`, and has this instance, whose fields and state block of `state` numbers nobody
-    /// else uses.
+    /// The batch comes from the host, is valid for `'a`, and contains instance `i`; nothing else uses that instance's
+    /// fields and state block of `state` numbers.
     pub(crate) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize, fields: &'a [Field], state: usize) -> Self {
         let state: &mut [f64] = match state {
             0 => &mut [],
-            // SAFETY: one block per instance, of as many numbers as declared, aligned to them.
+            // SAFETY: there is one block per instance, of the declared number of 8-byte aligned values, which nothing
+            // else uses.
             n => unsafe { std::slice::from_raw_parts_mut((*batch.state.add(i)).cast(), n) },
         };
         let n = batch.n_fields as usize;
         if n == 0 {
             return Readout { places: &[], lengths: &[], fields, state };
         }
-        // SAFETY: one place and one length per instance and field.
+        // SAFETY: there is one place and one length for each field of each instance, and `i` is below the batch's `n`.
         unsafe {
             let places = std::slice::from_raw_parts(batch.fields.add(i * n), n);
             Readout { places, lengths: std::slice::from_raw_parts(*batch.lengths.add(i), n), fields, state }
@@ -185,34 +190,36 @@ impl Readout<'_> {
         let (Some(_), Some(place), Some(n)) = (declared, self.places.get(k), self.lengths.get(k)) else {
             return &mut [];
         };
-        // SAFETY: the host gives each field room for as many elements of the declared type, to this instance alone.
+        // SAFETY: the host gives each field room for `n` elements of the declared type, which `declared` has matched,
+        // and nothing else uses it.
         unsafe { std::slice::from_raw_parts_mut(place.cast(), *n as usize) }
     }
-    /// The state of this sensor: [`Sensor::STATE`](crate::safe::Sensor::STATE) numbers.
+    /// Returns the state of this sensor: [`Sensor::STATE`](crate::safe::Sensor::STATE) numbers.
     pub fn state(&mut self) -> &mut [f64] {
         self.state
     }
-    /// Field `k`, from 0 in the order of declaration, declared with [`Field::f64`]; empty if it has another type.
+    /// Returns field `k`, from 0 in the order of declaration, declared with [`Field::f64`]; empty if it has another
+    /// type.
     pub fn f64(&mut self, k: usize) -> &mut [f64] {
         self.slice(k, TATU_ELEM_F64)
     }
-    /// Field `k`, declared with [`Field::i32`].
+    /// Returns field `k`, declared with [`Field::i32`].
     pub fn i32(&mut self, k: usize) -> &mut [i32] {
         self.slice(k, TATU_ELEM_I32)
     }
-    /// Field `k`, declared with [`Field::f32`].
+    /// Returns field `k`, declared with [`Field::f32`].
     pub fn f32(&mut self, k: usize) -> &mut [f32] {
         self.slice(k, TATU_ELEM_F32)
     }
-    /// Field `k`, declared with [`Field::u16`].
+    /// Returns field `k`, declared with [`Field::u16`].
     pub fn u16(&mut self, k: usize) -> &mut [u16] {
         self.slice(k, TATU_ELEM_U16)
     }
-    /// Field `k`, declared with [`Field::u8`].
+    /// Returns field `k`, declared with [`Field::u8`].
     pub fn u8(&mut self, k: usize) -> &mut [u8] {
         self.slice(k, TATU_ELEM_U8)
     }
-    /// Field `k`, declared with [`Field::object`].
+    /// Returns field `k`, declared with [`Field::object`].
     pub fn object(&mut self, k: usize) -> &mut [tatu_object] {
         self.slice(k, TATU_ELEM_OBJECT)
     }

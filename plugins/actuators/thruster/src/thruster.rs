@@ -1,26 +1,26 @@
-//! The actuator kinds "thruster" and "thruster_substep", which differ in how often they are asked.
+//! The actuator kinds "thruster" and "thruster_substep", which differ in how often their force is computed.
 
 use tatu_plugin_api::safe::{Actuator, Drive, Fail, Instance, Output, Param, Params, Result, SharedWorld};
 
-/// The plugin; it keeps nothing.
+/// The plugin; it has no state.
 pub struct Thrusters;
 
-/// One thruster. `SUBSTEP`: its direction follows the mount in each engine step, not only in each step of the world.
+/// A thruster. `SUBSTEP`: its direction follows the mount in each engine step, not only in each step of the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Thruster<const SUBSTEP: bool> {
     max_force: f64,
     time_constant: f64,
 }
 
-/// Thrust at the end of a time `dt`, and its mean during it, N: a first-order lag from `now` towards `wanted`.
+/// Returns the thrust after a time `dt`, and its mean during `dt`, N: a first-order lag from `now` towards `wanted`.
 ///
-/// The mean carries the exact impulse, so that the velocity of a pushed body does not depend on the length of a step.
+/// The mean gives the exact impulse, so that the velocity of a body does not depend on the length of a step.
 fn lag(now: f64, wanted: f64, time_constant: f64, dt: f64) -> (f64, f64) {
     if time_constant <= 0.0 || dt <= 0.0 {
         return (wanted, wanted);
     }
     let x = dt / time_constant;
-    // 1 - exp(-x), without loss where x is small.
+    // 1 - exp(-x), accurate for small x.
     let reached = -libm::expm1(-x);
     (now + (wanted - now) * reached, wanted + (now - wanted) * (reached / x))
 }
@@ -29,7 +29,7 @@ impl<const SUBSTEP: bool> Actuator for Thruster<SUBSTEP> {
     type Plugin = Thrusters;
     const ID: &'static str = if SUBSTEP { "thruster_substep" } else { "thruster" };
     const TEXT: &'static str = if SUBSTEP {
-        "Pushes along its +z axis; asked before each engine step, so that fast turns do not smear its direction."
+        "Pushes along its +z axis; evaluated before each engine step, so that its direction follows fast turns."
     } else {
         "Pushes along its +z axis, with the force that a script sets."
     };

@@ -1,13 +1,15 @@
-//! What command plugins share: commands that do nothing, and the values of failed calls by old names.
+//! Helpers shared by the command plugins: commands that do nothing, and the values that failed calls by old names
+//! return.
 
 use tatu_plugin_api::safe::{Command, Param, Plugin, Value};
 
-/// What a failed call by an old name returns, where the command returns text or a table.
+/// Return value of a failed call by an old name, where the command returns text or a table.
 pub const NIL: [Value; 1] = [Value::Nil];
-/// What a failed call by an old name returns, where the command returns a handle, a count or a state, or sets something.
+/// Return value of a failed call by an old name, where the command returns a handle, a count or a state, or sets
+/// something.
 pub const MINUS: [Value; 1] = [Value::Int(-1)];
 
-/// What a stub returns.
+/// The neutral value that a stub returns.
 #[derive(Debug, Clone, Copy)]
 pub enum Gives {
     /// No value.
@@ -25,13 +27,13 @@ pub enum Gives {
 }
 
 impl Gives {
-    /// What a failed call by an old name returns.
+    /// Returns what a failed call by an old name returns.
     pub fn on_error(self) -> [Value; 1] {
         if matches!(self, Gives::Int(_) | Gives::Float(_)) { MINUS } else { NIL }
     }
 }
 
-/// A command that accepts any arguments and returns a neutral value; `why` says what is missing.
+/// Builds a command that accepts any arguments and returns a neutral value; `why` says what is missing.
 pub fn stub<P: Plugin>(name: &str, gives: Gives, why: &str) -> Command<P> {
     let command = Command::new(name, move |c| {
         match gives {
@@ -53,5 +55,5 @@ pub fn stub<P: Plugin>(name: &str, gives: Gives, why: &str) -> Command<P> {
         Gives::Empty => command.returns(Param::any("result")),
         Gives::Zeros => command.returns(Param::floats("result", 3)),
     };
-    command.text("Takes what it is given, and does nothing.").stub(why)
+    command.text("Accepts any arguments, and does nothing.").stub(why)
 }

@@ -1,4 +1,4 @@
-//! Names of hosts, and the clock of this machine.
+//! Host names, and this machine's clock.
 
 use std::{
     io,

@@ -1,4 +1,4 @@
-//! Datagrams: UDP.
+//! UDP sockets: commands that open them, and send and receive datagrams.
 
 use std::net::SocketAddr;
 
@@ -15,7 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     offer.command(
         command("luasocket.bindDatagrams", |c, s, _| {
             let n = c.i64(0)?;
-            // Of no port it is asked of whom datagrams go to.
+            // Port 0 names no particular peer, so with `*` any permission is enough.
             let at = match (c.text(1)?.as_str(), port(c, 2)?) {
                 ("*", 0) if permission::any(&allowed(c)?) => Ok(SocketAddr::from(([0, 0, 0, 0], 0))),
                 _ => address(c, 1)?,
@@ -46,7 +46,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         .param(Param::int("port"))
         .returns(Param::int("done").optional().text("1"))
         .returns(failure())
-        .text("Hears datagrams of one place alone, and sends there.")
+        .text("Connects a socket for datagrams to one address: it receives from there only, and sends there.")
         .example("local done, e = luasocket.connectDatagrams(0, '127.0.0.1', 9)"),
     );
     offer.command(

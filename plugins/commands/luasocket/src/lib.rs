@@ -1,8 +1,9 @@
-//! Sockets for scripts: `require 'socket'` gives what LuaSocket's users know.
+//! Sockets for scripts: `require 'socket'` provides the interface of LuaSocket.
 //!
-//! - `sockets`: sockets by number, on the standard library; `permission`: whom a run may reach;
-//! - `look`: what a script finds outside is an input of the run;
-//! - `streams`, `datagrams`, `clock`: commands that look; `socket.lua`: LuaSocket's objects upon the commands.
+//! - `sockets`: numbered sockets, on top of the standard library; `permission`: the addresses that a run may reach;
+//! - `look`: records what a script receives from outside as an input of the run;
+//! - `streams`, `datagrams`, `clock`: commands that access the outside; `socket.lua`: LuaSocket's objects, built on the
+//!   commands.
 
 mod clock;
 mod datagrams;
@@ -35,7 +36,8 @@ impl Plugin for LuaSocket {
     }
 
     const STATE_VERSION: u32 = 1;
-    /// A socket cannot be saved: one of a restored world is closed. Its number is not given again.
+    /// Saves only the last socket number. Open sockets cannot be saved: a restored world finds them closed, and their
+    /// numbers are not reused.
     fn save(open: &Open) -> Result<Vec<u8>> {
         let sockets =
             open.sockets.try_borrow().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "its sockets are in use"))?;
@@ -43,7 +45,8 @@ impl Plugin for LuaSocket {
     }
     fn load(open: &Open, bytes: &[u8], version: u32) -> Result<()> {
         let last = bytes.try_into().ok().map(i64::from_le_bytes).filter(|_| version == Self::STATE_VERSION);
-        let last = last.ok_or_else(|| Fail::unsupported("its sockets were kept by another version"))?;
+        let last = last
+            .ok_or_else(|| Fail::unsupported("the saved state has an unknown format; it may be of another version"))?;
         let mut sockets =
             open.sockets.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "its sockets are in use"))?;
         *sockets = Sockets::default();

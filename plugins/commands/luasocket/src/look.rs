@@ -1,4 +1,4 @@
-//! Looks outside: what is allowed, and what is found, which is an input of the run.
+//! Access to the outside world: checks what is allowed, and records the result as an input of the run.
 
 use std::{cell::RefMut, io, net::SocketAddr};
 
@@ -17,7 +17,7 @@ use crate::{
 
 pub(crate) type Ctx<'a> = Call<'a, LuaSocket>;
 
-/// What a look outside is called in the log of inputs.
+/// Kind of these entries in the input log.
 const KIND: &str = "socket";
 /// Commands whose first result is the number of a socket.
 const OPENS: [&str; 4] = ["luasocket.connect", "luasocket.listen", "luasocket.accept", "luasocket.bindDatagrams"];
@@ -25,7 +25,7 @@ const OPENS: [&str; 4] = ["luasocket.connect", "luasocket.listen", "luasocket.ac
 pub(crate) fn text(text: impl AsRef<str>) -> Value {
     Value::text(text.as_ref())
 }
-/// nil, and what was wrong.
+/// Returns nil and the text of an error.
 pub(crate) fn wrong(e: &io::Error) -> Vec<Value> {
     vec![Value::Nil, text(words(e))]
 }
@@ -40,16 +40,16 @@ pub(crate) fn open<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Sockets>> {
     c.instance().sockets.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the sockets are in use"))
 }
 
-/// What the person who runs this allows.
+/// Returns the addresses that the user allows, as given by `--allow net=...`.
 pub(crate) fn allowed(c: &Ctx<'_>) -> Result<String> {
     Ok(c.world().get(0, c.plugin().allow)?.as_str().unwrap_or_default().into_owned())
 }
 
-/// The address of argument `i`, a host, and the one behind it, a port, if the run may reach it.
+/// Resolves argument `i` (a host) and the argument behind it (a port), if the run may reach that address.
 pub(crate) fn address(c: &Ctx<'_>, i: usize) -> Result<io::Result<SocketAddr>> {
     let (host, port) = (c.text(i)?, port(c, i + 1)?);
     let allowed = allowed(c)?;
-    // Without any permission no name is asked for either.
+    // Without any permission, host names are not even resolved.
     let found = if permission::any(&allowed) { addresses(&host, port) } else { Ok(Vec::new()) };
     let found = match found {
         Ok(found) => found,
@@ -61,7 +61,9 @@ pub(crate) fn address(c: &Ctx<'_>, i: usize) -> Result<io::Result<SocketAddr>> {
     if !c.instance().told.replace(true) {
         let host = if host == "*" { "0.0.0.0" } else { &host };
         let port = if port == 0 { "*".to_owned() } else { port.to_string() };
-        let text = format!("a script wants a socket of {host}:{port}, which you may allow: --allow net={host}:{port}");
+        let text = format!(
+            "a script wants to use {host}:{port}, which is not allowed; to allow it: --allow net={host}:{port}"
+        );
         c.world().log(TATU_LOG_WARNING, text.as_bytes());
     }
     Ok(Err(io::ErrorKind::PermissionDenied.into()))
@@ -73,7 +75,7 @@ pub(crate) fn port(c: &Ctx<'_>, i: usize) -> Result<u16> {
     number.map(|n| n as u16).ok_or_else(|| Fail::argument(format!("argument {}: expected a port, 0 to 65535", i + 1)))
 }
 
-/// Does `look`, unless this run repeats another one; what it finds are the command's results.
+/// Runs `look`, or takes its result from the log in a replay; the result becomes the command's return values.
 pub(crate) fn observe(
     c: &Ctx<'_>,
     name: &str,
@@ -91,14 +93,18 @@ pub(crate) fn observe(
     if let Some(fail) = failed {
         return Err(fail);
     }
-    let strange = || Fail::new(format!("the run that is repeated did something else with its sockets here: {found}"));
+    let strange = || {
+        Fail::new(format!(
+            "the recorded run used its sockets differently here: {found}; replay it with the scene it was recorded with"
+        ))
+    };
     let (then, found): (String, Vec<Json>) = serde_json::from_str(&found).map_err(|_| strange())?;
     if then != name {
         return Err(strange());
     }
     let found = found.iter().map(json::read).collect::<Result<Vec<_>>>()?;
     if let Some(Value::Int(n)) = found.first().filter(|_| OPENS.contains(&name)) {
-        // A run that is repeated opens nothing, and counts as the other one did.
+        // A replay opens no sockets, but counts them as the recorded run did.
         let mut sockets = open(c)?;
         sockets.last = sockets.last.max(*n);
     }
@@ -109,7 +115,7 @@ pub(crate) fn give(c: &mut Ctx<'_>, values: Vec<Value>) {
     values.into_iter().for_each(|v| c.ret(v));
 }
 
-/// A command that looks outside.
+/// Builds a command that accesses the outside world.
 pub(crate) fn command(
     name: &'static str,
     look: impl Fn(&Ctx<'_>, &mut Sockets, &dyn Fn() -> bool) -> Result<Vec<Value>> + Send + Sync + 'static,

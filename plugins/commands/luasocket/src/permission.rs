@@ -1,8 +1,9 @@
-//! What the person who runs a world allows: `--allow net=HOST:PORT`.
+//! Addresses that the user allows a run to reach: `--allow net=HOST:PORT`.
 
 use std::net::SocketAddr;
 
-/// Whether an address is among what is allowed; `host` is its name as a script wrote it. A `*` stands for any host or port.
+/// Returns whether an address is allowed; `host` is its name as the script wrote it. A `*` in `allowed` matches any
+/// host or port.
 pub fn allows(allowed: &str, host: &str, at: SocketAddr) -> bool {
     places(allowed).any(|(h, p)| {
         let host = h == "*" || h == host || h == at.ip().to_string();
@@ -10,7 +11,7 @@ pub fn allows(allowed: &str, host: &str, at: SocketAddr) -> bool {
     })
 }
 
-/// Whether any place at all is allowed.
+/// Returns whether any address at all is allowed.
 pub fn any(allowed: &str) -> bool {
     places(allowed).next().is_some()
 }

@@ -1,4 +1,4 @@
-//! The plugin, and what it keeps for a world.
+//! The plugin and its state per world.
 
 use std::cell::{Cell, RefCell};
 
@@ -13,10 +13,10 @@ pub struct LuaSocket {
     pub(crate) epoch: Prop,
 }
 
-/// What a world has open.
+/// The sockets of one world.
 #[derive(Default)]
 pub struct Open {
     pub(crate) sockets: RefCell<Sockets>,
-    /// Whether it has been reported already what is not allowed.
+    /// Whether a refused access has been reported already; it is reported only once.
     pub(crate) told: Cell<bool>,
 }

@@ -1,10 +1,10 @@
--- LuaSocket's objects upon sockets by number. Where versions 2 and 3 of LuaSocket differ, this is as 3.
+-- LuaSocket's objects, built on numbered sockets. Where versions 2 and 3 of LuaSocket differ, this follows version 3.
 local luasocket = luasocket
 local error, ipairs, math, rawget, select, setmetatable, string, table, tonumber, tostring, type, unpack, pcall, getmetatable =
     error, ipairs, math, rawget, select, setmetatable, string, table, tonumber, tostring, type, table.unpack, pcall, getmetatable
 
 local M = { _VERSION = 'LuaSocket 3.1.0', BLOCKSIZE = 2048, _DATAGRAMSIZE = 8192, _SETSIZE = 1024, _SOCKETINVALID = -1, dns = {} }
--- Where an object keeps what is its own: number (none: closed), class, timeouts, bytes counted.
+-- Key under which an object keeps its private state: socket number (nil if closed), class, timeouts, bytes counted.
 local OWN = {}
 local methods = {}
 local meta = { __metatable = false }
@@ -27,7 +27,7 @@ local function bad(argument, method, text)
     error(string.format("bad argument #%d to '%s' (%s)", argument, method, text), 3)
 end
 
--- What an object keeps, if it is of one of these classes.
+-- Returns the private state of an object, if the object is of one of these classes; raises an error otherwise.
 local function own_of(object, method, ...)
     local own = type(object) == 'table' and rawget(object, OWN)
     if own then
@@ -40,7 +40,7 @@ local function own_of(object, method, ...)
 end
 local function number_of(own) return own.number or 0 end
 
--- The seconds that a call may take; negative: for ever.
+-- Returns the seconds that a call may take; negative: no limit.
 local function timeout_of(own)
     if own.block < 0 then return own.total end
     if own.total < 0 then return own.block end
@@ -55,7 +55,7 @@ local function port_of(value, argument, method)
     return math.floor(number)
 end
 
--- All kinds
+-- Methods of all classes
 
 function methods.close(object)
     local own = own_of(object, 'close', 'tcp', 'udp')
@@ -293,7 +293,7 @@ function M.connect(host, port)
 end
 M.connect4 = M.connect
 
--- A list's sockets that are open, as numbers, and which object has which.
+-- Returns the numbers of the open sockets in a list; fills `objects`, which maps a number to its object.
 local function listed(list, objects)
     local numbers = {}
     for _, object in ipairs(list or {}) do
@@ -335,7 +335,7 @@ function M.dns.tohostname(address)
     return address, { name = address, alias = {}, ip = all }
 end
 
--- Errors as exceptions: `try` raises what `protect` gives back as nil and a message.
+-- Errors as exceptions: `try` raises what `protect` catches and returns as nil and a message.
 local RAISED = {}
 function M.newtry(finalizer)
     return function(...)
@@ -406,6 +406,6 @@ for _, name in ipairs { 'tcp6', 'udp6', 'connect6' } do
     M[name] = function() error("LuaSocket's " .. name .. ' is not provided', 2) end
 end
 
--- LuaSocket 2, which scripts of V-REP 3 were written for, sets the global as well.
+-- LuaSocket 2, which scripts of V-REP 3 were written for, sets the global variable as well.
 if rawget(_G, 'socket') == nil then socket = M end
 return M

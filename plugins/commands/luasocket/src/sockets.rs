@@ -1,4 +1,4 @@
-//! Sockets by number, on top of the standard library. Blocking calls check regularly whether the run is about to end.
+//! Numbered sockets, on top of the standard library. Blocking calls check regularly whether the run is about to end.
 
 use std::{
     collections::BTreeMap,
@@ -10,28 +10,28 @@ use std::{
 
 /// How long a call blocks before it checks whether the run is about to end.
 const SLICE: Duration = Duration::from_millis(50);
-/// How long is slept between two looks at what does not block.
+/// Pause between two polls of a non-blocking socket.
 const LOOK: Duration = Duration::from_millis(1);
-/// The least time that a connection is given: none at all cannot be asked of the system.
+/// Shortest timeout of a connection attempt: `connect_timeout` refuses zero.
 const LEAST_CONNECT: Duration = Duration::from_millis(20);
-/// The most time that a connection is given, where the script gives it for ever.
+/// Longest timeout of a connection attempt, used where the script sets no limit.
 const MOST_CONNECT: Duration = Duration::from_secs(120);
-/// Bytes that are taken from the system at once; LuaSocket's figure.
+/// Bytes per read from the operating system; the same as in LuaSocket.
 const BUFFER: usize = 8192;
 
-/// A connection, and what came over it that nobody has asked for yet.
+/// A connection, with the bytes it received that no call has read yet.
 pub struct Stream {
     stream: TcpStream,
     buffer: Vec<u8>,
 }
 
-/// A socket of the system.
+/// An open socket of the operating system.
 pub enum Socket {
-    /// Connected.
+    /// A TCP connection.
     Stream(Stream),
-    /// Waits for connections; and one that `select` saw.
+    /// A TCP listener, and a connection that `select` has accepted already.
     Listener(TcpListener, Option<TcpStream>),
-    /// Datagrams.
+    /// A UDP socket.
     Datagram(UdpSocket),
 }
 
@@ -39,18 +39,19 @@ pub enum Socket {
 #[derive(Default)]
 pub struct Sockets {
     all: BTreeMap<i64, Socket>,
-    /// The number of the last one: one that a restored world still knows means no other one.
+    /// The last number given. Numbers are not reused, so a number kept from before a restore never means another
+    /// socket.
     pub last: i64,
 }
 
-/// Until when something may take, and what else ends it.
+/// The deadline of a blocking call, and a check that ends it earlier.
 pub struct Patience<'a> {
     end: Option<Instant>,
     ends: &'a dyn Fn() -> bool,
 }
 
 impl<'a> Patience<'a> {
-    /// From seconds; negative: for ever.
+    /// Creates a deadline `seconds` from now; negative: none. `ends` returns whether the run is about to end.
     pub fn new(seconds: f64, ends: &'a dyn Fn() -> bool) -> Self {
         let end = (seconds >= 0.0).then(|| Instant::now() + Duration::from_secs_f64(seconds.min(1e6)));
         Patience { end, ends }
@@ -58,7 +59,7 @@ impl<'a> Patience<'a> {
     fn left(&self) -> Option<Duration> {
         self.end.map(|end| end.saturating_duration_since(Instant::now()))
     }
-    /// Sleeps as long as it is worth; an error: no longer.
+    /// Sleeps for `most` at the longest; returns an error once the deadline has passed or the run is about to end.
     pub fn sleep(&self, most: Duration) -> io::Result<()> {
         if (self.ends)() {
             return Err(ErrorKind::ConnectionAborted.into());
@@ -70,11 +71,11 @@ impl<'a> Patience<'a> {
         }
         Ok(())
     }
-    /// Sleeps until the time is up or the run is to end.
+    /// Sleeps until the deadline, or until the run is about to end.
     pub fn wait(&self) {
         while self.sleep(SLICE).is_ok() {}
     }
-    /// Tries until it no longer would block.
+    /// Calls `f` repeatedly until it no longer returns `WouldBlock`.
     fn until<T>(&self, mut f: impl FnMut() -> io::Result<T>) -> io::Result<T> {
         loop {
             match f() {
@@ -86,18 +87,18 @@ impl<'a> Patience<'a> {
     }
 }
 
-/// What is to be received.
+/// What a call to `receive` reads.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Want {
-    /// Up to a line feed, which is left out as all carriage returns are.
+    /// A line up to a line feed; the line feed and all carriage returns are left out.
     Line,
     /// Everything, until the other end closes.
     All,
-    /// So many bytes.
+    /// This many bytes.
     Count(usize),
 }
 
-/// What LuaSocket calls an error.
+/// Returns LuaSocket's text for an error.
 pub fn words(e: &io::Error) -> String {
     match e.kind() {
         ErrorKind::WouldBlock | ErrorKind::TimedOut => "timeout".into(),
@@ -116,7 +117,7 @@ pub fn words(e: &io::Error) -> String {
     }
 }
 
-/// All addresses of version 4 that a host has; `*` is any of this machine.
+/// Resolves a host to all its IPv4 addresses; `*` is any address of this machine.
 pub fn addresses(host: &str, port: u16) -> io::Result<Vec<SocketAddr>> {
     let host = if host == "*" { "0.0.0.0" } else { host };
     let unknown = || io::Error::other("host or service not provided, or not known");
@@ -129,7 +130,7 @@ fn closed() -> io::Error {
     ErrorKind::NotConnected.into()
 }
 
-/// Connects, in a thread of its own: the system's call cannot be broken off.
+/// Connects, in a separate thread because the system call cannot be interrupted.
 pub fn connect(to: SocketAddr, patience: &Patience<'_>) -> io::Result<Socket> {
     let most = patience.left().unwrap_or(MOST_CONNECT).clamp(LEAST_CONNECT, MOST_CONNECT);
     let (done, wait) = mpsc::channel();
@@ -144,14 +145,14 @@ pub fn connect(to: SocketAddr, patience: &Patience<'_>) -> io::Result<Socket> {
     }
 }
 
-/// Listens.
+/// Opens a TCP listener.
 pub fn listen(at: SocketAddr) -> io::Result<Socket> {
     let listener = TcpListener::bind(at)?;
     listener.set_nonblocking(true)?;
     Ok(Socket::Listener(listener, None))
 }
 
-/// A socket for datagrams.
+/// Opens a UDP socket.
 pub fn datagrams(at: SocketAddr) -> io::Result<Socket> {
     let socket = UdpSocket::bind(at)?;
     socket.set_nonblocking(true)?;
@@ -164,7 +165,7 @@ impl Socket {
         Ok(Socket::Stream(Stream { stream, buffer: Vec::new() }))
     }
 
-    /// Whether something can be read, or written, without waiting.
+    /// Returns whether the socket can be read (or written, if `write`) without blocking.
     fn is_ready(&mut self, write: bool) -> bool {
         let would_block = |r: io::Result<usize>| matches!(r, Err(e) if e.kind() == ErrorKind::WouldBlock);
         match self {
@@ -182,7 +183,7 @@ impl Socket {
 }
 
 impl Stream {
-    /// Waits for at least one more byte.
+    /// Waits until at least one more byte has been received into the buffer.
     fn fill(&mut self, patience: &Patience<'_>) -> io::Result<()> {
         let mut bytes = [0; BUFFER];
         match patience.until(|| self.stream.read(&mut bytes))? {
@@ -194,7 +195,7 @@ impl Stream {
         }
     }
 
-    /// Receives behind what was received before; an error leaves there what came.
+    /// Appends received bytes to `out`; after an error, `out` keeps what was received before it.
     fn receive(&mut self, want: Want, out: &mut Vec<u8>, patience: &Patience<'_>) -> io::Result<()> {
         loop {
             match want {
@@ -225,17 +226,17 @@ impl Stream {
 }
 
 impl Sockets {
-    /// Keeps a socket under a new number.
+    /// Stores a socket under a new number, which it returns.
     pub fn keep(&mut self, socket: Socket) -> i64 {
         self.last += 1;
         self.all.insert(self.last, socket);
         self.last
     }
-    /// Puts another socket under a number.
+    /// Replaces the socket stored under a number.
     pub fn replace(&mut self, n: i64, socket: Socket) {
         self.all.insert(n, socket);
     }
-    /// Closes; one that is closed stays so.
+    /// Closes a socket; does nothing if it is closed already.
     pub fn close(&mut self, n: i64) {
         self.all.remove(&n);
     }
@@ -245,7 +246,7 @@ impl Sockets {
             _ => Err(closed()),
         }
     }
-    /// The socket of datagrams under a number.
+    /// Returns the UDP socket of this number.
     pub fn datagram(&self, n: i64) -> io::Result<&UdpSocket> {
         match self.all.get(&n) {
             Some(Socket::Datagram(socket)) => Ok(socket),
@@ -253,7 +254,7 @@ impl Sockets {
         }
     }
 
-    /// The next connection.
+    /// Accepts the next connection and returns the number of its socket.
     pub fn accept(&mut self, n: i64, patience: &Patience<'_>) -> io::Result<i64> {
         let Some(Socket::Listener(listener, seen)) = self.all.get_mut(&n) else { return Err(closed()) };
         let stream = match seen.take() {
@@ -262,14 +263,14 @@ impl Sockets {
         };
         Ok(self.keep(Socket::connected(stream)?))
     }
-    /// Receives from a connection; an error leaves there what came.
+    /// Receives from a connection into `out`; after an error, `out` keeps what was received before it.
     pub fn receive(&mut self, n: i64, want: Want, out: &mut Vec<u8>, patience: &Patience<'_>) -> io::Result<()> {
         if matches!(want, Want::Count(count) if count > 0 && out.len() >= count) {
             return Ok(());
         }
         self.stream(n)?.receive(want, out, patience)
     }
-    /// A datagram, cut to `most` bytes, and who sent it.
+    /// Receives a datagram, truncated to `most` bytes, and its sender.
     pub fn receive_from(
         &mut self,
         n: i64,
@@ -277,7 +278,7 @@ impl Sockets {
         patience: &Patience<'_>,
     ) -> io::Result<(Vec<u8>, Option<SocketAddr>)> {
         let socket = self.datagram(n)?;
-        // No datagram is longer.
+        // No datagram is longer than 64 KiB.
         let mut bytes = vec![0; most.min(1 << 16)];
         let (count, from) = match socket.peer_addr() {
             Ok(_) => (patience.until(|| socket.recv(&mut bytes))?, None),
@@ -286,7 +287,7 @@ impl Sockets {
         bytes.truncate(count);
         Ok((bytes, from))
     }
-    /// Sends; how many bytes went, and what stopped the rest.
+    /// Sends bytes; returns how many were sent, and the error that stopped the rest.
     pub fn send(&mut self, n: i64, bytes: &[u8], patience: &Patience<'_>) -> (usize, io::Result<()>) {
         if let Ok(socket) = self.datagram(n) {
             let done = patience.until(|| socket.send(bytes));
@@ -304,17 +305,17 @@ impl Sockets {
         });
         (sent, done)
     }
-    /// Ends one or both directions.
+    /// Shuts down one or both directions of a connection.
     pub fn shutdown(&mut self, n: i64, how: Shutdown) {
         if let Ok(s) = self.stream(n) {
             let _ = s.stream.shutdown(how);
         }
     }
-    /// Whether bytes wait that the system has given already.
+    /// Returns whether bytes were read from the system that no call has received yet.
     pub fn is_dirty(&mut self, n: i64) -> bool {
         self.stream(n).is_ok_and(|s| !s.buffer.is_empty())
     }
-    /// Where a socket is, or what it is connected to.
+    /// Returns the socket's own address, or its peer's.
     pub fn name(&self, n: i64, peer: bool) -> io::Result<SocketAddr> {
         let unconnected = || io::Error::other("Transport endpoint is not connected");
         match self.all.get(&n) {
@@ -327,7 +328,7 @@ impl Sockets {
             None => Err(io::Error::other("Bad file descriptor")),
         }
     }
-    /// Sets `tcp-nodelay` and `broadcast` as far as the system supports them; other options change nothing.
+    /// Sets `tcp-nodelay` and `broadcast` as far as the system supports them; other options are ignored.
     pub fn option(&self, n: i64, name: &str, on: bool) -> io::Result<()> {
         match (name, self.all.get(&n)) {
             ("tcp-nodelay", Some(Socket::Stream(s))) => s.stream.set_nodelay(on),
@@ -335,7 +336,8 @@ impl Sockets {
             _ => Ok(()),
         }
     }
-    /// Those of two lists that can be read and written; waits until there is one. Those that hold bytes come first.
+    /// Returns the sockets of two lists that can be read and written; waits until there is at least one. Sockets with
+    /// buffered bytes come first.
     pub fn select(&mut self, read: &[i64], write: &[i64], patience: &Patience<'_>) -> [Vec<i64>; 2] {
         loop {
             let mut pick = |list: &[i64], write: bool| {

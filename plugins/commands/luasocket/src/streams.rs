@@ -1,4 +1,4 @@
-//! Connections: TCP.
+//! TCP connections.
 
 use std::{io, net::Shutdown, time::Duration};
 
@@ -10,8 +10,8 @@ use crate::{
     sockets::{self, Patience, Want, words},
 };
 
-/// How long a refused connection of a thread waits, before the thread goes on in the next step: a program that was started
-/// just now needs some time until it listens, and scripts try again at once.
+/// How long a refused connection attempt delays a thread before the thread resumes in the next step. A program that was
+/// started just now needs some time until it listens, and scripts retry at once.
 const REFUSED: Duration = Duration::from_millis(20);
 
 fn connect(c: &mut Ctx<'_>) -> Result<Outcome> {
@@ -45,7 +45,11 @@ fn want(c: &Ctx<'_>, i: usize) -> Result<Want> {
         None => match c.text(i)?.as_str() {
             "*l" => Want::Line,
             "*a" => Want::All,
-            other => return Err(Fail::argument(format!("`{other}`: expected \"*l\", \"*a\" or a number of bytes"))),
+            other => {
+                return Err(Fail::argument(format!(
+                    "argument 2: expected \"*l\", \"*a\" or a number of bytes, found `{other}`"
+                )));
+            }
         },
     })
 }
@@ -62,7 +66,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             .param(timeout())
             .returns(Param::int("socket").optional().text("its number"))
             .returns(failure())
-            .text("Connects by TCP. Where nobody listens, a thread goes on in the next step.")
+            .text("Connects by TCP. If the connection is refused, a thread resumes in the next step.")
             .example("local n, e = luasocket.connect('127.0.0.1', 9, 1)\nassert(not n and e == 'permission denied')"),
     );
     offer.command(
@@ -151,13 +155,13 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         command("luasocket.isDirty", |c, s, _| Ok(vec![Value::Bool(s.is_dirty(c.i64(0)?))]))
             .param(socket())
             .returns(Param::bool("dirty"))
-            .text("Tells whether bytes wait that were taken from the system already.")
+            .text("Returns whether bytes wait that were taken from the system already.")
             .example("assert(not luasocket.isDirty(0))"),
     );
     closing(offer);
 }
 
-/// What finds nothing is no input: where nothing is open it does nothing.
+/// Closing is not recorded as an input: a replay has no socket open, so closing does nothing there.
 fn closing(offer: &mut Offer<LuaSocket>) {
     offer.command(
         Command::new("luasocket.close", |c| {
@@ -188,7 +192,7 @@ fn closing(offer: &mut Offer<LuaSocket>) {
     );
     offer.command(
         Command::new("luasocket.setOption", |c| {
-            // An option that the system refuses changes nothing, as in most systems.
+            // An option that the system refuses is ignored, as on most systems.
             let _ = open(c)?.option(c.i64(0)?, &c.text(1)?, c.arg(2).truthy());
             Ok(())
         })

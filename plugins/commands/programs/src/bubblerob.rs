@@ -1,9 +1,9 @@
-//! A stand-in for `bubbleRobServer`, the program that steers a robot of V-REP's BubbleRob tutorial.
+//! A substitute for `bubbleRobServer`, the program that steers the robot of V-REP's BubbleRob tutorial.
 //!
-//! A message is one or more packets: the bytes 59 and 57, two bytes with the length of the data, two with the number of packets
-//! that follow, all little endian, and the data. A request is the distance of what the nose sees, 0 for nothing, and the
-//! simulation time; the answer the velocities of the left and right wheels, rad/s; all of them float32. These facts, and how the
-//! program steers, are those of CoppeliaRobotics/bubbleRobServer (2025), as they were seen on its socket.
+//! A message is one or more packets: the bytes 59 and 57, two bytes with the length of the data, two with the number of
+//! packets that follow, all little-endian, and the data. A request holds the distance that the nose sensor measures (0:
+//! nothing detected) and the simulation time; the answer holds the velocities of the left and right wheels in rad/s;
+//! all are float32. The format and the steering were observed on the socket of CoppeliaRobotics/bubbleRobServer (2025).
 
 use std::{
     io::{self, ErrorKind, Read, Write},
@@ -15,17 +15,17 @@ use std::{
     time::Duration,
 };
 
-/// What scripts start.
+/// The name by which scripts start the program.
 pub const NAME: &str = "bubbleRobServer";
 const HEADER: [u8; 2] = [59, 57];
-/// rad/s
+/// Speed of the wheels, rad/s.
 const SPEED: f32 = 7.0;
-/// How long it goes backwards after it saw something, s.
+/// How long the robot drives backwards after it detected something, s.
 const BACK: f32 = 3.0;
-/// How long it waits before it looks whether its world is gone.
+/// Interval at which the server checks whether its world is gone.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Listens on a port of this machine, and answers the first one that connects, until `ends`; gives the port.
+/// Listens on a port of this machine and serves the first client that connects, until `ends` is set; returns the port.
 pub fn serve(port: u16, ends: Arc<AtomicBool>) -> io::Result<u16> {
     let listener = TcpListener::bind(("127.0.0.1", port))?;
     let port = listener.local_addr()?.port();
@@ -34,7 +34,7 @@ pub fn serve(port: u16, ends: Arc<AtomicBool>) -> io::Result<u16> {
         while !ends.load(Ordering::Relaxed) {
             match listener.accept() {
                 Ok((stream, _)) => {
-                    // Whatever goes wrong ends the connection, and the script hears of it.
+                    // Any error ends the connection, which the script notices.
                     let _ = answer(stream, &ends);
                     return;
                 }
@@ -107,7 +107,7 @@ mod tests {
         text.split_whitespace().map(|b| u8::from_str_radix(b, 16).unwrap()).collect()
     }
 
-    /// Bytes that were seen on the socket of the real program.
+    /// The bytes were captured on the socket of the real program.
     #[test]
     fn it_answers_as_the_program_does() {
         let port = serve(0, Arc::default()).unwrap();
@@ -132,7 +132,7 @@ mod tests {
         let mut answer = [0; 14];
         stream.read_exact(&mut answer).unwrap();
         assert_eq!(answer[6..].to_vec(), hex("00 00 e0 40 00 00 e0 40"));
-        // No message: the connection ends.
+        // Bytes that are no message: the server closes the connection.
         stream.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
         assert!(matches!(stream.read(&mut answer), Ok(0) | Err(_)));
     }

@@ -1,4 +1,4 @@
-//! `sim.launchExecutable`.
+//! The command `sim.launchExecutable`.
 
 use std::{
     path::{Path, PathBuf},
@@ -14,7 +14,7 @@ use crate::{bubblerob, plugin::Programs};
 
 type Ctx<'a> = Call<'a, Programs>;
 
-/// What starting a program is called in the log of inputs.
+/// Kind of these entries in the input log.
 const KIND: &str = "program";
 
 pub(crate) fn offer(offer: &mut Offer<Programs>) {
@@ -29,7 +29,8 @@ pub(crate) fn offer(offer: &mut Offer<Programs>) {
                 None if c.has(1) => c.text(1)?,
                 None => String::new(),
             };
-            // What a program did is not repeated, but whether it was started is: scripts go another way where it was not.
+            // A replay does not start the program again, but must return the recorded result, because scripts branch on
+            // it.
             let started = c.world().observe(KIND, || if launch(c, &file, &args) { "1".into() } else { "-1".into() })?;
             c.ret(if started == "1" { 1i64 } else { -1 });
             Ok(())
@@ -62,7 +63,7 @@ fn launch(c: &Ctx<'_>, file: &str, args: &str) -> bool {
     if let Some(program) = program.as_ref().filter(|_| may_start) {
         match Process::new(program).args(args.split_whitespace()).current_dir(folder).spawn() {
             Ok(mut child) => {
-                // Someone has to ask how it ended.
+                // Wait for the child, so that it does not remain a zombie process.
                 std::thread::spawn(move || child.wait());
                 return true;
             }
@@ -90,7 +91,7 @@ fn launch(c: &Ctx<'_>, file: &str, args: &str) -> bool {
         }
     }
     let why = match program {
-        Some(_) => "allow it by --allow exec".to_owned(),
+        Some(_) => "that is not allowed; to allow it: --allow exec".to_owned(),
         None => format!("there is no such file in {}", folder.display()),
     };
     tell(TATU_LOG_WARNING, format!("a script wants to start the program {file}: {why}"));

@@ -1,4 +1,4 @@
-//! Programs that scripts start, where the person who runs allows it; and a stand-in for one that a tutorial brings.
+//! Programs that scripts start, where the user allows it; and a substitute for one that comes with a tutorial.
 //!
 //! - `launch`: `sim.launchExecutable`; `bubblerob`: the server program of V-REP's BubbleRob.
 
@@ -23,7 +23,7 @@ impl Plugin for Programs {
     }
 
     const STATE_VERSION: u32 = 1;
-    /// What runs outside is no part of a world.
+    /// Saves nothing: programs that run outside are not part of the world.
     fn save(_: &Running) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }

@@ -1,4 +1,4 @@
-//! The plugin, and what it keeps for a world.
+//! The plugin and its state per world.
 
 use std::sync::{
     Arc,
@@ -13,7 +13,7 @@ pub struct Programs {
     pub(crate) file: Prop,
 }
 
-/// Ends the stand-ins of a world with it.
+/// Stops the built-in servers of a world when the world is dropped.
 #[derive(Default)]
 pub struct Running(pub(crate) Arc<AtomicBool>);
 

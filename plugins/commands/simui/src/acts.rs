@@ -1,4 +1,4 @@
-//! What people do to windows, and the functions of scripts that are called then.
+//! User actions on windows, and the script functions called for them.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Offer, Param, Result, Value};
@@ -8,10 +8,10 @@ use crate::{
     window::{all, get, set, value},
 };
 
-/// What can be done: for `tatu.actOnWindow`.
+/// The actions that `tatu.actOnWindow` accepts.
 const WHAT: &[&str] = &["click", "change", "close", "link", "select"];
 
-/// Calls the function that a widget names for what was done to it, with window and id before the rest.
+/// Calls the function that a widget names for an event, with the window and the widget's id as the first arguments.
 fn call(c: &Ctx<'_>, (window, n): (i64, usize), event: &str, rest: &[Json]) -> Result {
     let (script, id, function) = {
         let mut all = all(c)?;
@@ -31,7 +31,7 @@ fn call(c: &Ctx<'_>, (window, n): (i64, usize), event: &str, rest: &[Json]) -> R
     c.world().call_function(script, &function, &args).map(|_| ())
 }
 
-/// Calls what a widget names for a change.
+/// Calls the function that a widget names in `on-change`.
 pub(crate) fn call_back(c: &Ctx<'_>, at: (i64, usize), rest: &[Json]) -> Result {
     call(c, at, "on-change", rest)
 }
@@ -43,7 +43,7 @@ fn act(c: &mut Ctx<'_>) -> Result {
         let mut all = all(c)?;
         let of = all.of(window)?;
         let n = usize::try_from(n).ok().filter(|n| *n < of.nodes.len());
-        let n = n.ok_or_else(|| Fail::missing("the window has no such widget"))?;
+        let n = n.ok_or_else(|| Fail::missing("the window has no widget of this number"))?;
         let mut at = Some(n);
         while let Some(n) = at {
             if of.nodes[n].values.get("enabled") == Some(&json!(false)) {
@@ -101,7 +101,7 @@ fn act(c: &mut Ctx<'_>) -> Result {
             call(c, at, "on-change", &[x])
         }
         ("select", "tree") => {
-            let x = json!(given.as_i64().ok_or_else(|| Fail::argument("expected the number of a row"))?);
+            let x = json!(given.as_i64().ok_or_else(|| Fail::argument("expected a row number"))?);
             set(c, at, &[("selected", x.clone())])?;
             call(c, at, "on-selection-change", &[x])
         }
@@ -126,11 +126,9 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(Param::int("window").text("its number"))
             .param(Param::int("n").text("the place of the widget; 0: the window itself"))
             .param(Param::string("what").choices(WHAT))
-            .param(Param::any("value").optional().text("change: what it holds now; link: which; select: the row"))
+            .param(Param::any("value").optional().text("change: the new value; link: the link; select: the row"))
             .text("Does to a window of a script what a person would do; the script's callback is called.")
-            .notes(
-                "Views call it. The places of widgets stand in the event `ui.window` and in what `tatu.windows` gives.",
-            )
+            .notes("Called by views. The event `ui.window` and `tatu.windows` contain the places of widgets.")
             .example(
                 "function moved(ui, id, x) seen = {id, x} end\n\
                  local ui = simUI.create('<ui><hslider id=\"7\" maximum=\"10\" on-change=\"moved\"/></ui>')\n\
@@ -153,7 +151,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             c.ret(value(&Json::Array(trees)));
             Ok(())
         })
-        .returns(Param::any("windows").text("of each a table: window, act, widgets, as the event `ui.window` tells them"))
+        .returns(Param::any("windows").text("a table for each: window, act, widgets, as in the event `ui.window`"))
         .text("Lists the windows that scripts opened.")
         .example("simUI.create('<ui title=\"A\"/>')\nassert(#tatu.windows() > 0)"),
     );

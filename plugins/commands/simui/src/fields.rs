@@ -1,4 +1,4 @@
-//! Setting and asking what a single widget holds.
+//! Commands that set and read a single value of a widget.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Offer, Param, Result};
@@ -9,7 +9,7 @@ use crate::{
     window::{all, get, set, widget},
 };
 
-/// What a field holds.
+/// The type of a value.
 #[derive(Clone, Copy, PartialEq)]
 enum Holds {
     Text,
@@ -20,15 +20,15 @@ enum Holds {
 use Holds::*;
 
 struct Field {
-    /// As in `simUI.setSliderValue` and `simUI.getSliderValue`.
+    /// The part of the name behind `simUI.set` and `simUI.get`.
     name: &'static str,
-    /// Elements that have it; empty: all.
+    /// Elements that have this value; empty: all.
     of: &'static [&'static str],
     key: &'static str,
     holds: Holds,
     gets: bool,
     text: &'static str,
-    /// For the example: an element, and a value.
+    /// Element and sample value for the generated example.
     element: &'static str,
     sample: &'static str,
 }
@@ -109,7 +109,7 @@ fn put(c: &mut Ctx<'_>, f: &'static Field) -> Result {
         Float => json!(c.f64(2)?),
     };
     set(c, at, &[(f.key, value.clone())])?;
-    // Changes by scripts are reported only to scripts that ask for that.
+    // Changes made by scripts trigger the callback only if the script asked for that.
     if c.has(3) && !c.arg(3).truthy() && f.gets {
         acts::call_back(c, at, &[value])?;
     }

@@ -1,9 +1,11 @@
-//! Windows that scripts describe in XML: `simUI.create` and its family. What a window holds is kept here; a view hears of it
-//! by the event `ui.window`, shows it, and tells by `tatu.actOnWindow` what somebody did to it.
+//! Windows that scripts describe in XML: `simUI.create` and its family. The content of windows is kept here; views
+//! receive it in the event `ui.window`, show it, and report user actions by `tatu.actOnWindow`.
 //!
-//! - `xml`: the description; `window`: what is kept (`node`: its parts), and the event; `acts`: what people do, and callbacks into scripts;
-//! - `program`: whole windows; `fields`: a value of a widget; `lists`: boxes, tables and trees; `plots`: curves and images; `svg`: drawings;
-//! - `neutral`: what is taken and does nothing.
+//! - `xml`: parses the description; `window`: the content of windows (`node`: their parts) and the event; `acts`: user
+//!   actions, and callbacks into scripts;
+//! - `program`: whole windows; `fields`: single values of widgets; `lists`: combo boxes, tables and trees; `plots`:
+//!   curves and images; `svg`: drawings;
+//! - `neutral`: commands that are accepted and do nothing.
 
 mod acts;
 mod fields;
@@ -24,7 +26,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-/// From this version on old names raise errors as all others do.
+/// The version from which old names raise errors as all other commands do.
 const OLD_NAMES_RAISE: &str = "4.2";
 
 impl Plugin for SimUi {
@@ -45,16 +47,17 @@ impl Plugin for SimUi {
     const STATE_VERSION: u32 = 1;
     fn save(world: &window::Windows) -> Result<Vec<u8>> {
         let all = world.0.try_borrow().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "its windows are in use"))?;
-        serde_json::to_vec(&*all).map_err(|e| Fail::new(format!("its windows cannot be written: {e}")))
+        serde_json::to_vec(&*all).map_err(|e| Fail::new(format!("its windows could not be saved: {e}")))
     }
     fn load(world: &window::Windows, bytes: &[u8], version: u32) -> Result<()> {
         if version != Self::STATE_VERSION {
             return Err(Fail::unsupported(format!(
-                "it kept its windows in version {version}, and reads {}",
+                "its windows were saved in format version {version}; this program reads version {}",
                 Self::STATE_VERSION
             )));
         }
-        let all = serde_json::from_slice(bytes).map_err(|e| Fail::new(format!("its windows cannot be read: {e}")))?;
+        let all =
+            serde_json::from_slice(bytes).map_err(|e| Fail::new(format!("its saved windows are damaged: {e}")))?;
         *world.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "its windows are in use"))? = all;
         Ok(())
     }
@@ -72,7 +75,7 @@ impl Plugin for SimUi {
             Event::new(window::EVENT)
                 .text("A window was opened, changed or closed.")
                 .field(Param::int("window").text("its number"))
-                .field(Param::string("act").text("the command that tells what somebody did to it"))
+                .field(Param::string("act").text("the command that reports a user's action on it"))
                 .field(Param::list("widgets").optional().text(
                     "opened: of each widget a map: element, values, and above, the place in this list of the one that holds it",
                 ))

@@ -1,4 +1,4 @@
-//! Boxes of which one entry is chosen, tables and trees.
+//! Combo boxes, tables and trees.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Offer, Param, Result, ValueRef};
@@ -8,7 +8,7 @@ use crate::{
     window::{get, set, value, widget},
 };
 
-/// Rows, columns and entries.
+/// Most rows, columns or entries of a widget.
 const MOST: usize = 10_000;
 
 fn list(json: Json) -> Vec<Json> {
@@ -33,7 +33,7 @@ fn texts(c: &Ctx<'_>, i: usize) -> Vec<Json> {
     }
 }
 
-/// Argument `i`: a place from 0 among `len` entries.
+/// Returns argument `i` as an index among `len` entries, from 0.
 fn place(c: &Ctx<'_>, i: usize, len: usize) -> Result<usize> {
     let at = c.i64(i)?;
     let found = usize::try_from(at).ok().filter(|at| *at < len);
@@ -50,7 +50,7 @@ fn done(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// Changes the list that a widget holds under a key.
+/// Changes the list that a widget stores under a key.
 fn change(c: &mut Ctx<'_>, key: &str, f: impl FnOnce(&Ctx<'_>, &mut Vec<Json>) -> Result) -> Result {
     let at = widget(c)?;
     let mut all = list(get(c, at, key)?);
@@ -59,7 +59,7 @@ fn change(c: &mut Ctx<'_>, key: &str, f: impl FnOnce(&Ctx<'_>, &mut Vec<Json>) -
     done(c)
 }
 
-/// Rows and columns of a table.
+/// Returns the cell at a row and column of a table.
 fn cells(rows: &mut [Json], row: usize, column: usize) -> Option<&mut Json> {
     let Json::Array(cells) = rows.get_mut(row)? else { return None };
     cells.get_mut(column)
@@ -80,7 +80,7 @@ const TREE: &str =
 struct Adds<'a>(&'a mut Offer<SimUi>);
 
 impl Adds<'_> {
-    /// A command that changes the widget of its first two arguments.
+    /// Adds a command that changes the widget named by its first two arguments.
     fn set(&mut self, name: &str, params: &[Param], text: &str, example: String, f: fn(&mut Ctx<'_>) -> Result) {
         let mut command = both(name, MINUS, f).param(Param::int("window")).param(Param::any("widget").text("its id"));
         for p in params {
@@ -88,7 +88,7 @@ impl Adds<'_> {
         }
         self.0.command(command.returns(Param::int("done")).text(text).example(example));
     }
-    /// One that asks.
+    /// Adds a command that reads from the widget named by its first two arguments.
     fn get(
         &mut self,
         name: &str,

@@ -1,4 +1,4 @@
-//! What is taken and does nothing, and the constants.
+//! Commands that are accepted and do nothing, and the constants.
 
 use tatu_commands_common::{
     Gives::{self, *},
@@ -8,8 +8,8 @@ use tatu_plugin_api::safe::{Constant, Offer, Value};
 
 use crate::plugin::{SimUi, old_name};
 
-const ASKS: &str = "nobody is asked: the answer is yes, or what was there before";
-const LOOKS: &str = "a view lays windows out by itself";
+const ASKS: &str = "no user is asked: the answer is yes, or the previous value";
+const LOOKS: &str = "views lay out windows automatically";
 const RARE: &str = "this element is not shown";
 
 const STUBS: &[(&str, Gives, &str)] = &[
@@ -58,7 +58,7 @@ const STUBS: &[(&str, Gives, &str)] = &[
     ("simUI.setPropertiesSelection", Nothing, RARE),
 ];
 
-/// Marks of curves, by their numbers.
+/// Curve markers and their numbers.
 const SCATTER: &[(&str, i64)] = &[
     ("none", 0),
     ("dot", 1),

@@ -3,14 +3,14 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value as Json};
 
-/// Values of a widget by name.
+/// Values of a widget, by name.
 pub(crate) type Values = Map<String, Json>;
 
-/// A part of a window; the first one is the window.
+/// An element of a window; the first one is the window itself.
 #[derive(Serialize, Deserialize, Clone, Default, Debug)]
 pub(crate) struct Node {
     pub(crate) element: String,
-    /// As the script calls it: a number in most scripts; empty: none.
+    /// The id that the script gave it, a number in most scripts; empty: none.
     pub(crate) id: String,
     pub(crate) values: Values,
     pub(crate) above: Option<usize>,

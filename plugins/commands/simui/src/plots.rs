@@ -1,4 +1,4 @@
-//! Curves and images.
+//! Plots and images.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Offer, Param, Result, Value};
@@ -8,17 +8,17 @@ use crate::{
     window::{EVENT, all, get, set, tell, widget},
 };
 
-/// Points of a curve that are kept where a plot does not set `max-buffer-size`.
+/// Points kept per curve where a plot does not set `max-buffer-size`.
 const POINTS: usize = 1000;
 const MOST_POINTS: usize = 100_000;
 const MOST_CURVES: usize = 50;
-/// Pixels of an image.
+/// Most pixels of an image.
 const MOST_PIXELS: usize = 1 << 21;
 
 const PLOT: &str =
     "local ui = simUI.create('<ui><plot id=\"1\"/></ui>')\nsimUI.addCurve(ui, 1, 0, 'v', {200, 0, 0}, 1, {})\n";
 
-/// Changes the curves of a plot; views hear of it when it is plotted anew.
+/// Changes the curves of a plot; views receive them when the script calls `simUI.replot`.
 fn curves(c: &mut Ctx<'_>, f: impl FnOnce(&Ctx<'_>, &mut Vec<Json>, usize) -> Result) -> Result {
     let (window, n) = widget(c)?;
     let mut held = match get(c, (window, n), "curves")? {
@@ -98,7 +98,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(Param::any("times").unit("s"))
             .param(Param::any("values"))
             .returns(Param::int("done"))
-            .text("Adds points to a curve over time; they are seen when it is plotted anew.")
+            .text("Adds points to a curve over time; they become visible when the curve is plotted again.")
             .example(format!("{PLOT}simUI.addCurveTimePoints(ui, 1, 'v', {{0, 1}}, {{2, 3}})\nsimUI.replot(ui, 1)")),
     );
     offer.command(
@@ -110,7 +110,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(Param::any("x"))
             .param(Param::any("y"))
             .returns(Param::int("done"))
-            .text("Adds points to a curve in a plane; they are seen when it is plotted anew.")
+            .text("Adds points to a curve in a plane; they become visible when the curve is plotted again.")
             .example(format!("{PLOT}simUI.addCurveXYPoints(ui, 1, 'v', {{1}}, {{0}}, {{2}})")),
     );
     for (name, gone) in [("simUI.clearCurve", false), ("simUI.removeCurve", true)] {
@@ -158,7 +158,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
                     data.len()
                 )));
             }
-            // Bytes are no text: they go as numbers of the event, and are not kept.
+            // Bytes cannot be part of JSON text: the event carries them in a separate field, and they are not saved.
             set(c, at, &[("columns", json!(width)), ("rows", json!(height))])?;
             let map = |entries: [(&str, Value); 4]| Value::Map(entries.map(|(k, v)| (Value::text(k), v)).into());
             let pixels = Value::Map(vec![(Value::text("pixels"), Value::Bytes(data.to_vec()))]);

@@ -1,4 +1,4 @@
-//! The plugin as its commands see it.
+//! The plugin type, and short names for its commands and calls.
 
 pub(crate) use tatu_commands_common::{MINUS, NIL};
 use tatu_plugin_api::safe::{Call, Command, IntoResult, Result, Value};
@@ -6,12 +6,12 @@ use tatu_plugin_api::safe::{Call, Command, IntoResult, Result, Value};
 /// The plugin.
 pub struct SimUi;
 
-/// A running command of this plugin.
+/// A call of one of this plugin's commands.
 pub(crate) type Ctx<'a> = Call<'a, SimUi>;
 /// A command of this plugin.
 pub(crate) type Cmd = Command<SimUi>;
 
-/// A command under its name and the one that it had before version 3.5.
+/// Builds a command under its current name and the name it had before version 3.5.
 pub(crate) fn both<T: IntoResult + 'static>(
     name: &str,
     on_error: [Value; 1],
@@ -19,7 +19,7 @@ pub(crate) fn both<T: IntoResult + 'static>(
 ) -> Cmd {
     Cmd::new(name, f).old_name(old_name(name), on_error)
 }
-/// The name of a command before version 3.5.
+/// Returns the name of a command before version 3.5.
 pub(crate) fn old_name(name: &str) -> String {
     name.replace("simUI.", "simExtCustomUI_")
 }

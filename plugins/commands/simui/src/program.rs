@@ -1,4 +1,4 @@
-//! Whole windows.
+//! Commands on whole windows.
 
 use serde_json::json;
 use tatu_plugin_api::safe::{Offer, Param, Result};
@@ -10,7 +10,7 @@ use crate::{
     xml,
 };
 
-/// The first words of the examples.
+/// First lines of the examples.
 const MADE: &str = "local ui = simUI.create('<ui title=\"Drive\"><label id=\"1\" text=\"slow\"/></ui>')\n";
 
 fn which() -> Param {
@@ -77,7 +77,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         })
         .param(which())
         .returns(Param::bool("visible"))
-        .text("Tells whether a window is shown.")
+        .text("Returns whether a window is shown.")
         .example(format!("{MADE}assert(simUI.isVisible(ui))")),
     );
     offer.command(

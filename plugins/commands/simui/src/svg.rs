@@ -1,4 +1,4 @@
-//! Drawings in SVG.
+//! SVG drawings.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
@@ -13,17 +13,20 @@ use crate::{
     window::{all, set, widget},
 };
 
-/// Longer drawings are refused.
+/// Longest drawing that is accepted.
 const MOST_BYTES: usize = 4 << 20;
 
-/// A drawing as text; empty, and nothing is shown, where it is none.
+/// Returns a drawing as text; empty, so that nothing is shown, if it is not valid SVG.
 fn read(bytes: &[u8]) -> Result<String> {
     if bytes.len() > MOST_BYTES {
-        return Err(Fail::argument(format!("a drawing has {} bytes, {MOST_BYTES} at most", bytes.len())));
+        return Err(Fail::argument(format!(
+            "the drawing has {} bytes; at most {MOST_BYTES} are accepted",
+            bytes.len()
+        )));
     }
     let Ok(text) = std::str::from_utf8(bytes) else { return Ok(String::new()) };
     let text = text.trim();
-    // One <svg> around all that there is.
+    // The text must be a single <svg> element.
     let (mut roots, mut depth, mut good) = (0, 0_usize, true);
     for event in ParserConfig::new().create_reader(text.as_bytes()) {
         match event {
@@ -46,7 +49,7 @@ fn read_file(c: &Ctx<'_>, name: &[u8]) -> Result<String> {
     read(&c.world().read_file(name, MOST_BYTES as u64)?)
 }
 
-/// Reads the files of drawings that a description names; one that cannot be read is reported, and not shown.
+/// Reads the drawing files that a description names; a file that cannot be read is reported and shown empty.
 pub(crate) fn load(c: &Ctx<'_>, nodes: &mut [Node]) {
     for node in nodes.iter_mut().filter(|n| n.element == "svg") {
         let Some(name) = node.values.get("file").and_then(Json::as_str) else { continue };
@@ -59,7 +62,7 @@ pub(crate) fn load(c: &Ctx<'_>, nodes: &mut [Node]) {
     }
 }
 
-/// The drawing that arguments 0 and 1 name.
+/// Returns the window and drawing that arguments 0 and 1 name.
 fn drawing(c: &Ctx<'_>) -> Result<(i64, usize)> {
     let (window, n) = widget(c)?;
     let element = all(c)?.of(window)?.nodes[n].element.clone();
@@ -87,7 +90,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
                 Param::string("data").text("the drawing as text")
             })
             .returns(Param::int("done"))
-            .text("Shows a drawing in SVG; what is none is not shown.")
+            .text("Shows a drawing in SVG; invalid SVG is not shown.")
             .example(if from_file {
                 "local ui = simUI.create('<ui><svg id=\"1\"/><label id=\"2\"/></ui>')\n\
                  assert(not pcall(simUI.svgLoadFile, ui, 1, 'nowhere.svg'))\n\

@@ -1,4 +1,4 @@
-//! What windows hold, and the event by which views hear of them.
+//! The content of windows, and the event that publishes it to views.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -17,37 +17,37 @@ use crate::{
     plugin::Ctx,
 };
 
-/// Told when a window was opened, changed or closed.
+/// Published when a window was opened, changed or closed.
 pub(crate) const EVENT: &str = "ui.window";
-/// Windows that are open at once.
+/// Most windows open at a time.
 const MOST_WINDOWS: usize = 200;
 
 /// A window.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Window {
-    /// Who opened it and hears of what is done to it.
+    /// The script that opened it, whose callbacks are called.
     pub(crate) script: tatu_object,
     pub(crate) nodes: Vec<Node>,
 }
 
-/// All windows.
+/// All windows of a world.
 #[derive(Serialize, Deserialize, Default)]
 pub(crate) struct All {
     pub(crate) open: BTreeMap<i64, Window>,
     made: i64,
 }
 
-/// The windows of a world. Commands may enter each other: borrow briefly, never across a call to the host.
+/// The windows of a world. Commands can call each other: borrow briefly, never across a call to the host.
 #[derive(Default)]
 pub struct Windows(pub(crate) RefCell<All>);
 
 impl Window {
-    /// A widget by its id.
+    /// Returns the index of the widget with this id.
     pub(crate) fn find(&self, id: &str) -> Result<usize> {
         let found = (0..self.nodes.len()).find(|n| self.nodes[*n].id == id && !id.is_empty());
         found.ok_or_else(|| Fail::missing(format!("the window has no widget {id}")))
     }
-    /// As views get it.
+    /// Returns the widgets as views receive them.
     pub(crate) fn widgets(&self) -> Json {
         let one = |node: &Node| json!({ "element": node.element, "above": node.above, "values": node.values });
         self.nodes.iter().map(one).collect()
@@ -57,7 +57,7 @@ impl Window {
 impl All {
     pub(crate) fn add(&mut self, window: Window) -> Result<i64> {
         if self.open.len() >= MOST_WINDOWS {
-            return Err(Fail::new(format!("there are {MOST_WINDOWS} windows already")));
+            return Err(Fail::new(format!("there are {MOST_WINDOWS} windows already; close some of them first")));
         }
         self.made += 1;
         self.open.insert(self.made, window);
@@ -72,31 +72,31 @@ impl Windows {
     fn all(&self) -> Result<RefMut<'_, All>> {
         self.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the windows are in use"))
     }
-    /// At the end of a run: closes all windows except those whose script outlives it.
+    /// Closes all windows at the end of a run, except those whose script outlives it.
     pub(crate) fn end_run(&self, world: &World<'_>) -> Result {
         let scripts: Vec<_> = self.all()?.open.iter().map(|(window, of)| (*window, of.script)).collect();
         for (window, _) in scripts.iter().filter(|(_, script)| !world.outlives_runs(*script)) {
             self.all()?.open.remove(window);
             publish(world, json!({ "window": window, "closed": true }))?;
         }
-        // The next run numbers its windows as this one did.
+        // The next run must number its windows as this one did.
         let mut all = self.all()?;
         all.made = all.open.keys().next_back().copied().unwrap_or(0);
         Ok(())
     }
 }
 
-/// All windows of the caller's world.
+/// Borrows all windows of the caller's world.
 pub(crate) fn all<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, All>> {
     c.instance().all()
 }
 
-/// The window that argument 0 names.
+/// Returns the window that argument 0 names.
 pub(crate) fn window(c: &Ctx<'_>) -> Result<i64> {
     c.i64(0)
 }
 
-/// The window and the widget that arguments 0 and 1 name.
+/// Returns the window and the widget that arguments 0 and 1 name.
 pub(crate) fn widget(c: &Ctx<'_>) -> Result<(i64, usize)> {
     let window = c.i64(0)?;
     let id = match c.arg(1).as_str() {
@@ -107,12 +107,12 @@ pub(crate) fn widget(c: &Ctx<'_>) -> Result<(i64, usize)> {
     Ok((window, n))
 }
 
-/// What a widget holds under a name; nothing: null.
+/// Returns the value of a widget under a key; null if there is none.
 pub(crate) fn get(c: &Ctx<'_>, (window, n): (i64, usize), key: &str) -> Result<Json> {
     Ok(all(c)?.of(window)?.nodes[n].values.get(key).cloned().unwrap_or_default())
 }
 
-/// Changes the content of a widget, and publishes it.
+/// Changes values of a widget, and publishes the change.
 pub(crate) fn set(c: &Ctx<'_>, (window, n): (i64, usize), entries: &[(&str, Json)]) -> Result {
     let mut changed = Values::new();
     {
@@ -128,7 +128,7 @@ pub(crate) fn set(c: &Ctx<'_>, (window, n): (i64, usize), entries: &[(&str, Json
     if changed.is_empty() { Ok(()) } else { tell(c, json!({ "window": window, "n": n, "set": changed })) }
 }
 
-/// Tells views.
+/// Publishes an event to views.
 pub(crate) fn tell(c: &Ctx<'_>, payload: Json) -> Result {
     publish(&c.world(), payload)
 }
@@ -138,13 +138,13 @@ fn publish(world: &World<'_>, mut payload: Json) -> Result {
     world.publish_value(EVENT, &value(&payload))
 }
 
-/// As an announcement of the whole window.
+/// Publishes the content of a whole window.
 pub(crate) fn opened(c: &Ctx<'_>, window: i64) -> Result {
     let widgets = all(c)?.of(window)?.widgets();
     tell(c, json!({ "window": window, "widgets": widgets }))
 }
 
-/// What a view or a script gets.
+/// Converts JSON to a value for a view or a script.
 pub(crate) fn value(json: &Json) -> Value {
     match json {
         Json::Null => Value::Nil,

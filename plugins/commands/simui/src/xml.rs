@@ -1,4 +1,4 @@
-//! The description of a window, as scripts write it.
+//! Parser of the XML description of a window.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result};
@@ -6,13 +6,13 @@ use xml::{EmitterConfig, EventWriter, ParserConfig, common::Position, reader::Xm
 
 use crate::node::Node;
 
-/// Longer descriptions are refused.
+/// Longest description that is accepted, in bytes.
 const MOST_BYTES: usize = 1 << 20;
-/// Elements nest no deeper, and no more of them are read.
+/// Limits on the nesting and the number of elements.
 const MOST_DEPTH: usize = 64;
 const MOST_NODES: usize = 5000;
 
-/// Attributes that are numbers, and that are truth values; all others are texts.
+/// Attributes that are numbers; the next list holds those that are booleans; all others are texts.
 const NUMBERS: &[&str] =
     &["minimum", "maximum", "step", "tick-interval", "max-buffer-size", "auto-repeat-interval", "width", "height"];
 const TRUTHS: &[&str] = &[
@@ -34,22 +34,24 @@ const TRUTHS: &[&str] = &[
     "keep-aspect-ratio",
 ];
 
-/// The widgets of a description; the first one is the window.
+/// Parses a description into its elements; the first one is the window.
 pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
     if text.len() > MOST_BYTES {
         return Err(Fail::argument(format!(
-            "the description of a window has {} bytes, {MOST_BYTES} at most",
+            "the description of the window has {} bytes; at most {MOST_BYTES} are accepted",
             text.len()
         )));
     }
     if text.contains("<!DOCTYPE") {
-        return Err(Fail::argument("document type declarations are not supported: descriptions of windows need none"));
+        return Err(Fail::argument(
+            "a document type declaration is not supported in the description of a window; remove it",
+        ));
     }
     let config = ParserConfig::new().trim_whitespace(true).cdata_to_characters(true).ignore_comments(true);
     let text = escaped(text.trim_start());
     let mut reader = config.add_entity("nbsp", "\u{a0}").create_reader(text.as_bytes());
     let (mut nodes, mut open): (Vec<Node>, Vec<usize>) = (Vec::new(), Vec::new());
-    // A drawing within a widget is kept as it is written.
+    // A drawing within a widget is kept as written.
     let mut drawing: Option<Drawing> = None;
     loop {
         let event = reader.next();
@@ -103,7 +105,7 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
     Ok(nodes)
 }
 
-/// A drawing that is being read.
+/// A drawing that is being parsed.
 struct Drawing {
     writer: EventWriter<Vec<u8>>,
     depth: usize,
@@ -114,7 +116,7 @@ impl Drawing {
         let config = EmitterConfig::new().write_document_declaration(false);
         Drawing { writer: config.create_writer(Vec::new()), depth: 0 }
     }
-    /// Takes a part of it; whether that was the last one.
+    /// Adds an XML event to the drawing; returns whether that was the last one.
     fn take(&mut self, event: &XmlEvent, above: usize, line: u64) -> Result<bool> {
         match event {
             XmlEvent::StartElement { .. } => self.depth += 1,
@@ -126,7 +128,7 @@ impl Drawing {
         }
         if let Some(event) = event.as_writer_event() {
             let written = self.writer.write(event);
-            written.map_err(|e| Fail::argument(format!("line {line} of the window: no drawing: {e}")))?;
+            written.map_err(|e| Fail::argument(format!("line {line} of the window: invalid drawing: {e}")))?;
         }
         Ok(self.depth == 0)
     }
@@ -137,7 +139,7 @@ impl Drawing {
 
 fn attribute(node: &mut Node, name: &str, value: String) {
     let name = name.to_ascii_lowercase();
-    // Older scripts write them in one word.
+    // Older scripts write these names as one word.
     let name = match name.as_str() {
         "onclick" => "on-click",
         "onchange" => "on-change",
@@ -166,7 +168,7 @@ fn attribute(node: &mut Node, name: &str, value: String) {
     node.values.insert(name.to_owned(), value);
 }
 
-/// What a widget holds before anybody touched it.
+/// Sets the initial values of a widget.
 fn begin(node: &mut Node) {
     let mut put = |key: &str, value: Json| {
         node.values.entry(key).or_insert(value);
@@ -202,7 +204,7 @@ fn begin(node: &mut Node) {
     }
 }
 
-/// What boxes, tables and trees list as elements becomes what they hold.
+/// Collects the entries that combo boxes, tables and trees list as child elements into their values.
 fn gather(nodes: &mut [Node]) {
     let texts = |nodes: &[Node], n: usize| -> Vec<Json> {
         let items = nodes[n].below.iter().filter(|b| nodes[**b].element == "item");
@@ -237,7 +239,7 @@ fn gather(nodes: &mut [Node]) {
     }
 }
 
-/// A `<` within the value of an attribute is no XML, but the original reads it: written as `&lt;`.
+/// Replaces `<` within attribute values by `&lt;`: it is not valid XML, but the original accepts it.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let (mut rest, mut in_tag, mut quote) = (text, false, None);

@@ -1,4 +1,4 @@
-//! Robots on wheels move at a velocity.
+//! The command `tatu.drive`, which moves wheeled robots at a velocity.
 
 use tatu_plugin_api::safe::{Fail, Offer, Param};
 use tatu_robots_drivetrain::{Drivetrain, Props};
@@ -13,7 +13,8 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             let p = Props::new(world.host());
             let twist = [c.f64(1)?, c.f64(2)?, c.f64(3)?];
             let train = Drivetrain::of(&world, &p, base)?.ok_or_else(|| {
-                Fail::missing("the object has no drive").help("its property `object.drive` names the wheels that move it")
+                Fail::missing("the object has no drive")
+                    .help("set its property `object.drive` to name the wheels that move it")
             })?;
             train.drive(&world, &p, twist)
         })
@@ -21,7 +22,10 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         .param(Param::float("ahead").unit("m/s"))
         .param(Param::float("left").unit("m/s").text("only wheels with rollers move it there"))
         .param(Param::float("turn").unit("rad/s").text("counter-clockwise, seen from above"))
-        .text("Sets what the joints of a robot's drive want, so that the middle of its axle moves at this velocity, until it is set anew.")
+        .text(
+            "Sets the target velocities of the joints of a robot's drive, so that the middle of its axle moves at this \
+             velocity, until the next call.",
+        )
         .example("local robot = tatu.addModel('pioneer_p3dx')\ntatu.drive(robot, 0.3, 0, 0.2)"),
     );
 }

@@ -1,4 +1,4 @@
-//! Listening to events and publishing them.
+//! Commands that subscribe to events and publish them.
 
 use tatu_plugin_api::safe::{Fail, Offer, Param, ValueRef};
 
@@ -36,7 +36,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             c.world().unsubscribe(u64::try_from(id).unwrap_or(0))
         })
         .param(Param::int("id").text("what tatu.on gave"))
-        .text("Ends what tatu.on began.")
+        .text("Ends a subscription made by tatu.on.")
         .example(
             "function sysCall_init()\n  \
                local id = tatu.on('mine.gone', function() error('nobody should call this') end)\n  \

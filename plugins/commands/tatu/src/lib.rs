@@ -1,8 +1,8 @@
-//! Commands of Tatu's own, for what the V-REP script API has no name for: `tatu.on`, `tatu.emit`, `tatu.options`,
-//! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.properties`, `tatu.read`, `tatu.save`, `tatu.getScript`, `tatu.setScript`,
-//! `tatu.press`, `tatu.open`, `tatu.drive`, `tatu.models` and `tatu.addModel`.
+//! Tatu's own commands, for which the V-REP script API has no equivalent: `tatu.on`, `tatu.emit`, `tatu.options`,
+//! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.properties`, `tatu.read`, `tatu.save`, `tatu.getScript`,
+//! `tatu.setScript`, `tatu.press`, `tatu.open`, `tatu.drive`, `tatu.models` and `tatu.addModel`.
 //!
-//! One file per subject; `tests/program/events.rs` of the program drives them through scripts.
+//! Each file holds one subject; `tests/program/events.rs` tests them through scripts.
 
 mod drive;
 mod events;
@@ -33,7 +33,7 @@ impl Plugin for Tatu {
         read::offer(offer);
         save::offer(offer);
         scenes::offer(offer);
-        // Tells the language which names belong to this API.
+        // The prelude only declares which names belong to this API.
         offer.prelude("lua", "", "return { api = { 'tatu.' } }");
     }
 }

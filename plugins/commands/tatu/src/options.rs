@@ -1,4 +1,4 @@
-//! What an add-on was given when it was started.
+//! The command `tatu.options`: options that an add-on was started with.
 
 use tatu_plugin_api::{
     abi::*,
@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     );
 }
 
-/// What the caller was given: texts.
+/// Returns the options that the calling script was given, as texts.
 fn given(c: &Ctx<'_>) -> Result<Vec<(Value, Value)>> {
     if c.caller_script() == 0 {
         return Ok(Vec::new());
@@ -42,7 +42,7 @@ fn given(c: &Ctx<'_>) -> Result<Vec<(Value, Value)>> {
     }
 }
 
-/// The defaults, with what was given in their place, as the type that the default has.
+/// Returns the defaults, overridden by the given options, which are converted to the type of their default.
 fn merged(defaults: ValueRef<'_>, given: &[(Value, Value)]) -> Result<Vec<(Value, Value)>> {
     let Value::Map(mut out) = defaults.to_value()? else {
         return Err(Fail::argument("argument 1: expected a table with names, such as {period = 0.5}"));
@@ -54,11 +54,11 @@ fn merged(defaults: ValueRef<'_>, given: &[(Value, Value)]) -> Result<Vec<(Value
             let mut known: Vec<String> = out.iter().filter_map(|(k, _)| key_of(k)).collect();
             known.sort();
             let key = String::from_utf8_lossy(key);
-            return Err(Fail::argument(format!("there is no option `{key}`; there are: {}", known.join(", "))));
+            return Err(Fail::argument(format!("there is no option `{key}`; expected one of: {}", known.join(", "))));
         };
         *slot = converted(slot, text).ok_or_else(|| {
             let (key, text) = (String::from_utf8_lossy(key), String::from_utf8_lossy(text));
-            Fail::argument(format!("the option `{key}` is {}, not `{text}`", kind(slot)))
+            Fail::argument(format!("option `{key}`: expected {}, found `{text}`", kind(slot)))
         })?;
     }
     Ok(out)
@@ -79,7 +79,7 @@ fn converted(default: &Value, text: &[u8]) -> Option<Value> {
             "false" | "no" | "0" => Some(Value::Bool(false)),
             _ => None,
         },
-        // A whole default may be given a fraction.
+        // An integer default accepts a fraction.
         Value::Int(_) => {
             let float = || str?.parse().ok().filter(|x: &f64| x.is_finite()).map(Value::Float);
             str?.parse().ok().map(Value::Int).or_else(float)

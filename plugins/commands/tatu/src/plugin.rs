@@ -1,13 +1,13 @@
-//! The plugin as its commands see it.
+//! The plugin type, and short names for its commands and calls.
 
 use tatu_plugin_api::safe::{Call, Command, SharedCall};
 
-/// The plugin; it keeps nothing.
+/// The plugin; it has no state.
 pub struct Tatu;
 
-/// A running command of this plugin.
+/// A call of one of this plugin's commands.
 pub(crate) type Ctx<'a> = Call<'a, Tatu>;
-/// One that others may run beside.
+/// A call that may run in parallel with others.
 pub(crate) type Shared<'a> = SharedCall<'a, Tatu>;
 /// A command of this plugin.
 pub(crate) type Cmd = Command<Tatu>;

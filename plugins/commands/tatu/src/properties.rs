@@ -1,4 +1,4 @@
-//! Objects by kind, and their properties by key.
+//! Commands that list objects by kind, and read and set their properties by key.
 
 use tatu_plugin_api::{
     abi::*,
@@ -34,7 +34,9 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
                     None => {
                         let known: Vec<_> = KINDS.iter().map(|(name, _)| *name).collect();
                         let known = known.join(", ");
-                        return Err(Fail::argument(format!("there is no kind `{kind}`; there are: {known}, script")));
+                        return Err(Fail::argument(format!(
+                            "there is no kind `{kind}`; expected one of: {known}, script"
+                        )));
                     }
                 };
                 c.world().list(base, bits, if base == 0 { 0 } else { TATU_LIST_SKIP_BASE })?
@@ -48,7 +50,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
                 .optional()
                 .text("shape, joint, dummy, sensor, actuator, force_sensor, graph or script; none: any object"),
         )
-        .param(Param::int("base").optional().text("only what hangs below this object"))
+        .param(Param::int("base").optional().text("only objects below this one"))
         .returns(Param::list("handles").text("in the order of the tree"))
         .text("Lists objects by kind; scripts only if they are asked for.")
         .example("assert(#tatu.list('script') >= 1)"),

@@ -1,4 +1,4 @@
-//! What any sensor has measured, by the names of its fields.
+//! The command `tatu.read`: the last reading of any sensor, by the names of its fields.
 
 use tatu_plugin_api::{
     abi::*,
@@ -65,7 +65,7 @@ fn read(c: &Shared<'_>) -> Result<Entries> {
     Ok(entries)
 }
 
-/// Fields by their short names; those whose short name another has too, by the whole one as well.
+/// Returns the fields by their short names; where two fields share a short name, also by their full names.
 fn named(fields: Vec<(&str, Value)>) -> Entries {
     let short = |name: &str| name.split_once('.').map_or(name, |(_, short)| short).to_owned();
     let all: Vec<String> = fields.iter().map(|(name, _)| short(name)).collect();
@@ -81,7 +81,7 @@ fn named(fields: Vec<(&str, Value)>) -> Entries {
     out
 }
 
-/// A field as scripts get it, and whether it is packed.
+/// Converts a field to a value for scripts; also returns whether it is packed into a string.
 fn value(r: &Reading, dims: [u32; 3]) -> (Value, bool) {
     if dims[1] != 1 || dims[2] != 1 {
         return (Value::Bytes(bytes(r)), true);
@@ -103,7 +103,7 @@ fn value(r: &Reading, dims: [u32; 3]) -> (Value, bool) {
     (value, false)
 }
 
-/// All elements, packed.
+/// Returns all elements as packed little-endian bytes.
 pub(crate) fn bytes(r: &Reading) -> Vec<u8> {
     match r.elem() {
         TATU_ELEM_F64 => r.f64s().iter().flat_map(|x| x.to_le_bytes()).collect(),

@@ -1,6 +1,6 @@
-//! Fields of sensors as files: pictures, and numbers as they are.
+//! The command `tatu.save`: writes fields of sensors to files, as pictures or as raw numbers.
 //!
-//! An image of a sensor has its lowest row first; in a picture the highest comes first, so that it is upright.
+//! A sensor's image begins with its lowest row; a picture begins with the highest, so that it is upright.
 
 use std::fmt::Display;
 
@@ -38,11 +38,11 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     );
 }
 
-/// A field as a picture has it: its highest row first.
+/// A field as pixels of a picture, highest row first.
 enum Picture {
-    /// Whole millimetres.
+    /// Depths in whole millimetres.
     Lengths(Vec<u16>),
-    /// Red green blue.
+    /// Red, green and blue, one byte each.
     Colors(Vec<u8>),
 }
 
@@ -55,12 +55,12 @@ fn save(c: &mut Ctx<'_>) -> Result {
     let Some((name, dims)) = found else {
         let known: Vec<String> = names().map(|(n, _)| short(n)).collect();
         let known =
-            if known.is_empty() { "it measures nothing".into() } else { format!("there are: {}", known.join(", ")) };
+            if known.is_empty() { "it has no fields".into() } else { format!("expected one of: {}", known.join(", ")) };
         return Err(Fail::argument(format!("object {} has no field `{field}`; {known}", o.handle())));
     };
     let reading = world.reading(o.id, world.host().prop(name))?;
     if reading.sequence() == 0 {
-        return Err(Fail::missing(format!("object {} has not measured yet", o.handle())));
+        return Err(Fail::missing(format!("sensor {} has not been measured yet", o.handle())));
     }
     let ending = file.rsplit_once('.').map_or("", |(_, end)| end).to_lowercase();
     let [rows, columns, _] = dims;
@@ -84,7 +84,7 @@ fn broken(file: &str, e: impl Display) -> Fail {
     Fail::new(format!("`{file}` cannot be written: {e}"))
 }
 
-/// A field as a picture, if it is one: lengths in 32-bit floats, or three bytes a pixel.
+/// Converts a field to a picture, if it is an image of 32-bit depths in metres or of three bytes per pixel.
 fn picture(r: &Reading, [rows, columns, each]: [u32; 3]) -> Option<Picture> {
     let columns = columns as usize;
     if rows == 0 || columns == 0 {
@@ -99,7 +99,7 @@ fn picture(r: &Reading, [rows, columns, each]: [u32; 3]) -> Option<Picture> {
     }
 }
 
-/// Whole millimetres; 0 where there is no length, or more than fits.
+/// Converts metres to whole millimetres; 0 if the value is not finite or does not fit.
 fn millimetres(metres: &f32) -> u16 {
     let mm = (f64::from(*metres) * 1000.0).round();
     if (0.0..=65_535.0).contains(&mm) { mm as u16 } else { 0 }

@@ -1,5 +1,5 @@
-//! What views and remote clients ask of a world beyond single properties: what properties there are, texts of scripts, keys,
-//! another scene.
+//! Commands for views and remote clients: properties of objects, texts of scripts, keys, models, and opening another
+//! scene.
 
 use tatu_plugin_api::{
     abi::*,
@@ -8,7 +8,7 @@ use tatu_plugin_api::{
 
 use crate::plugin::{Cmd, Ctx, Tatu};
 
-/// The object of argument `i`; 0: the world.
+/// Returns the object of argument `i`; 0: the world.
 fn object(c: &Ctx<'_>, i: usize) -> tatu_plugin_api::safe::Result<tatu_object> {
     match c.i64(i)? {
         0 => Ok(0),
@@ -60,7 +60,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             Err(Fail::missing(format!("there is no model `{id}`")).help("`tatu list models` shows them"))
         })
         .param(Param::string("model").text("its id: `tatu.models`"))
-        .returns(Param::int("object").text("its base, which stands at the middle of the world"))
+        .returns(Param::int("object").text("its base, placed at the origin of the world"))
         .text("Adds a model that a plugin offers, with its parameters as they are by default.")
         .example("local robot = tatu.addModel('pioneer_p3dx')\ntatu.set(robot, 'object.position', {60, 60, 0.14})"),
     );
@@ -83,7 +83,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         .param(Param::int("script").text("a handle: tatu.list('script')"))
         .param(Param::string("text"))
         .text(
-            "Puts another text in the place of a script's, between two of its calls; what it keeps goes on where the new text \
+            "Replaces the text of a script between two of its calls; its state is kept where the new text \
              has it. A text that cannot be loaded is refused, and nothing changes. A script cannot change itself.",
         )
         .example("assert(not pcall(tatu.setScript, tatu.list('script')[1], 'this is no Lua'))"),
@@ -93,7 +93,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             let key = c.text(0)?;
             c.world().put_in("key", &key)
         })
-        .param(Param::string("key").text("a character, or a name such as `up`, or a code"))
+        .param(Param::string("key").text("a character, a name such as `up`, or a code"))
         .text("Presses a key, as `--keys` and a terminal do.")
         .example("tatu.press('up')"),
     );
@@ -107,7 +107,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             c.world().open_scene(&String::from_utf8_lossy(&file))
         })
         .param(Param::string("file").text("a scene, or a file that an importer reads; empty: this scene again"))
-        .text("Goes on with another scene, once this one has stopped. Only `tatu serve` and `tatu open` can.")
+        .text("Loads another scene, once this one has stopped. Only `tatu serve` and `tatu open` can.")
         .example("assert(not pcall(tatu.open, ''))"),
     );
 }

@@ -1,4 +1,4 @@
--- A window for the configuration of a model. There are no windows: the model stays as it was saved.
+-- Configuration window of a model. It never opens: the model keeps its saved configuration.
 
 local nothing = {}
 nothing.__index = function()

@@ -1,5 +1,5 @@
--- The script of a conveyor: others write the speed or the place that it is to have, and it says where it is.
--- `efficient`: a box that does not move but throws on; else pads that go round along a path.
+-- The script of a conveyor belt: other scripts write a target speed or position, and it publishes its state.
+-- `efficient`: a static box whose surface moves objects along; otherwise pads that move along a path.
 
 local conveyor = {}
 
@@ -52,12 +52,12 @@ function conveyor.init()
     end
 end
 
--- One step towards a speed, or a place, with an acceleration that is bounded.
+-- Advances one step towards a target speed or position, with limited acceleration.
 local function advance(dt)
     local accel, vel = conveyor.config.accel, conveyor.target.vel
     if conveyor.target.pos then
         local left = conveyor.target.pos - conveyor.pos
-        -- As fast as it can still brake, but not farther than there in this step.
+        -- At most the speed from which it can still brake, and no farther than the target in this step.
         local fastest = math.sqrt(2 * accel * math.abs(left))
         vel = math.min(fastest, math.abs(left) / dt) * (left < 0 and -1 or 1)
     end

@@ -1,4 +1,4 @@
--- The main script of scenes that have none of their own: one step, stage by stage.
+-- Main script of scenes that have none of their own: runs the stages of a step in order.
 
 function sysCall_init()
     sim.handleSimulationStart()

@@ -1,6 +1,7 @@
--- `gcode`: programs of machine tools (RS-274) as lists of points along the way of the tool.
+-- `gcode`: converts programs of machine tools (RS-274) to lists of points along the tool path.
 --
--- Lengths of a program are mm (G21) or inches (G20), those of points m; angles A, B, C are degrees, and rad in points.
+-- Lengths in a program are in mm (G21) or inches (G20), those of points in m; angles A, B, C are in degrees in a
+-- program, and in rad in points.
 
 LOG = { TRACE = 10, DEBUG = 20, INFO = 30, WARN = 40, ERROR = 50 }
 loglevel = LOG.INFO
@@ -11,7 +12,7 @@ function log(level, text, ...)
     end
 end
 
--- The start of each object; programs change it for themselves alone.
+-- Initial state of each interpreter object; a program changes only its own object.
 GCodeInterpreter = {
     pathResolution = 150, -- points per m
     multiplier = 0.001,   -- m in a unit of the program
@@ -25,13 +26,13 @@ function GCodeInterpreter:new(o)
     return setmetatable(o or {}, { __index = self })
 end
 
--- Two ends of an arc may differ by so much in their distance from its middle, m.
+-- Greatest difference between the radii at both ends of an arc, m.
 local MOST_OFF = 0.0025
--- What is shorter is no way, m.
+-- Shorter moves are ignored, m.
 local NOTHING = 1e-9
 
 local AXES = { X = 1, Y = 2, Z = 3, A = 4, B = 5, C = 6 }
--- Words that belong to a motion or to another word, or mean nothing here.
+-- Words that belong to a motion or to another word, or that are ignored.
 local KNOWN = {}
 for letter in ('ABCFIJKPRUVWXYZN'):gmatch('.') do KNOWN[letter] = true end
 
@@ -39,7 +40,7 @@ local function copy(point)
     return { table.unpack(point) }
 end
 
--- Adds a way of so many steps to a program's path; `at(part)` gives the point at a part of it, 0 to 1.
+-- Adds the points of a move to a program's path; `at(part)` returns the point at a fraction of the move, 0 to 1.
 local function way(self, length, at)
     local steps = math.max(1, math.ceil(length * self.pathResolution))
     local points = {}
@@ -71,7 +72,8 @@ local function straight(self, to)
     self.at = to
 end
 
--- The middle of an arc of a radius: to the right or left of the straight way, and a radius below 0 means the longer arc.
+-- Returns the centre of an arc given by its radius: to the right or left of the chord; a negative radius selects the
+-- longer arc.
 local function middle(line, from, to, radius, clockwise)
     local dx, dy = to[1] - from[1], to[2] - from[2]
     local half = math.sqrt(dx * dx + dy * dy) / 2
@@ -108,7 +110,7 @@ local function arc(self, line, to, words, clockwise)
         error(string.format('line %d: an arc begins %.2f mm from its middle and ends %.2f mm from it', line, r0 * 1000,
             r1 * 1000), 0)
     end
-    -- Who ends where it begins goes round once.
+    -- An arc that ends where it begins is a full circle.
     local turn = a1 - a0
     if clockwise and turn > -NOTHING then
         turn = turn - 2 * math.pi
@@ -126,7 +128,7 @@ local function arc(self, line, to, words, clockwise)
     self.at = to
 end
 
--- Where the words of a line lead.
+-- Returns the target position that the words of a line specify.
 local function target(self, words)
     local to = copy(self.at)
     for letter, i in pairs(AXES) do
@@ -151,7 +153,7 @@ local function home(self, words)
 end
 
 local function run(self, line, words, codes)
-    -- What a line says of units holds for all of it.
+    -- The units that a line selects apply to the whole line.
     for _, g in ipairs(codes) do
         if g == 20 or g == 21 then
             self.multiplier = g == 20 and 0.0254 or 0.001
@@ -190,7 +192,7 @@ local function run(self, line, words, codes)
     end
 end
 
--- Shows a way: red where the tool moves to its work, green where it works, and blue where a way ends.
+-- Draws a move: red for rapid moves, green for working moves, and blue where a move ends.
 function GCodeInterpreter:draw(points)
     local lines = self.motion == 0 and self.red or self.green
     if not lines then

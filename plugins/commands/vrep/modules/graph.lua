@@ -1,10 +1,10 @@
--- The script of a graph since 4.0: it records by itself. Its curves are shown by views, which need nothing of a script.
+-- The script of a graph since 4.0: records samples. Views show the curves without help from the script.
 
 local graph = {}
 _S = _S or {}
 _S.graph = graph
 
--- The graph at or above what the script belongs to; nil: there is none.
+-- Returns the nearest graph at or above the object that the script belongs to; nil: there is none.
 local function model()
     local at = sim.getObjectAssociatedWithScript(sim.handle_self)
     while at ~= -1 and sim.getObjectType(at) ~= sim.object_graph_type do
@@ -15,7 +15,7 @@ end
 
 function graph.init() end
 
--- Records now; without a time, for the end of the step.
+-- Records a sample now; without a time, for the end of the step.
 function graph.handle(time)
     local own = model()
     if own then

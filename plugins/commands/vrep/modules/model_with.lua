@@ -1,5 +1,5 @@
--- For the other modules: the nearest object above the script that has data under a tag; if none has, the object that the
--- script belongs to.
+-- Returns the nearest object above the script that has data under a tag; if there is none, the object that the script
+-- belongs to. Used by the other modules.
 
 return function(tag)
     local at, first = sim.getObject('.'), nil

@@ -1,4 +1,5 @@
--- The script of a path since 4.2. The path stays as it was saved: its points and its shape are objects of the scene.
+-- The script of a path since 4.2. The path is not recomputed: its points and its shape are objects of the scene, as
+-- saved.
 
 local path = {}
 _S = _S or {}
@@ -10,7 +11,7 @@ local function model()
     return model_with('PATH')
 end
 
--- Control points: children that carry their index, in its order.
+-- Returns the control points: children that carry an index, sorted by it.
 function path.init()
     local points = {}
     for _, h in ipairs(sim.getObjectsInTree(model(), sim.object_dummy_type, 3)) do

@@ -1,5 +1,5 @@
--- `sim-2`: objects in place of handles. What has no form of its own here is that of `sim`: functions take objects where
--- they take handles.
+-- `sim-2`: objects instead of handles. Functions without a definition of their own here are those of `sim`, with
+-- objects where those take handles.
 
 local old = sim
 local unpack = table.unpack
@@ -7,7 +7,7 @@ local unpack = table.unpack
 local Object = {}
 local wrap
 
--- An object as the handle that stands for it; anything else as it is.
+-- Returns the handle of an object; any other value unchanged.
 local function bare(x)
     if getmetatable(x) == Object then
         return rawget(x, 'handle')
@@ -30,7 +30,7 @@ local function call(f, ...)
     return f(unpack(arguments, 1, arguments.n))
 end
 
--- Objects of handles; none of -1.
+-- Converts a list of handles to objects; -1 is left out.
 local function objects(handles)
     local out = {}
     for i, handle in ipairs(handles) do
@@ -39,7 +39,7 @@ local function objects(handles)
     return out
 end
 
--- The properties below a name, such as those of `object.customData`.
+-- Returns the properties below a prefix, such as `object.customData`.
 local function group(handle, name)
     return setmetatable({}, {
         __index = function(_, key)
@@ -51,7 +51,7 @@ local function group(handle, name)
     })
 end
 
--- What functions of `sim` call an object, by its type.
+-- What functions of `sim` call an object, by type.
 local KINDS = {
     [old.object_shape_type] = 'Shape',
     [old.object_joint_type] = 'Joint',
@@ -61,8 +61,9 @@ local KINDS = {
     [old.object_forcesensor_type] = 'ForceSensor',
 }
 
--- A function of `sim` with the object as the first argument, by the names that it may have there: `getPosition` is
--- getObjectPosition, `setTargetVelocity` of a joint setJointTargetVelocity, `read` of a sensor readProximitySensor.
+-- Returns a function of `sim` with the object bound as first argument. Names are completed by kind: `getPosition` is
+-- getObjectPosition, `setTargetVelocity` of a joint is setJointTargetVelocity, `read` of a sensor is
+-- readProximitySensor.
 local function method(name, handle)
     local verb, rest = name:match('^(%l+)(%u.*)$')
     for _, kind in ipairs { KINDS[old.getObjectType(handle)] or 'Object', 'Object' } do
@@ -95,7 +96,7 @@ local fields = {
     end,
 }
 
--- Where `pose` and its parts say a place in the parent's frame, their commands want the frame.
+-- `pose` and its parts are in the parent's frame, which these commands take as an argument.
 local setters = {
     parent = function(self, above)
         old.setObjectParent(self.handle, above and bare(above) or -1, true)
@@ -117,7 +118,7 @@ function fields.worldQuaternion(self)
 end
 
 local methods = {
-    -- Looks below the object: './x' is a child, and '../x' stands beside it.
+    -- Searches relative to the object: './x' is a child, '../x' a sibling.
     getObject = function(self, path, options)
         local more = { proxy = self.handle }
         for k, v in pairs(options or {}) do
@@ -140,7 +141,7 @@ local methods = {
     end,
 }
 
--- Reads a field: what is written down above, a method, or a property.
+-- Reads a field: one of those defined above, a method, or a property.
 local function read(self, key, own_methods, own_method)
     if own_methods[key] then
         return own_methods[key]
@@ -197,7 +198,8 @@ function wrap(handle)
     return setmetatable({ handle = handle }, Object)
 end
 
--- The scene and the program: their functions are those of `sim`, without a handle before the arguments.
+-- Creates the object for the scene or the program: its functions are those of `sim`, without a handle as first
+-- argument.
 local function world(handle, own_methods)
     return setmetatable({ handle = handle }, {
         __index = function(self, key)
@@ -235,7 +237,7 @@ local sim_2 = {
     Object = function(handle) return wrap(handle) end,
 }
 
--- The object that has the script.
+-- The object that the script belongs to.
 local has_object, own = pcall(old.getObject, '.')
 sim_2.self = has_object and wrap(own) or nil
 

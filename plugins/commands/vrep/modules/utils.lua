@@ -1,8 +1,8 @@
--- What scripts of 3.4 to 4.6 used to take in: `require 'utils'`, and `include('/lua/name.lua')`.
+-- Helper functions that scripts of 3.4 to 4.6 load by `require 'utils'` or `include('/lua/name.lua')`.
 
 local type, pairs, tostring = type, pairs, tostring
 
--- The older form of the two: no blanks, double quotes.
+-- Converts a value to text as older versions do: no blanks, double quotes.
 local function text(v)
     if type(v) == 'table' then
         return table.tostring(v)

@@ -3,7 +3,7 @@
 use crate::{kit::*, lookup::sets};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let devices = "Sensors, actuators and scripts come along and begin anew; what scripts keep is not copied.";
+    let devices = "Sensors, actuators and scripts are copied and start afresh; the state of scripts is not copied.";
     offer.command(
         both(["sim.copyPasteObjects", "simCopyPasteObjects"], NIL, |c| {
             let ids = sets::list(c, 0)?;
@@ -28,7 +28,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .returns(Param::int("done"))
-        .text("Copies the selected objects; the copies are selected then.")
+        .text("Copies the selected objects, and selects the copies.")
         .partial(devices),
     );
     offer.command(
@@ -52,7 +52,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .returns(Param::floats("values", 3))
         .text("Gives by how much an object has been scaled along each axis.")
-        .partial("The three are equal: scale along single axes changes the size of a shape only."),
+        .partial("The three are equal: scaling along single axes changes only the size of a shape."),
     );
     offer.command(
         both(["sim.setObjectSizeValues", "simSetObjectSizeValues"], MINUS, |c| {
@@ -118,17 +118,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     files(offer);
 }
 
-/// Models and scenes as files.
+/// Adds the commands that load and save models and scenes.
 fn files(offer: &mut Offer<Vrep>) {
     offer.command(
         both(["sim.loadModel", "simLoadModel"], MINUS, |c| {
             let file = c.bytes(0)?;
             let w = c.world();
-            // What `sim.saveModel` wrote under a name of another ending.
+            // `sim.saveModel` may have appended `.toml` to the name.
             let found =
                 [file.to_vec(), scene_file(file)].into_iter().find_map(|name| w.file(&name, TATU_FILE_READ).ok());
             let Some(path) = found else {
-                // Models of an installation are objects that a script asks for by name.
+                // Without its installation, models of V-REP are objects that a script asks for by name.
                 let file = String::from_utf8_lossy(file).into_owned();
                 let stem = file.rsplit(['/', '\\']).next().unwrap_or_default();
                 let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
@@ -137,7 +137,7 @@ fn files(offer: &mut Offer<Vrep>) {
                     return Ok(());
                 }
                 w.file(file.as_bytes(), TATU_FILE_READ)?;
-                return Err(Fail::missing(format!("there is no file `{file}`")));
+                return Err(Fail::missing(format!("there is no model file `{file}`")));
             };
             c.ret(handle(w.load(&path, 0)?));
             Ok(())
@@ -157,8 +157,8 @@ fn files(offer: &mut Offer<Vrep>) {
         })
         .param(Param::string("file"))
         .returns(Param::int("result"))
-        .text("Goes on with another scene, once this one has stopped.")
-        .partial("Only `tatu serve` and `tatu open` go from one scene to the next; `tatu run` says so."),
+        .text("Loads another scene, once this one has stopped.")
+        .partial("Only `tatu serve` and `tatu open` can change the scene; `tatu run` reports an error."),
     );
     for (names, model) in [(["sim.saveModel", "simSaveModel"], true), (["sim.saveScene", "simSaveScene"], false)] {
         let command = both(names, MINUS, move |c| {
@@ -176,7 +176,7 @@ fn files(offer: &mut Offer<Vrep>) {
                 .returns(Param::int("result").text("1"))
                 .text("Writes a scene or a model as a scene file, as it is now.")
                 .partial(
-                    "It is a scene file of this program: a name that does not end with `.toml` gets that at its end.",
+                    "It is a scene file of this program: `.toml` is appended to a name that does not end with it.",
                 ),
         );
     }
@@ -192,7 +192,7 @@ fn files(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// The name of a scene file for what a script calls its file.
+/// Returns the file name under which a scene is saved: `name`, with `.toml` appended if it has another ending.
 fn scene_file(name: &[u8]) -> Vec<u8> {
     let mut out = name.to_vec();
     if !out.ends_with(b".toml") {
@@ -211,7 +211,7 @@ fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {
             all.push(*id);
         }
     }
-    // Scripts come with the object that they belong to; one that was asked for by itself is refused by the host.
+    // Scripts are copied with the object that they belong to; the host refuses one that is named by itself.
     all.retain(|o| ids.contains(o) || w.look(*o).is_ok_and(|o| o.kind != TATU_KIND_SCRIPT));
     let copies = w.copy(&all)?;
     Ok(ids
@@ -221,7 +221,7 @@ fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {
         .collect())
 }
 
-/// Makes a shape larger.
+/// Scales a shape by a factor for each axis.
 fn scale(c: &Ctx<'_>, o: Object, f: [f64; 3]) -> Result {
     if f.iter().any(|x| *x <= 0.0) {
         return Err(Fail::argument("a scale must be greater than 0"));

@@ -1,4 +1,4 @@
-//! Custom data: texts, buffers and tables that scripts keep with an object, the scene or the application.
+//! Custom data: texts, buffers and tables that scripts store with an object, the scene or the application.
 
 use crate::kit::*;
 
@@ -30,12 +30,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both(["sim.readCustomDataBlock", "simReadCustomDataBlock"], NIL, |c| {
             let found = match place(c) {
                 Ok((id, tag)) => tags::get(c, id, &tag)?,
-                // What does not exist has no data.
+                // A missing object has no data; that is not an error.
                 Err(_) => None,
             };
             match found {
                 Some(data) => c.ret(data.as_slice()),
-                // Without its scene an object has none of the data that the scene gave it.
+                // A stand-in has no data from its scene, so a neutral block is returned.
                 None if c.world().stands_in(0, &format!("data {}", c.text(1)?)) => c.ret(STAND_IN),
                 None => c.ret(Value::Nil),
             }
@@ -136,7 +136,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     persistent(offer);
 }
 
-/// The forms of before 3.3, with a number in place of a tag.
+/// Adds the commands from before 3.3, which take a number instead of a tag.
 fn headers(offer: &mut Offer<Vrep>) {
     let header = |n: i64| format!("#{n}").into_bytes();
     for (add, get, scene) in [
@@ -216,7 +216,7 @@ fn persistent(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// The object of argument `i`; 0: the scene, with which the application's data is kept too.
+/// Returns the object of argument `i`; 0: the scene, which also stores the application's data.
 fn target_of(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     match c.i64(i)? {
         HANDLE_SCENE | -13 | -15 => Ok(0),
@@ -225,7 +225,7 @@ fn target_of(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     }
 }
 
-/// Where the first two arguments point to.
+/// Returns the object and the tag that the first two arguments name.
 fn place(c: &Ctx<'_>) -> Result<(tatu_object, Vec<u8>)> {
     let id = target_of(c, 0)?;
     let mut tag = c.bytes(1)?.to_vec();

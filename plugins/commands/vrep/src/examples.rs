@@ -1,11 +1,11 @@
-//! What all commands have in common, and their examples, which stand as Lua in `examples/`, each below a line
+//! Settings common to all commands, and their examples, which are Lua files in `examples/`, each example below a line
 //! `--- sim.name`.
 
 use std::collections::BTreeMap;
 
 use crate::kit::*;
 
-/// From this version on flat names raise errors as all others do.
+/// The version from which flat names raise errors as all other commands do.
 const FLAT_NAMES_RAISE: &str = "4.2";
 
 macro_rules! files {
@@ -36,7 +36,7 @@ files!(
     "windows",
 );
 
-/// Gives all commands their examples, and what holds for all.
+/// Adds the examples and the common settings to all commands.
 pub(crate) fn complete(offer: &mut Offer<Vrep>) {
     let mut examples: BTreeMap<&str, &str> = BTreeMap::new();
     for part in FILES.iter().flat_map(|f| f.split("--- ").skip(1)) {

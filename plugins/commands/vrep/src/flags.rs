@@ -1,14 +1,14 @@
-//! Bits of objects that scripts read and write: object, model and special properties, explicit handling; and handles that
-//! objects refer to.
+//! Bit masks of objects that scripts read and write: object, model and special properties, explicit handling; and
+//! references from objects to others.
 
 use crate::{kit::*, lookup::registered::is_stand_in};
 
-/// Selectable, as every object that is made.
+/// Default of the object property: selectable.
 const OBJECT_PROPERTY: i64 = 32;
-/// Collidable, measurable, detectable, renderable.
+/// Default of the special property: collidable, measurable, detectable, renderable.
 const SPECIAL: i64 = 1 | 2 | DETECTABLE | 0x200;
 pub(crate) const DETECTABLE: i64 = 0x1F0;
-/// What the bits of `DETECTABLE` stand for are those that the core calls waves.
+/// The waves of the core that the bits of `DETECTABLE` correspond to.
 const ALL_WAVES: i64 = TATU_WAVES_ALL as i64;
 const NOT_MODEL: i64 = 0xF000;
 
@@ -34,7 +34,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(bits())
         .text("Sets the bits of an object: sim.objectproperty_...")
-        .partial("They are kept and given back; what they would change in windows has no place here."),
+        .partial("They are only stored and returned: they concern windows, of which there are none here."),
     );
     offer.command(
         both(["sim.getModelProperty", "simGetModelProperty"], MINUS, |c| {
@@ -61,7 +61,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(bits())
         .text("Sets the bits of a model, and so whether an object is the base of one.")
-        .partial("Whether it is a base counts; the bits that override those of the model's parts are kept only."),
+        .partial(
+            "Only whether it is a base has an effect; the bits that override those of the model's parts are only \
+                  stored.",
+        ),
     );
     offer.command(
         both(["sim.getObjectSpecialProperty", "simGetObjectSpecialProperty"], MINUS, |c| {
@@ -87,7 +90,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let (p, seen) = (&c.plugin().p, bits & DETECTABLE);
                 c.world().set(o.id, p.detectable, &Value::Bool(seen != 0))?;
                 if seen != 0 {
-                    // Beams of other sorts than these five see it in any case.
+                    // Waves other than these five always detect the object.
                     c.world().set(o.id, p.detectable_mask, &Value::Int(seen | !DETECTABLE & ALL_WAVES))?;
                 }
             }
@@ -97,7 +100,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(bits())
         .text("Sets what an object is to sensors and commands.")
-        .partial("By which sorts of sensors a shape is detected counts; the other bits are kept only."),
+        .partial(
+            "Only the bits for kinds of sensors that detect the shape have an effect; the others are only stored.",
+        ),
     );
     explicit(offer);
     references(offer);
@@ -117,7 +122,7 @@ fn explicit(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::int("flags").text("1: it is handled only when a script asks for it"))
-        .text("Tells whether a sensor is handled only when a script asks for it."),
+        .text("Returns whether a sensor is handled only when a script asks for it."),
     );
     offer.command(
         both(["sim.setExplicitHandling", "simSetExplicitHandling"], MINUS, |c| {
@@ -137,7 +142,8 @@ fn explicit(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Handles that an object keeps, as full ids: those of what has gone become -1.
+/// Adds commands for handles that an object stores. They are stored as full ids, so that a removed object is read as
+/// -1.
 fn references(offer: &mut Offer<Vrep>) {
     let key = |tag: &str| format!("handles {tag}");
     let tag = |c: &Ctx<'_>, i: usize| if c.has(i) { c.text(i) } else { Ok(String::new()) };
@@ -184,7 +190,7 @@ fn references(offer: &mut Offer<Vrep>) {
             let kept = String::from_utf8_lossy(&kept).into_owned();
             let first = kept.split(' ').next().and_then(|t| t.parse::<u64>().ok()).filter(|o| *o != 0);
             let there = first.filter(|o| c.world().look(*o).is_ok());
-            let there = there.ok_or_else(|| Fail::missing(format!("no object is kept under `{tag}`")))?;
+            let there = there.ok_or_else(|| Fail::missing(format!("no handle is stored under the tag `{tag}`")))?;
             c.ret(handle(there));
             Ok(())
         })
@@ -208,7 +214,7 @@ fn references(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Links between dummies.
+/// Adds commands that link dummies.
 fn links(offer: &mut Offer<Vrep>) {
     let id_of_note = |c: &Ctx<'_>, id: tatu_object| -> Result<tatu_object> {
         let kept = tags::private(c, id, "link")?.and_then(|t| String::from_utf8(t).ok()?.parse::<u64>().ok());
@@ -229,7 +235,7 @@ fn links(offer: &mut Offer<Vrep>) {
         both(["sim.setLinkDummy", "simSetLinkDummy"], MINUS, move |c| {
             let dummy = of_kind(c, 0, TATU_KIND_DUMMY)?;
             let other = if c.i64(1)? == -1 { 0 } else { of_kind(c, 1, TATU_KIND_DUMMY)? };
-            // A dummy has one partner: both let go of theirs.
+            // A dummy has one partner: unlink both from their previous ones.
             for d in [dummy, other].into_iter().filter(|d| *d != 0) {
                 match id_of_note(c, d)? {
                     0 => {}
@@ -251,7 +257,9 @@ fn links(offer: &mut Offer<Vrep>) {
         })
         .param(object("dummy"))
         .param(Param::int("other").text("-1: none"))
-        .text("Links two dummies, or lets them go: the dynamic shapes above them are held together there, which closes a loop."),
+        .text(
+            "Links two dummies, or unlinks them: the dynamic shapes above them are joined there, which closes a loop.",
+        ),
     );
     offer.command(
         Cmd::new("sim.getObjectHierarchyOrder", |c| {

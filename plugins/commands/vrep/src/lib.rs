@@ -1,11 +1,10 @@
-//! The V-REP script API as commands: `sim.getObjectHandle`, `simGetObjectHandle` and their kin, with the constants.
+//! The V-REP script API as commands: `sim.getObjectHandle`, `simGetObjectHandle` and so on, with the constants.
 //!
-//! A folder or file per subject, which is a page of `docs/reference/commands`; all are brought together in `offer` below.
-//! Begin with `joints/`, which is short, then `kit/`, which holds what all share. Nothing here knows a script language
-//! but `language/`.
+//! Each subject has a folder or file, and a page in `docs/reference/commands`; `offer` below adds them all. Begin with
+//! `joints/`, which is short, then read `kit/`, the shared code. Only `language/` depends on a script language.
 //!
-//! From the bottom: `kit` (arguments, dialects, messages), `state` (what is kept for a world), `lookup` (which objects are
-//! meant), the subjects, this file.
+//! The layers from the bottom: `kit` (arguments, dialects, messages), `state` (data per world), `lookup` (finding
+//! objects), the subjects, this file.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 
@@ -64,7 +63,7 @@ impl Plugin for Vrep {
     fn load(world: &state::State, bytes: &[u8], version: u32) -> Result<()> {
         if version != Self::STATE_VERSION {
             return Err(Fail::unsupported(format!(
-                "it kept its state in version {version}, and reads {}",
+                "its state was saved in format version {version}; this program reads version {}",
                 Self::STATE_VERSION
             )));
         }
@@ -72,7 +71,7 @@ impl Plugin for Vrep {
     }
 
     fn offer(offer: &mut Offer<Self>) {
-        // Each subject with its page.
+        // One call per subject; the name is that of its documentation page.
         offer.subject("objects", objects::offer);
         offer.subject("names", names::offer);
         offer.subject("flags", flags::offer);
@@ -100,7 +99,7 @@ impl Plugin for Vrep {
         offer.subject("steps", steps::offer);
         offer.subject("remote", remote::offer);
         language::offer(offer);
-        // After all others: a command that there is by then needs none.
+        // Stubs come last: they are added only for commands that do not exist yet.
         offer.subject("stubs", stubs::offer);
         examples::complete(offer);
     }

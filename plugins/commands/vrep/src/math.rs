@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
 }
 
-/// A command of this file: an old name only where there was one.
+/// Builds a command of this file; it has a flat name only if the original has one.
 fn command(names: Names, run: impl Fn(&mut Shared<'_>) -> Result + Send + Sync + 'static) -> Cmd {
     both_beside(names, NIL, run)
 }
@@ -48,7 +48,7 @@ fn give<const N: usize>(c: &mut Shared<'_>, numbers: [f64; N]) -> Result {
     c.ret(&numbers[..]);
     Ok(())
 }
-/// A pose whose quaternion has the length 1.
+/// Reads a pose and normalizes its quaternion.
 fn read_pose(c: &Shared<'_>, i: usize) -> Result<Pose> {
     let p: Pose = numbers(c, i)?;
     Ok(al::pose(al::position(&p), unit(al::rotation(&p), i)?))

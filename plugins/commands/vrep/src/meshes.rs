@@ -1,4 +1,4 @@
-//! Shapes of triangles: making them, reading the triangles of any shape, joining shapes, mass and inertia.
+//! Commands on meshes: create shapes from triangles, read the triangles of a shape, join shapes, mass and inertia.
 
 use crate::{
     kit::{algebra as al, *},
@@ -24,8 +24,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .param(table("indices", "three places of points for each triangle, from 0"))
                 .param(Param::any("looks").rest().text("ignored: normals and textures"))
                 .returns(Param::int("shape"))
-                .text("Makes a shape of triangles, whose frame lies in the middle of its box.")
-                .partial("Normals and textures are not kept."),
+                .text("Makes a shape of triangles, whose frame is in the middle of its box.")
+                .partial("Normals and textures are ignored."),
         );
     }
     offer.command(
@@ -79,7 +79,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::list("indices").text("three places for each triangle, from 0"))
         .returns(Param::list("normals").text("for each corner of each triangle"))
         .text("Gives the triangles of a shape.")
-        .partial("Round shapes are cut into 32 parts; of compounds the parts are given as boxes are."),
+        .partial("Round shapes are cut into 32 parts; the parts of compounds are given like boxes."),
     );
     offer.command(
         both(["sim.getShapeGeomInfo", "simGetShapeGeomInfo"], NIL, |c| {
@@ -128,14 +128,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("shape"))
         .returns(Param::list("shapes"))
         .text("Takes a shape apart.")
-        .partial("A shape stays in one piece: the list holds itself."),
+        .partial("A shape is not divided: the list contains only itself."),
     );
     mass(offer);
 }
 
 fn mass(offer: &mut Offer<Vrep>) {
     let matrix =
-        || table("transformation", "a matrix of 12 numbers, in which inertia and centre of mass stand").optional();
+        || table("transformation", "a matrix of 12 numbers: the frame of inertia and centre of mass").optional();
     let inertia_of = |c: &Ctx<'_>, shape: tatu_object| -> Result<[f64; 9]> {
         let v = c.world().get(shape, c.plugin().p.inertia)?;
         v.array::<9>().ok_or_else(|| Fail::new("the host returned no inertia"))
@@ -144,7 +144,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         both(["sim.getShapeMassAndInertia", "simGetShapeMassAndInertia"], NIL, move |c| {
             let (shape, p, w) = (of_kind(c, 0, TATU_KIND_SHAPE)?, &c.plugin().p, c.world());
             let m = w.f64(shape, p.mass)?;
-            // The original gives the inertia divided by the mass.
+            // The original returns the inertia divided by the mass.
             let (inertia, com) = (inertia_of(c, shape)?.map(|x| x / m), w.f64s::<3>(shape, p.com)?);
             let frame = w.pose(shape, 0)?;
             let base = if c.has(1) { al::of_matrix(&numbers::<12>(c, 1)?) } else { al::IDENTITY };
@@ -196,7 +196,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         })
         .param(object("shape"))
         .returns(Param::floats("inertia", 9).unit("kg m^2"))
-        .returns(Param::floats("transformation", 12).text("where the centre of mass lies in the shape"))
+        .returns(Param::floats("transformation", 12).text("position of the centre of mass in the shape"))
         .text("Gives inertia and centre of mass of a shape."),
     );
     offer.command(
@@ -236,11 +236,11 @@ fn mass(offer: &mut Offer<Vrep>) {
         .param(Param::float("density").unit("kg/m^3"))
         .returns(Param::int("done"))
         .text("Sets the mass of a shape from its volume.")
-        .partial("The inertia is left to follow from the form, unless it was set."),
+        .partial("The inertia follows from the form, unless it was set."),
     );
 }
 
-/// An inertia, by rows, in a turned frame.
+/// Rotates an inertia tensor, given by rows.
 fn turned(i: &[f64; 9], q: al::Quaternion) -> [f64; 9] {
     let m = al::matrix(&al::pose([0.0; 3], q));
     let r = |a: usize, b: usize| m[a * 4 + b];
@@ -250,7 +250,7 @@ fn turned(i: &[f64; 9], q: al::Quaternion) -> [f64; 9] {
     })
 }
 
-/// A shape of triangles, with its frame in the middle of its box.
+/// Creates a shape from triangles, with its frame at the centre of its bounding box.
 fn make(c: &Ctx<'_>, mut points: Vec<f64>, places: Vec<f64>) -> Result<tatu_object> {
     if points.len() < 9 || !points.len().is_multiple_of(3) || places.len() < 3 || !places.len().is_multiple_of(3) {
         return Err(Fail::argument("a mesh must have three numbers per point, and three indices per triangle"));
@@ -305,7 +305,7 @@ fn group(c: &Ctx<'_>, shapes: &[tatu_object]) -> Result<tatu_object> {
     Ok(group)
 }
 
-/// The triangles of a shape: points, and places from 0.
+/// Returns the triangles of a shape: vertices, and indices from 0.
 pub(crate) fn triangles(c: &Ctx<'_>, shape: tatu_object) -> Result<(Vec<f64>, Vec<i64>)> {
     let (w, p) = (c.world(), &c.plugin().p);
     let form = text_of(c, shape, p.primitive)?;
@@ -346,7 +346,8 @@ fn half_turn(k: i32, n: i32) -> f64 {
     std::f64::consts::PI * f64::from(k) / f64::from(n)
 }
 
-/// A solid of revolution about z: rings of (part of the radius, height) from below to above, each cut into 32.
+/// Builds a solid of revolution about z from rings (fraction of the radius, height), bottom to top, each of 32
+/// segments.
 fn rings(radius: f64, profile: &[(f64, f64)]) -> (Vec<f64>, Vec<i64>) {
     const N: i64 = 32;
     let (mut points, mut places) = (Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! Names of objects: unique ones with their suffix, and aliases.
+//! Names of objects: unique names with their suffix, and aliases.
 
 use crate::{kit::*, lookup::names, state::state};
 
@@ -61,7 +61,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simSetNameSuffix", MINUS)
         .param(Param::int("suffix").text("-1: names are taken as they are"))
         .returns(Param::int("done"))
-        .text("Chooses what later look-ups of this script add to names.")
+        .text("Sets the suffix that later look-ups of this script add to names.")
         .example("sim.setNameSuffix(-1)"),
     );
 }
@@ -81,7 +81,7 @@ fn set_name(c: &mut Ctx<'_>) -> Result {
             .help("names consist of letters, digits, `_`, `(` and `)`, and may end in `#` and a number"));
     }
     if suffix >= 0 && name != format!("{base}#{suffix}") {
-        return Err(Fail::argument(format!("`{name}`: the number after `#` has no leading zero")));
+        return Err(Fail::argument(format!("`{name}`: the number after `#` must not have a leading zero")));
     }
     let set = c.world().set(id, c.plugin().p.name, &Value::text(&name));
     set.map_err(|e| explain_any(c, id, e))?;
@@ -106,14 +106,14 @@ fn get_alias(c: &mut Ctx<'_>) -> Result {
             format!("/{alias}{{{index}}}")
         }
         n => {
-            return Err(Fail::unsupported(format!("there is no form {n} of an alias: expected -1 to 6")));
+            return Err(Fail::unsupported(format!("alias option {n} does not exist: expected -1 to 6")));
         }
     };
     c.ret(text.as_str());
     Ok(())
 }
 
-/// All objects of an alias.
+/// Returns all objects with an alias.
 fn same_alias(c: &Ctx<'_>, alias: &str) -> Result<Vec<tatu_object>> {
     let mut all = c.world().list(0, 0, 0)?;
     all.retain(|o| text_of(c, *o, c.plugin().p.alias).is_ok_and(|a| a == alias));

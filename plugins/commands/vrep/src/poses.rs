@@ -1,4 +1,4 @@
-//! Poses of objects and velocities: position, orientation, quaternion, matrix.
+//! Commands on poses and velocities of objects: position, orientation, quaternion, matrix.
 
 use crate::kit::{
     algebra::{self as al, Pose},
@@ -136,11 +136,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 const WXYZ: i64 = 0x100_0000;
 const FROM_JOINT_BASE: i64 = 0x40_0000;
 
-/// A frame to give poses in.
+/// The reference frame of a pose.
 enum Frame {
-    /// An object's (0: the world's); a joint's moved one.
+    /// The frame of an object (0: the world); of a joint, its moving frame.
     Of(tatu_object),
-    /// A joint's own, which does not move with it.
+    /// The fixed frame of a joint.
     Base(tatu_object),
 }
 
@@ -156,7 +156,7 @@ fn getter(names: Names, give: impl Fn(&mut Shared<'_>, &Pose) + Send + Sync + 's
     .param(frame_param())
 }
 
-/// A setter: `put` reads the value, argument `i`, into the pose that the object has now.
+/// Builds a setter: `put` reads the value, argument `i`, into the object's current pose.
 fn setter(
     names: Names,
     value: &str,
@@ -164,7 +164,7 @@ fn setter(
 ) -> Cmd {
     both(names, MINUS, move |c| {
         let id = id(c, 0)?;
-        // The new order puts the value first.
+        // The newer argument order has the value before the frame.
         let (value, relative) = if is_table(c.arg(1)) { (1, 2) } else { (2, 1) };
         let frame = frame(c, c.arg(relative), relative, id)?;
         let mut to = pose(c, id, &frame)?;
@@ -184,7 +184,7 @@ fn setter(
     )
 }
 
-/// The frame that argument `i` asks for, for a pose of `of`.
+/// Returns the frame that argument `i` names, for a pose of `of`.
 fn frame(c: &Shared<'_>, v: ValueRef<'_>, i: usize, of: tatu_object) -> Result<Frame> {
     match v.as_i64() {
         None if v.is_nil() => Ok(Frame::Of(0)),

@@ -1,4 +1,4 @@
-//! Proximity sensors: read, handle, check, reset.
+//! Commands on proximity sensors: read, handle, check, reset.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         answers(command(["sim.handleProximitySensor", "simHandleProximitySensor"], handle_now))
             .param(Param::int("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
-            .text("Lets a proximity sensor look now; of several, gives the nearest detection.")
+            .text("Measures with a proximity sensor now; of several, gives the nearest detection.")
             .example("result, distance = sim.handleProximitySensor(laser)"),
     );
     offer.command(
@@ -66,9 +66,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             "a sum of 1: front faces, 2: back faces, 4: any point will do (the nearest is given), 8: maxAngle holds, \
                 16: a point that something hides is none",
         ))
-        .param(Param::float("threshold").unit("m").text("nothing farther is seen; 0: as far as the sensor sees"))
+        .param(Param::float("threshold").unit("m").text("nothing farther is detected; 0: the sensor's own range"))
         .param(Param::float("maxAngle").unit("rad").text("greatest angle between line of sight and normal, 0 to pi/2"))
-        .text("Looks for one object, or all, by faces, distance and angle of its own; the answer also becomes the sensor's reading.")
+        .text(
+            "Measures one object, or all, with its own faces, distance and angle; the result also becomes the \
+               sensor's reading.",
+        )
         .example("result, distance = sim.checkProximitySensorEx(sonar, ball, 1 + 2, 0.5, 0)")
         .partial("Collections are not known."),
     );
@@ -82,19 +85,21 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::int("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
         .returns(Param::int("done"))
-        .text("Forgets what a proximity sensor saw.")
+        .text("Discards the reading of a proximity sensor.")
         .example("sim.resetProximitySensor(sonar)"),
     );
 }
 
-/// What `checkEx` asks for.
+/// Converts the arguments of `checkEx` to search options.
 fn how(only: tatu_object, mode: i64, threshold: f64, max_angle: f64) -> Result<tatu_look> {
     if mode & (FRONT | BACK) == 0 {
-        return Err(Fail::argument(format!("mode {mode} sees neither front (1) nor back faces (2)")));
+        return Err(Fail::argument(format!("argument 3: mode {mode} selects neither front (1) nor back faces (2)")));
     }
     let limited = mode & LIMITED != 0;
     if limited && !(max_angle > 0.0 && max_angle <= FRAC_PI_2) {
-        return Err(Fail::argument(format!("maxAngle is {max_angle} rad; with mode 8 it is more than 0, up to pi/2")));
+        return Err(Fail::argument(format!(
+            "maxAngle is {max_angle} rad: with mode 8, expected more than 0 and at most pi/2"
+        )));
     }
     let flag = |unless: bool, flag: u32| if unless { 0 } else { flag };
     Ok(tatu_look {
@@ -108,13 +113,13 @@ fn how(only: tatu_object, mode: i64, threshold: f64, max_angle: f64) -> Result<t
     })
 }
 
-// Bits of the mode of `checkEx`; 4 lets a search end with the first point, and here the nearest is always found.
+// Bits of the mode of `checkEx`. Bit 4 lets a search stop at the first point; here the nearest is always found.
 const FRONT: i64 = 1;
 const BACK: i64 = 2;
 const LIMITED: i64 = 8;
 const OCCLUSION: i64 = 16;
 
-/// What a sensor saw.
+/// The result of a measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Sight {
     Never,
@@ -125,7 +130,7 @@ enum Sight {
 /// Distance, point, object and normal.
 type Rest = (f64, [f64; 3], i64, [f64; 3]);
 
-/// The first value of an answer, and the four that follow, if they do.
+/// Returns the first value of a result, and the four that follow, if any.
 fn shape(short: bool, sight: Sight) -> (i64, Option<Rest>) {
     match sight {
         Sight::Seen { distance, point, object, normal } => (1, Some((distance, point, object, normal))),
@@ -146,7 +151,7 @@ fn give(c: &mut Shared<'_>, sight: Sight) {
     }
 }
 
-/// The last reading of a sensor.
+/// Returns the last reading of a sensor.
 fn last(c: &Shared<'_>, sensor: tatu_object) -> Result<Sight> {
     let (w, p) = (c.world(), &c.plugin().p);
     let detected = w.reading(sensor, p.detected).map_err(|e| not_proximity(c, sensor, e))?;
@@ -174,7 +179,7 @@ fn look(c: &Ctx<'_>, sensor: tatu_object, only: tatu_object) -> Result<Sight> {
 }
 
 fn handle_now(c: &mut Ctx<'_>) -> Result {
-    // One sensor: what scripts do that turn a ray step by step, hundreds of times in a call.
+    // A fast path for a single sensor: scripts that rotate a ray call this hundreds of times per callback.
     if c.i64(0)? > 0 {
         let sight = look(c, id(c, 0)?, 0)?;
         give(c, sight);
@@ -185,7 +190,7 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
         _ => f64::INFINITY,
     };
     let mut nearest = Sight::Nothing;
-    // In a main script these are the sensors of the stage, which measures them together.
+    // For a main script these are the sensors of the sensing stage, which measures them together.
     let stage = c.i64(0)? == HANDLE_ALL_EXCEPT_EXPLICIT && is_main(c)?;
     if stage {
         c.world().run_stage(TATU_STAGE_SENSE, 0.0)?;
@@ -200,7 +205,7 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// The sensors that the first argument means.
+/// Returns the sensors that the first argument names.
 fn sensors(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     let which = c.i64(0)?;
     if !matches!(which, HANDLE_ALL | HANDLE_ALL_EXCEPT_EXPLICIT) {
@@ -213,7 +218,7 @@ fn sensors(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     Ok(all)
 }
 
-/// Why a reading could not be had.
+/// Explains why a reading was refused.
 #[cold]
 fn not_proximity(c: &Shared<'_>, sensor: tatu_object, fail: Fail) -> Fail {
     let p = &c.plugin().p;

@@ -1,14 +1,14 @@
-//! Ports that scripts open for remote clients. A service listens; the functions here notify it.
+//! Ports that scripts open for remote clients. A service does the listening; these commands notify it.
 
 use crate::kit::*;
 
 const NOTES: &str =
-    "Told to the service `legacy_remote`: without it nobody listens. A port is closed when the simulation stops.";
+    "Requires the service `legacy_remote`; without it no port is opened. A port is closed when the simulation stops.";
 /// The events that notify the service.
 const OPEN: &str = "remote_api.open";
 const CLOSE: &str = "remote_api.close";
 
-/// A port is to be opened or closed.
+/// Publishes that a port is to be opened or closed.
 fn tell(c: &Ctx<'_>, event: &str) -> Result {
     let port = c.i64(0)?;
     if !(1..=65535).contains(&port) {

@@ -1,7 +1,7 @@
-//! What is taken and answered with a neutral value: windows, drawing for the eye, and parts of the original for which
-//! there is nothing here.
+//! Commands that accept anything and return a neutral value: windows, visual effects, and parts of the original that do
+//! not exist here.
 //!
-//! A stub yields to a command of its name that another file declares.
+//! If another file declares a command of the same name, that one is used instead of the stub.
 
 use tatu_commands_common::Gives::{self, *};
 
@@ -20,7 +20,7 @@ const PROGRAM: &str = "the original's program has it, this one does not";
 const PICTURES: &str = "images are not changed";
 const SCRIPTS: &str = "scripts are made with the scene";
 
-/// Commands of `sim` that had a flat name: names, what it gives, what a failed call gave, why.
+/// Commands of `sim` that have a flat name: names, return value, return value of a failed call, reason.
 const OLD: &[(Names, Gives, &str)] = &[
     (["sim.setUIButtonTexture", "simSetUIButtonTexture"], Int(-1), OLD_UI),
     (["sim.setUIButtonArrayColor", "simSetUIButtonArrayColor"], Int(-1), OLD_UI),
@@ -123,10 +123,10 @@ const OLD: &[(Names, Gives, &str)] = &[
     (
         ["sim.setPathTargetNominalVelocity", "simSetPathTargetNominalVelocity"],
         Int(1),
-        "nothing moves along a path by itself",
+        "nothing moves along a path automatically",
     ),
     (["sim.getPathPlanningObject", "simGetPathPlanningObject"], Int(-1), PLANNING),
-    (["sim.checkCollisionEx", "simCheckCollisionEx"], Int(0), "sim.checkCollision tells whether shapes overlap"),
+    (["sim.checkCollisionEx", "simCheckCollisionEx"], Int(0), "sim.checkCollision returns whether shapes overlap"),
     (["sim.exportMesh", "simExportMesh"], Int(-1), "meshes are not written"),
     (["sim.exportIk", "simExportIk"], Int(-1), "there is no inverse kinematics"),
     (["sim.setSimulationTimeStep", "simSetSimulationTimeStep"], Int(-1), "the step belongs to the scene"),
@@ -155,7 +155,7 @@ const OLD: &[(Names, Gives, &str)] = &[
     (["sim.removeIkGroup", "simRemoveIkGroup"], Int(-1), "there is no inverse kinematics"),
 ];
 
-/// Commands of `sim` that never had a flat name.
+/// Commands of `sim` without a flat name.
 const MODERN: &[(&str, Gives, &str)] = &[
     ("sim.getNamedStringParam", Nothing, "the command line hands no parameters to scripts"),
     ("sim.getNamedBoolParam", Nothing, "the command line hands no parameters to scripts"),
@@ -210,7 +210,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
     let why = "a service listens, but does not report the state of its connections";
     add(offer, "simRemoteApi.status", Some(("simExtRemoteApiStatus", MINUS)), Int(-1), why);
-    // The ROS interface of before 2016; without a node nothing is sent, and topics have no names.
+    // The ROS interface of before 2016; without a node nothing is sent, and topic names are empty.
     for (name, gives) in [
         ("simExtROS_enablePublisher", Nothing),
         ("simExtROS_enableSubscriber", Nothing),

@@ -1,5 +1,5 @@
-//! Windows of buttons, sliders and labels that scenes of before 3.3 show. What they hold is kept and told; nobody presses
-//! their buttons unless a view shows them.
+//! Windows with buttons, sliders and labels in scenes of before 3.3. Their content is stored and can be read; buttons
+//! are pressed only if a view shows them.
 
 use crate::{
     kit::*,
@@ -10,9 +10,9 @@ use crate::{
     },
 };
 
-const NOTES: &str = "What it holds is kept and told; without a view nobody sees or presses it.";
+const NOTES: &str = "Its contents are stored and returned; it can be seen and pressed only in a view.";
 
-/// Handles of windows that scripts make.
+/// First handle of windows that scripts create.
 const FIRST: i64 = 2_069_000;
 
 fn of_window<T>(c: &Ctx<'_>, which: i64, change: impl FnOnce(&mut Window) -> T) -> Result<T> {
@@ -21,7 +21,7 @@ fn of_window<T>(c: &Ctx<'_>, which: i64, change: impl FnOnce(&mut Window) -> T) 
     found.map(change).ok_or_else(|| Fail::missing(format!("there is no window {which}")))
 }
 
-/// The window and button that the first two arguments name.
+/// Applies `change` to the button that the first two arguments name.
 fn of_button<T>(c: &Ctx<'_>, change: impl FnOnce(&mut Button) -> T) -> Result<T> {
     let (which, button) = (c.i64(0)?, c.i64(1)?);
     let found = of_window(c, which, |w| w.buttons.iter_mut().find(|b| b.handle == button).map(change))?;
@@ -55,7 +55,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         }))
         .returns(Param::string("label"))
-        .text("Gives what stands on a button.")
+        .text("Gives the label of a button.")
         .partial(NOTES),
     );
     offer.command(
@@ -70,7 +70,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             done(c)
         }))
         .param(Param::string("up").optional().text("nil: as it is"))
-        .param(Param::string("down").optional().text("what stands on it while it is pressed; nil: as it is"))
+        .param(Param::string("down").optional().text("its label while it is pressed; nil: unchanged"))
         .returns(Param::int("result"))
         .text("Writes on a button.")
         .partial(NOTES),
@@ -108,13 +108,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("button").text("-1: none was pressed"))
         .returns(Param::list("values"))
         .text("Gives the button that was pressed last.")
-        .partial("No view presses buttons yet: none ever is."),
+        .partial("No view can press buttons yet, so none ever is pressed."),
     );
     properties(offer);
     making(offer);
 }
 
-/// Bits of windows and buttons, colours, places.
+/// Adds commands on flags of windows and buttons, colours and positions.
 fn properties(offer: &mut Offer<Vrep>) {
     offer.command(
         both(["sim.getUIProperty", "simGetUIProperty"], MINUS, |c| {
@@ -203,7 +203,7 @@ fn properties(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Windows that scripts make and remove.
+/// Adds commands that create and remove windows.
 fn making(offer: &mut Offer<Vrep>) {
     offer.command(
         both(["sim.createUI", "simCreateUI"], MINUS, |c| {

@@ -1,4 +1,4 @@
-//! What the plugin declares, read over the border as a host reads it; no host is needed.
+//! Checks the declarations of the plugin through its C interface, as a host reads them; needs no host.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -23,12 +23,14 @@ unsafe extern "C" fn no_service(_: *const tatu_host, _: *const c_char) -> *const
 
 unsafe fn text(p: *const c_char) -> String {
     assert!(!p.is_null());
-    // SAFETY: the plugin's texts are NUL-terminated and live until shutdown.
+    // SAFETY: `p` is a text of the plugin's table (not null, checked above); the header guarantees that such texts are
+    // NUL-terminated and live until `shutdown`.
     unsafe { CStr::from_ptr(p) }.to_str().unwrap().to_owned()
 }
 
 unsafe fn list<T>(p: *const *const T) -> Vec<*const T> {
-    // SAFETY: lists are null-terminated.
+    // SAFETY: `p` is a list of the plugin's table, which the header guarantees to end with a null pointer; reading
+    // stops there.
     (0..).map(|i| unsafe { *p.add(i) }).take_while(|t| !t.is_null()).collect()
 }
 
@@ -37,7 +39,8 @@ fn declared() -> (Vec<Declared>, Vec<String>) {
         tatu_host { size: size_of::<tatu_host>() as u32, abi_minor: 0, ctx: null_mut(), service: Some(no_service) };
     let plugin = &tatu_commands_vrep::tatu_plugin.0;
     let mut me = null_mut();
-    // SAFETY: used as the header says: init, extension, read, shutdown.
+    // SAFETY: the calls follow the order that the header requires: `init`, `extension`, reads, `shutdown`; `host` and
+    // `me` outlive them all, and nothing read is used after `shutdown`.
     unsafe {
         assert_eq!(plugin.init.unwrap()(&host, &mut me, null_mut()), TATU_OK);
         let ext = plugin.extension.unwrap()(me, TATU_COMMAND.as_ptr()).cast::<tatu_ext_command>();
@@ -77,7 +80,7 @@ fn every_command_tells_what_it_does() {
     }
 }
 
-/// Old names follow the rule `simAbc` -> `sim.abc`, but for those of the API's own table.
+/// Checks that old names follow the rule `simAbc` -> `sim.abc`, except for those in the API's own table.
 #[test]
 fn old_names_follow_the_rule() {
     let irregular = BTreeMap::from([
@@ -98,7 +101,7 @@ fn old_names_follow_the_rule() {
         ("simGetIkGrouphandle", "sim.getIkGroupHandle"),
         ("simGetMechanismhandle", "sim.getMechanismHandle"),
     ]);
-    // Modules of plugins have a rule of their own.
+    // Modules of plugins follow a different rule.
     for c in declared().0.into_iter().filter(|c| c.names[0].starts_with("sim.")) {
         let new = &c.names[0];
         for old in c.names.iter().filter(|n| !n.contains('.')) {
@@ -114,7 +117,7 @@ fn old_names_follow_the_rule() {
     }
 }
 
-/// The functions that the scripts of the 2015 course call.
+/// Checks that the functions called by scripts of the 2015 course exist.
 #[test]
 fn seeds_find_their_functions() {
     let (commands, constants) = declared();
@@ -152,7 +155,7 @@ fn seeds_find_their_functions() {
     }
 }
 
-/// All Rust sources below a folder, as one text.
+/// Returns all Rust sources below a folder, as one text.
 fn sources(folder: &std::path::Path) -> String {
     let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
     entries
@@ -164,7 +167,7 @@ fn sources(folder: &std::path::Path) -> String {
         .collect()
 }
 
-/// A search for `"sim.getJointPosition"` finds its declaration.
+/// Checks that a search for `"sim.getJointPosition"` finds its declaration.
 #[test]
 fn names_stand_in_the_source_as_scripts_write_them() {
     let source = sources(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));

@@ -1,4 +1,4 @@
-//! Meshes in files of their own: Wavefront OBJ, STL and PLY. `read` reads them; this makes a shape of one.
+//! Importer for mesh files: Wavefront OBJ, STL and PLY. `read` parses them; this file makes a shape of the mesh.
 
 mod read;
 
@@ -7,7 +7,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-/// The plugin; it keeps nothing.
+/// The plugin; it has no state.
 pub struct MeshFiles;
 
 impl Plugin for MeshFiles {
@@ -30,7 +30,7 @@ pub struct MeshFile;
 impl Importer for MeshFile {
     type Plugin = MeshFiles;
     const ID: &'static str = "mesh";
-    const TEXT: &'static str = "A mesh in an OBJ, STL or PLY file, as a shape that stands still.";
+    const TEXT: &'static str = "A mesh in an OBJ, STL or PLY file, as a static shape.";
     const SUFFIXES: &'static [&'static str] = &[".obj", ".stl", ".ply"];
 
     fn params() -> Vec<Param> {
@@ -44,14 +44,14 @@ impl Importer for MeshFile {
     }
 
     fn sniff(head: &[u8]) -> u32 {
-        // The other formats have no mark of their own: they are known by their suffixes.
+        // OBJ and STL files have no magic number: they are recognized by their suffix.
         if head.starts_with(b"ply\n") || head.starts_with(b"ply\r\n") { 80 } else { 0 }
     }
 
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result {
         let mut mesh = read::mesh(bytes).map_err(Fail::argument)?;
         let scale = params.f64("scale")?;
-        // 1 changes no bit.
+        // A scale of 1 leaves every bit unchanged.
         mesh.points.iter_mut().flatten().for_each(|x| *x *= scale);
         let number = builder.mesh(&mesh.points, &mesh.triangles)?;
         let node = builder.object("shape", None, "mesh")?;

@@ -1,4 +1,4 @@
-//! Reads mesh files. Which format it is follows from the bytes.
+//! Parsers of mesh files. The format is detected from the bytes.
 
 use std::io::{BufReader, Cursor};
 
@@ -7,17 +7,17 @@ use ply_rs_bw::{
     ply::{Property, PropertyAccess, PropertyAccessResult},
 };
 
-/// Triangles of one file.
+/// Most triangles of a file.
 const MOST_TRIANGLES: usize = 4_000_000;
 
-/// Triangles over points, in the unit of the file.
+/// A triangle mesh, in the unit of the file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
     pub points: Vec<[f64; 3]>,
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// Reads a mesh; the error is one sentence.
+/// Parses a mesh; the error is one sentence.
 pub fn mesh(bytes: &[u8]) -> Result<Mesh, String> {
     let mesh = match bytes {
         _ if bytes.starts_with(b"ply") => ply(bytes)?,
@@ -37,7 +37,7 @@ pub fn mesh(bytes: &[u8]) -> Result<Mesh, String> {
     Ok(mesh)
 }
 
-/// Triangles that a binary STL file says that it has; `None`: its length fits no binary STL file.
+/// Returns the number of triangles declared by a binary STL file; `None` if the file's length does not match it.
 fn binary_stl(bytes: &[u8]) -> Option<usize> {
     let count = bytes.get(80..84)?;
     let count = u32::from_le_bytes([count[0], count[1], count[2], count[3]]) as usize;
@@ -51,10 +51,11 @@ fn is_stl(bytes: &[u8]) -> bool {
 fn stl(bytes: &[u8]) -> Result<Mesh, String> {
     let mut bytes = bytes.to_vec();
     if binary_stl(&bytes).is_some() {
-        // Many programs begin the header of binary files with `solid`, which makes them look like text.
+        // Many programs begin the header of binary files with `solid`, so that they look like text; blanks avoid that.
         bytes[..80].fill(b' ');
     }
-    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("it is not a complete STL file: {e}"))?;
+    let mesh =
+        stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("the STL file is incomplete or damaged: {e}"))?;
     few(mesh.faces.len())?;
     Ok(Mesh {
         points: mesh.vertices.iter().map(|v| [v[0], v[1], v[2]].map(f64::from)).collect(),
@@ -62,12 +63,12 @@ fn stl(bytes: &[u8]) -> Result<Mesh, String> {
     })
 }
 
-/// Wavefront OBJ: all its groups together; materials are left alone.
+/// Parses Wavefront OBJ; all groups are merged, materials are ignored.
 fn obj(bytes: &[u8]) -> Result<Mesh, String> {
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ..Default::default() };
     let no_materials = |_: &std::path::Path| Ok(Default::default());
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, no_materials)
-        .map_err(|e| format!("it is not a complete OBJ file: {e}"))?;
+        .map_err(|e| format!("the OBJ file is incomplete or damaged: {e}"))?;
     let mut out = Mesh::default();
     for m in models {
         let first = out.points.len() as u32;
@@ -78,7 +79,7 @@ fn obj(bytes: &[u8]) -> Result<Mesh, String> {
     Ok(out)
 }
 
-/// A point of a PLY file; other properties than its place are left alone.
+/// A vertex of a PLY file; properties other than its position are ignored.
 #[derive(Default)]
 struct Point([f64; 3]);
 
@@ -102,7 +103,7 @@ impl PropertyAccess for Point {
     }
 }
 
-/// A face of a PLY file; other properties than its corners are left alone.
+/// A face of a PLY file; properties other than its vertex indices are ignored.
 #[derive(Default)]
 struct Face(Vec<u32>);
 
@@ -111,7 +112,7 @@ impl PropertyAccess for Face {
         Face::default()
     }
     fn set_property(&mut self, key: &str, property: Property) -> PropertyAccessResult {
-        // Both names are in use.
+        // Both names are common.
         if matches!(key, "vertex_index" | "vertex_indices") {
             self.0 = property.to_u32_list().unwrap_or_default();
         }
@@ -120,14 +121,17 @@ impl PropertyAccess for Face {
 }
 
 fn ply(bytes: &[u8]) -> Result<Mesh, String> {
-    let wrong = |e: &dyn std::fmt::Display| format!("it is not a complete PLY file: {e}");
+    let wrong = |e: &dyn std::fmt::Display| format!("the PLY file is incomplete or damaged: {e}");
     let mut reader = Reader::new(BufReader::new(Cursor::new(bytes)));
     let points = Parser::<Point>::new();
     let faces = Parser::<Face>::new();
     let header = points.read_header(&mut reader).map_err(|e| wrong(&e))?;
-    // No element takes less than a byte: a count beyond that is a lie, and room for it would be reserved.
+    // Every element takes at least one byte, so a larger count is invalid; the parser would reserve memory for it.
     if let Some((name, e)) = header.elements.iter().find(|(_, e)| e.count > bytes.len()) {
-        return Err(format!("it is not a complete PLY file: it says that it has {} of `{name}`", e.count));
+        return Err(format!(
+            "the PLY file is incomplete or damaged: it declares {} elements `{name}`, more than it has bytes",
+            e.count
+        ));
     }
     let mut out = Mesh::default();
     for (name, element) in &header.elements {
@@ -139,7 +143,7 @@ fn ply(bytes: &[u8]) -> Result<Mesh, String> {
             "face" => {
                 let read = faces.read_payload_for_element(&mut reader, element, &header).map_err(|e| wrong(&e))?;
                 for corners in read.iter().map(|f| f.0.as_slice()) {
-                    // A face of many corners becomes a fan.
+                    // Polygons are triangulated as fans.
                     let fan = corners.windows(2).skip(1).map(|w| [corners[0], w[0], w[1]]);
                     out.triangles.extend(fan);
                     few(out.triangles.len())?;
@@ -153,7 +157,7 @@ fn ply(bytes: &[u8]) -> Result<Mesh, String> {
 
 fn few(triangles: usize) -> Result<(), String> {
     match triangles > MOST_TRIANGLES {
-        true => Err(format!("it has {triangles} triangles; at most {MOST_TRIANGLES} are read")),
+        true => Err(format!("the mesh has {triangles} triangles; at most {MOST_TRIANGLES} are supported")),
         false => Ok(()),
     }
 }
@@ -177,7 +181,7 @@ mod tests {
         assert_eq!(mesh(PLY.replace("3 0 1 2", "4 0 1 2 1").as_bytes()).unwrap().triangles, [[0, 1, 2], [0, 2, 1]]);
     }
 
-    /// What is written with all its digits comes back with all its bits, and points keep their order.
+    /// Numbers written with all digits are read back exactly, and points keep their order.
     #[test]
     fn numbers_of_ply_are_exact() {
         let text = PLY.replace("1 0 0 9", "0.1 1e-300 -123456.78901234567 9");

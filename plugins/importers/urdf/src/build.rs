@@ -1,7 +1,7 @@
-//! Writes the robot into the scene: shape - joint - shape, as physics ties bodies.
+//! Builds the robot in the scene: shape - joint - shape, as physics connects bodies.
 //!
-//! The shape of a body has what collides, and the mass. What is seen hangs below it, one shape per visual; a body
-//! without visuals is seen as it collides.
+//! The shape of a body has the collision geometry and the mass. Visuals are children of it, one shape each; a body
+//! without visuals shows its collision geometry.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_plugin_api::{
@@ -17,10 +17,10 @@ use crate::{
     tree::{Body, Tree, finite, pose},
 };
 
-/// Collides with all but the own robot: its links touch where joints are.
+/// Collision mask: collides with everything except the same robot, whose links touch at the joints.
 const MASK: i64 = 0xFF00;
 
-/// What parameters ask for.
+/// Settings from the importer's parameters.
 pub struct Settings {
     fixed_base: bool,
     package_root: String,
@@ -30,7 +30,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Of the parameters; whether the base is fixed may follow from the root's name.
+    /// Reads the parameters; if `fixed_base` is missing, the root link's name decides.
     pub fn read(params: &Params<'_>, robot: &Robot, tree: &Tree) -> Result<Self> {
         let root = &robot.links[tree.bodies[0].links[0].0];
         Ok(Settings {
@@ -43,7 +43,7 @@ impl Settings {
     }
 }
 
-/// All that building a body needs.
+/// State shared by the functions that build a body.
 struct Work<'w, 'b> {
     builder: &'w Builder<'b>,
     robot: &'w Robot,
@@ -52,7 +52,7 @@ struct Work<'w, 'b> {
     meshes: Meshes,
 }
 
-/// Builds the robot; its root's body comes first.
+/// Builds the robot, beginning with the body of the root link.
 pub fn robot(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tree, settings: &Settings) -> Result {
     let masses: Vec<Mass> = tree.bodies.iter().map(|b| mass(b, robot, outline)).collect::<Result<_>>()?;
     let total: f64 = masses.iter().map(|m| m.mass).sum();
@@ -77,12 +77,12 @@ pub fn robot(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tre
     Ok(())
 }
 
-/// An error without a line gets one.
+/// Adds a line to an error that has none.
 fn located(e: Fail, line: u64) -> Fail {
     if e.place().is_some() { e } else { e.at("", line) }
 }
 
-/// A name as an alias: paths of the scene have slashes of their own.
+/// Converts a name to an alias, which must not contain slashes.
 fn alias(name: &str) -> String {
     name.replace('/', "_")
 }
@@ -117,7 +117,7 @@ fn joint<'a>(
             return Err(Fail::argument(text).help("`lower` must not be greater than `upper`").at("", line));
         }
         if limit.lower == limit.upper {
-            builder.report(TATU_REPORT_WARNING, Some(node), "its limits leave it no way to move");
+            builder.report(TATU_REPORT_WARNING, Some(node), "its lower and upper limits are equal, so it cannot move");
         }
         node.set("joint.limits", [limit.lower.max(-1e6), limit.upper.min(1e6)])?;
     }
@@ -141,17 +141,17 @@ fn joint<'a>(
     Ok(node)
 }
 
-/// Whether a joint mimics another one, or another one it.
+/// Returns whether a joint mimics another joint, or is mimicked by one.
 fn is_geared(robot: &Robot, joint: usize) -> bool {
     let name = &robot.joints[joint].name;
     let mimics = |j: &Joint| j.mimic.as_ref().is_some_and(|m| m.joint == *name);
     robot.joints[joint].mimic.is_some() || robot.joints.iter().any(mimics)
 }
 
-/// Links of less than this on joints that are geared to others, kg,
+/// Joints with links lighter than this, kg, that are coupled to other joints,
 const LIGHT: f64 = 0.1;
-/// are taken to move a rotor as well, which is felt at their end like this, kg. Files leave it out; without, geared fingers of
-/// 15 g do not hold 0.2 kg at every speed at which they close, with it 0.5 kg.
+/// get an armature, which acts like this mass at the end of the link, kg. It represents the rotor, which URDF files
+/// leave out. Without it, coupled fingers of 15 g cannot hold 0.2 kg at every closing speed; with it they hold 0.5 kg.
 const ROTOR: f64 = 0.05;
 
 fn steady(builder: &Builder<'_>, node: Node<'_>, joint: &Joint, body: &Body, mass: &Mass) -> Result {
@@ -159,7 +159,7 @@ fn steady(builder: &Builder<'_>, node: Node<'_>, joint: &Joint, body: &Body, mas
         return Ok(());
     }
     let centre = body.below * nalgebra::Point3::from(mass.com);
-    // An even rod is twice as long as its centre is far.
+    // A uniform rod is twice as long as the distance of its centre of mass.
     let length = 2.0 * centre.coords.xy().norm();
     let (armature, unit) = match joint.joint_type {
         JointType::Prismatic => (ROTOR, "kg"),
@@ -179,7 +179,7 @@ impl<'b> Work<'_, 'b> {
     fn body(&mut self, body: &Body, parent: Option<Node<'b>>, mass: &Mass, total: f64) -> Result<Node<'b>> {
         let (builder, robot) = (self.builder, self.robot);
         let root = parent.is_none();
-        // The base bears the robot's name; its root link is found below it, like all that are fixed to another.
+        // The base is named after the robot; its root link is a child of it, as for all links fixed to another one.
         let name = if root { &robot.name } else { &robot.links[body.links[0].0].name };
         let name = if name.is_empty() { "robot" } else { name };
         let node = builder.object("shape", parent, &alias(name))?;
@@ -204,7 +204,7 @@ impl<'b> Work<'_, 'b> {
         Ok(node)
     }
 
-    /// What collides or is seen of a body, with a name and a color.
+    /// Returns the collision geometry or the visuals of a body, each with a name and a color.
     fn solids(&mut self, body: &Body, node: Node<'b>, seen: bool) -> Result<Vec<(Solid, String, [f64; 3])>> {
         let mut out = Vec::new();
         for (link, frame) in &body.links {
@@ -230,7 +230,7 @@ impl<'b> Work<'_, 'b> {
         Ok(out)
     }
 
-    /// Its own color, or that of the robot's material of its name.
+    /// Returns the visual's own color, or that of the robot's material of the same name.
     fn color(&self, visual: &urdf_rs::Visual) -> [f64; 3] {
         let Some(material) = &visual.material else { return [0.7; 3] };
         let named = || self.robot.materials.iter().find(|m| m.name == material.name).and_then(|m| m.color.as_ref());
@@ -243,14 +243,15 @@ impl<'b> Work<'_, 'b> {
             .set("shape.respondable_mask", MASK)?
             .set("shape.friction", self.settings.friction)?;
         if let [(Solid { pose, form: Form::Mesh(mesh) }, ..)] = solids {
-            // Alone it may be a mesh, as its hull: a hollow mesh has no inside that a body could be kept out of.
+            // A mesh that is the only form is used as its convex hull: a hollow mesh has no inside from which bodies
+            // are pushed out.
             let mesh = mesh.moved([1.0; 3], pose);
             let number = self.builder.mesh(&mesh.points, &mesh.triangles)?;
             node.set("shape.primitive", "mesh")?.set("shape.mesh", number)?.set("shape.convex", true)?;
             return Ok(());
         }
         if solids.iter().any(|(s, ..)| matches!(s.form, Form::Mesh(_))) {
-            let text = "meshes that collide beside other forms do so as the boxes around them";
+            let text = "a collision mesh in a link with other collision geometry is replaced by its bounding box";
             self.builder.report(TATU_REPORT_WARNING, Some(node), text);
         }
         let rolls =
@@ -264,14 +265,14 @@ impl<'b> Work<'_, 'b> {
         Ok(())
     }
 
-    /// A ball for a cylinder whose axis is that of the joint above: a flat-edged wheel touches the floor along a line,
-    /// and turns too slowly.
+    /// Returns a sphere that replaces a cylinder coaxial with the joint above: a cylinder touches the floor along a
+    /// line, which slows the turning of a robot.
     fn ball(&self, body: &Body, solid: &Solid) -> Option<Solid> {
         let Form::Primitive("cylinder", [d, _, length]) = solid.form else { return None };
         let axis = body.below.inverse() * Vector3::z();
         let own = solid.pose * Vector3::z();
         let at = solid.pose.translation.vector;
-        // Files round quarter turns to 1.57.
+        // The tolerance allows for quarter turns rounded to 1.57.
         let centred = (at - axis * at.dot(&axis)).norm() < 1e-6;
         (centred && own.cross(&axis).norm() < 1e-3 && length <= d)
             .then_some(Solid { pose: solid.pose, form: Form::Primitive("sphere", [d; 3]) })
@@ -280,9 +281,10 @@ impl<'b> Work<'_, 'b> {
     fn weigh(&self, node: Node<'b>, name: &str, mass: &Mass, total: f64) -> Result {
         node.set("shape.dynamic", true)?;
         if mass.mass <= 0.0 {
-            // Physics cannot move what has no mass. A hundredth of the robot disturbs little and can still be solved.
+            // Physics cannot move a body without mass. A hundredth of the robot's mass changes little and can still be
+            // solved.
             let m = (total * 0.01).max(0.001);
-            let text = format!("it moves and has no mass: it gets {m:.3} kg; give it an <inertial>");
+            let text = format!("the link can move but has no mass: {m:.3} kg is assumed; add an <inertial>");
             self.builder.report(TATU_REPORT_WARNING, Some(node), &text);
             let i = 0.4 * m * 0.05 * 0.05;
             node.set("shape.mass", m)?.set("shape.inertia", [i; 3])?;
@@ -294,14 +296,14 @@ impl<'b> Work<'_, 'b> {
             let i = mass.inertia.transpose();
             node.set("shape.inertia", Value::Floats(i.as_slice().to_vec()))?;
         } else {
-            let text = "no body has the inertia that it is given; it gets that of its form with even density";
+            let text = "its inertia is physically impossible; that of its geometry with uniform density is used";
             self.builder.report(TATU_REPORT_WARNING, Some(node), text);
         }
         Ok(())
     }
 }
 
-/// What of the file has no effect here.
+/// Reports everything in the file that has no effect here.
 fn tell(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tree) {
     let warn = |text: String| builder.report(TATU_REPORT_WARNING, None, &text);
     for j in &tree.stiffened {

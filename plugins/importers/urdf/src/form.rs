@@ -1,4 +1,4 @@
-//! Shapes of geometries.
+//! Converts URDF geometries to shapes.
 
 use std::collections::BTreeMap;
 
@@ -11,28 +11,28 @@ use crate::{
     tree::finite,
 };
 
-/// A checked geometry, placed in the frame of a body.
+/// A validated geometry, placed in the frame of a body.
 #[derive(Debug, Clone)]
 pub struct Solid {
     /// Pose of its centre.
     pub pose: Isometry3<f64>,
-    /// What it is.
+    /// The geometry.
     pub form: Form,
 }
 
-/// Full extents of a primitive as the host has them, or a mesh, scaled.
+/// A primitive of the host with its full extents, or a scaled mesh.
 #[derive(Debug, Clone)]
 pub enum Form {
     Primitive(&'static str, [f64; 3]),
     Mesh(std::rc::Rc<Mesh>),
 }
 
-/// Meshes by name and scale, so that each file is read once.
+/// Cache of meshes by name and scale, so that each file is read once.
 #[derive(Default)]
 pub struct Meshes(BTreeMap<(String, [u64; 3]), Result<std::rc::Rc<Mesh>, String>>);
 
 impl Solid {
-    /// Checks a geometry. `Ok(Err)`: a mesh that cannot be read, and why.
+    /// Validates a geometry. `Ok(Err)`: a mesh that cannot be read, and the reason.
     pub fn read(
         geometry: &Geometry,
         pose: Isometry3<f64>,
@@ -44,7 +44,9 @@ impl Solid {
         let positive = |numbers: &[f64]| {
             finite(numbers, what, line)?;
             match numbers.iter().find(|x| **x <= 0.0) {
-                Some(x) => Err(Fail::argument(format!("{what}: {x} is not a length greater than 0")).at("", line)),
+                Some(x) => {
+                    Err(Fail::argument(format!("{what}: expected a length greater than 0, found {x}")).at("", line))
+                }
                 None => Ok(()),
             }
         };
@@ -61,7 +63,7 @@ impl Solid {
                 positive(&[*radius, *length])?;
                 Form::Primitive("cylinder", [2.0 * radius, 2.0 * radius, *length])
             }
-            // Its length is that of the part between the round ends.
+            // URDF gives the length of the cylindrical part, without the caps.
             Geometry::Capsule { radius, length } => {
                 positive(&[*radius, *length])?;
                 Form::Primitive("capsule", [2.0 * radius, 2.0 * radius, length + 2.0 * radius])
@@ -78,7 +80,7 @@ impl Solid {
         Ok(Ok(Solid { pose, form }))
     }
 
-    /// As a part of a compound; a mesh becomes the box around it.
+    /// Returns the geometry as a part of a compound; a mesh is replaced by its bounding box.
     pub fn part(&self) -> Value {
         let (primitive, size, pose) = match &self.form {
             Form::Primitive(p, size) => (*p, *size, self.pose),
@@ -96,7 +98,7 @@ impl Solid {
         ])
     }
 
-    /// Makes a shape of it, in the frame of the shape's pose.
+    /// Makes `node` a shape of this geometry, placed at its pose.
     pub fn shape<'a>(&self, builder: &Builder<'a>, node: Node<'a>) -> Result<Node<'a>> {
         let node = place(node, &self.pose)?;
         match &self.form {
@@ -109,25 +111,25 @@ impl Solid {
     }
 }
 
-/// Places an object.
+/// Sets the pose of an object.
 pub fn place<'a>(node: Node<'a>, pose: &Isometry3<f64>) -> Result<Node<'a>> {
     let q = pose.rotation.coords;
     node.set("object.position", <[f64; 3]>::from(pose.translation.vector))?
         .set("object.quaternion", [q.x, q.y, q.z, q.w])
 }
 
-/// Turns about x, then the new y, then the new z, as parts of compounds have them.
+/// Returns Euler angles about x, then the new y, then the new z, as parts of compounds use them.
 fn euler(pose: &Isometry3<f64>) -> [f64; 3] {
     let r: Rotation3<f64> = pose.rotation.to_rotation_matrix();
     let b = libm::asin(r[(0, 2)].clamp(-1.0, 1.0));
     if libm::cos(b) < 1e-9 {
-        // The first and the third turn about one line: all of it is the first's.
+        // Gimbal lock: the first and third axes coincide, and the first angle takes the whole rotation.
         return [libm::atan2(r[(2, 1)], r[(1, 1)]), b, 0.0];
     }
     [libm::atan2(-r[(1, 2)], r[(2, 2)]), b, libm::atan2(-r[(0, 1)], r[(0, 0)])]
 }
 
-/// Centre and size of the box around a mesh; no side is flat.
+/// Returns the centre and size of a mesh's bounding box; no side is zero.
 fn bounds(mesh: &Mesh) -> (Vector3<f64>, [f64; 3]) {
     let (mut low, mut high) = (Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN));
     for p in &mesh.points {
@@ -138,11 +140,11 @@ fn bounds(mesh: &Mesh) -> (Vector3<f64>, [f64; 3]) {
 }
 
 impl Mesh {
-    /// Scaled, then moved.
+    /// Returns the mesh scaled, then transformed.
     pub fn moved(&self, scale: [f64; 3], pose: &Isometry3<f64>) -> Mesh {
         let scale = Vector3::from(scale);
         let point = |p: &[f64; 3]| (pose * Point3::from(Vector3::from(*p).component_mul(&scale))).coords.into();
-        // A mirror turns the outside in: the order of the corners turns it back.
+        // Mirroring turns triangles inside out; reversing the order of their vertices corrects that.
         let mirrored = scale.product() < 0.0;
         let triangle = |t: &[u32; 3]| if mirrored { [t[0], t[2], t[1]] } else { *t };
         Mesh {

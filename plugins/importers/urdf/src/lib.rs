@@ -1,8 +1,8 @@
-//! Robots in URDF files.
+//! Importer for robots in URDF files.
 //!
-//! `outline` finds lines and refuses what is no XML, `tree` checks how links and joints hang together and joins those
-//! that are fixed to each other into bodies, `mass` adds up their masses, `mesh` reads mesh files, `form` makes shapes
-//! of geometries, `build` writes it all.
+//! `outline` finds the lines of elements and rejects invalid XML, `tree` checks how links and joints are connected and
+//! merges links fixed to each other into bodies, `mass` combines their masses, `mesh` reads mesh files, `form` converts
+//! geometries, `build` creates the objects.
 
 mod build;
 mod form;
@@ -16,10 +16,10 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-/// Files greater than this are refused, bytes: the XML alone, meshes stand beside it.
+/// Size limit in bytes of the XML; mesh files are separate.
 const MOST_BYTES: usize = 1 << 24;
 
-/// The plugin; it keeps nothing.
+/// The plugin; it has no state.
 pub struct UrdfFiles;
 
 impl Plugin for UrdfFiles {
@@ -42,7 +42,7 @@ pub struct Urdf;
 impl Importer for Urdf {
     type Plugin = UrdfFiles;
     const ID: &'static str = "urdf";
-    const TEXT: &'static str = "URDF: a robot's links, joints, masses and meshes; stands as the file says.";
+    const TEXT: &'static str = "URDF: a robot's links, joints, masses and meshes, posed as in the file.";
     const SUFFIXES: &'static [&'static str] = &[".urdf"];
 
     fn params() -> Vec<Param> {
@@ -66,7 +66,7 @@ impl Importer for Urdf {
 
     fn sniff(head: &[u8]) -> u32 {
         let text = String::from_utf8_lossy(head);
-        // SDF and others have robots, too, but not as the outermost element.
+        // SDF and other formats contain robots too, but not as the root element.
         let mut rest = text.trim_start_matches('\u{feff}').trim_start();
         while let Some(end) = [("<?", "?>"), ("<!--", "-->")].iter().find_map(|(open, close)| {
             rest.starts_with(open).then(|| rest.find(close).map_or(rest.len(), |i| i + close.len()))

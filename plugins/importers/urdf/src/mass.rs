@@ -1,4 +1,4 @@
-//! Masses of links, added up to those of bodies.
+//! Combines the masses of links into those of bodies.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use tatu_plugin_api::safe::{Fail, Result};
@@ -15,14 +15,14 @@ pub struct Mass {
 }
 
 impl Mass {
-    /// Nothing.
+    /// No mass.
     pub const NONE: Mass = Mass {
         mass: 0.0,
         com: Vector3::new(0.0, 0.0, 0.0),
         inertia: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
-    /// A link's, which stands at `frame`.
+    /// Returns the mass of a link whose frame in the body is `frame`.
     pub fn of(link: &Link, frame: &Isometry3<f64>, line: u64) -> Result<Mass> {
         let what = format!("inertial of the link `{}`", link.name);
         let i = &link.inertial.inertia;
@@ -40,7 +40,7 @@ impl Mass {
         Ok(Mass { mass, com: at.translation.vector, inertia: turn.matrix() * own * turn.matrix().transpose() })
     }
 
-    /// Both together, as one body.
+    /// Returns the combined mass of both.
     pub fn plus(&self, other: &Mass) -> Mass {
         let mass = self.mass + other.mass;
         if mass <= 0.0 {
@@ -54,7 +54,7 @@ impl Mass {
         Mass { mass, com, inertia: about(self) + about(other) }
     }
 
-    /// Whether a body can have this inertia: positive in every direction.
+    /// Returns whether a rigid body can have this inertia: all principal moments are positive.
     pub fn is_possible(&self) -> bool {
         let least = self.inertia.symmetric_eigenvalues().min();
         least.is_finite() && least > 1e-12 * self.inertia.norm()

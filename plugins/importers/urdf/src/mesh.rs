@@ -1,43 +1,43 @@
-//! Mesh files: STL and OBJ.
+//! Reads STL and OBJ mesh files.
 
 use std::io::Cursor;
 
 use tatu_plugin_api::safe::Builder;
 
-/// Triangles of one file, or of all files of an import together.
+/// Most triangles of a file, or of all files of one import.
 const MOST_TRIANGLES: usize = 4_000_000;
 
-/// Triangles over points, m.
+/// A triangle mesh, m.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
     pub points: Vec<[f64; 3]>,
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// Reads the mesh of a URDF name through the builder. The error is one sentence.
+/// Reads the mesh of a URDF file name through the builder. The error is one sentence.
 pub fn find(builder: &Builder<'_>, name: &str, package_root: &str) -> Result<Mesh, String> {
     let lower = name.to_lowercase();
     let read = match lower.rsplit('.').next() {
         Some("stl") => stl,
         Some("obj") => obj,
-        Some("dae") => return Err("COLLADA files are not read: convert it to STL or OBJ".into()),
-        _ => return Err("a mesh file must be `.stl` or `.obj`".into()),
+        Some("dae") => return Err("COLLADA files are not supported: convert it to STL or OBJ".into()),
+        _ => return Err("expected a mesh file ending in `.stl` or `.obj`".into()),
     };
     let names = candidates(name, package_root);
     let Some(bytes) = names.iter().find_map(|n| builder.file(n)) else {
-        return Err(format!("there is no such file; looked for {}", names.join(", ")));
+        return Err(format!("the file does not exist; looked for {}", names.join(", ")));
     };
     let mesh = read(bytes)?;
     if mesh.triangles.is_empty() {
         return Err("it contains no triangles".into());
     }
     if mesh.points.iter().flatten().any(|x| !x.is_finite()) {
-        return Err("a point of it is not finite".into());
+        return Err("one of its points is not finite".into());
     }
     Ok(mesh)
 }
 
-/// Where a name may lead, seen from the file's folder.
+/// Returns the paths that a name may refer to, relative to the file's folder.
 fn candidates(name: &str, package_root: &str) -> Vec<String> {
     let Some(path) = name.strip_prefix("package://") else {
         return vec![name.strip_prefix("file://").unwrap_or(name).to_owned()];
@@ -50,16 +50,17 @@ fn candidates(name: &str, package_root: &str) -> Vec<String> {
     vec![inside.to_owned(), path.to_owned()]
 }
 
-/// STL, binary or text.
+/// Parses STL, binary or text.
 fn stl(bytes: &[u8]) -> Result<Mesh, String> {
     let count = bytes.get(80..84).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
     let binary = count.is_some_and(|n| (bytes.len() - 84) as u64 == 50 * n as u64);
     let mut bytes = bytes.to_vec();
     if binary {
-        // Many programs begin the header of binary files with `solid`, which makes them look like text.
+        // Many programs begin the header of binary files with `solid`, so that they look like text; blanks avoid that.
         bytes[..80].fill(b' ');
     }
-    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("it is not a complete STL file: {e}"))?;
+    let mesh =
+        stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("the STL file is incomplete or damaged: {e}"))?;
     check(mesh.faces.len())?;
     Ok(Mesh {
         points: mesh.vertices.iter().map(|v| [f64::from(v[0]), f64::from(v[1]), f64::from(v[2])]).collect(),
@@ -67,12 +68,12 @@ fn stl(bytes: &[u8]) -> Result<Mesh, String> {
     })
 }
 
-/// Wavefront OBJ; materials are left alone.
+/// Parses Wavefront OBJ; materials are ignored.
 fn obj(bytes: &[u8]) -> Result<Mesh, String> {
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ..Default::default() };
     let no_materials = |_: &std::path::Path| Ok(Default::default());
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, no_materials)
-        .map_err(|e| format!("it is not a complete OBJ file: {e}"))?;
+        .map_err(|e| format!("the OBJ file is incomplete or damaged: {e}"))?;
     let mut out = Mesh::default();
     for m in models {
         let first = out.points.len() as u32;
@@ -84,13 +85,13 @@ fn obj(bytes: &[u8]) -> Result<Mesh, String> {
     let n = out.points.len() as u32;
     match out.triangles.iter().flatten().all(|i| *i < n) {
         true => Ok(out),
-        false => Err("it is not a complete OBJ file: a face refers to a point that does not exist".into()),
+        false => Err("the OBJ file is damaged: a face refers to a point that does not exist".into()),
     }
 }
 
 fn check(triangles: usize) -> Result<(), String> {
     if triangles > MOST_TRIANGLES {
-        return Err(format!("it has {triangles} triangles; at most {MOST_TRIANGLES} are read"));
+        return Err(format!("the meshes have {triangles} triangles; at most {MOST_TRIANGLES} are supported"));
     }
     Ok(())
 }
@@ -134,7 +135,7 @@ mod tests {
         }
         assert!(obj(b"v 0 0 0\nf 1 2 3\n").is_err() || obj(b"v 0 0 0\nf 1 2 3\n").unwrap().triangles.is_empty());
         assert!(obj(b"v 0 x 0\n").is_err());
-        // A count that no file could hold takes no memory.
+        // A count larger than the file must not allocate memory.
         let mut many = binary(b"x");
         many[80..84].fill(0xFF);
         assert!(stl(&many).is_err());

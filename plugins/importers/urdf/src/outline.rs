@@ -1,4 +1,4 @@
-//! Where links and joints stand in the text: urdf-rs does not report lines, and does not check nesting.
+//! Finds the lines of links and joints in the text, because urdf-rs neither reports lines nor checks nesting.
 
 use std::{collections::BTreeMap, ops::Range};
 
@@ -8,9 +8,9 @@ use xml::{
     reader::{EventReader, XmlEvent},
 };
 
-/// Elements nest no deeper; in real files they nest 6 deep.
+/// Deepest nesting of elements; real files nest 6 deep.
 const MOST_DEPTH: usize = 64;
-/// Links and joints together.
+/// Most links and joints together.
 const MOST_PARTS: usize = 20_000;
 
 /// One child of `<robot>`.
@@ -20,22 +20,22 @@ pub struct Part {
     bytes: Range<usize>,
 }
 
-/// What stands where.
+/// Positions of the elements below `<robot>`.
 #[derive(Default)]
 pub struct Outline {
     /// Links, in order.
     pub links: Vec<Part>,
     /// Joints, in order.
     pub joints: Vec<Part>,
-    /// How often other elements occur that are not read.
+    /// Number of occurrences of each other element, which are not read.
     pub others: BTreeMap<String, usize>,
 }
 
-/// Reads the outline; text that is no XML, or no robot, is an error with its line.
+/// Reads the outline; invalid XML, or a root other than `<robot>`, is an error with its line.
 pub fn read(text: &str) -> Result<Outline> {
     let starts: Vec<usize> = std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect();
     // Rows and columns count from 0; columns count characters.
-    // Asked for in order: within a line it goes on from the last place, since a file may be one line.
+    // Positions are requested in order: search from the last one, because a file may be a single line.
     let mut last = (0, 0, 0);
     let mut byte = |row: u64, column: u64| {
         let (start, skip) = match last {
@@ -49,7 +49,9 @@ pub fn read(text: &str) -> Result<Outline> {
     };
     if let Some(at) = text.find("<!DOCTYPE") {
         let line = text[..at].matches('\n').count() as u64 + 1;
-        return Err(Fail::argument("document type declarations are not supported: URDF files need none").at("", line));
+        return Err(
+            Fail::argument("a document type declaration is not supported in a URDF file; remove it").at("", line)
+        );
     }
     let mut outline = Outline::default();
     let mut depth = 0;
@@ -65,7 +67,7 @@ pub fn read(text: &str) -> Result<Outline> {
             XmlEvent::StartElement { name, .. } => {
                 depth += 1;
                 if depth > MOST_DEPTH {
-                    return Err(Fail::argument(format!("elements nest more than {MOST_DEPTH} deep")).at("", line));
+                    return Err(Fail::argument(format!("elements are nested more than {MOST_DEPTH} deep")).at("", line));
                 }
                 if name.namespace.as_deref().is_some_and(|n| n.contains("xacro")) || name.local_name == "macro" {
                     return Err(Fail::unsupported("this is a xacro file, not a URDF file")
@@ -74,9 +76,12 @@ pub fn read(text: &str) -> Result<Outline> {
                 }
                 match depth {
                     1 if name.local_name != "robot" => {
-                        return Err(Fail::argument(format!("the outermost element is <{}>", name.local_name))
-                            .help("a URDF file contains one <robot>")
-                            .at("", line));
+                        return Err(Fail::argument(format!(
+                            "the root element is <{}>; expected <robot>",
+                            name.local_name
+                        ))
+                        .help("a URDF file contains one <robot>")
+                        .at("", line));
                     }
                     2 => open = Some((name.local_name, byte(at.row, at.column), line)),
                     _ => {}
@@ -96,7 +101,8 @@ pub fn read(text: &str) -> Result<Outline> {
                         _ => *outline.others.entry(name).or_default() += 1,
                     }
                     if outline.links.len() + outline.joints.len() > MOST_PARTS {
-                        return Err(Fail::argument(format!("more than {MOST_PARTS} links and joints")).at("", line));
+                        return Err(Fail::argument(format!("the file has more than {MOST_PARTS} links and joints"))
+                            .at("", line));
                     }
                 }
                 depth = depth.saturating_sub(1);
@@ -108,7 +114,7 @@ pub fn read(text: &str) -> Result<Outline> {
 }
 
 impl Outline {
-    /// The robot of the text. What urdf-rs refuses gets the line of the link or joint that it refuses alone.
+    /// Parses the robot. If urdf-rs fails, links and joints are parsed separately to find the line of the error.
     pub fn parse(&self, text: &str) -> Result<urdf_rs::Robot> {
         let robot = urdf_rs::read_from_string(text).map_err(|e| {
             let alone = |p: &Part| {
@@ -121,7 +127,7 @@ impl Outline {
                 None => Fail::argument(format!("the robot cannot be read: {e}")).at("", 1),
             }
         })?;
-        // The lines are found by order.
+        // Lines are assigned by order, so the counts must agree.
         if (robot.links.len(), robot.joints.len()) != (self.links.len(), self.joints.len()) {
             return Err(Fail::argument("links and joints must be direct children of <robot>").at("", 1));
         }

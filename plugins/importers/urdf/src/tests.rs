@@ -1,4 +1,4 @@
-//! Hostile files: whatever the bytes, an answer or an error.
+//! Tests with malformed files: any bytes must result in a robot or an error.
 
 use proptest::prelude::*;
 
@@ -6,7 +6,7 @@ use super::*;
 
 const ROBOT: &[u8] = include_bytes!("../robot.urdf");
 
-/// All that happens before objects are built.
+/// Runs everything up to the creation of objects.
 fn read(bytes: &[u8]) -> Result<usize> {
     let text = std::str::from_utf8(bytes).map_err(|_| Fail::new("not text"))?;
     let outline = outline::read(text)?;
@@ -14,7 +14,7 @@ fn read(bytes: &[u8]) -> Result<usize> {
     Ok(tree::Tree::new(&robot, &outline)?.bodies.len())
 }
 
-/// A chain of links; `joint` is the type of its joints.
+/// Returns a chain of links; `joint` is the type of its joints.
 fn chain(links: usize, joint: &str) -> String {
     let mut out = String::from("<robot name=\"chain\"><link name=\"l0\"/>");
     for i in 1..links {
@@ -83,7 +83,7 @@ proptest! {
         let _ = read(&bytes);
     }
 
-    /// A whole robot with one byte changed.
+    /// A valid robot with one byte changed.
     #[test]
     fn any_change_is_answered(at in 0..ROBOT.len(), to in 32u8..127) {
         let mut bytes = ROBOT.to_vec();

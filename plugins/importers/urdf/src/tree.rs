@@ -1,4 +1,4 @@
-//! How links and joints hang together. Links that are fixed to each other are one body.
+//! The tree of links and joints. Links fixed to each other are merged into one body.
 
 use std::collections::BTreeMap;
 
@@ -8,28 +8,28 @@ use urdf_rs::{Joint, JointType, Pose, Robot};
 
 use crate::outline::Outline;
 
-/// Joints from the root to a tip.
+/// Most joints from the root to a leaf.
 const MOST_DEPTH: usize = 256;
 
-/// Links that move as one.
+/// Links that are fixed to each other.
 pub struct Body {
-    /// Index of each link and where it stands in the frame of the first, which is the body's.
+    /// Index of each link, and its pose in the frame of the first one, which is the body's frame.
     pub links: Vec<(usize, Isometry3<f64>)>,
-    /// The joint that it hangs on, the body above, and the joint's own frame in that body's; the joint's z is its axis.
+    /// The joint above, the body above that, and the joint's frame in that body's frame; the joint's z is its axis.
     pub joint: Option<(usize, usize, Isometry3<f64>)>,
-    /// From the joint's moved frame to the body's.
+    /// Transform from the joint's moving frame to the body's frame.
     pub below: Isometry3<f64>,
 }
 
-/// Bodies; those above come first, the root first of all.
+/// The bodies of a robot; parents come first, so the root is the first one.
 pub struct Tree {
-    /// Bodies.
+    /// The bodies.
     pub bodies: Vec<Body>,
-    /// Joints that cannot move here as they would elsewhere, and are fixed.
+    /// Joints of unsupported types, which are fixed.
     pub stiffened: Vec<usize>,
 }
 
-/// Numbers that must be finite.
+/// Checks that numbers are finite and at most 1e12.
 pub fn finite(numbers: &[f64], what: &str, line: u64) -> Result {
     match numbers.iter().find(|x| !x.is_finite() || x.abs() > 1e12) {
         Some(x) => {
@@ -39,7 +39,7 @@ pub fn finite(numbers: &[f64], what: &str, line: u64) -> Result {
     }
 }
 
-/// A pose of the file.
+/// Converts a pose of the file.
 pub fn pose(p: &Pose, what: &str, line: u64) -> Result<Isometry3<f64>> {
     finite(&p.xyz[..], what, line)?;
     finite(&p.rpy[..], what, line)?;
@@ -47,7 +47,7 @@ pub fn pose(p: &Pose, what: &str, line: u64) -> Result<Isometry3<f64>> {
     Ok(Isometry3::from_parts(Translation3::from(Vector3::from(p.xyz.0)), UnitQuaternion::from_euler_angles(r, p_, y)))
 }
 
-/// The turn that brings z to the axis.
+/// Returns the rotation that takes z to the joint's axis.
 fn to_axis(joint: &Joint, line: u64) -> Result<UnitQuaternion<f64>> {
     let axis = Vector3::from(joint.axis.xyz.0);
     finite(axis.as_slice(), &format!("axis of the joint `{}`", joint.name), line)?;
@@ -56,13 +56,13 @@ fn to_axis(joint: &Joint, line: u64) -> Result<UnitQuaternion<f64>> {
             .help("give it a direction, such as `<axis xyz=\"0 0 1\"/>`")
             .at("", line));
     };
-    // Opposite directions have no shortest turn between them; any half turn about a line across will do.
+    // There is no unique shortest rotation between opposite directions; any half turn about a perpendicular axis works.
     let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
     Ok(UnitQuaternion::rotation_between(&Vector3::z(), &axis).unwrap_or(about_x))
 }
 
 impl Tree {
-    /// Checks and joins.
+    /// Checks the tree and merges links into bodies.
     pub fn new(robot: &Robot, outline: &Outline) -> Result<Tree> {
         let mut by_name: BTreeMap<&str, usize> = BTreeMap::new();
         for (i, link) in robot.links.iter().enumerate() {
@@ -77,19 +77,23 @@ impl Tree {
             }
         }
         let mut names: BTreeMap<&str, usize> = BTreeMap::new();
-        // The joint above each link, and the joints below.
+        // The joint above each link, and the joints below it.
         let mut above: Vec<Option<usize>> = vec![None; robot.links.len()];
         let mut below: Vec<Vec<(usize, usize)>> = vec![Vec::new(); robot.links.len()];
         for (i, joint) in robot.joints.iter().enumerate() {
             let line = outline.joints[i].line;
             if names.insert(&joint.name, i).is_some() || joint.name.is_empty() {
-                return Err(Fail::argument(format!("a joint has no name, or another one is called `{}`", joint.name))
-                    .at("", line));
+                return Err(
+                    Fail::argument(format!("the joint name `{}` is empty or not unique", joint.name)).at("", line)
+                );
             }
             let find = |name: &str, role: &str| {
                 by_name.get(name).copied().ok_or_else(|| {
-                    Fail::argument(format!("the joint `{}` has the {role} `{name}`: there is no such link", joint.name))
-                        .at("", line)
+                    Fail::argument(format!(
+                        "the joint `{}` names the {role} link `{name}`, which does not exist",
+                        joint.name
+                    ))
+                    .at("", line)
                 })
             };
             let (parent, child) = (find(&joint.parent.link, "parent")?, find(&joint.child.link, "child")?);
@@ -129,7 +133,7 @@ impl Tree {
             below: Isometry3::identity(),
         });
         let mut seen = 1;
-        // Link, its body, its frame there, joints above.
+        // Link, its body, its frame in that body, number of joints above.
         let mut open = std::collections::VecDeque::from([(root, 0, Isometry3::identity(), 0)]);
         while let Some((link, body, frame, depth)) = open.pop_front() {
             for (j, child) in &below[link] {
@@ -166,7 +170,7 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Whether a joint's child is part of a body.
+    /// Returns whether a joint's child is part of a body.
     fn reaches(&self, robot: &Robot, joint: usize) -> bool {
         let child = &robot.joints[joint].child.link;
         self.bodies.iter().flat_map(|b| &b.links).any(|(l, _)| robot.links[*l].name == *child)

@@ -1,4 +1,4 @@
-//! Makes a scene of a file: objects where they stand, shapes with their meshes and masses, joints with their motors.
+//! Builds a scene from a file: objects with their poses, shapes with their meshes and masses, joints with their motors.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -25,7 +25,7 @@ use crate::{
     views,
 };
 
-/// Builds everything; the report, object by object.
+/// Builds the whole scene; returns the report on objects that were changed or left out.
 pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
     let mut report = Report::default();
     settings(builder, file)?;
@@ -63,7 +63,7 @@ pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
     Ok(report.0.iter().flat_map(each).collect())
 }
 
-/// For people: one line for each reason, with the objects.
+/// Logs the report: one line for each reason, with its objects.
 fn tell(builder: &Builder<'_>, report: &Report) {
     for ((what, why), of) in &report.0 {
         let names: Vec<&str> = of.iter().take(8).map(|(_, alias)| alias.as_str()).collect();
@@ -96,7 +96,7 @@ fn settings(builder: &Builder<'_>, file: &File) -> Result {
     }
 }
 
-/// Parents before children; siblings as the file orders them.
+/// Returns the objects ordered so that parents precede children, and siblings are in the order of the file.
 fn in_order(file: &File) -> Vec<usize> {
     let known: BTreeMap<i32, usize> = file.objects.iter().enumerate().map(|(i, o)| (o.common.id, i)).collect();
     let mut below: BTreeMap<Option<usize>, Vec<usize>> = BTreeMap::new();
@@ -164,8 +164,8 @@ fn object<'a>(
     Ok(node)
 }
 
-/// A name with the suffix that it has when the lowest one of its file becomes none, as for models: of those, it tells how
-/// many there were in the scene that they were saved from.
+/// Returns a name with its suffix reduced by the lowest one of the file, as for models: their suffixes only count the
+/// copies in the scene that they were saved from.
 fn lowered(name: &str, lowest: i32) -> String {
     let Some((base, n)) = name.rsplit_once('#').and_then(|(base, n)| Some((base, n.parse::<i32>().ok()?))) else {
         return name.to_owned();
@@ -177,12 +177,12 @@ fn lowered(name: &str, lowest: i32) -> String {
     }
 }
 
-/// "#3"
+/// Returns whether a suffix is `#` and a number, as in "#3".
 fn is_number(suffix: &str) -> bool {
     suffix.strip_prefix('#').is_some_and(|n| n.len() < 9 && !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// Bit of a leaf that is drawn as the edges of its triangles.
+/// Bit of a leaf: it is drawn as the edges of its triangles.
 const WIRE_FRAME: u8 = 4;
 
 fn shape<'a>(
@@ -201,7 +201,7 @@ fn shape<'a>(
     let dynamic = s.dynamic && !overrides.not_dynamic();
     let mut parts = Vec::new();
     let leaves = leaves(root);
-    // Lines on a surface lie in it: drawn as a surface they would shine through.
+    // Lines drawn on a surface coincide with it: as a surface they would flicker through it.
     let is_lines = |leaf: &Leaf| leaf.bits & WIRE_FRAME != 0 && !s.respondable && leaves.len() > 1;
     if leaves.iter().any(|l| is_lines(l.leaf)) {
         report.add("without", "a picture of a part that is drawn as lines", o);
@@ -251,7 +251,7 @@ fn shape<'a>(
     if waves != 0 && waves != 0x1F0 {
         node.set("shape.detectable_mask", i64::from(waves))?;
     }
-    // One that is nothing but lines would lie as a surface in another one.
+    // A shape that consists only of lines would coincide with another surface if it were drawn as one.
     let lines_only = !s.respondable && leaves.iter().all(|l| l.leaf.bits & WIRE_FRAME != 0);
     if lines_only {
         report.add("without", "a picture of what is drawn as lines", o);
@@ -261,7 +261,7 @@ fn shape<'a>(
     }
     dynamics::material(file, s, dynamic, node)?;
     if tree.has_loop(o) {
-        // Loops of parts that weigh grams beside kilograms are too stiff for joints that cannot come apart.
+        // Closed loops with parts of a few grams next to kilograms are too stiff for reduced-coordinate joints.
         node.set("shape.joint_solver", "impulse")?;
     }
     let mass = if root.mass > 0.0 && root.mass.is_finite() { root.mass } else { 0.001 };
@@ -283,7 +283,7 @@ fn shape<'a>(
     Ok(())
 }
 
-/// Centre of mass and inertia divided by the mass, along the axes of the shape.
+/// Returns the centre of mass, and the inertia divided by the mass along the axes of the shape.
 fn inertia(root: &crate::read::mesh::Part) -> (Vector3<f64>, Matrix3<f64>) {
     if let (Some(com), Some(i)) = (root.com, root.inertia) {
         return (Vector3::from(com), Matrix3::from_row_slice(&i));

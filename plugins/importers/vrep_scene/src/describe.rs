@@ -1,4 +1,4 @@
-//! What a file holds, for people and tools: a map with the file's own handles and poses as they are stored.
+//! Describes the content of a file, for people and tools: a map with the file's own handles and poses as stored.
 
 use sha2::{Digest, Sha256};
 use tatu_plugin_api::safe::Value;
@@ -10,16 +10,16 @@ use crate::read::{
     surface::leaves,
 };
 
-/// First character of the tags that commands of V-REP keep their own data under.
+/// First character of the tags under which the V-REP commands store their own data.
 pub const OWN: char = '\u{1}';
 
-/// A map in order.
+/// Builds an ordered map.
 macro_rules! map {
     ($($key:literal: $value:expr),* $(,)?) => { vec![$((Value::text($key), Value::from($value))),*] };
 }
 pub(crate) use map;
 
-/// The whole file: objects, scripts, images.
+/// Describes the whole file: objects, scripts, images.
 pub fn file(file: &File) -> Vec<(Value, Value)> {
     map! {
         "program_version": i64::from(file.header.program),
@@ -34,7 +34,7 @@ fn optional(text: Option<&String>) -> Value {
     text.map_or(Value::Nil, Value::text)
 }
 
-/// Six decimals, as the poses of descriptions have.
+/// Rounds to six decimals, as all poses of descriptions.
 fn rounded(x: f64) -> f64 {
     format!("{x:.6}").parse().unwrap_or(x)
 }

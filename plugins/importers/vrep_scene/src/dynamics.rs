@@ -1,5 +1,4 @@
-//! How things move: what models override, friction, drives and springs of joints, joints that follow others, closed
-//! loops.
+//! Dynamics: overrides by models, friction, drives and springs of joints, coupled joints, closed loops.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,7 +15,7 @@ use crate::{
     report::Report,
 };
 
-/// What a model overrides in all its objects, bits of `model_property`.
+/// Properties that a model overrides for all its objects, bits of `model_property`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Overrides(i32);
 
@@ -35,24 +34,24 @@ impl Overrides {
     }
 }
 
-/// The tree of a file by handles: what objects need to know of others.
+/// The object tree of a file, by handle: relations between objects.
 pub struct Tree<'a> {
     objects: BTreeMap<i32, &'a Object>,
     overrides: BTreeMap<i32, Overrides>,
     names: BTreeMap<i32, String>,
-    /// Outermost objects of trees with closed loops.
+    /// Root objects of trees that contain closed loops.
     loops: BTreeSet<i32>,
-    /// The lowest suffix of all names of a model, -1 where one has none; of a scene -1.
+    /// The lowest suffix of all names of a model; -1 if a name has none, and for scenes.
     pub lowest_suffix: i32,
 }
 
 impl<'a> Tree<'a> {
-    /// `order`: parents before children, by places in the file.
+    /// Builds the tree; `order` lists indices in the file, parents before children.
     pub fn new(file: &'a File, order: &[usize]) -> Self {
         let objects: BTreeMap<i32, &Object> = file.objects.iter().map(|o| (o.common.id, o)).collect();
         let mut overrides: BTreeMap<i32, Overrides> = BTreeMap::new();
         let mut names = BTreeMap::new();
-        // Which of its siblings of the same alias an object is.
+        // Index of each object among its siblings of the same alias.
         let mut count: BTreeMap<(i32, String), usize> = BTreeMap::new();
         for o in order.iter().map(|i| &file.objects[*i]) {
             let c = &o.common;
@@ -77,17 +76,17 @@ impl<'a> Tree<'a> {
         self.overrides.get(&o.common.id).copied().unwrap_or_default()
     }
 
-    /// Whether a loop is closed somewhere in the tree that an object belongs to.
+    /// Returns whether the tree that an object belongs to contains a closed loop.
     pub fn has_loop(&self, o: &Object) -> bool {
         self.loops.contains(&self.root(o.common.id))
     }
 
-    /// The handle of the outermost object above one.
+    /// Returns the handle of the root above an object.
     fn root(&self, id: i32) -> i32 {
         self.above(id).into_iter().rev().find(|h| self.objects.contains_key(h)).unwrap_or(id)
     }
 
-    /// Handles of an object and of all above it, nearest first.
+    /// Returns the handles of an object and of all its ancestors, nearest first.
     pub fn above(&self, id: i32) -> Vec<i32> {
         let mut out = vec![id];
         let mut at = id;
@@ -98,8 +97,8 @@ impl<'a> Tree<'a> {
         out
     }
 
-    /// The path of an object, seen from another one; it stays right wherever both are copied together. `None`: they
-    /// have nothing in common but the world.
+    /// Returns the path of an object relative to another one, which remains valid when both are copied together.
+    /// `None`: they have no common ancestor but the world.
     pub fn path(&self, from: i32, to: i32) -> Option<String> {
         let (ups, downs) = (self.above(from), self.above(to));
         let common = ups.iter().find(|h| **h >= 0 && downs.contains(h));
@@ -116,16 +115,17 @@ impl<'a> Tree<'a> {
     }
 }
 
-/// Friction, bounce and damping of a shape.
+/// Sets friction, restitution and damping of a shape.
 pub fn material(file: &File, s: &Shape, dynamic: bool, node: Node<'_>) -> Result {
     let root = s.root.as_ref();
     let listed = || file.materials.iter().find(|m| root.is_some_and(|r| r.material >= 0 && m.id == r.material));
-    // The material in the shape counts since 3.3.3; before, the one of the list that the mesh names.
+    // Since 3.3.3 the shape's own material is used; before, the one in the material list that the mesh refers to.
     let own = s.material.as_ref().filter(|_| file.header.program >= 30_303);
     let Some(m) = own.or_else(listed).or(root.and_then(|r| r.own_material.as_ref())) else { return Ok(()) };
     let new_bullet = file.settings.engine == Some(0) && file.settings.engine_version == 283;
     let friction = match (is_sticky(m) && file.header.program < 30_301, dynamic) {
-        // What stuck by a trick of the engine then has this friction in the original today.
+        // Materials that were sticky by a special feature of the old engine have this friction in current versions of
+        // the original.
         (true, true) => Some(0.25),
         _ => m.bullet.real(if new_bullet { 2 } else { 1 }),
     };
@@ -137,7 +137,7 @@ pub fn material(file: &File, s: &Shape, dynamic: bool, node: Node<'_>) -> Result
         node.set("shape.restitution", bounce)?;
     }
     for (i, key) in [(3, "shape.linear_damping"), (4, "shape.angular_damping")] {
-        // The share that is lost in a second; of 1 nothing would be left, which no number of ours says.
+        // The file stores the fraction lost per second. A fraction of 1 has no finite damping and is left out.
         if let Some(share) = known(m.bullet.real(i), 0.0, 0.999).filter(|x| *x > 0.0) {
             node.set(key, -libm::log1p(-share))?;
         }
@@ -149,10 +149,10 @@ fn is_sticky(m: &Material) -> bool {
     m.bullet.int(0).is_some_and(|bits| bits & 1 != 0)
 }
 
-/// Length of a step of the original's physics that its gains are meant for, s.
+/// Physics step of the original for which its gains are defined, s.
 const USUAL_STEP: f64 = 0.005;
 
-/// A joint.
+/// Builds a joint.
 pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
     let kind = match j.kind {
         joint::PRISMATIC => "prismatic",
@@ -178,13 +178,13 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
         node.set("joint.lead", j.pitch * std::f64::consts::TAU)?;
     }
     let control = control(j);
-    // The sign of the force belongs to the velocity.
+    // The sign of the force is moved to the velocity.
     node.set("joint.position", sound(j.position))?
         .set("joint.target_velocity", sound(j.target_velocity))?
         .set("joint.target_position", sound(j.target_position))?
         .set("joint.max_force", sound(j.max_force))?
         .set("joint.control", control)?;
-    // The original takes targets as they come.
+    // The original applies targets without smoothing.
     node.set("joint.smooth_target", false)?;
     let fastest = j.max_motion.map(|m| m[0]).or(j.old_max_velocity).filter(|x| x.is_finite() && *x > 0.0);
     if let Some(fastest) = fastest {
@@ -194,7 +194,7 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
         "position" => {
             let step = if file.settings.there { file.settings.physics_step().max(1e-5) } else { USUAL_STEP };
             let [p, i, d] = j.pid.map(sound);
-            // The velocity is the gain times the error in each physics step: by its length it is one per second.
+            // In the original, the velocity is gain times error per physics step; dividing by the step gives 1/s.
             if p > 0.0 || i > 0.0 {
                 node.set("joint.gains", [p / step, i / step, d / step])?;
             }
@@ -219,8 +219,8 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
     Ok(())
 }
 
-/// What the motor does. The newer form wins; in the older one the loop counts only while the motor is on, and the spring
-/// only while the loop is.
+/// Returns the control mode. The newer field takes precedence; in the older one, position control requires the motor,
+/// and the spring requires position control.
 fn control(j: &Joint) -> &'static str {
     match j.control {
         Some(1) => "force",
@@ -236,7 +236,8 @@ fn control(j: &Joint) -> &'static str {
     }
 }
 
-/// A dummy that closes a loop of bodies with another one; both state it, and the one with the lower handle counts.
+/// Builds a dummy that closes a loop with another dummy; both store the link, and the one with the lower handle is
+/// used.
 pub fn link(tree: &Tree<'_>, d: &Dummy, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
     if d.link < 0 || d.link_type != 0 {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Which meshes are really boxes, balls and cylinders: these roll and touch as round things do.
+//! Detects meshes that are boxes, spheres or cylinders, so that they roll and touch like exact primitives.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -9,10 +9,10 @@ use crate::read::{
     surface::Surface,
 };
 
-/// A form, its full extents, and where it stands in the frame of the mesh.
+/// A primitive, its full extents, and its pose in the frame of the mesh.
 pub type Form = (&'static str, [f64; 3], Isometry3<f64>);
 
-/// A leaf that the file calls a primitive, and whose points lie where those of the primitive do.
+/// Returns the primitive of a leaf if the file declares one and its points match it.
 pub fn pure(leaf: &Leaf, surface: &Surface) -> Option<Form> {
     let form = match leaf.primitive {
         Primitive::Cuboid => "box",
@@ -33,11 +33,11 @@ pub fn pure(leaf: &Leaf, surface: &Surface) -> Option<Form> {
     (middle && told && round).then_some((form, leaf.size, Isometry3::identity()))
 }
 
-/// Fewest points of a circle that is meant to be round.
+/// Fewest points of a circle that counts as round.
 pub const FEWEST: usize = 12;
 
-/// A convex mesh of points on two circles, or all equally far from its middle: a wheel or a ball that was drawn with flat
-/// sides, on which it would roll with bumps. Only along the axes of its frame.
+/// Detects a convex mesh whose points are on two circles, or all at the same distance from the centre: a wheel or
+/// sphere modelled with flat faces, which would roll unevenly. Only axes of its frame are considered.
 pub fn round(surface: &Surface) -> Option<Form> {
     let (low, high) = surface.bounds()?;
     let middle = Vector3::from_fn(|i, _| (low[i] + high[i]) / 2.0);
@@ -61,7 +61,7 @@ pub fn round(surface: &Surface) -> Option<Form> {
     })
 }
 
-/// Turns the z axis of a cylinder to an axis by its number.
+/// Returns the rotation that takes the z axis of a cylinder to axis 0, 1 or 2.
 pub fn axis_turn(axis: usize) -> UnitQuaternion<f64> {
     match axis {
         0 => UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2),

@@ -1,9 +1,8 @@
-//! What stands beside the objects of a file, kept with the scene: collections, collision and distance objects, groups
-//! for inverse kinematics and windows of buttons, for the commands that ask for them; and elements that nobody here
-//! understands.
+//! Data of a file beside its objects, stored in the scene for the commands that use it: collections, collision and
+//! distance objects, groups for inverse kinematics and windows of buttons; and elements that are not understood.
 //!
-//! They are one JSON text under the tag `registered` of the scene's data. Objects are given by their handle in the
-//! file, which those that are meant carry under the tag `handle`; -1 means all objects, or none.
+//! They are one JSON text under the tag `registered` of the scene's data. It refers to objects by their handle in the
+//! file, which these objects store under the tag `handle`; -1 means all objects, or none.
 
 use std::collections::BTreeSet;
 
@@ -27,7 +26,7 @@ struct Registered<'a> {
     windows: &'a [Window],
 }
 
-/// Handles of the objects that something of it means.
+/// Returns the handles of all objects that the registrations refer to.
 pub fn meant(file: &File) -> BTreeSet<i32> {
     let items = file.collections.iter().flat_map(|k| &k.items).map(|i| i.object);
     let pairs = file.collisions.iter().chain(&file.distances).flat_map(|p| p.of);
@@ -35,7 +34,7 @@ pub fn meant(file: &File) -> BTreeSet<i32> {
     items.chain(pairs).chain(elements).chain(file.windows.iter().map(|w| w.object)).filter(|h| *h >= 0).collect()
 }
 
-/// What the scene keeps, by tag.
+/// Returns the data to store in the scene, by tag.
 pub fn tags(file: &File) -> Vec<(Value, Value)> {
     let registered = Registered {
         collections: &file.collections,
@@ -47,7 +46,7 @@ pub fn tags(file: &File) -> Vec<(Value, Value)> {
     let mut out = Vec::new();
     let empty = [file.collections.len(), file.collisions.len(), file.distances.len(), file.ik_groups.len()] == [0; 4];
     if !empty || !file.windows.is_empty() {
-        // Numbers and texts: nothing of it can fail to become JSON.
+        // Only numbers and texts: the conversion to JSON cannot fail.
         let text = serde_json::to_string(&registered).unwrap_or_default();
         out.push((Value::text(format!("{OWN}registered")), Value::text(text)));
     }

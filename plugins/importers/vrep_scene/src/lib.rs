@@ -1,6 +1,6 @@
-//! Scene and model files of V-REP and CoppeliaSim: `.ttt` and `.ttm`.
+//! Importer for scene and model files of V-REP and CoppeliaSim: `.ttt` and `.ttm`.
 //!
-//! `read` decodes a file and knows nothing of Tatu; `describe` lists what is in it; `build` makes a scene of it.
+//! `read` decodes a file and is independent of Tatu; `describe` lists its content; `build` creates the scene.
 
 #![allow(clippy::unit_arg, reason = "a row of a table of tags is one assignment that may fail")]
 
@@ -25,7 +25,7 @@ use tatu_plugin_api::{
 
 use read::{file::File, header::MAGIC};
 
-/// The plugin; it keeps nothing.
+/// The plugin; it has no state.
 pub struct VrepFiles;
 
 impl Plugin for VrepFiles {

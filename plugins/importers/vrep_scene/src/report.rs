@@ -1,19 +1,19 @@
-//! What became of the parts of a file that are not built as they stand in it.
+//! Report on the parts of a file that are not built as stored.
 
 use std::collections::BTreeMap;
 
 use crate::read::file::Object;
 
-/// What became of something, why, and of which objects.
+/// Objects by outcome and reason.
 #[derive(Default)]
 pub struct Report(pub BTreeMap<(&'static str, String), Vec<(i32, String)>>);
 
 impl Report {
-    /// Something became of an object.
+    /// Records an outcome for an object.
     pub fn add(&mut self, what: &'static str, why: impl Into<String>, o: &Object) {
         self.0.entry((what, why.into())).or_default().push((o.common.id, o.common.alias()));
     }
-    /// Something became of so many things that are no objects.
+    /// Records an outcome for `count` items that are not objects.
     pub fn all(&mut self, what: &'static str, why: impl Into<String>, count: usize) {
         if count > 0 {
             let of = self.0.entry((what, why.into())).or_default();

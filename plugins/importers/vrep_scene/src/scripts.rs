@@ -1,4 +1,5 @@
-//! Scripts of a file, in the dialect of their time, with the objects that they act on; and what scripts keep with objects.
+//! Attaches the scripts of a file, in the dialect of their version, to their objects; and converts the custom data of
+//! objects.
 
 use std::collections::BTreeMap;
 
@@ -15,12 +16,12 @@ use crate::{
     report::Report,
 };
 
-/// First version whose main scripts call what later ones have; older ones that people changed are not called any more by
-/// the original either.
+/// First version whose main scripts make the calls that later ones make. The original does not run customized main
+/// scripts from before it either.
 const MAIN_SCRIPTS_SINCE: u32 = 30_103;
-/// Bit of a model's overrides: scripts of it do not run.
+/// Bit of a model's overrides: its scripts do not run.
 const SCRIPTS_OFF: i32 = 0x200;
-/// The handle of the object that a script acts on; -1: the scene.
+/// Returns the handle of the object that a script belongs to; -1: the scene.
 pub fn target(file: &File, s: &Script) -> i32 {
     match s.holder {
         Some(holder) => file.objects.iter().find(|o| o.common.id == holder).map_or(-1, |o| o.common.parent),
@@ -92,7 +93,7 @@ pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>
     scene_data(builder, file)
 }
 
-/// Handles of the objects in models whose scripts are switched off.
+/// Returns the handles of the objects in models whose scripts are disabled.
 fn switched_off(file: &File) -> BTreeMap<i32, ()> {
     let parents: BTreeMap<i32, i32> = file.objects.iter().map(|o| (o.common.id, o.common.parent)).collect();
     let bases: BTreeMap<i32, ()> = file
@@ -103,7 +104,7 @@ fn switched_off(file: &File) -> BTreeMap<i32, ()> {
         .collect();
     let below = |o: &&Object| {
         let mut at = o.common.id;
-        // As many steps as there are objects: parents that go in a circle were refused when the file was read.
+        // At most as many steps as there are objects; cycles of parents were refused by the reader.
         for _ in 0..=parents.len() {
             if bases.contains_key(&at) {
                 return true;
@@ -118,7 +119,7 @@ fn switched_off(file: &File) -> BTreeMap<i32, ()> {
     if bases.is_empty() { bases } else { file.objects.iter().filter(below).map(|o| (o.common.id, ())).collect() }
 }
 
-/// What is kept with an object: data of scripts, parameters of its script, and bits that only V-REP knows.
+/// Returns the data to store with an object: custom data, parameters of its script, and properties only V-REP has.
 pub fn data(file: &File, o: &Object, meant: bool) -> Value {
     let c = &o.common;
     let mut out = tagged(&c.data);
@@ -169,7 +170,7 @@ fn scene_data(builder: &Builder<'_>, file: &File) -> Result {
     if all.is_empty() { Ok(()) } else { builder.setting("scene.data", Value::Map(all)) }
 }
 
-/// Whether an object only holds a script, which is attached to the object above.
+/// Returns whether an object only contains a script, which is attached to the parent instead.
 pub fn is_holder(o: &Object) -> bool {
     matches!(o.kind, Kind::Script)
 }

@@ -1,4 +1,4 @@
-//! Proximity and vision sensors, force sensors.
+//! Builds proximity, vision and force sensors.
 
 use tatu_plugin_api::safe::{Node, Result};
 
@@ -12,15 +12,15 @@ use crate::{
     targets,
 };
 
-/// Lengths and angles that a sensor cannot have are garbage in fields that its kind does not use.
+/// Clamps a length or angle to a range; fields that a kind does not use may contain garbage.
 fn sound(x: f64, low: f64, high: f64) -> f64 {
     if x.is_finite() { x.clamp(low, high) } else { low }
 }
 
-/// Longest way that a sensor sees, m.
+/// Greatest range of a sensor, m.
 const FARTHEST: f64 = 1e6;
 
-/// A proximity sensor.
+/// Builds a proximity sensor.
 pub fn proximity(
     (file, tree): (&File, &Tree<'_>),
     s: &Proximity,
@@ -29,7 +29,7 @@ pub fn proximity(
     report: &mut Report,
 ) -> Result {
     let v = &s.volume;
-    // The volume may state another form; the sensor's own kind wins.
+    // The sensor's own kind takes precedence over the type in its volume.
     let volume = match s.kind {
         30 => "pyramid",
         31 => "cylinder",
@@ -40,8 +40,8 @@ pub fn proximity(
     };
     let start = sound(v.offset, 0.0, FARTHEST);
     let far = sound(v.offset + v.range, start + 1e-6, FARTHEST);
-    // Assumed, since no run of the original shows it: what is nearer than the smallest distance neither counts nor hides
-    // what is behind it. Else the shell of a robot would blind sonars that stand in it and that may detect it.
+    // Assumption, not verified against the original: objects nearer than the smallest distance are neither detected nor
+    // hide others. Otherwise a robot's own shell would block the sonars inside it.
     let near = v.smallest.map_or(start, |least| start.max(sound(least, 0.0, far - 1e-6)));
     let node = node.device("proximity/1")?.set("volume", volume)?.set("near", near)?.set("range", far)?;
     let size = |x: f64| sound(x, 1e-6, FARTHEST);
@@ -95,14 +95,14 @@ pub fn proximity(
     targets::declare((file, tree), s.entity, o, node, report)
 }
 
-/// Whether what a sensor looks for is a collection of all objects but those of the model that the sensor is part of.
+/// Returns whether a sensor detects a collection of all objects except those of the model it is part of.
 fn is_all_but_own_model(file: &File, entity: i32, o: &Object) -> bool {
     let find = |id: i32| file.objects.iter().find(|o| o.common.id == id);
     let Some(collection) = file.collections.iter().find(|k| k.handle == entity) else { return false };
     let [all, own] = collection.items.as_slice() else { return false };
     let mut above = Some(o);
     let mut model = None;
-    // Parents do not lead in a circle: that was refused when the file was read.
+    // This terminates: cycles of parents were refused by the reader.
     while let Some(at) = above {
         model = if at.common.model_base { Some(at.common.id) } else { model };
         above = find(at.common.parent);
@@ -110,7 +110,7 @@ fn is_all_but_own_model(file: &File, entity: i32, o: &Object) -> bool {
     (all.kind, all.remove) == (5, false) && (own.kind, own.remove) == (1, true) && model == Some(own.object)
 }
 
-/// A vision sensor.
+/// Builds a vision sensor.
 pub fn vision(of: (&File, &Tree<'_>), s: &Vision, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
     let [side, angle, near, far] = s.clip;
     let near = sound(near, 1e-5, FARTHEST);
@@ -139,7 +139,7 @@ pub fn vision(of: (&File, &Tree<'_>), s: &Vision, o: &Object, node: Node<'_>, re
     Ok(())
 }
 
-/// A force sensor.
+/// Builds a force sensor.
 pub fn force(f: &Force, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
     let node = node.set("force_sensor.samples", i64::from(f.samples.clamp(1, 1000)))?;
     let node = node.set("force_sensor.filter", if f.filter == 1 { "median" } else { "mean" })?;

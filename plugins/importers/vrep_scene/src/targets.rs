@@ -1,4 +1,4 @@
-//! What a sensor of a file looks for, where that is not everything: an object, or the objects of a collection.
+//! The objects that a sensor of a file detects, if these are not all: an object, or the objects of a collection.
 
 use std::collections::BTreeSet;
 
@@ -14,10 +14,10 @@ use crate::{
     scripts::is_holder,
 };
 
-/// Handle of everything.
+/// Handle that means everything.
 const ALL: i32 = -1;
 
-/// Declares what a sensor sees; `entity`: the handle of an object or a collection.
+/// Declares the targets of a sensor; `entity`: the handle of an object or a collection.
 pub fn declare(
     (file, tree): (&File, &Tree<'_>),
     entity: i32,
@@ -39,7 +39,7 @@ pub fn declare(
         }
     };
     let (mut targets, ignored) = match differences(&objects, &seen, all) {
-        // Where something is a target, what is not named is none.
+        // As soon as one object is listed as a target, unlisted ones are not detected.
         (targets, _) if all && !targets.is_empty() => differences(&objects, &seen, false),
         both => both,
     };
@@ -47,7 +47,7 @@ pub fn declare(
         Value::List(handles.iter().filter_map(|h| tree.path(o.common.id, *h)).map(Value::text).collect())
     };
     if targets.is_empty() && !all {
-        // An empty list would mean everything; the sensor itself has nothing that could be seen.
+        // An empty list would mean everything, so list the sensor itself, which it never detects.
         targets.push(o.common.id);
     }
     if !targets.is_empty() {
@@ -59,7 +59,7 @@ pub fn declare(
     Ok(())
 }
 
-/// The objects of a collection of a scene of `all`; `above` gives an object and what stands above it.
+/// Returns the objects of a collection in a scene with the objects `all`; `above` returns an object and its ancestors.
 fn members(all: &BTreeSet<i32>, above: impl Fn(i32) -> Vec<i32>, collection: &Collection) -> BTreeSet<i32> {
     let mut out = BTreeSet::new();
     for item in &collection.items {
@@ -81,8 +81,8 @@ fn members(all: &BTreeSet<i32>, above: impl Fn(i32) -> Vec<i32>, collection: &Co
     out
 }
 
-/// Of objects, each with its parent, those that are seen though their parent is not, and those that are not seen though it
-/// is; `world`: whether what stands in the world itself is seen.
+/// Returns the objects that are detected although their parent is not, and those that are not detected although it is;
+/// `objects` has pairs of object and parent; `world`: whether objects without a parent count as detected.
 fn differences(objects: &[(i32, i32)], seen: &BTreeSet<i32>, world: bool) -> (Vec<i32>, Vec<i32>) {
     let known: BTreeSet<i32> = objects.iter().map(|(id, _)| *id).collect();
     let differs = |(id, parent): &&(i32, i32)| {
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
     use crate::read::registered::Item;
 
-    /// 1 is a robot with 2 and 3 below it, where 3 holds 4; 5 stands alone.
+    /// 1 is a robot with the children 2 and 3, where 3 has the child 4; 5 is a single object.
     const OBJECTS: [(i32, i32); 5] = [(1, -1), (2, 1), (3, 1), (4, 3), (5, -1)];
 
     fn above(id: i32) -> Vec<i32> {

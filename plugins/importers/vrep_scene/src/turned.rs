@@ -1,5 +1,5 @@
-//! Convex meshes that were turned on a lathe, drawn with flat sides: bottles, cups, wheels with a chamfer. On their sides they
-//! would come to lie; so where they touch the floor lying down they get cylinders.
+//! Convex meshes that are solids of revolution, modelled with flat faces: bottles, cups, wheels with a chamfer. Lying
+//! on their side they would not roll, so they get cylinders where they touch the floor.
 
 use nalgebra::{Isometry3, Translation3, Vector3};
 
@@ -8,23 +8,23 @@ use crate::{
     read::surface::Surface,
 };
 
-/// Share of the radius by which the mesh stands back behind its cylinders.
+/// Fraction of the radius by which the mesh is shrunk behind its cylinders.
 const BACK: f64 = 0.005;
 
-/// Share of the height that an edge of the outline has at least for the body to lie on it.
+/// Least height of an outline edge on which the body can lie, as a fraction of the total height.
 const EDGE: f64 = 0.12;
 
-/// Share of the height that a cylinder at the end of such an edge has.
+/// Height of the cylinder at each end of such an edge, as a fraction of the total height.
 const THIN: f64 = 0.02;
 
-/// Points of one height, all equally far from the axis.
+/// Points at one height, all at the same distance from the axis.
 #[derive(Clone, Copy)]
 struct Ring {
     height: f64,
     radius: f64,
 }
 
-/// The cylinders, and the mesh behind them. `None` for what is not round about an axis of its frame.
+/// Returns the cylinders, and the shrunk mesh. `None` if the mesh is not round about an axis of its frame.
 pub fn turned(surface: &Surface) -> Option<(Vec<Form>, Surface)> {
     let (low, high) = surface.bounds()?;
     let middle = Vector3::from_fn(|i, _| (low[i] + high[i]) / 2.0);
@@ -64,7 +64,7 @@ pub fn turned(surface: &Surface) -> Option<(Vec<Form>, Surface)> {
     })
 }
 
-/// By height; points on the axis make none.
+/// Returns the rings ordered by height; points on the axis form no ring.
 fn rings(surface: &Surface, middle: &Vector3<f64>, axis: usize) -> Option<Vec<Ring>> {
     let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
     let radial = |p: &[f64; 3]| libm::hypot(p[a] - middle[a], p[b] - middle[b]);
@@ -76,7 +76,7 @@ fn rings(surface: &Surface, middle: &Vector3<f64>, axis: usize) -> Option<Vec<Ri
     while let Some(first) = points.first() {
         let count = points.partition_point(|p| p[axis] <= first[axis] + near);
         let (ring, rest) = points.split_at(count);
-        // Seen from outside only the widest of a height counts.
+        // Only the outermost points at a height matter.
         let radius = ring.iter().map(|p| radial(p)).fold(0.0, f64::max);
         let mut angles: Vec<f64> = ring
             .iter()
@@ -95,7 +95,7 @@ fn rings(surface: &Surface, middle: &Vector3<f64>, axis: usize) -> Option<Vec<Ri
     (rings.len() >= 2).then_some(rings)
 }
 
-/// Edges of the outline on which the body can lie, each by its lower and its higher ring.
+/// Returns the edges of the outline on which the body can lie, as pairs of lower and upper ring.
 fn lying(rings: &[Ring]) -> Vec<(Ring, Ring)> {
     let mut outline: Vec<Ring> = Vec::new();
     for &ring in rings {
@@ -136,7 +136,7 @@ mod tests {
         assert_eq!(*form, "cylinder");
         assert!((size[0] - 0.07).abs() < 1e-9 && (size[2] - 0.13).abs() < 1e-9);
         assert!((place.translation.vector.z + 0.035).abs() < 1e-9);
-        // From its shoulder to its mouth it lies on two circles.
+        // Between shoulder and mouth it lies on two circles.
         assert_eq!(forms.len(), 3);
         assert!((behind.points[1][0] - 0.035 * (1.0 - BACK)).abs() < 1e-9);
     }

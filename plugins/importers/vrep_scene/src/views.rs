@@ -1,4 +1,4 @@
-//! Cameras, lights and paths.
+//! Builds cameras, lights and paths.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3};
 
@@ -9,7 +9,7 @@ use crate::read::{
     pose::isometry,
 };
 
-/// A camera; numbers that it cannot have stay at their defaults.
+/// Builds a camera; invalid numbers are replaced by defaults.
 pub fn camera(k: &Camera, node: Node<'_>) -> Result {
     let [side, angle] = k.sees;
     let perspective = k.perspective.map_or(k.bits & 2 != 0, |p| p != 0);
@@ -26,7 +26,7 @@ pub fn camera(k: &Camera, node: Node<'_>) -> Result {
     Ok(())
 }
 
-/// A light.
+/// Builds a light.
 pub fn light(l: &Light, node: Node<'_>) -> Result {
     let form = match l.kind {
         2 => "spot",
@@ -44,10 +44,10 @@ pub fn light(l: &Light, node: Node<'_>) -> Result {
     Ok(())
 }
 
-/// Bit of a path's attributes: it leads back to its first point.
+/// Bit of a path's attributes: it is closed.
 const CLOSED: i32 = 4;
 
-/// A path: its control points, and how corners are rounded.
+/// Builds a path: its control points, and the rounding of its corners.
 pub fn path(p: &Path, node: Node<'_>) -> Result {
     let mut points = Vec::with_capacity(p.points.len() * 7);
     let mut rounding = Vec::with_capacity(p.points.len() * 3);
@@ -55,7 +55,8 @@ pub fn path(p: &Path, node: Node<'_>) -> Result {
         let pose = isometry(&point.pose);
         let q = pose.rotation.coords;
         points.extend(pose.translation.vector.iter().chain(q.iter()).copied());
-        // Estimate: shares of half the way to the next point. Neighbours of 0.95 each, which files have, would overlap else.
+        // An estimate: the fractions refer to half the distance to the next point. Otherwise neighbouring values of
+        // 0.95, which occur in files, would overlap.
         let ([before, after], places) = point.bezier;
         let share = |x: f64| if x.is_finite() { x.clamp(0.0, 1.0) } else { 0.0 };
         rounding.extend([share(before), share(after), f64::from(places.clamp(1, 1000))]);

@@ -1,4 +1,4 @@
-//! Small files, put together byte by byte, and what is read from them.
+//! Reads small files that are built byte by byte.
 
 use proptest::prelude::*;
 use tatu_importers_vrep_scene::read::{
@@ -7,7 +7,7 @@ use tatu_importers_vrep_scene::read::{
     made::{Bytes, file},
 };
 
-/// The common part of an object: handle, parent, name.
+/// Returns the common part of an object: handle, parent, name.
 fn object(id: i32, parent: i32, name: &str) -> Bytes {
     Bytes::new()
         .element("Ids", Bytes::new().i32(id).i32(parent))
@@ -33,7 +33,7 @@ fn an_object_has_its_place_in_the_tree() {
     );
     let [base, tip] = f.objects.as_slice() else { panic!("two objects") };
     assert_eq!((base.common.id, base.common.parent, base.common.alias()), (7, -1, "base".into()));
-    // Quaternion w x y z, then the place.
+    // Quaternion w x y z, then the position.
     assert_eq!(tip.common.pose, [1.0, 0.0, 0.0, 0.0, 0.5, -0.25, 2.0]);
     assert!(matches!(&tip.kind, Kind::Dummy(d) if d.link == 7));
 }
@@ -138,27 +138,29 @@ fn what_cannot_be_is_refused_with_its_place() {
     let twice = Bytes::new().element("DMY", dummy(1, -1)).element("DMY", dummy(1, -1)).mark("EOF");
     assert!(refused(twice).contains("two objects have the handle 1"));
     let circle = Bytes::new().element("DMY", dummy(1, 2)).element("DMY", dummy(2, 1)).mark("EOF");
-    assert!(refused(circle).contains("hangs below itself"));
+    assert!(refused(circle).contains("is its own ancestor"));
     let lies = Bytes::new().bytes(b"DMY").i32(1_000_000).bytes(&[0; 8]);
     assert_eq!(
         refused(lies),
-        "byte 0 of the unpacked data, in section DMY: the section declares 1000000 bytes, 8 are left"
+        "byte 0 of the unpacked data, in section DMY: the section declares 1000000 bytes, but only 8 are left"
     );
     assert!(refused(Bytes::new().element("DMY", dummy(1, -1))).contains("ends without `EOF`"));
     let short = object(1, -1, "d").element("Lli", Bytes::new().bytes(&[0; 3])).mark("EOO");
-    assert!(refused(Bytes::new().element("DMY", short).mark("EOF")).contains("in section DMY/Lli: 4 bytes are wanted"));
+    assert!(
+        refused(Bytes::new().element("DMY", short).mark("EOF")).contains("in section DMY/Lli: expected 4 more bytes")
+    );
     let mut deep = Bytes::new();
     for _ in 0..100 {
         deep = Bytes::new().element("Gv3", deep);
     }
-    // As deep as it likes: sections within sections are bounded, and unknown ones are not looked into.
+    // Nesting is bounded at any depth, and unknown sections are not parsed.
     let _ = File::read(&file(25, &Bytes::new().element("SHP", object(1, -1, "s").bytes(&deep.0)).mark("EOF").0));
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Whatever stands in sections, reading ends with a file or an error.
+    /// Whatever sections contain, reading terminates with a file or an error.
     #[test]
     fn any_bytes_end_well(tag in "[A-Z][A-Za-z][A-Za-z0-9]", of in proptest::collection::vec(any::<u8>(), 0..300)) {
         let sections = object(1, -1, "o").element(&tag, Bytes::new().bytes(&of)).mark("EOO");

@@ -1,4 +1,4 @@
-//! fastHokuyo: V-REP's scanner made of two cameras with one row of pixels each.
+//! The model fastHokuyo: V-REP's scanner made of two cameras with one row of pixels each.
 
 use std::f64::consts::FRAC_PI_3;
 
@@ -9,16 +9,16 @@ use crate::{
     parts::{self, Devices},
 };
 
-/// V-REP's model in `pioneer_empty_world`: each camera sees 120 degrees in 256 pixels, from 0.04 to 5 m.
+/// From V-REP's model in `pioneer_empty_world`: each camera sees 120 degrees in 256 pixels, from 0.04 to 5 m.
 const PIXELS: i64 = 256;
 const OPENING: f64 = 2.0 * FRAC_PI_3;
 const NEAR: f64 = 0.04;
 const FAR: f64 = 5.0;
-/// Extents of the device and height of the cameras above its middle, m: the same.
+/// Extents of the device, and height of the cameras above its centre, m; from the same model.
 const SIZE: [f64; 3] = [0.05, 0.05, 0.07];
 const EYE: f64 = 0.028;
 
-/// Cameras look along their z axis, with y up: here ahead of the joint.
+/// Orientation of a camera, which looks along its z axis with y up: along the joint's x axis.
 const LOOK: [f64; 4] = [0.5, 0.5, 0.5, 0.5];
 
 /// The model "fast_hokuyo".

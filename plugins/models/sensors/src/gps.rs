@@ -1,17 +1,17 @@
-//! GPS: V-REP's model, a script that adds errors to the position of its reference.
+//! The model GPS: V-REP's script, which adds errors to the position of a reference.
 
 use tatu_plugin_api::safe::{Builder, Model, Param, Params, Result};
 
 use crate::parts::{self, Devices, Piece};
 
-/// Half widths along x, y and z, m. V-REP's model in `GPS-Compass`.
+/// Half widths of the errors along x, y and z, m; from V-REP's model in `GPS-Compass`.
 const NOISE: [f64; 3] = [0.1, 0.1, 0.05];
 const SHIFT: [f64; 3] = [1.0, 1.0, 0.5];
 
 const WHITE: [f64; 3] = [0.88, 0.87, 0.80];
 const GREEN: [f64; 3] = [0.10, 0.35, 0.16];
 
-/// A patch antenna on a board; the reference is the middle of the antenna.
+/// A patch antenna on a board; the reference is the centre of the antenna.
 const BODY: [Piece; 2] =
     [("box", [0.044, 0.044, 0.004], [0.0, 0.0, -0.005], GREEN), ("box", [0.026, 0.026, 0.006], [0.0, 0.0, 0.0], WHITE)];
 

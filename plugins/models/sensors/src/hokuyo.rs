@@ -1,15 +1,15 @@
-//! Hokuyo_URG_04LX_UG01: V-REP's model, whose ray turns as the device's mirror does.
+//! The model Hokuyo_URG_04LX_UG01 of V-REP, whose ray turns like the device's mirror.
 
 use tatu_plugin_api::safe::{Builder, Model, Param, Params, Result};
 
 use crate::parts::{self, Devices, Piece};
 
-/// m. V-REP's model in `rover` and `ackermannControlExample`: ray of 0.022 + 5.578 m.
+/// Range in m, from V-REP's model in `rover` and `ackermannControlExample`: a ray of 0.022 + 5.578 m.
 const NEAR: f64 = 0.022;
 const RANGE: f64 = 5.6;
-/// Extents of the device, m: the same model, and the maker's sheet.
+/// Extents of the device, m, from the same model and the maker's data sheet.
 const SIZE: [f64; 3] = [0.05, 0.05, 0.07];
-/// Of the ray above the middle of the device, m: the same model.
+/// Height of the ray above the centre of the device, m; from the same model.
 const RAY: f64 = 0.028;
 
 const BLACK: [f64; 3] = [0.07, 0.07, 0.08];

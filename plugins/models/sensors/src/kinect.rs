@@ -1,4 +1,4 @@
-//! The Kinect, as V-REP's library has it, in two ages.
+//! The Kinect of V-REP's library, in two versions.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -6,18 +6,19 @@ use tatu_plugin_api::safe::{Builder, Fail, Model, Node, Param, Params, Result};
 
 use crate::parts::{self, Devices, Piece};
 
-/// Places in the frames of their parents, m: V-REP's model in `kinect-color-point-cloud` and `grab-kinect`. Its
-/// front looks along +y of the base.
+/// Positions in the frames of the parents, m, from V-REP's model in `kinect-color-point-cloud` and `grab-kinect`. The
+/// device looks along +y of its base.
 const FOOT: f64 = 0.020_611;
 const TILT: f64 = 0.009_389;
 const BAR: f64 = 0.023_221;
 const GLASS: [f64; 3] = [0.0235, 0.029_504, -0.000_069];
 const EYE: [f64; 3] = [-0.0141, 0.029_248, -0.000_221];
 
-/// The tilt turns about the bar's long axis: its z axis is the base's x. The body hangs on it the other way round.
+/// The tilt rotates about the bar's long axis: its z axis is the base's x. The body is attached with the opposite
+/// orientation.
 const Z_RIGHT: [f64; 4] = [0.0, FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2];
 const BACK: [f64; 4] = [0.0, -FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2];
-/// Sensors look along their z axis, with y up: here ahead of the bar.
+/// Orientation of a camera, which looks along its z axis with y up: ahead of the bar.
 const LOOK: [f64; 4] = [0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0];
 
 const BLACK: [f64; 3] = [0.05, 0.05, 0.06];
@@ -25,14 +26,14 @@ const GREY: [f64; 3] = [0.20, 0.20, 0.22];
 const LENS: [f64; 3] = [0.02, 0.03, 0.08];
 const SILVER: [f64; 3] = [0.62, 0.63, 0.65];
 
-/// A flat foot and the neck of the tilt.
+/// A flat foot and the neck below the tilt joint.
 const STAND: [Piece; 3] = [
     ("box", [0.083, 0.073, 0.010], [0.0, 0.0, -0.0156], BLACK),
     ("box", [0.060, 0.050, 0.008], [0.0, 0.0, -0.0066], GREY),
     ("cylinder", [0.028, 0.028, 0.024], [0.0, 0.0, 0.0086], BLACK),
 ];
 
-/// The bar, with a narrow foot line in silver.
+/// The bar, with a narrow silver line at its bottom.
 const HOUSING: [Piece; 3] = [
     ("box", [0.280, 0.056, 0.036], [0.0, -0.0015, 0.001], BLACK),
     ("box", [0.268, 0.059, 0.003], [0.0, 0.0, -0.0175], SILVER),

@@ -1,7 +1,7 @@
-//! Sensors as V-REP's library has them: their objects, under the names that scripts ask for, and scripts that do what
-//! theirs do.
+//! Sensors of V-REP's library: their objects, under the names that scripts expect, and scripts that behave like the
+//! original ones.
 //!
-//! One file per device; `parts` has what they share. The scripts stand in `lua/`.
+//! There is one file per device; `parts` has the shared code. The scripts are in `lua/`.
 
 mod fast_hokuyo;
 mod gps;

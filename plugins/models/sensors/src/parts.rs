@@ -1,27 +1,27 @@
-//! What the devices share: hidden bases, coloured bodies, joints, rays, parameters of scripts.
+//! Parts shared by the devices: hidden bases, coloured bodies, joints, rays, script parameters.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use tatu_plugin_api::safe::{Builder, Node, Result, Value, keys};
 
-/// The plugin; it keeps nothing.
+/// The plugin; it has no state.
 pub struct Devices;
 
-/// A quarter turn about y, x y z w, which brings z ahead: sensors look along their z axis.
+/// A quarter turn about y, x y z w, which takes z to x: sensors look along their z axis.
 pub const Z_AHEAD: [f64; 4] = [0.0, FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2];
 
-/// The version the scripts are written for: the last whose scripts report by tubes and are called as V-REP's were, so
-/// that a device changes neither manners nor order of the scripts beside it.
+/// The version that the scripts are written for: the last one in which scripts use tubes and are called in V-REP's
+/// order, so that a device does not change the dialect or the order of the scene's other scripts.
 const DIALECT: &str = "4.1";
 
-/// A layer that pictures do not show; V-REP keeps what only collides there.
+/// A layer that images do not show; V-REP uses it for collision-only shapes.
 const HIDDEN: i64 = 256;
 
-/// One part of a body: form, full extents, middle in the body's frame, m, and its color.
+/// A part of a body: form, full extents, centre in the body's frame, m, and its color.
 pub type Piece = (&'static str, [f64; 3], [f64; 3], [f64; 3]);
 
-/// The base of a model: a box that pictures do not show, in whose frame the device's other objects lie, `lift` above
-/// what it is placed on.
+/// Builds the base of a model: a hidden box, in whose frame the device's other objects are, `lift` above the surface
+/// that the device stands on.
 pub fn base<'a>(builder: &Builder<'a>, alias: &str, size: [f64; 3], lift: f64) -> Result<Node<'a>> {
     builder
         .object("shape", None, alias)?
@@ -33,7 +33,8 @@ pub fn base<'a>(builder: &Builder<'a>, alias: &str, size: [f64; 3], lift: f64) -
         .set("shape.detectable", false)
 }
 
-/// What one sees of it. No beam meets it: its own ray begins inside, and a sonar beside it is not to see it.
+/// Builds the visible body. Beams ignore it: the device's own ray begins inside, and a sonar next to it must not detect
+/// it.
 pub fn body<'a>(builder: &Builder<'a>, parent: Option<Node<'a>>, alias: &str, pieces: &[Piece]) -> Result<Node<'a>> {
     let part = |(form, size, at, color): &Piece| {
         keys([
@@ -50,7 +51,7 @@ pub fn body<'a>(builder: &Builder<'a>, parent: Option<Node<'a>>, alias: &str, pi
         .set("shape.detectable", false)
 }
 
-/// A joint that scripts turn, about the z axis.
+/// Builds a joint about the z axis, which scripts turn.
 pub fn joint<'a>(builder: &Builder<'a>, parent: Node<'a>, alias: &str, at: [f64; 3]) -> Result<Node<'a>> {
     builder
         .object("joint", Some(parent), alias)?
@@ -59,8 +60,8 @@ pub fn joint<'a>(builder: &Builder<'a>, parent: Node<'a>, alias: &str, at: [f64;
         .set("joint.mode", "kinematic")
 }
 
-/// A ray along the x axis of its parent, which measures only on request: what is nearer than `near` is looked
-/// through, and nothing is seen beyond `range`, m.
+/// Builds a ray along the x axis of its parent, which is measured only on request. Anything nearer than `near` is
+/// ignored, and nothing beyond `range` is detected, m.
 pub fn ray<'a>(builder: &Builder<'a>, parent: Node<'a>, alias: &str, near: f64, range: f64) -> Result<Node<'a>> {
     builder
         .object("sensor", Some(parent), alias)?
@@ -72,12 +73,12 @@ pub fn ray<'a>(builder: &Builder<'a>, parent: Node<'a>, alias: &str, near: f64, 
         .set("sensor.explicit", true)
 }
 
-/// A camera of depths and colours.
+/// Builds a camera of depths and colours.
 pub fn camera<'a>(builder: &Builder<'a>, parent: Node<'a>, alias: &str) -> Result<Node<'a>> {
     builder.object("sensor", Some(parent), alias)?.device("depth_camera")
 }
 
-/// Gives an object its script, and parameters that it reads with `sim.getScriptSimulationParameter`.
+/// Attaches a script to an object, with parameters that it reads by `sim.getScriptSimulationParameter`.
 pub fn script<'a>(node: Node<'a>, name: &str, text: &str, parameters: &[(&str, String)]) -> Result<Node<'a>> {
     let map =
         parameters.iter().map(|(k, v)| (Value::text(format!("parameter.{k}")), Value::text(v.as_str()))).collect();

@@ -1,4 +1,4 @@
-//! LaserScanner_2D: the SICK of V-REP's library, and of the course.
+//! The model LaserScanner_2D: the SICK scanner of V-REP's library, and of the course.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -6,18 +6,18 @@ use tatu_plugin_api::safe::{Builder, Model, Param, Params, Result, Value, keys};
 
 use crate::parts::{self, Devices, Piece};
 
-/// From the middle of the device, m: what is nearer is looked through. V-REP's model in `World-Sick180-Log`: ray of
-/// 0.055 + 19.945 m.
+/// Range from the centre of the device, m; anything nearer is ignored. From V-REP's model in `World-Sick180-Log`: a ray
+/// of 0.055 + 19.945 m.
 const NEAR: f64 = 0.055;
 const RANGE: f64 = 20.0;
 
-/// Full extents, m: the same model, upright.
+/// Full extents, m, from the same model, upright.
 const SIZE: [f64; 3] = [0.11, 0.11, 0.1];
 
 const BLUE: [f64; 3] = [0.05, 0.24, 0.58];
 const BLACK: [f64; 3] = [0.06, 0.06, 0.07];
 
-/// A blue box with a dark window all around its front, as the LMS series looks.
+/// A blue box with a dark window all around its front, like the LMS series.
 const BODY: [Piece; 4] = [
     ("box", [0.11, 0.11, 0.04], [0.0, 0.0, -0.03], BLUE),
     ("cylinder", [0.098, 0.098, 0.028], [0.0, 0.0, 0.004], BLACK),
@@ -31,7 +31,7 @@ const TEXT: &str = "LaserScanner_2D, V-REP's SICK: one ray turned by a joint; it
 /// The model "laser_scanner_2d".
 pub struct LaserScanner2d;
 
-/// The same under the name of its maker.
+/// The same model under the name of its manufacturer.
 pub struct Sick;
 
 impl Model for LaserScanner2d {

@@ -1,7 +1,7 @@
-//! Kinematics of robots on wheels: from a velocity of the robot to its joints, and from what its joints did to its
-//! motion. The wheels are those that `object.drive` declares, and none of them slips.
+//! Kinematics of wheeled robots: from a velocity of the robot to its joints, and from the motion of its joints to that
+//! of the robot. The wheels are those that `object.drive` declares, and are assumed not to slip.
 //!
-//! Velocities are of the middle of the driven axle: ahead and to the left in m/s, counter-clockwise in rad/s.
+//! Velocities refer to the middle of the driven axle: ahead and to the left in m/s, counter-clockwise in rad/s.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 
@@ -11,25 +11,25 @@ use tatu_plugin_api::{
     safe::{Fail, Prop, Result, ValueRef, World},
 };
 
-/// A steering angle is at most this, 85 degrees: nothing turns on the spot.
+/// Greatest steering angle, 85 degrees, because no steered robot turns on the spot.
 const STEEPEST: f64 = 85.0 * std::f64::consts::PI / 180.0;
 
-/// A joint, and the sign of its forward sense.
+/// A joint, and the sign of its rotation that drives ahead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Wheel {
     joint: tatu_object,
     sign: f64,
 }
 
-/// How the wheels make it move.
+/// The type of drive.
 #[derive(Debug, Clone, PartialEq)]
 enum Form {
     Differential,
     Ackermann {
         wheelbase: f64,
     },
-    /// Of each wheel how much a motion ahead, to the left and about the middle turns it, m/s and m for 1 rad/s of the
-    /// wheel.
+    /// For each wheel: the distance that its rim moves for a motion ahead, to the left (both per m) and about the
+    /// middle (per rad).
     Omni(Vec<[f64; 3]>),
 }
 
@@ -39,37 +39,37 @@ pub struct Drivetrain {
     form: Form,
     driven: Vec<Wheel>,
     steering: Vec<Wheel>,
-    /// m
+    /// Radius of the wheels, m.
     pub radius: f64,
-    /// m
+    /// Distance between the left and right wheels, m.
     pub track: f64,
-    /// How far ahead of the base's origin the driven axle stands, m.
+    /// Distance of the driven axle ahead of the base's origin, m.
     pub axle: f64,
 }
 
-/// What joints do at a time, forward and to the left positive.
+/// State of the joints at one time; forward and left are positive.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Stand {
-    /// Where the driven joints stand, rad; some begin anew after a turn.
+    /// Positions of the driven joints, rad; some start again at 0 after a turn.
     pub driven: Vec<f64>,
-    /// How fast they turn, rad/s.
+    /// Velocities of the driven joints, rad/s.
     pub speeds: Vec<f64>,
-    /// Where the others steer, rad.
+    /// Positions of the steering joints, rad.
     pub steered: Vec<f64>,
 }
 
 impl Stand {
-    /// How far the driven joints have turned since `before`, `dt` seconds ago, whole turns included, rad.
+    /// Returns how far the driven joints have turned since `before`, `dt` seconds earlier, including whole turns, rad.
     pub fn turns_since(&self, before: &Stand, dt: f64) -> Vec<f64> {
         use std::f64::consts::TAU;
         let speeds = self.speeds.iter().zip(&before.speeds).map(|(a, b)| (a + b) / 2.0);
         let ways = self.driven.iter().zip(&before.driven).map(|(now, then)| now - then);
-        // As many whole turns as the speeds imply.
+        // Adds as many whole turns as the velocities imply.
         ways.zip(speeds).map(|(way, speed)| way + TAU * ((speed * dt - way) / TAU).round()).collect()
     }
 }
 
-/// Properties that are read and set.
+/// Interned keys of the properties used.
 #[derive(Debug, Clone, Copy)]
 pub struct Props {
     /// `object.drive`
@@ -85,7 +85,7 @@ pub struct Props {
 }
 
 impl Props {
-    /// Looks them up.
+    /// Interns the keys.
     pub fn new(host: &tatu_plugin_api::safe::Host) -> Self {
         Props {
             drive: host.prop("object.drive"),
@@ -98,7 +98,8 @@ impl Props {
 }
 
 impl Drivetrain {
-    /// The wheels of a robot, by its base; `None`: it declares none. An error: a joint is not where it is said to be.
+    /// Returns the drive of a robot, given its base; `None`: it declares none. It is an error if a declared joint does
+    /// not exist.
     pub fn of(world: &World<'_>, p: &Props, base: tatu_object) -> Result<Option<Self>> {
         let told = world.get(base, p.drive)?;
         if told.is_empty() {
@@ -120,8 +121,8 @@ impl Drivetrain {
         Ok(Some(Drivetrain { form, driven, steering, radius, track, axle: number("axle") }))
     }
 
-    /// Sets the joints' targets so that it moves at a velocity, as far as it can: a differential drive never to the
-    /// left, a steered one not on the spot.
+    /// Sets the targets of the joints for a velocity, as far as the drive can reach it: a differential drive cannot
+    /// move to the left, a steered one cannot turn on the spot.
     pub fn drive(&self, world: &World<'_>, p: &Props, twist: [f64; 3]) -> Result {
         let angles = self.angles(twist);
         for (wheel, angle) in self.steering.iter().zip(&angles) {
@@ -133,7 +134,7 @@ impl Drivetrain {
         Ok(())
     }
 
-    /// What the joints do just now.
+    /// Reads the current state of the joints.
     pub fn read(&self, world: &World<'_>, p: &Props) -> Result<Stand> {
         let all = |wheels: &[Wheel], prop| -> Result<Vec<f64>> {
             wheels.iter().map(|w| Ok(w.sign * world.f64(w.joint, prop)?)).collect()
@@ -145,7 +146,8 @@ impl Drivetrain {
         })
     }
 
-    /// The robot's motion, from the turns of its driven joints (rad, or rad/s for a velocity) and where it steers.
+    /// Returns the robot's motion, given the rotation of its driven joints (rad, or rad/s for a velocity) and the
+    /// steering angles.
     pub fn motion(&self, turns: &[f64], steered: &[f64]) -> [f64; 3] {
         let mean = |from: usize| {
             let some: Vec<f64> = turns.iter().skip(from).step_by(2).copied().collect();
@@ -159,18 +161,18 @@ impl Drivetrain {
         }
     }
 
-    /// 1 by the radius of the bend, 1/m, left positive.
+    /// Returns the curvature of the path, 1/m; to the left is positive.
     fn curvature(&self, wheelbase: f64, steered: &[f64]) -> f64 {
         let of = |(i, angle): (usize, &f64)| {
             let t = libm::tan(*angle);
-            // The left wheel turns about the same point at another distance.
+            // The left wheel turns about the same point, at another distance.
             let side = if steered.len() == 1 { 0.0 } else { self.side(i) };
             t / (wheelbase + side * t)
         };
         steered.iter().enumerate().map(of).sum::<f64>() / steered.len().max(1) as f64
     }
 
-    /// How far to the left the i-th wheel of pairs stands.
+    /// Returns the lateral position of the i-th wheel, of pairs; to the left is positive.
     fn side(&self, i: usize) -> f64 {
         if i.is_multiple_of(2) { self.track / 2.0 } else { -self.track / 2.0 }
     }
@@ -187,7 +189,7 @@ impl Drivetrain {
         (0..self.driven.len()).map(of).collect()
     }
 
-    /// Where to steer. Standing still it keeps straight.
+    /// Returns the steering angles. A robot that stands keeps its wheels straight.
     fn angles(&self, [vx, _, wz]: [f64; 3]) -> Vec<f64> {
         let Form::Ackermann { wheelbase } = self.form else { return Vec::new() };
         let of = |i: usize| {
@@ -195,7 +197,7 @@ impl Drivetrain {
                 return 0.0;
             }
             let side = if self.steering.len() == 1 { 0.0 } else { self.side(i) };
-            // The wheel's axle points at the middle of the bend.
+            // The wheel's axle must point at the centre of the turn.
             let radius = vx / wz - side;
             libm::atan(wheelbase / radius).clamp(-STEEPEST, STEEPEST)
         };
@@ -207,13 +209,13 @@ fn wheel(world: &World<'_>, base: tatu_object, path: ValueRef<'_>) -> Result<Whe
     let text = path.as_str().unwrap_or_default();
     let (path, sign) = text.strip_prefix('-').map_or((&*text, 1.0), |path| (path, -1.0));
     let joint = world.find(base, path).map_err(|_| {
-        Fail::missing(format!("the drive's joint `{path}` is not there"))
+        Fail::missing(format!("the drive's joint `{path}` does not exist"))
             .help("paths of `object.drive` are relative to its object")
     })?;
     Ok(Wheel { joint, sign })
 }
 
-/// Of each wheel with rollers, how fast its rim moves for each motion of the robot.
+/// Returns, for each wheel with rollers, the velocity of its rim for each motion of the robot.
 fn rows(track: f64, wheelbase: f64, angles: &[f64]) -> Vec<[f64; 3]> {
     if angles.is_empty() {
         // Mecanum: rollers at 45 degrees, in an X seen from above.
@@ -223,7 +225,8 @@ fn rows(track: f64, wheelbase: f64, angles: &[f64]) -> Vec<[f64; 3]> {
     angles.iter().map(|a| [-libm::sin(*a), libm::cos(*a), track / 2.0]).collect()
 }
 
-/// The motion that fits the turns of all wheels best: the normal equations, positive definite where wheels stand apart.
+/// Returns the motion that best fits the rotation of all wheels: solves the normal equations, which are positive
+/// definite if the wheels are apart.
 fn least_squares(rows: &[[f64; 3]], turns: &[f64], radius: f64) -> [f64; 3] {
     let (mut squares, mut way) = (Matrix3::zeros(), Vector3::zeros());
     for (row, turn) in rows.iter().zip(turns) {
@@ -265,20 +268,20 @@ mod tests {
     #[test]
     fn whole_turns_are_counted() {
         let stand = |at: f64| Stand { driven: vec![at], speeds: vec![100.0], steered: vec![] };
-        // From 3 rad on by 5 rad, of which the joint reports the remainder after whole turns.
+        // From 3 rad by 5 rad; the joint reports the remainder after whole turns.
         let turns = stand(8.0 - std::f64::consts::TAU).turns_since(&stand(3.0), 0.05);
         assert!((turns[0] - 5.0).abs() < 1e-12, "{turns:?}");
     }
 
     #[test]
     fn wheels_turn_as_their_places_ask() {
-        // Twice the speed at the outer wheel, none at the inner one.
+        // The outer wheel moves at twice the speed, the inner one stands.
         let speeds = train(Form::Differential, 2, 0).speeds([0.2, 0.0, 1.0]);
         assert!((speeds[0]).abs() < 1e-12 && (speeds[1] - 4.0).abs() < 1e-12, "{speeds:?}");
-        // Mecanum to the left: front left and rear right turn back.
+        // Mecanum to the left: front left and rear right turn backwards.
         let speeds = train(Form::Omni(rows(0.4, 0.5, &[])), 4, 0).speeds([0.0, 1.0, 0.0]);
         assert_eq!(speeds, [-10.0, 10.0, 10.0, -10.0]);
-        // In a bend to the left the left wheel steers more.
+        // In a left turn, the left wheel steers more.
         let angles = train(Form::Ackermann { wheelbase: 0.6 }, 2, 2).angles([1.0, 0.0, 0.5]);
         assert!(angles[0] > angles[1] && angles[1] > 0.0, "{angles:?}");
         assert_eq!(train(Form::Ackermann { wheelbase: 0.6 }, 2, 2).angles([0.0, 0.0, 0.5]), [0.0, 0.0]);

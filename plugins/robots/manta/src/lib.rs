@@ -1,7 +1,7 @@
-//! The Manta: a small car with rear drive and Ackermann steering.
+//! The Manta: a small car with rear-wheel drive and Ackermann steering.
 //!
-//! `numbers` has what it measures and weighs, `parts` what moves and collides, `look` what is seen. The base frame lies in the middle of the
-//! rear axle, x forward, y left: it turns about a point on its own y axis.
+//! `numbers` has dimensions and masses, `parts` the moving and colliding parts, `look` the visible ones. The base frame
+//! is at the middle of the rear axle, x forward, y left, so the car turns about a point on its own y axis.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 
@@ -14,7 +14,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-/// The plugin; it keeps nothing.
+/// The plugin; it has no state.
 pub struct Mantas;
 
 impl Plugin for Mantas {
@@ -62,7 +62,7 @@ impl Model for Manta {
         parts::steering(builder, base)?;
         parts::drive(builder, base, params.f64("motor_torque")?)?;
         parts::slot(builder, base)?;
-        // Last, so that counting children gives what it gave without.
+        // Added last, so that the indices of the other children do not change.
         look::body(builder, base, color)
     }
 }

@@ -1,4 +1,5 @@
-//! What is seen of the car. Nothing of it collides, weighs or is met by beams: those meet the body's boxes and the tyres.
+//! The visible parts of the car. They have no collision or mass, and beams ignore them: those meet the body's boxes and
+//! the tyres.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,8 +14,8 @@ const HUB: [f64; 3] = [0.35, 0.36, 0.38];
 const LAMP: [f64; 3] = [0.98, 0.96, 0.85];
 const TAIL: [f64; 3] = [0.75, 0.05, 0.05];
 
-/// A cross section of the hull: x, half of the width, lower and upper edge. Estimates: the outlines of a flat sports car
-/// between the wheels.
+/// A cross section of the hull: x, half of the width, lower and upper edge. The values are estimates, after the outline
+/// of a flat sports car between its wheels.
 type Section = [f64; 4];
 
 const BODY: [Section; 9] = [
@@ -36,12 +37,12 @@ const CABIN: [Section; 5] = [
     [0.400, 0.074, 0.050, 0.068],
 ];
 
-/// A mesh: points and triangles, counter-clockwise from outside.
+/// A mesh: points, and triangles that are counter-clockwise seen from outside.
 pub type Mesh = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
-/// Joins cross sections from back to front, each with its upper edges rounded, and closes both ends.
+/// Builds a mesh that joins cross sections from back to front, with rounded upper edges, closed at both ends.
 pub fn hull(sections: &[Section]) -> Mesh {
-    // One side of a section, from below to above: shares of the half width and of the height.
+    // One side of a section, from bottom to top: fractions of the half width and of the height.
     const SIDE: [[f64; 2]; 6] = [[0.80, 0.0], [0.96, 0.12], [1.0, 0.45], [0.93, 0.75], [0.75, 0.93], [0.42, 1.0]];
     let n = 2 * SIDE.len() as u32;
     let mut points = Vec::new();
@@ -86,7 +87,7 @@ fn part(form: &str, size: [f64; 3], at: [f64; 3], turn: [f64; 3], color: [f64; 3
     ])
 }
 
-/// Hull, cabin, wing and lights, below the base, whose boxes are not shown.
+/// Builds hull, cabin, wing and lights, as children of the base, whose boxes are hidden.
 pub fn body<'a>(builder: &Builder<'a>, base: Node<'a>, color: [f64; 3]) -> Result {
     let hull_node = seen(builder, base, "Manta_visible")?;
     mesh(builder, hull_node, &hull(&BODY), color)?;
@@ -94,7 +95,7 @@ pub fn body<'a>(builder: &Builder<'a>, base: Node<'a>, color: [f64; 3]) -> Resul
     mesh(builder, cabin, &hull(&CABIN), GLASS)?;
     let still = [0.0; 3];
     let mut parts = vec![
-        // The wing on its two posts, and the axles.
+        // The wing on its two posts, and the wheel axles.
         part("box", [0.07, 0.34, 0.010], [-0.135, 0.0, 0.158], [0.0, 0.12, 0.0], BLACK),
         part("box", [0.05, 0.008, 0.08], [-0.135, 0.09, 0.12], still, BLACK),
         part("box", [0.05, 0.008, 0.08], [-0.135, -0.09, 0.12], still, BLACK),
@@ -113,7 +114,7 @@ pub fn body<'a>(builder: &Builder<'a>, base: Node<'a>, color: [f64; 3]) -> Resul
     Ok(())
 }
 
-/// A rim with five spokes on a tyre whose axis is z, so that one sees it turn.
+/// Builds a rim with five spokes on a tyre whose axis is z, so that its rotation is visible.
 pub fn rim<'a>(builder: &Builder<'a>, wheel: Node<'a>, alias: &str) -> Result {
     let d = 2.0 * RADIUS;
     let disc = |share: f64, more: f64, color| {
@@ -140,13 +141,13 @@ mod tests {
     fn meshes_are_closed_and_face_outwards() {
         for sections in [&BODY[..], &CABIN[..]] {
             let (points, triangles) = hull(sections);
-            // Each edge is met once in each direction.
+            // Each edge occurs once in each direction.
             let mut edges: Vec<[u32; 2]> =
                 triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]).collect();
             edges.sort_unstable();
             assert!(edges.windows(2).all(|w| w[0] != w[1]));
             assert!(edges.iter().all(|[a, b]| edges.binary_search(&[*b, *a]).is_ok()));
-            // The volume within is positive where triangles face outwards.
+            // The enclosed volume is positive if the triangles face outwards.
             let volume: f64 = triangles
                 .iter()
                 .map(|t| {

@@ -1,4 +1,4 @@
-//! What moves, collides, and what beams meet.
+//! The moving and colliding parts, which are also those that beams meet.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -6,22 +6,22 @@ use tatu_plugin_api::safe::{Builder, Node, Result, Value, keys};
 
 use crate::{look, numbers::*};
 
-/// Who collides with whom: the low byte counts within the car, where the body (bits 4 to 7) and the wheels (bits 0 to 3)
-/// pass through each other; the high byte counts with all others.
+/// Collision masks: the low byte applies within the car, where the body (bits 4 to 7) and the wheels (bits 0 to 3) do
+/// not collide; the high byte applies to all other objects.
 const BODY_MASK: i64 = 0xFFF0;
 const WHEEL_MASK: i64 = 0xFF0F;
 
-/// A turn by a quarter about x, x y z w, which brings z to the left.
+/// A quarter turn about x, x y z w, which takes z to the left.
 const Z_TO_LEFT: [f64; 4] = [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
 
 const BLACK: [f64; 3] = [0.08, 0.08, 0.09];
 const GLASS: [f64; 3] = [0.35, 0.45, 0.5];
 
-/// Alias of the place for other devices.
+/// Alias of the mount for other devices.
 pub const SLOT: &str = "Manta_connection";
 
-/// The curve from the steering to a front wheel has so many pieces to each side: their corners lie on the true curve,
-/// their middles off it by less than 0.0002 rad.
+/// Number of segments to each side of the curve from the steering to a front wheel: their ends are on the true curve,
+/// and their middles deviate by less than 0.0002 rad.
 const PIECES: i32 = 24;
 
 fn cuboid(size: [f64; 3], at: [f64; 3], color: [f64; 3]) -> Value {
@@ -33,7 +33,7 @@ fn cuboid(size: [f64; 3], at: [f64; 3], color: [f64; 3]) -> Value {
     ])
 }
 
-/// The body. Its frame is the rear axle's.
+/// Builds the body. Its frame is that of the rear axle.
 pub fn base<'a>(builder: &Builder<'a>, color: [f64; 3]) -> Result<Node<'a>> {
     let middle = WHEELBASE / 2.0;
     let boxes = vec![
@@ -68,9 +68,9 @@ pub fn base<'a>(builder: &Builder<'a>, color: [f64; 3]) -> Result<Node<'a>> {
         .set("shape.com", BODY_COM)
 }
 
-/// Something small that a joint moves and another one hangs on.
+/// Builds a small part between two joints.
 fn link<'a>(builder: &Builder<'a>, joint: Node<'a>, alias: &str, length: f64) -> Result<Node<'a>> {
-    // Within the hull or a wheel: pictures do not show it.
+    // Inside the hull or a wheel, so images do not show it.
     builder
         .object("shape", Some(joint), alias)?
         .set("shape.primitive", "cylinder")?
@@ -82,7 +82,7 @@ fn link<'a>(builder: &Builder<'a>, joint: Node<'a>, alias: &str, length: f64) ->
         .set("shape.inertia", LINK_INERTIA)
 }
 
-/// A wheel that collides as a ball: a flat-edged cylinder touches the floor along a line, and turns too slowly.
+/// Builds a wheel that collides as a sphere: a cylinder touches the floor along a line, which slows the car's turning.
 fn wheel<'a>(builder: &Builder<'a>, joint: Node<'a>, alias: &str) -> Result<Node<'a>> {
     let d = 2.0 * RADIUS;
     let wheel = builder
@@ -105,7 +105,7 @@ fn joint<'a>(builder: &Builder<'a>, parent: Node<'a>, alias: &str, at: [f64; 3])
     builder.object("joint", Some(parent), alias)?.set("object.position", at)?.set("joint.type", "revolute")
 }
 
-/// The joint that scripts steer by, and the front wheels, which follow it.
+/// Builds the joint that scripts steer, and the front wheels, which follow it.
 pub fn steering<'a>(builder: &Builder<'a>, base: Node<'a>) -> Result {
     let steer = joint(builder, base, "steer_joint", [WHEELBASE, 0.0, 0.06])?
         .set("joint.control", "position")?
@@ -120,7 +120,7 @@ pub fn steering<'a>(builder: &Builder<'a>, base: Node<'a>) -> Result {
             .collect();
         let pivot = joint(builder, base, &format!("f{side}_steer_joint"), [WHEELBASE, y, 0.0])?
             .set("joint.control", "position")?
-            // The inner wheel goes farther than the steering in the same time.
+            // The inner wheel turns farther than the steering in the same time.
             .set("joint.max_velocity", 2.0 * STEER_SPEED)?
             .set("joint.max_force", STEER_TORQUE)?
             .set("joint.follows", ":/steer_joint")?
@@ -135,7 +135,7 @@ pub fn steering<'a>(builder: &Builder<'a>, base: Node<'a>) -> Result {
     Ok(())
 }
 
-/// The motor's shaft, and the rear wheels, which follow its speed.
+/// Builds the motor's shaft, and the rear wheels, which follow its speed.
 pub fn drive<'a>(builder: &Builder<'a>, base: Node<'a>, torque: f64) -> Result {
     let motor = joint(builder, base, "motor_joint", [0.1, 0.0, 0.0])?
         .set("object.quaternion", Z_TO_LEFT)?
@@ -158,7 +158,7 @@ pub fn drive<'a>(builder: &Builder<'a>, base: Node<'a>, torque: f64) -> Result {
     Ok(())
 }
 
-/// A place for lasers and cameras, on the roof.
+/// Builds a mount for lasers and cameras, on the roof.
 pub fn slot<'a>(builder: &Builder<'a>, base: Node<'a>) -> Result {
     builder.object("force_sensor", Some(base), SLOT)?.set("object.position", [WHEELBASE / 2.0, 0.0, 0.105])?;
     Ok(())

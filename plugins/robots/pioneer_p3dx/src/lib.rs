@@ -1,7 +1,7 @@
 //! The Pioneer P3-DX: two driven wheels, a caster and a ring of sixteen sonars.
 //!
-//! `presets` has the numbers, `sonar` the ring, `parts` what moves and collides, `look` what is seen.
-//! The base frame lies 44.5 mm behind the axle and 0.1388 m above the floor, x forward, y left.
+//! `presets` has the numbers, `sonar` the ring, `parts` the moving and colliding parts, `look` the visible ones. The
+//! base frame is 44.5 mm behind the axle and 0.1388 m above the floor, x forward, y left.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 
@@ -18,7 +18,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-/// The plugin; it keeps nothing.
+/// The plugin; it has no state.
 pub struct Pioneers;
 
 impl Plugin for Pioneers {

@@ -1,4 +1,5 @@
-//! What is seen of the robot, by people and by sensors. Meshes are outlines pulled up, a few hundred triangles in all.
+//! The visible parts of the robot, seen by people and sensors. Meshes are extruded outlines, of a few hundred triangles
+//! in total.
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 
@@ -6,7 +7,7 @@ use tatu_plugin_api::safe::{Builder, Node, Result, Value};
 
 use crate::presets::{Caster, Outline, Robot, Wheel};
 
-/// A quarter turn about x that brings z to -y (right), x y z w.
+/// A quarter turn about x that takes z to -y (right), x y z w.
 pub const Z_TO_RIGHT: [f64; 4] = [FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
 
 const BLACK: [f64; 3] = [0.06, 0.06, 0.065];
@@ -17,18 +18,18 @@ const HUB: [f64; 3] = [0.4, 0.41, 0.43];
 const GOLD: [f64; 3] = [0.83, 0.65, 0.22];
 const STEEL: [f64; 3] = [0.55, 0.56, 0.58];
 
-/// Radius and thickness of a sonar's disc, and how far its face lies behind the sensor's origin: estimates from
-/// pictures.
+/// Radius and thickness of a sonar's disc, and distance of its face behind the sensor's origin. Estimates from
+/// photographs.
 pub const DISC: [f64; 3] = [0.019, 0.006, 0.0005];
 
-/// A corner seen from above, m.
+/// A corner of an outline seen from above, m.
 pub type Corner = [f64; 2];
 
-/// A quarter of an [`Outline`] from its end to its side: shares of length and of half width.
+/// A quarter of an [`Outline`] from its end to its side: fractions of length and of half width.
 const CURVE: [Corner; 5] = [[1.0, 0.36], [0.96, 0.57], [0.87, 0.76], [0.73, 0.91], [0.52, 1.0]];
 
 impl Outline {
-    /// Its corners, counter-clockwise from the front left.
+    /// Returns its corners, counter-clockwise from the front left.
     pub fn corners(&self) -> Vec<Corner> {
         let quarter =
             |length: f64, side: f64| CURVE.map(|[along, across]| [length * along, side * self.half_width * across]);
@@ -43,7 +44,7 @@ impl Outline {
     }
 }
 
-/// Convex hull, counter-clockwise: the lower chain, then the upper one.
+/// Returns the convex hull, counter-clockwise: the lower chain, then the upper one.
 fn hull(mut points: Vec<Corner>) -> Vec<Corner> {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     let turn = |a: Corner, b: Corner, c: Corner| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
@@ -63,7 +64,7 @@ fn hull(mut points: Vec<Corner>) -> Vec<Corner> {
     all
 }
 
-/// Corners of the sonar ring: a flat place behind each disc.
+/// Returns the corners of the sonar ring, which is flat behind each disc.
 pub fn ring_corners(robot: &Robot) -> Vec<Corner> {
     let [radius, thickness, behind] = DISC;
     let places = robot.sonars.iter().flat_map(|&[x, y, heading]| {
@@ -74,16 +75,16 @@ pub fn ring_corners(robot: &Robot) -> Vec<Corner> {
     hull(places.collect())
 }
 
-/// A mesh: points and triangles, counter-clockwise from outside.
+/// A mesh: points, and triangles that are counter-clockwise seen from outside.
 pub type Mesh = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
-/// Pulls an outline up through levels of height and inset, closed below and above.
+/// Extrudes an outline through levels of height and inset, closed at the bottom and the top.
 pub fn loft(corners: &[Corner], levels: &[[f64; 2]]) -> Mesh {
     let n = corners.len() as u32;
     let far = corners.iter().fold(0.0_f64, |m, c| m.max(libm::hypot(c[0], c[1])));
     let mut points = Vec::new();
     for [z, inset] in levels {
-        // Toward the middle by a share of the greatest radius: near enough to a bevel for a rounded outline.
+        // Scaling towards the middle approximates a bevel for a rounded outline.
         let share = 1.0 - inset / far;
         points.extend(corners.iter().map(|c| [c[0] * share, c[1] * share, *z]));
     }
@@ -101,7 +102,7 @@ pub fn loft(corners: &[Corner], levels: &[[f64; 2]]) -> Mesh {
     (points, triangles)
 }
 
-/// Boxes that fill an outline between two heights, as parts of a compound: for collisions.
+/// Returns boxes that fill an outline between two heights, as parts of a compound for collisions.
 pub fn boxes(outline: &Outline, [low, high]: [f64; 2], origin: f64) -> Vec<Value> {
     [CURVE[0], CURVE[2], CURVE[4]]
         .into_iter()
@@ -119,12 +120,12 @@ pub fn boxes(outline: &Outline, [low, high]: [f64; 2], origin: f64) -> Vec<Value
         .collect()
 }
 
-/// One part of a compound.
+/// A part of a compound.
 struct Part {
     form: &'static str,
     size: [f64; 3],
     at: [f64; 3],
-    /// Turns about its own x, then y, then z.
+    /// Euler angles about its own x, then y, then z.
     turn: [f64; 3],
     color: [f64; 3],
 }
@@ -149,7 +150,7 @@ fn part(form: &'static str, size: [f64; 3], at: [f64; 3], turn: [f64; 3], color:
     Part { form, size, at, turn, color }.value()
 }
 
-/// A shape that is only seen.
+/// Builds a shape that is only visible.
 fn seen<'a>(builder: &Builder<'a>, parent: Node<'a>, alias: &str) -> Result<Node<'a>> {
     builder
         .object("shape", Some(parent), alias)?
@@ -165,7 +166,7 @@ fn mesh<'a>(builder: &Builder<'a>, node: Node<'a>, mesh: &Mesh, color: [f64; 3])
         .set("shape.color", color)
 }
 
-/// The meshes of the body in the base frame: shell, ring, deck.
+/// Returns the meshes of the body in the base frame: shell, ring, deck.
 pub fn body_meshes(robot: &Robot) -> [Mesh; 3] {
     let up = |z: f64| z - robot.height;
     let [floor, ring] = robot.shell_z.map(up);
@@ -177,7 +178,7 @@ pub fn body_meshes(robot: &Robot) -> [Mesh; 3] {
     ]
 }
 
-/// The visible body below the base: the shell, which carries ring, deck and discs.
+/// Builds the visible body as children of the base: the shell, which has ring, deck and discs as children.
 pub fn body<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot, color: [f64; 3]) -> Result<Node<'a>> {
     let [shell, ring, deck] = body_meshes(robot);
     let body = seen(builder, base, "Pioneer_p3dx_visible")?;
@@ -187,7 +188,7 @@ pub fn body<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot, color: [f6
     let node = seen(builder, body, "Pioneer_p3dx_deck_visible")?;
     mesh(builder, node, &deck, BLACK)?;
 
-    // Beams need not see the discs: they lie on the ring.
+    // Beams ignore the discs, which are flat against the ring.
     let [radius, thickness, behind] = DISC;
     let discs = robot.sonars.iter().map(|&[x, y, heading]| {
         let (s, c) = libm::sincos(heading.to_radians());
@@ -207,13 +208,14 @@ pub fn body<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot, color: [f6
     Ok(body)
 }
 
-/// Turns that lay a cylinder's axis horizontally, along this heading: about x by a quarter (z comes to -y), then
-/// about the new y, which is upright, until -y has become the heading.
+/// Returns Euler angles that lay a cylinder's axis horizontally along a heading: a quarter turn about x takes z to -y,
+/// then a turn about the new y, which is vertical, takes -y to the heading.
 fn lying(heading: f64) -> [f64; 3] {
     [FRAC_PI_2, heading + FRAC_PI_2, 0.0]
 }
 
-/// A tyre with a light rim and a hub with three spokes, so that one sees it turn; below the wheel, upright again.
+/// Builds a tyre with a light rim and a hub with three spokes, so that its rotation is visible; it is a child of the
+/// wheel, upright again.
 pub fn wheel<'a>(builder: &Builder<'a>, parent: Node<'a>, wheel: &Wheel, alias: &str) -> Result {
     let (d, w) = (wheel.diameter, wheel.width);
     let across = |diameter: f64, width: f64, color| {
@@ -231,7 +233,7 @@ pub fn wheel<'a>(builder: &Builder<'a>, parent: Node<'a>, wheel: &Wheel, alias: 
     Ok(())
 }
 
-/// The caster's fork: a plate below the body and two cheeks down to the axle.
+/// Builds the caster's fork: a plate below the body, and two cheeks down to the axle.
 pub fn fork<'a>(builder: &Builder<'a>, link: Node<'a>, caster: &Caster) -> Result {
     let drop = caster.z - caster.wheel.diameter / 2.0;
     let cheek = |side: f64| {
@@ -246,7 +248,7 @@ pub fn fork<'a>(builder: &Builder<'a>, link: Node<'a>, caster: &Caster) -> Resul
     Ok(())
 }
 
-/// The caster's wheel, 20.7 mm wide (V-REP's), where the colliding one is thin.
+/// Builds the visible caster wheel, 20.7 mm wide (V-REP's); the colliding one is thin.
 pub fn caster_wheel<'a>(builder: &Builder<'a>, parent: Node<'a>, caster: &Caster) -> Result {
     let d = caster.wheel.diameter;
     seen(builder, parent, "Pioneer_p3dx_caster_wheel_visible")?.set("shape.primitive", "compound")?.set(

@@ -1,4 +1,4 @@
-//! What moves and collides: base, motors, wheels, caster, and places for other devices. None of it is seen.
+//! The moving and colliding parts: base, motors, wheels, caster, and mounts for other devices. None of them is visible.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -9,14 +9,14 @@ use crate::{
     presets::{Mass, Robot, Wheel},
 };
 
-/// Who collides with whom, as V-REP's model has it: the low byte counts within the robot, where the base (bits 4 to 7)
-/// and the wheels (bits 0 to 3) pass through each other; the high byte counts with all others.
+/// Collision masks, as in V-REP's model: the low byte applies within the robot, where the base (bits 4 to 7) and the
+/// wheels (bits 0 to 3) do not collide; the high byte applies to all other objects.
 const BASE_MASK: i64 = 0xFFF0;
 const WHEEL_MASK: i64 = 0xFF0F;
 
-/// A quarter turn about x that brings z to y (left), x y z w.
+/// A quarter turn about x that takes z to y (left), x y z w.
 const Z_TO_LEFT: [f64; 4] = [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
-/// Half a turn about z.
+/// A half turn about z.
 const ABOUT_FACE: [f64; 4] = [0.0, 0.0, 1.0, 0.0];
 
 /// Aliases of [`slots`].
@@ -34,7 +34,7 @@ pub const SLOTS: &[&str] = &[
     "Pioneer_p3dx_connection11",
 ];
 
-/// Where the slots are, and their headings in degrees: ten on the deck, the last one low in front.
+/// Positions of the slots, and their headings in degrees: ten on the deck, the last one low in front.
 #[rustfmt::skip]
 const SLOT_POSES: [[f64; 4]; 11] = [
     [0.0445, 0.0, 0.0983, 0.0], [0.0445, 0.13, 0.0983, 90.0], [0.1364, 0.0919, 0.0983, 45.0],
@@ -43,7 +43,7 @@ const SLOT_POSES: [[f64; 4]; 11] = [
     [-0.1374, 0.105, 0.0983, 150.0], [0.2195, 0.0, -0.0711, 0.0],
 ];
 
-/// A hidden, dynamic shape.
+/// Makes a shape hidden and dynamic.
 fn moving<'a>(node: Node<'a>, m: &Mass) -> Result<Node<'a>> {
     node.set("shape.dynamic", true)?
         .set("shape.mass", m.mass)?
@@ -53,7 +53,7 @@ fn moving<'a>(node: Node<'a>, m: &Mass) -> Result<Node<'a>> {
         .set("object.visible", false)
 }
 
-/// The base, standing on the floor: boxes inside the outlines of shell and deck.
+/// Builds the base, standing on the floor: boxes inside the outlines of shell and deck.
 pub fn base<'a>(builder: &Builder<'a>, robot: &Robot) -> Result<Node<'a>> {
     let mut boxes = look::boxes(&robot.shell, [robot.shell_z[0], robot.deck_z[0]], robot.height);
     boxes.extend(look::boxes(&robot.deck, robot.deck_z, robot.height));
@@ -77,7 +77,8 @@ pub fn base<'a>(builder: &Builder<'a>, robot: &Robot) -> Result<Node<'a>> {
     moving(base, &robot.body)
 }
 
-/// A wheel that collides as a ball: a flat-edged cylinder touches the floor along a line, and turns too slowly.
+/// Builds a wheel that collides as a sphere: a cylinder touches the floor along a line, which slows the robot's
+/// turning.
 fn wheel<'a>(node: Node<'a>, wheel: &Wheel, friction: f64) -> Result<Node<'a>> {
     let d = wheel.diameter;
     let node = node
@@ -91,7 +92,7 @@ fn wheel<'a>(node: Node<'a>, wheel: &Wheel, friction: f64) -> Result<Node<'a>> {
     moving(node, &wheel.mass)
 }
 
-/// Motors and wheels. The motors' axes point left, so a positive speed drives ahead.
+/// Builds motors and wheels. The motors' axes point left, so that a positive velocity drives ahead.
 pub fn drive<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot) -> Result {
     let z = robot.wheel.diameter / 2.0 - robot.height;
     for (side, y) in [("right", -robot.track / 2.0), ("left", robot.track / 2.0)] {
@@ -113,7 +114,7 @@ pub fn drive<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot) -> Result
     Ok(())
 }
 
-/// The caster, trailing from the start: the file has it ahead of the swivel, from where it swings round.
+/// Builds the caster, which trails from the start; in V-REP's file it begins ahead of its swivel, and swings round.
 pub fn caster<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot) -> Result {
     let c = &robot.caster;
     let free = |parent, alias| {
@@ -136,15 +137,16 @@ pub fn caster<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot) -> Resul
     let axle = free(link, "Pioneer_p3dx_caster_freeJoint2")?
         .set("object.position", [c.trail, 0.0, c.wheel.diameter / 2.0 - c.z])?
         .set("object.quaternion", look::Z_TO_RIGHT)?
-        // Without any friction, as V-REP has it, the engine winds the wheel up within an hour of turning. Estimate: 1 mN m at
-        // 1 rad/s, the drag of a greased sleeve bearing; the wheel slides on the floor, so nothing else feels it.
+        // Without any friction, as in V-REP, the engine accelerates the wheel without bound within an hour of turning.
+        // Estimate: 1 mN m at 1 rad/s, the drag of a greased sleeve bearing; the wheel slides on the floor, so this
+        // affects nothing else.
         .set("joint.damping", 0.001)?;
     let node = builder.object("shape", Some(axle), "Pioneer_p3dx_caster_wheel")?;
     wheel(node, &c.wheel, 0.0)?;
     look::caster_wheel(builder, node, c)
 }
 
-/// Places where lasers, cameras and grippers are hung; the file has them at the same places, as force sensors.
+/// Builds mounts for lasers, cameras and grippers; V-REP's file has force sensors at the same positions.
 pub fn slots<'a>(builder: &Builder<'a>, base: Node<'a>) -> Result {
     for (alias, [x, y, z, heading]) in SLOTS.iter().zip(SLOT_POSES) {
         let (s, c) = libm::sincos(heading.to_radians() / 2.0);

@@ -1,44 +1,44 @@
-//! Every number of the robot, with its source.
+//! All numbers of the robot, with their sources.
 //!
 //! Sources: **V** V-REP's library model as measured in `v30200_Pioneer-Sonar` (the same in 13 files of 9 releases),
-//! **AR** AriaCoda `params/*.p` (the maker's software), **WD** Webots' guide, **AM** amr-ros-config's URDF,
-//! **PM3** Pioneer 3 Operations Manual, **estimate** nobody's: chosen here, with the reason.
-//! Lengths in m, masses in kg, inertias in kg m^2. Heights count from the floor, x from the base frame's origin.
+//! **AR** AriaCoda `params/*.p` (the manufacturer's software), **WD** Webots' guide, **AM** amr-ros-config's URDF,
+//! **PM3** Pioneer 3 Operations Manual, **estimate**: chosen here, with the reason. Lengths in m, masses in kg,
+//! inertias in kg m^2. Heights are above the floor, x is relative to the base frame's origin.
 
 use tatu_plugin_api::safe::{Fail, Result};
 
 use crate::sonar_poses::{self, Pose};
 
-/// The choices of the parameter `preset`.
+/// Values of the parameter `preset`.
 pub const NAMES: &[&str] = &["as V-REP", "as the data sheet"];
 
-/// A moving part.
+/// Mass properties of a moving part.
 pub struct Mass {
     pub mass: f64,
-    /// About the centre of mass, along the part's axes.
+    /// Principal moments about the centre of mass, along the part's axes.
     pub inertia: [f64; 3],
     /// Centre of mass in the part's frame.
     pub com: [f64; 3],
 }
 
-/// A wheel, turning about its own z.
+/// A wheel, which turns about its own z axis.
 pub struct Wheel {
     pub diameter: f64,
     pub width: f64,
     pub mass: Mass,
 }
 
-/// The caster: a link that swivels about a vertical axis, and a wheel that trails it.
+/// The caster: a link that swivels about a vertical axis, and a wheel that trails behind it.
 pub struct Caster {
     pub x: f64,
     pub z: f64,
-    /// How far the wheel is behind the swivel.
+    /// Distance of the wheel behind the swivel.
     pub trail: f64,
     pub link: Mass,
     pub wheel: Wheel,
 }
 
-/// A convex outline, seen from above, that is rounded toward its ends.
+/// A convex outline, seen from above, that is rounded towards its ends.
 pub struct Outline {
     pub front: f64,
     pub back: f64,
@@ -49,12 +49,12 @@ pub struct Outline {
 pub struct Robot {
     /// Height of the base frame's origin.
     pub height: f64,
-    /// Where the axle is.
+    /// Position of the axle ahead of the base frame's origin.
     pub axle_x: f64,
     pub track: f64,
     pub body: Mass,
     pub wheel: Wheel,
-    /// Torque of a motor, N m.
+    /// Greatest torque of a motor, N m.
     pub max_force: f64,
     pub caster: Caster,
     /// Lower body, up to the sonar ring.
@@ -64,14 +64,15 @@ pub struct Robot {
     pub deck_z: [f64; 2],
     pub sonars: [Pose; 16],
     pub sonar_z: f64,
-    /// How far the sonars see unless a scene says otherwise.
+    /// Range of the sonars, unless a scene sets another.
     pub sonar_range: f64,
-    /// Radius of a cone's tip: it sees nothing nearer. V-REP counts the range from there, which puts the far end 5 mm
-    /// farther; here, as in the readings that V-REP prints, nothing is seen beyond the range itself.
+    /// Radius of a cone's tip, within which nothing is detected. In V-REP's model the range begins there, which puts
+    /// the far end 5 mm farther; here, as in the readings that V-REP prints, nothing is detected beyond the range
+    /// itself.
     pub sonar_tip: f64,
 }
 
-/// The robot of a preset.
+/// Returns the robot of a preset.
 pub fn named(name: &str) -> Result<Robot> {
     match name {
         "as V-REP" => Ok(as_vrep()),
@@ -105,8 +106,8 @@ fn as_vrep() -> Robot {
                 mass: at_origin(0.25, [0.0010192, 0.0010192, 0.002]),
             },
         },
-        // The file's whole body is 0.519 x 0.415 x 0.196 with its top at 0.237; how it is divided is an estimate from
-        // pictures: shell between the wheels (their inner faces are 0.281 apart), ring, deck over all.
+        // The file's whole body is 0.519 x 0.415 x 0.196 with its top at 0.237; its division is an estimate from
+        // photographs: shell between the wheels (their inner faces are 0.281 apart), ring, deck over all.
         shell: Outline { front: 0.222, back: 0.222, half_width: 0.1365 },
         shell_z: [0.06, 0.187],
         deck: Outline {
@@ -132,8 +133,8 @@ fn as_data_sheet() -> Robot {
     Robot {
         height: 0.1388, // as V-REP, for the same reason
         axle_x,
-        // Geometry, V; AR's rotation factor 0.0056 implies 357 mm = 2 / 0.0056: an *effective* track, which holds the
-        // slip of two soft tyres and belongs into odometry, not into physics, where slip comes by itself.
+        // Geometry, V. AR's rotation factor 0.0056 implies 357 mm = 2 / 0.0056: an *effective* track, which includes
+        // the slip of two soft tyres. It belongs in odometry, not in physics, where slip is simulated.
         track: 0.331,
         body: Mass {
             mass: 7.4,                                  // WD: 9 in all, less the parts below
@@ -141,7 +142,7 @@ fn as_data_sheet() -> Robot {
             com: [axle_x - 0.04, 0.0, -0.02],           // estimate: the batteries lie low, behind the axle
         },
         wheel: wheel(0.195, 0.05, 0.6), // diameter PM3; width V; mass estimate: plastic rim, foam-filled tyre
-        max_force: 3.0,                 // V; no sheet tells it
+        max_force: 3.0,                 // V; no data sheet has it
         caster: Caster {
             x: axle_x - 0.185, // AM
             z: 0.055,          // AM
@@ -169,16 +170,16 @@ fn as_data_sheet() -> Robot {
         sonars: sonar_poses::aria(axle_x), // AR
         sonar_z: 0.208,                    // AM
         sonar_range: 5.0,                  // Stage `pioneer.inc`, Webots; PM3: the firmware stops at 4.335
-        sonar_tip: 0.0,                    // no sheet has such a thing
+        sonar_tip: 0.0,                    // no data sheet has it
     }
 }
 
-/// Inertia of an even block with these edges.
+/// Returns the inertia of a uniform block with these edges.
 fn block(mass: f64, [x, y, z]: [f64; 3]) -> [f64; 3] {
     [y * y + z * z, x * x + z * z, x * x + y * y].map(|sum| mass * sum / 12.0)
 }
 
-/// Inertia of an even disc that lies across z.
+/// Returns the inertia of a uniform disc perpendicular to z.
 fn disc(mass: f64, radius: f64, width: f64) -> [f64; 3] {
     let across = mass * (3.0 * radius * radius + width * width) / 12.0;
     [across, across, mass * radius * radius / 2.0]

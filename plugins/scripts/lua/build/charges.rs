@@ -1,15 +1,17 @@
-//! What the build puts into Lua's files so that work in C counts on the budget of a call (`src/lua_charges.h`).
+//! Edits that the build makes to Lua's files, so that work in C code is charged to the budget of a call
+//! (`src/lua_charges.h`).
 //!
-//! Lua asks its hook after instructions only. Here everything whose length a script decides counts: the calls of the C
-//! interface that may run metamethods (and with them every loop of a library over a table), loops over bytes, nodes, values and
-//! tokens, and conversions of numbers. What may raise an error raises it when the budget is spent; the rest counts, and the next
-//! instruction raises. `docs/reference/script-costs.md` has the table of functions.
+//! Lua calls its hook only after instructions. These edits also charge everything whose length a script can control:
+//! calls of the C interface that may run metamethods (and thereby every library loop over a table), loops over bytes,
+//! nodes, values and tokens, and conversions of numbers. Functions that may raise an error do so when the budget is
+//! spent; in all others the next instruction does. `docs/reference/script-costs.md` lists the functions.
 //!
-//! Each text must stand in its file exactly once, else the build fails: an update of Lua means to look at each of them.
+//! Each text must occur exactly once in its file, otherwise the build fails: every edit must be reviewed when Lua is
+//! updated.
 
-/// File, text, and what stands there instead.
+/// File, original text, and its replacement.
 pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
-    // The counters, in the state that all threads share.
+    // The counters, in the global state that all threads share.
     (
         "lstate.h",
         "  struct lua_State *mainthread;\n",
@@ -33,7 +35,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "  struct lua_State *tatu_before = tatu_lua_enter(L);\n  status = luaE_resetthread(L, L->status);\n  \
          tatu_lua_enter(tatu_before);\n  lua_unlock(L);",
     ),
-    // The C interface: what may run a metamethod or a function may raise an error.
+    // The C interface: functions that may run a metamethod or a function, and so may raise an error.
     (
         "lapi.c",
         "void lua_arith (lua_State *L, int op) {\n  lua_lock(L);\n",
@@ -80,7 +82,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "  ptrdiff_t func;\n  lua_lock(L);\n",
         "  ptrdiff_t func;\n  lua_lock(L);\n  tatu_charge(L, TATU_VALUE);\n",
     ),
-    // Values moved on the stack, in calls with very many.
+    // Values moved on the stack, in calls with many arguments or results.
     (
         "ldo.c",
         "  lua_unlock(L);\n  n = (*f)(L);  /* do the actual call */\n",
@@ -101,7 +103,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "  for (i = 0; i < wanted && i < nextra; i++)\n",
         "  if (wanted > TATU_CHAIN) tatu_lua_count(L, (unsigned)wanted * TATU_VALUE);\n  for (i = 0; i < wanted && i < nextra; i++)\n",
     ),
-    // Calls within calls.
+    // Nested calls.
     (
         "ldo.c",
         "    if (lim < ci->top.p) lim = ci->top.p;\n",
@@ -123,7 +125,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "    t = tm;  /* else repeat assignment over 'tm' */\n",
         "    t = tm;  /* else repeat assignment over 'tm' */\n    if (loop > 0) tatu_lua_count(L, TATU_INSTRUCTION);\n",
     ),
-    // Tables: chains of keys with one hash, nodes without a value.
+    // Tables: collision chains of hash nodes, and nodes without a value.
     (
         "ltable.c",
         "  Node *n = mainpositionTV(t, key);\n  for (;;) {",
@@ -169,7 +171,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "  for (i -= asize; cast_int(i) < sizenode(t); i++) {  /* hash part */\n",
         "  for (i -= asize; cast_int(i) < sizenode(t); i++, tatu_lua_count(L, TATU_VALUE)) {  /* hash part */\n",
     ),
-    // Texts.
+    // Strings.
     (
         "lstring.c",
         "  lua_assert(str != NULL);  /* otherwise 'memcmp'/'memcpy' are undefined */\n",
@@ -205,7 +207,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "    const char *nl = strchr(source, '\\n');",
         "    tatu_lua_count_here(srclen);\n    const char *nl = strchr(source, '\\n');",
     ),
-    // Functions' texts and codes.
+    // Source texts and bytecode.
     (
         "lzio.c",
         "    return EOZ;\n  z->n = size - 1;",
@@ -251,8 +253,8 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "      setbtvalue(&v);  /* boolean 'true' to be the value of all indices */\n",
         "      setbtvalue(&v);  /* boolean 'true' to be the value of all indices */\n      tatu_lua_count(L, (unsigned)p->sizelineinfo * TATU_INSTRUCTION);\n",
     ),
-    // The collector cannot stop within a collection: tables with weak keys that keep one another alive in an order against it are
-    // kept, all of them, after so many passes.
+    // The collector cannot be interrupted during a collection. Weak tables whose values refer to each other's keys in
+    // an unfavourable order would take many passes; after 64 passes they are treated as strong.
     ("lgc.c", "  int changed;\n  int dir = 0;\n", "  int changed;\n  int dir = 0;\n  int tatu_passes = 0;\n"),
     (
         "lgc.c",
@@ -264,13 +266,13 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "    dir = !dir;  /* invert direction next time */\n",
         "    dir = !dir;  /* invert direction next time */\n    tatu_passes++;\n",
     ),
-    // The library of basic functions.
+    // The basic library.
     (
         "lbaselib.c",
         "    luaL_argcheck(L, 2 <= base && base <= 36, 2, \"base out of range\");\n",
         "    luaL_argcheck(L, 2 <= base && base <= 36, 2, \"base out of range\");\n    tatu_lua_charge(L, l * TATU_BYTE);\n",
     ),
-    // The library of strings.
+    // The string library.
     (
         "lstrlib.c",
         "  char *p = luaL_buffinitsize(L, &b, l);\n  for (i = 0; i < l; i++)\n",
@@ -291,7 +293,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "  if (n <= 0)\n    lua_pushliteral(L, \"\");\n",
         "  if (n <= 0 || l + lsep == 0)\n    lua_pushliteral(L, \"\");\n",
     ),
-    // What is longer than memory fails at once.
+    // A string longer than memory fails at once.
     (
         "lstrlib.c",
         "    char *p = luaL_buffinitsize(L, &b, totallen);\n",
@@ -317,7 +319,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "      strfrmt = getformat(L, strfrmt, form);\n",
         "      tatu_lua_charge(L, TATU_NUMERAL);\n      strfrmt = getformat(L, strfrmt, form);\n",
     ),
-    // Up to 418 digits.
+    // `%f` writes up to 418 digits.
     (
         "lstrlib.c",
         "          maxitem = MAX_ITEMF;  /* extra space for '%f' */\n",
@@ -358,7 +360,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "        size_t len = strlen(data + pos);\n",
         "        size_t len = strlen(data + pos);\n        tatu_lua_charge(L, len);\n",
     ),
-    // The library of UTF-8.
+    // The UTF-8 library.
     (
         "lutf8lib.c",
         "                   \"final position out of bounds\");\n",

@@ -1,10 +1,11 @@
-//! The allocator of a Lua state: a slot of address space of its own, in which addresses have the same low 32 bits in
-//! every run.
+//! Allocator of a Lua state: a slot of reserved address space in which addresses have the same low 32 bits in every
+//! run.
 //!
 //! Lua hashes tables, functions and threads by the low 32 bits of their addresses; the order in which `pairs` visits
-//! such keys repeats only if these bits do. Every slot begins at a multiple of 4 GiB, and what lies where in it depends
-//! only on the script. There is one free list per size class; new blocks are taken from the end; blocks are never split or
-//! joined. Where the system reserves no address space the system's allocator takes over, and only that order is lost.
+//! such keys is reproducible only if these bits are. Every slot begins at a multiple of 4 GiB, and the position of
+//! blocks in it depends only on the script. There is one free list per size class; new blocks are taken from the end;
+//! blocks are never split or joined. If the system cannot reserve address space, the system's allocator is used, and
+//! only that order is lost.
 
 mod region;
 #[cfg(test)]
@@ -22,20 +23,20 @@ use region::Region;
 
 /// Size of a slot, and default memory limit of a script.
 pub(crate) const SLOT_BYTES: usize = 256 << 20;
-/// Below the size of a huge page, so that a small state does not get one.
+/// Smaller than a huge page, so that a small state does not get one.
 const COMMIT: usize = 256 << 10;
 const SMALL: usize = 512;
-/// From this size on, filling a block takes longer than the instruction that allocated it: each byte counts.
+/// From this size on, filling a block takes longer than the instruction that allocated it, so each byte is charged.
 const LARGE: usize = 4096;
 /// Number of cache lines among which the first block of a slot is placed.
 const FIRST_LINES: u64 = 4096;
 const LINE: usize = 64;
 const CLASSES: usize = 32 + 4 * 20;
 
-/// A callback and its argument. It also gets the block that was to grow; null for a new block.
+/// A callback and its argument. The callback also receives the block that was to grow; null for a new block.
 pub(crate) type Listener = (unsafe fn(*const c_void, *const u8), *const c_void);
 
-/// Memory of one state. Boxed, since Lua keeps its address.
+/// The memory of one state. It is boxed because Lua keeps its address.
 pub(crate) struct Slot {
     /// `None`: the system's allocator is used.
     region: Option<Region>,
@@ -46,7 +47,7 @@ pub(crate) struct Slot {
     committed: Cell<usize>,
     used: Cell<usize>,
     limit: Cell<usize>,
-    /// The system gave no memory although the limit was not reached.
+    /// Whether the system refused memory although the limit was not reached.
     refused: Cell<bool>,
     /// Called when memory runs out.
     pub full: Cell<Option<Listener>>,
@@ -62,7 +63,7 @@ pub(crate) struct Backup {
     free: Vec<*mut u8>,
 }
 
-/// Size class and block size: steps of 16 bytes, then four classes per power of two.
+/// Returns the size class and its block size: steps of 16 bytes, then four classes per power of two.
 fn class(bytes: usize) -> (usize, usize) {
     if bytes <= SMALL {
         let c = bytes.div_ceil(16).max(1);
@@ -73,7 +74,7 @@ fn class(bytes: usize) -> (usize, usize) {
     (32 + (k - 9) * 4 + quarter, (1 << k) + ((quarter + 1) << (k - 2)))
 }
 
-/// Block size of a class.
+/// Returns the block size of a class.
 fn size_of_class(c: usize) -> usize {
     match c.checked_sub(32) {
         None => (c + 1) * 16,
@@ -99,14 +100,14 @@ impl Slot {
             unsorted: Cell::new(false),
         })
     }
-    /// Whether a state can be discarded without freeing its blocks one by one.
+    /// Returns whether a state can be discarded without freeing its blocks one by one.
     pub(crate) fn is_mapped(&self) -> bool {
         self.region.is_some()
     }
     fn base(&self) -> *mut u8 {
         self.region.as_ref().map_or(null_mut(), |region| region.base)
     }
-    /// Offset of a block in the slot.
+    /// Returns the offset of a block in the slot.
     fn offset(&self, block: *const u8) -> usize {
         block.addr() - self.base().addr()
     }
@@ -118,15 +119,15 @@ impl Slot {
             n => n.min(SLOT_BYTES),
         });
     }
-    /// Whether the system gave no memory although the limit was not reached; asking forgets it.
+    /// Returns whether the system refused memory although the limit was not reached, and resets that flag.
     pub(crate) fn take_refused(&self) -> bool {
         self.refused.replace(false)
     }
-    /// Bytes in use.
+    /// Returns the bytes in use.
     pub(crate) fn used(&self) -> usize {
         self.used.get()
     }
-    /// Memory limit, bytes.
+    /// Returns the memory limit, in bytes.
     pub(crate) fn limit(&self) -> usize {
         self.limit.get()
     }
@@ -136,13 +137,14 @@ impl Slot {
         if !self.is_mapped() {
             return None;
         }
-        // SAFETY: everything below `top` is committed.
+        // SAFETY: the slot is mapped, `first <= top`, and `extend` has committed all bytes below `top`; nothing writes
+        // to them while the slice exists, because the state is used by one thread only.
         let content = unsafe { std::slice::from_raw_parts(self.base().add(self.first), self.top.get() - self.first) };
         let free = self.free.iter().map(Cell::get).collect();
         Some(Backup { content: content.to_vec(), used: self.used.get(), free })
     }
 
-    /// Restores a backup, bit by bit.
+    /// Restores a backup bit by bit.
     ///
     /// # Safety
     /// Nothing outside the slot points to blocks allocated since the backup, and the state is idle.
@@ -156,10 +158,10 @@ impl Slot {
         self.unsorted.set(true);
     }
 
-    /// Sorts the free lists so that low addresses are reused first, and gives free blocks at the end back. This keeps
-    /// the working set of a script compact.
+    /// Sorts the free lists so that low addresses are reused first, and releases free blocks at the end. This keeps the
+    /// working set of a script compact.
     pub(crate) fn sort_free_lists(&self) {
-        // A script without garbage frees blocks in order.
+        // In scripts without garbage, the lists are in order already.
         if !self.is_mapped() || !self.unsorted.replace(false) {
             return;
         }
@@ -168,7 +170,8 @@ impl Slot {
             let mut block = list.replace(null_mut());
             while !block.is_null() {
                 blocks.push((self.offset(block), c));
-                // SAFETY: a free block holds the address of the next one.
+                // SAFETY: `block` is on a free list, so `free_block` or this function wrote the address of the next
+                // block into its first bytes.
                 block = unsafe { *block.cast::<*mut u8>() };
             }
         }
@@ -180,13 +183,15 @@ impl Slot {
         self.top.set(top);
         for (block, c) in blocks.into_iter().rev() {
             let block = self.base().wrapping_add(block);
-            // SAFETY: the block is free and large enough for an address.
+            // SAFETY: the block is free and committed, begins at a multiple of 16, and the smallest class has 16 bytes,
+            // so an address fits.
             unsafe { *block.cast::<*mut u8>() = self.free[c].get() };
             self.free[c].set(block);
         }
     }
 
-    /// `grown`: the block in whose place the new one comes; null if there is none.
+    /// Allocates a block; null if the limit or the system refuses it. `force` ignores the limit; `grown` is the block
+    /// to be replaced, null for a new one.
     fn allocate(&self, bytes: usize, force: bool, grown: *const u8) -> *mut u8 {
         let (c, size) = class(bytes);
         let used = self.used.get() + size;
@@ -195,11 +200,12 @@ impl Slot {
             return null_mut();
         }
         let block = if !self.is_mapped() {
-            // SAFETY: the size is not 0.
+            // SAFETY: the layout's size is that of a size class, which is never 0.
             Layout::from_size_align(size, 16).map_or(null_mut(), |l| unsafe { alloc(l) })
         } else if c < CLASSES && !self.free[c].get().is_null() {
             let block = self.free[c].get();
-            // SAFETY: a free block holds the address of the next one.
+            // SAFETY: `block` is on a free list, so `free_block` or `sort_free_lists` wrote the address of the next
+            // block into its first bytes.
             self.free[c].set(unsafe { *block.cast::<*mut u8>() });
             block
         } else {
@@ -220,7 +226,8 @@ impl Slot {
 
     fn report_full(&self, grown: *const u8) {
         if let Some((callback, argument)) = self.full.get() {
-            // SAFETY: the callback was set by the owner of this slot, which is alive.
+            // SAFETY: the state that set the callback owns this slot and is the callback's argument, so it is alive as
+            // long as the slot allocates.
             unsafe { callback(argument, grown) };
         }
     }
@@ -234,7 +241,8 @@ impl Slot {
         let committed = self.committed.get();
         if end > committed {
             let more = (end - committed).next_multiple_of(COMMIT).min(SLOT_BYTES - committed);
-            // SAFETY: whole pages of the reserved region.
+            // SAFETY: `committed` and `more` are multiples of the page size, and their sum is at most SLOT_BYTES, the
+            // size of the reserved region.
             if !unsafe { system::commit(self.base().add(committed), more) } {
                 self.refused.set(true);
                 return null_mut();
@@ -268,7 +276,7 @@ impl Slot {
 /// Lua's allocation function.
 ///
 /// # Safety
-/// `slot` is the state's slot; `block` and `old` come from this function.
+/// `slot` is the slot of the calling state; `block` is null or was returned by this function for `old` bytes.
 pub(crate) unsafe extern "C" fn lua_alloc(
     slot: *mut c_void,
     block: *mut c_void,
@@ -296,7 +304,7 @@ pub(crate) unsafe extern "C" fn lua_alloc(
         if !shrinks {
             return null_mut();
         }
-        // Lua relies on shrinking to succeed: the block keeps its place under the smaller size, its tail is lost.
+        // Lua relies on shrinking to succeed: the block stays in place under the smaller size, and its tail is lost.
         if slot.is_mapped() {
             slot.used.set(slot.used.get() - from.1 + to.1);
         }
@@ -309,7 +317,7 @@ pub(crate) unsafe extern "C" fn lua_alloc(
 
 #[cfg(test)]
 impl Slot {
-    /// A mapped slot; `None`, with a message, where the system reserves no address space.
+    /// Creates a mapped slot; `None`, with a message, if the system cannot reserve address space.
     pub(crate) fn in_test(seed: u64) -> Option<Box<Slot>> {
         let slot = Slot::new(seed);
         if !slot.is_mapped() {

@@ -1,4 +1,4 @@
-//! Cache of compiled chunks that every state loads: loading bytecode takes a fraction of the time and leaves no
+//! Cache of compiled chunks that every state loads: loading bytecode takes a fraction of the time and creates no
 //! garbage.
 
 use std::{
@@ -10,7 +10,7 @@ use mlua_sys::*;
 
 use crate::lua_internals;
 
-/// Capacity: more than there are preludes. The oldest entry is dropped first.
+/// Capacity, larger than the number of preludes. The oldest entry is dropped first.
 const CAPACITY: usize = 16;
 
 struct Chunk {
@@ -31,7 +31,7 @@ pub(crate) unsafe fn load(l: *mut lua_State, text: &[u8], name: &'static CStr) -
     }
     let status = luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name.as_ptr(), c"t".as_ptr());
     if status == LUA_OK {
-        // With debug information, for messages and snapshots.
+        // Debug information is included, for messages and snapshots.
         let mut code = Vec::new();
         lua_internals::dump(l, &mut code);
         let mut chunks = CHUNKS.lock().unwrap_or_else(PoisonError::into_inner);
@@ -52,9 +52,9 @@ fn cached(text: &[u8], name: &CStr) -> Option<Arc<[u8]>> {
 mod tests {
     use super::*;
 
-    /// Result of a text in a new state, or the message.
+    /// Returns the result of running a text in a new state, or the error message.
     fn run(text: &str) -> String {
-        // SAFETY: the state belongs to this function and has enough stack.
+        // SAFETY: the state is created and closed here, and a new state has LUA_MINSTACK free slots.
         unsafe {
             let l = luaL_newstate();
             luaL_requiref(l, c"_G".as_ptr(), luaopen_base, 1);

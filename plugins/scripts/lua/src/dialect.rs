@@ -1,8 +1,8 @@
-//! Dialects: versions of the program that a script was written for.
+//! Dialects: the version of the original program that a script was written for.
 
 use tatu_plugin_api::safe::*;
 
-/// Checks a dialect: the version of the program that a script was written for.
+/// Checks that a dialect is a valid version number.
 pub(crate) fn check_dialect(dialect: &str) -> Result {
     let digits = |p: &str| !p.is_empty() && p.len() < 5 && p.bytes().all(|b| b.is_ascii_digit());
     match dialect.split('.').all(digits) && dialect.split('.').count() <= 3 {
@@ -14,7 +14,7 @@ pub(crate) fn check_dialect(dialect: &str) -> Result {
     }
 }
 
-/// "4.10.1" as (4, 10).
+/// Parses a version: "4.10.1" is (4, 10).
 pub(crate) fn version(dialect: &str) -> Option<(u32, u32)> {
     let mut parts = dialect.split('.').map(|p| p.trim().parse::<u32>().ok());
     Some((parts.next()??, parts.next().flatten().unwrap_or(0)))

@@ -1,8 +1,8 @@
-//! Lossless tokenizer for Lua: finds the dialect of a text, and converts Lua 5.1 to Lua 5.4.
+//! Lossless tokenizer for Lua, used to infer the dialect of a text and to convert Lua 5.1 to Lua 5.4.
 
 use std::borrow::Cow;
 
-/// Kind of a token.
+/// The kind of a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// White space, comments, and invalid bytes.
@@ -19,7 +19,7 @@ pub(crate) enum Kind {
     Operator,
 }
 
-/// Tokens in order; concatenated, they are the text.
+/// Iterator over the tokens in order; concatenated, they are the text.
 pub(crate) struct Tokens<'a> {
     text: &'a [u8],
     at: usize,
@@ -32,7 +32,7 @@ impl<'a> Tokens<'a> {
     pub(crate) fn new(text: &'a [u8]) -> Self {
         Tokens { text, at: 0 }
     }
-    /// Length of `[==[ ... ]==]`, if one begins at `at`.
+    /// Returns the length of `[==[ ... ]==]`, if one begins at `at`.
     fn long(&self, at: usize) -> Option<usize> {
         let rest = self.text[at..].strip_prefix(b"[")?;
         let level = rest.iter().take_while(|c| **c == b'=').count();
@@ -102,8 +102,8 @@ impl<'a> Iterator for Tokens<'a> {
     }
 }
 
-/// Names and operators in a text, sorted and unique: names, keywords, qualified names with their prefixes
-/// (`robot.arm.grip`), operators, `require NAME`. Comments and strings do not count.
+/// Returns the names and operators in a text, sorted and unique: names, keywords, qualified names with their prefixes
+/// (`robot.arm.grip`), operators, `require NAME`. Comments and strings are ignored.
 pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
     let mut out: Vec<Vec<u8>> = Vec::new();
     let (mut path, mut open, mut require) = (Vec::new(), false, false);
@@ -141,8 +141,8 @@ pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
     out
 }
 
-/// If a text consists only of `if variable == X then ... end` blocks: the `X` of those that are not empty. For any
-/// other value the text has no effect. `None`: the text has another form.
+/// If a text consists only of `if variable == X then ... end` blocks, returns the `X` of those that are not empty; for
+/// any other value the text has no effect. `None`: the text has another form.
 pub(crate) fn branches<'a>(text: &'a [u8], variable: &[u8]) -> Option<Vec<&'a [u8]>> {
     let tokens: Vec<&[u8]> =
         Tokens::new(text).filter(|(kind, _)| *kind != Kind::Space).map(|(_, token)| token).collect();
@@ -166,14 +166,14 @@ pub(crate) fn branches<'a>(text: &'a [u8], variable: &[u8]) -> Option<Vec<&'a [u
         }
         rest = &body[n + 1..];
     }
-    // Other uses of the global or of these values might lead into another branch.
+    // Any other use of the variable or of these names might lead to another branch.
     let occurrences = |name: &[u8]| tokens.iter().filter(|t| **t == name).count();
     let once =
         |name: &&[u8]| occurrences(name) == all.iter().filter(|n| *n == name).count() || name[0].is_ascii_digit();
     (!all.is_empty() && occurrences(variable) == all.len() && all.iter().all(once)).then_some(nonempty)
 }
 
-/// Number of tokens before the `end` of a block; `None`: missing, or preceded by an `else`.
+/// Returns the number of tokens before the `end` of a block; `None` if it is missing or preceded by an `else`.
 fn end_of_block(tokens: &[&[u8]]) -> Option<usize> {
     let mut depth = 0;
     for (i, token) in tokens.iter().enumerate() {
@@ -181,7 +181,7 @@ fn end_of_block(tokens: &[&[u8]]) -> Option<usize> {
             b"end" | b"until" if depth > 0 => depth -= 1,
             b"end" => return Some(i),
             b"else" | b"elseif" if depth == 0 => return None,
-            // `for` and `while` are counted by their `do`.
+            // `for` and `while` are counted through their `do`.
             b"if" | b"function" | b"do" | b"repeat" => depth += 1,
             _ => {}
         }
@@ -189,7 +189,7 @@ fn end_of_block(tokens: &[&[u8]]) -> Option<usize> {
     None
 }
 
-/// Converts Lua 5.1 to Lua 5.4, keeping line numbers. In 5.1 `goto` was a name, an unknown escape meant the letter
+/// Converts Lua 5.1 to Lua 5.4, preserving line numbers. In 5.1 `goto` was a name, an unknown escape meant the letter
 /// itself, all numbers were floats, and functions with `...` had a table `arg`.
 pub(crate) fn to_lua54(text: &[u8]) -> Cow<'_, [u8]> {
     let mut out = Vec::new();
@@ -201,7 +201,7 @@ pub(crate) fn to_lua54(text: &[u8]) -> Cow<'_, [u8]> {
         match kind {
             Kind::Name if token == b"goto" && !labels => out.extend_from_slice(b"goto_"),
             Kind::String => escapes(token, &mut out),
-            // More digits than a float can hold.
+            // An integer with more digits than a float can represent: 5.1 read it as a float.
             Kind::Number if token.len() > 15 && token.iter().all(u8::is_ascii_digit) => {
                 out.extend_from_slice(token);
                 out.extend_from_slice(b".0");
@@ -235,23 +235,23 @@ fn escapes(quoted: &[u8], out: &mut Vec<u8>) {
     }
 }
 
-/// A function whose `end` has not been reached.
+/// A function whose `end` has not been reached yet.
 struct Function {
     /// Number of open blocks.
     depth: u32,
-    /// Start of the body, if the parameters end in `...`.
+    /// Start of the body, if the parameters end with `...`.
     varargs: Option<usize>,
     uses_arg: bool,
     uses_dots: bool,
 }
 
-/// Start of the bodies of vararg functions that use `arg` but not `...`.
+/// Returns the start of the bodies of vararg functions that use `arg` but not `...`.
 fn arguments(text: &[u8]) -> Vec<usize> {
     if !text.windows(3).any(|w| w == b"arg") {
         return Vec::new();
     }
     let (mut found, mut functions, mut at) = (Vec::new(), Vec::<Function>::new(), 0);
-    // Whether the position is in a parameter list, and whether that contained `...`.
+    // Whether the position is in a parameter list, and whether that contains `...`.
     let (mut head, mut dots) = (false, false);
     for (kind, token) in Tokens::new(text) {
         at += token.len();
@@ -300,7 +300,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// For arbitrary bytes, nothing is lost.
+        /// No byte is lost, for arbitrary input.
         #[test]
         fn tokens_are_the_text(text in prop::collection::vec(prop::sample::select(
             b"ab_1.0eE+-[]=\"'\\\n\r -~/<>:{}()gotoarg\xff".to_vec()), 0..60))

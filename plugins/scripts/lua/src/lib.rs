@@ -1,10 +1,11 @@
 //! Lua 5.4 as a script language, with a layer for scripts written for Lua 5.1.
 //!
-//! Each script has a Lua state of its own, used through Lua's C interface: a command call allocates nothing. Begin with
-//! `state` (data of a script) and `run` (calls from the host); `README.md` describes what scripts get.
+//! Each script has its own Lua state, accessed through Lua's C interface, so that a command call allocates nothing.
+//! Begin with `state` (data of a script) and `run` (calls from the host); `README.md` describes the environment of
+//! scripts.
 //!
 //! Rule for the whole crate: Lua errors and yields are long jumps that skip destructors. A function called by Lua keeps
-//! nothing with a destructor, and no `RefCell` guard, alive across a Lua function that may raise.
+//! no value with a destructor, and no `RefCell` guard, alive across a Lua function that may raise.
 #![allow(
     unsafe_op_in_unsafe_fn,
     reason = "every function over the raw Lua interface has one contract, documented at the function"
@@ -33,7 +34,7 @@ use tatu_plugin_api::{abi::TATU_LOG_ERROR, safe::*};
 use run::{callbacks, entry, functions, threads, traits};
 use script::Script;
 
-/// The plugin has no data; every script is an instance of the language.
+/// The plugin, which has no data; every script is an instance of the language.
 struct Lua;
 
 impl Plugin for Lua {

@@ -1,33 +1,33 @@
-/* Included before every file of Lua: what C code counts on the budget of a call, so that no loop in C escapes it. `build/charges.rs`
- * puts these calls into Lua's files; `run/budget.rs` sets the limit. */
+/* Included before every file of Lua: functions by which C code charges its work to the budget of a call, so that no
+ * loop in C is free. `build/charges.rs` inserts these calls into Lua's files; `run/budget.rs` sets the limit. */
 #ifndef TATU_LUA_CHARGES_H
 #define TATU_LUA_CHARGES_H
 
 struct lua_State;
 
-/* Units of one instruction. */
+/* Units per instruction. */
 #define TATU_INSTRUCTION 64
-/* A byte that is copied or compared with others is one unit; one that is looked at by itself: */
+/* Units per byte that is examined individually; a byte that is only copied or compared costs 1. */
 #define TATU_BYTE 16
-/* One call of Lua's C interface, one node of a table, one value moved on the stack. */
+/* Units per call of Lua's C interface, per table node, and per value moved on the stack. */
 #define TATU_VALUE 16
-/* A number as text, or a text as number. */
+/* Units per conversion between a number and text. */
 #define TATU_NUMERAL (32 * TATU_INSTRUCTION)
-/* Nodes of a chain that count nothing: what tables and strings have by chance. */
+/* Length of a collision chain that is free, since chains of this length occur by chance. */
 #define TATU_CHAIN 32
 
-/* Counts, and raises an error once the budget is spent: for functions that may raise one. */
+/* Charges units, and raises an error once the budget is spent; for functions that may raise errors. */
 void tatu_lua_charge(struct lua_State *L, unsigned long long units);
-/* Counts; the next instruction raises the error. */
+/* Charges units; once the budget is spent, the next instruction raises the error. */
 void tatu_lua_count(struct lua_State *L, unsigned long long units);
-/* Counts for the running thread, in functions that get none. */
+/* Charges units to the running thread, for functions that have no `lua_State`. */
 void tatu_lua_count_here(unsigned long long units);
-/* Sets the running thread, and returns the one before. */
+/* Sets the running thread, and returns the previous one. */
 struct lua_State *tatu_lua_enter(struct lua_State *L);
-/* `fmod`, which takes longer the more its arguments differ. */
+/* `fmod` that charges its work: it takes longer the more its arguments differ. */
 double tatu_lua_fmod(double x, double y);
 
-/* `tatu_lua_charge` within Lua's core. */
+/* `tatu_lua_charge` for use in Lua's core. */
 #define tatu_charge(L, n) { if (l_unlikely((G(L)->tatu_used += (n)) >= G(L)->tatu_limit)) tatu_lua_charge(L, 0); }
 
 #define fmod tatu_lua_fmod

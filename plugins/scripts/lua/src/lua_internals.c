@@ -1,9 +1,9 @@
-/* Access to the inside of Lua 5.4, compiled against Lua's own headers and with Lua's own flags.
- * `lua_internals.rs` says what each function is for, how it is checked, and what happens if the check fails. */
+/* Access to internals of Lua 5.4, compiled against Lua's own headers and with Lua's own flags. `lua_internals.rs`
+ * documents each function, how it is checked, and what happens if the check fails. */
 
 #define LUA_CORE
 
-/* The build renames `strspn` for Lua; here the C library's is meant. */
+/* The build renames `strspn` in Lua's files; this file uses the one of the C library. */
 #undef strspn
 #undef fmod
 
@@ -44,7 +44,7 @@ int tatu_lua_set_plain_floats(int plain) {
   return before;
 }
 
-/* Lua calls `strspn` with this set only to ask whether the digits of a float look like an integer. */
+/* Lua calls `strspn` with this set only to check whether the text of a float looks like an integer. */
 size_t tatu_lua_strspn(const char *text, const char *set) {
   if (plain_floats && strcmp(set, "-0123456789") == 0) return 0;
   return strspn(text, set);
@@ -56,13 +56,13 @@ int *tatu_lua_hook_count(lua_State *L) {
   return &L->hookcount;
 }
 
-/* Two numbers, one after the other: what was used, and the limit. */
+/* Returns the address of two adjacent numbers, the used units and the limit; NULL if they are not adjacent. */
 unsigned long long *tatu_lua_meter(lua_State *L) {
   return offsetof(global_State, tatu_limit) == offsetof(global_State, tatu_used) + sizeof(unsigned long long)
              ? &G(L)->tatu_used : NULL;
 }
 
-/* Of Rust: ends the call with an error. */
+/* Defined in Rust: ends the call with an error. */
 void tatu_lua_spent(lua_State *L);
 
 static THREAD_LOCAL lua_State *running;
@@ -85,7 +85,7 @@ void tatu_lua_charge(lua_State *L, unsigned long long units) {
   tatu_lua_spent(L);
 }
 
-/* Where no error may be raised, the hook does at the next instruction. */
+/* This function may not raise an error, so the hook raises it at the next instruction. */
 void tatu_lua_count(lua_State *L, unsigned long long units) {
   global_State *g = G(L);
   if ((g->tatu_used += units) >= g->tatu_limit) L->hookcount = 1;
@@ -95,7 +95,7 @@ void tatu_lua_count_here(unsigned long long units) {
   if (running) tatu_lua_count(running, units);
 }
 
-/* Divides bit by bit where the exponents differ by many. */
+/* Charges one step per bit by which the exponents differ; a small difference is free. */
 double tatu_lua_fmod(double x, double y) {
   int a, b;
   frexp(x, &a);
@@ -108,7 +108,7 @@ ptrdiff_t tatu_lua_gc_debt(lua_State *L) {
   return G(L)->GCdebt;
 }
 
-/* While a stack grows, Lua keeps the places of its functions as offsets from its begin (`relstack` in ldo.c). */
+/* While a stack grows, Lua stores positions in it as offsets from its beginning (`relstack` in ldo.c). */
 
 int tatu_lua_is_stack(lua_State *L, const void *block) {
   return (const void *)L->stack.p == block;
@@ -130,7 +130,8 @@ unsigned int tatu_lua_seed(lua_State *L) {
   return G(L)->seed;
 }
 
-/* Whether the cache of C strings has one entry. The field behind the cache shows that Lua was compiled with the same size. */
+/* Returns whether the cache of C strings has one entry. The field behind the cache shows whether Lua was compiled
+ * with the same size. */
 int tatu_lua_has_small_string_cache(lua_State *L) {
   lua_setwarnf(L, NULL, L);
   return STRCACHE_N * STRCACHE_M == 1 && G(L)->ud_warn == L;
@@ -140,7 +141,7 @@ unsigned int tatu_lua_hash_text(const char *text, size_t len) {
   return luaS_hash(text, len, luai_makeseed(L));
 }
 
-/* As `l_hashfloat` in ltable.c. */
+/* A copy of `l_hashfloat` in ltable.c. */
 unsigned int tatu_lua_hash_float(double n) {
   int exponent;
   lua_Integer mantissa;
@@ -175,7 +176,7 @@ unsigned int tatu_lua_limit(const Table *t, int *is_hint) {
   return t->alimit;
 }
 
-/* 0: the array would get another size. */
+/* Sets the limit of the array part; returns 0 if that would change the array's size. */
 int tatu_lua_set_limit(Table *t, unsigned int limit, int is_hint) {
   Table changed = *t;
   changed.alimit = limit;
@@ -211,18 +212,18 @@ void tatu_lua_node_at(const Table *t, size_t i, tatu_lua_node *out) {
   }
 }
 
-/* Marks the key of an empty node as the collector does. */
+/* Marks the key of an empty node as dead, as the collector does. */
 void tatu_lua_kill_key(Table *t, size_t i) {
   setdeadkey(gnode(t, i));
 }
 
-/* All but identity, colour and metatable. */
+/* Exchanges everything except identity, colour and metatable. */
 void tatu_lua_exchange(Table *a, Table *b) {
   Table was = *a;
   int hint_a = !isrealasize(a), hint_b = !isrealasize(b);
   a->lsizenode = b->lsizenode, a->alimit = b->alimit, a->array = b->array, a->node = b->node, a->lastfree = b->lastfree;
   b->lsizenode = was.lsizenode, b->alimit = was.alimit, b->array = was.array, b->node = was.node, b->lastfree = was.lastfree;
-  /* The other flags say which metamethods are missing; without them Lua looks again. */
+  /* The other flags cache which metamethods are missing; clearing them makes Lua look them up again. */
   a->flags = cast_byte(hint_b ? BITRAS : 0);
   b->flags = cast_byte(hint_a ? BITRAS : 0);
 }
@@ -244,8 +245,8 @@ static const Proto *on_top(lua_State *L) {
   return ttisLclosure(o) ? clLvalue(o)->p : NULL;
 }
 
-/* Writes the n-th function of the one on top, depth first from itself, as `lua_dump` writes a closure of it. 0: there is no
- * such function. */
+/* Writes the n-th function nested in the one on top (0: itself; depth first), as `lua_dump` writes a closure of it.
+ * Returns 0 if there is no such function. */
 int tatu_lua_dump_nested(lua_State *L, unsigned int n, lua_Writer writer, void *data) {
   const Proto *p = on_top(L);
   if (p) p = find(p, &n);
@@ -262,7 +263,7 @@ static void hash_byte(uint64_t *h, int byte) {
   hash_bytes(h, &b, 1);
 }
 
-/* As `dumpSize` in ldump.c writes it. */
+/* Hashes a size as `dumpSize` in ldump.c writes it. */
 static void hash_size(uint64_t *h, size_t size) {
   unsigned char digits[(sizeof(size_t) * CHAR_BIT + 6) / 7];
   size_t first = sizeof(digits);
@@ -307,8 +308,8 @@ static void hash_function(uint64_t *h, const Proto *f) {
   for (i = 0; i < 4; i++) hash_size(h, 0); /* no debug information */
 }
 
-/* FNV-1a hash of what `lua_dump` writes of the function on top without debug information and line numbers. 0: it is not a
- * Lua function. */
+/* Returns the FNV-1a hash of the bytes that `lua_dump` writes for the function on top, without debug information
+ * and line numbers; 0 if it is not a Lua function. */
 uint64_t tatu_lua_hash_code(lua_State *L) {
   const Proto *p = on_top(L);
   const lua_Integer an_integer = LUAC_INT;

@@ -1,13 +1,13 @@
-//! Everything that this plugin uses of Lua beyond its C interface, for determinism, budgets and snapshots.
+//! Access to Lua beyond its C interface, for determinism, budgets and snapshots.
 //!
-//! The accessors are in `lua_internals.c`, which is compiled against Lua's own headers. `build.rs` gives the definitions to
-//! Lua's files.
+//! The accessors are in `lua_internals.c`, which is compiled against Lua's own headers. `build.rs` sets the definitions
+//! for Lua's files.
 //!
 //! | item | purpose | check | if it fails |
 //! |---|---|---|---|
 //! | `luai_makeseed(L)=0x5EED` | Lua derives its hash seed from addresses and the clock, and `pairs` would visit string keys in another order in each run | [`problems`], at start | error in the log |
 //! | `STRCACHE_N=1`, `STRCACHE_M=1` | Lua caches C strings by their address, which would decide when a string is collected | [`problems`], at start | error in the log |
-//! | `lua_math.h` before every file | sine and kin of the C library have other bits with another library or processor | a test compares bits of them | the test fails |
+//! | `lua_math.h` before every file | sine and similar functions of the C library have other bits with another library or processor | a test compares bits of them | the test fails |
 //! | `strspn=tatu_lua_strspn` | text of floats in scripts for Lua 5.1, see [`NumberFormat`] | [`problems`], at start | error in the log |
 //! | `lua_gc` with a negative step | collections at fixed numbers of calls, see `gc` | [`problems`], at start | error in the log |
 //! | `build/charges.rs`, `lua_charges.h` | loops in C count on the budget | the build finds each place; [`meter`], in each state | C code counts nothing |
@@ -27,10 +27,10 @@ use std::{
 
 use mlua_sys::*;
 
-/// The hash seed that `build.rs` sets.
+/// The hash seed set by `build.rs`.
 const SEED: u32 = 0x5EED;
 
-/// `tatu_lua_node` of the C file.
+/// The struct that `tatu_lua_node` fills; must match `lua_internals.c`.
 #[repr(C)]
 struct RawNode {
     kind: u8,
@@ -76,10 +76,11 @@ unsafe extern "C-unwind" {
     pub(crate) fn lua_closethread(l: *mut lua_State, from: *mut lua_State) -> c_int;
 }
 
-/// Failed checks, each with its consequence.
+/// Runs all checks; returns the failed ones, each with its consequence.
 pub(crate) fn problems() -> Vec<&'static str> {
     let mut problems = Vec::new();
-    // SAFETY: the state belongs to this function; nothing raises, except for lack of memory.
+    // SAFETY: the state is created here, and checked not to be null; a new state has LUA_MINSTACK free slots. Only a
+    // lack of memory could raise an error.
     unsafe {
         let l = luaL_newstate();
         if l.is_null() {
@@ -115,27 +116,28 @@ pub(crate) unsafe fn defer_gc(l: *mut lua_State, kib: c_int) {
     lua_gc(l, LUA_GCSTEP, -kib);
 }
 
-/// Number format of this thread while the value lives: whether a float with an integer value becomes `5`, as in Lua 5.1,
-/// or `5.0`. Lua converts numbers in one place, which asks `strspn` whether ".0" must follow; the build replaces that
-/// function, so that the format applies to `..` and `string.format` as well as to `tostring`, at no cost.
+/// Number format of this OS thread while the value lives: whether a float with an integral value is written as `5`, as
+/// in Lua 5.1, or as `5.0`. Lua formats numbers in one function, which calls `strspn` to decide whether ".0" must
+/// follow. The build replaces `strspn`, so that the format applies to `..` and `string.format` as well as to
+/// `tostring`, at no cost.
 pub(crate) struct NumberFormat(c_int);
 
 impl NumberFormat {
-    /// `plain`: without ".0".
+    /// Sets the format; `plain`: without ".0".
     pub(crate) fn begin(plain: bool) -> Self {
-        // SAFETY: sets a number of this thread.
+        // SAFETY: the function only exchanges a thread-local integer.
         NumberFormat(unsafe { tatu_lua_set_plain_floats(c_int::from(plain)) })
     }
 }
 
 impl Drop for NumberFormat {
     fn drop(&mut self) {
-        // SAFETY: sets a number of this thread.
+        // SAFETY: the function only exchanges a thread-local integer.
         unsafe { tatu_lua_set_plain_floats(self.0) };
     }
 }
 
-/// Address of a thread's countdown of instructions to the next run of its hook; null if the check fails.
+/// Returns the address of a thread's countdown of instructions to the next run of its hook; null if the check fails.
 ///
 /// # Safety
 /// The thread runs nothing, and has just been given a hook.
@@ -144,37 +146,38 @@ pub(crate) unsafe fn hook_count(l: *mut lua_State) -> *mut c_int {
     if *left == lua_gethookcount(l) { left } else { null_mut() }
 }
 
-/// What a state counts, in units (`lua_charges.h`): used, and the limit at which C code raises an error.
+/// Counter of a state's work, in units (`lua_charges.h`): used, and the limit at which C code raises an error.
 #[repr(C)]
 pub(crate) struct Meter {
     pub used: Cell<u64>,
     pub limit: Cell<u64>,
 }
 
-/// Units of one instruction, of a byte that is looked at by itself, and of a call of Lua's C interface.
+/// Units of one instruction, and of a byte that is examined individually.
 pub(crate) const INSTRUCTION: u64 = 64;
 pub(crate) const BYTE: u64 = 16;
 
-/// The meter of a state; null if the check fails.
+/// Returns the meter of a state; null if the check fails.
 ///
 /// # Safety
-/// A live state.
+/// `l` belongs to a live state, which outlives the meter.
 pub(crate) unsafe fn meter(l: *mut lua_State) -> *const Meter {
     tatu_lua_meter(l)
 }
 
-/// Counts units for the thread of Lua that runs in this thread, if any.
+/// Charges units to the Lua thread that runs in this OS thread, if any.
 pub(crate) fn count_here(units: u64) {
-    // SAFETY: adds to a number of the running state, which is alive.
+    // SAFETY: the C function does nothing if no thread is running; a running one is alive, because `Running` resets it
+    // before its state can be closed.
     unsafe { tatu_lua_count_here(units) };
 }
 
-/// The thread of Lua that runs in this thread while the value lives, for C code that counts.
+/// Marks `l` as the Lua thread running in this OS thread while the value lives; C code charges its work to it.
 pub(crate) struct Running(*mut lua_State);
 
 impl Running {
     /// # Safety
-    /// `l` lives longer than the value.
+    /// `l` outlives the returned value.
     pub(crate) unsafe fn begin(l: *mut lua_State) -> Self {
         Running(tatu_lua_enter(l))
     }
@@ -182,16 +185,18 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // SAFETY: what ran before runs again.
+        // SAFETY: `self.0` is null or the thread that was running when this value was created; its own `Running` still
+        // lives, so the thread does too.
         unsafe { tatu_lua_enter(self.0) };
     }
 }
 
-/// Lets `look` see the running functions of a thread while its allocator refuses to let `block` grow. Lua moves a stack with
-/// all pointers into it turned into offsets; without their pointers a look at the functions would end the process.
+/// Calls `look`, which examines the running functions of a thread, while its allocator refuses to let `block` grow. If
+/// `block` is the stack, Lua has turned all pointers into it into offsets; they are restored for `look`, since
+/// following the offsets as pointers would crash.
 ///
 /// # Safety
-/// Called by the allocator; `look` only asks which functions run.
+/// Called by the allocator; `look` only reads which functions run.
 pub(crate) unsafe fn with_frames(l: *mut lua_State, block: *const u8, look: impl FnOnce()) {
     let moves = !l.is_null() && !block.is_null() && tatu_lua_is_stack(l, block.cast()) != 0;
     if moves {
@@ -203,15 +208,15 @@ pub(crate) unsafe fn with_frames(l: *mut lua_State, block: *const u8, look: impl
     }
 }
 
-/// Lua's hash of a string.
+/// Returns Lua's hash of a string.
 pub(crate) fn hash_text(text: &[u8]) -> u32 {
-    // SAFETY: reads so many bytes.
+    // SAFETY: the pointer and the length are those of the slice, and the function only reads.
     unsafe { tatu_lua_hash_text(text.as_ptr(), text.len()) }
 }
 
-/// Lua's hash of a float that has no integer value.
+/// Returns Lua's hash of a float without an integral value.
 pub(crate) fn hash_float(x: f64) -> u32 {
-    // SAFETY: calculates.
+    // SAFETY: the function computes from its argument only.
     unsafe { tatu_lua_hash_float(x) }
 }
 
@@ -225,39 +230,39 @@ pub(crate) enum Key<'a> {
     Text(&'a [u8]),
     /// A table, function, coroutine or userdata.
     Object,
-    /// A collected key without a value.
+    /// A collected key of a node without a value.
     Dead,
 }
 
-/// A table's memory layout.
+/// Direct access to the memory of a table.
 #[derive(Clone, Copy)]
 pub(crate) struct RawTable(*const c_void);
 
 impl RawTable {
-    /// # Safety
-    /// There is a table at `idx`, which lives while this is used.
+    /// The value at `idx` is a table that outlives the result.
+    /// There is a table at `idx`, and it lives while the value is used.
     pub(crate) unsafe fn of(l: *mut lua_State, idx: i32) -> Self {
         RawTable(lua_topointer(l, idx))
     }
-    /// Nodes of the hash part.
+    /// Returns the number of nodes of the hash part.
     pub(crate) unsafe fn nodes(self) -> usize {
         tatu_lua_nodes(self.0)
     }
-    /// Values of the array part.
+    /// Returns the size of the array part.
     pub(crate) unsafe fn array(self) -> usize {
         tatu_lua_array_size(self.0)
     }
-    /// Lua's limit of the array part, and whether it is only a hint for the length operator.
+    /// Returns Lua's limit of the array part, and whether it is only a hint for the length operator.
     pub(crate) unsafe fn limit(self) -> (u32, bool) {
         let mut is_hint = 0;
         let limit = tatu_lua_limit(self.0, &mut is_hint);
         (limit, is_hint != 0)
     }
-    /// Sets both. Refused if the array would get another size.
+    /// Sets the limit and whether it is a hint; returns false if that would change the size of the array.
     pub(crate) unsafe fn set_limit(self, limit: u32, is_hint: bool) -> bool {
         tatu_lua_set_limit(self.0, limit, c_int::from(is_hint)) != 0
     }
-    /// The key of a node, and whether it has a value.
+    /// Returns the key of a node, and whether the node has a value.
     pub(crate) unsafe fn node<'a>(self, i: usize) -> (Key<'a>, bool) {
         let mut node = RawNode { kind: KEY_NIL, has_value: 0, bits: 0, text: std::ptr::null() };
         tatu_lua_node_at(self.0, i, &mut node);
@@ -279,13 +284,13 @@ impl RawTable {
     /// Exchanges the contents of two tables; metatables stay.
     ///
     /// # Safety
-    /// The collector is stopped, and both are of one colour.
+    /// The collector is stopped, and both tables have the same colour.
     pub(crate) unsafe fn exchange(self, other: RawTable) {
         tatu_lua_exchange(self.0, other.0);
     }
 }
 
-/// Whether the nodes of a table with known content are read correctly.
+/// Returns whether the nodes of a table with known content are read correctly.
 ///
 /// # Safety
 /// Runs in protected mode; five free stack slots.
@@ -317,7 +322,7 @@ unsafe extern "C-unwind" fn extend(_: *mut lua_State, bytes: *const c_void, n: u
     0
 }
 
-/// The function on top as a binary chunk; empty if it is not a Lua function.
+/// Writes the function on top as a binary chunk; empty if it is not a Lua function.
 ///
 /// # Safety
 /// There is a value on top.
@@ -326,7 +331,7 @@ pub(crate) unsafe fn dump(l: *mut lua_State, out: &mut Vec<u8>) {
     tatu_lua_dump_nested(l, 0, extend, (&raw mut *out).cast());
 }
 
-/// The function on top and all functions nested in it, depth first, each as `dump` writes a closure of it.
+/// Writes the function on top and all functions nested in it, depth first, each as `dump` writes a closure of it.
 ///
 /// # Safety
 /// There is a value on top.
@@ -340,8 +345,8 @@ pub(crate) unsafe fn dump_all(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
     }
 }
 
-/// Hash of the bytecode of the Lua function on top, nested functions included; independent of line numbers and comments.
-/// 0: it is not a Lua function.
+/// Returns a hash of the bytecode of the Lua function on top, including nested functions, but not line numbers and
+/// comments. 0: it is not a Lua function.
 ///
 /// # Safety
 /// There is a value on top.
@@ -356,9 +361,9 @@ mod tests {
     /// Order in which `pairs` visits the keys k1..k16 with the seed of `build.rs`.
     const ORDER: &str = "k1k2k3k4k6k5k8k7k11k9k13k15k14k12k10k16";
 
-    /// Result of a chunk in a new state, as text.
+    /// Returns the result of a chunk in a new state, as text.
     fn run(text: &str) -> String {
-        // SAFETY: the state belongs to this function; a failed call leaves a message.
+        // SAFETY: the state is created and closed here; `lua_pcall` leaves a result or a message on the stack.
         unsafe {
             let l = luaL_newstate();
             luaL_openlibs(l);
@@ -398,7 +403,7 @@ mod tests {
 
     #[test]
     fn float_keys_stand_where_their_hashes_say() {
-        // SAFETY: the state belongs to this test.
+        // SAFETY: the state is created and closed here, and the stack has room for the few values pushed.
         unsafe {
             let l = luaL_newstate();
             for x in [0.5, -3.25, 1e300, 5e-324, f64::INFINITY, -1.0 / 3.0] {

@@ -1,5 +1,6 @@
-/* Included before every file of Lua: functions whose bits differ from one C library, or from one processor, to the next are
- * those of `lua_math.rs`. What IEEE 754 defines to the last bit (sqrt, fmod, floor, ...) stays the C library's. */
+/* Included before every file of Lua: replaces math functions whose results differ between C libraries or processors
+ * by those of `lua_math.rs`. Functions that IEEE 754 defines exactly (sqrt, fmod, floor, ...) remain those of the C
+ * library. */
 #ifndef TATU_LUA_MATH_H
 #define TATU_LUA_MATH_H
 #include <math.h>

@@ -1,6 +1,6 @@
-//! Lua's sine and kin, for `lua_math.h`: the same bits with any C library and on any processor.
+//! Lua's transcendental functions, for `lua_math.h`: bit-identical with any C library and on any processor.
 
-/// Defines functions that C calls.
+/// Defines functions that are called from C.
 macro_rules! functions {
     ($($name:ident($($x:ident),+) = $function:path;)*) => {
         $(

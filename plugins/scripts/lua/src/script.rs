@@ -1,4 +1,4 @@
-//! A script from its creation to its end.
+//! Creation and end of a script.
 
 use std::{
     cell::{Cell, RefCell},
@@ -21,10 +21,9 @@ pub(crate) struct Script {
     state: Box<State>,
 }
 
-// SAFETY: what its pointers lead to (the Lua state, its memory, its files) belongs to this script alone, and is used by
-// the owner of the script, one thread at a time. Scripts share nothing in Lua or in this plugin except what is
-// immutable or behind a lock. The world's pointer is only passed to functions of the host, which check the thread that
-// they run on.
+// SAFETY: the Lua state, its memory and its files belong to this script alone, and only the owner of the script uses
+// them, from one thread at a time. Scripts share nothing in Lua or in this plugin except immutable data and data behind
+// locks. The world's pointer is only passed to functions of the host, which check the calling thread.
 unsafe impl Send for Script {}
 
 impl Deref for Script {
@@ -46,7 +45,8 @@ impl Script {
                         functions in another order in each run; allow the program more (`ulimit -v`)";
             world.log(TATU_LOG_WARNING, text.as_bytes());
         }
-        // SAFETY: the slot is boxed and outlives the state.
+        // SAFETY: `lua_alloc` gets the slot as its argument; the slot is boxed, so its address is stable, and it is
+        // dropped after the state is closed.
         let main = unsafe { lua_newstate(lua_alloc, (&raw const *slot).cast_mut().cast()) };
         if main.is_null() {
             return Err(Fail::new("not enough memory for a Lua state"));
@@ -90,18 +90,19 @@ impl Script {
             foreign,
             slot,
         });
-        // SAFETY: the box's content does not move; threads created later copy the main thread's extra space.
+        // SAFETY: the extra space has the size of a pointer. The boxed `State` does not move and outlives the Lua
+        // state; threads created later copy the extra space of the main thread.
         unsafe { *lua_getextraspace(main).cast::<*const State>() = &raw const *state };
         state.slot.full.set(Some((errors::note_memory, (&raw const *state).cast())));
         let script = Script { state };
-        // SAFETY: the state is new and runs nothing.
+        // SAFETY: `main` is the main thread of a state that was just created.
         unsafe { gc::open(main) };
-        // SAFETY: runs in protected mode, on the new state's own stack.
+        // SAFETY: `protect` calls the closure with the new state's main thread in protected mode.
         errors::protect(&script, &mut |l| unsafe {
             stdlib::open(l);
             stdlib::permissions::open(l, &script);
         })?;
-        // SAFETY: the main thread runs nothing.
+        // SAFETY: `main` is live and runs nothing.
         unsafe {
             budget::arm(main);
             script.budget.locate(main);
@@ -114,9 +115,10 @@ impl Script {
 impl Drop for Script {
     fn drop(&mut self) {
         self.end_line();
-        // In a mapped slot all Lua objects vanish with it; files are owned and closed outside of Lua.
+        // A mapped slot releases all Lua objects at once; open files are owned by `State`, not by Lua.
         if !self.slot.is_mapped() {
-            // SAFETY: the host ends an instance only while none of its calls runs.
+            // SAFETY: the host ends an instance only while none of its calls runs, and this is the only place that
+            // closes the state.
             unsafe { lua_close(self.main) };
         }
     }

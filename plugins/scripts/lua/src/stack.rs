@@ -1,4 +1,4 @@
-//! Helpers over the stack and the registry of a Lua state.
+//! Helpers for the stack and the registry of a Lua state.
 
 use mlua_sys::*;
 
@@ -14,9 +14,9 @@ pub(crate) mod reg {
     pub const WAITS: i64 = 13;
     /// Results of finished waits: token -> packed results.
     pub const DONE: i64 = 14;
-    /// Numbers that stand for addresses in text: object -> number.
+    /// Numbers shown instead of addresses: object -> number.
     pub const NUMBERS: i64 = 15;
-    /// Name space tables: prefix -> table ("" for the globals).
+    /// Namespace tables: prefix -> table ("" for the globals).
     pub const SCOPES: i64 = 16;
     /// Metatable of files.
     pub const FILE: i64 = 17;
@@ -34,10 +34,10 @@ pub(crate) mod reg {
     pub const RERUN_GLOBALS: i64 = 23;
 }
 
-/// The bytes of the string or number at `idx`; converts a number in place. Empty for other types.
+/// Returns the bytes of the string or number at `idx`; converts a number in place. Empty for other types.
 ///
 /// # Safety
-/// The slice is used only while the value stays on the stack.
+/// The slice is used only while the value is on the stack.
 pub(crate) unsafe fn bytes<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
     let mut len = 0;
     let ptr = lua_tolstring(l, idx, &mut len);
@@ -50,15 +50,15 @@ pub(crate) unsafe fn bytes<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
 /// Pushes a string.
 ///
 /// # Safety
-/// One free stack slot; may raise.
+/// There is one free stack slot. May raise an error.
 pub(crate) unsafe fn push(l: *mut lua_State, text: &[u8]) {
     lua_pushlstring(l, text.as_ptr().cast(), text.len());
 }
 
-/// Pushes a registry value and returns its type.
+/// Pushes a registry value, and returns its type.
 ///
 /// # Safety
-/// One free stack slot.
+/// There is one free stack slot.
 pub(crate) unsafe fn registry(l: *mut lua_State, place: i64) -> i32 {
     lua_rawgeti(l, LUA_REGISTRYINDEX, place)
 }
@@ -66,7 +66,7 @@ pub(crate) unsafe fn registry(l: *mut lua_State, place: i64) -> i32 {
 /// Sets a function in the table on top.
 ///
 /// # Safety
-/// Two free stack slots; may raise.
+/// There are two free stack slots. May raise an error.
 pub(crate) unsafe fn set(l: *mut lua_State, name: &std::ffi::CStr, f: lua_CFunction) {
     lua_pushinteger(l, 0);
     lua_pushcclosure(l, f, 1);
@@ -76,7 +76,7 @@ pub(crate) unsafe fn set(l: *mut lua_State, name: &std::ffi::CStr, f: lua_CFunct
 /// Reads the list of strings on top.
 ///
 /// # Safety
-/// Runs in protected mode, with a table on top and a free stack slot.
+/// Runs in protected mode, with a table on top and one free stack slot.
 pub(crate) unsafe fn read_strings(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
     for i in 1..=lua_rawlen(l, -1) {
         lua_rawgeti(l, -1, i as i64);

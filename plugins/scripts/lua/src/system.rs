@@ -1,6 +1,6 @@
 //! Virtual memory of the operating system.
 
-/// Reserves address space that uses no memory until committed. Null: not supported, or refused.
+/// Reserves address space, which uses no memory until committed. Null: not supported, or refused.
 #[cfg(unix)]
 pub(crate) fn reserve(bytes: usize) -> *mut u8 {
     reserve_near(std::ptr::null_mut(), bytes)
@@ -11,20 +11,21 @@ const FLAGS: i32 = libc::MAP_PRIVATE | libc::MAP_ANON | libc::MAP_NORESERVE;
 #[cfg(all(unix, not(any(target_os = "linux", target_os = "android", target_os = "macos"))))]
 const FLAGS: i32 = libc::MAP_PRIVATE | libc::MAP_ANON;
 
-/// The same at `wish`, or elsewhere if that is taken.
+/// Reserves address space at `wish`, or elsewhere if that is taken.
 #[cfg(unix)]
 fn reserve_near(wish: *mut u8, bytes: usize) -> *mut u8 {
-    // SAFETY: creates a new mapping; the address is only a wish, so that nothing that is there is replaced.
+    // SAFETY: without MAP_FIXED the address is only a hint, so the new mapping replaces no existing one.
     let at = unsafe { libc::mmap(wish.cast(), bytes, libc::PROT_NONE, FLAGS, -1, 0) };
     if at == libc::MAP_FAILED { std::ptr::null_mut() } else { at.cast() }
 }
 
-/// Reserves address space that begins at a multiple of `align`, and no more than that. Null: none was found at the places
-/// that are tried.
+/// Reserves address space that begins at a multiple of `align`, without padding. Null: none of the places tried is
+/// free.
 #[cfg(all(unix, target_pointer_width = "64"))]
 pub(crate) fn reserve_aligned(bytes: usize, align: usize) -> *mut u8 {
     use std::sync::atomic::{AtomicUsize, Ordering};
-    /// Where systems of 47 bits and more put neither programs nor their libraries, heaps and stacks.
+    /// A range in which systems with 47 or more address bits place neither programs nor their libraries, heaps and
+    /// stacks.
     const PLACES: std::ops::Range<usize> = 0x1000_0000_0000..0x5000_0000_0000;
     const TRIES: usize = 32;
     static NEXT: AtomicUsize = AtomicUsize::new(0);
@@ -35,7 +36,7 @@ pub(crate) fn reserve_aligned(bytes: usize, align: usize) -> *mut u8 {
         if at.is_null() || at == wish {
             return at;
         }
-        // SAFETY: just reserved, and not used.
+        // SAFETY: the range was reserved just above with this size, and nothing refers to it.
         unsafe { free(at, bytes) };
     }
     std::ptr::null_mut()
@@ -45,10 +46,10 @@ pub(crate) fn reserve_aligned(_: usize, _: usize) -> *mut u8 {
     std::ptr::null_mut()
 }
 
-/// Makes reserved pages usable; they read zero.
+/// Makes reserved pages usable, filled with zeros.
 ///
 /// # Safety
-/// The range consists of whole pages of a reservation.
+/// The range consists of whole pages of a single reservation.
 #[cfg(unix)]
 pub(crate) unsafe fn commit(at: *mut u8, bytes: usize) -> bool {
     libc::mprotect(at.cast(), bytes, libc::PROT_READ | libc::PROT_WRITE) == 0
@@ -57,7 +58,7 @@ pub(crate) unsafe fn commit(at: *mut u8, bytes: usize) -> bool {
 /// Releases a reservation.
 ///
 /// # Safety
-/// `at` and `bytes` come from `reserve`, and nothing points into the range any more.
+/// `at` and `bytes` are those of a reservation, and nothing refers to the range any more.
 #[cfg(unix)]
 pub(crate) unsafe fn free(at: *mut u8, bytes: usize) {
     libc::munmap(at.cast(), bytes);

@@ -1,4 +1,4 @@
-//! Values as text without addresses, and as integers of Lua 5.1.
+//! Converts values to text without addresses, and to integers as in Lua 5.1.
 
 use mlua_sys::*;
 
@@ -12,7 +12,7 @@ use crate::{
 /// shown.
 ///
 /// # Safety
-/// May raise, and may call `__tostring`.
+/// May raise an error, and may call `__tostring`.
 pub(crate) unsafe fn to_text(l: *mut lua_State, idx: i32) {
     let idx = lua_absindex(l, idx);
     luaL_checkstack(l, 8, std::ptr::null());
@@ -44,10 +44,10 @@ pub(crate) unsafe fn to_text(l: *mut lua_State, idx: i32) {
     }
 }
 
-/// Pushes the number of the object at `idx` in the form of an address, "0x00000001".
+/// Pushes the number of the object at `idx`, formatted like an address: "0x00000001".
 ///
 /// # Safety
-/// Four free stack slots; may raise.
+/// There are four free stack slots. May raise an error.
 pub(crate) unsafe fn address(l: *mut lua_State, idx: i32) {
     let s = state::of(l);
     registry(l, reg::NUMBERS);
@@ -71,11 +71,11 @@ pub(crate) unsafe fn address(l: *mut lua_State, idx: i32) {
     push(l, &text);
 }
 
-/// Converts a float, or a string that is one, to an integer as Lua 5.1 did: truncated, and the least integer if out of
-/// range.
+/// Converts a float, or a string that contains one, to an integer as Lua 5.1 did: truncated, or the least integer if
+/// out of range.
 ///
 /// # Safety
-/// `idx` is absolute.
+/// `idx` is an absolute index.
 pub(crate) unsafe fn truncate_at(l: *mut lua_State, idx: i32) {
     if lua_isinteger(l, idx) != 0 || !matches!(lua_type(l, idx), LUA_TNUMBER | LUA_TSTRING) {
         return;

@@ -1,4 +1,4 @@
-//! Commands, constants, name spaces, conversion of values, functions, errors.
+//! Tests of commands, constants, namespaces, conversion of values, functions, and errors.
 #![allow(missing_docs)]
 
 mod common;

@@ -1,5 +1,5 @@
-//! What a call of each function of the standard library costs: docs/reference/script-costs.md has a row for each
-//! function, and no call goes on for long without asking the budget.
+//! Tests of the cost of library functions: docs/reference/script-costs.md has a row for each function, and no call runs
+//! for long without checking the budget.
 #![allow(missing_docs)]
 
 mod common;
@@ -32,7 +32,7 @@ fn host() -> &'static Host {
 
 const PAGE: &str = include_str!("../../../../docs/reference/script-costs.md");
 
-/// The functions of the page's table.
+/// Returns the functions in the page's table.
 fn rows() -> BTreeSet<String> {
     let first = |line: &'static str| line.strip_prefix("| ").and_then(|l| l.split(" | ").next());
     let table = PAGE.split("\n## ").find(|part| part.starts_with("Functions\n")).unwrap();
@@ -83,7 +83,7 @@ fn every_function_has_a_row() {
 /// Instructions of a call in the tests below.
 const BUDGET: u64 = 4_000_000;
 
-/// Calls that would go on for ever, or nearly.
+/// Calls that would run forever, or nearly so.
 const ENDLESS: &[&str] = &[
     "table.remove(setmetatable({}, {__len = function() return 1e15 end}), 1)",
     "table.insert(setmetatable({}, {__len = function() return 1e15 end}), 1, 0)",
@@ -154,16 +154,16 @@ fn hostile_calls_end_with_an_error() {
         let e = s.init().expect_err(text);
         assert!([TATU_ERR_BUDGET, TATU_ERR_MEMORY].contains(&e.code), "{text}: {e:?}");
         assert!(e.code == TATU_ERR_MEMORY || e.text.contains("used up its 4000000 instructions"), "{text}: {e:?}");
-        // What an instruction does in C can be noticed at the next one only.
+        // The work of a single instruction in C is only noticed at the next instruction.
         assert!(s.used.get() < 3 * BUDGET, "{text}: {}", s.used.get());
-        // Others go on.
+        // Other scripts still run.
         let other = h.load("function f() return 1 end");
         other.init().unwrap();
         other.function("f", &[]).unwrap();
     }
 }
 
-/// A text or table of a million, a call with it, and how many such calls there can be at most.
+/// Creates a string or table of a million elements, a call with it, and the most such calls within the budget.
 const LARGE: &[(&str, &str, u64)] = &[
     ("s = ('x'):rep(1e6)", "s:upper()", 17),
     ("s = ('x'):rep(1e6)", "s:lower()", 17),
@@ -240,7 +240,7 @@ fn calls_cost_what_they_do() {
     }
 }
 
-/// Collection terminates for tables with weak keys that keep one another alive, in the worst order for the collector.
+/// Collection terminates for weak tables whose values refer to each other's keys in the worst order for the collector.
 #[test]
 fn the_collector_ends() {
     let h = host();

@@ -1,4 +1,4 @@
-//! The same output in every process.
+//! Tests that the output is the same in every process.
 #![allow(missing_docs)]
 
 mod common;
@@ -44,7 +44,7 @@ function init()
     local s = 0
     for i, v in ipairs(list) do s = (s * 31 + v[2]) % 1000003 end
     print(s)
-    -- Blocks come and go in sizes of their own; what is made later lies where it lay before.
+    -- Blocks of many sizes are freed and reused; later allocations must get the same addresses in every run.
     local held = {}
     for i = 1, 20000 do
         held[i % 97] = ('x'):rep(i % 700) .. i
@@ -64,7 +64,7 @@ fn run() -> Vec<String> {
     let h = Host::new();
     h.command("echo", |_, _| 0);
     h.command("robot.echo", |_, _| 0);
-    // What the process did before must not matter.
+    // Earlier work of the process must not matter.
     let other = h.load("x = {} for i = 1, 1000 do x[i] = {} end");
     other.init().unwrap();
     let s = h.script(3);

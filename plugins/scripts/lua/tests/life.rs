@@ -1,4 +1,4 @@
-//! Callbacks in all styles, dialects, waits, and the scripts of the course.
+//! Tests of callbacks in all styles, dialects, waits, and the scripts of the course.
 #![allow(missing_docs)]
 
 mod common;
@@ -19,7 +19,7 @@ return {
     dialect = told.has("sim_call_type") and "3.2" or "4.9",
 }"#;
 
-/// Stand-in for any command: records its name and arguments, and returns values that suit the course's scripts.
+/// Implements any command: records its name and arguments, and returns values that suit the course's scripts.
 fn any(h: &Host, name: &str, frame: &mut tatu_call) -> tatu_status {
     let args: Vec<_> = (0..frame.n_args)
         .map(|i| match arg(frame, i).to_value().unwrap() {
@@ -146,11 +146,11 @@ fn an_old_text_runs_again_for_each_callback() {
     assert_eq!(s.find(TATU_FIND_CALLBACK, "thread"), 0);
     assert_eq!(s.callback("sensing", &[]).unwrap().1, [Value::Int(1), Value::text("two")]);
     assert_eq!(*h.calls.borrow(), ["show(0, 1, 1, 77, 8)", "show(3, 1, 2, 77)"]);
-    // Neither old style nor functions: the text runs once.
+    // The text has neither branches nor functions: it runs once.
     let s = load(h, "show('once')");
     s.init().unwrap();
     assert_eq!(s.find(TATU_FIND_CALLBACK, "actuation"), 0);
-    // An old one that fails is called again.
+    // A text of the old style that fails is called again.
     let s = load(h, "if sim_call_type==2 then error 'x' end");
     s.init().unwrap();
     for _ in 0..2 {
@@ -257,7 +257,7 @@ fn the_library_is_closed() {
     std::fs::remove_dir_all(dir).unwrap();
 }
 
-/// One output: `print` goes on with a line that `io.write` began, and nothing written is lost, not even before an error.
+/// `print` completes a line begun by `io.write`, and no output is lost, not even before an error.
 #[test]
 fn what_is_written_and_printed_keeps_its_order() {
     let h = host();
@@ -303,7 +303,7 @@ fn a_thread_waits() {
     let first = last();
     assert_eq!(s.resume(first, None, &[Value::Int(7), Value::text("b")]).unwrap().0, TATU_WAIT);
     assert_eq!(s.resume(first, None, &[]).unwrap_err().code, TATU_ERR_GONE);
-    // Other callbacks run meanwhile, and cannot wait.
+    // Other callbacks run meanwhile; they cannot wait.
     let (_, values) = s.callback("actuation", &[]).unwrap();
     assert_eq!(values, [Value::Bool(false), Value::text("only threads can wait")]);
     assert_eq!(s.resume(last(), None, &[Value::Int(5)]).unwrap().0, TATU_WAIT);
@@ -315,7 +315,7 @@ fn a_thread_waits() {
         *h.calls.borrow(),
         ["show(first, Bool(true), 7, b)", "show(second, 5)", "show(third, Bool(false), went away)", "show(loop, 1)"]
     );
-    // Errors of a thread have a position; after a bare yield nothing would resume it.
+    // Errors of a thread have a position; a bare yield is an error, because nothing would resume the thread.
     let s = load(h, "function sysCall_thread()\n wait()\n error 'late' end");
     s.init().unwrap();
     s.callback("thread", &[]).unwrap();
@@ -381,11 +381,11 @@ fn the_scripts_of_the_course_run() {
         let text = std::fs::read_to_string(&path).unwrap();
         assert_eq!(s.load(&text, &path.display().to_string(), "").unwrap(), "3.2");
         s.init().unwrap();
-        // Those that the text has a branch for.
+        // The callbacks for which the text has a branch.
         let has = |callback: &&str| {
             let there = s.find(TATU_FIND_CALLBACK, callback) != 0;
             let said = text.contains(&format!("sim_childscriptcall_{callback}"));
-            // Some clean up nothing.
+            // Some scripts have an empty branch for the cleanup.
             assert!(there == said || said && *callback == "cleanup", "{path:?}: {callback}");
             there
         };

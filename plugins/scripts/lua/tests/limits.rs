@@ -1,4 +1,4 @@
-//! Limits of a script: endless loops, memory, depth.
+//! Tests of the limits of a script: endless loops, memory, depth.
 #![allow(missing_docs)]
 
 mod common;
@@ -73,9 +73,10 @@ fn endless_loops_end() {
         assert_eq!(e.code, TATU_ERR_BUDGET, "{text}: {e:?}");
         assert!(e.text.contains("used up its 200000 instructions"), "{text}: {e:?}");
         assert_eq!(e.file, "t.lua", "{text}: {e:?}");
-        // What begins within the budget is done, and counts whole: 10 MB are some 160,000 instructions, and as many for room.
+        // A call that begins within the budget completes and is charged fully: 10 MB are about 160,000 instructions,
+        // and its allocation as many.
         assert!(s.used.get() < 600_000, "{text}: {}", s.used.get());
-        // From now on the script is not called.
+        // The script is not called any more.
         assert_eq!(s.init().unwrap_err().code, TATU_ERR_BUDGET);
         assert_eq!(s.find(TATU_FIND_FUNCTION, "nothing"), 0);
     }
@@ -128,7 +129,7 @@ fn memory_has_a_limit() {
     assert_eq!(s.function("fine", &[]).unwrap(), [Value::Int(200_000)]);
 }
 
-/// The stack grows last: the place of the error is asked for while Lua moves it.
+/// The last allocation is for the stack: the position of the error is determined while Lua moves it.
 #[test]
 fn a_stack_that_cannot_grow_is_an_error() {
     let h = host();

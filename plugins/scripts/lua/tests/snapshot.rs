@@ -1,4 +1,5 @@
-//! Saved and restored states: what a script can see is the same, in the same order, and the saved script is not affected.
+//! Tests of saved and restored states: everything that a script can observe is the same, in the same order, and saving
+//! does not affect the script.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "the test plays the host")]
 
 mod common;
@@ -7,19 +8,19 @@ use common::{Host, Script, num, ret};
 use proptest::prelude::*;
 use tatu_plugin_api::abi::*;
 
-/// Runs `text` and saves the state.
+/// Saves the state of a script; the error is its text.
 fn saved(s: &Script) -> Result<Vec<u8>, String> {
     s.save().map_err(|e| e.text)
 }
 
-/// A new script of the same text with the state of `bytes`.
+/// Creates a script of the same text and restores the state in `bytes`.
 fn again(host: &'static Host, text: &str, bytes: &[u8]) -> Script {
     let s = host.load(text);
     s.restore(bytes).unwrap_or_else(|e| panic!("{e:?}"));
     s
 }
 
-/// Compares `look` in a script and in its restored copy, now and after several calls of `go` in both.
+/// Compares the results of `look` in a script and in its restored copy, now and after several calls of `go` in both.
 #[track_caller]
 fn same(text: &str) {
     let host = Host::new();
@@ -43,7 +44,7 @@ fn same(text: &str) {
     }
 }
 
-/// The reason why a state cannot be saved.
+/// Returns the reason why a state cannot be saved.
 #[track_caller]
 fn refusal(text: &str) -> String {
     let s = Host::new().load(text);
@@ -237,7 +238,7 @@ fn what_cannot_be_captured_is_named() {
         let got = refusal(&text);
         assert!(got.starts_with(reason), "{text}\n{got}");
     }
-    // A coroutine that has ended can be saved.
+    // A finished coroutine can be saved.
     same(&format!(
         "{co} coroutine.resume(co) coroutine.resume(co) function look() return coroutine.status(co) end
         function go() return coroutine.resume(co) end"
@@ -246,7 +247,7 @@ fn what_cannot_be_captured_is_named() {
 
 #[test]
 fn writing_does_not_move_what_comes_after() {
-    // The order of table keys shows their addresses.
+    // The order of table keys reveals their addresses.
     let text = "local function digest() local t, s = {}, {}
             for i = 1, 40 do t[{i}] = i end
             for _, v in pairs(t) do s[#s + 1] = v end
@@ -281,14 +282,14 @@ fn damaged_bytes_are_refused() {
             }
             let copy = host.load(text);
             refused += usize::from(copy.restore(&bad).is_err());
-            // The state is usable in any case.
+            // The state is usable even after a refused restore.
             drop(copy);
         }
     }
     assert!(refused > bytes.len(), "{refused} of {}", 2 * bytes.len());
 }
 
-/// A step of a script that builds tables: which table, which key, what becomes of it.
+/// An operation on tables: which table, which key, and the new value.
 type Move = (usize, usize, usize);
 
 fn statement((table, key, value): &Move) -> String {
@@ -309,7 +310,7 @@ fn statement((table, key, value): &Move) -> String {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// Random graphs of tables: content, order, length, and the same after more changes.
+    /// Restores random graphs of tables: same content, order and length, also after further changes.
     #[test]
     fn any_graph_of_tables(
         before in proptest::collection::vec((0usize..5, 0usize..200, 0usize..60), 1..150),

@@ -11,14 +11,14 @@ use crate::{
     settings::{self, Settings},
 };
 
-/// The plugin; it keeps nothing.
+/// The plugin; it has no state.
 pub struct DepthCameras;
 
-/// One camera.
+/// A camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthCamera(Settings);
 
-/// Random numbers by index: of a measure.
+/// Random numbers by index, from the sample of a measurement.
 impl Draw for Sample<'_> {
     fn uniform(&self, first: u64, out: &mut [f64]) {
         Sample::uniform(self, first, out);
@@ -104,7 +104,7 @@ impl Sensor for DepthCamera {
         Ok(())
     }
 
-    /// Points follow from depths, with all the noise that these have.
+    /// Computes points from the depths, including their noise.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         self.tell_points(out);
         Ok(())

@@ -1,6 +1,6 @@
 //! Depth and colour cameras: an ideal one, and models of real devices.
 //!
-//! The core renders the image. `camera` declares which image and what its pixels mean, `settings` holds the parameters
+//! The core renders the image. `camera` declares the image and the meaning of its pixels, `settings` has the parameters
 //! that scenes set, `presets` the devices, and `optics` the effects of structured light and time of flight at edges, in
 //! shadows and on slanted surfaces.
 

@@ -1,32 +1,32 @@
-//! What a real depth camera cannot measure: surfaces too slanted, what its projector does not light, the edges of things.
+//! Limitations of real depth cameras: slanted surfaces, areas that the projector does not light, edges of objects.
 //!
-//! Noise along the line of sight, steps and limits are no part of this: scenes and presets declare them.
+//! Noise along the line of sight, quantization and limits are declared by scenes and presets instead.
 
-/// Pixels at jumps of depth.
+/// How pixels at depth discontinuities are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edges {
-    /// See the surface that lies in their middle.
+    /// They measure the surface at their centre.
     Exact,
-    /// Have no depth: a pattern that is torn apart is not recognised.
+    /// They have no depth, because a pattern that is split between two surfaces is not recognized.
     Lost,
-    /// See both surfaces, and give something between: light that comes back from two is one answer.
+    /// They see both surfaces and measure a depth in between, because light returning from both is combined.
     Mixed,
 }
 
-/// What a camera cannot measure.
+/// Limitations of a camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Optics {
-    /// Least cosine of the angle between line of sight and normal.
+    /// Least cosine of the angle between line of sight and surface normal.
     pub least_cosine: f32,
-    /// Place of the projector on the x axis, m, + to the left; 0: there is none.
+    /// Position of the projector on the x axis, m, + to the left; 0: there is none.
     pub projector: f64,
-    /// Pixels at jumps.
+    /// How pixels at discontinuities are measured.
     pub edges: Edges,
-    /// Of the place of edges, pixels.
+    /// Standard deviation of the position of edges, pixels.
     pub lateral_sigma: f64,
 }
 
-/// What the camera would see.
+/// The ideal image.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame<'a> {
     /// Pixels in a row.
@@ -39,30 +39,30 @@ pub struct Frame<'a> {
     pub cosine: &'a [f32],
 }
 
-/// Random numbers by index.
+/// Random numbers, by index.
 pub trait Draw {
-    /// From 0 to below 1.
+    /// Fills `out` with numbers from 0 to below 1.
     fn uniform(&self, first: u64, out: &mut [f64]);
-    /// Of the normal distribution.
+    /// Fills `out` with numbers of the standard normal distribution.
     fn normal(&self, first: u64, out: &mut [f64]);
 }
 
-/// A jump: neighbours whose depths differ by more than this part of the lesser one. On a plane neighbours differ by
-/// tan(incidence) / focal length of it: 1 % at 80 degrees and 571 pixels.
+/// A discontinuity: neighbours whose depths differ by more than this fraction of the smaller one. On a plane, the
+/// fraction is tan(incidence) / focal length: 1 % at 80 degrees and 571 pixels.
 const JUMP: f32 = 0.03;
-/// A pixel is in the shadow of what the projector's light meets this many pixels of disparity earlier.
+/// A pixel is in shadow if the projector's light is blocked by a surface at least this many pixels of disparity nearer.
 const SHADOW: f64 = 1.0;
 
 impl Optics {
-    /// Measures everything.
+    /// No limitations.
     pub const NONE: Optics = Optics { least_cosine: 0.0, projector: 0.0, edges: Edges::Exact, lateral_sigma: 0.0 };
 
-    /// Whether depths are what is seen.
+    /// Returns whether measured depths equal the ideal ones.
     pub fn is_ideal(&self) -> bool {
         *self == Optics::NONE
     }
 
-    /// Writes the depths that the camera gives: 0 where it cannot measure, infinity where nothing is.
+    /// Writes the measured depths: 0 where the camera cannot measure, infinity where there is no surface.
     pub fn measure(&self, frame: &Frame<'_>, random: &impl Draw, out: &mut [f32]) {
         for (i, z) in out.iter_mut().enumerate() {
             *z = self.pixel(frame, random, i);
@@ -108,7 +108,7 @@ fn is_jump(a: f32, b: f32) -> bool {
 }
 
 impl Frame<'_> {
-    /// The pixel so many columns and rows beside; the same where that is outside.
+    /// Returns the pixel some columns and rows away; the same pixel if that is outside the image.
     fn beside(&self, i: usize, [columns, rows]: [isize; 2]) -> usize {
         let (column, row) = (i % self.columns, i / self.columns);
         match (column.checked_add_signed(columns), row.checked_add_signed(rows)) {
@@ -119,28 +119,28 @@ impl Frame<'_> {
     fn around(&self, i: usize, far: isize) -> [f32; 4] {
         [[far, 0], [-far, 0], [0, far], [0, -far]].map(|by| self.depth[self.beside(i, by)])
     }
-    /// Whether there is a jump within so many pixels, to the sides, up or down.
+    /// Returns whether there is a discontinuity within this many pixels, in any of four directions.
     fn has_jump(&self, i: usize, within: isize) -> bool {
         let z = self.depth[i];
         (1..=within).any(|far| self.around(i, far).into_iter().any(|n| is_jump(z, n)))
     }
-    /// The depth on the other side of a jump beside a pixel.
+    /// Returns the depth on the other side of a discontinuity beside a pixel.
     fn beyond(&self, i: usize) -> Option<f32> {
         let z = self.depth[i];
         self.around(i, 1).into_iter().find(|n| is_jump(z, *n))
     }
 }
 
-/// What the projector lights of a row of pixels.
+/// The surfaces that the projector lights in a row of pixels.
 ///
-/// In the projector's image a point lies beside its place in the camera's by focal length times offset over depth.
-/// What lies nearest at a place there is lit, and what lies behind it is in the shadow.
+/// In the projector's image a point is displaced from its position in the camera's image by focal length times offset
+/// over depth. The nearest surface at a position there is lit, and surfaces behind it are in shadow.
 struct Shade {
     /// Focal length times the projector's x, pixels times m.
     shift: f64,
-    /// The greatest inverse depth at each place of the projector's image.
+    /// The greatest inverse depth at each position of the projector's image.
     nearest: Vec<f64>,
-    /// Places before the first column.
+    /// Number of positions before the first column.
     margin: isize,
 }
 
@@ -149,7 +149,8 @@ impl Shade {
         Shade { shift, nearest: vec![0.0; 3 * columns], margin: columns as isize }
     }
 
-    /// Place of a pixel in the projector's image. A projector to the left (+x) sees near things farther right.
+    /// Returns the position of a pixel in the projector's image. A projector to the left (+x) sees near objects farther
+    /// right.
     fn place(&self, column: usize, inverse: f64) -> isize {
         column as isize + (self.shift * inverse).round() as isize + self.margin
     }
@@ -164,7 +165,7 @@ impl Shade {
                 continue;
             };
             let at = self.place(c, w);
-            // A slanted surface is stretched there: its pixels leave no gaps.
+            // A slanted surface is stretched there: fill the positions between its pixels.
             let from = last.filter(|l| (at - l).abs() <= 3).map_or(at, |l| if at > l { l + 1 } else { at });
             for place in from..=at {
                 if let Some(n) = usize::try_from(place).ok().and_then(|p| self.nearest.get_mut(p)) {

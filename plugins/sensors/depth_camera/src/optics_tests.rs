@@ -1,6 +1,6 @@
 use super::*;
 
-/// Always the same number.
+/// A source that always returns the same number.
 struct Fixed(f64);
 impl Draw for Fixed {
     fn uniform(&self, _: u64, out: &mut [f64]) {
@@ -14,7 +14,7 @@ impl Draw for Fixed {
 const COLUMNS: usize = 40;
 const FOCAL: f64 = 100.0;
 
-/// Rows that are all the same.
+/// Measures an image whose rows are all the same.
 fn measured(optics: Optics, row: &[f32], cosine: &[f32], random: f64) -> Vec<f32> {
     let repeat = |v: &[f32]| v.repeat(8);
     let (depth, cosine) = (repeat(row), repeat(cosine));
@@ -24,7 +24,7 @@ fn measured(optics: Optics, row: &[f32], cosine: &[f32], random: f64) -> Vec<f32
     out[4 * row.len()..5 * row.len()].to_vec()
 }
 
-/// A wall at 2 m with a post at 1 m before columns 20 to 24.
+/// Returns a row with a wall at 2 m, and a post at 1 m in front of columns 20 to 24.
 fn post() -> Vec<f32> {
     (0..COLUMNS).map(|c| if (20..25).contains(&c) { 1.0 } else { 2.0 }).collect()
 }
@@ -36,8 +36,8 @@ fn slant_takes_depths_away() {
     assert_eq!(out, [0.7, 0.0, f32::INFINITY]);
 }
 
-/// The post hides from a projector 0.1 m to the right what lies within focal * offset * (1/1 - 1/2) = 5 columns to its
-/// left; from one to the left, what lies to its right.
+/// From a projector 0.1 m to the right, the post hides focal * offset * (1/1 - 1/2) = 5 columns to its left; from one
+/// to the left, 5 columns to its right.
 #[test]
 fn the_shadow_lies_opposite_to_the_projector() {
     let lost = |projector: f64| -> Vec<usize> {
@@ -46,7 +46,7 @@ fn the_shadow_lies_opposite_to_the_projector() {
     };
     assert_eq!(lost(-0.1), [15, 16, 17, 18, 19]);
     assert_eq!(lost(0.1), [25, 26, 27, 28, 29]);
-    // Twice as far from the camera, it hides as much and lets light through between: 10 columns on, 5 wide.
+    // At twice the offset, the shadow is as wide, but moves away from the post: 10 columns away, 5 wide.
     assert_eq!(lost(-0.2), [10, 11, 12, 13, 14]);
 }
 
@@ -68,7 +68,7 @@ fn edges_are_lost_or_mixed() {
     assert_eq!(out[18..27], [2.0, 1.75, 1.25, 1.0, 1.0, 1.0, 1.25, 1.75, 2.0]);
 }
 
-/// One standard deviation of two pixels to the right: the post's edges move, the wall stays.
+/// The fixed noise is one standard deviation, two pixels to the right: the post's edges move and the wall stays.
 #[test]
 fn edges_move_by_the_lateral_noise() {
     let out = measured(Optics { lateral_sigma: 2.0, ..Optics::NONE }, &post(), &[1.0; COLUMNS], 1.0);

@@ -1,8 +1,8 @@
-//! Devices. The numbers and where they come from stand in the README.
+//! Presets of devices. The README lists the sources of the numbers.
 
 use tatu_plugin_api::safe::Preset;
 
-/// The settings of both modes of the first Kinect.
+/// The settings shared by both modes of the first Kinect.
 macro_rules! kinect_v1 {
     ($least:literal, $most:literal) => {
         concat!(
@@ -17,7 +17,7 @@ macro_rules! kinect_v1 {
     };
 }
 
-/// All of them.
+/// All presets.
 pub const ALL: &[Preset] = &[
     Preset {
         id: "vrep_kinect",

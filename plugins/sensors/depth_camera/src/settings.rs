@@ -1,4 +1,4 @@
-//! What scenes write of a camera, and what follows from it.
+//! The parameters of a camera, and quantities derived from them.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -9,40 +9,40 @@ use tatu_plugin_api::{
 
 use crate::optics::{Edges, Optics};
 
-/// The greatest number of pixels along one side; the host's own limit.
+/// Most pixels along one side; also the host's limit.
 const MOST_PIXELS: f64 = 8192.0;
 
-/// A camera's parameters, checked.
+/// The checked parameters of a camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Pixels in a row.
+    /// Number of columns.
     pub columns: u32,
-    /// Rows.
+    /// Number of rows.
     pub rows: u32,
     /// Angle between the edges of the longer side, rad.
     pub perspective_angle: f64,
-    /// Length of the longer side, m; 0: the image is one in perspective.
+    /// Length of the longer side, m; 0: perspective projection.
     pub ortho_size: f64,
     /// Near plane, m.
     pub near: f64,
     /// Far plane, m.
     pub far: f64,
-    /// Colour of pixels that see nothing.
+    /// Colour of pixels that detect nothing.
     pub background: [u8; 3],
-    /// Whether objects of its own model are looked through.
+    /// Whether beams ignore objects of the sensor's own model.
     pub skip_own_model: bool,
-    /// Whether colours are taken.
+    /// Whether colours are measured.
     pub color: bool,
-    /// Whether points are reported, and angles of incidence.
+    /// Whether points, and angles of incidence, are reported.
     pub points: bool,
     pub incidence: bool,
-    /// What a pixel without a depth gets: infinity or 0.
+    /// Value of a pixel without a depth: infinity or 0.
     pub empty: f32,
-    /// What it cannot measure.
+    /// Limitations of the optics.
     pub optics: Optics,
 }
 
-/// The parameters as they are declared.
+/// Declares the parameters.
 pub fn params() -> Vec<Param> {
     let pixels = |key, n: i64| Param::int(key).range(1.0, MOST_PIXELS).default(n);
     let metres = |key, x: f64| Param::float(key).unit("m").range(0.0, f64::INFINITY).default(x);
@@ -55,42 +55,40 @@ pub fn params() -> Vec<Param> {
             .default(57_f64.to_radians())
             .text("Angle between the edges of the image, along its longer side."),
         metres("ortho_size", 0.0)
-            .text("Above 0: lines of sight are parallel, and the longer side of the image is this long."),
-        metres("near", 0.01).text("Near plane: what is nearer, along the optical axis, is looked through."),
-        metres("far", 3.5).text("Far plane: what is farther is not seen."),
+            .text("If above 0, the projection is orthographic, and this is the length of the image's longer side."),
+        metres("near", 0.01).text("Near plane: surfaces nearer than this, along the optical axis, are ignored."),
+        metres("far", 3.5).text("Far plane: surfaces farther than this are not seen."),
         Param::floats("background", 3)
             .range(0.0, 1.0)
             .default([0.0; 3])
-            .text("Red, green and blue of pixels that see nothing, each 0 to 1."),
-        Param::bool("color").default(true).text("Whether it takes colours; without, the image of colours has no pixels."),
+            .text("Red, green and blue of empty pixels, each 0 to 1."),
+        Param::bool("color").default(true).text("Whether it takes colours; if not, the colour image has no pixels."),
         Param::bool("points").default(false).text("Whether it reports each pixel's point in its own frame."),
-        Param::bool("incidence").default(false).text(
-            "Whether it reports each pixel's angle between line of sight and normal, which noise may depend on.",
-        ),
-        Param::bool("skip_own_model")
+        Param::bool("incidence")
             .default(false)
-            .text("Whether objects of the sensor's own model are looked through."),
+            .text("Whether it reports each pixel's angle between line of sight and normal, which noise may depend on."),
+        Param::bool("skip_own_model").default(false).text("Whether objects of the sensor's own model are ignored."),
         Param::string("empty")
             .choices(&["infinity", "zero"])
             .default("infinity")
-            .text("The depth of pixels that see nothing. Pixels that fail to measure read 0 in any case."),
+            .text("The depth of empty pixels. Pixels whose measurement fails always read 0."),
         Param::float("max_incidence")
             .unit("rad")
             .range(0.0, FRAC_PI_2)
             .default(FRAC_PI_2)
             .text("Greatest angle between line of sight and normal of a surface whose depth can be measured."),
-        Param::float("projector")
-            .unit("m")
-            .default(0.0)
-            .text("Where the projector of the pattern sits on the x axis (+ to the left): what it does not light has no depth. 0: there is none."),
-        Param::string("edges")
-            .choices(&["exact", "lost", "mixed"])
-            .default("exact")
-            .text("Pixels at jumps of depth: exact, without depth, or anywhere between the two surfaces."),
+        Param::float("projector").unit("m").default(0.0).text(
+            "Position of the pattern projector on the x axis (+ to the left): surfaces that it does not light \
+             have no depth. 0: no projector.",
+        ),
+        Param::string("edges").choices(&["exact", "lost", "mixed"]).default("exact").text(
+            "How pixels at depth discontinuities read: exactly, without depth, or anywhere between the two \
+             surfaces.",
+        ),
         Param::float("lateral_sigma")
             .range(0.0, 16.0)
             .default(0.0)
-            .text("Standard deviation, in pixels, of where edges of things lie."),
+            .text("Standard deviation, in pixels, of the position of edges."),
     ]
     .map(Param::rebuilds)
     .into()
@@ -101,7 +99,7 @@ fn refuse<T>(text: String) -> Result<T> {
 }
 
 impl Settings {
-    /// Reads and checks.
+    /// Reads and checks the parameters.
     pub fn read(p: &Params<'_>) -> Result<Self> {
         let count = |key: &str| -> Result<u32> {
             let n = p.i64(key)?;
@@ -173,12 +171,12 @@ impl Settings {
         Ok(self)
     }
 
-    /// Pixels of the longer side.
+    /// Returns the number of pixels of the longer side.
     fn longer(&self) -> f64 {
         f64::from(self.columns.max(self.rows))
     }
 
-    /// Focal length in pixels; pixels per metre where lines of sight are parallel.
+    /// Returns the focal length in pixels; for orthographic projection, pixels per metre.
     pub fn focal(&self) -> f64 {
         if self.ortho_size > 0.0 {
             self.longer() / self.ortho_size
@@ -187,7 +185,7 @@ impl Settings {
         }
     }
 
-    /// What the core is to draw.
+    /// Returns the beams that the core casts.
     pub fn beams(&self) -> Beams {
         let (columns, rows) = (self.columns, self.rows);
         let form = if self.ortho_size > 0.0 {
@@ -208,18 +206,18 @@ impl Settings {
         }
     }
 
-    /// Whether it asks how slanted surfaces are.
+    /// Returns whether angles of incidence are needed.
     pub fn slant(&self) -> bool {
         self.incidence || self.optics.least_cosine > 0.0
     }
 
-    /// The point of a pixel in the sensor's frame, m, with its [`intrinsics`](Self::intrinsics).
+    /// Returns the point of a pixel in the sensor's frame, m, given its [`intrinsics`](Self::intrinsics).
     pub fn point(&self, [fx, fy, cx, cy]: [f64; 4], column: usize, row: usize, z: f32) -> [f32; 3] {
         let along = if self.ortho_size > 0.0 { 1.0 } else { f64::from(z) };
         [(-(column as f64 - cx) / fx * along) as f32, ((row as f64 - cy) / fy * along) as f32, z]
     }
 
-    /// fx fy cx cy.
+    /// Returns the intrinsics fx fy cx cy.
     pub fn intrinsics(&self) -> [f64; 4] {
         let f = self.focal();
         [f, f, (f64::from(self.columns) - 1.0) / 2.0, (f64::from(self.rows) - 1.0) / 2.0]

@@ -1,41 +1,43 @@
-//! WGS 84: from a plane that touches the Earth (x east, y north, z up) to latitude, longitude and height, and back.
+//! WGS 84: converts coordinates of a plane tangent to the Earth (x east, y north, z up) to latitude, longitude and
+//! height, and back.
 //!
 //! Axes and flattening: NGA.STND.0036, "World Geodetic System 1984", table 3.1. Conversions: EPSG guidance note 7-2,
 //! methods 9602 (geographic to geocentric) and 9837 (geographic to topocentric).
 
-/// Half of the longer axis, m.
+/// Semi-major axis, m.
 pub const A: f64 = 6_378_137.0;
 /// Flattening.
 pub const F: f64 = 1.0 / 298.257_223_563;
-/// Half of the shorter axis, m.
+/// Semi-minor axis, m.
 pub const B: f64 = A * (1.0 - F);
 /// Square of the first eccentricity.
 const E2: f64 = F * (2.0 - F);
-/// Square of the second.
+/// Square of the second eccentricity.
 const E2_SECOND: f64 = E2 / (1.0 - E2);
 
-/// A place on Earth.
+/// A position on Earth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// rad, north positive.
+    /// Latitude, rad, north positive.
     pub latitude: f64,
-    /// rad, east positive, -pi to pi.
+    /// Longitude, rad, east positive, -pi to pi.
     pub longitude: f64,
-    /// m above the ellipsoid.
+    /// Height above the ellipsoid, m.
     pub altitude: f64,
 }
 
 impl Place {
-    /// Coordinates about the Earth's middle: x towards latitude and longitude 0, z towards the north pole; m.
+    /// Returns Earth-centred coordinates: x towards latitude and longitude 0, z towards the north pole; m.
     pub fn to_ecef(self) -> [f64; 3] {
         let ((s, c), (sl, cl)) = (libm::sincos(self.latitude), libm::sincos(self.longitude));
         let n = A / (1.0 - E2 * s * s).sqrt();
         [(n + self.altitude) * c * cl, (n + self.altitude) * c * sl, ((1.0 - E2) * n + self.altitude) * s]
     }
 
-    /// The inverse, by Bowring's iteration over the reduced latitude ("Transformation from spatial to geographical
-    /// coordinates", Survey Review 23, 1976): below 1e-9 m after three rounds from 10 km below ground up to satellites.
-    /// Nearer to the middle than 45 km, where latitudes are ambiguous, the answer is finite and nothing more.
+    /// Converts Earth-centred coordinates, by Bowring's iteration over the reduced latitude ("Transformation from
+    /// spatial to geographical coordinates", Survey Review 23, 1976): errors are below 1e-9 m after three rounds, from
+    /// 10 km below ground up to satellites. Within 45 km of the centre, where latitudes are ambiguous, the result is
+    /// only guaranteed to be finite.
     pub fn from_ecef([x, y, z]: [f64; 3]) -> Self {
         let p = libm::hypot(x, y);
         let mut reduced = libm::atan2(z * A, p * B);
@@ -47,38 +49,38 @@ impl Place {
             reduced = libm::atan2((1.0 - F) * s, c);
         }
         let (s, c) = libm::sincos(latitude);
-        // Good at the poles too, unlike p / cos - n: Bowring, "The accuracy of geodetic latitude and height equations",
-        // 1985.
+        // Accurate at the poles too, unlike p / cos - n: Bowring, "The accuracy of geodetic latitude and height
+        // equations", 1985.
         let altitude = p * c + z * s - A * (1.0 - E2 * s * s).sqrt();
         Place { latitude, longitude: libm::atan2(y, x), altitude }
     }
 }
 
-/// Rounds of the iteration; each makes the error some thousand times smaller at least.
+/// Number of rounds of the iteration; each reduces the error at least a thousandfold.
 const ROUNDS: usize = 5;
 
-/// A plane that touches the Earth.
+/// A plane tangent to the Earth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
     ecef: [f64; 3],
-    /// East, north and up, as ECEF vectors.
+    /// East, north and up, as Earth-centred vectors.
     axes: [[f64; 3]; 3],
 }
 
 impl Plane {
-    /// The plane whose origin is `origin`.
+    /// Returns the plane that touches the Earth at `origin`.
     pub fn at(origin: Place) -> Self {
         let ((s, c), (sl, cl)) = (libm::sincos(origin.latitude), libm::sincos(origin.longitude));
         Plane { ecef: origin.to_ecef(), axes: [[-sl, cl, 0.0], [-s * cl, -s * sl, c], [c * cl, c * sl, s]] }
     }
 
-    /// Where a point of the plane's frame (east, north, up; m) lies on Earth.
+    /// Returns the position on Earth of a point in the plane's frame (east, north, up; m).
     pub fn place(&self, local: [f64; 3]) -> Place {
         let along = |i: usize| (0..3).map(|k| local[k] * self.axes[k][i]).sum::<f64>();
         Place::from_ecef([0, 1, 2].map(|i| self.ecef[i] + along(i)))
     }
 
-    /// The inverse: east, north, up; m.
+    /// Returns the point in the plane's frame of a position on Earth: east, north, up; m.
     pub fn local(&self, place: Place) -> [f64; 3] {
         let ecef = place.to_ecef();
         self.axes.map(|axis| (0..3).map(|i| axis[i] * (ecef[i] - self.ecef[i])).sum())
@@ -109,7 +111,7 @@ mod tests {
     fn the_example_of_epsg_for_geocentric_coordinates() {
         assert!(apart(example().to_ecef(), EXAMPLE_ECEF) < 1e-3);
         let back = Place::from_ecef(EXAMPLE_ECEF);
-        // 0.001" is 31 mm of latitude, which is the precision of the example.
+        // 0.001" is 31 mm of latitude, the precision of the example.
         assert!((back.latitude - example().latitude).abs() < 1e-9, "{back:?}");
         assert!((back.longitude - example().longitude).abs() < 1e-9);
         assert!((back.altitude - 73.0).abs() < 1e-3);
@@ -117,7 +119,7 @@ mod tests {
 
     #[test]
     fn the_example_of_epsg_for_a_plane() {
-        // Method 9837: the plane at 55°N 5°E, 200 m; the same point lies at U V W in it.
+        // Method 9837: the plane at 55°N 5°E, 200 m; the same point has the coordinates U V W in it.
         let plane = Plane::at(degrees(55.0, 5.0, 200.0));
         let wanted = [-189_013.869, -128_642.040, -4_220.171];
         assert!(apart(plane.local(example()), wanted) < 2e-3, "{:?}", plane.local(example()));
@@ -127,7 +129,7 @@ mod tests {
 
     #[test]
     fn axes_end_where_the_ellipsoid_does() {
-        // The semi-minor axis as NGA.STND.0036 states it, derived: 6 356 752.3142 m.
+        // NGA.STND.0036 states the derived semi-minor axis as 6 356 752.3142 m.
         assert!((B - 6_356_752.314_2).abs() < 1e-4);
         assert!(apart(degrees(0.0, 0.0, 0.0).to_ecef(), [A, 0.0, 0.0]) < 1e-9);
         assert!(apart(degrees(90.0, 0.0, 10.0).to_ecef(), [0.0, 0.0, B + 10.0]) < 1e-8);
@@ -137,7 +139,7 @@ mod tests {
 
     #[test]
     fn there_and_back_is_the_same_place_to_a_nanometre() {
-        // 1e-9 m is the last bit but one of coordinates of 6e6 m (9.3e-10): two of them are allowed.
+        // 1e-9 m is about the resolution of coordinates of 6e6 m (9.3e-10): two units are allowed.
         for lat in (-90..=90).step_by(5) {
             for lon in (-175..=180).step_by(35) {
                 for alt in [-10_000.0, -1.0, 0.0, 519.0, 9000.0, 400e3, 20e6] {

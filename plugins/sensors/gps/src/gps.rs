@@ -10,19 +10,19 @@ use crate::{
     presets,
 };
 
-/// The plugin; it keeps nothing.
+/// The plugin; it has no state.
 pub struct Receivers;
 
-/// One receiver.
+/// A receiver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gps {
-    /// Place of the antenna in the sensor's frame, m.
+    /// Position of the antenna in the sensor's frame, m.
     antenna: [f64; 3],
-    /// The world's plane on Earth.
+    /// The tangent plane of the world on Earth.
     plane: Plane,
 }
 
-// Places in `fields`.
+// Indices in `fields`.
 const VALID: usize = 0;
 const POSITION: usize = 1;
 const VELOCITY: usize = 2;
@@ -33,7 +33,7 @@ const ALTITUDE: usize = 5;
 impl Gps {
     fn new(antenna: [f64; 3], [latitude, longitude, altitude]: [f64; 3]) -> Result<Self> {
         if !antenna.iter().all(|x| x.is_finite()) {
-            return Err(Fail::argument(format!("`antenna` is {antenna:?} m; expected three finite numbers")));
+            return Err(Fail::argument(format!("`antenna`: expected three finite numbers, found {antenna:?} m")));
         }
         if ![latitude, longitude, altitude].iter().all(|x| x.is_finite()) {
             return Err(Fail::argument(
@@ -43,14 +43,14 @@ impl Gps {
         Ok(Gps { antenna, plane: Plane::at(Place { latitude, longitude, altitude }) })
     }
 
-    /// Place and velocity of the antenna in the world, from the pose and twist of the mount.
+    /// Returns position and velocity of the antenna in the world, given pose and twist of the mount.
     fn fix(&self, pose: [f64; 7], twist: [f64; 6]) -> ([f64; 3], [f64; 3]) {
         let arm = turned([pose[3], pose[4], pose[5], pose[6]], self.antenna);
         let swung = cross([twist[3], twist[4], twist[5]], arm);
         ([0, 1, 2].map(|i| pose[i] + arm[i]), [0, 1, 2].map(|i| twist[i] + swung[i]))
     }
 
-    /// Tells where on Earth a position is.
+    /// Writes the position on Earth.
     fn locate(&self, position: [f64; 3], out: &mut Readout<'_>) {
         let place = self.plane.place(position);
         out.f64(LATITUDE).fill(place.latitude);
@@ -63,7 +63,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// A vector turned by the quaternion x y z w.
+/// Rotates a vector by the quaternion x y z w.
 fn turned([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
     let t = cross([x, y, z], v);
     let u = cross([x, y, z], t);
@@ -123,7 +123,7 @@ impl Sensor for Gps {
         Ok(())
     }
 
-    /// The place on Earth follows from the position as the noise left it.
+    /// Computes the position on Earth from the position, including its noise.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         if out.i32(VALID)[0] == 0 {
             for field in [POSITION, VELOCITY, LATITUDE, LONGITUDE, ALTITUDE] {
@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn an_offset_turns_and_swings_with_the_mount() {
-        // Turned a quarter to the left: what was ahead (x) is north (y); turning on at 2 rad/s it moves to -x.
+        // Rotated a quarter to the left: ahead (x) points north (y); turning on at 2 rad/s it moves to -x.
         let gps = Gps::new([0.5, 0.0, 0.2], [0.0; 3]).unwrap();
         let pose = [1.0, 1.0, 0.0, 0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2];
         let (position, velocity) = gps.fix(pose, [0.0, 3.0, 0.0, 0.0, 0.0, 2.0]);

@@ -1,6 +1,7 @@
 //! Satellite receivers (GPS): position and velocity of an antenna, in the world and on Earth.
 //!
-//! `gps` is the sensor; `earth` turns the world's coordinates into latitude, longitude and height; `presets` are devices.
+//! `gps` is the sensor; `earth` converts the world's coordinates to latitude, longitude and height; `presets` has
+//! devices.
 
 pub mod earth;
 mod gps;

@@ -1,7 +1,7 @@
-//! Receivers that one can buy, and V-REP's.
+//! Commercial receivers, and V-REP's.
 //!
-//! A circular error of 2.5 m (CEP, 50 %) is 2.5 / 1.1774 = 2.12 m per axis. What drifts is a Gauss-Markov process of
-//! 1100 s; the height's is larger by 0.40 / 0.21: both as in the mavsim book's `sensor_parameters.py`.
+//! A circular error of 2.5 m (CEP, 50 %) is 2.5 / 1.1774 = 2.12 m per axis. Drift is a Gauss-Markov process of 1100 s;
+//! that of the height is larger by 0.40 / 0.21. Both are as in the mavsim book's `sensor_parameters.py`.
 
 use tatu_plugin_api::safe::Preset;
 

@@ -10,10 +10,10 @@ use crate::{
     settings::{Settings, direction, params},
 };
 
-/// The plugin; it keeps nothing.
+/// The plugin; it has no state.
 pub struct Lasers;
 
-/// One scanner.
+/// A scanner.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Laser {
     settings: Settings,
@@ -22,7 +22,7 @@ pub struct Laser {
     directions: Vec<[f64; 3]>,
 }
 
-/// What one beam measures.
+/// The measurement of one beam.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Echo {
     distance: f64,
@@ -32,7 +32,7 @@ struct Echo {
 }
 
 impl Echo {
-    /// Nothing came back.
+    /// The beam hit nothing.
     const NONE: Echo = Echo { distance: f64::INFINITY, incidence: 0.0, intensity: 0.0 };
 }
 
@@ -42,11 +42,11 @@ impl Laser {
         Laser { directions: angles.iter().copied().map(direction).collect(), angles, settings }
     }
 
-    /// What a beam measures of a surface at `distance` with this unit normal and colour.
+    /// Returns the measurement of a surface at `distance` with this unit normal and colour.
     ///
-    /// The strength is that of the lidar equation for a matt (Lambertian) surface that catches the whole spot: it goes
-    /// with reflectivity, the cosine of the incidence and 1/r². Reflectivity is the mean of red, green and blue, since
-    /// the scene has no infrared properties.
+    /// The intensity follows the lidar equation for a matt (Lambertian) surface that is larger than the spot: it is
+    /// proportional to reflectivity, the cosine of the incidence and 1/r². Reflectivity is the mean of red, green and
+    /// blue, since scenes have no infrared properties.
     fn echo(&self, direction: [f64; 3], distance: f64, normal: [f64; 3], color: [u8; 3]) -> Echo {
         if !self.is_told(distance) {
             return Echo::NONE;
@@ -62,7 +62,7 @@ impl Laser {
         distance.is_finite() && distance >= self.settings.min_range
     }
 
-    /// What beams report that hit nothing, if it is not infinity.
+    /// Writes the distance of beams that hit nothing, if it is not infinity.
     fn tell_nothing(&self, out: &mut Readout<'_>) {
         if self.settings.none_as_max {
             let range = self.settings.range;
@@ -71,7 +71,7 @@ impl Laser {
     }
 }
 
-// Places in `fields`.
+// Indices in `fields`.
 const DISTANCE: usize = 0;
 const ANGLE: usize = 1;
 const LIMITS: usize = 2;
@@ -127,7 +127,7 @@ impl Sensor for Laser {
         })
     }
 
-    /// Beams that were sent earlier begin where the mount was then.
+    /// Beams that were sent earlier in the scan begin where the mount was then.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
         let (Some(pose), Some(twist)) = (sample.pose(), sample.twist()) else {
             return Err(Fail::unsupported("this host does not provide the pose and velocity of sensors"));
@@ -141,7 +141,7 @@ impl Sensor for Laser {
 
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let seen = sample.distances().iter().zip(sample.normals()).zip(sample.colors());
-        // A beam of a scan that takes its time points elsewhere by now.
+        // During a scan that takes time, beams have been redirected by `aim`.
         let turned: Vec<[f64; 3]> = sample.rays().iter().map(|r| [r[3], r[4], r[5]]).collect();
         let directions = if turned.is_empty() { &self.directions } else { &turned };
         let echoes: Vec<Echo> = (seen.zip(directions))
@@ -157,7 +157,7 @@ impl Sensor for Laser {
         Ok(())
     }
 
-    /// Beams that the noise has taken away have no strength either; what met nothing has no noise.
+    /// Beams whose distance the noise has removed have no intensity either; beams that hit nothing have no noise.
     fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         for (i, met) in sample.distances().iter().enumerate() {
             if self.is_told(*met) && out.f64(DISTANCE)[i] < f64::INFINITY {

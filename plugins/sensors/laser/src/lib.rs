@@ -1,7 +1,7 @@
 //! Laser scanners: distances along fans of beams.
 //!
-//! `settings` are the parameters, checked; `laser` says which beams to cast and what their answers mean; `motion`
-//! is that of the mount during a scan; `presets` are the devices that one can buy.
+//! `settings` has the checked parameters; `laser` defines which beams are cast and how their results are interpreted;
+//! `motion` is the motion of the mount during a scan; `presets` has commercial devices.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 

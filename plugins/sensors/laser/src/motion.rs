@@ -1,8 +1,8 @@
-//! Where beams began that were sent a while ago, seen from the mount as it stands now.
+//! Computes where beams began that were sent earlier in a scan, relative to the mount's current pose.
 
 type V = [f64; 3];
 
-/// The motion of a mount, in its own frame: it goes on and turns as it does now.
+/// The motion of a mount in its own frame, assuming constant velocities.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Motion {
     linear: V,
@@ -16,7 +16,7 @@ fn dot(a: V, b: V) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// A vector of the world in the frame that the quaternion x y z w turns.
+/// Rotates a vector of the world into a frame whose orientation is the quaternion x y z w.
 fn turned_back([x, y, z, w]: [f64; 4], v: V) -> V {
     let axis = [-x, -y, -z];
     let t = cross(axis, v);
@@ -25,13 +25,13 @@ fn turned_back([x, y, z, w]: [f64; 4], v: V) -> V {
 }
 
 impl Motion {
-    /// From pose and twist in the world.
+    /// Creates the motion from pose and twist in the world.
     pub fn of(pose: [f64; 7], t: [f64; 6]) -> Self {
         let q = [pose[3], pose[4], pose[5], pose[6]];
         Motion { linear: turned_back(q, [t[0], t[1], t[2]]), angular: turned_back(q, [t[3], t[4], t[5]]) }
     }
 
-    /// A ray (origin, direction) that the mount sent `age` seconds ago.
+    /// Returns a ray (origin, direction) that the mount sent `age` seconds ago.
     pub fn earlier(&self, ray: [f64; 6], age: f64) -> [f64; 6] {
         let origin = self.turned([ray[0], ray[1], ray[2]], -age);
         let [x, y, z] = [0, 1, 2].map(|i| origin[i] - age * self.linear[i]);
@@ -39,7 +39,7 @@ impl Motion {
         [x, y, z, u, v, w]
     }
 
-    /// A vector that turns with the mount, after `time`: Rodrigues' formula.
+    /// Rotates a vector with the mount, by a time `time`: Rodrigues' formula.
     fn turned(&self, v: V, time: f64) -> V {
         let speed = dot(self.angular, self.angular).sqrt();
         let angle = speed * time;
@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn a_mount_that_goes_ahead_was_behind() {
-        // It stands turned a quarter about z: the world's y is its x.
+        // The mount is rotated a quarter about z: the world's y is its x.
         let pose = [0.0, 0.0, 0.0, 0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2];
         let motion = Motion::of(pose, [0.0, 2.0, 0.0, 0.0, 0.0, 0.0]);
         assert!(near(motion.earlier([0.0, 0.0, 0.0, 1.0, 0.0, 0.0], 0.5), [-1.0, 0.0, 0.0, 1.0, 0.0, 0.0]));
@@ -79,7 +79,8 @@ mod tests {
 
     #[test]
     fn a_mount_that_turns_looked_elsewhere() {
-        // To the left about z, a quarter a second: a second ago ahead (x) was to the right of ahead now.
+        // Turning left about z by a quarter per second: a second ago, ahead (x) was to the right of the current
+        // heading.
         let motion = Motion::of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 0.0, 0.0, FRAC_PI_2]);
         assert!(near(motion.earlier([0.5, 0.0, 0.0, 1.0, 0.0, 0.0], 1.0), [0.0, -0.5, 0.0, 0.0, -1.0, 0.0]));
     }

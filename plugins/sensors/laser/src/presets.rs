@@ -1,6 +1,6 @@
-//! Devices that one can buy, and the scanners of V-REP's models.
+//! Presets of commercial devices, and of the scanners in V-REP's models.
 //!
-//! Beams are counted with both ends measured: field / step + 1.
+//! Beams include both ends: field / step + 1.
 
 use tatu_plugin_api::safe::Preset;
 

@@ -1,16 +1,16 @@
-//! The parameters of a scanner, and what follows from them.
+//! The parameters of a scanner, and quantities derived from them.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use tatu_plugin_api::safe::{Fail, Param, Params, Result};
 
-/// What scenes write, checked.
+/// The checked parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Settings {
     pub start_angle: f64,
     pub end_angle: f64,
     pub beams: usize,
-    /// Of each layer, lowest index first.
+    /// Elevation of each layer, in the order in which layers are reported.
     pub elevations: Vec<f64>,
     pub near: f64,
     pub min_range: f64,
@@ -21,10 +21,10 @@ pub(crate) struct Settings {
     pub skip_own_model: bool,
 }
 
-/// Beams that one sensor may have: as many as the host casts.
+/// Most beams of one sensor; also the host's limit.
 const MAX_BEAMS: i64 = 1 << 24;
 
-/// In the order of declaration.
+/// Declares the parameters, in this order.
 pub(crate) fn params() -> Vec<Param> {
     [
         Param::float("start_angle")
@@ -40,13 +40,14 @@ pub(crate) fn params() -> Vec<Param> {
         Param::int("rays")
             .range(1.0, MAX_BEAMS as f64)
             .default(181i64)
-            .text("Beams of one layer, evenly spread from `start_angle` to `end_angle`; a single one looks along `start_angle`."),
-        Param::int("layers").range(1.0, 4096.0).default(1i64).text("How many layers lie one above the other."),
+            .text("Beams of one layer, evenly spread from `start_angle` to `end_angle`; a single one points along \
+                   `start_angle`."),
+        Param::int("layers").range(1.0, 4096.0).default(1i64).text("Number of layers, one above the other."),
         Param::float("vertical_field")
             .unit("rad")
             .range(0.0, PI)
             .default(0.0)
-            .text("Angle between the lowest and the highest layer; half of it lies below the horizontal."),
+            .text("Angle between the lowest and the highest layer; half of it is below the horizontal."),
         Param::floats("elevations", 0).unit("rad").range(-FRAC_PI_2, FRAC_PI_2).default(Vec::<f64>::new()).text(
             "Elevation of each layer, upwards positive, in the order in which they are reported; takes the place of \
              `layers` and `vertical_field`.",
@@ -63,7 +64,7 @@ pub(crate) fn params() -> Vec<Param> {
             .unit("m")
             .range(0.0, f64::INFINITY)
             .default(0.0)
-            .text("Where the beams begin: surfaces nearer than this are looked through."),
+            .text("Start of the beams: surfaces nearer than this are ignored."),
         Param::bool("none_as_max").default(false).text(
             "Whether a beam that meets nothing reads `range`, as some devices report it, instead of infinity.",
         ),
@@ -77,7 +78,7 @@ pub(crate) fn params() -> Vec<Param> {
         ),
         Param::bool("skip_own_model")
             .default(false)
-            .text("Whether objects of the sensor's own model are looked through."),
+            .text("Whether objects of the sensor's own model are ignored."),
     ]
     .map(Param::rebuilds)
     .into()
@@ -142,26 +143,26 @@ impl Settings {
         Ok(s)
     }
 
-    /// How long ago each beam was sent when the last one is, s.
+    /// Returns the age of each beam at the time of the last one, s.
     pub fn ages(&self) -> impl Iterator<Item = f64> + '_ {
         let last = self.beams.saturating_sub(1);
         let step = self.scan_time / last.max(1) as f64;
         self.elevations.iter().flat_map(move |_| (0..self.beams).map(move |i| step * (last - i) as f64))
     }
 
-    /// Azimuth of each beam of a layer.
+    /// Returns the azimuth of each beam of a layer.
     pub fn azimuths(&self) -> impl Iterator<Item = f64> + '_ {
         let step = (self.end_angle - self.start_angle) / self.beams.saturating_sub(1).max(1) as f64;
         (0..self.beams).map(move |i| self.start_angle + step * i as f64)
     }
 
-    /// Azimuth and elevation of every beam, layer after layer, each from right to left.
+    /// Returns azimuth and elevation of every beam, layer by layer, each from right to left.
     pub fn angles(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.elevations.iter().flat_map(|e| self.azimuths().map(move |a| (a, *e)))
     }
 }
 
-/// The direction of a beam in the sensor's frame: +z ahead, +x to the left, +y up.
+/// Returns the direction of a beam in the sensor's frame: +z ahead, +x to the left, +y up.
 pub(crate) fn direction((azimuth, elevation): (f64, f64)) -> [f64; 3] {
     let ((sa, ca), (se, ce)) = (libm::sincos(azimuth), libm::sincos(elevation));
     [sa * ce, se, ca * ce]

@@ -1,6 +1,6 @@
-//! Proximity sensors: the nearest thing along a ray or in a volume.
+//! Proximity sensors: the nearest surface along a ray or in a volume.
 //!
-//! The core casts the beam; `proximity` says what its answer means, `settings` which beam to cast.
+//! The core casts the beams; `settings` defines which beams to cast, `proximity` interprets the results.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 

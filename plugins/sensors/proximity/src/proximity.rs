@@ -9,19 +9,19 @@ use tatu_plugin_api::{
 
 use crate::settings::{Settings, params};
 
-/// The plugin; it keeps nothing.
+/// The plugin; it has no state.
 pub struct Proximities;
 
-/// The parameters of one sensor, checked.
+/// The checked parameters of a sensor.
 #[derive(Debug, Clone, PartialEq)]
 #[repr(C)]
 pub struct Proximity {
-    // Each measure needs these two: they come first, beside what the host's batch is filled through.
+    // Each measurement uses these two: they come first, next to the data through which the host fills batches.
     min_range: f64,
-    /// How many of its beams must meet something.
+    /// Number of beams that must hit something.
     needed: usize,
     beams: Beams,
-    /// Full opening of the cone in which its rays wander, if they do, rad.
+    /// Full opening angle of the cone of random rays, rad, if it has them.
     wander: Option<f64>,
 }
 
@@ -37,7 +37,7 @@ impl Settings {
     }
 }
 
-/// The nearest surface point that the beam met.
+/// The nearest surface point that the beams hit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Echo {
     distance: f64,
@@ -46,13 +46,13 @@ struct Echo {
     object: tatu_object,
 }
 
-/// What is reported of it: nothing at all when the *nearest* point is nearer than `min_range`, as with a real sonar, which
-/// a thing too near blinds.
+/// Returns the echo to report: none if the *nearest* point is nearer than `min_range`, as with a real sonar, which is
+/// blinded by objects that are too near.
 fn reported(echo: Option<Echo>, min_range: f64) -> Option<Echo> {
     echo.filter(|e| e.distance.is_finite() && e.distance >= min_range)
 }
 
-/// The nearest of at least `needed` echoes; of equal ones the first.
+/// Returns the nearest of at least `needed` echoes; the first one of equals.
 fn nearest(sample: &Sample<'_>, needed: usize) -> Option<Echo> {
     let met = || sample.distances().iter().enumerate().filter(|(_, d)| d.is_finite());
     let (i, distance) = met().min_by(|a, b| a.1.total_cmp(b.1))?;
@@ -67,8 +67,8 @@ fn nearest(sample: &Sample<'_>, needed: usize) -> Option<Echo> {
     })
 }
 
-/// A direction in a cone around +z whose full opening is `angle`, from two numbers of 0 to 1: evenly spread over the
-/// part of the sphere that the cone cuts out.
+/// Returns a direction in a cone around +z with the full opening `angle`, given two numbers from 0 to 1: uniformly
+/// distributed over the part of the sphere inside the cone.
 fn within(angle: f64, [along, around]: [f64; 2]) -> [f64; 3] {
     let cosine = 1.0 - along * (1.0 - libm::cos(angle / 2.0));
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
@@ -76,7 +76,7 @@ fn within(angle: f64, [along, around]: [f64; 2]) -> [f64; 3] {
     [sine * c, sine * s, cosine]
 }
 
-// Places in `fields`.
+// Indices in `fields`.
 const DETECTED: usize = 0;
 const DISTANCE: usize = 1;
 const POINT: usize = 2;
@@ -119,7 +119,7 @@ impl Sensor for Proximity {
         Ok(self.beams.clone())
     }
 
-    /// Random rays are drawn anew in each measure.
+    /// Draws random rays again for each measurement.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
         let Some(angle) = self.wander else { return Ok(()) };
         let mut drawn = vec![0.0; 2 * rays.len()];
@@ -131,7 +131,7 @@ impl Sensor for Proximity {
     }
 
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
-        // The host zeroes the fields: nothing seen needs no writing.
+        // The host zeroes the fields, so nothing is written without a detection.
         if let Some(echo) = reported(nearest(sample, self.needed), self.min_range) {
             out.i32(DETECTED).copy_from_slice(&[1]);
             out.f64(DISTANCE).copy_from_slice(&[echo.distance]);
@@ -142,10 +142,10 @@ impl Sensor for Proximity {
         Ok(())
     }
 
-    /// The point lies as far away as the distance says, once noise has changed that; there is none without a detection.
+    /// Moves the point to the distance including its noise; clears it if the noise has removed the detection.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         if out.i32(DETECTED)[0] == 0 {
-            // What was met and lost is forgotten; where nothing was met there is nothing to forget.
+            // A detection that the noise has removed is cleared; without an echo the fields are zero already.
             if out.object(OBJECT)[0] != 0 || out.f64(DISTANCE)[0] != 0.0 {
                 for field in [DISTANCE, POINT, NORMAL] {
                     out.f64(field).fill(0.0);
@@ -164,7 +164,7 @@ impl Sensor for Proximity {
     }
 }
 
-/// A distance and the length of its point differ by no more than this part of them where no noise was.
+/// Relative difference up to which a distance and the length of its point count as equal, so that no noise was applied.
 const SAME: f64 = 1e-9;
 
 #[cfg(test)]

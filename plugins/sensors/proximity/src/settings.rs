@@ -1,4 +1,4 @@
-//! The parameters of a proximity sensor, and the beams that follow from them.
+//! The parameters of a proximity sensor, and the beams derived from them.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -7,7 +7,7 @@ use tatu_plugin_api::{
     safe::{Beams, Fail, Form, Param, Params, Result},
 };
 
-/// What scenes write, before it is checked.
+/// The parameters as written in scenes, unchecked.
 #[derive(Debug, Clone)]
 pub(crate) struct Settings {
     pub volume: String,
@@ -31,10 +31,10 @@ pub(crate) struct Settings {
     pub skip_own_model: bool,
 }
 
-/// Names of [`Settings::volume`].
+/// Values of [`Settings::volume`].
 const VOLUMES: &[&str] = &["ray", "cone", "pyramid", "cylinder", "disc", "random_rays"];
 
-/// Names of [`Settings::waves`], and what they mean.
+/// Values of [`Settings::waves`], and their bits.
 const WAVES: &[(&str, u32)] = &[
     ("any", TATU_WAVES_ALL),
     ("ultrasonic", TATU_WAVES_ULTRASONIC),
@@ -45,27 +45,28 @@ const WAVES: &[(&str, u32)] = &[
 ];
 const WAVE_NAMES: &[&str] = &["any", "ultrasonic", "infrared", "laser", "inductive", "capacitive"];
 
-/// Rays that a volume of random rays may have.
+/// Most rays of a volume of random rays.
 const MAX_SAMPLES: i64 = 100_000;
 
-/// In the order of declaration.
+/// Declares the parameters, in this order.
 pub(crate) fn params() -> Vec<Param> {
     let length = |key: &str| Param::float(key).unit("m").range(0.0, f64::INFINITY);
     [
         Param::string("volume")
             .choices(VOLUMES)
             .default("ray")
-            .text("Where it looks: along its +z axis, or in a volume around it; a cone and a disc have a round far end."),
+            .text("The volume of detection: the +z axis, or a volume around it; a cone and a disc have a round far \
+                   end."),
         length("range").default(1.0).text(
             "Distance from the sensor's origin to the far end; of a pyramid and a cylinder, the height of that end.",
         ),
         length("near").default(0.0).text(
-            "Blind zone: surfaces nearer to the origin are looked through; of a pyramid and a cylinder, the height of the \
+            "Blind zone: surfaces nearer to the origin are ignored; of a pyramid and a cylinder, the height of the \
              near end.",
         ),
         length("min_range").default(0.0).text(
             "Threshold: when the nearest surface is nearer than this, nothing at all is reported (unlike `near`, which \
-             looks through it).",
+             ignores that surface).",
         ),
         Param::float("angle")
             .unit("rad")
@@ -76,7 +77,7 @@ pub(crate) fn params() -> Vec<Param> {
             .unit("rad")
             .range(0.0, TAU)
             .default(0.0)
-            .text("Full opening around straight ahead that a disc leaves out; less than `angle`."),
+            .text("Full angle around straight ahead that a disc leaves out; less than `angle`."),
         Param::floats("size_near", 2)
             .unit("m")
             .range(0.0, f64::INFINITY)
@@ -93,27 +94,27 @@ pub(crate) fn params() -> Vec<Param> {
         Param::int("samples")
             .range(1.0, MAX_SAMPLES as f64)
             .default(20i64)
-            .text("How many random rays it casts in each measure."),
+            .text("Number of random rays in each measurement."),
         Param::int("samples_needed")
             .range(1.0, MAX_SAMPLES as f64)
             .default(1i64)
-            .text("How many of the random rays must meet something for the nearest of them to be reported."),
+            .text("Number of random rays that must hit something before the nearest hit is reported."),
         Param::float("max_incidence").unit("rad").range(0.0, FRAC_PI_2).default(FRAC_PI_2).text(
             "Greatest angle between line of sight and surface normal; slanted surfaces send no echo. A quarter turn is no \
              limit.",
         ),
-        Param::bool("front_faces").default(true).text("Whether the outer sides of things are seen."),
-        Param::bool("back_faces").default(true).text("Whether the inner sides of things are seen, as from within a box."),
+        Param::bool("front_faces").default(true).text("Whether outer sides of surfaces are detected."),
+        Param::bool("back_faces").default(true).text("Whether inner sides of surfaces are detected, as in a box."),
         Param::bool("occlusion").default(false).text(
-            "Whether the point that a volume finds counts only if nothing lies between it and the sensor: surfaces that \
-             are not seen themselves, for their side or slant, hide what is behind them then.",
+            "Whether the nearest point in a volume counts only if the line of sight to it is free: surfaces that are \
+             not detected themselves, because of their side or slant, then hide what is behind them.",
         ),
         Param::string("waves").choices(WAVE_NAMES).default("any").text(
-            "What its beams are made of: shapes may be detectable for some only (`detectable_mask`).",
+            "Kind of its waves: shapes may be detectable by some kinds only (`detectable_mask`).",
         ),
         Param::bool("skip_own_model")
             .default(false)
-            .text("Whether objects of the sensor's own model are looked through."),
+            .text("Whether objects of the sensor's own model are ignored."),
     ]
     .map(Param::rebuilds)
     .into()
@@ -144,7 +145,7 @@ impl Settings {
         })
     }
 
-    /// The beams, if the parameters make sense.
+    /// Checks the parameters, and returns the beams.
     pub fn beams(&self) -> Result<Beams> {
         let refuse = |text: String| Err(Fail::argument(text));
         let lengths = [self.range, self.near, self.min_range, self.radius_near, self.radius_far, self.height];

@@ -1,4 +1,4 @@
-//! Heads of HTTP requests, and answers to them.
+//! Parses heads of HTTP requests, and writes answers.
 
 use std::{
     io::{self, Read, Write},
@@ -6,34 +6,34 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Bytes of the head of a request.
+/// Most bytes of the head of a request.
 const MOST_HEAD: usize = 16 << 10;
-/// How long a client may take to send it.
+/// Time within which a client must send the head.
 const HEAD_TIME: Duration = Duration::from_secs(5);
 
 /// The head of a request.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Request {
-    /// "GET"
+    /// The method, such as "GET".
     pub method: String,
-    /// Path, without what follows a `?`.
+    /// The path, without the query.
     pub path: String,
-    /// What follows it.
+    /// The query: everything behind the `?`.
     pub query: String,
     headers: Vec<(String, String)>,
 }
 
 impl Request {
-    /// A header, by its name in small letters.
+    /// Returns a header, by its name in lower case.
     pub fn header(&self, name: &str) -> Option<&str> {
         self.headers.iter().find(|(n, _)| n == name).map(|(_, v)| v.as_str())
     }
-    /// A value of the query.
+    /// Returns a value of the query.
     pub fn value(&self, name: &str) -> Option<&str> {
         self.query.split('&').find_map(|pair| pair.split_once('=').filter(|(n, _)| *n == name)).map(|(_, v)| v)
     }
 
-    /// Reads a head; whatever the client sends or does not send, it ends soon.
+    /// Reads a head. Size and time are bounded, whatever the client sends.
     pub fn read(stream: &mut TcpStream) -> io::Result<Request> {
         let begin = Instant::now();
         stream.set_read_timeout(Some(Duration::from_millis(500)))?;
@@ -50,12 +50,15 @@ impl Request {
                 return Ok(request);
             }
             if bytes.len() > MOST_HEAD || begin.elapsed() > HEAD_TIME {
-                return Err(io::Error::new(io::ErrorKind::InvalidData, "a header that does not end"));
+                return Err(io::Error::new(
+                    io::ErrorKind::InvalidData,
+                    "the head of the request is too long, or took too long",
+                ));
             }
         }
     }
 
-    /// A head, if it is whole.
+    /// Parses a head; `None` if it is incomplete.
     fn parse(bytes: &[u8]) -> io::Result<Option<Request>> {
         let mut headers = [httparse::EMPTY_HEADER; 64];
         let mut head = httparse::Request::new(&mut headers);
@@ -75,7 +78,7 @@ impl Request {
     }
 }
 
-/// Answers a request and closes the connection.
+/// Answers a request, and closes the connection.
 pub fn answer(stream: &mut TcpStream, status: &str, headers: &[(&str, &str)], body: &[u8]) -> io::Result<()> {
     let mut head = format!("HTTP/1.1 {status}\r\nContent-Length: {}\r\nConnection: close\r\n", body.len());
     for (name, value) in headers {

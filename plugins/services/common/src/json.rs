@@ -1,13 +1,13 @@
-//! Values as JSON, for people: numbers are numbers, tables are arrays and objects.
+//! Converts values to human-readable JSON, and back: numbers are numbers, tables are arrays and objects.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Map, Number, Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result, Value};
 
-/// Keys that stand alone in objects which mean something else than a table.
+/// Keys that, as the only key of an object, mean something other than a table.
 const RESERVED: [&str; 4] = ["bytes", "number", "object", "pairs"];
 
-/// A value as JSON.
+/// Converts a value to JSON.
 pub fn write(value: &Value) -> Json {
     match value {
         Value::Nil => Json::Null,
@@ -29,7 +29,7 @@ pub fn write(value: &Value) -> Json {
 }
 
 fn float(x: f64) -> Json {
-    // JSON has no number for these.
+    // Infinite numbers and NaN, which JSON does not have.
     Number::from_f64(x).map_or_else(|| json!({ "number": x.to_string() }), Json::Number)
 }
 
@@ -48,14 +48,14 @@ fn pairs(entries: &[(Value, Value)]) -> Json {
     json!({ "pairs": entries.iter().map(|(k, v)| json!([write(k), write(v)])).collect::<Json>() })
 }
 
-/// The value that JSON means.
+/// Converts JSON to a value.
 pub fn read(json: &Json) -> Result<Value> {
     Ok(match json {
         Json::Null => Value::Nil,
         Json::Bool(b) => Value::Bool(*b),
         Json::Number(n) => match n.as_i64() {
             Some(i) => Value::Int(i),
-            None => Value::Float(n.as_f64().ok_or_else(|| Fail::argument(format!("{n} is too large a number")))?),
+            None => Value::Float(n.as_f64().ok_or_else(|| Fail::argument(format!("the number {n} is too large")))?),
         },
         Json::String(s) => Value::text(s),
         Json::Array(a) => array(a)?,
@@ -66,7 +66,7 @@ pub fn read(json: &Json) -> Result<Value> {
     })
 }
 
-/// Numbers alone make an array of numbers, all else makes a list.
+/// Converts a JSON array: numbers alone become an array of numbers, anything else a list.
 fn array(items: &[Json]) -> Result<Value> {
     let values = items.iter().map(read).collect::<Result<Vec<_>>>()?;
     let ints = values.iter().map(|v| if let Value::Int(i) = v { Some(*i) } else { None });
@@ -135,7 +135,7 @@ mod tests {
             Value::Float(f64::INFINITY),
             Value::Object(5 << 20 | 3),
             Value::Map(vec![(Value::Int(2), Value::text("two"))]),
-            // A table whose only key means something else must not be taken for it.
+            // A table whose only key is reserved must not be confused with that meaning.
             Value::Map(vec![(Value::text("bytes"), Value::text("AA=="))]),
             Value::Map(vec![(Value::text("a"), Value::Nil), (Value::text("b"), Value::Bool(true))]),
         ];

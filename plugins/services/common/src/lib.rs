@@ -1,10 +1,9 @@
-//! What services share. No plugin of its own: services are linked with it.
+//! Code shared by services. It is a library, not a plugin: services are linked with it.
 //!
-//! - [`json`]: values as JSON;
-//! - [`listener`]: a port of this machine that serves files and WebSockets, with token, limits, and a look at where a page
-//!   comes from;
-//! - [`port`]: one with a thread for each connection, for other protocols;
-//! - [`http`]: heads of requests and answers; [`outbox`]: what waits to be sent to a client.
+//! - [`json`]: converts values to JSON and back;
+//! - [`listener`]: a local port that serves files and WebSockets, with tokens, limits, and checks of a page's origin;
+//! - [`port`]: a local port with a thread for each connection, for other protocols;
+//! - [`http`]: heads of requests, and answers; [`outbox`]: the queue of messages to a client.
 
 pub mod http;
 pub mod json;

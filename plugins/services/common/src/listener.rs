@@ -1,9 +1,9 @@
-//! A port of this machine that serves files and WebSockets.
+//! A local port that serves files and WebSockets.
 //!
-//! A client must name the address that it connected to (`Host`), a page must come from this server or an expected one
-//! (`Origin`), and a WebSocket must carry the token if one is required. Heads, messages, connections and times are
-//! bounded, so that a bad client only harms itself. Each connection has its own thread, which never touches a world:
-//! incoming messages wait in an inbox.
+//! A client must name the address that it connected to (`Host`), a page must come from this server or from an allowed
+//! one (`Origin`), and a WebSocket must carry the token if one is required. Heads, messages, connections and times are
+//! bounded, so that a misbehaving client only harms itself. Each connection has a separate thread, which never accesses
+//! a world: incoming messages wait in an inbox.
 
 use std::{
     collections::VecDeque,
@@ -28,76 +28,76 @@ use crate::{
     outbox::{Message, Outbox},
 };
 
-/// Connections at a time.
+/// Most connections at a time.
 const MOST_CONNECTIONS: usize = 256;
-/// Messages of one client that may wait.
+/// Most queued messages of one client.
 const MOST_WAITING: usize = 10_000;
-/// How long a thread waits for something to read before it looks for something to send.
+/// Read timeout, after which a thread checks for messages to send.
 const SLICE: Duration = Duration::from_millis(8);
 
-/// Bytes that are read at once.
+/// Bytes read at once.
 const READ_AT_ONCE: usize = 4 << 10;
 
-/// What a client may do.
+/// The rights of a client.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rights {
-    /// Everything.
+    /// May do everything.
     Act,
-    /// Look only.
+    /// May only read.
     Look,
 }
 
-/// What a path is answered with: type, bytes, and headers beside.
+/// The answer for a path: type, content, and additional headers.
 pub type Page = (&'static str, Vec<u8>, Vec<(&'static str, String)>);
 
-/// How a listener is to be.
+/// Settings of a listener.
 pub struct Settings {
-    /// Port of 127.0.0.1; 0: any that is free.
+    /// Port on 127.0.0.1; 0: any free one.
     pub port: u16,
-    /// Where WebSockets connect.
+    /// Path at which WebSockets connect.
     pub path: &'static str,
-    /// Whether a WebSocket must bring a token: protocols of others have no room for one.
+    /// Whether a WebSocket must carry a token; some standard protocols cannot.
     pub token: bool,
-    /// Pages from elsewhere that may connect too, as browsers name them: `http://localhost:8080`.
+    /// Allowed origins of pages besides this server, as browsers send them: `http://localhost:8080`.
     pub origins: Vec<String>,
-    /// Bytes of a message.
+    /// Most bytes of a message.
     pub most_message: usize,
-    /// Files by path.
+    /// Returns the file at a path.
     pub files: fn(&str) -> Option<Page>,
-    /// Called whenever something came in.
+    /// Called after a message has arrived.
     pub wake: Box<dyn Fn() + Send + Sync>,
 }
 
-/// A client on a WebSocket.
+/// A client connected by WebSocket.
 pub struct Client {
-    /// Its number, from 1.
+    /// Number of the client, from 1.
     pub number: u64,
-    /// What it may do.
+    /// Rights of the client.
     pub role: Rights,
-    /// What waits to be sent.
+    /// Messages to be sent to the client.
     pub out: Arc<Outbox>,
     inbox: Arc<Mutex<VecDeque<String>>>,
     gone: Arc<AtomicBool>,
 }
 
 impl Client {
-    /// The next message.
+    /// Returns the next message.
     pub fn next(&self) -> Option<String> {
         lock(&self.inbox).pop_front()
     }
-    /// Whether it has gone.
+    /// Returns whether it has disconnected.
     pub fn is_gone(&self) -> bool {
         self.gone.load(Ordering::Acquire)
     }
 }
 
-/// A port that is listened to; dropping it ends its threads.
+/// An open port; dropping it ends its threads.
 pub struct Listener {
-    /// Where it listens.
+    /// The address on which it listens.
     pub address: SocketAddr,
-    /// What a client that acts must bring.
+    /// The token for full rights.
     pub token: String,
-    /// What one that only looks must bring.
+    /// The token for read-only rights.
     pub look_token: String,
     new: Arc<Mutex<Vec<Client>>>,
     end: Arc<AtomicBool>,
@@ -108,14 +108,14 @@ fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
     of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A text that nobody guesses.
+/// Creates a random text that cannot be guessed.
 pub fn token() -> io::Result<String> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes).map_err(|e| io::Error::other(format!("random numbers are not available: {e}")))?;
     Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
 }
 
-/// What all connections of a listener share.
+/// Data shared by all connections of a listener.
 struct Shared {
     settings: Settings,
     address: SocketAddr,
@@ -127,7 +127,7 @@ struct Shared {
 }
 
 impl Listener {
-    /// Listens on 127.0.0.1.
+    /// Opens a port on 127.0.0.1.
     pub fn open(settings: Settings) -> io::Result<Listener> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, settings.port))?;
         let address = listener.local_addr()?;
@@ -148,7 +148,7 @@ impl Listener {
         let [token, look_token] = tokens;
         Ok(Listener { address, token, look_token, new, end, thread: Some(thread) })
     }
-    /// Clients that have come since the last call.
+    /// Returns the clients that have connected since the last call.
     pub fn take_new(&self) -> Vec<Client> {
         std::mem::take(&mut *lock(&self.new))
     }
@@ -171,7 +171,7 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
                 let own = shared.clone();
                 own.count.fetch_add(1, Ordering::Relaxed);
                 let serve = move || {
-                    // What a client does wrong ends its own connection.
+                    // An error only ends the client's own connection.
                     let _ = serve(stream, &own);
                     own.count.fetch_sub(1, Ordering::Relaxed);
                 };
@@ -182,7 +182,7 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
                     }
                 }
             }
-            // One too many is closed.
+            // Too many connections: this one is closed.
             Ok(_) => {}
             Err(_) => std::thread::sleep(SLICE),
         }
@@ -193,7 +193,7 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
     }
 }
 
-/// Whether a `Host` or the rest of an `Origin` names this listener.
+/// Returns whether a `Host`, or the host of an `Origin`, names this listener.
 fn is_here(name: &str, address: SocketAddr) -> bool {
     let port = address.port();
     [format!("127.0.0.1:{port}"), format!("localhost:{port}")].iter().any(|here| here == name)
@@ -207,10 +207,10 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
         answer(stream, status, &[("Content-Type", "text/plain; charset=utf-8")], why.as_bytes())
     };
     if !request.header("host").is_some_and(|h| is_here(h, shared.address)) {
-        return refuse(&mut stream, "421 Misdirected Request", "this address is served under its own name only\n");
+        return refuse(&mut stream, "421 Misdirected Request", "expected the address of this server in `Host`\n");
     }
     if request.method != "GET" {
-        return refuse(&mut stream, "405 Method Not Allowed", "only GET is answered\n");
+        return refuse(&mut stream, "405 Method Not Allowed", "only GET is supported\n");
     }
     if request.path != shared.settings.path {
         return match (shared.settings.files)(&request.path) {
@@ -224,13 +224,13 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
                 headers.extend(more.iter().map(|(n, v)| (*n, v.as_str())));
                 answer(&mut stream, "200 OK", &headers, &bytes)
             }
-            None => refuse(&mut stream, "404 Not Found", "there is no such page\n"),
+            None => refuse(&mut stream, "404 Not Found", "this page does not exist\n"),
         };
     }
     if let Some(origin) = request.header("origin") {
         let here = origin.strip_prefix("http://").is_some_and(|o| is_here(o, shared.address));
         if !here && !shared.settings.origins.iter().any(|o| o == origin) {
-            return refuse(&mut stream, "403 Forbidden", "a page of another origin\n");
+            return refuse(&mut stream, "403 Forbidden", "pages of this origin may not connect\n");
         }
     }
     let role = match request.value("token") {
@@ -250,17 +250,17 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
     talk(stream, role, shared)
 }
 
-/// Equal, in a time that does not depend on where they differ.
+/// Compares two texts in a time that does not depend on where they differ.
 fn same(a: &str, b: &str) -> bool {
     a.len() == b.len() && a.bytes().zip(b.bytes()).fold(0, |sum, (x, y)| sum | (x ^ y)) == 0
 }
 
-/// A WebSocket until its end.
+/// Serves a WebSocket until it is closed.
 fn talk(stream: TcpStream, role: Rights, shared: &Arc<Shared>) -> io::Result<()> {
     stream.set_read_timeout(Some(SLICE))?;
     stream.set_write_timeout(Some(Duration::from_secs(5)))?;
     let most = shared.settings.most_message;
-    // Each look at the socket clears the whole buffer, and most looks find nothing.
+    // Each read clears the whole buffer, and most reads find nothing, so the buffer is small.
     let config = WebSocketConfig::default()
         .read_buffer_size(READ_AT_ONCE)
         .max_message_size(Some(most))

@@ -1,5 +1,5 @@
-//! What waits to be sent to a client. A slow client costs nobody but itself: of what is replaced by something newer only
-//! the last is kept, and who lets too much else pile up is cut off.
+//! The queue of messages to a client. A slow client only affects itself: of replaceable messages only the newest is
+//! kept, and a client that lets too many others pile up is disconnected.
 
 use std::{
     collections::VecDeque,
@@ -8,15 +8,15 @@ use std::{
 
 pub use tungstenite::{Bytes, Utf8Bytes};
 
-/// Bytes that may wait for a client.
+/// Most bytes queued for a client.
 const MOST: usize = 128 << 20;
 
-/// A message. A clone shares what it holds: many clients may get the same.
+/// A message. Clones share its content, because many clients may receive the same message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Message {
-    /// JSON
+    /// JSON.
     Text(Utf8Bytes),
-    /// Numbers.
+    /// Binary data.
     Binary(Bytes),
 }
 
@@ -37,7 +37,7 @@ struct State {
     cut: bool,
 }
 
-/// The queue of a client.
+/// The queue of messages to a client.
 #[derive(Default)]
 pub struct Outbox(Mutex<State>);
 
@@ -45,7 +45,7 @@ impl Outbox {
     fn state(&self) -> MutexGuard<'_, State> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    /// Something that must arrive, after all before it.
+    /// Queues a message that must be delivered, behind all others.
     pub fn send(&self, message: Message) {
         let mut s = self.state();
         s.bytes += message.len();
@@ -56,24 +56,24 @@ impl Outbox {
             s.queue.push_back(message);
         }
     }
-    /// Whether the last frame has been taken: another one is welcome.
+    /// Returns whether the last frame has been taken, so that another one may be queued.
     pub fn wants_frame(&self) -> bool {
         let s = self.state();
         s.frame.is_none() && s.queue.len() < 64
     }
-    /// Whether something waits that must arrive.
+    /// Returns whether messages that must be delivered are queued.
     pub fn waits(&self) -> bool {
         !self.state().queue.is_empty()
     }
-    /// Bytes that wait and must arrive.
+    /// Returns the size of the queued messages that must be delivered, in bytes.
     pub fn bytes(&self) -> usize {
         self.state().bytes
     }
-    /// A frame: sent after all that waits now.
+    /// Sets the frame to be sent after all messages now queued; it replaces an older one.
     pub fn frame(&self, message: Message) {
         self.state().frame = Some(message);
     }
-    /// The next message.
+    /// Removes and returns the next message.
     pub fn next(&self) -> Option<Message> {
         let mut s = self.state();
         match s.queue.pop_front() {
@@ -84,11 +84,11 @@ impl Outbox {
             None => s.frame.take(),
         }
     }
-    /// Cuts the client off.
+    /// Disconnects the client.
     pub fn cut(&self) {
         self.state().cut = true;
     }
-    /// Whether it is to be cut off.
+    /// Returns whether the client is to be disconnected.
     pub fn is_cut(&self) -> bool {
         self.state().cut
     }

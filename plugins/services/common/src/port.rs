@@ -1,5 +1,5 @@
-//! A port of this machine, with a thread for each connection, for protocols of their own. One connection too many is closed;
-//! dropping the port lets answers that are on their way be written, and ends the threads.
+//! A local port with a thread for each connection, for custom protocols. Connections beyond the limit are closed;
+//! dropping the port lets pending answers be written, then ends the threads.
 
 use std::{
     collections::BTreeMap,
@@ -13,19 +13,19 @@ use std::{
     time::Duration,
 };
 
-/// How long is waited where a connection cannot be accepted, and for our own.
+/// Pause after a failed `accept`, and timeout of the connection that ends the accepting thread.
 const PAUSE: Duration = Duration::from_millis(50);
 const OWN: Duration = Duration::from_secs(5);
 
-/// A port that is listened to.
+/// An open port.
 pub struct Port {
-    /// Where it listens.
+    /// The address on which it listens.
     pub address: SocketAddr,
     open: Arc<Open>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// The connections of a port.
+/// The open connections of a port.
 #[derive(Default)]
 struct Open {
     streams: Mutex<BTreeMap<u64, TcpStream>>,
@@ -47,8 +47,8 @@ impl Open {
 }
 
 impl Port {
-    /// Listens on 127.0.0.1; 0: any port that is free. `serve` has a connection and a number for it, in a thread of its own; it
-    /// reads until reading fails. `most`: connections at a time.
+    /// Opens a port on 127.0.0.1; 0: any free one. `serve` is called in a separate thread for each connection, with the
+    /// connection's number, and must return when reading fails. `most`: connections at a time.
     pub fn open(
         port: u16,
         name: &str,
@@ -67,7 +67,7 @@ impl Port {
 impl Drop for Port {
     fn drop(&mut self) {
         self.open.end.store(true, Ordering::Release);
-        // The thread sits in `accept`: a connection of our own gets it out.
+        // The thread blocks in `accept`: connecting to the port unblocks it.
         let _ = TcpStream::connect_timeout(&self.address, OWN);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -88,7 +88,7 @@ where
         }
         threads.retain(|t| !t.is_finished());
         let Ok((stream, _)) = accepted else {
-            // Out of file handles, for instance: others may be given back.
+            // For example out of file handles, which may become available again.
             thread::sleep(PAUSE);
             continue;
         };
@@ -105,7 +105,7 @@ where
             Err(_) => drop(open.streams().remove(&number)),
         }
     }
-    // Nothing more is read; answers that are on their way are written.
+    // Shut down reading, so that the threads end after writing pending answers.
     open.stop_reading();
     for thread in threads {
         let _ = thread.join();

@@ -1,5 +1,5 @@
-//! Connections: each client has a thread that reads and one that writes. None of them touches a world: lines wait in a queue
-//! until the barrier.
+//! Connections: each client has a reading and a writing thread. They never access a world: lines wait in a queue until
+//! the barrier.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -22,34 +22,34 @@ use tatu_services_common::port::Port;
 
 use crate::message::Message;
 
-/// Clients at a time; one more is cut off.
+/// Most clients at a time; further ones are disconnected.
 const MOST_CLIENTS: usize = 256;
-/// Bytes of the longest line.
+/// Most bytes of a line.
 pub const LINE_LIMIT: usize = 16 << 20;
-/// Lines of a client that wait for the barrier; then its reader waits, and in the end the client.
+/// Most lines of a client queued for the barrier; then its reader blocks, and finally the client.
 const QUEUE: usize = 256;
-/// Bytes that wait to be read by a client; one that lets more pile up is cut off.
+/// Most bytes queued for a client; a client that lets more pile up is disconnected.
 const UNREAD_LIMIT: usize = 64 << 20;
-/// A client that takes nothing for so long has gone.
+/// A client that accepts no data for this time is considered gone.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// The port, and who has come to it.
+/// The port, and the clients that have connected to it.
 pub struct Listener {
     arrivals: Arc<Mutex<Arrivals>>,
-    /// None: it is closed.
+    /// `None` after it was closed.
     port: Option<Port>,
 }
 
-/// Clients that have connected since the last look, in order.
+/// Clients that have connected since the last call of `take_new`, in order.
 #[derive(Default)]
 struct Arrivals {
     clients: Vec<Client>,
     closed: bool,
 }
 
-/// One connection. Its reader is a thread of the port.
+/// A connection. Its reader is a thread of the port.
 pub struct Client {
-    /// From 1, in order of connection.
+    /// Number in order of connection, from 1.
     pub number: u64,
     lines: Receiver<Message>,
     link: Arc<Link>,
@@ -57,19 +57,19 @@ pub struct Client {
     writer: JoinHandle<()>,
 }
 
-/// What a client's threads share.
+/// Data shared by a client's threads.
 #[derive(Default)]
 struct Link {
-    /// It has sent its last line.
+    /// Whether the client has sent its last line.
     ended: AtomicBool,
-    /// It takes nothing any more.
+    /// Whether the client accepts no more data.
     broken: AtomicBool,
-    /// Bytes that it has not taken yet.
+    /// Bytes that the client has not taken yet.
     unread: AtomicUsize,
 }
 
 impl Listener {
-    /// Listens on a port of this machine; 0: any. `token`: what each client says first; empty: nothing.
+    /// Opens a local port; 0: any free one. `token`: what each client must send first; empty: nothing.
     pub fn open(port: u16, token: String, session: Session) -> Result<Self> {
         let arrivals = Arc::<Mutex<Arrivals>>::default();
         let inside = arrivals.clone();
@@ -94,7 +94,7 @@ impl Listener {
         session.log(TATU_LOG_INFO, &format!("jsonl: listening on {}", port.address));
         Ok(Listener { arrivals, port: Some(port) })
     }
-    /// Clients that have connected since the last look.
+    /// Returns the clients that have connected since the last call.
     pub fn take_new(&self) -> Vec<Client> {
         std::mem::take(&mut self.arrivals.lock().unwrap_or_else(PoisonError::into_inner).clients)
     }
@@ -103,7 +103,7 @@ impl Listener {
 impl Drop for Listener {
     fn drop(&mut self) {
         self.arrivals.lock().unwrap_or_else(PoisonError::into_inner).closed = true;
-        // A reader whose lines nobody takes waits until its client is closed; the port waits for readers.
+        // A reader may block on its full queue until its client is closed, and the port waits for readers.
         self.take_new().into_iter().for_each(Client::close);
         self.port.take();
     }
@@ -121,19 +121,20 @@ impl Client {
         let writer = writer.spawn(move || write(writing, &waiting, &inside, session))?;
         Ok((Client { number, lines, link, replies, writer }, queue))
     }
-    /// The next line, if one waits.
+    /// Returns the next line, if one is queued.
     pub fn next_line(&self) -> Option<Message> {
         self.lines.try_recv().ok()
     }
-    /// Whether it has sent its last line, or has gone: it holds nothing any more.
+    /// Returns whether the client has sent its last line or has disconnected, so that it cannot hold the world any
+    /// more.
     pub fn ended(&self) -> bool {
         self.link.ended.load(Ordering::Acquire) || self.broken()
     }
-    /// Whether it takes nothing any more.
+    /// Returns whether the client accepts no more data.
     pub fn broken(&self) -> bool {
         self.link.broken.load(Ordering::Acquire)
     }
-    /// Sends a line.
+    /// Queues a line to the client.
     pub fn send(&self, line: &Json) {
         let mut bytes = line.to_string().into_bytes();
         bytes.push(b'\n');
@@ -142,18 +143,18 @@ impl Client {
             self.link.broken.store(true, Ordering::Release);
         }
     }
-    /// Ends the connection once what was sent has been taken; its threads end by themselves.
+    /// Closes the connection after the queued lines were sent; its threads end by themselves.
     pub fn leave(self) -> JoinHandle<()> {
         self.writer
     }
-    /// Ends the connection, and waits until what was sent has been taken.
+    /// Closes the connection, and waits until the queued lines were sent.
     pub fn close(self) {
         let _ = self.leave().join();
     }
 }
 
-/// Sends what waits; when nothing more will come, or the client takes nothing, both directions are closed, which ends
-/// the reader too.
+/// Sends queued lines; at the end, or when the client accepts no more data, it closes both directions, which also ends
+/// the reader.
 fn write(mut stream: TcpStream, waiting: &Receiver<Vec<u8>>, link: &Link, session: Session) {
     while let Ok(bytes) = waiting.recv() {
         if stream.write_all(&bytes).is_err() {
@@ -166,8 +167,8 @@ fn write(mut stream: TcpStream, waiting: &Receiver<Vec<u8>>, link: &Link, sessio
     session.wake();
 }
 
-/// Puts lines into the queue until the client ends. One whose first line is no message is refused: a web page can make a
-/// browser send its own lines to any port, but not without the head of a request before them.
+/// Queues lines until the client ends. A client whose first line is not a message is refused: a web page can make a
+/// browser send data to any port, but only after the head of an HTTP request.
 fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: &Session, token: &str) {
     let mut first = true;
     let mut stream = BufReader::with_capacity(64 << 10, stream);
@@ -181,7 +182,7 @@ fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: &S
                 if !skip_line(&mut stream) {
                     break;
                 }
-                Message::wrong(Fail::argument(format!("a line is longer than {LINE_LIMIT} bytes")))
+                Message::wrong(Fail::argument(format!("the line is longer than {LINE_LIMIT} bytes")))
             }
             Ok(_) if line.trim_ascii().is_empty() => continue,
             Ok(_) => Message::parse(line.trim_ascii()),
@@ -197,7 +198,7 @@ fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: &S
     session.wake();
 }
 
-/// Reads to the end of the line; `false`: the client ended before.
+/// Skips to the end of the line; `false`: the client ended before.
 fn skip_line(stream: &mut impl BufRead) -> bool {
     loop {
         let (used, end) = match stream.fill_buf() {

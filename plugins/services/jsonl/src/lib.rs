@@ -1,8 +1,8 @@
-//! A socket that takes commands as lines of JSON: the protocol stands in the README.
+//! A service that accepts commands as lines of JSON; the README describes the protocol.
 //!
-//! - `service`: what is done at the barrier;
+//! - `service`: processes lines at the barrier;
 //! - `clients`: connections and their threads;
-//! - `message`: from a line to what it asks for.
+//! - `message`: parses lines.
 
 mod clients;
 mod message;

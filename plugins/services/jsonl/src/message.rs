@@ -1,4 +1,4 @@
-//! From a line to what it asks for.
+//! Parses the lines that clients send.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
@@ -8,44 +8,44 @@ use tatu_plugin_api::{
 
 use tatu_services_common::json;
 
-/// What a client asks for.
+/// A request of a client.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ask {
     /// A call of a command.
     Call { name: String, args: Vec<Value> },
-    /// Stepping mode on or off.
+    /// Turns stepping mode on or off.
     Stepping(bool),
-    /// Lets so many steps pass.
+    /// Lets this many steps pass.
     Step(u64),
-    /// A change of state: `TATU_REQUEST_*`.
+    /// Requests a change of state: `TATU_REQUEST_*`.
     Request(u32),
-    /// How things stand.
+    /// Asks for the state of the simulation.
     State,
-    /// Events on or off.
+    /// Turns events on or off.
     Events(bool),
-    /// Which world is meant from now on.
+    /// Selects the world for later requests.
     World(usize),
-    /// The word that lets a client in.
+    /// The token that admits the client.
     Token(String),
 }
 
-/// A line: the client's own number for it, and what it asks for or what is wrong with it.
+/// A parsed line: the client's id for it, and the request, or why it is invalid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {
     pub id: Json,
     pub ask: Result<Ask>,
-    /// It is no JSON object at all.
+    /// Whether the line is not a JSON object.
     pub no_json: bool,
 }
 
-/// Most steps that a client may ask for at once: at 20 steps a second a year and a half.
+/// Most steps per request: a year and a half at 20 steps a second.
 const MOST_STEPS: u64 = 1_000_000_000;
 
-/// Keys, of which a message has exactly one beside `id` and `args`.
+/// Keys of requests, of which a message has exactly one beside `id` and `args`.
 const ASKS: [&str; 8] = ["call", "stepping", "step", "request", "state", "events", "world", "token"];
 
 impl Message {
-    /// Reads a line.
+    /// Parses a line.
     pub fn parse(line: &[u8]) -> Message {
         let json: Json = match serde_json::from_slice(line) {
             Ok(json) => json,
@@ -55,7 +55,7 @@ impl Message {
         };
         Message { id: json.get("id").cloned().unwrap_or_default(), ask: ask(&json), no_json: !json.is_object() }
     }
-    /// Why a client is refused whose first line this is. `token`: what it has to say; empty: nothing.
+    /// Returns the error that refuses a client with this first line. `token`: what it must send; empty: nothing.
     pub fn refusal(&self, token: &str) -> Option<Message> {
         let text = match &self.ask {
             Ok(Ask::Token(said)) if said == token || token.is_empty() => return None,
@@ -71,7 +71,7 @@ impl Message {
             fail.help("send {\"token\": \"...\"} as the first line, with the word that the service was started with");
         Some(Message { id: self.id.clone(), ask: Err(fail), no_json: false })
     }
-    /// What is wrong with a line whose number is not known.
+    /// Creates the error for a line whose id is not known.
     pub fn wrong(fail: Fail) -> Message {
         Message { id: Json::Null, ask: Err(fail), no_json: false }
     }
@@ -122,7 +122,7 @@ fn ask(json: &Json) -> Result<Ask> {
     })
 }
 
-/// The line that reports an error.
+/// Builds the line that reports an error.
 pub fn error(id: &Json, fail: &Fail) -> Json {
     let mut error = json!({ "code": fail.code(), "text": fail.text() });
     if let Some(help) = fail.help_text() {

@@ -1,4 +1,4 @@
-//! What is done at the barrier: lines of clients, in order of connection, each client's in order of arrival.
+//! Processes lines at the barrier: clients in order of connection, and their lines in order of arrival.
 
 use std::{
     cell::{Cell, RefCell, RefMut},
@@ -19,13 +19,13 @@ use crate::{
     message::{Ask, Message, error},
 };
 
-/// The plugin: it offers one service.
+/// The plugin, which offers one service.
 pub struct JsonLines {
-    /// "scene.time"
+    /// The property "scene.time".
     pub(crate) time: Prop,
 }
 
-/// Lines of one client that are processed in one turn; the others have theirs before its next ones.
+/// Most lines of a client processed per turn, so that other clients get their turn too.
 const AT_ONCE: usize = 1000;
 
 /// The service.
@@ -33,37 +33,37 @@ pub struct Jsonl {
     state: RefCell<State>,
     session: Session,
     time: Prop,
-    /// Clients to wait for before the first step.
+    /// Number of clients to wait for before the first step.
     wait_for: i64,
-    /// How many have said whether they step.
+    /// Number of clients that have sent a `stepping` message.
     greeted: Cell<i64>,
     next_token: Cell<u64>,
 }
 
 struct State {
     clients: Vec<Guest>,
-    /// Threads of clients that have gone.
+    /// Writing threads of clients that have left.
     threads: Vec<JoinHandle<()>>,
-    /// Commands that wait: number of the client and of its line, by token.
+    /// Commands that wait: client number and line id, by token.
     waits: BTreeMap<u64, (u64, Json)>,
-    /// Last, so that no client comes while others are closed.
+    /// The last field, so that it is dropped last: no client connects while others are closed.
     listener: Listener,
 }
 
-/// A client and how it stands to the world.
+/// A client and its relation to a world.
 struct Guest {
     client: Client,
-    /// Time passes only with its leave.
+    /// Whether steps need its permission.
     stepping: bool,
     greeted: bool,
     events: bool,
-    /// Place of the world that it means.
+    /// Index of the selected world.
     world: usize,
-    /// Steps that it let pass: number of its line, and the step at which they are over.
+    /// The steps that it let pass: id of its line, and the step at which they end.
     until: Option<(Json, u64)>,
-    /// The next line, taken out of the queue before its world's turn.
+    /// The next line, taken from the queue before the turn of its world.
     next: Option<Message>,
-    /// All that it sent has been processed, and no more will come.
+    /// Whether everything it sent has been processed, and no more will arrive.
     over: bool,
 }
 
@@ -120,7 +120,7 @@ impl Service for Jsonl {
             if guest.world >= worlds {
                 guest.world = 0;
             }
-            // What only concerns the client's relation to the world needs no turn of its world.
+            // Lines that only change the client's relation to worlds do not wait for its world's turn.
             while guest.world != here && guest.until.is_none() {
                 guest.next = guest.next.take().or_else(|| guest.client.next_line());
                 match guest.next.take_if(|m| matches!(m.ask, Ok(Ask::Stepping(_) | Ask::World(_)))) {
@@ -170,7 +170,7 @@ impl Jsonl {
         self.state.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the service is in use"))
     }
 
-    /// Handles what a client has sent; whether it holds the world.
+    /// Processes the lines of a client; returns whether it holds the world.
     fn serve(
         &self,
         guest: &mut Guest,
@@ -183,7 +183,7 @@ impl Jsonl {
         let here = guest.world;
         for _ in 0..AT_ONCE {
             match &guest.until {
-                // While time stands its own next line may be the one that lifts the pause.
+                // While the simulation is paused, the client's own next line may resume it.
                 Some((_, until)) if step < *until && turn.state() == TATU_PAUSED => {
                     guest.next = guest.next.take().or_else(|| guest.client.next_line());
                     match guest.next.take_if(|m| matches!(m.ask, Ok(Ask::Request(_) | Ask::State))) {
@@ -199,13 +199,13 @@ impl Jsonl {
                 }
                 None => {}
             }
-            // First this, then the queue: a last line comes before the end.
+            // Read this flag before the queue: a last line arrives before the end.
             let ended = guest.client.ended();
             let Some(message) = guest.next.take().or_else(|| guest.client.next_line()) else {
                 guest.over = ended;
                 return Ok(guest.stepping && !ended);
             };
-            // Steps are counted from the start: until then they wait, and what came after them too.
+            // Steps are counted from the start of a run: until then this line and later ones wait.
             if matches!(message.ask, Ok(Ask::Step(_))) && turn.state() == TATU_STOPPED {
                 guest.next = Some(message);
                 guest.over = ended;
@@ -216,7 +216,7 @@ impl Jsonl {
                 return Ok(false);
             }
         }
-        // There may be more: the next turn comes at once.
+        // There may be more lines: request another turn at once.
         self.session.wake();
         Ok(guest.stepping && !guest.client.ended())
     }
@@ -278,9 +278,12 @@ impl Jsonl {
                 guest.world = n;
                 done(json!([]))
             }
-            Ok(Ask::World(n)) => {
-                error(&id, &Fail::argument(format!("there is no world {n}: they count from 0, and there are {worlds}")))
-            }
+            Ok(Ask::World(n)) => error(
+                &id,
+                &Fail::argument(format!(
+                    "world {n} does not exist: worlds are numbered from 0, and there are {worlds}"
+                )),
+            ),
         };
         guest.client.send(&reply);
         Ok(())
@@ -288,7 +291,7 @@ impl Jsonl {
 }
 
 impl State {
-    /// Lets go of clients that have gone and to whom nothing more is to be said.
+    /// Drops clients that have left and are owed no more answers.
     fn bury(&mut self) {
         let waits = &self.waits;
         let is_over = |g: &mut Guest| {

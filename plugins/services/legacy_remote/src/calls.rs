@@ -1,4 +1,4 @@
-//! What each command of the protocol means: the command of the world that does it, and how both sides write numbers.
+//! Maps the commands of the protocol to commands of the world, and converts their arguments and results.
 
 use tatu_plugin_api::{
     abi::*,
@@ -12,16 +12,16 @@ use crate::{
     values::{In, Out, bytes, float, floats, int},
 };
 
-/// The handle of the world, where it is an argument.
+/// Handle of the world as an argument.
 const WORLD: i64 = -1;
 
-/// Does a command: its raw number, what it is of, and what it holds. What it gives.
+/// Executes a command, given its raw number, its subject and its data; returns the data of the answer.
 pub fn call(turn: &Turn<'_>, files: &mut Files, raw: u16, of: &[u8], data: &[u8]) -> Result<Vec<u8>> {
     let (mut of, mut data) = (In(of), In(data));
     match raw {
         0x0001..=0x0FFF => of_nothing(turn, raw, &mut data),
         0x1001..=0x1FFF => of_one(turn, raw, of.i32()?.into(), &mut data),
-        // It alone of these is of a window, not of one of its buttons.
+        // The only command of this range that refers to a window, not to one of its buttons.
         0x2003 => event_button(turn, of.i32()?.into()),
         0x2001..=0x2FFF => of_two(turn, raw, of.i32()?.into(), of.i32()?.into(), &mut data),
         0x3002..=0x3006 => of_file(turn, files, raw, &of.text()?, &mut data),
@@ -35,7 +35,7 @@ fn unknown(raw: u16) -> Fail {
     Fail::unsupported(format!("the command {raw:#06x} is not supported"))
 }
 
-/// Nothing but that it was done.
+/// Returns an empty answer.
 fn done(_: Vec<Value>) -> Result<Vec<u8>> {
     Ok(Vec::new())
 }
@@ -45,7 +45,7 @@ fn integer(values: Vec<Value>) -> Result<Vec<u8>> {
 fn number(values: Vec<Value>) -> Result<Vec<u8>> {
     Ok(std::mem::take(Out::default().f32(float(values.first())?)).0)
 }
-/// All numbers of all values.
+/// Encodes all numbers of all values.
 fn numbers(values: Vec<Value>) -> Result<Vec<u8>> {
     let mut out = Out::default();
     for value in &values {
@@ -53,7 +53,7 @@ fn numbers(values: Vec<Value>) -> Result<Vec<u8>> {
     }
     Ok(out.0)
 }
-/// How many, and which.
+/// Encodes a list of handles, preceded by their count.
 fn handles(values: Vec<Value>) -> Result<Vec<u8>> {
     let all = floats(values.first())?;
     let mut out = Out::default();
@@ -71,7 +71,7 @@ fn of_nothing(turn: &Turn<'_>, raw: u16, data: &mut In<'_>) -> Result<Vec<u8>> {
     match raw {
         0x0005 => ask(turn, "sim.closeScene", &[]).and_then(done),
         0x0006 => ask(turn, "sim.getObjectSelection", &[]).and_then(|v| {
-            // Nothing is selected: no table.
+            // An empty selection is returned as nil, not as a table.
             if matches!(v.first(), None | Some(Value::Nil)) {
                 handles(vec![Value::List(Vec::new())])
             } else {
@@ -83,7 +83,7 @@ fn of_nothing(turn: &Turn<'_>, raw: u16, data: &mut In<'_>) -> Result<Vec<u8>> {
     }
 }
 
-/// Commands of an object, a parameter or another number.
+/// Executes commands about an object, a parameter or another number.
 fn of_one(turn: &Turn<'_>, raw: u16, which: i64, data: &mut In<'_>) -> Result<Vec<u8>> {
     let own = Value::Int(which);
     let get = |name: &str| ask(turn, name, std::slice::from_ref(&own));
@@ -165,7 +165,7 @@ fn of_one(turn: &Turn<'_>, raw: u16, which: i64, data: &mut In<'_>) -> Result<Ve
         0x1026 => get("sim.readCollision").and_then(integer),
         0x1027 => {
             let v = get("sim.readDistance")?;
-            // Nothing is near enough, or it is explicit and nobody handled it.
+            // There is no distance if nothing is near enough, or if an explicit object was never handled.
             let distance = v.get(1).filter(|_| int(v.first()).is_ok_and(|found| found != 0));
             let none = || Fail::missing(format!("the distance object {which} has no distance: it was never handled"));
             number(vec![distance.cloned().ok_or_else(none)?])
@@ -188,7 +188,7 @@ fn of_one(turn: &Turn<'_>, raw: u16, which: i64, data: &mut In<'_>) -> Result<Ve
     }
 }
 
-/// State, point, object and normal of a proximity sensor.
+/// Encodes state, point, object and normal of a proximity sensor.
 fn proximity(v: Vec<Value>) -> Result<Vec<u8>> {
     let zero = || vec![0.0; 3];
     let mut out = Out::default();
@@ -199,7 +199,7 @@ fn proximity(v: Vec<Value>) -> Result<Vec<u8>> {
     Ok(out.0)
 }
 
-/// Columns, rows, and the bytes of an image.
+/// Encodes columns, rows, and the bytes of an image.
 fn sized(v: &[Value]) -> Result<Vec<u8>> {
     let size = floats(v.get(1))?;
     let mut out = Out::default();
@@ -214,7 +214,7 @@ fn image(turn: &Turn<'_>, sensor: i64, grey: bool) -> Result<Vec<u8>> {
     sized(&ask(turn, "sim.getVisionSensorImg", &[Value::Int(sensor), Value::Int(i64::from(grey))])?)
 }
 
-/// Commands of two numbers.
+/// Executes commands with two numbers.
 fn of_two(turn: &Turn<'_>, raw: u16, first: i64, second: i64, data: &mut In<'_>) -> Result<Vec<u8>> {
     let both = [Value::Int(first), Value::Int(second)];
     let get = |name: &str| ask(turn, name, &both);
@@ -248,12 +248,13 @@ fn of_two(turn: &Turn<'_>, raw: u16, first: i64, second: i64, data: &mut In<'_>)
     }
 }
 
-/// The button of a window that was pressed last, and two numbers of it.
+/// Returns the button of a window that was pressed last, and two numbers of it.
 fn event_button(turn: &Turn<'_>, window: i64) -> Result<Vec<u8>> {
     let v = ask(turn, "sim.getUIEventButton", &[Value::Int(window)])?;
     let values = floats(v.get(1)).unwrap_or_default();
     let mut out = Out::default();
-    // The library sends four bytes of what it is of, and takes the answer to have eight, as those beside it have.
+    // The client library sends a subject of four bytes but expects eight in the answer, as for the neighbouring
+    // commands.
     out.i32(0).i32(int(v.first())?);
     for i in 0..2 {
         out.i32(values.get(i).map_or(0, |x| *x as i64));
@@ -261,7 +262,7 @@ fn event_button(turn: &Turn<'_>, window: i64) -> Result<Vec<u8>> {
     Ok(out.0)
 }
 
-/// Commands of a file.
+/// Executes commands about a file.
 fn of_file(turn: &Turn<'_>, files: &mut Files, raw: u16, name: &[u8], data: &mut In<'_>) -> Result<Vec<u8>> {
     let mut load = |command: &str| {
         files.load(name);
@@ -281,12 +282,12 @@ fn of_file(turn: &Turn<'_>, files: &mut Files, raw: u16, name: &[u8], data: &mut
     }
 }
 
-/// Commands of a name or a text.
+/// Executes commands about a name or a text.
 fn of_name(turn: &Turn<'_>, raw: u16, name: &[u8], data: &mut In<'_>) -> Result<Vec<u8>> {
     let own = Value::Text(name.to_vec());
     let get = |command: &str| ask(turn, command, std::slice::from_ref(&own));
     let set = |command: &str, value: Value| ask(turn, command, &[own.clone(), value]).and_then(done);
-    // No name: all of them.
+    // An empty name means all.
     let clear = |command: &str| if name.is_empty() { ask(turn, command, &[]) } else { get(command) }.and_then(done);
     let signal = || match get("sim.getStringSignal")?.into_iter().next() {
         Some(Value::Text(text) | Value::Bytes(text)) => Ok(Some(text)),
@@ -339,7 +340,7 @@ fn of_name(turn: &Turn<'_>, raw: u16, name: &[u8], data: &mut In<'_>) -> Result<
     }
 }
 
-/// A function of a script: integers, numbers, texts and bytes go in and come out.
+/// Calls a function of a script, with integers, numbers, texts and bytes as arguments and results.
 fn script(turn: &Turn<'_>, of: &mut In<'_>, data: &mut In<'_>) -> Result<Vec<u8>> {
     let (kind, owner, function) = (of.int()?, of.text()?, of.text()?);
     let mut counts = [0_usize; 4];

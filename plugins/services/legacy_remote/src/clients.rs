@@ -1,4 +1,4 @@
-//! What each client asked for, and how it stands to the steps.
+//! State of the clients: pending and repeated commands, and synchronous operation.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -9,33 +9,33 @@ use crate::{
     message::{Command, mode},
 };
 
-/// Streams, parts and errors of a client.
+/// Most streams, partial commands and stored errors of a client.
 const MOST_STREAMS: usize = 5000;
 const MOST_PARTS: usize = 64;
 const MOST_ERRORS: usize = 50;
 
 /// A client.
 pub struct Client {
-    /// What is to be sent to it.
+    /// Answers to be sent to the client.
     pub out: Arc<Outbox>,
-    /// Its newest message.
+    /// The id of its newest message.
     pub id: i32,
-    /// What came and was not done yet.
+    /// Commands that have not been executed yet.
     pub pending: Vec<Command>,
-    /// What is done again and again: the command, and when in ms of the world's time it is done next.
+    /// Repeated commands, each with the world time in ms at which it is due.
     pub streams: BTreeMap<(u16, Vec<u8>), (Command, f64)>,
-    /// Commands that come in parts.
+    /// Commands that arrive in parts.
     parts: BTreeMap<(u16, Vec<u8>), Vec<u8>>,
-    /// Each step waits for it.
+    /// Whether each step waits for it.
     pub synchronous: bool,
-    /// The step at which what it let pass is over.
+    /// The step at which its permission to step ends.
     pub until: Option<u64>,
-    /// What went wrong, the oldest first.
+    /// Errors, oldest first.
     pub errors: Vec<String>,
 }
 
 impl Client {
-    /// A client that has come.
+    /// Creates the state of a new client.
     pub fn new(out: Arc<Outbox>) -> Client {
         Client {
             out,
@@ -48,17 +48,17 @@ impl Client {
             errors: Vec::new(),
         }
     }
-    /// Whether time stands until it lets a step pass.
+    /// Returns whether the world must wait until it permits a step.
     pub fn holds(&self, step: u64) -> bool {
         self.synchronous && self.until.is_none_or(|until| step >= until)
     }
-    /// Something went wrong.
+    /// Stores an error.
     pub fn went_wrong(&mut self, text: String) {
         self.errors.push(text);
         let over = self.errors.len().saturating_sub(MOST_ERRORS);
         self.errors.drain(..over);
     }
-    /// A command that may be a part: the whole, once it is there.
+    /// Adds a command that may be one part; returns the complete command once all parts have arrived.
     pub fn whole(&mut self, command: Command) -> Result<Option<Command>> {
         let split = matches!(command.mode(), mode::ONESHOT_SPLIT | mode::STREAMING_SPLIT);
         let (at, full) = command.part;
@@ -88,7 +88,7 @@ impl Client {
         let data = self.parts.remove(&key).unwrap_or_default();
         Ok(Some(Command { data, ..command }))
     }
-    /// A command is to be done again and again.
+    /// Adds a command to be repeated.
     pub fn stream(&mut self, command: &Command) -> Result {
         if self.streams.len() >= MOST_STREAMS {
             return Err(Fail::argument(format!("a client can have at most {MOST_STREAMS} streams")));

@@ -1,5 +1,5 @@
-//! Sockets: each connection has a thread that answers every message at once, with what the world did since, or with
-//! nothing but a head. What comes in waits for the barrier.
+//! Connections: the thread of each answers every message at once, with the results since the last one, or with only a
+//! head. Commands wait for the barrier.
 
 use std::{
     collections::BTreeMap,
@@ -21,42 +21,42 @@ use crate::{
     packet,
 };
 
-/// Connections at a time.
+/// Most connections at a time.
 const MOST_CONNECTIONS: usize = 64;
-/// Bytes of commands of a client that wait for the barrier.
+/// Most bytes of a client's commands that wait for the barrier.
 const MOST_UNHEARD: usize = 128 << 20;
-/// How long a message with commands waits for what the world does, before it is answered without.
+/// How long a message with commands waits for results before it is answered without them.
 const PATIENCE: Duration = Duration::from_millis(20);
-/// A client that takes nothing for so long has gone. One that says nothing keeps its connection.
+/// A client that accepts no data for this time is considered gone. A silent client keeps its connection.
 const WRITING: Duration = Duration::from_secs(5);
 
-/// What connections report.
+/// Events reported by connections.
 pub enum Event {
-    /// A client has come.
+    /// A client has connected.
     Come(u64, Arc<Outbox>),
-    /// It sent commands, in a message of so many bytes.
+    /// A client sent commands, in a message of this many bytes.
     Commands(u64, Head, Vec<Command>, usize),
-    /// It has gone; with why, if it did something wrong.
+    /// A client has disconnected; with the error, if it caused one.
     Gone(u64, Option<String>),
 }
 
-/// What is to be sent to a client.
+/// Outgoing answers to a client.
 #[derive(Default)]
 pub struct Outbox {
     state: Mutex<Waiting>,
     filled: Condvar,
-    /// Bytes that it sent and that were not heard yet.
+    /// Bytes it sent that have not been processed yet.
     unheard: AtomicUsize,
 }
 
-/// What an answer is of: the command's code, and what the command is of.
+/// Identifies an answer: the command's code, and its subject.
 pub type Key = (u32, Vec<u8>);
 
 #[derive(Default)]
 struct Waiting {
-    /// Answers by command and what it is of: of a stream only the newest.
+    /// Answers by command and subject: of a stream, only the newest is kept.
     answers: BTreeMap<Key, Vec<u8>>,
-    /// The message that they answer.
+    /// The id of the message that they answer.
     id: i32,
 }
 
@@ -65,22 +65,22 @@ fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Outbox {
-    /// Adds answers to what waits.
+    /// Queues answers.
     pub fn put(&self, id: i32, answers: Vec<(Key, Vec<u8>)>) {
         let mut state = lock(&self.state);
         state.id = id;
         state.answers.extend(answers);
         self.filled.notify_all();
     }
-    /// So many bytes of what it sent were heard.
+    /// Records that this many received bytes were processed.
     pub fn heard(&self, size: usize) {
         self.unheard.fetch_sub(size, Ordering::AcqRel);
     }
-    /// Whether all that was put was sent.
+    /// Returns whether all queued answers have been sent.
     pub fn is_empty(&self) -> bool {
         lock(&self.state).answers.is_empty()
     }
-    /// What waits; after a time nothing.
+    /// Removes and returns the queued answers; `None` if there are none within `patience`.
     fn take(&self, patience: Duration) -> Option<(i32, Vec<Vec<u8>>)> {
         let state = lock(&self.state);
         let (mut state, _) = self
@@ -92,7 +92,7 @@ impl Outbox {
     }
 }
 
-/// What all ports of a service have in common.
+/// Data shared by all ports of a service.
 #[derive(Clone)]
 pub struct Ports(Arc<Shared>);
 
@@ -104,17 +104,17 @@ struct Shared {
 }
 
 impl Ports {
-    /// Ports of which nobody listens to any yet, and what their connections report.
+    /// Creates the shared data, without an open port; also returns the receiver of events.
     pub fn new(session: Session) -> (Ports, Receiver<Event>) {
         let (events, told) = channel();
         let (events, world, numbers) = (Mutex::new(events), Mutex::default(), AtomicU64::new(1));
         (Ports(Arc::new(Shared { session, events, world, numbers })), told)
     }
-    /// How the world stands now.
+    /// Sets the state of the world for heads of answers.
     pub fn tell(&self, world: World) {
         *lock(&self.0.world) = world;
     }
-    /// Listens on a port of 127.0.0.1.
+    /// Opens a port on 127.0.0.1.
     pub fn open(&self, port: u16) -> io::Result<Port> {
         let shared = self.0.clone();
         let serve = move |stream: TcpStream, _| {
@@ -144,7 +144,7 @@ fn serve(mut stream: TcpStream, number: u64, shared: &Shared, events: &Sender<Ev
         let mut patience = Duration::ZERO;
         if !commands.is_empty() {
             let size = bytes.len();
-            // A client that sends faster than the world listens closes its own connection.
+            // A client that sends faster than the world processes loses its connection.
             if out.unheard.fetch_add(size, Ordering::AcqRel) + size > MOST_UNHEARD {
                 return Err(packet::wrong(&format!("more than {MOST_UNHEARD} bytes of commands wait")));
             }

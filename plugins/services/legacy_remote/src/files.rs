@@ -1,7 +1,7 @@
-//! Files that clients transfer: into a folder of their own, under names without folders.
+//! Files that clients transfer, which are stored in a separate folder under names without folders.
 //!
-//! An input log has the name by which a file was to be loaded, not its content. So such a file stays in the folder,
-//! and so does what lies beside it; erased is then its name alone. No file that another run left is replaced.
+//! An input log contains the name of a loaded file, not its content. So a file that was loaded stays in the folder, as
+//! do those stored next to it; erasing it only removes its name. Files that another run left are never replaced.
 
 use std::{collections::BTreeMap, fs, io, path::PathBuf};
 
@@ -10,18 +10,20 @@ use tatu_plugin_api::{
     safe::{Fail, Result, Turn},
 };
 
-/// The folder, in the one in which scripts open files.
+/// Name of the folder, within the one in which scripts open files.
 const FOLDER: &str = "transferred";
-/// Bytes of a file, bytes of all files in the folder, and how many they may be.
+/// Limits on the size of a file, on the size of all files in the folder, and on their number.
 const MOST: usize = 64 << 20;
 const MOST_IN_ALL: u64 = 256 << 20;
 const MOST_FILES: usize = 1000;
-/// Bytes of a name, and files whose names differ by a number.
+/// Limits on the length of a name, and on the number of files whose names differ only by a number.
 const LONGEST: usize = 100;
 const MOST_ALIKE: usize = 1000;
-/// Endings of native libraries: a scene may ask for plugins beside it, and a folder may be trusted.
+/// Extensions of native libraries, which are refused: a scene may request plugins next to it, and a folder may be
+/// trusted.
 const LIBRARIES: &[&str] = &[".so", ".dylib", ".dll"];
-/// What the library calls a file that it transfers to have it loaded, before a number that it draws.
+/// Prefix, followed by a random number, of the names that the client library gives to files transferred only to be
+/// loaded.
 const PASSING: &str = "REMOTE_API_TEMPFILE_";
 
 /// The files that clients transferred since the service was started.
@@ -30,22 +32,23 @@ pub struct Files {
     names: BTreeMap<String, Stored>,
 }
 
-/// How a file lies in the folder.
+/// A file as stored in the folder.
 struct Stored {
     name: String,
-    /// It was loaded, or lay beside one, or was there before: a log may need it.
+    /// Whether it must be kept because an input log may need it: it was loaded, stored next to a loaded file, or
+    /// existed before.
     stays: bool,
 }
 
-/// The folder, and what is in it.
+/// The folder and its content.
 struct Folder {
     path: PathBuf,
-    /// Names and sizes, in the order of names: that of a folder differs from machine to machine.
+    /// Names and sizes, sorted by name, since the order in a folder differs between machines.
     files: BTreeMap<String, u64>,
 }
 
 impl Files {
-    /// Takes a file. One that came under the same name before is replaced.
+    /// Stores a file. An earlier file of the same name is replaced.
     pub fn transfer(&mut self, turn: &Turn<'_>, name: &[u8], bytes: &[u8]) -> Result {
         let name = checked(name)?;
         if bytes.len() > MOST {
@@ -54,7 +57,7 @@ impl Files {
         }
         if LIBRARIES.contains(&parts(name).1.to_lowercase().as_str()) {
             return Err(Fail::unsupported(format!("`{name}` is a native library, which cannot be transferred"))
-                .help("plugins are installed by whoever runs the simulator"));
+                .help("plugins are installed on the simulator's side only"));
         }
         let mut folder = Folder::open(turn)?;
         let known = self.names.len() - usize::from(self.names.contains_key(name));
@@ -76,7 +79,7 @@ impl Files {
         Ok(())
     }
 
-    /// The name by which commands find a file: that of a transferred one, or else as it is.
+    /// Returns the name by which commands find a file: that of a stored file, otherwise the name itself.
     pub fn path(&self, name: &[u8]) -> Vec<u8> {
         match std::str::from_utf8(name).ok().and_then(|n| self.names.get(n)) {
             Some(stored) => format!("{FOLDER}/{}", stored.name).into_bytes(),
@@ -84,14 +87,15 @@ impl Files {
         }
     }
 
-    /// A name is being loaded. If it is that of a transferred file, all that are beside it may be read, too.
+    /// Notes that a file is being loaded. If it was transferred, all files next to it must be kept, since they may be
+    /// read too.
     pub fn load(&mut self, name: &[u8]) {
         if std::str::from_utf8(name).is_ok_and(|n| self.names.contains_key(n)) {
             self.names.values_mut().for_each(|s| s.stays = true);
         }
     }
 
-    /// Erases a file that a client transferred.
+    /// Erases a transferred file.
     pub fn erase(&mut self, turn: &Turn<'_>, name: &[u8]) -> Result {
         let name = checked(name)?;
         if !self.names.contains_key(name) {
@@ -103,7 +107,7 @@ impl Files {
         self.forget(&Folder::open(turn)?, name)
     }
 
-    /// Forgets a name, with its file if no log needs it.
+    /// Removes a name, and its file unless a log may need it.
     fn forget(&mut self, folder: &Folder, name: &str) -> Result {
         if let Some(stored) = self.names.get(name).filter(|s| !s.stays) {
             match fs::remove_file(folder.path.join(&stored.name)) {
@@ -138,8 +142,8 @@ impl Folder {
         Ok(Folder { path, files })
     }
 
-    /// A file that is there and holds the same. Whatever number the library drew, what it has loaded again is kept
-    /// once.
+    /// Returns an existing file with the same content, so that a file that is loaded repeatedly under random names is
+    /// stored only once.
     fn same(&self, name: &str, bytes: &[u8], except: Option<&str>) -> Result<Option<String>> {
         let name = with_ending(name, bytes);
         let (stem, ending) = parts(&name);
@@ -154,7 +158,7 @@ impl Folder {
         for (other, size) in &self.files {
             if *size == bytes.len() as u64 && alike(other) && except != Some(other.as_str()) {
                 let path = self.path.join(other);
-                // A link, or what is no file, is never taken for one.
+                // Links and other entries that are not regular files are skipped.
                 let plain = path.symlink_metadata().is_ok_and(|m| m.is_file());
                 if plain && fs::read(&path).is_ok_and(|b| b == bytes) {
                     return Ok(Some(other.clone()));
@@ -164,7 +168,7 @@ impl Folder {
         Ok(None)
     }
 
-    /// Writes a new file; its name.
+    /// Writes a new file; returns its name.
     fn write(&self, turn: &Turn<'_>, name: &str, bytes: &[u8]) -> Result<String> {
         let (stem, ending) = parts(name);
         for n in 1..=MOST_ALIKE {
@@ -186,7 +190,7 @@ impl Folder {
     }
 }
 
-/// Whether there is room for one more file.
+/// Checks that there is room for one more file.
 fn room(files: usize, all: u64, more: u64) -> Result {
     let help = "erase files that are not needed; those of earlier runs, and loaded ones, are removed by hand";
     if files >= MOST_FILES {
@@ -199,7 +203,7 @@ fn room(files: usize, all: u64, more: u64) -> Result {
     Ok(())
 }
 
-/// A name, if it leads nowhere else.
+/// Returns a name if it is valid and contains no folder.
 fn checked(name: &[u8]) -> Result<&str> {
     let plain = |c: char| !c.is_control() && !"/\\:".contains(c);
     match std::str::from_utf8(name) {
@@ -214,12 +218,13 @@ fn checked(name: &[u8]) -> Result<&str> {
     }
 }
 
-/// A name without its ending, and the ending with its dot.
+/// Splits a name into stem and extension, the latter with its dot.
 fn parts(name: &str) -> (&str, &str) {
     name.rfind('.').map_or((name, ""), |at| name.split_at(at))
 }
 
-/// A name that ends as what is inside asks for: the library calls every model `.ttm` and every scene `.ttt`.
+/// Returns the name with the extension that its content requires: the client library calls every model `.ttm` and every
+/// scene `.ttt`.
 fn with_ending(name: &str, bytes: &[u8]) -> String {
     let (stem, ending) = parts(name);
     if !stem.starts_with(PASSING) || !matches!(ending, ".ttm" | ".ttt") || bytes.starts_with(b"VREP") {

@@ -1,4 +1,4 @@
-//! Data of many objects at once: names, places, what sensors read.
+//! Data of many objects at once: names, poses, sensor readings.
 
 use tatu_plugin_api::safe::{Fail, Result, Turn, Value};
 
@@ -7,7 +7,7 @@ use crate::{
     values::{Out, bytes, float, floats, int},
 };
 
-/// All objects, as clients ask for them, and as commands do.
+/// The number that means all objects, for clients and for commands.
 const ALL: (i64, i64) = (109, -2);
 const WORLD: i64 = -1;
 const PARENT: i64 = -11;
@@ -19,7 +19,7 @@ struct Group {
     texts: Vec<Vec<u8>>,
 }
 
-/// The objects of a type, and of each what is asked for.
+/// Returns the requested data of all objects of a type.
 pub fn read(turn: &Turn<'_>, kind: i64, what: i64) -> Result<Vec<u8>> {
     let kind = if kind == ALL.0 { ALL.1 } else { kind };
     let found = ask(turn, "sim.getObjectsInTree", &[Value::Int(-12), Value::Int(kind), Value::Int(0)])?;
@@ -48,7 +48,7 @@ fn one(turn: &Turn<'_>, object: i64, what: i64, group: &mut Group) -> Result {
     let of = |name: &str, frame: i64| -> Result<Vec<f64>> {
         floats(ask(turn, name, &[own.clone(), Value::Int(frame)])?.first())
     };
-    // Of two kinds: in the world, or in the parent.
+    // Odd numbers are relative to the world, even ones to the parent.
     let frame = if what % 2 == 1 { WORLD } else { PARENT };
     match what {
         0 | 20 => group.texts.push(bytes(get("sim.getObjectName")?.first())?.to_vec()),
@@ -72,7 +72,7 @@ fn one(turn: &Turn<'_>, object: i64, what: i64, group: &mut Group) -> Result {
                     group.ints.extend([int(v.first())?, int(v.get(3)).unwrap_or(-1)]);
                     group.numbers.extend([three(v.get(2)), three(v.get(4))].concat());
                 }
-                // Other objects.
+                // Objects of other types.
                 Err(_) => {
                     group.ints.extend([-1, -1]);
                     group.numbers.extend([0.0; 6]);

@@ -1,9 +1,11 @@
-//! The legacy remote API of V-REP (`simx...`): clients in any language call the commands of a world.
+//! The legacy remote API of V-REP (`simx...`): clients in any language call commands of a world.
 //!
-//! - `packet`: messages cut into packets; `message`: headers and commands; `values`: numbers and texts in them;
-//! - `connections`: sockets and their threads; `clients`: what each asked for again and again, and how it stands to the steps;
-//! - `ask`: commands of the world, called; `calls`: what each command of the protocol means; `groups`: data of many objects at once; `files`: files that they transfer;
-//! - `service`: the barrier.
+//! - `packet`: splits messages into packets; `message`: headers and commands; `values`: numbers and texts in commands;
+//! - `connections`: sockets and their threads; `clients`: state of the clients, such as repeated commands and
+//!   synchronous operation;
+//! - `ask`: calls commands of the world; `calls`: maps commands of the protocol to them; `groups`: data of many objects
+//!   at once; `files`: transferred files;
+//! - `service`: processes commands at the barrier.
 
 mod ask;
 mod calls;

@@ -1,27 +1,27 @@
-//! Messages: a head of 18 bytes, then commands of 26 bytes, what they are of, and what they hold.
+//! Messages: a head of 18 bytes, then commands, each a header of 26 bytes, its subject and its data.
 
 use std::io;
 
 use crate::packet::wrong;
 
-/// Version of what is said.
+/// Version of the protocol.
 const VERSION: u8 = 11;
 const HEAD: usize = 18;
 const COMMAND: usize = 26;
 
-/// How a command is to be done.
+/// How a command is executed.
 pub mod mode {
-    /// Once.
+    /// Execute once.
     pub const ONESHOT: u32 = 0;
-    /// Once; the client waits.
+    /// Execute once; the client waits for the answer.
     pub const BLOCKING: u32 = 1;
-    /// Again and again.
+    /// Execute repeatedly.
     pub const STREAMING: u32 = 2;
-    /// Once, in parts.
+    /// Execute once; the command arrives in parts.
     pub const ONESHOT_SPLIT: u32 = 3;
-    /// Again and again, in parts.
+    /// Execute repeatedly; the command arrives in parts.
     pub const STREAMING_SPLIT: u32 = 4;
-    /// No more.
+    /// Stop executing repeatedly.
     pub const DISCONTINUE: u32 = 5;
 }
 
@@ -37,24 +37,24 @@ pub struct Head {
 /// A command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Command {
-    /// What, and how: the raw number in the low 16 bits, the mode above.
+    /// The raw number in the low 16 bits, the mode above.
     pub code: u32,
-    /// What it is of.
+    /// The subject, such as a handle or a name.
     pub of: Vec<u8>,
-    /// What it holds.
+    /// The data.
     pub data: Vec<u8>,
-    /// Streaming: the interval in ms.
+    /// Interval in ms, for streaming.
     pub delay: u16,
-    /// In parts: where this one stands, and how many bytes there are in all.
+    /// For a part: its offset, and the total size in bytes.
     pub part: (usize, usize),
 }
 
 impl Command {
-    /// What it does.
+    /// Returns the number of the command.
     pub fn raw(&self) -> u16 {
         self.code as u16
     }
-    /// How.
+    /// Returns the mode.
     pub fn mode(&self) -> u32 {
         self.code >> 16 & 7
     }
@@ -70,21 +70,21 @@ fn u16_at(bytes: &[u8], at: usize) -> u16 {
     u16::from_le_bytes([bytes[at], bytes[at + 1]])
 }
 
-/// Reads a message.
+/// Parses a message.
 pub fn read(bytes: &[u8]) -> io::Result<(Head, Vec<Command>)> {
     if bytes.len() < HEAD {
-        return Err(wrong("a message without a header"));
+        return Err(wrong("the message is shorter than its header"));
     }
     let head = Head { id: i32_at(bytes, 3), time: i32_at(bytes, 7) };
     let (mut commands, mut rest) = (Vec::new(), &bytes[HEAD..]);
     while !rest.is_empty() {
         if rest.len() < COMMAND {
-            return Err(wrong("a command that is cut off"));
+            return Err(wrong("a command is truncated"));
         }
         let (size, full) = (i32_at(rest, 0) as usize, i32_at(rest, 4) as usize);
         let of = usize::from(u16_at(rest, 8));
         if size < COMMAND + of || size > rest.len() {
-            return Err(wrong("a command of impossible size"));
+            return Err(wrong("a command has an invalid size"));
         }
         commands.push(Command {
             code: i32_at(rest, 14) as u32,
@@ -98,7 +98,7 @@ pub fn read(bytes: &[u8]) -> io::Result<(Head, Vec<Command>)> {
     Ok((head, commands))
 }
 
-/// How the world stands, for the head of an answer.
+/// State of the world, for the head of an answer.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct World {
     /// The service's clock in ms.
@@ -109,7 +109,8 @@ pub struct World {
     pub state: u8,
 }
 
-/// The head of an answer, to which commands are added. `id`: of the message that is answered; -1: nothing was done.
+/// Builds the head of an answer, to which commands are appended. `id`: of the answered message; -1: nothing was
+/// executed.
 pub fn head(id: i32, client_time: i32, world: World) -> Vec<u8> {
     let mut out = vec![0, 0, VERSION];
     out.extend_from_slice(&id.to_le_bytes());
@@ -120,7 +121,8 @@ pub fn head(id: i32, client_time: i32, world: World) -> Vec<u8> {
     out
 }
 
-/// The answer of a command: its code and what it is of, as they came. `None`: it failed. `time`: simulated, in ms.
+/// Builds the answer to a command, with its code and subject as received. `data` is `None` if it failed; `time`:
+/// simulation time in ms.
 pub fn answer(code: u32, of: &[u8], data: Option<&[u8]>, time: i32) -> Vec<u8> {
     let (data, status) = data.map_or((&[][..], 1), |d| (d, 0));
     let size = (COMMAND + of.len() + data.len()) as i32;
@@ -149,7 +151,7 @@ mod tests {
 
     #[test]
     fn a_message_of_a_real_client_is_read_and_answered() {
-        // The handle of `Pioneer_p3dx`, asked by a blocking call, and 17 as the answer at 1234 ms.
+        // A recorded exchange: a blocking call for the handle of `Pioneer_p3dx`, answered by 17 at 1234 ms.
         let asked = bytes(
             "00000b01000000942069030000000000000027000000270000000d0000000000013001000000b67f000000d550696f6e6565725f7033647800",
         );

@@ -1,18 +1,19 @@
-//! Messages cut into packets: the byte order's mark, how many bytes follow, how many packets are still to come.
+//! Splits messages into packets, each with a byte order mark, the number of bytes that follow, and the number of
+//! packets still to come.
 
 use std::io::{self, Read, Write};
 
-/// Bytes of a packet that is sent, its head apart.
+/// Most payload bytes of a packet that is sent.
 const PAYLOAD: usize = 30_000;
-/// Bytes of a message that is taken: more than of the largest file, so that one that is too large is reported.
+/// Most bytes of a received message: more than the largest file, so that a file that is too large can be reported.
 pub const MOST: usize = 66 << 20;
 
-/// Why a message was not taken.
+/// Builds the error for an invalid message.
 pub fn wrong(why: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, why.to_owned())
 }
 
-/// Reads a message. Memory grows as packets come.
+/// Reads a message. Memory is allocated as packets arrive.
 pub fn read(stream: &mut impl Read) -> io::Result<Vec<u8>> {
     let mut message = Vec::new();
     loop {
@@ -21,12 +22,12 @@ pub fn read(stream: &mut impl Read) -> io::Result<Vec<u8>> {
         let word = |at: usize| u16::from_le_bytes([head[at], head[at + 1]]);
         match word(0) {
             1 => {}
-            0x100 => return Err(wrong("a client of the opposite byte order")),
-            _ => return Err(wrong("not a packet of the remote API")),
+            0x100 => return Err(wrong("the client has the opposite byte order, which is not supported")),
+            _ => return Err(wrong("expected a packet of the legacy remote API")),
         }
         let (len, more) = (usize::from(word(2)), word(4));
         if len == 0 || message.len() + len > MOST {
-            return Err(wrong(&format!("a packet of {len} bytes; a message has {MOST} at most")));
+            return Err(wrong(&format!("a packet has {len} bytes; messages have at most {MOST}")));
         }
         let at = message.len();
         message.resize(at + len, 0);

@@ -1,5 +1,5 @@
-//! What is done at the barrier: commands of clients, in order of connection, each client's in order of arrival; then
-//! what they asked for again and again.
+//! Processes commands at the barrier: clients in order of connection, and their commands in order of arrival; then
+//! repeated commands.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -24,19 +24,19 @@ use crate::{
     values::Out,
 };
 
-/// The plugin: it offers one service.
+/// The plugin, which offers one service.
 pub struct LegacyRemote;
 
-/// The port that V-REP listens on.
+/// V-REP's default port.
 const PORT: i64 = 19997;
-/// The numbers of commands that are the service's own.
+/// Numbers of the commands that the service executes itself.
 const SYNCHRONOUS: u16 = 1;
 const FREE: u16 = 2;
 const TRIGGER: u16 = 3;
 const ERRORS: u16 = 4;
 const GOODBYE: u16 = 0xA;
 const GET_AND_CLEAR: u16 = 0x3017;
-/// Those that transfer, load and erase files.
+/// Commands that transfer, load and erase files.
 const FILES: std::ops::RangeInclusive<u16> = 0x3002..=0x3006;
 
 /// The service.
@@ -50,13 +50,13 @@ struct State {
     began: Instant,
     events: Receiver<Event>,
     ports: Ports,
-    /// Those that scripts opened, which are closed when the simulation stops.
+    /// Ports opened by scripts, which are closed when the simulation stops.
     of_scripts: BTreeMap<u16, Port>,
     listener: Port,
     files: Files,
 }
 
-/// By these events scripts open and close ports.
+/// Events by which scripts open and close ports.
 const OPEN: &str = "remote_api.open";
 const CLOSE: &str = "remote_api.close";
 
@@ -91,7 +91,7 @@ impl Service for Remote {
     }
 
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<safe::Answer> {
-        // One world is served: the first one of its session.
+        // Only the first world of the session is served.
         if turn.worlds().0 != 0 {
             return Ok(safe::Answer::Go);
         }
@@ -131,7 +131,8 @@ impl Service for Remote {
                         state.of_scripts.insert(port, listener);
                     }
                     Err(e) => {
-                        let text = format!("legacy_remote: a script asks for port {port}, which cannot be opened: {e}");
+                        let text =
+                            format!("legacy_remote: a script asked for port {port}, which could not be opened: {e}");
                         self.session.log(TATU_LOG_WARNING, &text);
                     }
                 }
@@ -149,7 +150,7 @@ impl Remote {
 }
 
 impl State {
-    /// What connections reported.
+    /// Processes the events of connections.
     fn hear(&mut self, session: &Session) {
         while let Ok(event) = self.events.try_recv() {
             match event {
@@ -175,14 +176,14 @@ impl State {
     }
 }
 
-/// Does what a client sent, and what it asked for again and again, and answers.
+/// Executes new and repeated commands of a client, and queues the answers.
 fn serve(turn: &Turn<'_>, client: &mut Client, files: &mut Files, step: u64, time: f64) {
     let mut answers: Vec<(Key, Vec<u8>)> = Vec::new();
     for command in std::mem::take(&mut client.pending) {
         let (code, of) = (command.code, command.of.clone());
         let done = client.whole(command).and_then(|whole| match whole {
             Some(command) => act(turn, client, files, &command, step).map(Some),
-            // Each part is answered, so that the next one comes.
+            // Each part is answered, because the client then sends the next one.
             None => Ok(Some(Vec::new())),
         });
         if let Err(fail) = &done {
@@ -192,7 +193,7 @@ fn serve(turn: &Turn<'_>, client: &mut Client, files: &mut Files, step: u64, tim
         let data = done.ok().flatten();
         answers.push(((code, of.clone()), message::answer(code, &of, data.as_deref(), time as i32)));
     }
-    // Before what was measured is taken, nothing more is measured.
+    // Streams are not executed again until the client has taken their last answers.
     if client.out.is_empty() {
         let due: Vec<Command> = client
             .streams
@@ -220,7 +221,7 @@ fn serve(turn: &Turn<'_>, client: &mut Client, files: &mut Files, step: u64, tim
     }
 }
 
-/// Does a command once; what it gives.
+/// Executes a command once; returns the data of the answer.
 fn act(turn: &Turn<'_>, client: &mut Client, files: &mut Files, command: &Command, step: u64) -> Result<Vec<u8>> {
     let key = (command.raw(), command.of.clone());
     match command.mode() {
@@ -228,7 +229,7 @@ fn act(turn: &Turn<'_>, client: &mut Client, files: &mut Files, command: &Comman
             client.streams.remove(&key);
             return Ok(Vec::new());
         }
-        // Else a file would be loaded in each step.
+        // Otherwise a file would be loaded in each step.
         mode::STREAMING | mode::STREAMING_SPLIT if FILES.contains(&command.raw()) => {
             return Err(Fail::argument(
                 "commands that transfer, load or erase files cannot be streamed: send them once",

@@ -1,15 +1,15 @@
-//! Numbers and texts in the data of commands.
+//! Numbers and texts in the subjects and data of commands.
 
 use tatu_plugin_api::{
     abi::tatu_slot,
     safe::{Fail, Result, Value},
 };
 
-/// Data that is read from its beginning.
+/// Reads data from its beginning.
 pub struct In<'a>(pub &'a [u8]);
 
 impl<'a> In<'a> {
-    /// The next bytes.
+    /// Reads the next `n` bytes.
     pub fn take(&mut self, n: usize) -> Result<&'a [u8]> {
         if n > self.0.len() {
             return Err(Fail::argument("the command is too short"));
@@ -18,42 +18,42 @@ impl<'a> In<'a> {
         self.0 = rest;
         Ok(now)
     }
-    /// An integer.
+    /// Reads an integer.
     pub fn i32(&mut self) -> Result<i32> {
         let mut four = [0; 4];
         four.copy_from_slice(self.take(4)?);
         Ok(i32::from_le_bytes(four))
     }
-    /// A number.
+    /// Reads a number.
     pub fn f32(&mut self) -> Result<f64> {
         let mut four = [0; 4];
         four.copy_from_slice(self.take(4)?);
         Ok(f64::from(f32::from_le_bytes(four)))
     }
-    /// So many numbers.
+    /// Reads `n` numbers, as a table.
     pub fn f32s(&mut self, n: usize) -> Result<Value> {
         Ok(Value::Floats((0..n).map(|_| self.f32()).collect::<Result<_>>()?))
     }
-    /// A handle, or another integer, as an argument.
+    /// Reads a handle or another integer, as an argument.
     pub fn int(&mut self) -> Result<Value> {
         Ok(Value::Int(self.i32()?.into()))
     }
-    /// A number as an argument.
+    /// Reads a number, as an argument.
     pub fn float(&mut self) -> Result<Value> {
         Ok(Value::Float(self.f32()?))
     }
-    /// A text that ends with zero.
+    /// Reads a zero-terminated text.
     pub fn text(&mut self) -> Result<Vec<u8>> {
         let end = self.0.iter().position(|b| *b == 0).ok_or_else(|| Fail::argument("a text is not terminated"))?;
         let text = self.take(end)?.to_vec();
         self.take(1)?;
         Ok(text)
     }
-    /// All that is left.
+    /// Reads all remaining bytes.
     pub fn rest(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.0).to_vec()
     }
-    /// Integers to the end.
+    /// Reads integers up to the end.
     pub fn ints(&mut self) -> Result<Value> {
         let mut all = Vec::new();
         while !self.0.is_empty() {
@@ -63,58 +63,58 @@ impl<'a> In<'a> {
     }
 }
 
-/// Data that is written.
+/// Builds data.
 #[derive(Default)]
 pub struct Out(pub Vec<u8>);
 
 impl Out {
-    /// An integer.
+    /// Appends an integer.
     pub fn i32(&mut self, x: i64) -> &mut Self {
         self.0.extend_from_slice(&(x as i32).to_le_bytes());
         self
     }
-    /// A number.
+    /// Appends a number.
     pub fn f32(&mut self, x: f64) -> &mut Self {
         self.0.extend_from_slice(&(x as f32).to_le_bytes());
         self
     }
-    /// Numbers.
+    /// Appends numbers.
     pub fn f32s(&mut self, all: &[f64]) -> &mut Self {
         all.iter().for_each(|x| {
             self.f32(*x);
         });
         self
     }
-    /// A byte.
+    /// Appends a byte.
     pub fn u8(&mut self, x: u8) -> &mut Self {
         self.0.push(x);
         self
     }
-    /// A text, which ends with zero.
+    /// Appends a zero-terminated text.
     pub fn text(&mut self, text: &[u8]) -> &mut Self {
         self.0.extend(text.iter().take_while(|b| **b != 0));
         self.0.push(0);
         self
     }
-    /// Bytes.
+    /// Appends bytes.
     pub fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
         self.0.extend_from_slice(bytes);
         self
     }
 }
 
-/// The integer that a value is.
+/// Returns the integer in a value.
 pub fn int(value: Option<&Value>) -> Result<i64> {
     match value {
         Some(Value::Int(i)) => Ok(*i),
         Some(Value::Float(x)) => Ok(*x as i64),
         Some(Value::Bool(b)) => Ok(i64::from(*b)),
         Some(Value::Object(o)) => Ok(i64::from(tatu_slot(*o))),
-        _ => Err(Fail::missing("it returns no integer")),
+        _ => Err(Fail::missing("the command returned no integer")),
     }
 }
 
-/// The number that a value is.
+/// Returns the number in a value.
 pub fn float(value: Option<&Value>) -> Result<f64> {
     match value {
         Some(Value::Float(x)) => Ok(*x),
@@ -122,20 +122,20 @@ pub fn float(value: Option<&Value>) -> Result<f64> {
     }
 }
 
-/// The numbers that a value holds.
+/// Returns the numbers in a value.
 pub fn floats(value: Option<&Value>) -> Result<Vec<f64>> {
     match value {
         Some(Value::Floats(all)) => Ok(all.clone()),
         Some(Value::Ints(all)) => Ok(all.iter().map(|i| *i as f64).collect()),
         Some(Value::List(all)) => all.iter().map(|v| float(Some(v))).collect(),
-        _ => Err(Fail::missing("it returns no numbers")),
+        _ => Err(Fail::missing("the command returned no numbers")),
     }
 }
 
-/// The bytes that a value holds.
+/// Returns the bytes in a value.
 pub fn bytes(value: Option<&Value>) -> Result<&[u8]> {
     match value {
         Some(Value::Text(b) | Value::Bytes(b)) => Ok(b),
-        _ => Err(Fail::missing("it returns no text")),
+        _ => Err(Fail::missing("the command returned no text")),
     }
 }

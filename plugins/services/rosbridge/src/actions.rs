@@ -1,4 +1,4 @@
-//! Actions of scripts, which ROS 2 has: goals that take time, with feedback and a result.
+//! Commands for actions of ROS 2: goals that take time, with feedback and a result.
 
 use serde_json::Value as Json;
 use tatu_plugin_api::safe::{Constant, Fail, IntoResult, Offer, Outcome, Param, Result, Value};
@@ -11,10 +11,10 @@ use crate::{
     types::Ros,
 };
 
-/// How long a goal waits for somebody who offers its action, s.
+/// How long a goal waits for a server of its action, s.
 const PATIENCE: f64 = 5.0;
 
-/// What an example begins with: an action of a name of its own, that scripts offer and use, and a goal of it.
+/// Returns the beginning of an example: an action with a separate name, which scripts offer and use, and a goal of it.
 fn begin(name: &str) -> String {
     format!(
         "simROS2 = require 'simROS2'\n\
@@ -29,7 +29,7 @@ fn begin(name: &str) -> String {
     )
 }
 
-/// The rest of an example behind its beginning.
+/// Returns an example that begins as above.
 fn example(name: &str, text: &str) -> String {
     begin(name) + text
 }
@@ -40,7 +40,7 @@ fn open(c: &mut Ctx<'_>, role: Role) -> Result {
     open_with(c, role, Ros::Two, callbacks)
 }
 
-/// Gives a goal; a thread waits for somebody who offers the action.
+/// Sends a goal; a thread waits for a server of the action.
 fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
     let nobody = |client: &Endpoint, how: &str| {
         Fail::missing(format!("no script and no client of `rosbridge` offers the action {}{how}", client.name))
@@ -48,7 +48,7 @@ fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
     if c.resumed() != 0 {
         let number = c.resumed();
         let wait = c.instance().all()?.waits.get(&number).cloned();
-        let Some(wait) = wait else { return Err(Fail::new("nothing waits to send this goal")) };
+        let Some(wait) = wait else { return Err(Fail::new("no call is waiting to send this goal")) };
         let client = c.instance().of(wait.handle, Role::ActionClient);
         let late = time(c, "scene.time")? >= wait.until;
         let done = client.and_then(|client| match c.instance().send_goal(c, wait.handle, &client, &wait.json) {
@@ -80,7 +80,7 @@ fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
     c.wait_poll(number)
 }
 
-/// Waits until somebody offers a service, as long as argument 1 says.
+/// Waits until a service is offered, for at most the time in argument 1.
 fn wait_for_service(c: &mut Ctx<'_>) -> Result<Outcome> {
     let now = time(c, "scene.time")?;
     let (number, wait) = match c.resumed() {
@@ -90,7 +90,7 @@ fn wait_for_service(c: &mut Ctx<'_>) -> Result<Outcome> {
         }
         number => {
             let wait = c.instance().all()?.waits.get(&number).cloned();
-            (number, wait.ok_or_else(|| Fail::new("nothing waits for this service"))?)
+            (number, wait.ok_or_else(|| Fail::new("no call is waiting for this service"))?)
         }
     };
     let client = c.instance().of(wait.handle, Role::Client)?;
@@ -104,7 +104,7 @@ fn wait_for_service(c: &mut Ctx<'_>) -> Result<Outcome> {
     c.wait_poll(number)
 }
 
-/// A server's goal by arguments 0 and 1, and the server.
+/// Returns the server and the goal that arguments 0 and 1 name.
 fn of_server(c: &Ctx<'_>) -> Result<(Endpoint, String, goals::Goal)> {
     let (handle, id) = (c.i64(0)?, c.text(1)?);
     let server = c.instance().of(handle, Role::ActionServer)?;
@@ -112,12 +112,12 @@ fn of_server(c: &Ctx<'_>) -> Result<(Endpoint, String, goals::Goal)> {
     Ok((server, id, goal))
 }
 
-/// Reports argument 2 to the sender of the goal: as feedback, or as the result with a code.
+/// Reports argument 2 to the sender of the goal, as feedback or as the result with a code.
 fn report(c: &mut Ctx<'_>, ended: Option<i64>) -> Result {
     let (server, id, goal) = of_server(c)?;
     let refused = match (goal.stage, ended) {
-        (Stage::Deferred, _) => "it was deferred: begin it by actionServerExecute",
-        (Stage::Executing, Some(goals::CANCELED)) => "whoever gave it does not want it back: end it as aborted",
+        (Stage::Deferred, _) => "it was deferred: start it by actionServerExecute first",
+        (Stage::Executing, Some(goals::CANCELED)) => "its sender has not cancelled it: end it as aborted instead",
         _ => "",
     };
     if !refused.is_empty() {
@@ -171,7 +171,7 @@ fn callback(name: &str, text: &str) -> Param {
     Param::any(name).optional().text(format!("a function of the script or its name: {text}"))
 }
 
-/// A command of ROS 2 alone, on a page of its own.
+/// Adds a command that only ROS 2 has, on a separate page.
 fn add_action<T: IntoResult + 'static>(
     offer: &mut Offer<Plugin>,
     name: &str,
@@ -194,9 +194,7 @@ fn clients(offer: &mut Offer<Plugin>) {
                 .param(callback("feedback", "(goal id, table)"))
                 .param(callback("result", "(goal id, simROS2.action_result_code..., table)"))
                 .returns(handle())
-                .text(
-                    "Will give goals to whoever offers an action: a script of this world, or a client of `rosbridge`.",
-                )
+                .text("Creates a client for an action that a script of this world or a client of `rosbridge` offers.")
                 .example(example(
                     "client",
                     "simROS2.actionServerActionSucceed(server, current, {sequence = {0, 1, 1, 2}})\n\
@@ -212,7 +210,9 @@ fn clients(offer: &mut Offer<Plugin>) {
                 "Gives a goal. True once it is answered, also by a no: goalResponse tells which. A thread waits up \
                      to 5 s of simulation time for somebody who offers the action; then it is an error.",
             )
-            .no_wait("nobody who offers the action is an error at once")
+            .no_wait(
+                "no script or client offers the action yet, and only a thread can wait for one: call this in a thread",
+            )
             .example(example("sent", "assert(#current == 32)"))
     });
     add_action(
@@ -231,7 +231,7 @@ fn clients(offer: &mut Offer<Plugin>) {
         |cmd| {
             cmd.param(handle())
                 .returns(Param::bool("answered").text("false: no goal is without its result"))
-                .text("Wants the last goal back. Its server decides, and its result tells what came of it.")
+                .text("Asks to cancel the last goal. Its server decides, and the result reports the outcome.")
                 .example(example(
                     "wanted_back",
                     "assert(simROS2.cancelLastGoal(client))\n\
@@ -257,8 +257,8 @@ fn clients(offer: &mut Offer<Plugin>) {
             cmd.param(handle())
                 .param(Param::float("timeout").unit("s").optional().text("of simulation time that a thread waits"))
                 .returns(Param::bool("there"))
-                .text("Tells whether a script or a client offers the service of a client, and waits until one does.")
-                .no_wait("tells at once")
+                .text("Returns whether a script or a client offers the service of a client, and waits until one does.")
+                .no_wait("only a thread can wait for a service: call this in a thread")
                 .example(
                     "local client = simROS2.createClient('/bell', 'std_srvs/srv/SetBool')\n\
                      assert(not simROS2.waitForService(client, 0))\n\
@@ -312,7 +312,7 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
         (
             "PublishFeedback",
             None,
-            "Tells whoever gave a goal how far it is.",
+            "Sends feedback on a goal to its client.",
             format!("simROS2.actionServerPublishFeedback(server, current, {list})\nassert(heard[2] == 1)"),
         ),
         (
@@ -331,7 +331,7 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
         (
             "ActionCanceled",
             Some(goals::CANCELED),
-            "Ends a goal that whoever gave it wants back.",
+            "Ends a goal as cancelled, after its client asked for that.",
             "simROS2.cancelLastGoal(client)\nsimROS2.actionServerActionCanceled(server, current, {})\n\
              assert(ended == simROS2.action_result_code.canceled)"
                 .to_owned(),
@@ -368,9 +368,9 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
         },
     );
     for (name, stage, text) in [
-        ("IsActive", None, "Tells whether a goal has no result yet."),
-        ("IsExecuting", Some(Stage::Executing), "Tells whether a goal is under way and nobody wants it back."),
-        ("IsCanceling", Some(Stage::Canceling), "Tells whether it was accepted that a goal ends early."),
+        ("IsActive", None, "Returns whether a goal has no result yet."),
+        ("IsExecuting", Some(Stage::Executing), "Returns whether a goal is active and no cancellation was requested."),
+        ("IsCanceling", Some(Stage::Canceling), "Returns whether it was accepted that a goal ends early."),
     ] {
         let run = move |c: &mut Ctx<'_>| {
             let (_, _, goal) = of_server(c)?;

@@ -1,4 +1,4 @@
-//! What clients and scripts ask for, and what is done then.
+//! Executes the requests of clients and scripts.
 
 use std::collections::BTreeMap;
 
@@ -18,11 +18,11 @@ use crate::{
     types::{self, Ros},
 };
 
-/// Messages of one client in one turn.
+/// Most messages of a client processed per turn.
 const AT_ONCE: usize = 1000;
 
 impl State {
-    /// Does what clients sent.
+    /// Executes the messages of all clients.
     pub(crate) fn hear(&mut self, turn: &Turn<'_>, p: &Props) {
         let numbers: Vec<u64> = self.peers.keys().copied().collect();
         for number in numbers {
@@ -78,7 +78,7 @@ impl State {
                 if let Some(peer) = self.peers.get_mut(&number) {
                     peer.subscribe(topic.clone(), wish, ros);
                 }
-                // What is known already is sent at once, also to a client that has just connected.
+                // Publish the last known message at once, also to a client that has just connected.
                 self.told.remove(&topic);
             }
             Ask::Unsubscribe { topic, id } => peer.unsubscribe(&topic, id.as_deref()),
@@ -101,13 +101,13 @@ impl State {
         Ok(())
     }
 
-    /// The type of a topic, if it is known.
+    /// Returns the type of a topic, if it is known.
     fn kind(&self, topic: &str) -> Option<String> {
         let own = self.topics.get(topic).map(|t| t.kind.to_owned());
         own.or_else(|| self.relay.of_scripts.get(topic).or_else(|| self.relay.topics.get(topic)).cloned())
     }
 
-    /// A client published something: a robot's velocity, or what others listen to.
+    /// Handles a message published by a client: a robot's velocity, or a message for other subscribers.
     fn published(&mut self, turn: &Turn<'_>, topic: &str, msg: &Json) -> Result {
         let plain = self.kind(topic).unwrap_or_default();
         let value = convert::value(msg, &plain, Ros::One)?;
@@ -129,7 +129,7 @@ impl State {
         Ok(())
     }
 
-    /// A script begins or ends something.
+    /// Records that a script opened or closed an endpoint.
     pub(crate) fn of_scripts(&mut self, role: &str, name: String, kind: String, open: bool) {
         match (role, open) {
             ("subscriber", false) => drop(self.heard.remove(&name)),
@@ -147,7 +147,7 @@ impl State {
         }
     }
 
-    /// Passes calls of scripts on to clients, and what came back to scripts.
+    /// Forwards calls of scripts to clients, and answers of clients to scripts.
     pub(crate) fn asked_by_scripts(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         for (number, service, args) in std::mem::take(&mut self.requests) {
             if !self.relay.call(&self.peers, SCRIPTS, Some(number.to_string()), &service, &args) {
@@ -165,7 +165,7 @@ impl State {
         Ok(())
     }
 
-    /// Sets the velocity of a robot, by the command that stands in the log of inputs.
+    /// Sets the velocity of a robot, by a command that is recorded in the input log.
     pub(crate) fn drive(&mut self, turn: &Turn<'_>, robot: usize, twist: [f64; 3]) -> Result {
         let Some(robot) = self.scene.robots.get_mut(robot) else { return Ok(()) };
         let stands = twist == [0.0; 3];
@@ -201,7 +201,7 @@ impl State {
         Ok(())
     }
 
-    /// The services that are there by themselves.
+    /// Answers the services that this server provides.
     fn own(&mut self, turn: &Turn<'_>, p: &Props, service: &str, args: &Json) -> Result<Json> {
         if let Some((_, request)) = rosapi::CONTROL.iter().find(|(name, _)| *name == service) {
             turn.request(*request)?;

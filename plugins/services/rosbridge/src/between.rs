@@ -1,4 +1,5 @@
-//! What the service calls for actions, so that it stands in the log of inputs; and what it hears of them.
+//! Commands by which the service calls scripts for actions, so that the calls are in the input log; and events in the
+//! other direction.
 
 use tatu_plugin_api::safe::{Event, Fail, Offer, Param};
 
@@ -8,7 +9,7 @@ use crate::{
     scripts::{Cmd, parse},
 };
 
-/// Between scripts and the service; no script calls these.
+/// Commands for the service; scripts do not call these.
 pub(crate) const OFFERS: &str = "rosbridge.offers";
 pub(crate) const ASK_GOAL: &str = "rosbridge.goal";
 pub(crate) const TAKE_BACK: &str = "rosbridge.cancel";

@@ -1,4 +1,5 @@
-//! Arrays of bytes, which scripts get as tables or as texts; and numbers that types of messages have names for.
+//! Commands that choose whether scripts get arrays of bytes as tables or as texts; and named constants of message
+//! types.
 
 use tatu_plugin_api::safe::{Fail, Offer, Param, Value};
 
@@ -9,7 +10,7 @@ use crate::{
     types,
 };
 
-/// Named numbers of message definitions, by type. Public definitions of ROS.
+/// Named constants of message definitions, by type. Public definitions of ROS.
 const CONSTANTS: &[(&str, &[(&str, i64)])] = &[
     (
         "sensor_msgs/PointField",
@@ -49,7 +50,7 @@ const CONSTANTS: &[(&str, &[(&str, i64)])] = &[
     ),
 ];
 
-/// What opens each of them, in either interface, and the names of the commands.
+/// The role of an endpoint, the commands that open it in both interfaces, and the names of the commands added here.
 const TREAT: &[(Role, [&str; 2], [&str; 2])] = &[
     (
         Role::Publisher,

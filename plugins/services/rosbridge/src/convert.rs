@@ -1,5 +1,5 @@
-//! Messages by their types: from values to JSON and CBOR, and from JSON to values. What is missing has its default; a field
-//! that the type does not have is an error.
+//! Converts messages by their types: values to JSON and CBOR, and JSON to values. Missing fields have their default;
+//! unknown fields are an error.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use ciborium::Value as Cbor;
@@ -9,30 +9,30 @@ use tatu_services_common::json;
 
 use crate::types::{self, Base, Field, Many, Ros};
 
-/// A message, ready to be written.
+/// A message, ready to be serialized.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Node {
-    /// True or false.
+    /// A boolean.
     Bool(bool),
-    /// A whole number.
+    /// An integer.
     Int(i64),
-    /// Any number.
+    /// A number.
     Float(f64),
     /// A text.
     Text(String),
-    /// Elements of eight bits without sign.
+    /// An array of unsigned 8-bit integers.
     Bytes(Vec<u8>),
-    /// Numbers of a type.
+    /// An array of numbers of one type.
     Numbers(Base, Vec<f64>),
-    /// Anything else, many times.
+    /// Any other array.
     List(Vec<Node>),
     /// Fields by name.
     Map(Vec<(String, Node)>),
-    /// Of a type that is not known: as it came.
+    /// A message of an unknown type, unchanged.
     Plain(Json),
 }
 
-/// A value as a message of a type.
+/// Converts a value to a message of a type.
 pub fn node(value: &Value, plain: &str, ros: Ros) -> Result<Node> {
     let Some(fields) = types::fields(plain) else { return Ok(Node::Plain(json::write(value))) };
     let entries: &[(Value, Value)] = match value {
@@ -61,12 +61,12 @@ pub fn node(value: &Value, plain: &str, ros: Ros) -> Result<Node> {
     Ok(Node::Map(out))
 }
 
-/// An error, and where in the message it is.
+/// Adds to an error where in the message it occurred.
 fn within(e: &Fail, plain: &str, name: &str) -> Fail {
     Fail::with_code(e.code(), format!("{plain}: `{name}`: {}", e.text()))
 }
 
-/// A field by its name of either ROS.
+/// Finds a field by its name in ROS 1 or ROS 2.
 fn find<'f>(fields: &'f [Field], plain: &str, ros: Ros, name: &str) -> Option<&'f Field> {
     fields.iter().find(|f| f.name == name || ros.field(plain, &f.name).is_some_and(|n| n == name))
 }
@@ -145,7 +145,7 @@ fn one(given: Option<&Value>, base: &Base, ros: Ros) -> Result<Node> {
 fn time(seconds: f64, ros: Ros) -> Node {
     let whole = seconds.floor();
     let nanos = ((seconds - whole) * 1e9).round() as i64;
-    // Rounding may fill the second.
+    // Rounding may carry into the seconds.
     stamp(whole as i64 + nanos / 1_000_000_000, nanos % 1_000_000_000, ros)
 }
 
@@ -155,7 +155,7 @@ fn stamp(whole: i64, nanos: i64, ros: Ros) -> Node {
 }
 
 impl Node {
-    /// As JSON: bytes in base64, null for what is not a finite number.
+    /// Returns the message as JSON: bytes in base64, null for numbers that are not finite.
     pub fn json(&self) -> Json {
         let float = |x: f64| Number::from_f64(x).map_or(Json::Null, Json::Number);
         match self {
@@ -165,7 +165,7 @@ impl Node {
             Node::Text(t) => json!(t),
             Node::Bytes(b) => json!(STANDARD.encode(b)),
             Node::Numbers(Base::Int(..), v) => v.iter().map(|x| json!(*x as i64)).collect(),
-            // With no more digits than they have.
+            // Written with the shortest decimals of a 32-bit float.
             Node::Numbers(Base::Float(32), v) => {
                 v.iter().map(|x| float((*x as f32).to_string().parse().unwrap_or(f64::NAN))).collect()
             }
@@ -176,7 +176,7 @@ impl Node {
         }
     }
 
-    /// As CBOR: numbers of one type are bytes with the tag of their type (RFC 8746, little endian).
+    /// Returns the message as CBOR: arrays of numbers are typed arrays (RFC 8746, little-endian).
     pub fn cbor(&self) -> Cbor {
         match self {
             Node::Bool(b) => Cbor::Bool(*b),
@@ -210,7 +210,7 @@ fn numbers(base: &Base, v: &[f64]) -> Cbor {
     Cbor::Tag(tag, Box::new(Cbor::Bytes(bytes)))
 }
 
-/// What JSON says, as a value of a type: times are seconds, or tables where ROS 2 has them; bytes are bytes.
+/// Converts JSON to a value of a type: times are seconds, or tables in ROS 2; bytes are bytes.
 pub fn value(json: &Json, plain: &str, ros: Ros) -> Result<Value> {
     let Some(fields) = types::fields(plain) else { return json::read(json) };
     let empty = Map::new();
@@ -274,7 +274,7 @@ fn read_one(given: Option<&Json>, base: &Base, ros: Ros) -> Result<Value> {
                 v.as_i64().or_else(|| v.as_f64().and_then(whole)).ok_or_else(|| wrong("a whole number"))?
             }
         }),
-        // Null stands for what is not a finite number; alone it is a default.
+        // Null means a number that is not finite; a field that is only null has its default.
         Base::Float(_) => Value::Float(given.map_or(Ok(0.0), |v| v.as_f64().ok_or_else(|| wrong("a number")))?),
         Base::Text => Value::text(given.map_or(Ok(""), |v| v.as_str().ok_or_else(|| wrong("a text")))?),
         Base::Time => {
@@ -325,7 +325,7 @@ mod tests {
         assert_eq!(one, json!({ "seq": 0, "stamp": { "secs": 1, "nsecs": 250_000_000 }, "frame_id": "" }));
         let two = node(&value, "std_msgs/Header", Ros::Two).unwrap().json();
         assert_eq!(two, json!({ "stamp": { "sec": 1, "nanosec": 250_000_000 }, "frame_id": "" }));
-        // Rounding carries into the second.
+        // Rounding carries into the seconds.
         assert_eq!(time(0.999_999_999_9, Ros::One), stamp(1, 0, Ros::One));
         let info = node(&Value::Nil, "sensor_msgs/CameraInfo", Ros::Two).unwrap().json();
         assert!(info.get("k").is_some_and(|k| k.as_array().unwrap().len() == 9) && info.get("K").is_none(), "{info}");

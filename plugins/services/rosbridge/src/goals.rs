@@ -1,29 +1,29 @@
-//! What a goal of an action is, which takes time: who gave it, how far it is, how it ended.
+//! Goals of actions: sender, stage and result.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
-/// Told when a script gives a goal to a client.
+/// Published when a script sends a goal to a client.
 pub(crate) const GOAL: &str = "ros.goal";
-/// Told when a script takes one back.
+/// Published when a script cancels a goal.
 pub(crate) const CANCEL: &str = "ros.cancel";
-/// Told when a script reports on a client's goal, or ends it.
+/// Published when a script reports on a client's goal, or ends it.
 pub(crate) const PROGRESS: &str = "ros.progress";
 
-/// Answers to a goal: no; yes; yes, but later.
+/// Responses to a goal: rejected; accepted and executed; accepted and deferred.
 pub(crate) const REJECT: i64 = 12856;
 pub(crate) const EXECUTE: i64 = REJECT + 1;
 pub(crate) const DEFER: i64 = REJECT + 2;
-/// Answers to a wish to end it: no; yes.
+/// Responses to a request to cancel: refused; accepted.
 pub(crate) const GO_ON: i64 = 16099;
 pub(crate) const ACCEPT_CANCEL: i64 = GO_ON + 1;
-/// How a goal ended, for scripts: reached, given up, taken back, nobody knows.
+/// Results of a goal, for scripts: succeeded, aborted, cancelled, unknown.
 pub(crate) const SUCCEEDED: i64 = 8564;
 pub(crate) const ABORTED: i64 = SUCCEEDED + 1;
 pub(crate) const CANCELED: i64 = SUCCEEDED + 2;
 pub(crate) const UNKNOWN: i64 = SUCCEEDED + 3;
 
-/// How a goal ended, with the number that `action_msgs/GoalStatus` has for it.
+/// Converts a result of scripts to the status in `action_msgs/GoalStatus`.
 pub(crate) fn status(code: i64) -> i64 {
     match code {
         SUCCEEDED => 4,
@@ -33,7 +33,7 @@ pub(crate) fn status(code: i64) -> i64 {
     }
 }
 
-/// The same for scripts.
+/// Converts a status to a result of scripts.
 pub(crate) fn code(status: i64) -> i64 {
     [SUCCEEDED, ABORTED, CANCELED].into_iter().find(|c| self::status(*c) == status).unwrap_or(UNKNOWN)
 }
@@ -43,34 +43,34 @@ pub(crate) fn code(status: i64) -> i64 {
 pub(crate) enum Asker {
     /// A script, by the handle of its client.
     Script(i64),
-    /// A client of the service, by the service's number of the goal.
+    /// A client of the service, by the service's id of the goal.
     Outside(String),
 }
 
-/// How far a goal is.
+/// The stage of a goal without a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Stage {
-    /// Accepted, to be begun later.
+    /// Accepted, to be executed later.
     Deferred,
-    /// Under way.
+    /// Being executed.
     Executing,
-    /// Being cancelled, as its sender has asked.
+    /// Being cancelled, at the request of its sender.
     Canceling,
 }
 
-/// A goal that has no result yet.
+/// A goal without a result.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Goal {
     /// Serial number among all goals of the run.
     pub(crate) number: u64,
-    /// Who works on it: the handle of a script's action server; `None`: a client of the service.
+    /// The server: the handle of a script's action server; `None`: a client of the service.
     pub(crate) server: Option<i64>,
     pub(crate) asker: Asker,
     pub(crate) stage: Stage,
     pub(crate) json: Json,
 }
 
-/// The id of the goal of a number: 32 digits that look like those of ROS, and are the same in each run.
+/// Returns the id of goal `number`: 32 digits that look like a UUID of ROS, and are the same in each run.
 pub(crate) fn id(number: u64) -> String {
     let mix = |x: u64| {
         let x = x.wrapping_mul(0x9E37_79B9_7F4A_7C15);

@@ -1,4 +1,4 @@
-//! Goals of actions between clients and scripts: what the service does with them.
+//! Goals of actions that clients send or serve, on the side of the service.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
@@ -14,7 +14,7 @@ use crate::{
 };
 
 impl State {
-    /// A client offers an action.
+    /// Registers a client as server of an action.
     pub(crate) fn offer_action(&mut self, number: u64, action: String, kind: String) -> Result {
         if self.relay.actions.get(&action).is_some_and(|(server, _)| *server == SCRIPTS) {
             return Err(Fail::unsupported(format!("a script already offers the action {action}")));
@@ -23,7 +23,7 @@ impl State {
         Ok(())
     }
 
-    /// A client gives a goal.
+    /// Handles a goal sent by a client.
     pub(crate) fn goal(
         &mut self,
         turn: &Turn<'_>,
@@ -36,7 +36,7 @@ impl State {
         if server != Some(SCRIPTS) {
             return match self.relay.goal(&self.peers, number, id, action, whole) {
                 true => Ok(()),
-                false => Err(Fail::missing(format!("nobody offers the action {action}"))),
+                false => Err(Fail::missing(format!("no script and no client offers the action {action}"))),
             };
         }
         let feedback = whole.get("feedback").and_then(Json::as_bool).unwrap_or(false);
@@ -52,7 +52,7 @@ impl State {
         Ok(())
     }
 
-    /// A client wants a goal back.
+    /// Handles a client's request to cancel a goal.
     pub(crate) fn cancel(&mut self, turn: &Turn<'_>, number: u64, id: &str) -> Result {
         match self.relay.cancel(&self.peers, number, id) {
             Some(own) => turn.call(between::TAKE_BACK, &[Value::text(own)], 0).map(drop),
@@ -60,12 +60,12 @@ impl State {
         }
     }
 
-    /// A script reports on a client's goal, or with a status ends it.
+    /// Forwards a script's report on a client's goal; a status ends the goal.
     pub(crate) fn reported(&mut self, own: &str, status: Option<i64>, values: Json) {
         self.relay.progress(&self.peers, SCRIPTS, own, status, values, true);
     }
 
-    /// Tells scripts what clients offer, where that has changed.
+    /// Tells scripts what clients offer, if that has changed.
     pub(crate) fn tell_offers(&mut self, turn: &Turn<'_>) -> Result {
         let names = |all: &std::collections::BTreeMap<String, (u64, String)>| {
             all.iter().filter(|(_, (server, _))| *server != SCRIPTS).map(|(name, _)| name.clone()).collect()
@@ -79,12 +79,12 @@ impl State {
         Ok(())
     }
 
-    /// Passes goals of scripts on to clients, and what came of them back.
+    /// Forwards goals of scripts to clients, and the clients' reports to scripts.
     pub(crate) fn goals_of_scripts(&mut self, turn: &Turn<'_>) {
         let GoalsOfScripts { given, taken_back } = std::mem::take(&mut self.of_scripts);
         for (id, action, message) in given {
             if !self.relay.goal(&self.peers, SCRIPTS, Some(id.clone()), &action, message) {
-                // The client that offered it has disconnected since.
+                // The client that offered it has disconnected in the meantime.
                 self.relay.reports.push(Report { id, status: Some(UNKNOWN), values: json!({}) });
             }
         }
@@ -92,7 +92,7 @@ impl State {
             self.relay.cancel(&self.peers, SCRIPTS, &id);
         }
         for Report { id, status, values } in std::mem::take(&mut self.relay.reports) {
-            // What is no message, such as the reason of an error, has no fields.
+            // Values that are not a message, such as the reason of an error, have no fields.
             let values = if values.is_object() { values } else { json!({}) };
             let report = [Value::text(&id), Value::Int(status.unwrap_or(-1)), Value::text(values.to_string())];
             if let Err(fail) = turn.call(between::REPORT, &report, 0) {

@@ -1,4 +1,4 @@
-//! Goals of actions, on the side of scripts: sending them to scripts and clients, working on them, reporting.
+//! Goals of actions that scripts send or serve.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result, Value, keys};
@@ -9,11 +9,11 @@ use crate::{
     node::{Endpoint, Node, Role},
 };
 
-/// Indices of a server's callbacks.
+/// Indices of the callbacks of an action server.
 const HANDLE_GOAL: usize = 0;
 const HANDLE_CANCEL: usize = 1;
 const HANDLE_ACCEPTED: usize = 2;
-/// Indices of a client's callbacks.
+/// Indices of the callbacks of an action client.
 const RESPONSE: usize = 0;
 const FEEDBACK: usize = 1;
 const RESULT: usize = 2;
@@ -27,7 +27,7 @@ impl Node {
         Ok(id)
     }
 
-    /// A goal of a server of this world.
+    /// Returns a goal of an action server of this world.
     pub(crate) fn goal(&self, server: i64, id: &str) -> Result<Goal> {
         let found = self.all()?.goals.get(id).filter(|g| g.server == Some(server)).cloned();
         found.ok_or_else(|| {
@@ -41,7 +41,7 @@ impl Node {
         Ok(())
     }
 
-    /// Asks a script's server whether it takes a goal; its id, `None`: it does not.
+    /// Asks a script's action server whether it accepts a goal; returns the goal's id, or `None` if it does not.
     fn ask_server(
         &self,
         c: &mut Ctx<'_>,
@@ -55,12 +55,12 @@ impl Node {
         let asked = of.call(c, HANDLE_GOAL, &[Value::text(&id), given]);
         let answer = match asked.map(|all| all.into_iter().next()) {
             Ok(Some(Value::Int(answer))) => answer,
-            // A callback that returns nothing about it accepts the goal.
+            // A callback that returns nothing accepts the goal.
             Ok(None | Some(Value::Nil)) => EXECUTE,
             other => {
                 self.all()?.goals.remove(&id);
                 let text = format!(
-                    "what handles goals of {} gave neither simROS2.goal_response.reject nor accept_and_execute nor \
+                    "the goal callback of {} returned neither simROS2.goal_response.reject nor accept_and_execute nor \
                      accept_and_defer",
                     of.name
                 );
@@ -77,19 +77,20 @@ impl Node {
         }
         Ok(Some(id))
     }
-    /// Tells a script's server of a goal that it has taken.
+    /// Notifies a script's action server of a goal that it has accepted.
     fn accepted(&self, c: &mut Ctx<'_>, of: &Endpoint, id: &str, json: &Json) -> Result {
         let given = of.given(convert::value(json, &format!("{}Goal", of.kind), of.ros())?);
         of.call(c, HANDLE_ACCEPTED, &[Value::text(id), given]).map(drop)
     }
 
-    /// A script gives a goal: to a script at once, to a client by the service; false: nobody offers the action.
+    /// Sends a goal of a script: directly to a script, or to a client by the service; returns false if no server offers
+    /// the action.
     pub(crate) fn send_goal(&self, c: &mut Ctx<'_>, handle: i64, client: &Endpoint, json: &Json) -> Result<bool> {
         let asker = Asker::Script(handle);
         if let Some(server) = self.alive(&c.world(), Role::ActionServer, &client.name)?.into_iter().next() {
             let id = self.ask_server(c, &server, asker, json)?;
             let answer = [Value::text(id.as_deref().unwrap_or("")), Value::Bool(id.is_some())];
-            // Before the goal is begun: it may end at once, and its result follows its acceptance.
+            // Respond before the goal is started: it may end at once, and its result must follow its acceptance.
             client.call(c, RESPONSE, &answer)?;
             if let Some(id) = id {
                 self.accepted(c, &server.1, &id, json)?;
@@ -107,12 +108,12 @@ impl Node {
             ("json", Value::text(json.to_string())),
         ]);
         c.world().publish_value(GOAL, &payload)?;
-        // rosbridge has no message by which a client could refuse.
+        // In the rosbridge protocol, a client cannot reject a goal.
         client.call(c, RESPONSE, &[Value::text(&id), Value::Bool(true)])?;
         Ok(true)
     }
 
-    /// A client of the service gives a goal to a script; whether it was accepted.
+    /// Sends a goal of a client to a script; returns whether it was accepted.
     pub(crate) fn goal_from_outside(&self, c: &mut Ctx<'_>, action: &str, number: &str, json: &Json) -> Result<bool> {
         let server = self.alive(&c.world(), Role::ActionServer, action)?.into_iter().next();
         let server = server.ok_or_else(|| Fail::missing(format!("no script offers the action {action}")))?;
@@ -123,7 +124,8 @@ impl Node {
         Ok(id.is_some())
     }
 
-    /// The sender of a goal cancels it: a client by the service's number of the goal, or a script by its last goal.
+    /// Cancels a goal at the request of its sender: of a client by the service's id of the goal, of a script its last
+    /// goal.
     pub(crate) fn cancel(&self, c: &mut Ctx<'_>, id: &str) -> Result<bool> {
         let goal = self.all()?.goals.get(id).cloned();
         let Some(goal) = goal else { return Ok(false) };
@@ -139,13 +141,13 @@ impl Node {
         }
         Ok(true)
     }
-    /// The id of the last goal that a script gave by a client and that has no result yet.
+    /// Returns the id of the last goal of a script's action client that has no result yet.
     pub(crate) fn last_goal(&self, client: i64) -> Result<Option<String>> {
         let all = self.all()?;
         let own = all.goals.iter().filter(|(_, g)| matches!(g.asker, Asker::Script(handle) if handle == client));
         Ok(own.max_by_key(|(_, g)| g.number).map(|(id, _)| id.clone()))
     }
-    /// The id of a goal of a client of the service.
+    /// Returns the id of a goal that a client of the service sent.
     pub(crate) fn goal_of_outside(&self, number: &str) -> Result<Option<String>> {
         let all = self.all()?;
         let found = all.goals.iter().find(|(_, g)| matches!(&g.asker, Asker::Outside(n) if n == number));
@@ -165,12 +167,12 @@ impl Node {
                 &keys([
                     ("id", Value::text(number)),
                     ("json", Value::text(json.to_string())),
-                    // Less than 0: there is no result yet.
+                    // Negative: no result yet.
                     ("status", Value::Int(ended.map_or(-1, goals::status))),
                 ]),
             ),
             Asker::Script(handle) => {
-                // A client that was given up hears nothing any more.
+                // An action client that was closed receives nothing.
                 let Ok(client) = self.of(handle, Role::ActionClient) else { return Ok(()) };
                 if !self.alive(&c.world(), Role::ActionClient, &client.name)?.iter().any(|(h, _)| *h == handle) {
                     return Ok(());
@@ -186,7 +188,7 @@ impl Node {
         }
     }
 
-    /// A server ends: goals that it has not reached are given up.
+    /// Aborts all unfinished goals of an action server that is closed.
     pub(crate) fn abort_all(&self, c: &mut Ctx<'_>, server: i64) -> Result {
         let left: Vec<String> = {
             let all = self.all()?;

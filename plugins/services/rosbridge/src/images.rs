@@ -1,4 +1,4 @@
-//! Images of scripts.
+//! Commands that publish and receive images.
 
 use tatu_plugin_api::safe::{Fail, Offer, Param, Value};
 
@@ -38,7 +38,7 @@ pub(crate) fn images(offer: &mut Offer<Plugin>) {
                     data.len()
                 )));
             }
-            // The simulator's lowest row comes first, that of ROS last.
+            // The simulator's images begin with the lowest row, those of ROS with the highest.
             let flipped: Vec<u8> = data.chunks(row).rev().flatten().copied().collect();
             let stamp = match ros {
                 Ros::One => Value::Float(time(c, "scene.time")?),

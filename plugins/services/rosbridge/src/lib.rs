@@ -1,15 +1,16 @@
-//! rosbridge: clients of ROS on a WebSocket read the sensors of a scene as topics, and steer its robots.
+//! The rosbridge service: ROS clients on a WebSocket read sensors of a scene as topics, and steer its robots.
 //!
-//! - `plugin`: the plugin, and keys that are read often; `types`: what messages are made of; `convert`: messages as
-//!   JSON, CBOR and values;
-//! - `robots`: what a scene holds, and how far wheels have driven; `poses`: frames;
-//! - `topics`: which topics there are by themselves; `messages`: what they contain;
-//! - `protocol`: what clients ask; `peers`: what each has asked for; `relay`: what clients offer each other;
-//! - `acts`: what is done for clients; `rosapi`: what there is; `service`: the barrier;
-//! - `scripts`: `simROS` and `simROS2`, by which scripts take part; `times`, `images`, `pixels`, `bytes`, `params`: more of
-//!   them; `node`: what they have open;
-//! - `goals`: what a goal of an action is; `actions`: commands for them; `between`: those that the service calls;
-//!   `goals_of_scripts`, `goals_of_clients`: what is done with them.
+//! - `plugin`: the plugin, and its interned property keys; `types`: message definitions; `convert`: messages as JSON,
+//!   CBOR and values;
+//! - `robots`: robots and sensors of a scene, and wheel odometry; `poses`: coordinate frames;
+//! - `topics`: topics that the scene provides; `messages`: their content;
+//! - `protocol`: requests of clients; `peers`: subscriptions of each client; `relay`: services and actions that clients
+//!   offer;
+//! - `acts`: executes requests of clients; `rosapi`: introspection; `service`: the barrier;
+//! - `scripts`: `simROS` and `simROS2`, the commands for scripts; `times`, `images`, `pixels`, `bytes`, `params`:
+//!   further commands; `node`: endpoints that scripts have open;
+//! - `goals`: goals of actions; `actions`: commands for them; `between`: commands that the service calls;
+//!   `goals_of_scripts`, `goals_of_clients`: their execution.
 
 mod actions;
 mod acts;
@@ -67,11 +68,14 @@ impl Plugin for Ros {
     }
     fn load(node: &node::Node, bytes: &[u8], version: u32) -> Result<()> {
         if version != Self::STATE_VERSION {
-            let text = format!("its state has version {version}, and it reads {}", Self::STATE_VERSION);
+            let text = format!(
+                "its state was saved in format version {version}; this program reads version {}",
+                Self::STATE_VERSION
+            );
             return Err(Fail::unsupported(text));
         }
         *node.all()? =
-            serde_json::from_slice(bytes).map_err(|e| Fail::new(format!("its state cannot be read: {e}")))?;
+            serde_json::from_slice(bytes).map_err(|e| Fail::new(format!("its saved state is damaged: {e}")))?;
         Ok(())
     }
 

@@ -1,4 +1,4 @@
-//! What a scene publishes as messages: values by the names of fields in `types`. What a message leaves out is 0.
+//! Messages that a scene publishes: values by the field names in `types`. Fields that are left out are 0.
 
 use tatu_plugin_api::{
     abi::tatu_object,
@@ -12,19 +12,19 @@ use crate::{
     topics::What,
 };
 
-/// The number that `sensor_msgs/PointField` has for 32-bit numbers.
+/// `sensor_msgs/PointField`: datatype of 32-bit floats.
 const FLOAT32: i64 = 7;
-/// Ultrasound and infrared of `sensor_msgs/Range`.
+/// `sensor_msgs/Range`: radiation types ultrasound and infrared.
 const SOUND: i64 = 0;
 const LIGHT: i64 = 1;
 
-/// What is asked for messages.
+/// The data from which messages are built.
 pub struct Source<'a> {
     /// The world.
     pub turn: &'a Turn<'a>,
-    /// Its properties.
+    /// Interned properties.
     pub p: &'a Props,
-    /// What it holds.
+    /// The robots and sensors of the scene.
     pub scene: &'a Scene,
     /// Simulation time, s.
     pub time: f64,
@@ -41,7 +41,7 @@ impl Source<'_> {
         keys([("stamp", Value::Float(time)), ("frame_id", text(frame))])
     }
 
-    /// How often what a topic publishes was measured; none: it is new in each step.
+    /// Returns the measurement count of a topic's source; `None`: the topic changes in each step.
     pub fn sequence(&self, what: What) -> Option<u64> {
         let of = |i: usize, prop: Prop| {
             let id = self.scene.sensors.get(i)?.id;
@@ -59,7 +59,7 @@ impl Source<'_> {
         }
     }
 
-    /// The message of a topic; none: it has none.
+    /// Returns the message of a topic; `None` if there is none.
     pub fn message(&self, what: What) -> Result<Option<Value>> {
         Ok(match what {
             What::Clock => Some(keys([("clock", Value::Float(self.time))])),
@@ -88,7 +88,7 @@ impl Source<'_> {
         self.turn.f64(id, self.turn.host().prop(key)).ok()
     }
 
-    /// Where the base stands in its odometry.
+    /// Returns the pose of a robot's base in its odometry frame.
     fn driven(&self, robot: &Robot) -> Option<Pose> {
         robot.train.as_ref().map(|t| robot.odometry.base(t.axle))
     }
@@ -101,7 +101,8 @@ impl Source<'_> {
         ])
     }
 
-    /// map > odom > base_link > sensors: the error of odometry is between map and odom, as with a localizer.
+    /// Returns the frames map > odom > base_link > sensors. The odometry error is between map and odom, as with a
+    /// localizer.
     fn frames(&self) -> Result<Vec<Value>> {
         let mut out = Vec::new();
         for robot in &self.scene.robots {
@@ -129,7 +130,7 @@ impl Source<'_> {
     fn odometry(&self, robot: &Robot) -> Result<Value> {
         let at = self.driven(robot).unwrap_or(HERE);
         let [vx, vy, wz] = robot.odometry.velocity;
-        // The twist is that of the base's origin, which moves sideways when the robot turns about its axle.
+        // The twist refers to the base's origin, which moves sideways when the robot turns about its axle.
         let vy = vy - wz * robot.train.as_ref().map_or(0.0, |t| t.axle);
         let twist = keys([("linear", vector([vx, vy, 0.0])), ("angular", vector([0.0, 0.0, wz]))]);
         Ok(keys([
@@ -185,7 +186,7 @@ impl Source<'_> {
         let detected = self.turn.reading(s.id, self.p.detected)?;
         let distance = self.turn.reading(s.id, self.p.distance)?.f64s().first().copied();
         let seen = detected.i32s().first() == Some(&1);
-        // Parameters of such names, of whatever kind the sensor is.
+        // Parameters with these names, whatever kind the sensor is of.
         let kind = self.turn.get(s.id, self.p.sensor_kind)?.as_str().unwrap_or_default().into_owned();
         let of = |name: &str| self.number(s.id, &format!("{kind}.{name}"));
         let waves = self.turn.get(s.id, self.turn.host().prop(&format!("{kind}.waves")));
@@ -203,7 +204,7 @@ impl Source<'_> {
     fn fix(&self, s: &Sensor) -> Result<Value> {
         let one = |prop| -> Result<f64> { Ok(self.turn.reading(s.id, prop)?.f64s().first().copied().unwrap_or(0.0)) };
         let valid = self.turn.reading(s.id, self.p.fix_valid)?;
-        // 1: by GPS.
+        // 1: position by GPS.
         let found = if valid.i32s().first() == Some(&1) { 0 } else { -1 };
         Ok(keys([
             ("header", self.header(&s.frame, valid.time())),
@@ -228,7 +229,7 @@ impl Source<'_> {
 
     fn image(&self, s: &Sensor) -> Result<Value> {
         let rgb = self.turn.reading(s.id, self.p.rgb)?;
-        // The uppermost row first.
+        // ROS images begin with the highest row.
         let row = rgb.dims()[1] as usize * 3;
         let data = rgb.u8s().chunks(row.max(1)).rev().flatten().copied().collect();
         Ok(self.picture(s, &rgb, "rgb8", 3, data))
@@ -251,7 +252,7 @@ impl Source<'_> {
         let depth = self.turn.reading(s.id, self.p.depth)?;
         let [rows, columns, _] = depth.dims();
         let [fx, fy, cx, cy] = self.intrinsics(s)?;
-        // Rows count from the uppermost one.
+        // Rows are counted from the highest one.
         let cy = f64::from(rows) - 1.0 - cy;
         Ok(keys([
             ("header", self.header(&s.frame, depth.time())),
@@ -265,7 +266,7 @@ impl Source<'_> {
         ]))
     }
 
-    /// Points of a camera, in its optical frame, row by row; or of a scanner.
+    /// Returns the points of a depth camera, in its optical frame and row by row, or of a scanner.
     fn points(&self, s: &Sensor) -> Result<Value> {
         if !s.optical {
             return self.layers(s);
@@ -279,7 +280,7 @@ impl Source<'_> {
             for (column, z) in line.iter().enumerate() {
                 let z = if *z == 0.0 || !z.is_finite() { f64::NAN } else { f64::from(*z) };
                 let away = if parallel { if z.is_nan() { z } else { 1.0 } } else { z };
-                // Right and down.
+                // x points right, y down.
                 let (x, y) = ((column as f64 - cx) * away / fx, -(row as f64 - cy) * away / fy);
                 [x, y, z].iter().for_each(|v| data.extend_from_slice(&(*v as f32).to_le_bytes()));
             }

@@ -1,4 +1,5 @@
-//! What the scripts of a world publish, listen to, offer and ask: stored here, and passed to the service by events.
+//! Endpoints that the scripts of a world have open: publishers, subscribers, servers and clients. They are stored here,
+//! and passed to the service by events.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -19,24 +20,24 @@ use crate::{
     types::{self, Ros},
 };
 
-/// Told when a script begins or ends to publish, to listen or to serve.
+/// Published when a script opens or closes an endpoint.
 pub(crate) const ENDPOINT: &str = "ros.endpoint";
-/// Told when a script publishes.
+/// Published when a script publishes a message.
 pub(crate) const MESSAGE: &str = "ros.message";
-/// Told when a script calls a service that no script offers.
+/// Published when a script calls a service that no script offers.
 pub(crate) const REQUEST: &str = "ros.request";
 
-/// What a script gave to be called: a function of it by its name, or kept. With neither nothing is called.
+/// A callback that a script passed: a function by name, or a function value; with neither, nothing is called.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct Callback {
     name: String,
-    /// No snapshot has it.
+    /// Not part of snapshots.
     #[serde(skip)]
     function: Option<tatu_func>,
 }
 
 impl Callback {
-    /// What argument `i` of a call says.
+    /// Reads a callback from argument `i`.
     pub(crate) fn read(c: &Ctx<'_>, i: usize) -> Result<Callback> {
         Ok(match c.arg(i).as_func() {
             Some(function) => Callback { name: String::new(), function: Some(c.keep_func(function)?) },
@@ -48,7 +49,7 @@ impl Callback {
     }
 }
 
-/// What a handle of a script stands for.
+/// The role of an endpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Role {
     Publisher,
@@ -60,7 +61,7 @@ pub(crate) enum Role {
 }
 
 impl Role {
-    /// Its name in the event.
+    /// Returns its name in the event.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Role::Publisher => "publisher",
@@ -73,20 +74,20 @@ impl Role {
     }
 }
 
-/// One thing that a script does with ROS.
+/// A publisher, subscriber, server or client of a script.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Endpoint {
     pub(crate) role: Role,
     pub(crate) name: String,
-    /// The type, with the name of ROS 1; of a service without `Request`, of an action without `Goal`.
+    /// The type, by its name in ROS 1; for a service without `Request`, for an action without `Goal`.
     pub(crate) kind: String,
-    /// Whether the script has names and times of ROS 2.
+    /// Whether the script uses names and times of ROS 2.
     pub(crate) two: bool,
-    /// What is called: one function, or those of an action in the order in which they were given.
+    /// The callbacks: one function, or those of an action, in the order of its parameters.
     callbacks: Vec<Callback>,
-    /// Whether arrays of bytes are texts for the script.
+    /// Whether the script gets arrays of bytes as texts.
     pub(crate) bytes_as_text: bool,
-    /// Whether the script gets the pixels of images, not messages.
+    /// Whether the script gets the pixels of images instead of messages.
     pub(crate) pixels: bool,
     script: tatu_object,
 }
@@ -97,7 +98,7 @@ impl Endpoint {
     }
 }
 
-/// What scripts do with ROS.
+/// The ROS state of all scripts of a world.
 #[derive(Default, Serialize, Deserialize)]
 pub(crate) struct All {
     made: i64,
@@ -105,63 +106,63 @@ pub(crate) struct All {
     /// Parameters that scripts set.
     pub(crate) params: BTreeMap<String, Json>,
     asked: u64,
-    /// The handles of clients whose calls wait.
+    /// Handles of clients whose calls wait.
     waiting: BTreeMap<u64, i64>,
     answers: BTreeMap<u64, (String, bool)>,
-    /// What clients of the service offer.
+    /// Services and actions that clients of the bridge offer.
     pub(crate) offered: Offered,
-    /// Goals that have no result yet, by their ids.
+    /// Goals without a result, by id.
     pub(crate) goals: BTreeMap<String, Goal>,
-    /// Goals that were ever given, counted.
+    /// Number of goals sent so far.
     pub(crate) given: u64,
-    /// Threads that wait until somebody offers something, by number.
+    /// Threads that wait for a server, by number.
     pub(crate) waits: BTreeMap<u64, Wait>,
 }
 
-/// What clients of rosbridge offer scripts.
+/// Services and actions that clients of the bridge offer to scripts.
 #[derive(Debug, Default, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Offered {
     pub(crate) services: BTreeSet<String>,
     pub(crate) actions: BTreeSet<String>,
 }
 
-/// A thread that waits until somebody offers what it asks.
+/// A thread that waits for a server.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Wait {
-    /// The handle by which it asks.
+    /// The handle of its client.
     pub(crate) handle: i64,
-    /// What it will send.
+    /// The message that it will send.
     pub(crate) json: Json,
-    /// Simulation time at which it gives up, s.
+    /// Simulation time at which the wait ends, s.
     pub(crate) until: f64,
 }
 
-/// The node of a world. Commands may enter each other: borrow briefly, never across a call to the host.
+/// The node of a world. Commands can call each other: borrow briefly, never across a call to the host.
 #[derive(Default)]
 pub struct Node(RefCell<All>);
 
 impl Node {
-    /// As bytes, for snapshots; an error: functions cannot be written.
+    /// Serializes the state for a snapshot; fails if there are callbacks that are function values.
     pub(crate) fn write(&self) -> Result<Vec<u8>> {
         let all = self.all()?;
         if all.open.values().flat_map(|e| &e.callbacks).any(|f| f.function.is_some()) {
             return Err(Fail::unsupported("callbacks given as functions cannot be saved: use names of functions"));
         }
-        serde_json::to_vec(&*all).map_err(|e| Fail::new(format!("the ROS state of scripts cannot be written: {e}")))
+        serde_json::to_vec(&*all).map_err(|e| Fail::new(format!("the ROS state of scripts could not be saved: {e}")))
     }
     pub(crate) fn all(&self) -> Result<RefMut<'_, All>> {
         self.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the ROS state of scripts is in use"))
     }
 
-    /// The run has ended: what scripts that outlive it have open stays, and the service, which forgets all at a stop,
-    /// hears of it again.
+    /// Ends a run: endpoints of scripts that outlive it stay open, and are announced to the service again, which
+    /// forgets everything at a stop.
     pub(crate) fn end_run(&self, world: &World<'_>) -> Result {
         let open = std::mem::take(&mut self.all()?.open);
         let kept: BTreeMap<i64, Endpoint> = open.into_iter().filter(|(_, e)| world.outlives_runs(e.script)).collect();
         for endpoint in kept.values() {
             tell(world, endpoint, true)?;
         }
-        // The next run numbers its own as this one did.
+        // The next run must number its endpoints as this one did.
         let made = kept.keys().next_back().copied().unwrap_or(0);
         let mut all = self.all()?;
         let offered = std::mem::take(&mut all.offered);
@@ -169,7 +170,7 @@ impl Node {
         Ok(())
     }
 
-    /// Opens an endpoint; its handle.
+    /// Opens an endpoint; returns its handle.
     pub(crate) fn open(&self, world: &World<'_>, script: tatu_object, mut endpoint: Endpoint) -> Result<i64> {
         endpoint.script = script;
         tell(world, &endpoint, true)?;
@@ -179,7 +180,7 @@ impl Node {
         all.open.insert(handle, endpoint);
         Ok(handle)
     }
-    /// Closes one.
+    /// Closes an endpoint.
     pub(crate) fn close(&self, c: &Ctx<'_>, handle: i64, role: Role) -> Result {
         let endpoint = self.of(handle, role)?;
         endpoint.callbacks.iter().filter_map(|f| f.function).for_each(|f| c.drop_func(f));
@@ -190,12 +191,12 @@ impl Node {
         };
         if last { tell(&c.world(), &endpoint, false) } else { Ok(()) }
     }
-    /// The endpoint of a handle.
+    /// Returns the endpoint of a handle.
     pub(crate) fn of(&self, handle: i64, role: Role) -> Result<Endpoint> {
         let found = self.all()?.open.get(&handle).filter(|e| e.role == role).cloned();
         found.ok_or_else(|| Fail::missing(format!("there is no {} {handle}", role.name())))
     }
-    /// Arrays of bytes are texts from now on.
+    /// Makes an endpoint pass arrays of bytes as texts.
     pub(crate) fn bytes_as_text(&self, handle: i64, role: Role) -> Result {
         self.of(handle, role)?;
         if let Some(endpoint) = self.all()?.open.get_mut(&handle) {
@@ -203,7 +204,7 @@ impl Node {
         }
         Ok(())
     }
-    /// Those of a role and a name whose script is still there, in order of their making, with their handles.
+    /// Returns the endpoints of a role and name whose script still exists, with their handles, in order of creation.
     pub(crate) fn alive(&self, world: &World<'_>, role: Role, name: &str) -> Result<Vec<(i64, Endpoint)>> {
         let mut all = self.all()?;
         all.open.retain(|_, e| world.look(e.script).is_ok());
@@ -211,7 +212,7 @@ impl Node {
         Ok(found.map(|(handle, e)| (*handle, e.clone())).collect())
     }
 
-    /// A script publishes: other scripts of the world get it at once, clients by the service.
+    /// Publishes a message of a script: other scripts of the world receive it at once, clients by the service.
     pub(crate) fn publish(&self, c: &mut Ctx<'_>, from: &Endpoint, message: &Value) -> Result {
         let json = convert::node(message, &from.kind, from.ros())?.json();
         c.world().publish_value(
@@ -224,7 +225,7 @@ impl Node {
         )?;
         self.deliver(c, &from.name, &json)
     }
-    /// Scripts that listen get a message.
+    /// Delivers a message to the scripts that subscribe to its topic.
     pub(crate) fn deliver(&self, c: &mut Ctx<'_>, topic: &str, json: &Json) -> Result {
         for (_, to) in self.alive(&c.world(), Role::Subscriber, topic)? {
             let message = convert::value(json, &to.kind, to.ros())?;
@@ -233,7 +234,7 @@ impl Node {
         }
         Ok(())
     }
-    /// Calls a service that a script offers; `None`: none does.
+    /// Calls a service that a script offers; `None`: no script offers it.
     pub(crate) fn serve(&self, c: &mut Ctx<'_>, service: &str, request: &Json) -> Result<Option<Json>> {
         let Some((_, server)) = self.alive(&c.world(), Role::Server, service)?.into_iter().next() else {
             return Ok(None);
@@ -244,7 +245,7 @@ impl Node {
         Ok(Some(convert::node(response, &format!("{}Response", server.kind), server.ros())?.json()))
     }
 
-    /// Asks a client that offers a service; the number of the call.
+    /// Calls a service that a client offers; returns the number of the call.
     pub(crate) fn ask(&self, world: &World<'_>, client: i64, service: &str, request: &Json) -> Result<u64> {
         let number = {
             let mut all = self.all()?;
@@ -261,7 +262,7 @@ impl Node {
         world.publish_value(REQUEST, &payload)?;
         Ok(number)
     }
-    /// A thread waits; its number.
+    /// Registers a waiting thread; returns its number.
     pub(crate) fn wait(&self, wait: Wait) -> Result<u64> {
         let mut all = self.all()?;
         all.asked += 1;
@@ -269,18 +270,18 @@ impl Node {
         all.waits.insert(number, wait);
         Ok(number)
     }
-    /// Whether a script or a client offers a service.
+    /// Returns whether a script or a client offers a service.
     pub(crate) fn has_service(&self, world: &World<'_>, name: &str) -> Result<bool> {
         Ok(self.all()?.offered.services.contains(name)
             || !self.alive(world, Role::Server, name)?.is_empty()
             || rosapi::is_own(name) && world.is_wanted(REQUEST))
     }
-    /// An answer came.
+    /// Stores an answer to a call.
     pub(crate) fn answered(&self, number: u64, json: String, good: bool) -> Result {
         self.all()?.answers.insert(number, (json, good));
         Ok(())
     }
-    /// Takes the answer to a call, if it is there; and the handle that called.
+    /// Removes and returns the handle that made a call, and the answer, if it has arrived.
     pub(crate) fn take(&self, number: u64) -> Result<(i64, Option<(String, bool)>)> {
         let mut all = self.all()?;
         let client = all.waiting.get(&number).copied().unwrap_or(0);
@@ -293,7 +294,7 @@ impl Node {
 }
 
 impl Endpoint {
-    /// Calls the script's function of a number; without one there is no result.
+    /// Calls callback `n` of the endpoint; without one, returns no results.
     pub(crate) fn call(&self, c: &mut Ctx<'_>, n: usize, arguments: &[Value]) -> Result<Vec<Value>> {
         let Some(callback) = self.callbacks.get(n).filter(|f| !f.is_none()) else { return Ok(Vec::new()) };
         match callback.function {
@@ -301,18 +302,18 @@ impl Endpoint {
             None => c.world().call_function(self.script, &callback.name, arguments),
         }
     }
-    /// A message as the script gets it.
+    /// Converts a message to the form that the script gets.
     pub(crate) fn given(&self, message: Value) -> Value {
         for_script(message, self.bytes_as_text)
     }
-    /// One that is to be opened.
+    /// Creates an endpoint, which is not open yet.
     pub(crate) fn new(role: Role, name: &str, kind: &str, ros: Ros, callbacks: Vec<Callback>) -> Result<Endpoint> {
         if name.is_empty() || kind.is_empty() {
-            return Err(Fail::argument("a name and a type are needed: '/cmd_vel', 'geometry_msgs/Twist'"));
+            return Err(Fail::argument("expected a name and a type, such as '/cmd_vel', 'geometry_msgs/Twist'"));
         }
         Ok(Endpoint {
             role,
-            // As ROS takes them: from the root.
+            // ROS names are relative to the root.
             name: format!("/{}", name.trim_start_matches('/')),
             kind: types::plain(kind),
             two: ros == Ros::Two,
@@ -324,7 +325,7 @@ impl Endpoint {
     }
 }
 
-/// Arrays of bytes as a script gets them: a text, or a table of numbers.
+/// Converts arrays of bytes to the form that a script gets: a text, or a table of numbers.
 fn for_script(value: Value, as_text: bool) -> Value {
     match value {
         Value::Bytes(b) if as_text => Value::Text(b),

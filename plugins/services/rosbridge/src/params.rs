@@ -1,4 +1,4 @@
-//! Parameters that scripts of a world share.
+//! Commands for parameters that the scripts of a world share.
 
 use tatu_plugin_api::safe::{Offer, Param};
 
@@ -67,7 +67,7 @@ pub(crate) fn params(offer: &mut Offer<Plugin>) {
             let module = words(ros, "simROS", "simROS2");
             cmd.param(Param::string("name"))
                 .returns(Param::bool("exists"))
-                .text("Tells whether a script set a parameter.")
+                .text("Returns whether a script set a parameter.")
                 .example(format!("assert(not {module}.hasParam('nowhere'))"))
         },
     );

@@ -1,4 +1,4 @@
-//! Clients, and what each has asked for.
+//! Clients and their subscriptions.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -18,13 +18,13 @@ use crate::{
     types::Ros,
 };
 
-/// Bytes that may wait for a client before messages of topics are left out: it reads more slowly than it asked for.
+/// Most bytes queued for a client before messages of topics are skipped, because the client reads too slowly.
 const MOST_LATE: usize = 8 << 20;
 
 /// A subscription.
 pub struct Subscription {
     pub wish: Wish,
-    /// Whose names and times its messages have.
+    /// The version, ROS 1 or ROS 2, whose names and times the messages use.
     pub ros: Ros,
     last: Option<Instant>,
 }
@@ -39,20 +39,20 @@ impl Subscription {
 /// A client.
 pub struct Peer {
     pub client: Client,
-    /// What it listens to.
+    /// Subscriptions by topic.
     pub listens: BTreeMap<String, Vec<Subscription>>,
-    /// What it publishes.
+    /// Topics that it publishes.
     pub publishes: BTreeSet<String>,
-    /// Parts of messages.
+    /// Incomplete messages.
     pub fragments: Fragments,
     /// Whether errors are reported to it.
     pub told: bool,
-    /// Fragments that it was sent, counted.
+    /// Number of fragmented messages sent to it.
     sent: u64,
 }
 
 impl Peer {
-    /// One that has just come.
+    /// Creates a client that has just connected.
     pub fn new(client: Client) -> Self {
         Peer {
             client,
@@ -63,11 +63,11 @@ impl Peer {
             sent: 0,
         }
     }
-    /// Sends a message that must arrive.
+    /// Queues a message that must be delivered.
     pub fn send(&self, message: &Json) {
         self.client.out.send(Message::Text(message.to_string().into()));
     }
-    /// Tells what went wrong.
+    /// Reports an error to the client.
     pub fn status(&self, id: Option<&str>, text: &str) {
         if self.told {
             let mut message = json!({ "op": "status", "level": "error", "msg": text });
@@ -77,13 +77,13 @@ impl Peer {
             self.send(&message);
         }
     }
-    /// Subscribes; the same id again changes what is wished.
+    /// Adds a subscription; the same id again changes its options.
     pub fn subscribe(&mut self, topic: String, wish: Wish, ros: Ros) {
         let all = self.listens.entry(topic).or_default();
         all.retain(|s| s.wish.id.is_none() || s.wish.id != wish.id);
         all.push(Subscription { wish, ros, last: None });
     }
-    /// Ends a subscription, or all to a topic.
+    /// Ends a subscription, or all of a topic.
     pub fn unsubscribe(&mut self, topic: &str, id: Option<&str>) {
         if let Some(all) = self.listens.get_mut(topic) {
             all.retain(|s| id.is_some() && s.wish.id.as_deref() != id);
@@ -92,11 +92,11 @@ impl Peer {
             }
         }
     }
-    /// The topics of which a message is due now.
+    /// Returns the topics with a subscription for which a message is due.
     pub fn wants(&self, now: Instant) -> impl Iterator<Item = &str> {
         self.listens.keys().map(String::as_str).filter(move |topic| self.due(topic, now).next().is_some())
     }
-    /// The subscriptions for which a message is due now: which, whose names they have, and whether they want CBOR.
+    /// Returns the subscriptions for which a message is due: index, version of ROS, and whether CBOR is requested.
     pub fn due(&self, topic: &str, now: Instant) -> impl Iterator<Item = (usize, Ros, bool)> {
         let all = self.listens.get(topic).filter(|_| self.client.out.bytes() <= MOST_LATE);
         all.into_iter().flatten().enumerate().filter(move |(_, s)| s.is_due(now)).map(|(i, s)| (i, s.ros, s.wish.cbor))
@@ -119,16 +119,16 @@ impl Peer {
     }
 }
 
-/// A message of a topic as it is sent.
+/// A serialized message of a topic.
 pub enum Written {
-    /// JSON
+    /// JSON.
     Text(Utf8Bytes),
-    /// CBOR
+    /// CBOR.
     Bytes(Bytes),
 }
 
 impl Written {
-    /// Writes one.
+    /// Serializes a message.
     pub fn new(topic: &str, node: &Node, cbor: bool) -> Written {
         if !cbor {
             return Written::Text(json!({ "op": "publish", "topic": topic, "msg": node.json() }).to_string().into());
@@ -137,7 +137,7 @@ impl Written {
         let whole =
             Cbor::Map(vec![(text("op"), text("publish")), (text("topic"), text(topic)), (text("msg"), node.cbor())]);
         let mut out = Vec::new();
-        // Into memory: nothing can go wrong.
+        // Writing into memory cannot fail.
         let _ = ciborium::into_writer(&whole, &mut out);
         Written::Bytes(out.into())
     }

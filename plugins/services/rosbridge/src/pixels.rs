@@ -1,8 +1,8 @@
-//! Messages of images as scripts get them.
+//! Converts image messages to the form that scripts get.
 
 use tatu_plugin_api::safe::{Fail, Result, Value};
 
-/// An image as scripts get it: red, green, blue of each pixel, the lowest row first; width; height.
+/// Returns an image as scripts get it: red, green, blue of each pixel, the lowest row first; width; height.
 pub(crate) fn pixels(message: &Value) -> Result<[Value; 3]> {
     let field = |key: &str| match message {
         Value::Map(entries) => entries.iter().find(|(k, _)| *k == Value::text(key)).map(|(_, v)| v),
@@ -17,7 +17,7 @@ pub(crate) fn pixels(message: &Value) -> Result<[Value; 3]> {
         Some(Value::Text(text)) => String::from_utf8_lossy(text).into_owned(),
         _ => String::new(),
     };
-    // How many bytes a pixel has, and which of them are red, green and blue.
+    // Bytes per pixel, and the indices of red, green and blue.
     let (bytes, colors) = match encoding.as_str() {
         "rgb8" => (3, [0, 1, 2]),
         "bgr8" => (3, [2, 1, 0]),
@@ -39,7 +39,7 @@ pub(crate) fn pixels(message: &Value) -> Result<[Value; 3]> {
         Some(Value::Bytes(data)) => data,
         _ => &[],
     };
-    // Every row but the last is as long as a step.
+    // All rows but the last have the length `step`.
     let needed = if height == 0 { 0 } else { step.saturating_mul(height - 1).saturating_add(row) };
     if step < row || data.len() < needed || width == 0 && height > 0 {
         return Err(Fail::argument(format!(
@@ -79,7 +79,7 @@ mod tests {
         assert_eq!(rgb(&image("rgb8", [1, 2], 3, &[1, 2, 3, 4, 5, 6])), [4, 5, 6, 1, 2, 3]);
         assert_eq!(rgb(&image("bgr8", [1, 1], 0, &[1, 2, 3])), [3, 2, 1]);
         assert_eq!(rgb(&image("rgba8", [1, 1], 4, &[1, 2, 3, 9])), [1, 2, 3]);
-        // Rows may end with bytes that are no pixels.
+        // Rows may end with padding.
         assert_eq!(rgb(&image("mono8", [1, 2], 2, &[7, 0, 8])), [8, 8, 8, 7, 7, 7]);
         assert!(rgb(&image("rgb8", [0, 0], 0, &[])).is_empty());
         for (wrong, told) in [

@@ -1,10 +1,10 @@
-//! The plugin, and keys that are read often.
+//! The plugin, and its interned property keys.
 
 use tatu_plugin_api::safe::{Call, Host, Prop};
 
 macro_rules! props {
     ($($name:ident: $key:literal,)*) => {
-        /// Keys that are read often.
+        /// Interned property keys.
         #[derive(Clone, Copy)]
         pub(crate) struct Props { pub(crate) wheels: tatu_robots_drivetrain::Props, $(pub(crate) $name: Prop,)* }
         impl Props {
@@ -42,7 +42,7 @@ props! {
     parallel: "depth_image.parallel",
 }
 
-/// A running command of this plugin.
+/// A call of one of this plugin's commands.
 pub(crate) type Ctx<'a> = Call<'a, Ros>;
 
 /// The plugin.

@@ -1,25 +1,25 @@
-//! Poses as numbers: place x y z, quaternion x y z w; and as fields of messages.
+//! Poses as numbers: position x y z, quaternion x y z w; and as fields of messages.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use tatu_plugin_api::safe::{Value, keys};
 
-/// Place and quaternion.
+/// Position and quaternion.
 pub type Pose = [f64; 7];
 
-/// A frame's own origin.
+/// The identity.
 pub const HERE: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
-/// From a sensor's frame (+z ahead, +y up, +x to the left) to that of ROS: x ahead, y to the left, z up.
+/// Rotation from a sensor's frame (+z ahead, +y up, +x left) to the usual frame of ROS: x ahead, y left, z up.
 pub const AHEAD: Pose = [0.0, 0.0, 0.0, -0.5, -0.5, -0.5, 0.5];
-/// And to that of cameras in ROS: z ahead, x to the right, y down.
+/// Rotation from a sensor's frame to the optical frame of ROS: z ahead, x right, y down.
 pub const OPTICAL: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 
-/// A pose on the floor.
+/// Returns a pose on the floor.
 pub fn planar(x: f64, y: f64, heading: f64) -> Pose {
     let (s, c) = libm::sincos(heading / 2.0);
     [x, y, 0.0, 0.0, 0.0, s, c]
 }
 
-/// As the library of algebra has it.
+/// Converts a pose to an isometry.
 fn isometry([x, y, z, a, b, c, w]: Pose) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_quaternion(Quaternion::new(w, a, b, c)))
 }
@@ -29,17 +29,17 @@ fn numbers(at: &Isometry3<f64>) -> Pose {
     [p.x, p.y, p.z, q.x, q.y, q.z, q.w]
 }
 
-/// First `b`, seen in the frame `a`.
+/// Composes poses: `b` is relative to the frame `a`.
 pub fn then(a: &Pose, b: &Pose) -> Pose {
     numbers(&(isometry(*a) * isometry(*b)))
 }
 
-/// The frame `b`, seen from the frame `a`.
+/// Returns the pose of `b` relative to `a`.
 pub fn seen_from(a: &Pose, b: &Pose) -> Pose {
     numbers(&isometry(*a).inv_mul(&isometry(*b)))
 }
 
-/// `geometry_msgs/Vector3` or `Point`.
+/// Returns a `geometry_msgs/Vector3` or `Point`.
 pub fn vector([x, y, z]: [f64; 3]) -> Value {
     keys([("x", Value::Float(x)), ("y", Value::Float(y)), ("z", Value::Float(z))])
 }
@@ -49,12 +49,12 @@ fn quaternion(pose: &Pose) -> Value {
     keys([("x", x), ("y", y), ("z", z), ("w", w)])
 }
 
-/// `geometry_msgs/Pose`
+/// Returns a `geometry_msgs/Pose`.
 pub fn pose(p: &Pose) -> Value {
     keys([("position", vector([p[0], p[1], p[2]])), ("orientation", quaternion(p))])
 }
 
-/// `geometry_msgs/Transform`
+/// Returns a `geometry_msgs/Transform`.
 pub fn transform(p: &Pose) -> Value {
     keys([("translation", vector([p[0], p[1], p[2]])), ("rotation", quaternion(p))])
 }
@@ -70,7 +70,7 @@ mod tests {
     #[test]
     fn frames_of_sensors_are_turned_to_those_of_ros() {
         let point = |by: &Pose, [x, y, z]: [f64; 3]| then(by, &[x, y, z, 0.0, 0.0, 0.0, 1.0]);
-        // x ahead is the sensor's z, y to the left its x, z up its y.
+        // x ahead is the sensor's z, y left its x, z up its y.
         near(&point(&AHEAD, [1.0, 0.0, 0.0])[..3], &[0.0, 0.0, 1.0]);
         near(&point(&AHEAD, [0.0, 1.0, 0.0])[..3], &[1.0, 0.0, 0.0]);
         near(&point(&AHEAD, [0.0, 0.0, 1.0])[..3], &[0.0, 1.0, 0.0]);

@@ -1,75 +1,76 @@
-//! What clients ask, in rosbridge's protocol, version 2: a JSON object in each message, whose `op` says what it is.
+//! Requests of clients in the rosbridge protocol, version 2: each message is a JSON object with an operation in `op`.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result};
 
-/// Bytes that may wait as fragments of one client's messages.
+/// Most bytes of incomplete messages of a client.
 const MOST_FRAGMENTS: usize = 64 << 20;
 
-/// What a client asks.
+/// A request of a client.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ask {
-    /// It will publish.
+    /// Announces that it will publish.
     Advertise { topic: String, kind: String },
-    /// It will no longer.
+    /// Announces that it will not publish any more.
     Unadvertise { topic: String },
-    /// A message.
+    /// Publishes a message.
     Publish { topic: String, msg: Json },
-    /// It wants messages.
+    /// Subscribes to a topic.
     Subscribe { topic: String, kind: String, wish: Wish },
-    /// It wants no more: of this id, or all of them.
+    /// Ends the subscription of this id, or all of them.
     Unsubscribe { topic: String, id: Option<String> },
-    /// It calls a service.
+    /// Calls a service.
     Call { service: String, args: Json },
-    /// It offers one.
+    /// Offers a service.
     Serve { service: String, kind: String },
-    /// It offers it no more.
+    /// Withdraws a service.
     Unserve { service: String },
-    /// It answers a call.
+    /// Answers a call.
     Answer { id: String, values: Json, good: bool },
-    /// It offers an action,
+    /// Offers an action.
     OfferAction { action: String, kind: String },
-    /// no more.
+    /// Withdraws an action.
     WithdrawAction { action: String },
-    /// It gives a goal; the whole message is passed on.
+    /// Sends a goal; the whole message is forwarded.
     Goal { action: String, whole: Json },
-    /// It takes a goal back,
+    /// Cancels a goal.
     Cancel { id: String },
-    /// reports one, or, with a status, ends it.
+    /// Reports feedback on a goal, or, with a status, its result.
     Progress { id: String, values: Json, status: Option<i64>, good: bool },
-    /// Which errors are reported to it.
+    /// Sets which errors are reported to it.
     Level(String),
 }
 
-/// How a client wants the messages of a topic.
+/// Options of a subscription.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Wish {
-    /// By which it ends the subscription.
+    /// Id by which the client ends the subscription.
     pub id: Option<String>,
-    /// Milliseconds between two messages at least.
+    /// Least time between two messages, ms.
     pub throttle_ms: f64,
     /// Whether messages are CBOR, in binary frames.
     pub cbor: bool,
-    /// Bytes of a message; more is cut into fragments. 0: never.
+    /// Most bytes of a message; longer ones are split into fragments. 0: never.
     pub fragment: usize,
 }
 
-/// Reads a message: its id, and what it asks.
+/// Reads a message: its id, and the request.
 pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
     let text = |key: &str| -> Result<String> {
         message
             .get(key)
             .and_then(Json::as_str)
             .map(str::to_owned)
-            .ok_or_else(|| Fail::argument(format!("`{key}` is missing, or is not a text")))
+            .ok_or_else(|| Fail::argument(format!("expected a text in `{key}`")))
     };
     let or_empty = |key: &str| message.get(key).and_then(Json::as_str).unwrap_or("").to_owned();
     let any = |key: &str| message.get(key).cloned().unwrap_or_else(|| json!({}));
     let id = message.get("id").and_then(Json::as_str).map(str::to_owned);
     let op = text("op")?;
-    let known = || id.clone().ok_or_else(|| Fail::argument(format!("`{op}` needs the `id` of what it answers")));
+    let known =
+        || id.clone().ok_or_else(|| Fail::argument(format!("`{op}` needs the `id` of the message that it answers")));
     let ask = match op.as_str() {
         "advertise" => Ask::Advertise { topic: text("topic")?, kind: text("type")? },
         "unadvertise" => Ask::Unadvertise { topic: text("topic")? },
@@ -77,12 +78,12 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
         "subscribe" => {
             let compression = or_empty("compression");
             if compression == "cbor-raw" {
-                return Err(Fail::unsupported("`cbor-raw` is not offered: subscribe with `cbor` or `none`"));
+                return Err(Fail::unsupported("`cbor-raw` is not supported: subscribe with `cbor` or `none`"));
             }
             let wish = Wish {
                 id: id.clone(),
                 throttle_ms: message.get("throttle_rate").and_then(Json::as_f64).unwrap_or(0.0),
-                // Clients that ask for `png` take plain messages as well.
+                // Clients that request `png` accept plain messages too.
                 cbor: compression == "cbor",
                 fragment: message.get("fragment_size").and_then(Json::as_u64).unwrap_or(0) as usize,
             };
@@ -103,17 +104,17 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
         "action_feedback" => Ask::Progress { id: known()?, values: any("values"), status: None, good: true },
         "action_result" => {
             let good = message.get("result").and_then(Json::as_bool).unwrap_or(true);
-            // A result without a status means that the goal succeeded, or failed.
+            // A result without a status: `result` says whether the goal succeeded.
             let status = message.get("status").and_then(Json::as_i64).unwrap_or(if good { 4 } else { 6 });
             Ask::Progress { id: known()?, values: any("values"), status: Some(status.max(0)), good }
         }
         "set_level" | "status_level" => Ask::Level(text("level")?),
-        other => return Err(Fail::unsupported(format!("there is no operation `{other}`"))),
+        other => return Err(Fail::unsupported(format!("the operation `{other}` is not supported"))),
     };
     Ok((id, ask))
 }
 
-/// A message cut into fragments of so many bytes.
+/// Splits a message into fragments of `bytes` bytes.
 pub fn fragments(text: &str, bytes: usize, id: &str) -> Vec<String> {
     let mut parts = Vec::new();
     let mut rest = text;
@@ -133,7 +134,7 @@ pub fn fragments(text: &str, bytes: usize, id: &str) -> Vec<String> {
     parts.iter().enumerate().map(one).collect()
 }
 
-/// Fragments that a client sent.
+/// Incomplete messages of a client.
 #[derive(Default)]
 pub struct Fragments {
     parts: BTreeMap<String, BTreeMap<u64, String>>,
@@ -141,7 +142,7 @@ pub struct Fragments {
 }
 
 impl Fragments {
-    /// Takes one; the whole message once all are there.
+    /// Adds a fragment; returns the message once it is complete.
     pub fn take(&mut self, message: &Json) -> Result<Option<Json>> {
         let id = message.get("id").and_then(Json::as_str).unwrap_or("").to_owned();
         let number = |key: &str| message.get(key).and_then(Json::as_u64);

@@ -1,5 +1,5 @@
-//! What clients and scripts offer each other: topics that they publish, services and actions that they serve. Calls and
-//! goals are forwarded to the server under a number of our own, and answers back to the caller.
+//! Topics, services and actions that clients and scripts offer each other. Calls and goals are forwarded to the server
+//! under an id of the relay's own, and answers back to the caller.
 
 use std::collections::BTreeMap;
 
@@ -7,41 +7,41 @@ use serde_json::{Value as Json, json};
 
 use crate::{peers::Peer, types::Ros};
 
-/// Something that a client waits for.
+/// A pending call or goal.
 struct Waiting {
-    /// Who asked,
+    /// The client that made it,
     asker: u64,
     /// under which id,
     id: Option<String>,
-    /// what,
+    /// its service or action,
     of: String,
-    /// and whom.
+    /// and its server.
     server: u64,
-    /// Whether it wants to hear how far a goal is.
+    /// Whether feedback on a goal is requested.
     feedback: bool,
 }
 
-/// What came of a goal of a script.
+/// A report on a script's goal.
 pub struct Report {
     /// The goal's id.
     pub id: String,
-    /// As `action_msgs/GoalStatus` counts; `None`: it is under way.
+    /// Status as in `action_msgs/GoalStatus`; `None`: not finished.
     pub status: Option<i64>,
     /// Feedback, or the result.
     pub values: Json,
 }
 
-/// What scripts ask of clients, until the next barrier.
+/// Requests of scripts to clients, which wait for the next barrier.
 #[derive(Default)]
 pub struct GoalsOfScripts {
     /// Goals: id, action, and the message for the action's server.
     pub given: Vec<(String, String, Json)>,
-    /// Ids of those that are taken back.
+    /// Ids of goals to cancel.
     pub taken_back: Vec<String>,
 }
 
 impl GoalsOfScripts {
-    /// A script gives a goal.
+    /// Adds a goal of a script.
     pub fn give(&mut self, id: String, action: String, plain: &str, args: Json) {
         let kind = Ros::Two.name(plain).replace("/msg/", "/action/");
         let message = json!({
@@ -51,37 +51,37 @@ impl GoalsOfScripts {
     }
 }
 
-/// Goals that end without a result, as `action_msgs/GoalStatus` counts: nobody knows, or given up.
+/// Statuses in `action_msgs/GoalStatus` of goals that end without a result: unknown, aborted.
 pub const UNKNOWN: i64 = 0;
 pub const ABORTED: i64 = 6;
 
-/// What is offered, and what is under way.
+/// Everything offered by clients and scripts, and all pending calls and goals.
 #[derive(Default)]
 pub struct Relay {
-    /// Types of topics that clients publish, with the names of ROS 1.
+    /// Types of topics that clients publish, by their names in ROS 1.
     pub topics: BTreeMap<String, String>,
-    /// Who serves a service, and its type.
+    /// Server and type of each service.
     pub services: BTreeMap<String, (u64, String)>,
     /// Types of topics that scripts publish or listen to.
     pub of_scripts: BTreeMap<String, String>,
-    /// Answers for scripts: the number of the call, what came, and whether it went well.
+    /// Answers for scripts: the number of the call, its values, and whether it succeeded.
     pub answers: Vec<(String, Json, bool)>,
-    /// The same for goals of scripts.
+    /// Reports on goals of scripts.
     pub reports: Vec<Report>,
-    /// Who takes goals of an action, and its type.
+    /// Server and type of each action.
     pub actions: BTreeMap<String, (u64, String)>,
     calls: BTreeMap<String, Waiting>,
     goals: BTreeMap<String, Waiting>,
     count: u64,
 }
 
-/// The number that scripts have among those who offer and ask; clients count from 1.
+/// The number of all scripts as caller or server; clients are numbered from 1.
 pub const SCRIPTS: u64 = 0;
 
 /// All clients, by number.
 pub type Peers = BTreeMap<u64, Peer>;
 
-/// The answer to a call.
+/// Builds the answer to a call.
 pub fn answer(id: Option<&str>, service: &str, values: &Json, good: bool) -> Json {
     let mut out = json!({ "op": "service_response", "service": service, "values": values, "result": good });
     if let Some(id) = id {
@@ -96,12 +96,12 @@ impl Relay {
         format!("{what}:{}", self.count)
     }
 
-    /// Offers an action no more.
+    /// Withdraws an action of a client.
     pub fn withdraw_action(&mut self, action: &str, peer: u64) {
         self.actions.retain(|a, (p, _)| a != action || *p != peer);
     }
 
-    /// Passes a call on to the client that serves it; false: none does.
+    /// Forwards a call to the client that serves it; returns false if there is none.
     pub fn call(&mut self, peers: &Peers, asker: u64, id: Option<String>, service: &str, args: &Json) -> bool {
         let Some((server, _)) = self.services.get(service).cloned() else { return false };
         let Some(peer) = peers.get(&server) else { return false };
@@ -111,7 +111,7 @@ impl Relay {
         true
     }
 
-    /// Passes an answer back.
+    /// Forwards an answer to the caller.
     pub fn answered(&mut self, peers: &Peers, server: u64, id: &str, values: &Json, good: bool) {
         if self.calls.get(id).is_some_and(|w| w.server == server)
             && let Some(waiting) = self.calls.remove(id)
@@ -129,7 +129,7 @@ impl Relay {
         }
     }
 
-    /// The scripts have ended, and what they offered with them.
+    /// Removes everything that scripts offered, after they have ended.
     pub fn scripts_gone(&mut self, peers: &Peers) {
         self.services.retain(|_, (server, _)| *server != SCRIPTS);
         self.actions.retain(|_, (server, _)| *server != SCRIPTS);
@@ -140,14 +140,14 @@ impl Relay {
         self.calls.retain(|_, w| w.asker != SCRIPTS);
     }
 
-    /// Notes a goal under a number of ours.
+    /// Records a goal; returns the relay's id for it.
     pub fn note_goal(&mut self, asker: u64, id: Option<String>, action: &str, server: u64, feedback: bool) -> String {
         let own = self.number("goal");
         self.goals.insert(own.clone(), Waiting { asker, id, of: action.to_owned(), server, feedback });
         own
     }
 
-    /// Passes a goal on to the client that takes it; false: none does.
+    /// Forwards a goal to the client that serves its action; returns false if there is none.
     pub fn goal(&mut self, peers: &Peers, asker: u64, id: Option<String>, action: &str, mut whole: Json) -> bool {
         let Some((server, _)) = self.actions.get(action).cloned() else { return false };
         let Some(peer) = peers.get(&server) else { return false };
@@ -157,7 +157,7 @@ impl Relay {
         true
     }
 
-    /// Passes feedback, or with a status the result, back to the sender of the goal.
+    /// Forwards feedback, or with a status the result, to the sender of a goal.
     pub fn progress(&mut self, peers: &Peers, server: u64, own: &str, status: Option<i64>, values: Json, good: bool) {
         let Some(waiting) = self.goals.get(own).filter(|w| w.server == server) else { return };
         if waiting.asker == SCRIPTS {
@@ -181,7 +181,7 @@ impl Relay {
         }
     }
 
-    /// Passes on that a goal is taken back; the number of one that a script works on.
+    /// Forwards a request to cancel a goal; returns the relay's id if a script serves the goal.
     pub fn cancel(&mut self, peers: &Peers, asker: u64, id: &str) -> Option<String> {
         let (own, waiting) = self.goals.iter().find(|(_, w)| w.asker == asker && w.id.as_deref() == Some(id))?;
         if waiting.server == SCRIPTS {
@@ -193,7 +193,7 @@ impl Relay {
         None
     }
 
-    /// Ends all goals of a server that will not end them, and forgets those of an asker.
+    /// Ends all goals of a server that is gone, and drops those that it sent.
     fn end_goals(&mut self, peers: &Peers, of: u64, why: &Json) {
         self.goals.retain(|_, w| w.asker != of);
         let over: Vec<String> = self.goals.iter().filter(|(_, w)| w.server == of).map(|(own, _)| own.clone()).collect();
@@ -202,11 +202,11 @@ impl Relay {
         }
     }
 
-    /// A client has disconnected: those that wait for it get an error, and what it waited for is dropped.
+    /// Removes a client that has disconnected: callers waiting for it get an error, and its own requests are dropped.
     pub fn gone(&mut self, peers: &Peers, peer: u64) {
         self.services.retain(|_, (server, _)| *server != peer);
         self.actions.retain(|_, (server, _)| *server != peer);
-        let lost = json!("whoever serves it has gone");
+        let lost = json!("its server has disconnected");
         let calls = std::mem::take(&mut self.calls);
         for (own, waiting) in calls {
             if waiting.server == peer {
@@ -219,7 +219,7 @@ impl Relay {
         self.forget(peers);
     }
 
-    /// Topics that no client publishes any more are forgotten.
+    /// Removes topics that no client publishes any more.
     pub fn forget(&mut self, peers: &Peers) {
         self.topics.retain(|topic, _| peers.values().any(|p| p.publishes.contains(topic)));
     }

@@ -1,4 +1,4 @@
-//! The robots and sensors of a scene, under names that ROS takes, and how far wheels have driven.
+//! Robots and sensors of a scene, under names that are valid in ROS, and wheel odometry.
 
 use std::collections::BTreeMap;
 
@@ -13,43 +13,43 @@ use crate::{
     poses::{Pose, planar},
 };
 
-/// A robot: what a drive or the base of a model stands for, with sensors or joints below it.
+/// A robot: an object with a drive, or a model base, that has sensors or joints below it.
 pub struct Robot {
-    /// Its base.
+    /// The base object.
     pub base: tatu_object,
-    /// Its name.
+    /// Name of the robot.
     pub name: String,
-    /// What its frames begin with; empty where it is the only robot.
+    /// Prefix of its frames; empty if it is the only robot.
     pub prefix: String,
-    /// Its wheels.
+    /// The drivetrain, if the robot has wheels.
     pub train: Option<Drivetrain>,
-    /// Its joints, and their names.
+    /// Joints and their names.
     pub joints: Vec<(tatu_object, String)>,
-    /// Where its wheels say that it is.
+    /// Wheel odometry.
     pub odometry: Odometry,
-    /// When its last command ends, s; none: it has none.
+    /// Time at which its last velocity command expires, s; `None`: there is none.
     pub until: Option<f64>,
 }
 
-/// Where wheels say that a robot is, since the start: it drifts from where it is.
+/// The pose and velocity of a robot since the start, as computed from its wheels; it drifts from the true pose.
 #[derive(Debug, Clone, Default)]
 pub struct Odometry {
-    /// Ahead and to the left of where it began, m, and its heading, rad; of the middle of its axle.
+    /// Position ahead and to the left of the start, m, and heading, rad; of the middle of the axle.
     pub place: [f64; 3],
     /// Velocity ahead, to the left, m/s, and of turning, rad/s.
     pub velocity: [f64; 3],
-    /// What the joints did.
+    /// The last state of the joints, and its time.
     before: Option<(f64, Stand)>,
 }
 
 impl Odometry {
-    /// Takes in what the joints do now.
+    /// Updates the odometry from the current state of the joints.
     pub fn take(&mut self, train: &Drivetrain, time: f64, now: Stand) {
         if let Some((then, before)) = &self.before
             && time > *then
         {
             let [dx, dy, turn] = train.motion(&now.turns_since(before, time - then), &now.steered);
-            // Along the chord of the bend.
+            // Along the chord of the arc.
             let heading = self.place[2] + turn / 2.0;
             let (s, c) = libm::sincos(heading);
             self.place[0] += c * dx - s * dy;
@@ -60,7 +60,7 @@ impl Odometry {
         self.before = Some((time, now));
     }
 
-    /// Where the base is, from where it was at the start.
+    /// Returns the pose of the base relative to its start.
     pub fn base(&self, axle: f64) -> Pose {
         let [x, y, heading] = self.place;
         let (s, c) = libm::sincos(heading);
@@ -72,20 +72,20 @@ impl Odometry {
 pub struct Sensor {
     /// The sensor.
     pub id: tatu_object,
-    /// Its name in its robot,
+    /// Name within its robot.
     pub name: String,
-    /// and that of its frame.
+    /// The name of its frame.
     pub frame: String,
-    /// Its robot.
+    /// Index of its robot.
     pub robot: Option<usize>,
-    /// Whether it sees along the z axis of a camera; else its frame is turned, x ahead.
+    /// Whether its frame is that of a camera, with z ahead; otherwise its frame is rotated so that x is ahead.
     pub optical: bool,
 }
 
-/// What a scene holds.
+/// The robots and sensors of a scene.
 #[derive(Default)]
 pub struct Scene {
-    /// All objects, as they were.
+    /// All objects at the time of the last update, to detect changes.
     pub ids: Vec<tatu_object>,
     /// Robots.
     pub robots: Vec<Robot>,
@@ -93,7 +93,7 @@ pub struct Scene {
     pub sensors: Vec<Sensor>,
 }
 
-/// A name as ROS takes it.
+/// Converts a name to one that is valid in ROS.
 pub fn ros_name(name: &str) -> String {
     let mut out: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if !out.starts_with(|c: char| c.is_ascii_alphabetic()) {
@@ -103,10 +103,10 @@ pub fn ros_name(name: &str) -> String {
 }
 
 impl Scene {
-    /// Looks at what there is; what was known of robots stays.
+    /// Finds the robots and sensors; the state of robots known before is kept.
     pub fn read(turn: &Turn<'_>, p: &Props, ids: Vec<tatu_object>, before: Scene) -> Result<Scene> {
         let mut scene = Scene { ids, ..Default::default() };
-        // Aliases, or where there are several of them in a robot, the unique names that all objects have.
+        // Aliases, or unique names where an alias occurs several times in a robot.
         let of = |id, prop| -> Result<String> {
             Ok(ros_name(&turn.get(id, prop)?.as_str().map(|s| s.into_owned()).unwrap_or_default()))
         };
@@ -117,7 +117,7 @@ impl Scene {
             if !drive && (above.is_some() || !turn.get(id, p.model_base)?.truthy()) {
                 continue;
             }
-            // A joint that is missing leaves the robot without its drive.
+            // If a joint is missing, the robot has no drive.
             let train = if drive { Drivetrain::of(turn, &p.wheels, id).unwrap_or(None) } else { None };
             scene.robots.push(Robot {
                 base: id,
@@ -161,7 +161,7 @@ impl Scene {
                 *name = of(*id, p.name)?;
             }
         }
-        // What neither moves nor senses is furniture.
+        // Objects that neither move nor sense are not robots.
         let mut places = Vec::new();
         let mut kept = Vec::new();
         for (robot, has) in scene.robots.into_iter().zip(has) {
@@ -195,7 +195,7 @@ impl Scene {
     }
 }
 
-/// The robot that an object belongs to, itself included.
+/// Returns the robot that an object belongs to or is.
 fn robot_of(turn: &Turn<'_>, p: &Props, robots: &[Robot], of: tatu_object) -> Result<Option<usize>> {
     let mut id = of;
     while id != 0 {

@@ -1,4 +1,4 @@
-//! The services of `/rosapi`: which topics, services and parameters there are.
+//! The services of `/rosapi`, which list topics, services and parameters.
 
 use std::collections::BTreeMap;
 
@@ -10,25 +10,25 @@ use tatu_plugin_api::{
 
 use crate::types::{self, Many, Ros};
 
-/// Under this name the service appears among the nodes.
+/// The node name of this service.
 const NODE: &str = "/tatu";
 
-/// What there is.
+/// The topics and services that can be listed.
 pub struct Graph<'a> {
-    /// Type by topic, with the names of ROS 1.
+    /// Types of topics, by their names in ROS 1.
     pub topics: &'a BTreeMap<String, String>,
-    /// Those that are written, and those that are read, by us.
+    /// Topics that this service publishes, and those that it subscribes to.
     pub publishes: &'a [String],
     pub listens: &'a [String],
-    /// Type by service.
+    /// Types of services.
     pub services: &'a BTreeMap<String, String>,
     /// Simulation time, s.
     pub time: f64,
-    /// Whose names types have.
+    /// The version, ROS 1 or ROS 2, whose names types have.
     pub ros: Ros,
 }
 
-/// The services, and their types.
+/// The services and their types.
 pub const SERVICES: &[(&str, &str)] = &[
     ("/rosapi/topics", "rosapi/Topics"),
     ("/rosapi/topic_type", "rosapi/TopicType"),
@@ -55,14 +55,14 @@ pub const CONTROL: &[(&str, u32)] = &[
     ("/simulation/stop", TATU_REQUEST_STOP),
 ];
 
-/// Whether a service is there by itself.
+/// Returns whether this server provides a service itself.
 pub fn is_own(service: &str) -> bool {
     SERVICES.iter().any(|(s, _)| *s == service) || CONTROL.iter().any(|(s, _)| *s == service)
 }
 
-/// Answers a call of a service of `/rosapi`; `None`: there is no such service.
+/// Answers a call of a service of `/rosapi`; `None`: the service does not exist.
 pub fn call(g: &Graph<'_>, params: &mut BTreeMap<String, String>, service: &str, args: &Json) -> Option<Result<Json>> {
-    // Arguments stand by name, or in a list.
+    // Arguments are passed by name, or in a list.
     let arg =
         |name: &str, i: usize| args.get(name).or_else(|| args.get(i)).and_then(Json::as_str).unwrap_or("").to_owned();
     let named = |kind: &str| if kind.is_empty() { String::new() } else { g.ros.name(kind) };
@@ -91,7 +91,7 @@ pub fn call(g: &Graph<'_>, params: &mut BTreeMap<String, String>, service: &str,
             let [a, b] = if g.ros == Ros::One { ["secs", "nsecs"] } else { ["sec", "nanosec"] };
             json!({ "time": { a: whole as i64, b: (part * 1e9) as i64 } })
         }
-        // Values are JSON as text, as clients send them.
+        // Values are texts that contain JSON, as clients send them.
         "get_param" => {
             let fallback = arg("default", 1);
             json!({ "value": params.get(&arg("name", 0)).cloned().unwrap_or(fallback) })
@@ -110,7 +110,7 @@ pub fn call(g: &Graph<'_>, params: &mut BTreeMap<String, String>, service: &str,
     }))
 }
 
-/// The definition of a type and of those within it.
+/// Returns the definition of a type and of the types it contains.
 fn details(name: &str, ros: Ros) -> Result<Json> {
     let first = types::plain(name);
     let mut ahead = vec![first.clone()];

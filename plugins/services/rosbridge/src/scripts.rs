@@ -1,4 +1,4 @@
-//! `simROS` and `simROS2`: what scripts written for V-REP's interfaces to ROS call.
+//! The commands `simROS` and `simROS2`, for scripts written for V-REP's interfaces to ROS.
 
 use serde_json::Value as Json;
 use tatu_plugin_api::safe::{Command, Event, Fail, IntoResult, Offer, Outcome, Param, Result, Value};
@@ -11,7 +11,7 @@ use crate::{
 
 pub(crate) type Cmd = Command<Plugin>;
 
-/// Between scripts and the service; no script calls these.
+/// Commands for the service; scripts do not call these.
 pub(crate) const RECEIVE: &str = "rosbridge.receive";
 pub(crate) const SERVE: &str = "rosbridge.serve";
 pub(crate) const ANSWER: &str = "rosbridge.answer";
@@ -26,13 +26,13 @@ pub(crate) fn handle() -> Param {
     Param::any("handle").text(HANDLE)
 }
 
-/// Opens an endpoint by argument 0, its name, and 1, its type.
+/// Opens an endpoint with the name in argument 0 and the type in argument 1.
 fn open(c: &mut Ctx<'_>, role: Role, ros: Ros, callback: Option<usize>) -> Result {
     let callbacks = callback.map(|i| Callback::read(c, i)).transpose()?;
     open_with(c, role, ros, callbacks.into_iter().collect())
 }
 
-/// The same, with what will be called.
+/// Like [`open`], with the callbacks given.
 pub(crate) fn open_with(c: &mut Ctx<'_>, role: Role, ros: Ros, callbacks: Vec<Callback>) -> Result {
     let endpoint = Endpoint::new(role, &c.text(0)?, &c.text(1)?, ros, callbacks)?;
     let made = c.instance().open(&c.world(), c.caller_script(), endpoint)?;
@@ -40,14 +40,14 @@ pub(crate) fn open_with(c: &mut Ctx<'_>, role: Role, ros: Ros, callbacks: Vec<Ca
     Ok(())
 }
 
-/// What a service answered, as its caller gets it.
+/// Returns the answer of a service to its caller.
 fn response(c: &mut Ctx<'_>, client: &Endpoint, json: &Json) -> Result<Outcome> {
     let value = convert::value(json, &format!("{}Response", client.kind), client.ros())?;
     c.ret(client.given(value));
     Ok(Outcome::Done)
 }
 
-/// Calls a service: a script's at once; a client's where the caller can wait for it.
+/// Calls a service: that of a script at once; that of a client if the caller can wait.
 fn call(c: &mut Ctx<'_>) -> Result<Outcome> {
     if c.resumed() != 0 {
         let number = c.resumed();
@@ -70,11 +70,15 @@ fn call(c: &mut Ctx<'_>) -> Result<Outcome> {
         return response(c, &client, &json);
     }
     if !c.world().is_wanted(REQUEST) {
-        let text = format!("no script offers {}, and no client can: start the service `rosbridge`", client.name);
+        let text = format!(
+            "no script offers the service {}; to reach services of clients, start the service `rosbridge`",
+            client.name
+        );
         return Err(Fail::missing(text));
     }
     if !c.can_wait() {
-        let text = format!("no script offers {}, and this one cannot wait for a client", client.name);
+        let text =
+            format!("no script offers the service {}, and the calling script cannot wait for a client", client.name);
         return Err(Fail::unsupported(text).help("call it in a thread"));
     }
     let number = c.instance().ask(&c.world(), handle, &client.name, &request)?;
@@ -91,7 +95,7 @@ pub(crate) fn time(c: &Ctx<'_>, key: &str) -> Result<f64> {
     c.world().f64(0, c.world().host().prop(key))
 }
 
-/// Seconds as ROS 2 has them.
+/// Splits seconds into the fields of a ROS 2 time.
 pub(crate) fn split(seconds: f64) -> Value {
     let (whole, part) = (seconds.floor(), seconds - seconds.floor());
     Value::Map(vec![
@@ -100,7 +104,7 @@ pub(crate) fn split(seconds: f64) -> Value {
     ])
 }
 
-/// A command of both interfaces, whose names differ.
+/// Adds a command to both interfaces, whose names differ.
 pub(crate) fn add<T: IntoResult + 'static>(
     offer: &mut Offer<Plugin>,
     names: [&str; 2],
@@ -115,7 +119,7 @@ pub(crate) fn add<T: IntoResult + 'static>(
     }
 }
 
-/// An example in the words of one of the interfaces.
+/// Returns the example for one of the interfaces.
 pub(crate) fn words(ros: Ros, one: &str, two: &str) -> String {
     if ros == Ros::One { one.to_owned() } else { two.to_owned() }
 }
@@ -303,7 +307,7 @@ fn services(offer: &mut Offer<Plugin>) {
             .param(Param::any("request").optional())
             .returns(Param::any("response"))
             .text("Calls a service that a script or a client offers.")
-            .no_wait("what a script offers is called; a client's service is an error")
+            .no_wait("a client offers this service, and only a thread can wait for its answer: call this in a thread")
             .example(words(
                 ros,
                 "function add(r) return {sum = r.a + r.b} end\nsimROS.advertiseService('/add', 'example_interfaces/AddTwoInts', 'add')\n\
@@ -315,7 +319,7 @@ fn services(offer: &mut Offer<Plugin>) {
     );
 }
 
-/// What the service calls, so that it stands in the log of inputs.
+/// Adds commands by which the service calls scripts, so that the calls are in the input log.
 pub(crate) fn between(offer: &mut Offer<Plugin>) {
     let json = || Param::string("json").text("the message, as JSON");
     offer.command(

@@ -1,4 +1,4 @@
-//! What is done at the barrier: what clients ask, in order of connection; then what the scene publishes.
+//! The barrier: executes requests of clients, in order of connection; then publishes topics of the scene.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -26,9 +26,9 @@ use crate::{
     types::Ros,
 };
 
-/// The port of rosbridge.
+/// The default port of rosbridge.
 const PORT: i64 = 9090;
-/// Bytes of a message.
+/// Most bytes of a message.
 const MOST_MESSAGE: usize = 64 << 20;
 
 /// The service.
@@ -43,19 +43,19 @@ pub(crate) struct State {
     pub(crate) params: BTreeMap<String, String>,
     pub(crate) scene: Scene,
     pub(crate) topics: BTreeMap<String, Topic>,
-    /// For each topic, how often its content had been measured when it was last published.
+    /// For each topic, the measurement count at which it was last published.
     pub(crate) told: BTreeMap<String, u64>,
-    /// Topics that scripts listen to.
+    /// Topics that scripts subscribe to.
     pub(crate) heard: BTreeSet<String>,
-    /// Calls of scripts for services of clients: number, service, arguments.
+    /// Calls of scripts to services of clients: number, service, arguments.
     pub(crate) requests: Vec<(u64, String, Json)>,
-    /// Goals that scripts give to clients.
+    /// Goals that scripts send to clients.
     pub(crate) of_scripts: GoalsOfScripts,
-    /// What scripts know that clients offer; `None`: they may have forgotten.
+    /// The offers of clients that were last reported to scripts; `None`: report them again.
     pub(crate) known: Option<Offered>,
-    /// The time for which the scene was published.
+    /// The time for which the scene was last published.
     pub(crate) time: Option<f64>,
-    /// How long a robot goes on after a command, s.
+    /// How long a velocity command is valid, s.
     pub(crate) patience: f64,
     pub(crate) ros: Ros,
     pub(crate) listener: Listener,
@@ -108,7 +108,7 @@ impl Service for Rosbridge {
         })?;
         session.log(TATU_LOG_INFO, &format!("rosbridge: listening on {}", listener.address));
         if token {
-            // Alone on its line, for programs; the token stays out of logs.
+            // Printed alone on a line, for programs to read; the token must not appear in logs.
             eprintln!("ws://{}/?token={}", listener.address, listener.token);
         }
         let state = State {
@@ -131,7 +131,7 @@ impl Service for Rosbridge {
     }
 
     fn barrier(&self, turn: &Turn<'_>, _: u64) -> Result<safe::Answer> {
-        // One world is served: the first one of its session.
+        // Only the first world of the session is served.
         if turn.worlds().0 == 0 {
             let state = &mut *self.state()?;
             state.come();
@@ -174,7 +174,7 @@ impl Service for Rosbridge {
                 state.reported(&text("id"), status, serde_json::from_str(&text("json")).unwrap_or_default());
             }
             _ => {
-                // What wheels have driven is counted from the start.
+                // Odometry begins at the start of the run.
                 state.scene = Scene::default();
                 state.told.clear();
                 state.time = None;
@@ -197,7 +197,7 @@ impl Rosbridge {
 }
 
 impl State {
-    /// Who has come and who has gone.
+    /// Handles clients that have connected or disconnected.
     fn come(&mut self) {
         for client in self.listener.take_new() {
             self.peers.insert(client.number, Peer::new(client));
@@ -209,7 +209,7 @@ impl State {
         }
     }
 
-    /// What the scene holds now.
+    /// Updates robots and sensors if the objects of the scene have changed.
     fn look(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         let ids = turn.list(0, 0, 0)?;
         if ids != self.scene.ids {
@@ -219,7 +219,7 @@ impl State {
         Ok(())
     }
 
-    /// Sends a message to all who listen and for whom one is due.
+    /// Sends a message to all subscriptions for which one is due.
     pub(crate) fn spread(&mut self, topic: &str, node: &dyn Fn(Ros) -> Result<Node>) {
         let now = Instant::now();
         let mut written: BTreeMap<(Ros, bool), Written> = BTreeMap::new();
@@ -238,7 +238,7 @@ impl State {
         }
     }
 
-    /// What happens after a step: wheels are counted, robots that get no more commands stop, topics are published.
+    /// After a step: updates odometry, stops robots whose commands have expired, and publishes topics.
     fn tell(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         let time = turn.f64(0, p.time)?;
         if turn.state() != TATU_RUNNING || self.time == Some(time) {
@@ -253,7 +253,7 @@ impl State {
         let silent = |r: &crate::robots::Robot| r.until.is_some_and(|until| time >= until - 1e-9);
         let over: Vec<usize> = (0..self.scene.robots.len()).filter(|i| silent(&self.scene.robots[*i])).collect();
         for robot in over {
-            // One that cannot be driven any more has nothing to be stopped.
+            // A robot that cannot be driven any more need not be stopped.
             let _ = self.drive(turn, robot, [0.0; 3]);
         }
         let now = Instant::now();
@@ -265,7 +265,7 @@ impl State {
             let value = {
                 let source = Source { turn, p, scene: &self.scene, time, dt };
                 let sequence = source.sequence(topic.what);
-                // What has not measured yet, or nothing new, publishes nothing.
+                // Nothing is published if the sensor has not been measured yet, or not since the last time.
                 if sequence == Some(0) || sequence.is_some() && self.told.get(&name) == sequence.as_ref() {
                     continue;
                 }

@@ -1,4 +1,4 @@
-//! Times, and messages to fill in, for scripts.
+//! Commands for times and for empty messages.
 
 use serde_json::Value as Json;
 use tatu_plugin_api::safe::{Fail, Offer, Param};

@@ -1,5 +1,5 @@
-//! The topics that a scene has by itself. The last part of a name says what it is; the part before, whose it is, as far
-//! as there are several.
+//! Topics that a scene provides. The last part of a name is the topic's meaning; the parts before name the robot and
+//! the sensor, if there are several.
 
 use std::collections::BTreeMap;
 
@@ -7,52 +7,52 @@ use tatu_plugin_api::{abi::tatu_object, safe::Turn};
 
 use crate::{Props, robots::Scene};
 
-/// What a topic publishes, or what it takes.
+/// The meaning of a topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum What {
     /// Simulation time.
     Clock,
-    /// Frames.
+    /// Coordinate frames.
     Frames,
-    /// Where wheels say that a robot is.
+    /// The wheel odometry of a robot.
     Odometry(usize),
-    /// Where a robot is.
+    /// The true pose of a robot.
     Pose(usize),
     /// Joints of a robot.
     Joints(usize),
-    /// The velocity at which a robot is to move.
+    /// The velocity command of a robot, to which clients publish.
     Command(usize),
-    /// A fan of distances.
+    /// A planar scan of distances.
     Scan(usize),
     /// One distance.
     Range(usize),
-    /// A place on Earth.
+    /// A position on Earth.
     Fix(usize),
-    /// Colours.
+    /// A colour image.
     Image(usize),
-    /// Depths.
+    /// A depth image.
     Depth(usize),
-    /// The optics of a camera.
+    /// The intrinsics of a camera.
     Optics(usize),
-    /// Points of a camera or a scanner with layers.
+    /// The points of a depth camera, or of a scanner with layers.
     Points(usize),
 }
 
 /// A topic.
 #[derive(Debug, Clone)]
 pub struct Topic {
-    /// What it is.
+    /// What the topic carries.
     pub what: What,
-    /// The type of its messages, with the name of ROS 1.
+    /// The type of its messages, by its name in ROS 1.
     pub kind: &'static str,
 }
 
-/// The topics of a scene, by all their names.
+/// Returns the topics of a scene, under all their names.
 pub fn of(turn: &Turn<'_>, p: &Props, scene: &Scene) -> BTreeMap<String, Topic> {
     let mut out = BTreeMap::new();
     out.insert("/clock".to_owned(), Topic { what: What::Clock, kind: "rosgraph_msgs/Clock" });
     out.insert("/tf".to_owned(), Topic { what: What::Frames, kind: "tf2_msgs/TFMessage" });
-    // Whose each is: robot, sensor, and its last part.
+    // Robot, name of the sensor, and last part of the name.
     let mut all: Vec<(Option<usize>, String, &str, Topic)> = Vec::new();
     for (i, robot) in scene.robots.iter().enumerate() {
         let mut add = |last, what, kind| all.push((Some(i), String::new(), last, Topic { what, kind }));
@@ -87,7 +87,7 @@ pub fn of(turn: &Turn<'_>, p: &Props, scene: &Scene) -> BTreeMap<String, Topic> 
     out
 }
 
-/// What the readings of a sensor are as messages, by the fields that it has.
+/// Returns the topics that publish a sensor's readings, by the fields that it has.
 fn what_of(turn: &Turn<'_>, p: &Props, i: usize, id: tatu_object) -> Vec<(&'static str, What, &'static str)> {
     let has = |prop| turn.reading(id, prop).is_ok();
     let mut out = Vec::new();

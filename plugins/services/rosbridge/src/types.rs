@@ -1,8 +1,8 @@
-//! The types of messages, field by field, with the names of ROS 1. ROS 2 has the same but for a few.
+//! Definitions of message types, with the names of ROS 1. ROS 2 has the same, with few exceptions.
 
 use std::{collections::BTreeMap, sync::OnceLock};
 
-/// Type by type: its name, and what its fields are and are called, in order. Public definitions of ROS.
+/// One type per line: its name, then type and name of each field, in order. Public definitions of ROS.
 const TYPES: &str = "
 std_msgs/Header: uint32 seq, time stamp, string frame_id
 std_msgs/Empty:
@@ -84,48 +84,48 @@ example_interfaces/FibonacciResult: int32[] sequence
 example_interfaces/FibonacciFeedback: int32[] sequence
 ";
 
-/// What one element is.
+/// The type of an element.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Base {
-    /// True or false.
+    /// A boolean.
     Bool,
-    /// A whole number: whether it has a sign, and its bits.
+    /// An integer: whether it is signed, and its bits.
     Int(bool, u8),
-    /// A number of so many bits.
+    /// A number of this many bits.
     Float(u8),
     /// A text.
     Text,
     /// A time or a duration.
     Time,
-    /// A message of its own, by the name of its type.
+    /// A nested message, by the name of its type.
     Message(String),
 }
 
-/// How many elements.
+/// The number of elements of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Many {
     /// One.
     One,
-    /// As many as there are.
+    /// An array of any length.
     Any,
-    /// Always so many.
+    /// An array of fixed length.
     Exactly(usize),
 }
 
 /// A field.
 #[derive(Debug, Clone)]
 pub struct Field {
-    /// Its name in ROS 1.
+    /// Name in ROS 1.
     pub name: String,
-    /// What an element is.
+    /// The type of an element.
     pub base: Base,
-    /// How many there are.
+    /// The number of elements.
     pub many: Many,
-    /// The type as definitions write it, without how many.
+    /// The element type as written in the definition.
     pub written: String,
 }
 
-/// The fields of a type, by its plain name.
+/// Returns the fields of a type, by its plain name.
 pub fn fields(plain: &str) -> Option<&'static [Field]> {
     static ALL: OnceLock<BTreeMap<&'static str, Vec<Field>>> = OnceLock::new();
     let all = ALL.get_or_init(|| TYPES.lines().filter_map(|l| l.split_once(':')).map(|(n, f)| (n, read(f))).collect());
@@ -155,17 +155,17 @@ fn read(text: &'static str) -> Vec<Field> {
     text.split(',').filter_map(field).collect()
 }
 
-/// Whose names and times a message has.
+/// The version of ROS whose names and times a message uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Ros {
-    /// ROS 1: `secs`, `nsecs`, a number in each header.
+    /// ROS 1: times have `secs` and `nsecs`, headers a sequence number.
     One,
-    /// ROS 2: `sec`, `nanosec`.
+    /// ROS 2: times have `sec` and `nanosec`.
     Two,
 }
 
 impl Ros {
-    /// Whose name of a type this is: ROS 2 writes `geometry_msgs/msg/Twist`.
+    /// Returns the version of ROS that a type name belongs to: ROS 2 writes `geometry_msgs/msg/Twist`.
     pub fn of(name: &str) -> Option<Ros> {
         match name.matches('/').count() {
             1 => Some(Ros::One),
@@ -173,14 +173,14 @@ impl Ros {
             _ => None,
         }
     }
-    /// A type under the name that it has there.
+    /// Returns the name of a type in this version.
     pub fn name(self, plain: &str) -> String {
         match (self, plain.split_once('/')) {
             (Ros::Two, Some((package, name))) => format!("{package}/msg/{name}"),
             _ => plain.to_owned(),
         }
     }
-    /// What a field is called there; `None`: it is not there.
+    /// Returns the name of a field in this version; `None`: the field does not exist there.
     pub fn field(self, plain: &str, name: &str) -> Option<String> {
         match (self, plain, name) {
             (Ros::Two, "std_msgs/Header", "seq") => None,
@@ -190,7 +190,7 @@ impl Ros {
     }
 }
 
-/// The name of a type as [`fields`] knows it.
+/// Returns the name of a type as [`fields`] expects it.
 pub fn plain(name: &str) -> String {
     name.replace("/msg/", "/").replace("/srv/", "/").replace("/action/", "/")
 }

@@ -1,15 +1,15 @@
-//! What a name space offers: clients can only call what stands in its list.
+//! Lists the members of a namespace, which are all that its clients can call.
 
 use ciborium::Value as Cbor;
 use tatu_plugin_api::safe::{Fail, Result, Turn};
 
 use crate::cbor;
 
-/// Functions that the service itself has, of any world.
+/// Functions that the service itself provides, for any world.
 pub const OWN: &[&str] =
     &["sim.setStepping", "sim.step", "sim.switchThread", "sim.yield", "sim.acquireLock", "sim.releaseLock"];
 
-/// `sim-2` means a later generation of the names of `sim`.
+/// Returns the namespace of a module: `sim-2` is a later version of the names of `sim`.
 fn space(name: &str) -> &str {
     name.split('-').next().unwrap_or(name)
 }
@@ -18,16 +18,16 @@ fn names(turn: &Turn<'_>) -> Vec<String> {
     turn.commands().into_iter().flat_map(|c| c.names).collect()
 }
 
-/// Whether there is such a name space.
+/// Checks that a namespace exists.
 pub fn require(turn: &Turn<'_>, name: &str) -> Result {
     let begin = format!("{}.", space(name));
     if space(name) == "zmqRemoteApi" || names(turn).iter().any(|n| n.starts_with(&begin)) {
         return Ok(());
     }
-    Err(Fail::missing(format!("there is no module `{name}` here")))
+    Err(Fail::missing(format!("there is no module `{name}`: no command begins with `{begin}`")))
 }
 
-/// The members of a name space: functions, constants, and maps of these.
+/// Returns the members of a namespace: functions, constants, and maps of these.
 pub fn info(turn: &Turn<'_>, name: &str) -> Result<Cbor> {
     require(turn, name)?;
     let begin = format!("{}.", space(name));
@@ -39,7 +39,7 @@ pub fn info(turn: &Turn<'_>, name: &str) -> Result<Cbor> {
     }
     for (own, value) in turn.constants()? {
         if let Some(rest) = own.strip_prefix(&begin) {
-            // A table of constants is a name space.
+            // A table of constants is a nested namespace.
             match cbor::write(value) {
                 Cbor::Map(entries) => {
                     for (key, value) in entries {

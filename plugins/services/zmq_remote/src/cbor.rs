@@ -1,4 +1,4 @@
-//! Messages: what clients ask, and what they are answered.
+//! Messages: requests of clients and their answers, as CBOR.
 
 use ciborium::Value as Cbor;
 use tatu_plugin_api::{
@@ -6,21 +6,21 @@ use tatu_plugin_api::{
     safe::{Fail, Result, Value},
 };
 
-/// What a client asks.
+/// A request of a client.
 #[derive(Debug, Default)]
 pub struct Request {
-    /// The name of what is called.
+    /// The name of the function to call.
     pub func: String,
-    /// Its arguments.
+    /// Arguments of the call.
     pub args: Vec<Value>,
-    /// Which client it is; clients of the first protocol have none.
+    /// The client; clients of the first protocol send none.
     pub uuid: Option<String>,
 }
 
-/// Lists and maps nest no deeper.
+/// Deepest nesting of lists and maps.
 const MOST_DEPTH: usize = 64;
 
-/// Reads a request.
+/// Parses a request.
 pub fn read(bytes: &[u8]) -> Result<Request> {
     let wrong = |why: &str| Fail::argument(format!("the message is not a request: {why}"));
     let message: Cbor =
@@ -41,7 +41,7 @@ pub fn read(bytes: &[u8]) -> Result<Request> {
     if request.func.is_empty() { Err(wrong("it has no `func`")) } else { Ok(request) }
 }
 
-/// How clients write nothing as an argument.
+/// The text by which clients represent nil in arguments.
 const NIL: &str = "_*NIL*_";
 
 fn value(cbor: Cbor) -> Result<Value> {
@@ -61,11 +61,11 @@ fn value(cbor: Cbor) -> Result<Value> {
             Value::Map(entries.into_iter().map(|(k, v)| Ok((value(k)?, value(v)?))).collect::<Result<_>>()?)
         }
         Cbor::Tag(_, inner) => value(*inner)?,
-        _ => return Err(Fail::argument("a value of unknown kind")),
+        _ => return Err(Fail::argument("the request contains a CBOR value that is not supported")),
     })
 }
 
-/// Numbers alone make an array of numbers, all else makes a list.
+/// Converts an array: numbers alone become an array of numbers, anything else a list.
 fn array(values: Vec<Value>) -> Value {
     if values.is_empty() {
         return Value::List(values);
@@ -84,8 +84,8 @@ fn array(values: Vec<Value>) -> Value {
     }
 }
 
-/// A value as clients read it: bytes are bytes, texts that are none are bytes, too. Bytes are moved, not copied: they may be
-/// images.
+/// Converts a value for clients: bytes, and texts that are not UTF-8, become bytes. Bytes, which may be images, are
+/// moved, not copied.
 pub fn write(value: Value) -> Cbor {
     match value {
         Value::Nil | Value::Func(_) => Cbor::Null,
@@ -105,12 +105,12 @@ pub fn write(value: Value) -> Cbor {
 fn bytes(message: Vec<(&str, Cbor)>) -> Vec<u8> {
     let message = Cbor::Map(message.into_iter().map(|(k, v)| (Cbor::Text(k.to_owned()), v)).collect());
     let mut out = Vec::new();
-    // Memory takes all that is written to it.
+    // Writing into memory cannot fail.
     let _ = ciborium::into_writer(&message, &mut out);
     out
 }
 
-/// The answer of a call. `first`: to a client of the first protocol.
+/// Builds the answer to a call. `first`: for a client of the first protocol.
 pub fn results(values: Vec<Cbor>, first: bool) -> Vec<u8> {
     let mut message = vec![("ret", Cbor::Array(values))];
     if first {
@@ -119,13 +119,13 @@ pub fn results(values: Vec<Cbor>, first: bool) -> Vec<u8> {
     bytes(message)
 }
 
-/// A call of a function of a client.
+/// Builds a call of a client's function.
 pub fn call(name: &str, args: &[Value]) -> Vec<u8> {
     let args = args.iter().cloned().map(write).collect();
     bytes(vec![("func", Cbor::Text(name.to_owned())), ("args", Cbor::Array(args))])
 }
 
-/// The answer of a call that failed.
+/// Builds the answer to a failed call.
 pub fn failed(text: &str, first: bool) -> Vec<u8> {
     if first {
         return bytes(vec![("success", Cbor::Bool(false)), ("error", Cbor::Text(text.to_owned()))]);
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_request_of_a_real_client_is_read() {
-        // sim.f(7, b'\x00\xff', [1.0, -2], 'txt', None, True, {'k': 1}), as Python's client writes it.
+        // sim.f(7, b'\x00\xff', [1.0, -2], 'txt', None, True, {'k': 1}), as encoded by the Python client.
         let args = b"\x87\x07\x42\x00\xff\x82\xfb\x3f\xf0\0\0\0\0\0\0\x21\x63txt\xf6\xf5\xa1\x61k\x01";
         let bytes = [b"\xa3\x64func\x65sim.f\x64args", &args[..], b"\x64uuid\x62ab"].concat();
         let request = read(&bytes).unwrap();

@@ -1,34 +1,34 @@
-//! Who is there, and how each client stands to the steps.
+//! Clients, and whether they hold the simulation.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::mpsc::Sender,
 };
 
-/// Where an answer goes.
+/// Receives the answer to a request.
 pub type Answer = Sender<Vec<u8>>;
 
-/// A client. One of the second protocol may have several connections; one of the first is a connection.
+/// A client. In the second protocol it may have several connections; in the first, each connection is a client.
 #[derive(Default)]
 pub struct Client {
-    /// For the input log.
+    /// Number of the client in the input log.
     pub number: u64,
-    /// How often it asked for steps of its own, less how often it took that back.
+    /// Stepping level: how often it enabled stepping, less how often it disabled it.
     pub level: i64,
-    /// Locks that it holds: time stands.
+    /// Number of locks that it holds, during which time stands still.
     pub holds: i64,
-    /// The step at which what it waits for is over, and who is answered then; a client of the first protocol was answered
-    /// already.
+    /// The steps it waits for: the step at which a wait ends, and where to send the answer then; a client of the first
+    /// protocol was answered already.
     pub until: Vec<(u64, Option<Answer>)>,
     connections: BTreeSet<u64>,
 }
 
 impl Client {
-    /// Whether time stands until it asks for a step.
+    /// Returns whether the simulation must wait until it requests a step.
     pub fn holds(&self) -> bool {
         self.holds > 0 || self.level > 0 && self.until.is_empty()
     }
-    /// It lets time pass again.
+    /// Drops its locks and its stepping mode.
     pub fn release(&mut self) {
         (self.level, self.holds) = (0, 0);
     }
@@ -42,7 +42,7 @@ pub struct Clients {
 }
 
 impl Clients {
-    /// The client of a request, which may be new.
+    /// Returns the client of a request, creating it if it is new.
     pub fn of(&mut self, key: &str, connection: u64) -> &mut Client {
         if !self.all.contains_key(key) {
             self.made += 1;
@@ -52,20 +52,21 @@ impl Clients {
         client.connections.insert(connection);
         client
     }
-    /// The number of the client that a connection belongs to.
+    /// Returns the number of the client that a connection belongs to.
     pub fn of_connection(&self, connection: u64) -> Option<u64> {
         self.all.values().find(|c| c.connections.contains(&connection)).map(|c| c.number)
     }
-    /// A connection has ended: who has no other is gone, and holds nothing any more. Their keys.
+    /// Removes a connection, and clients that have no other one, so that they hold nothing any more; returns the keys
+    /// of these clients.
     pub fn gone(&mut self, connection: u64) -> Vec<String> {
         let last = |c: &mut Client| c.connections.remove(&connection) && c.connections.is_empty();
         self.all.extract_if(.., |_, c| last(c)).map(|(key, _)| key).collect()
     }
-    /// A client says that it goes.
+    /// Removes a client that says it ends.
     pub fn end(&mut self, key: &str) {
         self.all.remove(key);
     }
-    /// All of them, in the order of their keys.
+    /// Returns all clients, ordered by key.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Client> {
         self.all.values_mut()
     }

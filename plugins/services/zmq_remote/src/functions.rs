@@ -1,30 +1,30 @@
-//! Functions of clients: they come as names among the arguments of a call, and are called back while their client waits for an
-//! answer; at any other time they wait for its next request.
+//! Functions of clients. They are passed as names in the arguments of a call, and called back while their client waits
+//! for an answer; at other times, calls wait for the client's next request.
 
 use std::collections::{BTreeMap, VecDeque};
 
 use tatu_plugin_api::safe::{Result, Value};
 
-/// How a client writes a function: its name, and this.
+/// Suffix by which a client marks the name of a function.
 const MARK: &[u8] = b"@func";
-/// Functions of a client that are known at a time; the one that was given first is forgotten.
+/// Most functions of a client that are stored; the oldest is dropped.
 const MOST: usize = 1000;
-/// Calls that wait for the next request of a client; the first one is forgotten.
+/// Most calls that wait for a client's next request; the oldest is dropped.
 const MOST_WAITING: usize = 1000;
 
-/// A function: whose, and its name there.
+/// A function of a client.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Function {
     /// The key of its client.
     pub client: String,
-    /// As the client knows it.
+    /// Name of the function in the client.
     pub name: String,
 }
 
-/// A call that waits for its client.
+/// A call that waits for its client: name and arguments.
 pub type Later = (String, Vec<Value>);
 
-/// All functions that clients gave, by the numbers under which the world knows them.
+/// All functions passed by clients, by the numbers under which the world knows them.
 #[derive(Default)]
 pub struct Functions {
     known: BTreeMap<u32, Function>,
@@ -34,7 +34,7 @@ pub struct Functions {
 }
 
 impl Functions {
-    /// The function of a number.
+    /// Returns the function of a number.
     pub fn get(&self, number: u32) -> Option<&Function> {
         self.known.get(&number)
     }
@@ -62,14 +62,14 @@ impl Functions {
         }
     }
 
-    /// A client has gone, and its functions with it.
+    /// Removes the functions of a client that has disconnected.
     pub fn gone(&mut self, client: &str) {
         self.known.retain(|_, f| f.client != client);
         self.numbers.retain(|f, _| f.client != client);
         self.later.remove(client);
     }
 
-    /// Keeps a call for the client's next request.
+    /// Stores a call for the client's next request.
     pub fn put_off(&mut self, function: Function, args: Vec<Value>) {
         let later = self.later.entry(function.client).or_default();
         if later.len() >= MOST_WAITING {
@@ -78,12 +78,12 @@ impl Functions {
         later.push_back((function.name, args));
     }
 
-    /// What waits for a client.
+    /// Removes and returns the calls that wait for a client.
     pub fn take_later(&mut self, client: &str) -> VecDeque<Later> {
         self.later.remove(client).unwrap_or_default()
     }
 
-    /// Puts functions in the place of their names, in lists and maps too. `make`: the value of a number.
+    /// Replaces names of functions by function values, also in lists and maps. `make` returns the value for a number.
     pub fn bind(&mut self, client: &str, value: &mut Value, make: &dyn Fn(u32) -> Result<Value>) -> Result<()> {
         match value {
             Value::Text(text) => {

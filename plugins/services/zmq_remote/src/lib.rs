@@ -1,8 +1,8 @@
-//! The ZeroMQ remote API: clients that were written for CoppeliaSim call the commands of a world.
+//! The ZeroMQ remote API: clients written for CoppeliaSim call commands of a world.
 //!
-//! - `zmtp`: sockets and ZeroMQ's framing; `cbor`: messages; `catalogue`: what a name space offers;
-//! - `clients`: who is there, and how each stands to the steps; `functions`: what clients give to be called back;
-//! - `state`: what waits for its turn or an answer; `service`: what is done at the barrier.
+//! - `zmtp`: sockets and the framing of ZeroMQ; `cbor`: messages; `catalogue`: members of a namespace;
+//! - `clients`: clients, and whether they hold the simulation; `functions`: functions of clients that are called back;
+//! - `state`: requests that wait for their turn or for an answer; `service`: the barrier.
 
 mod catalogue;
 mod cbor;

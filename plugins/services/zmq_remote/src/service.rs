@@ -1,4 +1,4 @@
-//! What is done at the barrier: requests in the order in which they came.
+//! Processes requests at the barrier, in the order of their arrival.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -20,12 +20,12 @@ use crate::{
     zmtp::{Kind, Listener},
 };
 
-/// The plugin: it offers one service.
+/// The plugin, which offers one service.
 pub struct ZmqRemote;
 
-/// Requests that are processed in one turn.
+/// Most requests processed per turn.
 const AT_ONCE: usize = 2000;
-/// How a client answers when a function of it has returned.
+/// Request by which a client reports that its function has returned.
 const EXECUTED: &str = "_*executed*_";
 /// The default port of clients.
 const PORT: i64 = 23000;
@@ -86,7 +86,7 @@ impl Service for Remote {
     }
 
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<safe::Answer> {
-        // One world is served: the first one of its session.
+        // Only the first world of the session is served.
         if turn.worlds().0 != 0 {
             return Ok(safe::Answer::Go);
         }
@@ -146,8 +146,8 @@ impl Remote {
         self.state.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the service is in use"))
     }
 
-    /// Does what a client asks. Nothing of the state is borrowed while a command runs: it may call a function of a
-    /// client.
+    /// Executes a request. The state is not borrowed while a command runs, because the command may call a client's
+    /// function.
     fn handle(&self, turn: &Turn<'_>, step: u64, waiting: Waiting) -> Result<()> {
         let Waiting { connection, answer, asked } = waiting;
         let asked = asked.map(|r| {
@@ -170,7 +170,7 @@ impl Remote {
             (state.running.len() - 1, state.functions.take_later(&key))
         };
         for (name, args) in later {
-            // What it gives interests nobody any more, and who has gone needs no answer.
+            // The result of a delayed call is not used, and a client that is gone needs no answer.
             let _ = self.call_back(turn, Place::Running(at), &name, &args);
         }
         let bound = {
@@ -182,7 +182,7 @@ impl Remote {
             Done::Command => self.call(turn, at, &request),
             done => Ok(done),
         });
-        // Its answer may go elsewhere by now: to where the last function of the client was answered.
+        // By now, the answer may belong to another message: the one in which the client's last function returned.
         let state = &mut *self.state()?;
         let pending = state.running.pop();
         match (done, pending) {
@@ -193,7 +193,7 @@ impl Remote {
         Ok(())
     }
 
-    /// What the service does itself.
+    /// Executes requests that concern the service itself.
     fn act(&self, turn: &Turn<'_>, step: u64, at: usize, request: &Request) -> Result<Done> {
         let Request { func, args, .. } = request;
         let none = || Ok(Done::Now(Vec::new()));
@@ -231,7 +231,7 @@ impl Remote {
                 client.until.push((step + 1, Some(pending.answer)));
                 Ok(Done::Later)
             }
-            // A client of the first protocol hears of the step by the next port.
+            // A client of the first protocol is notified of the step through the next port.
             "step" if running => {
                 client.until.push((step + 1, None));
                 none()
@@ -252,11 +252,11 @@ impl Remote {
     fn call(&self, turn: &Turn<'_>, at: usize, request: &Request) -> Result<Done> {
         let token = {
             let state = &mut *self.state()?;
-            // A stop is held up by nobody.
+            // No client may delay a stop.
             if request.func == "sim.stopSimulation" {
                 state.clients.iter_mut().for_each(|c| c.release());
             }
-            // Within a function that was called back nothing can wait.
+            // A function that is called back cannot wait.
             if state.talks > 0 { 0 } else { state.next_token }
         };
         match turn.call(&request.func, &request.args, token)? {
@@ -271,7 +271,8 @@ impl Remote {
         }
     }
 
-    /// Answers a request of a client by a call of its function, and does what it asks until the function has returned.
+    /// Answers a request of a client by a call of its function, and executes the client's requests until the function
+    /// returns.
     fn call_back(&self, turn: &Turn<'_>, place: Place, name: &str, args: &[Value]) -> Result<Vec<Value>> {
         self.state()?.talks += 1;
         let results = self.talk(turn, place, name, args);

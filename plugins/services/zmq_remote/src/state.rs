@@ -1,4 +1,4 @@
-//! Who is there, what waits for its turn, and what waits for an answer.
+//! Clients, requests that wait for their turn, and requests that wait for an answer.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -19,25 +19,25 @@ use crate::{
     zmtp::{Event, Listener},
 };
 
-/// How long a client is waited for before it is asked whether the run goes on.
+/// How long to wait for a client before checking whether the run continues.
 const PATIENCE: Duration = Duration::from_millis(20);
 
-/// What the service holds.
+/// The state of the service.
 pub(crate) struct State {
     pub clients: Clients,
     pub requests: VecDeque<Waiting>,
-    /// Requests whose commands run now, the outermost first: a function of a client may be called in any of them.
+    /// Requests whose commands are running, outermost first: each may call functions of clients.
     pub running: Vec<Pending>,
-    /// Functions of clients that have been called and have not returned.
+    /// Number of client functions that have been called and have not returned.
     pub talks: u32,
     /// Requests whose commands wait, by token.
     pub waits: BTreeMap<u64, Pending>,
     pub next_token: u64,
     pub functions: Functions,
-    /// The step that was last sent to listeners of the first protocol.
+    /// The step last sent to subscribers of the first protocol.
     pub told: Option<u64>,
     pub events: Receiver<Event>,
-    /// Last, so that what waits is let go before connections end.
+    /// One of the last fields, so that pending requests are dropped before connections end.
     pub _listener: Listener,
     pub counter: Option<Listener>,
 }
@@ -49,21 +49,21 @@ pub(crate) struct Waiting {
     pub asked: Result<Request>,
 }
 
-/// A request that is not answered yet.
+/// A request that has not been answered yet.
 #[derive(Clone)]
 pub(crate) struct Pending {
     pub connection: u64,
-    /// Of its client.
+    /// Key of its client.
     pub key: String,
     pub answer: Answer,
-    /// What it calls.
+    /// The name of the called function.
     pub name: String,
-    /// It is of the first protocol.
+    /// Whether it uses the first protocol.
     pub first: bool,
 }
 
 impl Pending {
-    /// Answers; who has gone needs none.
+    /// Sends the answer; does nothing if the client is gone.
     pub fn reply(&self, result: Result<Vec<Cbor>>) {
         let bytes = match result {
             Ok(values) => cbor::results(values, self.first),
@@ -73,36 +73,36 @@ impl Pending {
     }
 }
 
-/// Where the answer of a client's function goes: to a command that runs, or to one that waits.
+/// The request whose answer a client's function provides: a running one, or a waiting one.
 #[derive(Clone, Copy)]
 pub(crate) enum Place {
     Running(usize),
     Waits(u64),
 }
 
-/// What becomes of a request.
+/// The outcome of a request.
 pub(crate) enum Done {
     Now(Vec<Cbor>),
-    /// It is answered later.
+    /// It will be answered later.
     Later,
-    /// It is a command of the world, to be called.
+    /// It names a command of the world, which is to be called.
     Command,
 }
 
-/// The client of a function, or of a request, is not there any more.
+/// Builds the error for a client that has disconnected.
 pub(crate) fn gone() -> Fail {
     Fail::with_code(TATU_ERR_GONE, "the function's client has disconnected")
 }
 
 impl State {
-    /// What connections reported.
+    /// Processes the events of connections.
     pub fn hear(&mut self, session: &Session) {
         while let Ok(event) = self.events.try_recv() {
             self.take(session, event);
         }
     }
 
-    /// Waits briefly for what connections report.
+    /// Waits briefly for an event of a connection.
     pub fn wait(&mut self, session: &Session) {
         if let Ok(event) = self.events.recv_timeout(PATIENCE) {
             self.take(session, event);
@@ -124,13 +124,14 @@ impl State {
         }
     }
 
-    /// A client says that it goes.
+    /// Removes a client that says it ends.
     pub fn end(&mut self, key: &str) {
         self.clients.end(key);
         self.functions.gone(key);
     }
 
-    /// The request of a client that a function of it can answer now: the innermost that runs, else the last that waits.
+    /// Returns the request of a client that carries a call of its function: the innermost running one, otherwise the
+    /// last waiting one.
     pub fn place_of(&self, client: &str) -> Option<Place> {
         let running = self.running.iter().rposition(|p| p.key == client).map(Place::Running);
         running.or_else(|| self.waits.iter().rfind(|(_, p)| p.key == client).map(|(token, _)| Place::Waits(*token)))
@@ -143,7 +144,7 @@ impl State {
         }
     }
 
-    /// Answers those whose steps are over. While time stands a step is over at once.
+    /// Answers the clients whose steps have passed. While the simulation does not run, steps pass at once.
     pub fn stepped(&mut self, turn: &Turn<'_>, step: u64) {
         let stands = turn.state() != TATU_RUNNING;
         for client in self.clients.iter_mut() {
@@ -160,7 +161,7 @@ impl State {
 
 impl Drop for State {
     fn drop(&mut self) {
-        // Their answers will not come: connections that wait for them end.
+        // Pending requests will not be answered: the connections waiting for them end.
         self.requests.clear();
         self.waits.clear();
         self.clients = Clients::default();

@@ -1,9 +1,8 @@
-//! Sockets that speak ZMTP 3 without security (<https://rfc.zeromq.org/spec/23>), as much as a server of requests and a
-//! publisher need.
+//! Sockets that speak ZMTP 3 without security (<https://rfc.zeromq.org/spec/23>), as far as a reply and a publish
+//! socket need it.
 //!
-//! Each connection has a thread: it reads a request, hands it on, waits for its answer and writes it. Nothing is
-//! allocated on a peer's word: a frame that claims more than its bound closes its connection, and memory grows as bytes
-//! come.
+//! Each connection has a thread, which reads a request, passes it on, waits for the answer and writes it. Declared
+//! sizes are not trusted: a frame larger than its limit closes the connection, and memory is allocated as bytes arrive.
 
 use std::{
     collections::BTreeMap,
@@ -20,45 +19,45 @@ use std::{
 
 use tatu_services_common::port::Port;
 
-/// Bytes of a message.
+/// Most bytes of a message.
 pub const MOST: u64 = 64 << 20;
-/// Bytes of all requests that wait, but for small ones.
+/// Most bytes of all waiting requests, apart from small ones.
 const MOST_WAITING: usize = 512 << 20;
 const SMALL: usize = 64 << 10;
-/// Connections at a time.
+/// Most connections at a time.
 const MOST_CONNECTIONS: usize = 256;
-/// How long a peer may take to greet, and to take an answer.
+/// Timeout for a peer's greeting, and for taking an answer.
 const GREETING: Duration = Duration::from_secs(5);
-/// How often a thread that waits for an answer looks whether its peer is still there.
+/// Interval at which a thread that waits for an answer checks whether its peer is still connected.
 const LOOK: Duration = Duration::from_millis(50);
 
 const MORE: u8 = 1;
 const LONG: u8 = 2;
 const COMMAND: u8 = 4;
 
-/// What connections report.
+/// Events reported by connections.
 pub enum Event {
-    /// A request; its answer goes into `answer`.
+    /// A request, whose answer must be sent to `answer`.
     Request {
         /// The number of the connection.
         connection: u64,
-        /// What was asked.
+        /// The request.
         body: Vec<u8>,
-        /// Where the answer goes.
+        /// Receives the answer.
         answer: Sender<Vec<u8>>,
     },
     /// A connection has ended.
     Gone(u64),
-    /// A message was refused: a sentence for the log.
+    /// A message was refused; the text is for the log.
     Refused(String),
 }
 
-/// What a socket is for.
+/// The type of a socket.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Requests are answered.
+    /// Answers requests.
     Reply,
-    /// Everybody who listens gets what is published.
+    /// Sends published messages to all subscribers.
     Publish,
 }
 
@@ -66,11 +65,11 @@ struct Shared {
     events: Mutex<Sender<Event>>,
     wake: Box<dyn Fn() + Send + Sync>,
     waiting: AtomicUsize,
-    /// Who has greeted and gets what is published.
+    /// Peers that have completed the greeting and receive published messages.
     audience: Mutex<BTreeMap<u64, TcpStream>>,
 }
 
-/// A port that is listened to; dropping it ends its threads.
+/// An open port; dropping it ends its threads.
 pub struct Listener {
     port: Port,
     shared: Arc<Shared>,
@@ -85,7 +84,7 @@ fn wrong(why: &str) -> io::Error {
 }
 
 impl Listener {
-    /// Listens on 127.0.0.1; what comes in is passed to the receiver, and `wake` is called then.
+    /// Opens a port on 127.0.0.1; events are sent to the receiver, and `wake` is called for each.
     pub fn open(kind: Kind, port: u16, wake: Box<dyn Fn() + Send + Sync>) -> io::Result<(Listener, Receiver<Event>)> {
         let (events, told) = channel();
         let (waiting, audience) = (AtomicUsize::new(0), Mutex::default());
@@ -94,7 +93,7 @@ impl Listener {
         let serve = move |stream: TcpStream, number: u64| {
             let shared = &own;
             let events = lock(&shared.events).clone();
-            // What a peer does wrong ends its own connection.
+            // An error of a peer only ends its own connection.
             let done = serve(stream, kind, number, shared, &events);
             lock(&shared.audience).remove(&number);
             if let Some(e) = done.err().filter(|e| e.kind() == io::ErrorKind::InvalidData) {
@@ -106,17 +105,17 @@ impl Listener {
         Ok((Listener { port: Port::open(port, "zmtp", MOST_CONNECTIONS, serve)?, shared }, told))
     }
 
-    /// Where it listens.
+    /// Returns the address on which it listens.
     pub fn address(&self) -> SocketAddr {
         self.port.address
     }
 
-    /// Sends a short message to all who listen; who does not take it at once misses it.
+    /// Sends a short message to all subscribers; a subscriber that cannot take it at once misses it.
     pub fn publish(&self, body: &[u8]) {
         let mut frame = vec![0, body.len() as u8];
         frame.extend_from_slice(body);
         for mut stream in lock(&self.shared.audience).values() {
-            // Listeners are not read any more after their greeting, so the socket may stay non-blocking.
+            // Subscribers are not read any more after their greeting, so the socket may stay non-blocking.
             let _ = stream.set_nonblocking(true).and_then(|()| stream.write(&frame).map(drop));
         }
     }
@@ -137,7 +136,7 @@ fn serve(mut stream: TcpStream, kind: Kind, number: u64, shared: &Shared, events
         let size = body.len();
         if size > SMALL && shared.waiting.fetch_add(size, Ordering::AcqRel) + size > MOST_WAITING {
             shared.waiting.fetch_sub(size, Ordering::AcqRel);
-            return Err(wrong("too many large requests wait"));
+            return Err(wrong("too many large requests are waiting"));
         }
         let (answer, answered) = channel();
         let sent = events.send(Event::Request { connection: number, body, answer });
@@ -155,7 +154,7 @@ fn serve(mut stream: TcpStream, kind: Kind, number: u64, shared: &Shared, events
                 bytes.extend_from_slice(&(body.len() as u64).to_be_bytes());
             }
         }
-        // What is small goes into one packet; what is large, such as an image, is not copied once more.
+        // A small answer is sent in one packet; a large one, such as an image, is not copied again.
         if body.len() <= SMALL {
             bytes.extend_from_slice(&body);
             stream.write_all(&bytes)?;
@@ -166,7 +165,7 @@ fn serve(mut stream: TcpStream, kind: Kind, number: u64, shared: &Shared, events
     }
 }
 
-/// The answer; none when the peer or the service has gone.
+/// Waits for the answer; `None` if the peer or the service is gone.
 fn wait(stream: &TcpStream, answered: &Receiver<Vec<u8>>) -> Option<Vec<u8>> {
     loop {
         match answered.recv_timeout(LOOK) {
@@ -186,7 +185,7 @@ fn wait(stream: &TcpStream, answered: &Receiver<Vec<u8>>) -> Option<Vec<u8>> {
     }
 }
 
-/// Greetings and the first commands, both ways.
+/// Exchanges greetings and the first commands.
 fn greet(stream: &mut TcpStream, kind: Kind) -> io::Result<()> {
     let mut ours = [0_u8; 64];
     ours[0] = 0xFF;
@@ -198,7 +197,7 @@ fn greet(stream: &mut TcpStream, kind: Kind) -> io::Result<()> {
     let mut theirs = [0_u8; 64];
     stream.read_exact(&mut theirs)?;
     if theirs[0] != 0xFF || theirs[9] & 1 == 0 || theirs[10] < 3 || theirs[12..32] != ours[12..32] {
-        return Err(wrong("not a greeting of ZeroMQ 4 without security"));
+        return Err(wrong("expected a greeting of ZMTP 3 without security"));
     }
     let kind: &[u8] = if kind == Kind::Reply { b"ROUTER" } else { b"PUB" };
     let mut ready = b"\x05READY\x0bSocket-Type\0\0\0".to_vec();
@@ -207,12 +206,12 @@ fn greet(stream: &mut TcpStream, kind: Kind) -> io::Result<()> {
     stream.write_all(&[&[COMMAND, ready.len() as u8][..], &ready].concat())?;
     let (flags, body) = frame(stream, u64::from(u16::MAX))?;
     if flags & COMMAND == 0 || !body.starts_with(b"\x05READY") {
-        return Err(wrong("the first frame is not READY"));
+        return Err(wrong("expected READY as the first frame"));
     }
     Ok(())
 }
 
-/// A frame of at most so many bytes.
+/// Reads a frame of at most `most` bytes.
 fn frame(stream: &mut impl Read, most: u64) -> io::Result<(u8, Vec<u8>)> {
     let mut head = [0_u8; 1];
     stream.read_exact(&mut head)?;
@@ -229,7 +228,7 @@ fn frame(stream: &mut impl Read, most: u64) -> io::Result<(u8, Vec<u8>)> {
         u64::from(head[0])
     };
     if len > most {
-        return Err(wrong(&format!("a frame claims {len} bytes, at most {most} are accepted")));
+        return Err(wrong(&format!("a frame claims {len} bytes; at most {most} are accepted")));
     }
     let mut body = Vec::new();
     if stream.take(len).read_to_end(&mut body)? as u64 != len {
@@ -238,7 +237,7 @@ fn frame(stream: &mut impl Read, most: u64) -> io::Result<(u8, Vec<u8>)> {
     Ok((flags, body))
 }
 
-/// The next request: a delimiter, and one body.
+/// Reads the next request: a delimiter, and one body.
 fn request(stream: &mut TcpStream) -> io::Result<Vec<u8>> {
     let mut delimited = false;
     loop {
@@ -254,12 +253,12 @@ fn request(stream: &mut TcpStream) -> io::Result<Vec<u8>> {
         match (delimited, flags & MORE != 0) {
             (false, true) if body.is_empty() => delimited = true,
             (true, false) => return Ok(body),
-            _ => return Err(wrong("a request is an empty frame and one body")),
+            _ => return Err(wrong("a request must consist of an empty frame and one body")),
         }
     }
 }
 
-/// Reads on, without looking at it, until a listener goes.
+/// Reads and discards data until a subscriber disconnects.
 fn listen(stream: &mut TcpStream) -> io::Result<()> {
     let mut bytes = [0; 256];
     loop {

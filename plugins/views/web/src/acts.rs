@@ -1,4 +1,4 @@
-//! What clients ask for. All that acts on the world is a command or a request: it stands in the input log.
+//! Requests of clients. Everything that acts on the world is a command or a request, which the input log records.
 
 use std::{io::Read, path::Path};
 
@@ -12,17 +12,17 @@ use tatu_services_common::json;
 
 use crate::frames::object;
 
-/// Rows that are too large to be read as text.
+/// Properties that are too large to be shown as text.
 const LARGE: &[&str] = &["shape.surface", "shape.parts", "object.data", "scene.data", "graph.streams", "graph.curves"];
-/// Files that a list of scenes names.
+/// Most files in a list of scenes.
 const MOST_FILES: usize = 500;
-/// Bytes of a scene file of which its first comment is read, and of the comment.
+/// Limits on the size of a scene file whose first comment is read, and on the comment.
 const MOST_SCENE: u64 = 256 << 20;
 const MOST_ABOUT: u64 = 4 << 10;
-/// Bytes of the picture of a scene.
+/// Most bytes of the image of a scene.
 const MOST_PICTURE: u64 = 64 << 10;
 
-/// The properties of an object and their values.
+/// Returns the properties of an object and their values.
 pub fn details(turn: &Turn<'_>, n: u64) -> Result<Json> {
     let id = object(n);
     let mut rows = Vec::new();
@@ -34,7 +34,7 @@ pub fn details(turn: &Turn<'_>, n: u64) -> Result<Json> {
         if LARGE.contains(&key.as_str()) {
             continue;
         }
-        // What cannot be read just now is left out.
+        // Properties that cannot be read at the moment are left out.
         let Ok(value) = turn.get(id, turn.host().prop(&key)).and_then(|v| v.to_value()) else { continue };
         row["value"] = match value {
             Value::Object(o) => json!(tatu_slot(o)),
@@ -46,12 +46,12 @@ pub fn details(turn: &Turn<'_>, n: u64) -> Result<Json> {
     Ok(json!({ "details": n, "rows": rows }))
 }
 
-/// The text of a script.
+/// Returns the text of a script.
 pub fn script(turn: &Turn<'_>, n: u64) -> Result<Json> {
     Ok(json!({ "script": n, "text": String::from_utf8_lossy(&turn.script_text(object(n))?) }))
 }
 
-/// Calls a command; what it gives.
+/// Calls a command; returns its results.
 pub fn call(turn: &Turn<'_>, name: &str, args: &[Json]) -> Result<Json> {
     let args = args.iter().map(json::read).collect::<Result<Vec<_>>>()?;
     match turn.call(name, &args, 0)? {
@@ -60,13 +60,13 @@ pub fn call(turn: &Turn<'_>, name: &str, args: &[Json]) -> Result<Json> {
     }
 }
 
-/// All commands, for completion: name, parameters and a sentence.
+/// Returns all commands, for completion: name, parameters and description.
 pub fn commands(turn: &Turn<'_>) -> Json {
     let all = turn.commands();
     all.iter().map(|c| json!([c.names.first(), c.params.join(", "), c.text])).collect()
 }
 
-/// Scenes in the folder `scenes` and beside it, for the gallery: names as `tatu.open` takes them.
+/// Returns the scenes in the folder `scenes` and next to it, for the gallery: names as `tatu.open` takes them.
 pub fn files() -> Json {
     let mut out = Vec::new();
     let mut open = vec![(Path::new(".").to_path_buf(), 0)];
@@ -92,42 +92,42 @@ pub fn files() -> Json {
     Json::Array(out)
 }
 
-/// The first bytes of a scene file, as text.
+/// Returns the beginning of a scene file, as text.
 fn beginning(scene: &Path) -> Option<String> {
     let mut bytes = Vec::new();
     open_plain(scene, MOST_SCENE).ok()?.take(MOST_ABOUT).read_to_end(&mut bytes).ok()?;
-    // The last line may be cut.
+    // The last line may be incomplete.
     let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(bytes.len(), |end| end + 1);
     std::str::from_utf8(&bytes[..whole]).ok().map(str::to_owned)
 }
 
-/// The picture that lies beside a scene, PNG in base64.
+/// Returns the image next to a scene file, a PNG in base64.
 fn picture(scene: &Path) -> Option<String> {
     let bytes = read_plain(&scene.with_extension("png"), MOST_PICTURE).ok()?;
     bytes.starts_with(b"\x89PNG").then(|| STANDARD.encode(bytes))
 }
 
 fn is_scene(path: &Path, depth: usize) -> bool {
-    // A pipe, a device or a folder of that ending cannot be opened.
+    // Pipes, devices and folders with such an extension cannot be opened.
     path.is_file()
         && match path.extension().and_then(|e| e.to_str()) {
             Some("ttt" | "ttm" | "urdf") => true,
-            // Beside `scenes` there are other files of that ending.
+            // Next to `scenes` there are other files with this extension.
             Some("toml") => depth > 0,
             _ => false,
         }
 }
 
-/// The comment at the beginning of a scene file.
+/// Returns the comment at the beginning of a scene file.
 fn about(text: &str) -> Option<String> {
     let lines: Vec<&str> =
         text.lines().take_while(|l| l.starts_with('#')).map(|l| l.trim_start_matches(['#', ' '])).collect();
-    // What stands behind it are lines for a terminal.
+    // The lines behind the first paragraph are for a terminal.
     let own = lines.split(|l| l.is_empty()).next().unwrap_or_default();
     (!own.is_empty()).then(|| own.join(" "))
 }
 
-/// A request by its name.
+/// Returns the number of a request, by its name.
 pub fn request(name: &str) -> Result<u32> {
     Ok(match name {
         "start" => TATU_REQUEST_START,

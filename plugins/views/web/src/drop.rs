@@ -1,4 +1,4 @@
-//! Files that are dropped on the page. They come in parts, go into a folder of their own, and replace nothing.
+//! Files that are dropped on the page. They arrive in parts, are stored in a separate folder, and never replace a file.
 
 use std::path::Path;
 
@@ -8,23 +8,23 @@ use tatu_plugin_api::{
     safe::{Fail, Result, Turn},
 };
 
-/// The folder, in the one in which scripts open files.
+/// Name of the folder, within the one in which scripts open files.
 const FOLDER: &str = "dropped";
-/// What a file may end with.
+/// Allowed extensions.
 const ENDINGS: &[&str] = &["toml", "ttt", "ttm", "urdf"];
-/// Bytes of a file, letters of its name, and files of a name.
+/// Limits on the size of a file, the length of its name, and the number of files with the same name.
 const MOST: usize = 64 << 20;
 const LONGEST: usize = 100;
 const MOST_ALIKE: usize = 1000;
 
-/// A file of which parts have come.
+/// A partially received file.
 pub struct Dropped {
     name: String,
     bytes: Vec<u8>,
 }
 
 impl Dropped {
-    /// The beginning of a file; its name is without folders.
+    /// Begins a file; its name must not contain folders.
     pub fn new(name: &str) -> Result<Dropped> {
         let ending = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
         let plain = |c: char| c.is_alphanumeric() || " ._-()+".contains(c);
@@ -42,7 +42,7 @@ impl Dropped {
         Ok(Dropped { name: name.to_owned(), bytes: Vec::new() })
     }
 
-    /// Takes a part.
+    /// Adds a part.
     pub fn take(&mut self, part: &str) -> Result {
         let bytes = STANDARD.decode(part).map_err(|_| Fail::argument("expected part of a file in base64"))?;
         if self.bytes.len() + bytes.len() > MOST {
@@ -52,7 +52,7 @@ impl Dropped {
         Ok(())
     }
 
-    /// Writes the file; its name for commands.
+    /// Writes the file; returns its name for commands.
     pub fn write(self, turn: &Turn<'_>) -> Result<String> {
         let path = Path::new(&self.name);
         let part = |p: Option<&std::ffi::OsStr>| p.unwrap_or_default().to_string_lossy().into_owned();

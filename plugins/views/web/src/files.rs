@@ -1,4 +1,4 @@
-//! The page as it was embedded.
+//! The files of the embedded page.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use sha2::{Digest, Sha256};
@@ -6,10 +6,10 @@ use tatu_services_common::listener::Page;
 
 include!(concat!(env!("OUT_DIR"), "/files.rs"));
 
-/// Where the import map stands in the page.
+/// Placeholder of the import map in the page.
 const MAP: &str = "<!-- import map -->";
 
-/// What a path is answered with.
+/// Returns the file at a path.
 pub fn page(path: &str) -> Option<Page> {
     answer(path, WHOLE)
 }
@@ -29,12 +29,13 @@ fn answer(path: &str, whole: bool) -> Option<Page> {
     Some((kind, text.into_bytes(), vec![("Content-Security-Policy", policy())]))
 }
 
-/// The page of a program that was built without its libraries.
+/// The page of a program that was built without the page's libraries.
 const MISSING: &str = "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>Tatu</title>\n<p id=\"missing\">This \
     program was built without the libraries of its page: run <code>npm ci</code> in <code>plugins/views/web/page</code>, and \
     build the program again.</p>\n</html>\n";
 
-/// Scripts come from here alone; the one that stands in the page is known by its sum.
+/// Returns the content security policy: scripts must come from this server; the inline import map is allowed by its
+/// hash.
 fn policy() -> String {
     let sum = STANDARD.encode(Sha256::digest(IMPORT_MAP.as_bytes()));
     format!(
@@ -56,7 +57,7 @@ mod tests {
         assert_eq!(*name, "Content-Security-Policy");
         assert!(policy.contains("default-src 'none'") && !policy.contains("script-src 'self' 'unsafe"));
         assert!(!policy.contains("http"), "{policy}");
-        // No script but the import map stands in the page, and its sum is the one that is allowed.
+        // The import map is the only inline script, and its hash is the allowed one.
         assert!(text.matches("<script").count() <= 2);
         if WHOLE {
             let map = text.split("importmap\">").nth(1).and_then(|t| t.split("</script>").next()).unwrap();

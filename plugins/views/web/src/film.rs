@@ -1,4 +1,4 @@
-//! A run as a film: what clients would be sent is recorded, in full precision, and written as a page that needs no
+//! Films: records the messages that clients would receive, in full precision, and writes them as a page that needs no
 //! server.
 
 use std::{
@@ -24,12 +24,12 @@ use crate::{
     scene::{self, Whole},
 };
 
-/// Simulated time between readings, and between drawings, in s.
+/// Simulation time between recorded readings, and between drawings, s.
 const READINGS: f64 = 0.1;
 const DRAWINGS: f64 = 1.0;
-/// Compressed bytes of a recording; what comes later is dropped, and reported.
+/// Most compressed bytes of a recording; later messages are dropped, and that is reported.
 const MOST: usize = 500 << 20;
-/// Events that the film shows.
+/// Events that are recorded.
 const EVENTS: &[&str] = &["message", "console", "script_error", "started", "stopped"];
 
 /// The service.
@@ -47,9 +47,9 @@ struct State {
     known: BTreeMap<u32, Vec<f64>>,
     sent: Sent,
     drawn: String,
-    /// When the last readings and drawings were recorded.
+    /// Times of the last recorded readings and drawings.
     at: [f64; 2],
-    /// Steps when the last frame was recorded.
+    /// Number of steps at the last recorded frame.
     step: Option<u64>,
     time: f64,
     full: bool,
@@ -68,9 +68,9 @@ impl Service for Film {
     fn start(plugin: &WebPage, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let file = PathBuf::from(params.string("page")?);
         film_page::check()?;
-        // What cannot be written is reported before anything has run.
+        // Report a file that cannot be written before the run starts.
         let made = File::options().append(true).create(true).open(&file);
-        made.map_err(|e| Fail::new(format!("`{}` cannot be written: {e}", file.display())))?;
+        made.map_err(|e| Fail::new(format!("the file `{}` could not be created: {e}", file.display())))?;
         Ok(Film { p: plugin.p, session, file, state: RefCell::default() })
     }
 
@@ -87,7 +87,7 @@ impl Service for Film {
             state.begin();
         }
         let payload = payload.to_value().map_or(Json::Null, |v| json::write(&v));
-        // Events are delivered when their stage is over, before the next frame.
+        // Events are delivered at the end of their stage, before the next frame.
         if let Ok(time) = turn.f64(0, self.p.time) {
             state.time = time;
         }
@@ -109,7 +109,7 @@ impl Film {
         let done =
             records.finish().and_then(|bytes| File::create(&self.file)?.write_all(film_page::page(&bytes).as_bytes()));
         match done {
-            Err(e) => self.session.log(TATU_LOG_ERROR, &format!("the film `{file}` cannot be written: {e}")),
+            Err(e) => self.session.log(TATU_LOG_ERROR, &format!("the film `{file}` could not be written: {e}")),
             Ok(()) if state.full => {
                 let text =
                     format!("the film `{file}` ends at {:.1} s: no more than {MOST} bytes are recorded", state.time);
@@ -126,7 +126,7 @@ impl State {
         self.at = [f64::NEG_INFINITY; 2];
     }
 
-    /// A record: the length of what follows it as u32, the time as f64, 1 for bytes and 0 for a text, the message.
+    /// Appends a record: the length of its message as u32, the time as f64, 1 for bytes or 0 for text, the message.
     fn record(&mut self, message: &Message) {
         let Some(records) = self.records.as_mut().filter(|_| !self.full) else { return };
         let (kind, bytes): (u8, &[u8]) = match message {
@@ -134,7 +134,7 @@ impl State {
             Message::Binary(b) => (1, b),
         };
         let head = [&(bytes.len() as u32).to_le_bytes()[..], &self.time.to_le_bytes(), &[kind]].concat();
-        // Memory takes all that is written to it.
+        // Writing into memory cannot fail.
         let _ = records.write_all(&head).and_then(|()| records.write_all(bytes));
         self.full = records.get_ref().len() > MOST;
     }
@@ -153,7 +153,7 @@ impl State {
         }
         let frame = frames::exact(turn, p, &self.whole, &mut self.known, (step, self.time));
         self.record(&frame);
-        // A step that ends a hair before its time is that step.
+        // The tolerance is for rounding errors of the step's time.
         if self.time - self.at[0] > READINGS - 1e-9 {
             self.at[0] = self.time;
             let new = readings::new(turn, p, &self.whole, &mut self.sent);
@@ -172,7 +172,7 @@ impl State {
         Ok(())
     }
 
-    /// The scene as it is now, and the texts of its scripts.
+    /// Reads the current scene and the texts of its scripts.
     fn scene(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         self.whole = scene::read(turn, p)?;
         self.sent = Sent::default();

@@ -1,5 +1,5 @@
-//! The page of a film: everything stands in one file. Its modules are `data:` addresses in the import map, and import each
-//! other by bare names, since a page that is opened from a disk may import nothing by a path.
+//! The page of a film, a single file. Its modules are `data:` URLs in the import map and import each other by bare
+//! names, because a page opened from disk cannot import modules by path.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Map, json};
@@ -7,20 +7,20 @@ use tatu_plugin_api::safe::{Fail, Result};
 
 use crate::files::{FILES, WHOLE};
 
-/// Modules of the page that a film has too, and those that stand in the place of others.
+/// Modules shared with the live page, and modules that replace others.
 const SAME: &[&str] =
     &["store", "tree", "output", "view", "objects", "crowd", "sensing", "volumes", "drawings", "plot"];
 const OTHER: &[(&str, &str)] = &[("net", "film_net"), ("editor", "film_script"), ("film", "film")];
-/// Libraries: the name that modules import, and the file.
+/// Libraries: the name by which modules import them, and the file.
 const LIBRARIES: &[(&str, &str)] = &[
     ("three", "/lib/three/build/three.module.min.js"),
     ("three/core", "/lib/three/build/three.core.min.js"),
     ("three/controls", "/lib/three/examples/jsm/controls/OrbitControls.js"),
 ];
-/// How one library names another by its place, and how by its bare name.
+/// Relative path by which one library imports another, and the bare name that replaces it.
 const BESIDE: (&str, &str) = ("\"./three.core.min.js\"", "\"three/core\"");
 
-/// Whether films can be made.
+/// Checks that films can be created.
 pub fn check() -> Result {
     if WHOLE {
         return Ok(());
@@ -34,7 +34,7 @@ fn file(path: &str) -> String {
     String::from_utf8_lossy(found.map_or(&[][..], |f| f.2)).into_owned()
 }
 
-/// The page with a compressed recording.
+/// Builds the page with a compressed recording.
 pub fn page(recording: &[u8]) -> String {
     let mut imports = Map::new();
     let mut put = |name: String, text: String| {

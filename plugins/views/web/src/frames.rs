@@ -1,8 +1,8 @@
-//! What changed since a client last heard: poses to 0.1 mm, quaternions to 1/32767, positions of joints as f32.
+//! Changes since the last message to a client: positions to 0.1 mm, quaternions to 1/32767, joint positions as f32.
 //!
-//! A frame: 1, version 1, two bytes, step as u32, time as f64, count as u32, then the entries. An entry begins with a u32:
-//! the handle in its low 24 bits, above what follows: 0 place in the parent's frame (three i32 in 0.1 mm, four i16), 1 position of
-//! a joint (f32, rad or m), 2 rotation of a spherical joint (four i16).
+//! A frame: 1, version 1, two bytes, step as u32, time as f64, count as u32, then the entries. An entry begins with a
+//! u32: the handle in its low 24 bits, and above it the type of the data that follow: 0 pose in the parent's frame
+//! (three i32 in 0.1 mm, four i16), 1 position of a joint (f32, rad or m), 2 rotation of a spherical joint (four i16).
 
 use std::collections::BTreeMap;
 
@@ -15,13 +15,13 @@ use tatu_services_common::outbox::Message;
 use crate::{plugin::Props, scene::Whole};
 
 const FRAME: u8 = 1;
-/// Units of a place: 0.1 mm.
+/// Units of a position per metre: 0.1 mm.
 const UNITS: f64 = 1e4;
 
-/// An entry as it is sent: what it is of, and its bytes.
+/// An encoded entry: its key (handle and type), its bytes, and their number.
 pub type Entry = (u32, [u8; 20], u8);
 
-/// How everything stands now.
+/// The current state of all objects.
 #[derive(Default)]
 pub struct Now {
     entries: Vec<Entry>,
@@ -34,11 +34,11 @@ fn turned(q: &[f64], out: &mut [u8]) {
 }
 
 impl Now {
-    /// Looks at all objects of a scene.
+    /// Reads the state of all objects of a scene.
     pub fn read(turn: &Turn<'_>, p: &Props, whole: &Whole) -> Result<Now> {
         let mut entries = Vec::with_capacity(whole.ids.len() + whole.joints.len());
         for &id in &whole.ids {
-            // Whatever was removed meanwhile is gone with the next scene.
+            // Objects removed in the meanwhile disappear with the next scene message.
             let Ok(pose) = turn.f64s::<7>(id, p.pose) else { continue };
             let mut bytes = [0; 20];
             for (x, place) in pose[..3].iter().zip(bytes.chunks_exact_mut(4)) {
@@ -62,7 +62,7 @@ impl Now {
         Ok(Now { entries })
     }
 
-    /// What differs from what a client knows, which is brought up to date; `None`: nothing but perhaps the time.
+    /// Returns a frame with the differences from the client's knowledge, which is updated.
     pub fn since(&self, known: &mut BTreeMap<u32, [u8; 20]>, step: u64, time: f64) -> Message {
         let mut out = head(step, time);
         let mut count = 0_u32;
@@ -79,7 +79,7 @@ impl Now {
     }
 }
 
-/// What differs from what is known, in full: kinds 3, 4 and 5 of entries are kinds 0, 1 and 2 as f64 each.
+/// Returns the differences in full precision: types 3, 4 and 5 of entries are types 0, 1 and 2 as f64.
 pub fn exact(
     turn: &Turn<'_>,
     p: &Props,
@@ -99,7 +99,7 @@ pub fn exact(
     };
     let key = |id: tatu_object, kind: u32| tatu_slot(id) | kind << 24;
     for &id in &whole.ids {
-        // Whatever was removed meanwhile is gone with the next scene.
+        // Objects removed in the meanwhile disappear with the next scene message.
         if let Ok(pose) = turn.f64s::<7>(id, p.pose) {
             put(key(id, 3), &pose);
         }
@@ -117,7 +117,7 @@ pub fn exact(
     Message::Binary(out.into())
 }
 
-/// How a frame begins; its entries are counted in the last four bytes.
+/// Returns the head of a frame, whose last four bytes count its entries.
 fn head(step: u64, time: f64) -> Vec<u8> {
     let mut out = vec![FRAME, 1, 0, 0];
     out.extend_from_slice(&(step as u32).to_le_bytes());
@@ -126,7 +126,7 @@ fn head(step: u64, time: f64) -> Vec<u8> {
     out
 }
 
-/// The object of a handle from a client, as the id that the host takes.
+/// Converts a handle from a client to an object id.
 pub fn object(n: u64) -> tatu_object {
     n & TATU_SLOT_BITS
 }

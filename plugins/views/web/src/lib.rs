@@ -1,12 +1,12 @@
-//! A page in the browser that shows a world and steers it. What it shows and takes: `docs/reference/web-stream.md`.
+//! A web page that shows a world and controls it. `docs/reference/web-stream.md` describes the protocol.
 //!
-//! - `service`: what is done at the barrier; `show`: what clients are to see; `acts`: what clients ask for; `drop`:
-//!   files that are dropped;
-//! - `scene`: the scene as a whole; `frames`: what changed since; `readings`: what sensors, drawings and graphs show;
-//! - `lists`: what is made once for all clients, and how often they may ask; `opened`: how a browser gets the address;
-//! - `plugin`: the plugin, and keys that are read often; `windows`: what scripts opened; `pace`: how fast time passes;
+//! - `service`: the barrier; `show`: messages to clients; `acts`: requests of clients; `drop`: files dropped on the
+//!   page;
+//! - `scene`: the scene as a whole; `frames`: changes since; `readings`: data of sensors, drawings and graphs;
+//! - `lists`: lists built once for all clients, and limits on requests; `opened`: passes the address to a browser;
+//! - `plugin`: the plugin, and interned property keys; `windows`: windows of scripts; `pace`: real-time factor;
 //!   `files`: the page itself;
-//! - `film`: a run is recorded; `film_page`: the page that shows it from a file.
+//! - `film`: records a run; `film_page`: the page that plays a recording from a file.
 
 mod acts;
 mod drop;

@@ -1,4 +1,4 @@
-//! Long lists that clients ask for, made once for all of them, and how often a client may ask.
+//! Long lists that clients request, built once for all of them; and limits on the requests of a client.
 
 use std::time::{Duration, Instant};
 
@@ -8,10 +8,10 @@ use tatu_services_common::outbox::Utf8Bytes;
 
 use crate::acts;
 
-/// How long a list is taken for what it was.
+/// How long a list is reused before it is built again.
 const FRESH: Duration = Duration::from_secs(1);
 
-/// The lists as messages.
+/// The lists, as messages.
 #[derive(Default)]
 pub(crate) struct Lists {
     commands: Option<(Instant, Utf8Bytes)>,
@@ -19,11 +19,11 @@ pub(crate) struct Lists {
 }
 
 impl Lists {
-    /// All commands. `anew`: not as they were a moment ago.
+    /// Returns the list of all commands. `anew`: rebuild it even if it is recent.
     pub(crate) fn commands(&mut self, turn: &Turn<'_>, anew: bool) -> Utf8Bytes {
         kept(&mut self.commands, anew, || json!({ "commands": acts::commands(turn) }).to_string())
     }
-    /// Scenes to open.
+    /// Returns the list of scenes.
     pub(crate) fn files(&mut self, anew: bool) -> Utf8Bytes {
         kept(&mut self.files, anew, || json!({ "files": acts::files() }).to_string())
     }
@@ -40,13 +40,13 @@ fn kept(list: &mut Option<(Instant, Utf8Bytes)>, anew: bool, make: impl FnOnce()
     }
 }
 
-/// What a client that only looks may ask for: so many small answers at once, and as many each second. What is more waits in
-/// its inbox; a client whose inbox is full is cut off.
+/// Rate limit of a client with view rights: this many small answers at once, and as many per second. Further requests
+/// wait in its inbox; a client whose inbox is full is disconnected.
 const AT_ONCE: f64 = 50.0;
-/// A list counts as so many.
+/// Cost of a list, in small answers.
 const LIST: f64 = 25.0;
 
-/// What is left to a client.
+/// The remaining requests of a client.
 pub(crate) struct Allowance {
     left: f64,
     at: Instant,
@@ -56,7 +56,7 @@ impl Allowance {
     pub(crate) fn new() -> Self {
         Allowance { left: AT_ONCE, at: Instant::now() }
     }
-    /// Whether it may ask now.
+    /// Returns whether the client may make a request now.
     pub(crate) fn may_ask(&mut self) -> bool {
         self.may_ask_at(Instant::now())
     }
@@ -65,7 +65,7 @@ impl Allowance {
         (self.left, self.at) = ((self.left + gained).min(AT_ONCE), now);
         self.left > 0.0
     }
-    /// It asked, maybe for a list.
+    /// Charges a request; `list`: of a list.
     pub(crate) fn spend(&mut self, list: bool) {
         self.left -= if list { LIST } else { 1.0 };
     }

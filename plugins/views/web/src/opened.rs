@@ -11,11 +11,11 @@ use std::{
 
 use tatu_services_common::listener::token;
 
-/// The file, which goes with this.
+/// The temporary file, which is removed when this is dropped.
 pub(crate) struct Opened(PathBuf);
 
 impl Opened {
-    /// Starts a browser that goes to the address.
+    /// Starts a browser that opens the address.
     pub(crate) fn start(url: &str) -> io::Result<Self> {
         let folder = folder()?;
         let opened = Opened(folder);
@@ -33,12 +33,12 @@ impl Opened {
 
 impl Drop for Opened {
     fn drop(&mut self) {
-        // It may have been cleaned up by the system already.
+        // The system may have removed it already.
         let _ = fs::remove_dir_all(&self.0);
     }
 }
 
-/// A new folder that only its owner can open, where files of a session belong.
+/// Creates a folder that only its owner can open, in the place for files of a login session.
 fn folder() -> io::Result<PathBuf> {
     let place = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|p| p.is_dir());
     let name = token().map(|t| format!("tatu-{t}"))?;

@@ -1,4 +1,5 @@
-//! How fast time passes in a world that people look at. The clock only decides when a step is done, never what it does.
+//! The pace of simulation time in a world that people watch. The clock only decides when a step is made, never what it
+//! does.
 
 use std::{
     sync::mpsc::{self, RecvTimeoutError, Sender},
@@ -8,14 +9,14 @@ use std::{
 
 use tatu_plugin_api::safe::Session;
 
-/// Slowest and fastest, in times real time.
+/// Slowest and fastest pace, as multiples of real time.
 pub const SPEEDS: (f64, f64) = (0.125, 40.0);
-/// Farther behind than this, time that was lost is not made up for.
+/// Delays longer than this, s, are not caught up.
 const LATE: f64 = 0.25;
 
 /// The pace, and a thread that wakes the session when the next step is due.
 pub struct Pace {
-    /// Times as fast as the clock; 0: as fast as it goes.
+    /// Multiple of real time; 0: as fast as possible.
     pub speed: f64,
     from: Option<(Instant, f64)>,
     alarm: Option<Sender<Instant>>,
@@ -23,7 +24,7 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// A pace that begins now.
+    /// Creates a pace that begins now.
     pub fn new(speed: f64, session: Session) -> Self {
         let (alarm, due) = mpsc::channel::<Instant>();
         let ring = move || {
@@ -43,11 +44,11 @@ impl Pace {
         let thread = std::thread::Builder::new().name("pace".into()).spawn(ring).ok();
         Pace { speed, from: None, alarm: Some(alarm), thread }
     }
-    /// Time is to be counted anew: after a pause, a start, another speed.
+    /// Restarts the measurement of time: after a pause, a start, or a change of the speed.
     pub fn again(&mut self) {
         self.from = None;
     }
-    /// Whether the next step is due; if not, the session is woken when it is.
+    /// Returns whether the next step is due; if not, the session is woken when it is.
     pub fn is_due(&mut self, time: f64) -> bool {
         if self.speed <= 0.0 {
             return true;

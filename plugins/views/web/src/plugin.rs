@@ -1,10 +1,10 @@
-//! The plugin, and keys that are read often.
+//! The plugin, and its interned property keys.
 
 use tatu_plugin_api::safe::{Host, Prop};
 
 macro_rules! props {
     ($($name:ident: $key:literal,)*) => {
-        /// Keys that are read often.
+        /// Interned property keys.
         #[derive(Clone, Copy)]
         pub struct Props { $(pub $name: Prop,)* }
         impl Props {

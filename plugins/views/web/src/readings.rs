@@ -1,4 +1,4 @@
-//! What sensors measured, what is drawn and what graphs recorded, as clients get it.
+//! Readings of sensors, drawings and graphs, as sent to clients.
 
 use std::collections::BTreeMap;
 
@@ -11,28 +11,28 @@ use tatu_services_common::{json, outbox::Message};
 
 use crate::{plugin::Props, scene::Whole};
 
-/// First byte of a message with an image.
+/// First byte of an image message.
 const IMAGE: u8 = 3;
-/// Beams of a scan that are sent: of more, every n-th.
+/// Most beams of a scan that are sent; if there are more, every n-th is.
 const MOST_BEAMS: usize = 720;
-/// Numbers of drawings that are sent, and samples of a stream.
+/// Most numbers of drawings, and samples of a stream, that are sent.
 const MOST_NUMBERS: usize = 60_000;
 const MOST_SAMPLES: usize = 600;
-/// Readings in a message.
+/// Most readings in a message.
 const MOST_READINGS: usize = 60;
 
 fn rounded(x: f64) -> f64 {
     (x * 1e3).round() / 1e3
 }
 
-/// Readings that were sent, and which sensor's turn is next.
+/// The readings sent last, and the sensor whose turn is next.
 #[derive(Default)]
 pub struct Sent {
     known: BTreeMap<tatu_object, Json>,
     next: usize,
 }
 
-/// New readings of sensors but images, by handle: of many sensors some at a time, in turns.
+/// Returns new readings of sensors except images, by handle; if there are many sensors, some at a time, in turns.
 pub fn new(turn: &Turn<'_>, p: &Props, whole: &Whole, sent: &mut Sent) -> Json {
     let mut out = Map::new();
     let n = whole.sensors.len();
@@ -76,8 +76,8 @@ fn scan(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Json> {
     Some(json!({ "distance": ends, "angle": thin(angle) }))
 }
 
-/// The image of a sensor: kind, version, what (0 red green blue, 1 depth in m as f32), a byte, handle, columns, rows, then the
-/// numbers, the lowest row first.
+/// Returns the image of a sensor: type, version, content (0 red green blue, 1 depth in m as f32), a byte, handle,
+/// columns, rows, then the numbers, the lowest row first.
 pub fn image(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Message> {
     let (reading, what) = match turn.reading(id, p.rgb) {
         Ok(r) if !r.u8s().is_empty() => (r, 0),
@@ -96,7 +96,7 @@ pub fn image(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Message> {
     Some(Message::Binary(out.into()))
 }
 
-/// Everything that is drawn.
+/// Returns all drawings.
 pub fn drawings(turn: &Turn<'_>) -> Result<Json> {
     let (mut out, mut numbers) = (Vec::new(), 0);
     for id in turn.figures(0, TATU_FIGURE_DRAWING)? {
@@ -110,7 +110,7 @@ pub fn drawings(turn: &Turn<'_>) -> Result<Json> {
     Ok(Json::Array(out))
 }
 
-/// The streams of a graph, with their newest samples.
+/// Returns the streams of a graph, with their newest samples.
 pub fn graph(turn: &Turn<'_>, graph: tatu_object) -> Result<Json> {
     let mut out = Vec::new();
     for id in turn.figures(graph, TATU_FIGURE_STREAM)? {

@@ -1,4 +1,5 @@
-//! The scene as a whole: a JSON text, and a binary message for each mesh. Made anew when objects come or go.
+//! The scene as a whole: a JSON text, and a binary message for each mesh. It is built again when objects are added or
+//! removed.
 
 use std::collections::BTreeMap;
 
@@ -12,22 +13,22 @@ use tatu_services_common::outbox::Message;
 
 use crate::plugin::Props;
 
-/// First byte of a message with a mesh.
+/// First byte of a mesh message.
 const MESH: u8 = 2;
-/// What a new client gets.
+/// The messages for a new client.
 #[derive(Default)]
 pub struct Whole {
     /// The objects, by full id, in the order of the tree.
     pub ids: Vec<tatu_object>,
-    /// Those that are joints, and whether they are spherical.
+    /// Joints, and whether they are spherical.
     pub joints: Vec<(tatu_object, bool)>,
-    /// Sensors with the schema that they fill.
+    /// Sensors, with the schema of their readings.
     pub sensors: Vec<(tatu_object, &'static str)>,
     /// Meshes, then the scene.
     pub messages: Vec<Message>,
 }
 
-/// Schemas that are shown, and the field by which a sensor is known to fill one.
+/// Returns the schema of a sensor's readings that the page shows, recognized by a field.
 fn schema(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<&'static str> {
     let has = |prop| turn.reading(id, prop).is_ok();
     [("proximity", p.detected), ("range_scan", p.scan_distance), ("image", p.rgb), ("image", p.depth), ("gps", p.gps)]
@@ -36,7 +37,7 @@ fn schema(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<&'static str> {
         .map(|(name, _)| name)
 }
 
-/// What says how far and how wide a sensor senses: parameters of such names, of whatever kind it is.
+/// Parameters that describe the detection volume, whatever the kind of sensor.
 const VOLUME: &[&str] =
     &["volume", "range", "near", "angle", "size_near", "size_far", "radius_near", "radius_far", "height"];
 
@@ -133,7 +134,7 @@ fn scripts_of(turn: &Turn<'_>, p: &Props, all: impl Iterator<Item = tatu_object>
     .collect()
 }
 
-/// What a shape looks like; its meshes go into `meshes` under their sums.
+/// Returns the appearance of a shape; its meshes are added to `meshes` by their hash.
 fn parts(turn: &Turn<'_>, id: tatu_object, meshes: &mut BTreeMap<String, Message>) -> Result<Json> {
     let mut out = Vec::new();
     while let Some(part) = turn.part(id, out.len() as u32)? {
@@ -152,8 +153,8 @@ fn parts(turn: &Turn<'_>, id: tatu_object, meshes: &mut BTreeMap<String, Message
     Ok(Json::Array(out))
 }
 
-/// The sum of a mesh, and its message: kind, version, two bytes, the sum as 16 letters, points and triangles counted,
-/// f32 each number of the points, u32 each place of a triangle.
+/// Returns the hash of a mesh, and its message: type, version, two bytes, the hash as 16 characters, the counts of
+/// points and triangles, the points' numbers as f32, the triangles' indices as u32.
 fn mesh(points: &[f64], triangles: &[f64]) -> (String, Message) {
     let mut body = Vec::with_capacity(points.len() * 4 + triangles.len() * 4);
     points.iter().for_each(|x| body.extend_from_slice(&(*x as f32).to_le_bytes()));

@@ -1,4 +1,4 @@
-//! What is done at the barrier: what clients sent is done, and what they are to see is put into their outboxes.
+//! The barrier: executes messages of clients, and queues messages to them.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -31,14 +31,14 @@ use crate::{
     windows::{self, Windows},
 };
 
-/// Version of what is sent.
+/// Version of the protocol.
 const VERSION: u32 = 1;
-/// Bytes of a message from a client.
+/// Most bytes of a message from a client.
 const MOST_MESSAGE: usize = 4 << 20;
-/// Messages in one turn of a client that acts, and of one that only looks.
+/// Most messages processed per turn, of a client with control rights and of one with view rights.
 const AT_ONCE: usize = 500;
 const LOOKS_AT_ONCE: usize = 20;
-/// Lines that a client which comes late still reads.
+/// Most lines of output that a new client receives.
 const MOST_LINES: usize = 500;
 
 /// The service.
@@ -47,17 +47,17 @@ pub struct Web {
     state: RefCell<State>,
 }
 
-/// What the service keeps.
+/// The state of the service.
 pub(crate) struct State {
     pub(crate) guests: Vec<Guest>,
     pub(crate) whole: Whole,
-    /// The world that the scene was read of.
+    /// Index of the world whose scene was read.
     pub(crate) world: usize,
     /// The newest lines of the status bar and the consoles.
     pub(crate) lines: Vec<String>,
     pub(crate) windows: Windows,
     pub(crate) pace: Pace,
-    /// Time stands between two steps; after so many it stands again.
+    /// Whether the simulation is held between two steps, and the number of steps after which it is held again.
     pub(crate) held: bool,
     pub(crate) singles: u64,
     pub(crate) last_frame: Instant,
@@ -67,7 +67,7 @@ pub(crate) struct State {
     pub(crate) sent: readings::Sent,
     pub(crate) listener: Listener,
     pub(crate) lists: Lists,
-    /// The file by which a browser was started, until it has come.
+    /// The file that passes the address to a browser, until the browser connects.
     pub(crate) opened: Option<Opened>,
 }
 
@@ -75,14 +75,14 @@ pub(crate) struct State {
 pub(crate) struct Guest {
     pub(crate) client: Client,
     pub(crate) known: BTreeMap<u32, [u8; 20]>,
-    /// Whether it has the scene as it is now.
+    /// Whether it has received the current scene.
     pub(crate) whole: bool,
-    /// The sensor whose image it sees, and the graph.
+    /// The sensor whose image it shows, and the graph.
     pub(crate) eye: u64,
     pub(crate) graph: u64,
-    /// A file that comes in parts.
+    /// A partially received file.
     pub(crate) dropped: Option<Dropped>,
-    /// What it may still ask for, if it only looks.
+    /// Rate limit of a client that has view rights only.
     pub(crate) allowance: Allowance,
 }
 
@@ -119,7 +119,7 @@ impl Service for Web {
         let listener = Listener::open(settings)
             .map_err(|e| Fail::new(format!("cannot listen on 127.0.0.1:{}: {e}", params.i64("port").unwrap_or(0))))?;
         let url = format!("http://{}/?token={}", listener.address, listener.token);
-        // Alone on its line, for programs; the token stays out of logs.
+        // Printed alone on a line, for programs to read; the token must not appear in logs.
         let mut out = std::io::stdout();
         let _ = writeln!(out, "{url}").and_then(|()| out.flush());
         let mut opened = None;
@@ -159,7 +159,7 @@ impl Service for Web {
         state.hear(turn, step)?;
         state.attend(turn);
         state.show(turn, &self.p, step)?;
-        // A world that stands is not held: its own passes go on.
+        // A world that is not running is not held, because its scripts are still called.
         if !running {
             state.pace.again();
             return Ok(Answer::Go);
@@ -209,14 +209,14 @@ impl Web {
 }
 
 impl State {
-    /// Who has come and who has gone.
+    /// Handles clients that have connected or disconnected.
     fn come(&mut self, _: &Turn<'_>) -> Result {
         for client in self.listener.take_new() {
             let acts = client.role == Rights::Act;
             if acts {
                 self.opened = None;
             }
-            // Only clients with control get the view-only link, to pass on.
+            // Only clients with control rights get the link for viewing, to pass on.
             let look = acts.then(|| format!("http://{}/?token={}", self.listener.address, self.listener.look_token));
             let hello =
                 json!({ "hello": { "version": VERSION, "acts": acts, "look": look, "speed": self.pace.speed } });
@@ -243,21 +243,21 @@ impl State {
         Ok(())
     }
 
-    /// Where somebody is there who can answer, dialogs wait for it.
+    /// Makes dialogs wait for an answer if there is a client that can give one.
     fn attend(&mut self, turn: &Turn<'_>) {
         if !self.guests.iter().any(|g| g.client.role == Rights::Act) {
             return;
         }
         for (act, window) in self.windows.asking() {
-            // One that is gone again needs nobody.
+            // A dialog may have been closed in the meanwhile.
             let _ = acts::call(turn, &act, &[json!(window), json!(0), json!("attend")]);
         }
     }
 
-    /// Does what clients sent.
+    /// Executes the messages of clients.
     fn hear(&mut self, turn: &Turn<'_>, step: u64) -> Result {
         let mut guests = std::mem::take(&mut self.guests);
-        // Those who act come first: nobody who looks keeps them waiting.
+        // Clients with control rights come first, so that viewers do not delay them.
         let (acting, looking): (Vec<_>, Vec<_>) = guests.iter_mut().partition(|g| g.client.role == Rights::Act);
         for guest in acting.into_iter().chain(looking) {
             turn.client(guest.client.number);
@@ -286,7 +286,8 @@ impl State {
         Ok(())
     }
 
-    /// The list that is asked for, if one is. Who acts sees what was just saved.
+    /// Returns the requested list, if one is requested. Clients with control rights get a new one, so that it contains
+    /// files that were just saved.
     fn list(&mut self, turn: &Turn<'_>, asked: &Json, acts: bool) -> Option<Utf8Bytes> {
         if asked.get("commands").is_some() {
             return Some(self.lists.commands(turn, acts));
@@ -350,13 +351,13 @@ impl State {
     fn request(&mut self, turn: &Turn<'_>, what: &str) -> Result {
         self.pace.again();
         match what {
-            // Between two steps nothing has to be lifted.
+            // Between two steps the simulation is not paused: only the hold is released.
             "start" if self.held && turn.state() == TATU_RUNNING => {
                 self.held = false;
                 Ok(())
             }
             "step" => {
-                // What lifts a pause is a step already.
+                // Resuming from a pause makes one step already.
                 let more = u64::from(turn.state() != TATU_PAUSED);
                 if turn.state() != TATU_RUNNING {
                     turn.request(TATU_REQUEST_START)?;

@@ -1,4 +1,4 @@
-//! What clients are to see, into their outboxes: the scene when it is new, then what changed.
+//! Queues messages to clients: the scene when it is new, then changes.
 
 use std::time::{Duration, Instant};
 
@@ -15,12 +15,12 @@ use crate::{
     service::State,
 };
 
-/// How often frames are sent, and readings.
+/// Intervals of frames and of readings.
 const FRAMES: Duration = Duration::from_millis(50);
 const READINGS: Duration = Duration::from_millis(100);
 
 impl State {
-    /// Puts into the outboxes what there is to see.
+    /// Queues all messages that are due.
     pub(crate) fn show(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props, step: u64) -> Result {
         if self.guests.is_empty() {
             return Ok(());
@@ -57,7 +57,7 @@ impl State {
         Ok(())
     }
 
-    /// What the world does, if that has changed.
+    /// Publishes the state of the world, if it has changed.
     fn tell(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         let state = match turn.state() {
             TATU_STOPPED => "stopped",
@@ -81,7 +81,7 @@ impl State {
         let redrawn = drawn != self.drawn;
         for guest in &self.guests {
             let out = &guest.client.out;
-            // A viewer that has not read the last messages yet is skipped, and gets the next ones.
+            // A client that has not read the last messages yet is skipped until it has.
             if out.waits() {
                 continue;
             }

@@ -1,24 +1,24 @@
-//! Windows that scripts opened, as clients hear of them that come later.
+//! Windows of scripts, stored for clients that connect later.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Value as Json, json};
 
-/// The event that reports them.
+/// The event that reports windows.
 pub const EVENT: &str = "ui.window";
-/// Windows that are kept.
+/// Most windows that are stored.
 const MOST: usize = 500;
 
-/// All that are open, by the command that acts on them and their number.
+/// All open windows, by the command that acts on them, and their number.
 #[derive(Default)]
 pub struct Windows {
     open: BTreeMap<(String, i64), Json>,
-    /// Those that ask something, and whom nobody has attended to yet.
+    /// Dialogs that wait for an answer and that no client attends to yet.
     asking: Vec<(String, i64)>,
 }
 
 impl Windows {
-    /// Takes in the content of an event.
+    /// Updates the windows from an event.
     pub fn hear(&mut self, payload: &Json) {
         let act = payload["act"].as_str().unwrap_or("").to_owned();
         let key = (act, payload["window"].as_i64().unwrap_or(0));
@@ -40,15 +40,15 @@ impl Windows {
             }
         }
     }
-    /// The messages that open them.
+    /// Returns the messages that open the windows.
     pub fn messages(&self) -> impl Iterator<Item = String> + '_ {
         self.open.values().map(|w| json!({ "event": EVENT, "payload": w }).to_string())
     }
-    /// The commands of those that ask something, with their numbers: once each.
+    /// Returns the commands and numbers of dialogs that wait for an answer, each once.
     pub fn asking(&mut self) -> Vec<(String, i64)> {
         std::mem::take(&mut self.asking)
     }
-    /// They are gone.
+    /// Removes all windows.
     pub fn clear(&mut self) {
         self.open.clear();
         self.asking.clear();

@@ -22,11 +22,11 @@ impl Plugin for CompassPlugin {
     }
 }
 
-/// One compass of a scene.
+/// A compass of a scene.
 struct Compass {
     /// Added to each heading, rad.
     offset: f64,
-    /// The least length of the x axis's shadow on the x-y plane for which there is a heading.
+    /// Least length of the x axis's projection on the x-y plane for which there is a heading.
     least: f64,
 }
 
@@ -90,10 +90,10 @@ impl Sensor for Compass {
     }
 }
 
-/// Counts turns: the heading without jumps, since the start.
+/// A sensor that counts turns: the heading without jumps, since the start.
 struct Turns;
 
-/// What it remembers: the heading of the last measure, the turns so far, and whether it has measured.
+/// Indices of its state: the last heading, the turns so far, and whether it has measured.
 const LAST: usize = 0;
 const SUM: usize = 1;
 const BEGUN: usize = 2;
@@ -134,14 +134,14 @@ impl Sensor for Turns {
     }
 }
 
-/// The heading of the x axis of a pose; none where its shadow is shorter than `least`.
+/// Returns the heading of the x axis of a pose; `None` if its projection is shorter than `least`.
 fn heading(pose: &[f64; 7], least: f64) -> Option<f64> {
     let [_, _, _, x, y, z, w] = *pose;
     let (east, north) = (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w));
     (east.hypot(north) > least).then(|| north.atan2(east))
 }
 
-/// The same angle, above -pi to pi.
+/// Wraps an angle to the range above -pi up to pi.
 fn wrapped(angle: f64) -> f64 {
     let a = angle.rem_euclid(TAU);
     if a > PI { a - TAU } else { a }

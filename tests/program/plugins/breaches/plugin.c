@@ -1,4 +1,5 @@
-/* A plugin that breaks the contract as its command is told, and as the parameter of its actuator tells: BREACH_OF_ACTUATOR. */
+/* A plugin that breaks the contract as the argument of its command says, or the parameter of its actuator:
+ * BREACH_OF_ACTUATOR. */
 #define _GNU_SOURCE
 #include "tatu.h"
 

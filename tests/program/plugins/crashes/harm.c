@@ -1,4 +1,4 @@
-/* The harm that plugin.c does, in C. */
+/* The crash code for plugin.c, in C. */
 #include <pthread.h>
 #include <signal.h>
 #include <stdio.h>

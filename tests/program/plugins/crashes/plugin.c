@@ -1,4 +1,5 @@
-/* A plugin that does harm where the environment says: CRASH_AT names the place, CRASH_HOW the harm (see harm.c). */
+/* A plugin that crashes on request. The environment variable CRASH_AT names the function, CRASH_HOW the kind of
+ * crash (see harm.c). */
 #include "tatu.h"
 
 #include <stdio.h>
@@ -27,7 +28,7 @@ static const tatu_command now_command = {.size = sizeof(tatu_command), .flags = 
 static const tatu_command *const commands[] = {&now_command, NULL};
 static const tatu_ext_command command_offer = {.size = sizeof(tatu_ext_command), .commands = commands};
 
-/* ---- a sensor: crash_sensor, which is well until half a second */
+/* ---- a sensor: crash_sensor, which works normally until 0.5 s */
 
 static tatu_status TATU_CALL create(void *self, const tatu_instance *info, void **data, tatu_error *error) {
   (void)self; (void)info; (void)error;

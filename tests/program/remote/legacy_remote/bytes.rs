@@ -1,10 +1,10 @@
-//! Recorded bytes: what the library of today knows and that of the package does not; and what both know of images,
-//! windows, collisions and distances.
+//! Tests of messages as raw bytes: those that today's library sends and the package's does not; and those of images,
+//! windows, collisions and distances, which both send.
 
 use super::wire::{Wire, floats, floats_of, int_at, ints, near};
 use crate::{kit::served::Served, kit::*};
 
-/// No object has it.
+/// A handle that no object has.
 const NOBODY: i32 = 999_999;
 
 const SCENE: &str = r#"
@@ -57,10 +57,10 @@ far_m = 2.5
 position_m = [0, 9, 1]
 "#;
 
-/// What a scene of V-REP registers beside its objects, as the importer keeps it: collision and distance objects, windows.
+/// What a V-REP scene registers beside its objects, as the importer stores it: collision and distance objects, windows.
 const REGISTERED: &str = r#"{"collections":[],"collisions":[{"name":"Touch","handle":2010000,"of":[7,8],"threshold":0.0,"explicit":false}],"distances":[{"name":"Gap","handle":2020000,"of":[7,8],"threshold":0.0,"explicit":false},{"name":"Asked","handle":2020001,"of":[7,8],"threshold":0.0,"explicit":true}],"ik_groups":[],"windows":[{"name":"Panel","handle":2060000,"object":7,"attributes":1,"cells":[4,2],"buttons":[{"handle":3,"attributes":2,"cells":[1,1,0,0],"labels":["on",""],"slider":250.0}]}]}"#;
 
-/// The scene, served.
+/// Serves the scene.
 fn served() -> (Place, Served) {
     let place =
         Place::scene(&format!("dialect = \"3.6\"\ndata = {{ \"\\u0001registered\" = '{REGISTERED}' }}\n{SCENE}"));
@@ -77,14 +77,14 @@ fn forces_and_turns_of_joints() {
         wire.done(0x100E, &ints(&[hinge]), &floats(&[force]));
         assert_eq!(wire.good(0x1038, &ints(&[hinge]), b""), floats(&[force]));
     }
-    // A quarter turn about z, rows of the matrix; the way in its last column is none of a joint.
+    // A quarter turn about z, rows of the matrix; a joint ignores the translation in the last column.
     let turn = [0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     wire.done(0x100B, &ints(&[socket]), &floats(&turn));
     near(&wire.good(0x100A, &ints(&[socket]), b""), &turn);
     for (raw, data) in [(0x100E, floats(&[1.0])), (0x1038, vec![]), (0x100B, floats(&turn))] {
         wire.bad(raw, &ints(&[NOBODY]), &data);
     }
-    // Less than it should hold, and no handle at all.
+    // Too few bytes, and no handle at all.
     wire.bad(0x100E, &ints(&[hinge]), &[0, 0]);
     wire.bad(0x100B, &ints(&[socket]), &floats(&turn[..11]));
     wire.bad(0x1038, &[1], b"");
@@ -95,7 +95,8 @@ fn places_and_turns_of_objects() {
     let (_place, served) = served();
     let mut wire = Wire::new(&served);
     let (ball, block) = (wire.handle("ball"), wire.handle("box"));
-    // Half of the square root of 2: a quarter turn about z. In the frame of the ball, which is turned, it is none.
+    // Half of the square root of 2: a quarter turn about z. In the frame of the ball, which is turned likewise, it is
+    // the identity.
     let quarter = [0.0, 0.0, 0.5_f32.sqrt(), 0.5_f32.sqrt()];
     for object in [ball, block] {
         wire.done(0x1801, &ints(&[object]), &[ints(&[-1]), floats(&quarter)].concat());
@@ -104,7 +105,7 @@ fn places_and_turns_of_objects() {
     near(&wire.good(0x2801, &ints(&[block, ball]), b""), &[0.0, 0.0, 0.0, 1.0]);
     wire.done(0x1801, &ints(&[block]), &[ints(&[ball]), floats(&quarter)].concat());
     near(&wire.good(0x2801, &ints(&[block, -1]), b""), &[0.0, 0.0, 1.0, 0.0]);
-    // The place and the turn as programs before 2014 ask for them: to what, stands in the data.
+    // Position and orientation as programs before 2014 request them: the data names the reference frame.
     near(&wire.good(0x1019, &ints(&[block]), &ints(&[-1])), &[1.0, 0.0, 1.0]);
     near(&wire.good(0x1019, &ints(&[block]), &ints(&[ball])), &[0.0, -1.0, 0.0]);
     near(&wire.good(0x1018, &ints(&[ball]), &ints(&[-1])), &[0.0, 0.0, std::f32::consts::FRAC_PI_2]);
@@ -126,7 +127,7 @@ fn collisions_and_distances() {
     let (ball, block) = (wire.handle("ball"), wire.handle("box"));
     let (touch, gap) = (int_at(&wire.good(0x300A, b"Touch\0", b""), 0), int_at(&wire.good(0x300B, b"Gap\0", b""), 0));
     let asked = int_at(&wire.good(0x300B, b"Asked\0", b""), 0);
-    // A ball of radius 0.1 m at 0, and the near face of the box 0.1 m before its place.
+    // A ball of radius 0.1 m at 0, and a box whose near face is 0.1 m before its centre.
     for (x, distance) in [(1.0_f32, 0.8), (0.5, 0.3), (0.15, 0.0)] {
         wire.done(0x101B, &ints(&[block]), &[ints(&[-1]), floats(&[x, 0.0, 1.0])].concat());
         let touching = ints(&[i32::from(distance == 0.0)]);
@@ -161,7 +162,7 @@ fn a_force_sensor_breaks() {
         wire.good(0x1021, &ints(&[1]), b"");
     };
     (0..10).for_each(|_| step(&mut wire));
-    // 2 kg hang on it: their weight is 2 kg * 9.81 m/s2 downwards.
+    // 2 kg hang from it: their weight is 2 kg * 9.81 m/s2, downwards.
     let held = wire.good(0x100F, &ints(&[force]), b"");
     assert_eq!((held[0], held.len()), (1, 25));
     assert!((floats_of(&held[9..13])[0] + 19.62).abs() < 0.02, "{:?}", floats_of(&held[1..]));
@@ -184,7 +185,7 @@ fn windows_of_buttons() {
     assert_eq!(wire.good(0x2001, &slider, b""), ints(&[250]));
     wire.done(0x2002, &slider, &ints(&[500]));
     assert_eq!(wire.good(0x2001, &slider, b""), ints(&[500]));
-    // It is of the window alone, and the library looks for its answer four bytes further on; no button was pressed.
+    // The answer is for the window alone, and the library expects it four bytes further on; no button was pressed.
     assert_eq!(wire.good(0x2003, &ints(&[panel]), b""), ints(&[0, -1, 0, 0]));
     assert_eq!(wire.good(0x2004, &slider, b""), ints(&[2]));
     wire.done(0x2005, &slider, &ints(&[18]));

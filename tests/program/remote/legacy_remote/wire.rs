@@ -1,5 +1,6 @@
-//! A client of raw bytes. Messages are written here by the layout of the protocol, all numbers little endian: packets of a
-//! mark, a size and how many follow; a head of 18 bytes; commands of 26 bytes, what they are of, and what they hold.
+//! A client of raw bytes. It writes messages in the layout of the protocol, all numbers little-endian: packets with a
+//! mark, a size and the number of packets that follow; a header of 18 bytes; commands with a header of 26 bytes, an
+//! argument and data.
 
 use std::{
     io::{Read, Write},
@@ -9,34 +10,34 @@ use std::{
 
 use crate::kit::served::Served;
 
-/// Bytes of a packet of a client, its head apart.
+/// Bytes of a client's packet, without its header.
 const PACKET: usize = 1294;
 const BLOCKING: u32 = 1;
 
 /// A connection.
 pub struct Wire {
     stream: TcpStream,
-    /// Messages that were sent.
+    /// The number of messages sent.
     sent: i32,
 }
 
-/// Integers as bytes.
+/// Returns integers as bytes.
 pub fn ints(all: &[i32]) -> Vec<u8> {
     all.iter().flat_map(|i| i.to_le_bytes()).collect()
 }
-/// Numbers as bytes.
+/// Returns numbers as bytes.
 pub fn floats(all: &[f32]) -> Vec<u8> {
     all.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
-/// The integer that begins there.
+/// Returns the integer that begins at an offset.
 pub fn int_at(bytes: &[u8], at: usize) -> i32 {
     i32::from_le_bytes(bytes[at..at + 4].try_into().unwrap())
 }
-/// The numbers that bytes are.
+/// Decodes bytes as numbers.
 pub fn floats_of(bytes: &[u8]) -> Vec<f32> {
     bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect()
 }
-/// Numbers, to within what 32 bits hold.
+/// Compares numbers within the precision of 32 bits.
 #[track_caller]
 pub fn near(bytes: &[u8], expected: &[f32]) {
     let found = floats_of(bytes);
@@ -45,18 +46,19 @@ pub fn near(bytes: &[u8], expected: &[f32]) {
 }
 
 impl Wire {
-    /// A connection to a program.
+    /// Connects to a program.
     pub fn new(served: &Served) -> Wire {
         let stream = served.connect();
         stream.set_nodelay(true).unwrap();
         Wire { stream, sent: 0 }
     }
 
-    /// Sends a message of commands, and reads the one that answers it.
+    /// Sends a message of commands, and returns the answer.
     fn message(&mut self, commands: &[u8]) -> Vec<u8> {
         let (id, clock) = (self.sent, 1000 + self.sent);
         self.sent += 1;
-        // The check, the version, the message, the client's clock; what the server fills is anything.
+        // Checksum, version, message number and the client's clock; the server ignores the fields that it fills in
+        // itself.
         let mut message = vec![0, 0, 11];
         message.extend(ints(&[id, clock]));
         message.extend([0xAB; 7]);
@@ -87,14 +89,14 @@ impl Wire {
         answer
     }
 
-    /// Does a command in a mode; the status of its answer, and what that holds.
+    /// Runs a command in a mode; returns the status and the data of its answer.
     fn ask(&mut self, mode: u32, raw: u16, of: &[u8], data: &[u8]) -> (u8, Vec<u8>) {
         let code = (mode << 16 | u32::from(raw)) as i32;
         let size = (26 + of.len() + data.len()) as i32;
         let mut command = ints(&[size, size]);
         command.extend((of.len() as u16).to_le_bytes());
         command.extend(ints(&[0, code]));
-        // Of the delay there is none; the rest is anything, but for the status.
+        // There is no delay; the remaining fields are ignored, except for the status.
         command.extend([0, 0, 0xAB, 0xAB, 0xAB, 0xAB, 0, 0xAB]);
         command.extend([of, data].concat());
         let mut answer = self.message(&command);
@@ -104,7 +106,7 @@ impl Wire {
                 break;
             }
             std::thread::sleep(Duration::from_millis(1));
-            // A head alone: nothing was done yet.
+            // Only a header: the command is not done yet.
             assert_eq!(int_at(&answer, 3), -1);
             answer = self.message(&[]);
         }
@@ -117,7 +119,7 @@ impl Wire {
         (found[24], found[26 + of.len()..].to_vec())
     }
 
-    /// Does a command that succeeds; what it gives.
+    /// Runs a command that must succeed, and returns its result.
     #[track_caller]
     pub fn good(&mut self, raw: u16, of: &[u8], data: &[u8]) -> Vec<u8> {
         let (status, answer) = self.ask(BLOCKING, raw, of, data);
@@ -126,17 +128,17 @@ impl Wire {
         }
         answer
     }
-    /// Does one that gives nothing.
+    /// Runs a command that must succeed without a result.
     #[track_caller]
     pub fn done(&mut self, raw: u16, of: &[u8], data: &[u8]) {
         assert_eq!(self.good(raw, of, data), b"", "{raw:#06x}");
     }
-    /// Does one that fails; why.
+    /// Runs a command that must fail, and returns its error.
     #[track_caller]
     pub fn bad(&mut self, raw: u16, of: &[u8], data: &[u8]) -> String {
         self.bad_in(BLOCKING, raw, of, data)
     }
-    /// The same in a mode.
+    /// Does the same in a given mode.
     #[track_caller]
     pub fn bad_in(&mut self, mode: u32, raw: u16, of: &[u8], data: &[u8]) -> String {
         let (status, answer) = self.ask(mode, raw, of, data);
@@ -145,7 +147,7 @@ impl Wire {
         assert!(why.starts_with(&format!("{raw:#06x}: ")), "{why}");
         why
     }
-    /// What went wrong since this was asked last: one thing.
+    /// Returns the last error; there must be exactly one since the previous request.
     #[track_caller]
     fn why(&mut self) -> String {
         let (status, answer) = self.ask(BLOCKING, 4, b"", b"");
@@ -153,7 +155,7 @@ impl Wire {
         assert_eq!(answer.last(), Some(&0));
         String::from_utf8(answer[4..answer.len() - 1].to_vec()).unwrap()
     }
-    /// The object of a name.
+    /// Returns the handle of the object with a name.
     pub fn handle(&mut self, name: &str) -> i32 {
         int_at(&self.good(0x3001, &zero(name), b""), 0)
     }

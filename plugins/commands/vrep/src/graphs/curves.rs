@@ -1,11 +1,11 @@
-//! Graphs: samples, streams, curves.
+//! Commands on graphs: samples, streams, curves.
 //!
-//! Old scripts record what the scene defines, and give user streams their numbers by name; new ones add streams and
-//! curves themselves, and speak of them by number.
+//! Old scripts record streams that the scene defines, and set values of user streams by name; newer ones add streams
+//! and curves themselves, and refer to them by number.
 
 use crate::kit::*;
 
-/// Options of a stream: not drawn.
+/// Option of a stream: it is not drawn.
 const INVISIBLE: i64 = 1;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -14,7 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     curves(offer);
 }
 
-/// A command with its flat name, whose errors give -1 there.
+/// Builds a command with its flat name; failed calls by that name return -1.
 fn command(names: Names, run: fn(&mut Ctx<'_>) -> Result) -> Cmd {
     both(names, MINUS, run)
 }
@@ -32,7 +32,10 @@ fn samples(offer: &mut Offer<Vrep>) {
         .param(flagged("graph").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
         .param(Param::float("time").unit("s").optional().text("of the sample; left out: simulation time"))
         .returns(Param::int("result").text("1, for scripts of before 4.0"))
-        .text("Lets a graph take a sample of all its streams. A user stream that was given no number since has none.")
+        .text(
+            "Lets a graph take a sample of all its streams. A user stream has none if it was given no number since \
+               the last.",
+        )
         .example("sim.handleGraph(graph, sim.getSimulationTime() + sim.getSimulationTimeStep())"),
     );
     offer.command(
@@ -44,7 +47,7 @@ fn samples(offer: &mut Offer<Vrep>) {
         })
         .param(flagged("graph").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
         .returns(Param::int("result").text("1, for scripts of before 4.0"))
-        .text("Empties a graph: its streams and curves stay, their samples go.")
+        .text("Removes all samples of a graph; its streams and curves remain.")
         .example("sim.resetGraph(graph)"),
     );
     offer.command(
@@ -55,7 +58,7 @@ fn samples(offer: &mut Offer<Vrep>) {
             }
             let stream = match find(c, graph, TATU_FIGURE_STREAM, &name)? {
                 Some(stream) => stream,
-                // Without its scene a graph has none of the streams that the scene gave it.
+                // A stand-in has no streams from its scene, so this one is added.
                 None if c.world().makes_stand_ins() => {
                     c.world().add_figure(graph, TATU_FIGURE_STREAM, &map(vec![("name", Value::text(&name))]))?
                 }
@@ -135,7 +138,9 @@ fn streams(offer: &mut Offer<Vrep>) {
         .param(Param::float("factor").default(1.0).optional())
         .param(Param::float("offset").default(0.0).optional())
         .param(Param::int("window").default(1).optional().text("samples of which the mean is taken"))
-        .text("Says what is made of a stream's numbers: transformed, times the factor, plus the offset, then averaged.")
+        .text(
+            "Sets how a stream's numbers are processed: transformed, times the factor, plus the offset, then averaged.",
+        )
         .example("sim.setGraphStreamTransformation(graph, stream, 1)"),
     );
 }
@@ -146,7 +151,7 @@ fn curves(offer: &mut Offer<Vrep>) {
             .param(object("graph"))
             .param(Param::string("name"))
             .param(Param::int("dim").text("2 or 3"))
-            .param(Param::any("streams").text("a table of `dim` streams; -1: the default stands in its place"))
+            .param(Param::any("streams").text("a table of `dim` streams; -1: the default is used"))
             .param(table("defaults", "`dim` numbers"))
             .param(Param::string("unit").optional().text("for people"))
             .param(Param::int("options").default(0).optional().text("ignored"))
@@ -217,12 +222,12 @@ fn curves(offer: &mut Offer<Vrep>) {
         .returns(Param::int("attributes").text("0"))
         .returns(Param::floats("background", 3))
         .returns(Param::floats("foreground", 3))
-        .text("Tells how a graph looks: its title, and the colours of its picture.")
+        .text("Gives the appearance of a graph: its title, and the colours of its picture.")
         .example("title = sim.getGraphInfo(graph)"),
     );
 }
 
-/// The graphs that argument 0 names.
+/// Returns the graphs that argument 0 names.
 fn graphs(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     match c.i64(0)? {
         all @ (HANDLE_ALL | HANDLE_ALL_EXCEPT_EXPLICIT) => {
@@ -237,7 +242,7 @@ fn graphs(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     }
 }
 
-/// A stream or curve by its name.
+/// Finds a stream or curve by its name.
 fn find(c: &Ctx<'_>, graph: tatu_object, what: u32, name: &str) -> Result<Option<i64>> {
     for id in c.world().figures(graph, what)? {
         if name_of(c, graph, id)? == name {
@@ -260,7 +265,7 @@ fn text_or(c: &Ctx<'_>, i: usize) -> Result<String> {
     if c.has(i) { c.text(i) } else { Ok(String::new()) }
 }
 
-/// A colour of a script, held within 0 to 1.
+/// Returns the colour in argument `i`, each component clamped to 0..1.
 pub(crate) fn color(c: &Ctx<'_>, i: usize) -> Result<Value> {
     let rgb: [f64; 3] = numbers(c, i)?;
     Ok(Value::Floats(rgb.iter().map(|x| x.clamp(0.0, 1.0)).collect()))

@@ -1,9 +1,9 @@
-//! Drawing objects and particles: items in space that pictures and services show.
+//! Drawing objects and particles: items in space that images and services show.
 
 use super::curves::color;
 use crate::kit::*;
 
-// What is added to the type of a drawing.
+// Flags that are added to the type of a drawing.
 const ITEM_COLORS: i64 = 32;
 const VERTEX_COLORS: i64 = 64;
 const ITEM_SIZES: i64 = 128;
@@ -11,7 +11,7 @@ const CYCLIC: i64 = 4096;
 const ITEM_TRANSPARENCY: i64 = 0x80000;
 const PERSISTENT: i64 = 0x100000;
 
-/// Forms by their numbers, and how many points an item of each has.
+/// The types of drawings in the order of their numbers, and the number of points of an item.
 const FORMS: [(&str, i64); 13] = [
     ("points", 1),
     ("lines", 2),
@@ -22,7 +22,7 @@ const FORMS: [(&str, i64); 13] = [
     ("cube_points", 1),
     ("sphere_points", 1),
     ("line_strip", 1),
-    // The marks have second numbers since 4.2.
+    // Point markers have a second set of numbers since 4.2.
     ("triangle_points", 1),
     ("quad_points", 1),
     ("disc_points", 1),
@@ -53,7 +53,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             if c.has(1) && items.is_empty() {
                 return Err(Fail::argument("argument 2: expected a table of numbers, or nil"));
             }
-            // The original takes one item and lets the rest be: a segment of `sim.checkDistance` has its length behind it.
+            // The original reads one item and ignores the rest: a segment returned by `sim.checkDistance` is followed
+            // by its length.
             if let Some(stride) = c.world().figure(0, drawing, false).ok().and_then(stride)
                 && items.len() > stride
                 && !items.len().is_multiple_of(stride)
@@ -80,7 +81,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     particles(offer);
 }
 
-/// Numbers of an item of a drawing.
+/// Returns how many numbers an item of a drawing has.
 fn stride(drawing: ValueRef<'_>) -> Option<usize> {
     drawing.get("stride")?.as_f64().map(|x| x as usize).filter(|n| *n > 0)
 }
@@ -95,7 +96,7 @@ fn add(c: &mut Ctx<'_>) -> Result {
     let (form, points) = *usize::try_from(kind & 31)
         .ok()
         .and_then(|i| FORMS.get(i))
-        .ok_or_else(|| Fail::argument(format!("argument 1: there is no form {} of drawings", kind & 31)))?;
+        .ok_or_else(|| Fail::argument(format!("argument 1: there is no drawing type {}", kind & 31)))?;
     let has = |flag: i64| kind & flag != 0;
     let colors = if has(VERTEX_COLORS) { 3 * points } else { 3 * i64::from(has(ITEM_COLORS)) };
     let extra = colors + i64::from(has(ITEM_SIZES)) + i64::from(has(ITEM_TRANSPARENCY));
@@ -131,7 +132,7 @@ fn remove(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// Particles are drawn where they begin: they neither fly nor push.
+/// Adds the particle commands. Particles are drawn where they are created: they neither move nor collide.
 fn particles(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.addParticleObject", |c| {

@@ -1,4 +1,4 @@
-//! Graphs, drawing objects, and views, of which there are none.
+//! Commands on graphs, drawing objects and views. Views do not exist here, and their commands have no visible effect.
 
 mod curves;
 mod drawing;

@@ -1,10 +1,11 @@
-//! Floating views and banners. There is no window: views are counted, so that scripts can ask for them and remove them.
+//! Commands on floating views and banners. There is no window: views are only counted, so that scripts can query and
+//! remove them.
 
 use crate::kit::*;
 
-/// Views stand among the world's named values, under a kind that no script sees.
+/// Signal kind under which views are stored; scripts cannot access it.
 const VIEWS: u32 = 64;
-/// Options of `adjustView`: ask only, and whom it shows.
+/// Options of `adjustView`: query whether the view exists, or which object it shows.
 const ASK: i64 = 256;
 const SHOWN: i64 = 512;
 
@@ -58,7 +59,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("options").default(0).optional().text("256: only asks; 512: gives whom it shows"))
         .param(Param::string("label").optional().text("ignored"))
         .returns(Param::int("result").text("1; with 256: 2 if it is there; with 512: whom it shows, or -1"))
-        .text("Says what a view shows. Without a window nothing is shown.")
+        .text("Chooses what a view shows. Without a window nothing is shown.")
         .partial("without a window nothing is shown")
         .example("sim.adjustView(view, -1, 0)"),
     );
@@ -93,7 +94,7 @@ fn name(view: i64) -> String {
 
 fn put(c: &Ctx<'_>, view: i64, shown: i64) -> Result {
     let raw = tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: shown } };
-    // SAFETY: an integer points to nothing.
+    // SAFETY: the tag is TATU_I64, whose payload holds no pointer, so the value borrows nothing.
     let value = unsafe { ValueRef::new(raw) };
     c.world().set_signal(VIEWS, name(view).as_bytes(), value)
 }

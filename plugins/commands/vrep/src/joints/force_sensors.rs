@@ -1,4 +1,4 @@
-//! Creates joints and force sensors; readings of force sensors; joints that follow others.
+//! Commands that create joints and force sensors, read force sensors, and couple joints.
 
 use crate::kit::{algebra as al, *};
 
@@ -71,7 +71,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let sensor = of_kind(c, 0, TATU_KIND_FORCE_SENSOR)?;
             let (w, p) = (c.world(), &c.plugin().p);
             if w.look(sensor)?.kind != TATU_KIND_FORCE_SENSOR || !bool_of(c, sensor, p.sensed)? {
-                // The original, asked before physics has anything to tell, answers so too.
+                // The original returns the same before physics has measured anything.
                 c.ret(if version(c) >= (4, 2) { 2_i64 } else { 0 });
                 c.ret(&[0.0; 3][..]);
                 c.ret(&[0.0; 3][..]);
@@ -87,7 +87,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("result").text("1: measured, 2 more: broken"))
         .returns(Param::floats("force", 3).unit("N"))
         .returns(Param::floats("torque", 3).unit("N m"))
-        .text("Gives the force and the torque that what hangs on a force sensor exerts on it, in its frame, filtered."),
+        .text("Gives the filtered force and torque that the child of a force sensor exerts on it, in its frame."),
     );
     offer.command(
         both(["sim.breakForceSensor", "simBreakForceSensor"], MINUS, |c| {
@@ -97,13 +97,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             done(c)
         })
         .param(object("sensor"))
-        .text("Breaks a force sensor: what hangs below it falls off, and stays below it in the tree."),
+        .text("Breaks a force sensor: its child falls off, but stays below it in the tree."),
     );
     dependencies(offer);
     child_poses(offer);
 }
 
-/// The numbers of a table that may be missing.
+/// Returns the numbers of table argument `i`; empty if it is missing.
 fn given(c: &Ctx<'_>, i: usize) -> Vec<f64> {
     let table = c.arg(i);
     (0..table.len()).map_while(|k| table.number(k)).collect()
@@ -157,11 +157,11 @@ fn dependencies(offer: &mut Offer<Vrep>) {
         })
         .param(object("joint"))
         .param(table("matrix", "12 numbers"))
-        .text("Turns what hangs on a spherical joint that physics does not move."),
+        .text("Rotates the child of a spherical joint that physics does not move."),
     );
 }
 
-/// The moved part of a joint; of other objects their own frame.
+/// Adds commands for the pose of a joint's moving part; for other objects, their own frame.
 fn child_poses(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getObjectChildPose", |c| {
@@ -183,7 +183,7 @@ fn child_poses(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::floats("pose", 7))
-        .text("Gives where the moved part of a joint stands in the joint's frame."),
+        .text("Gives the pose of the moved part of a joint in the joint's frame."),
     );
     offer.command(
         Cmd::new("sim.setObjectChildPose", |c| {
@@ -200,6 +200,6 @@ fn child_poses(offer: &mut Offer<Vrep>) {
         .param(object("joint"))
         .param(table("pose", "{x, y, z, qx, qy, qz, qw}"))
         .text("Moves the moved part of a joint.")
-        .partial("What the joint leaves free counts."),
+        .partial("Only components that the joint leaves free have an effect."),
     );
 }

@@ -1,4 +1,4 @@
-//! Joints, and force sensors, which are joints that do not move.
+//! Commands on joints, and on force sensors, which are fixed joints.
 
 mod force_sensors;
 mod motors;

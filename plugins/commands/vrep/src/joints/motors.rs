@@ -1,4 +1,4 @@
-//! Joints: position, targets, forces, limits, modes.
+//! Commands on joints: position, targets, forces, limits, modes.
 
 use std::f64::consts::PI;
 
@@ -58,9 +58,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(flagged("joint"))
         .returns(Param::float("force").text("of a turning joint in N m, of a sliding one in N"))
-        .text(
-            "Gives the greatest force or torque of a joint's motor; in force mode what it pushes with, with its sign.",
-        )
+        .text("Gives the greatest force or torque of a joint's motor; in force mode the applied one, with its sign.")
         .example("x = sim.getJointTargetForce(joint)")
         .alias("sim.getJointMaxForce"),
     );
@@ -109,7 +107,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.setJointTargetForce", |c| {
             let (joint, force, p, w) = (id(c, 0)?, c.f64(1)?, &c.plugin().p, c.world());
-            // Its sign counts in force mode, also in one that begins later.
+            // The sign counts in force mode; it is stored for a force mode selected later.
             let signed = !c.has(2) || c.arg(2).truthy();
             write(c, p.joint_max_force, if signed { force } else { force.abs() })?;
             if signed {
@@ -137,7 +135,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let [low, high] = w.f64s(joint, p.joint_limits).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))?;
                 x = x.clamp(low, high);
             }
-            // The host keeps it within the limits.
+            // The host clamps the position to the limits.
             write(c, p.joint_position, x)?;
             c.ret(1_i64);
             Ok(())
@@ -253,7 +251,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Where newer scripts give a motion profile.
+/// Declares the parameter in which newer scripts pass a motion profile.
 fn motion() -> Param {
     Param::any("motionParams").optional().text("ignored: motors move as their force allows")
 }
@@ -264,7 +262,7 @@ fn read(c: &Shared<'_>, prop: Prop) -> Result<f64> {
     c.world().f64(joint, prop).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))
 }
 
-/// Whether a joint is in force mode, in which the sign of its force counts.
+/// Returns whether a joint is in force mode, in which the sign of its force counts.
 fn is_pushed(c: &Shared<'_>) -> Result<bool> {
     Ok(text_of(c, id(c, 0)?, c.plugin().p.joint_control)? == "force")
 }

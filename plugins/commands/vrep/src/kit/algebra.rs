@@ -1,7 +1,7 @@
 //! Rotations and poses in V-REP's conventions, as plain functions.
 //!
-//! Quaternions are x y z w; poses x y z and a quaternion; matrices the 12 numbers of three rows `[X Y Z p]`. Euler
-//! angles turn about the own x axis, then the own y, then the own z: `R = Rx(alpha) Ry(beta) Rz(gamma)`.
+//! A quaternion is x y z w; a pose is x y z and a quaternion; a matrix is 12 numbers, three rows of `[X Y Z p]`. Euler
+//! angles rotate about the body's x axis, then its y axis, then its z axis: `R = Rx(alpha) Ry(beta) Rz(gamma)`.
 
 pub(crate) type Vector = [f64; 3];
 pub(crate) type Quaternion = [f64; 4];
@@ -20,13 +20,13 @@ pub(crate) fn pose(p: Vector, q: Quaternion) -> Pose {
     [p[0], p[1], p[2], q[0], q[1], q[2], q[3]]
 }
 
-/// The unit quaternion of the same direction; none for zero.
+/// Returns the unit quaternion of the same direction; `None` for zero.
 pub(crate) fn normalized(q: Quaternion) -> Option<Quaternion> {
     let n = q.iter().map(|x| x * x).sum::<f64>().sqrt();
     (n > 1e-12).then(|| q.map(|x| x / n))
 }
 
-/// One turn after another: `a`, then `b` about the turned axes.
+/// Composes two rotations: `a`, then `b` about the rotated axes.
 pub(crate) fn turn(a: Quaternion, b: Quaternion) -> Quaternion {
     let ([ax, ay, az, aw], [bx, by, bz, bw]) = (a, b);
     [
@@ -52,7 +52,7 @@ pub(crate) fn length(a: Vector) -> f64 {
     (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]).sqrt()
 }
 
-/// A vector, turned.
+/// Rotates a vector.
 pub(crate) fn rotate(q: Quaternion, v: Vector) -> Vector {
     let u = [q[0], q[1], q[2]];
     let t = cross(u, v).map(|x| 2.0 * x);
@@ -60,7 +60,7 @@ pub(crate) fn rotate(q: Quaternion, v: Vector) -> Vector {
     [v[0] + q[3] * t[0] + s[0], v[1] + q[3] * t[1] + s[1], v[2] + q[3] * t[2] + s[2]]
 }
 
-/// The pose `b`, given in the frame `a`, in the frame that `a` is given in.
+/// Composes poses: `b` is relative to the frame `a`; the result is relative to the frame of `a`.
 pub(crate) fn compose(a: &Pose, b: &Pose) -> Pose {
     let q = rotation(a);
     pose(add(position(a), rotate(q, position(b))), turn(q, rotation(b)))
@@ -70,13 +70,13 @@ pub(crate) fn inverse(a: &Pose) -> Pose {
     pose(rotate(q, position(a)).map(|x| -x), q)
 }
 
-/// The quaternion of a turn about an axis.
+/// Returns the quaternion of a rotation about an axis; `None` if the axis is zero.
 pub(crate) fn about(axis: Vector, angle: f64) -> Option<Quaternion> {
     let n = length(axis);
     let (s, c) = libm::sincos(angle / 2.0);
     (n > 1e-12).then(|| [axis[0] / n * s, axis[1] / n * s, axis[2] / n * s, c])
 }
-/// Axis and angle, 0 to pi, of a turn.
+/// Returns the axis and the angle, 0 to pi, of a rotation.
 pub(crate) fn axis_angle(q: Quaternion) -> (Vector, f64) {
     let q = if q[3] < 0.0 { q.map(|x| -x) } else { q };
     let v = [q[0], q[1], q[2]];
@@ -92,7 +92,7 @@ pub(crate) fn from_euler([a, b, g]: Vector) -> Quaternion {
     let ((sa, ca), (sb, cb), (sg, cg)) = (half(a), half(b), half(g));
     turn(turn([sa, 0.0, 0.0, ca], [0.0, sb, 0.0, cb]), [0.0, 0.0, sg, cg])
 }
-/// Rows of the rotation matrix.
+/// Returns the rows of the rotation matrix.
 fn rows([x, y, z, w]: Quaternion) -> [Vector; 3] {
     [
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
@@ -105,14 +105,14 @@ fn euler_of_rows(r: [Vector; 3]) -> Vector {
     if r[0][2].abs() < 0.999_995 {
         [libm::atan2(-r[1][2], r[2][2]), beta, libm::atan2(-r[0][1], r[0][0])]
     } else {
-        // The first and last axis coincide: all of the turn goes to the last.
+        // Gimbal lock: the first and last axes coincide, and gamma takes the whole rotation.
         [0.0, beta, libm::atan2(r[1][0], r[1][1])]
     }
 }
 pub(crate) fn to_euler(q: Quaternion) -> Vector {
     euler_of_rows(rows(q)).map(|x| x + 0.0)
 }
-/// Yaw about z, then pitch about the new y, then roll about the new x.
+/// Returns the rotation by yaw about z, then pitch about the new y, then roll about the new x.
 pub(crate) fn from_yaw_pitch_roll([yaw, pitch, roll]: Vector) -> Quaternion {
     let (z, y, x) = (from_euler([0.0, 0.0, yaw]), from_euler([0.0, pitch, 0.0]), from_euler([roll, 0.0, 0.0]));
     turn(turn(z, y), x)
@@ -123,7 +123,7 @@ pub(crate) fn to_yaw_pitch_roll(q: Quaternion) -> Vector {
     if r[2][0].abs() < 0.999_995 {
         [libm::atan2(r[1][0], r[0][0]), pitch, libm::atan2(r[2][1], r[2][2])]
     } else {
-        // Yaw and roll coincide: all of the turn goes to yaw.
+        // Gimbal lock: the yaw and roll axes coincide, and yaw takes the whole rotation.
         [libm::atan2(-r[0][1], r[1][1]), pitch, 0.0]
     }
 }
@@ -141,7 +141,7 @@ fn quaternion_of_rows(r: [Vector; 3]) -> Quaternion {
         let s = 2.0 * (trace + 1.0).sqrt();
         [(r[2][1] - r[1][2]) / s, (r[0][2] - r[2][0]) / s, (r[1][0] - r[0][1]) / s, s / 4.0]
     } else {
-        // The largest element of the diagonal gives the steadiest root.
+        // Starting from the largest diagonal element is numerically most stable.
         let i = if r[0][0] >= r[1][1] && r[0][0] >= r[2][2] {
             0
         } else if r[1][1] >= r[2][2] {
@@ -161,7 +161,7 @@ fn quaternion_of_rows(r: [Vector; 3]) -> Quaternion {
     normalized(q).unwrap_or([0.0, 0.0, 0.0, 1.0])
 }
 
-/// A product of matrices, whatever their rotation parts are.
+/// Multiplies matrices; their rotation parts need not be rotations.
 pub(crate) fn multiply(a: &Matrix, b: &Matrix) -> Matrix {
     let mut out = [0.0; 12];
     for row in 0..3 {
@@ -178,12 +178,12 @@ pub(crate) fn multiply(a: &Matrix, b: &Matrix) -> Matrix {
 pub(crate) fn multiply_vector(m: &Matrix, v: Vector) -> Vector {
     [0, 4, 8].map(|i| m[i] * v[0] + m[i + 1] * v[1] + m[i + 2] * v[2] + m[i + 3])
 }
-/// The inverse of a matrix whose rotation part is a rotation.
+/// Inverts a matrix whose rotation part is a rotation.
 pub(crate) fn invert(m: &Matrix) -> Matrix {
     let t = |i: usize| -(m[i] * m[3] + m[i + 4] * m[7] + m[i + 8] * m[11]);
     [m[0], m[4], m[8], t(0), m[1], m[5], m[9], t(1), m[2], m[6], m[10], t(2)]
 }
-/// Between two poses: straight line and shortest turn.
+/// Interpolates between two poses, along a straight line and the shortest rotation.
 pub(crate) fn interpolate(a: &Pose, b: &Pose, t: f64) -> Pose {
     let (p, q) = (position(a), position(b));
     let at = [0, 1, 2].map(|i| p[i] + (q[i] - p[i]) * t);
@@ -201,7 +201,7 @@ mod tests {
         a.len() == b.len() && a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-12)
     }
 
-    /// The elements as tests/facts/script-api.md, 7, gives them.
+    /// Expected elements: tests/facts/script-api.md, section 7.
     #[test]
     fn matrix_of_euler_angles() {
         let (a, b, g) = (0.3_f64, -0.7_f64, 1.9_f64);

@@ -1,4 +1,4 @@
-//! Arguments, the objects that they name, and what is said of wrong ones.
+//! Reads arguments and the objects that they name, and builds the errors for wrong ones.
 
 use tatu_plugin_api::{
     abi::*,
@@ -18,10 +18,10 @@ pub(crate) const HANDLE_TREE: i64 = -6;
 pub(crate) const HANDLE_CHAIN: i64 = -7;
 pub(crate) const HANDLE_PARENT: i64 = -11;
 pub(crate) const HANDLE_SCENE: i64 = -12;
-/// The bits of a number that are the handle; those above are flags.
+/// Mask of the bits of a number that are the handle; higher bits are flags.
 pub(crate) const HANDLE_BITS: i64 = TATU_SLOT_BITS as i64;
 
-/// The number that scripts see; -1 for no object.
+/// Returns the handle that scripts see; -1 for no object.
 pub(crate) fn handle(id: tatu_object) -> i64 {
     match id & HANDLE_BITS as u64 {
         0 => -1,
@@ -29,12 +29,12 @@ pub(crate) fn handle(id: tatu_object) -> i64 {
     }
 }
 
-/// The object that argument `i` names.
+/// Returns the id of the object that argument `i` names.
 #[inline]
 pub(crate) fn id(c: &Shared<'_>, i: usize) -> Result<tatu_object> {
     id_of(c.arg(i), i)
 }
-/// The object that a value names: an object, or a number whose flags are dropped.
+/// Returns the id that a value names: an object, or a number whose flags are ignored.
 #[inline]
 pub(crate) fn id_of(v: ValueRef<'_>, i: usize) -> Result<tatu_object> {
     let id = match v.as_i64() {
@@ -47,12 +47,12 @@ pub(crate) fn id_of(v: ValueRef<'_>, i: usize) -> Result<tatu_object> {
     }
     Ok(id)
 }
-/// The object that argument `i` names, which must exist.
+/// Returns the object that argument `i` names; it must exist.
 pub(crate) fn living(c: &Shared<'_>, i: usize) -> Result<Object> {
     let id = id(c, i)?;
     c.world().look(id).map_err(|e| no_object(id, &e))
 }
-/// The object that argument `i` names, which must be of a kind.
+/// Returns the object that argument `i` names; it must be of the given kind.
 pub(crate) fn of_kind(c: &Shared<'_>, i: usize, kind: i32) -> Result<tatu_object> {
     let o = living(c, i)?;
     if o.kind == kind || c.world().used_as(o.id, kind_key(kind)) { Ok(o.id) } else { Err(wrong_kind(c, o, kind)) }
@@ -69,7 +69,7 @@ fn wrong_kind(c: &Shared<'_>, o: Object, wanted: i32) -> Fail {
         kind_name(wanted)
     ))
 }
-/// Why an access failed: no such object, not of that kind, or what the host says.
+/// Explains why an access failed: no such object, an object of another kind, or the host's own error.
 #[cold]
 pub(crate) fn explain(c: &Shared<'_>, id: tatu_object, wanted: i32, fail: Fail) -> Fail {
     match c.world().look(id) {
@@ -81,7 +81,7 @@ pub(crate) fn explain(c: &Shared<'_>, id: tatu_object, wanted: i32, fail: Fail) 
         Ok(_) => fail,
     }
 }
-/// Likewise where any kind will do.
+/// Like [`explain`], for commands that accept any kind.
 #[cold]
 pub(crate) fn explain_any(c: &Shared<'_>, id: tatu_object, fail: Fail) -> Fail {
     match c.world().look(id) {
@@ -89,7 +89,7 @@ pub(crate) fn explain_any(c: &Shared<'_>, id: tatu_object, fail: Fail) -> Fail {
         Ok(_) => fail,
     }
 }
-/// A kind as in the property `object.kind`.
+/// Returns a kind as the property `object.kind` spells it.
 pub(crate) fn kind_key(kind: i32) -> &'static str {
     match kind {
         TATU_KIND_SHAPE => "shape",
@@ -105,7 +105,7 @@ pub(crate) fn kind_key(kind: i32) -> &'static str {
         _ => "",
     }
 }
-/// A kind for people.
+/// Returns the name of a kind for messages.
 fn kind_name(kind: i32) -> &'static str {
     match kind {
         TATU_KIND_SHAPE => "a shape",
@@ -122,34 +122,34 @@ fn kind_name(kind: i32) -> &'static str {
         _ => "an object of another kind",
     }
 }
-/// The path of an object, for messages.
+/// Returns the path of an object, for messages.
 pub(crate) fn path(c: &Shared<'_>, id: tatu_object) -> String {
     text_of(c, id, c.plugin().p.path).unwrap_or_default()
 }
-/// A property that is a text.
+/// Returns a property that is a text.
 pub(crate) fn text_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<String> {
     let v = c.world().get(id, prop).map_err(|e| explain_any(c, id, e))?;
     v.as_str().map(|s| s.into_owned()).ok_or_else(|| Fail::new("the host returned a value that is not text"))
 }
-/// A property that is true or false.
+/// Returns a boolean property.
 pub(crate) fn bool_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<bool> {
     Ok(c.world().get(id, prop)?.truthy())
 }
-/// A property that is an integer.
+/// Returns an integer property.
 pub(crate) fn int_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<i64> {
     c.world().get(id, prop)?.as_i64().ok_or_else(|| Fail::new("the host returned a value that is not an integer"))
 }
-/// The parent; 0: none.
+/// Returns the parent; 0: none.
 pub(crate) fn parent(c: &Shared<'_>, id: tatu_object) -> Result<tatu_object> {
     let v = c.world().get(id, c.plugin().p.parent).map_err(|e| explain_any(c, id, e))?;
     Ok(v.as_object().unwrap_or(0))
 }
 
-/// The first `N` numbers of argument `i`, a table that may be longer.
+/// Returns the first `N` numbers of argument `i`, a table that may be longer.
 pub(crate) fn numbers<const N: usize>(c: &Shared<'_>, i: usize) -> Result<[f64; N]> {
     numbers_of(c.arg(i), i)
 }
-/// Likewise of a value that stands at place `i`.
+/// Like [`numbers`], for a value; `i` is its argument index for messages.
 pub(crate) fn numbers_of<const N: usize>(v: ValueRef<'_>, i: usize) -> Result<[f64; N]> {
     let mut out = [0.0; N];
     if v.len() < N {
@@ -166,28 +166,28 @@ pub(crate) fn numbers_of<const N: usize>(v: ValueRef<'_>, i: usize) -> Result<[f
     }
     Ok(out)
 }
-/// The number at place `k` of a table; like Lua's own functions, it takes texts that are numbers.
+/// Returns element `k` of a table as a number; numeric strings are converted, as Lua does.
 pub(crate) fn element(v: ValueRef<'_>, k: usize) -> Option<f64> {
     let from_text = || std::str::from_utf8(v.list()?.get(k)?.as_bytes()?).ok()?.trim().parse().ok();
     v.number(k).or_else(from_text)
 }
-/// Whether a value is a table of numbers or values.
+/// Returns whether a value is a table of numbers or of values.
 pub(crate) fn is_table(v: ValueRef<'_>) -> bool {
     (TATU_F64S..=TATU_MAP).contains(&v.tag())
 }
-/// Packed data that stands in for what a scene had: it unpacks to zeros, or to an empty table.
+/// Packed data returned for data that a missing scene would hold: it unpacks to zeros, or to an empty table.
 pub(crate) const STAND_IN: &[u8] = &[0; 512];
 
-/// An integer argument, or what stands for it when it is not given.
+/// Returns an integer argument, or `otherwise` if it is not given.
 pub(crate) fn int_or(c: &Shared<'_>, i: usize, otherwise: i64) -> Result<i64> {
     if c.has(i) { c.i64(i) } else { Ok(otherwise) }
 }
-/// A quaternion of length 1.
+/// Normalizes a quaternion argument.
 pub(crate) fn unit(q: al::Quaternion, i: usize) -> Result<al::Quaternion> {
     al::normalized(q).ok_or_else(|| Fail::argument(format!("argument {}: the quaternion is zero", i + 1)))
 }
 
-/// Whether the caller is a main script.
+/// Returns whether the caller is a main script.
 pub(crate) fn is_main(c: &Ctx<'_>) -> Result<bool> {
     let script = c.caller_script();
     Ok(script != 0 && text_of(c, script, c.plugin().p.script_kind)? == "main")

@@ -1,15 +1,15 @@
-//! Declaring commands: under both names, and the parameters that many have.
+//! Helpers that declare commands under both names, and common parameters.
 
 pub(crate) use tatu_commands_common::{MINUS, NIL};
 use tatu_plugin_api::safe::{IntoResult, Param, Result, Value};
 
 use super::plugin::{Cmd, Ctx, Shared};
 
-/// A command's name in the `sim` table, and the flat one of older scripts. Both stand as they are written in scripts, so
-/// that a search for either finds the declaration.
+/// A command's name in the `sim` table, and its flat name in older scripts. Both are spelled in full, so that a search
+/// for either finds the declaration.
 pub(crate) type Names = [&'static str; 2];
 
-/// A command under both names; `on_error` is what a failed call under the flat one returns.
+/// Builds a command under both names; `on_error` is what a failed call by the flat name returns.
 pub(crate) fn both<T: IntoResult + 'static>(
     [name, old]: Names,
     on_error: [Value; 1],
@@ -17,7 +17,7 @@ pub(crate) fn both<T: IntoResult + 'static>(
 ) -> Cmd {
     Cmd::new(name, run).old_name(old, on_error)
 }
-/// The same for one that others may run beside.
+/// Like [`both`], for a command that may run in parallel with others.
 pub(crate) fn both_beside<T: IntoResult + 'static>(
     [name, old]: Names,
     on_error: [Value; 1],
@@ -26,22 +26,22 @@ pub(crate) fn both_beside<T: IntoResult + 'static>(
     Cmd::side_by_side(name, run).old_name(old, on_error)
 }
 
-/// A parameter that names an object.
+/// Declares a parameter that names an object.
 pub(crate) fn object(key: &str) -> Param {
     Param::object(key).text("a handle")
 }
-/// A parameter that names an object, where old scripts may add flags to the number.
+/// Declares a parameter that names an object, to whose number old scripts may add flags.
 pub(crate) fn flagged(key: &str) -> Param {
     Param::int(key).text("a handle, flags may be added")
 }
-/// The object whose frame is meant.
+/// Declares the parameter that selects the reference frame.
 pub(crate) fn frame_param() -> Param {
     Param::int("relativeTo")
         .default(-1)
         .optional()
         .text("-1: the world, sim.handle_parent: its parent, or an object; a joint's moved frame")
 }
-/// A table of at least as many numbers as its text says; longer ones are accepted.
+/// Declares a table of numbers; `text` says how many. Longer tables are accepted.
 pub(crate) fn table(key: &str, text: &str) -> Param {
     Param::floats(key, 0).text(text)
 }

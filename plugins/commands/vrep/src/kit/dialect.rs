@@ -1,15 +1,15 @@
-//! Which version the calling script was written for, and what differs by it.
+//! The version that the calling script was written for, and behaviour that depends on it.
 
 use tatu_plugin_api::safe::Result;
 
 use super::plugin::Shared;
 
-/// The version whose manners the calling script was written for; without one, the newest.
+/// Returns the version that the calling script was written for; if it has none, the newest.
 pub(crate) fn version(c: &Shared<'_>) -> (u32, u32) {
     version_of(c.caller_dialect())
 }
 pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
-    // Bytes, not a text: each call asks that makes a difference between versions. This is how they mostly look.
+    // A fast path for the usual form `N.N`, on bytes: every version-dependent command calls this.
     if let [major @ b'0'..=b'9', b'.', minor @ b'0'..=b'9'] = dialect {
         return (u32::from(major - b'0'), u32::from(minor - b'0'));
     }
@@ -24,15 +24,15 @@ pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
         _ => (4, 9),
     }
 }
-/// Whether the command was called by a flat name; for commands that have no other names than `sim.x` and flat ones.
+/// Returns whether the command was called by a flat name; only for commands whose aliases are all flat.
 pub(crate) fn flat(c: &Shared<'_>) -> bool {
     c.alias() > 0
 }
-/// Whether the caller expects what scripts of before 4.2 got; who has no version, by the name that was called.
+/// Returns whether the caller expects the behaviour of before 4.2; without a version, the called name decides.
 pub(crate) fn old_era(c: &Shared<'_>) -> bool {
     if c.caller_dialect().is_empty() { flat(c) } else { version(c) < (4, 2) }
 }
-/// A setter has done its work: 1 in the old days, nothing since.
+/// Finishes a setter: returns 1 to scripts of before 4.2, and nothing to later ones.
 pub(crate) fn done(c: &mut Shared<'_>) -> Result {
     if old_era(c) {
         c.ret(1_i64);

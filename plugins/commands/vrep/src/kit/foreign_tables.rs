@@ -1,10 +1,10 @@
-//! Tables that the original packed, in its own form and as CBOR: data of its scenes.
+//! Tables packed by the original, in its own format and as CBOR: data stored in its scenes.
 //!
-//! Its own form was found in files (tests/facts/script-api.md, 7): a byte 0, or 5 since 4.5, then the table.
+//! Its own format was derived from files (tests/facts/script-api.md, 7): a byte 0 (5 since 4.5), then the table.
 
 use tatu_plugin_api::safe::{MAX_DEPTH, Value};
 
-/// A value in either form; `None`: the bytes are neither.
+/// Decodes a value in either format; `None`: the bytes are neither.
 pub(crate) fn read(data: &[u8]) -> Option<Value> {
     match data {
         [0 | 5, rest @ ..] => table(&mut &*rest, 0),
@@ -21,7 +21,7 @@ fn take<'a>(rest: &mut &'a [u8], n: usize) -> Option<&'a [u8]> {
 
 fn count(rest: &mut &[u8]) -> Option<usize> {
     let n = i32::from_le_bytes(take(rest, 4)?.try_into().ok()?);
-    // Each has a byte at least.
+    // Each element takes at least one byte, which bounds the count.
     usize::try_from(n).ok().filter(|n| *n <= rest.len())
 }
 
@@ -44,7 +44,7 @@ fn value(rest: &mut &[u8], depth: usize) -> Option<Value> {
     Some(match take(rest, 1)?[0] {
         0 => Value::Nil,
         1 => Value::Float(f64::from_le_bytes(take(rest, 8)?.try_into().ok()?)),
-        // No file that was seen has one: assumed.
+        // Assumed: no file seen so far contains a boolean.
         2 => Value::Bool(take(rest, 1)?[0] != 0),
         3 => {
             let n = count(rest)?;

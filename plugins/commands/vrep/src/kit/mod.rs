@@ -1,9 +1,9 @@
-//! What all subjects share. It knows neither the state of a world nor a subject.
+//! Code shared by all subjects. It depends neither on the state of a world nor on a subject.
 //!
 //! - `plugin`: the plugin, and the types of its commands; `props`: interned property keys;
-//! - `declare`: commands under both names, common parameters; `arguments`: what is read from calls, and messages;
+//! - `declare`: commands under both names, common parameters; `arguments`: reads arguments, builds errors;
 //! - `dialect`: the version that a script was written for;
-//! - `algebra`: rotations and poses; `tables`: values as bytes; `tags`: free data of objects.
+//! - `algebra`: rotations and poses; `tables`: packs values into bytes; `tags`: custom data of objects.
 
 pub(crate) mod algebra;
 mod arguments;

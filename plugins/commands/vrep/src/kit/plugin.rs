@@ -1,4 +1,4 @@
-//! The plugin as its commands see it.
+//! The plugin type, and short names for its commands and calls.
 
 use tatu_plugin_api::safe::{Call, Command, SharedCall};
 
@@ -9,10 +9,10 @@ pub struct Vrep {
     pub(crate) p: Props,
 }
 
-/// A running command of this plugin.
+/// A call of one of this plugin's commands.
 pub(crate) type Ctx<'a> = Call<'a, Vrep>;
 
-/// One that others may run beside.
+/// A call that may run in parallel with others.
 pub(crate) type Shared<'a> = SharedCall<'a, Vrep>;
 
 /// A command of this plugin.

@@ -1,6 +1,7 @@
-//! Values as bytes and back.
+//! Packs values into bytes, and unpacks them.
 //!
-//! A mark, then the value: a letter for its type, and its bytes little-endian; lists and maps have their count first.
+//! The format is a marker byte, then the value: a letter for its type and its bytes, little-endian; lists and maps
+//! begin with their count.
 
 use tatu_plugin_api::safe::{Fail, Result, Value};
 
@@ -11,7 +12,7 @@ use super::{
 
 const MARK: u8 = 0xF7;
 
-/// A value as bytes.
+/// Packs a value.
 pub(crate) fn pack(v: &Value) -> Result<Vec<u8>> {
     let mut out = vec![MARK];
     write(v, &mut out)?;
@@ -60,7 +61,7 @@ fn write(v: &Value, out: &mut Vec<u8>) -> Result {
     Ok(())
 }
 
-/// The value of bytes.
+/// Unpacks a value.
 pub(crate) fn unpack(data: &[u8]) -> Result<Value> {
     let garbage = || Fail::argument("the data is not a packed table");
     if data == STAND_IN {

@@ -1,7 +1,7 @@
-//! Free data of objects and of the scene, by tag, as the core keeps it (`object.data`, `scene.data`).
+//! Custom data of objects and of the scene, by tag, as the core stores it (`object.data`, `scene.data`).
 //!
-//! What V-REP knows of an object and the core does not stands there too, under tags that begin with [`OWN`]: it is copied,
-//! saved and removed with the object. Scripts never see these tags.
+//! Attributes of V-REP's objects that the core does not have are stored here too, under tags that begin with [`OWN`]:
+//! they are copied, saved and removed with the object. Scripts never see these tags.
 
 use tatu_plugin_api::{
     abi::tatu_object,
@@ -13,10 +13,10 @@ use super::{
     plugin::{Ctx, Shared},
 };
 
-/// The first character of tags of this plugin.
+/// First byte of this plugin's private tags.
 pub(crate) const OWN: u8 = 1;
 
-/// All data of an object; 0: of the scene.
+/// Returns all data of an object; id 0: of the scene.
 pub(crate) fn all(c: &Shared<'_>, id: tatu_object) -> Result<Vec<(Vec<u8>, Vec<u8>)>> {
     let p = &c.plugin().p;
     let v = c.world().get(id, if id == 0 { p.scene_data } else { p.object_data }).map_err(|e| explain_any(c, id, e))?;
@@ -24,12 +24,12 @@ pub(crate) fn all(c: &Shared<'_>, id: tatu_object) -> Result<Vec<(Vec<u8>, Vec<u
     Ok(v.map().unwrap_or_default().iter().map(|[key, value]| (bytes(key), bytes(value))).collect())
 }
 
-/// The data of a tag.
+/// Returns the data under a tag.
 pub(crate) fn get(c: &Shared<'_>, id: tatu_object, tag: &[u8]) -> Result<Option<Vec<u8>>> {
     Ok(all(c, id)?.into_iter().find(|(k, _)| k == tag).map(|(_, v)| v))
 }
 
-/// Writes the data of a tag, or removes it.
+/// Writes the data under a tag, or removes it if `value` is `None`.
 pub(crate) fn set(c: &Ctx<'_>, id: tatu_object, tag: &[u8], value: Option<&[u8]>) -> Result {
     let mut all = all(c, id)?;
     all.retain(|(k, _)| k != tag);
@@ -39,7 +39,7 @@ pub(crate) fn set(c: &Ctx<'_>, id: tatu_object, tag: &[u8], value: Option<&[u8]>
     put(c, id, all)
 }
 
-/// Writes all data.
+/// Replaces all data of an object.
 pub(crate) fn put(c: &Ctx<'_>, id: tatu_object, all: Vec<(Vec<u8>, Vec<u8>)>) -> Result {
     let p = &c.plugin().p;
     let map = all.into_iter().map(|(k, v)| (Value::Text(k), Value::Bytes(v))).collect();
@@ -50,23 +50,23 @@ fn own(name: &str) -> Vec<u8> {
     [&[OWN], name.as_bytes()].concat()
 }
 
-/// A number of this plugin's own.
+/// Returns a private number of this plugin.
 pub(crate) fn number(c: &Ctx<'_>, id: tatu_object, name: &str) -> Result<Option<f64>> {
     let text = get(c, id, &own(name))?;
     Ok(text.and_then(|t| String::from_utf8(t).ok()).and_then(|t| t.parse().ok()))
 }
 
-/// Keeps a number of this plugin's own.
+/// Stores a private number of this plugin.
 pub(crate) fn set_number(c: &Ctx<'_>, id: tatu_object, name: &str, x: f64) -> Result {
     set(c, id, &own(name), Some(x.to_string().as_bytes()))
 }
 
-/// Data of this plugin's own.
+/// Returns private data of this plugin.
 pub(crate) fn private(c: &Shared<'_>, id: tatu_object, name: &str) -> Result<Option<Vec<u8>>> {
     get(c, id, &own(name))
 }
 
-/// Keeps data of this plugin's own, or forgets it.
+/// Stores private data of this plugin, or removes it if `value` is `None`.
 pub(crate) fn set_private(c: &Ctx<'_>, id: tatu_object, name: &str, value: Option<&[u8]>) -> Result {
     set(c, id, &own(name), value)
 }

@@ -1,6 +1,6 @@
--- Functions that every script of the original finds as globals: remains of older Lua, and small helpers.
+-- Global functions that every script of the original has: leftovers of older Lua versions, and small helpers.
 local script = ...
--- Scripts may use these names for something of their own.
+-- Local copies, because scripts may redefine these globals.
 local type, pairs, ipairs, tostring, select, print = type, pairs, ipairs, tostring, select, print
 local math, table, string = math, table, string
 
@@ -28,8 +28,8 @@ end
 
 function math.sign(x) return x > 0 and 1 or x < 0 and -1 or 0 end
 
--- A table as Lua writes it: the array first, then the other keys in an order that does not change. Of the two forms of the
--- original this one has blanks, and quotes that are not escaped.
+-- Writes a table as Lua source: the array part first, then the other keys in a stable order. Of the two formats of the
+-- original this is the one with blanks and unescaped quotes.
 local function write(t, separator, inside)
     if inside[t] then
         return "..."
@@ -74,7 +74,7 @@ local function write(t, separator, inside)
     return "{" .. table.concat(out, separator) .. "}"
 end
 
--- Since 2019 `printf`, since 4.6 the rest. Names that a text defines itself win, since it runs later.
+-- `printf` exists since 2019, the rest since 4.6. A script's own definitions run later and replace these.
 if script.has("printf") then
     function printf(format, ...)
         local values = { ... }

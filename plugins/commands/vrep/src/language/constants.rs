@@ -1,7 +1,7 @@
-//! The constants of the API: `sim_handle_self` and `sim.handle_self`.
+//! Constants of the API: `sim_handle_self` and `sim.handle_self`.
 //!
-//! One table, by subject. A name stands without its beginning; each gets both, except that the flat names of `rml_`
-//! begin with `simrml_`. What a number means stands with the command that takes it.
+//! They are in one table, ordered by subject. Names are listed without prefix; each gets both, except that the flat
+//! names of `rml_` begin with `simrml_`. The meaning of a number is documented at the command that takes it.
 
 use crate::kit::*;
 
@@ -16,7 +16,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
 }
 
-/// Names and values of the table.
+/// Returns the names and values of the table.
 fn all() -> impl Iterator<Item = (&'static str, i64)> {
     TABLE.lines().filter(|line| !line.starts_with('#')).flat_map(|line| line.split(';')).filter_map(|item| {
         let (name, value) = item.trim().split_once(' ')?;

@@ -1,8 +1,8 @@
-//! By which words a text of this API shows what kind of script it is.
+//! Words by which the kind of a script is recognized from its text.
 
 use crate::kit::*;
 
-/// In order: the first that is found decides.
+/// The first match decides.
 const MARKS: &[(&str, &[&str])] = &[
     // Only main scripts run the stages of a step.
     ("main", &["simHandleSimulationStart", "simHandleDynamics", "simLaunchThreadedChildScripts", "defaultMainScript"]),
@@ -11,7 +11,7 @@ const MARKS: &[(&str, &[&str])] = &[
     ("customization", &["sim_customizationscriptcall_", "sysCall_nonSimulation"]),
     ("customization", &["sysCall_beforeSimulation", "sysCall_afterSimulation"]),
     ("customization", &["sysCall_beforeInstanceSwitch", "sysCall_afterInstanceSwitch"]),
-    // Words of which only threads make use; in scripts of today every script may.
+    // Words that only threaded scripts use; since 4.2 every script may use threads.
     ("threaded", &["sysCall_threadmain", "sim_childscriptcall_threaded"]),
     ("threaded", &["simSetThreadSwitchTiming", "simSetThreadAutomaticSwitch", "simSwitchThread"]),
     ("threaded", &["simDelegateChildScriptExecution"]),
@@ -24,6 +24,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             offer.kind_mark("lua", kind, word, 0);
         }
     }
-    // A text without callbacks that gives something back.
+    // A script without callbacks that returns a value.
     offer.kind_mark("lua", "module", "return", TATU_MARK_LAST_LINE);
 }

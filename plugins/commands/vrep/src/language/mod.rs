@@ -1,4 +1,5 @@
-//! What script languages get of this API: constants, the prelude, modules, marks of kinds. No command is here.
+//! What script languages need of this API: constants, the prelude, modules, and the marks of script kinds. It has no
+//! commands.
 
 mod constants;
 mod kinds;

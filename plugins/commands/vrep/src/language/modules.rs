@@ -1,6 +1,6 @@
-//! Lua modules of the original that scripts `require`, as far as they mean something here.
+//! Lua modules of the original that scripts `require`, as far as they are useful here.
 //!
-//! A file of the same name that a script may read comes before these.
+//! A file of the same name that a script can read takes precedence.
 
 use crate::kit::*;
 

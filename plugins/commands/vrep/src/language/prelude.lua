@@ -1,13 +1,13 @@
--- Runs once in every new script state. Tells the language how scripts of this API are called.
+-- Runs once in every new script state. Returns how the language must call scripts of this API.
 local script = ...
 local has = script.has
--- Scripts may use these names for something of their own.
+-- Local copies, because scripts may redefine these globals.
 local type, tonumber, math = type, tonumber, math
 
--- The version that a text was written for, by what it speaks of. The same rules stand in docs/guide/scripts.md.
+-- Infers the version that a script was written for from the names it uses. docs/guide/scripts.md lists the same rules.
 local function dialect()
     local namespace = script.between("sim.", "sim/") or script.between("sysCall_", "sysCall`")
-    -- Modules, and what came with 4.2 or later.
+    -- Modules, and names introduced with 4.2 or later.
     if script.between("require sim", "require sin")
         or has("sysCall_thread", "sysCall_joint", "sysCall_contact", "sysCall_dyn", "sysCall_msg", "sysCall_selChange",
             "sysCall_data", "sysCall_event", "sysCall_ext", "sysCall_afterLoad", "sysCall_realTimeIdle")
@@ -23,7 +23,7 @@ local function dialect()
     then
         return "4.9"
     end
-    -- What was gone again by 4.2, and the old names beside the new ones.
+    -- Names removed by 4.2, and old names mixed with new ones.
     if namespace and (has("sim_call_type", "sysCall_threadmain", "sysCall_jointCallback", "sysCall_contactCallback",
             "sysCall_dynCallback", "sysCall_addOnScriptRun", "sysCall_addOnScriptSuspend", "sysCall_addOnScriptResume")
         or has("sim.getObjectHandle", "sim.getObjectAssociatedWithScript", "sim.getScriptAssociatedWithObject",
@@ -38,7 +38,7 @@ local function dialect()
     then
         return "4.1"
     end
-    -- Flat names alone: simGetObjectHandle, sim_handle_self.
+    -- Only flat names: simGetObjectHandle, sim_handle_self.
     if not namespace and (script.between("simA", "sim[") or script.between("sim_", "sim`")) then
         return "3.2"
     end
@@ -48,12 +48,12 @@ end
 local version = script.dialect or dialect()
 local major, minor, patch = version:match("^(%d+)%.?(%d*)%.?(%d*)")
 major, minor, patch = tonumber(major) or 4, tonumber(minor) or 0, tonumber(patch) or 0
--- One number that grows with the version: 3.1.3 is 30103.
+-- The version as one increasing number: 3.1.3 is 30103.
 local number = major * 10000 + minor * 100 + patch
 local era = number < 30500 and "A" or number < 40200 and "B" or "C"
 
--- How the text is run, where it tells: once a step (before 3.1.3), or once, as a thread. Else the language finds out
--- whether there are functions, or the whole text runs for each callback.
+-- Returns how the text is run, if it shows that: once per step (before 3.1.3), or once, as a thread. Otherwise the
+-- language checks whether the text defines callbacks; if not, it runs the whole text for each callback.
 local function style()
     if script.between("sysCall_", "sysCall`") then
         return nil
@@ -79,7 +79,8 @@ local function style()
     end
 end
 
--- Why a text that runs as a whole is run: the global `sim_call_type`, by era and, to 3.4, by the kind of script.
+-- Values of the global `sim_call_type`, by which a script without callbacks sees why it runs: by era and, up to 3.4, by
+-- the kind of script.
 local common = {
     B = {
         init = 0, cleanup = 1, nonSimulation = 2, beforeSimulation = 3, afterSimulation = 4, actuation = 5, sensing = 6,
@@ -108,17 +109,17 @@ for callback, value in pairs(common[era] or families[kind]) do
     reasons[callback] = value
 end
 if kind == "addon" then
-    -- Their whole text runs at the end of each pass, and for nothing else.
+    -- The whole text of these add-ons runs at the end of each pass, and never otherwise.
     for callback in pairs(reasons) do
         reasons[callback] = families.addon[callback] and reasons[callback] or nil
     end
 end
 if kind == "main" then
-    -- Old main scripts have one part for the whole step, which calls the other scripts twice.
+    -- Old main scripts have one section for the whole step, which calls the other scripts twice.
     reasons.sensing, reasons.thread = nil, nil
 end
 
--- The names of these numbers.
+-- The names of these numbers in the API.
 local names = {
     main = {initialization = "init", cleanup = "cleanup", regular = "actuation"},
     child = {
@@ -152,7 +153,7 @@ constants["sim.syscb_aos_run"] = constants["sim.syscb_run"]
 constants["sim.syscb_aos_suspend"] = constants["sim.syscb_addonsuspend"]
 constants["sim.syscb_aos_resume"] = constants["sim.syscb_addonresume"]
 
--- `simInvertMatrix` changes the table that it is given, which no command can.
+-- `simInvertMatrix` modifies its argument in place, which no command can do.
 function simInvertMatrix(matrix)
     local inverse = simGetInvertedMatrix(matrix)
     if not inverse then
@@ -164,12 +165,12 @@ function simInvertMatrix(matrix)
     return 1
 end
 
--- What scripts of sensors are told after these have measured, in their own words.
+-- Scripts of sensors are called after the sensor has been measured, with the arguments of the original.
 if sim and has("sysCall_vision", "sysCall_trigger") then
     function sysCall_measured(data) sim.handleSensorCallbacks(data.sensor) end
 end
 
--- Texts from before 3.1.3 that a later version has saved keep their own count of runs, in these words.
+-- Scripts from before 3.1.3 that a later version has saved count their runs themselves, by this command.
 if era == "A" and has("simSetScriptAttribute") then
     local other, count = simSetScriptAttribute, nil
     function simSetScriptAttribute(which, attribute, value)
@@ -183,11 +184,11 @@ if era == "A" and has("simSetScriptAttribute") then
     function simGetScriptExecutionCount() return count or counted() end
 end
 
--- Slices of threads belong to the language; what sets them is told to it here. The commands of these names serve callers
--- without a thread.
+-- Time slices of threads are implemented by the language; these functions configure them. The commands of the same
+-- names serve callers that are not threads.
 local delay, held = 2, 0
 local function cut()
-    -- With a delay of 0 a thread is switched at every look.
+    -- With a delay of 0 a thread is switched at every check.
     return script.slice(held > 0 and 0 or math.max(delay, 1e-3))
 end
 local function timing(ms)
@@ -217,9 +218,9 @@ if sim then
     function sim.releaseLock() stepping(false) end
 end
 return {
-    -- Modern scripts define functions of these names, %s being the callback; some had other names before.
+    -- Modern scripts define functions of these names, where %s is the callback; some had other names before.
     functions = "sysCall_%s",
-    -- Add-ons of 3.5 to 4.1 had functions of their own, and other names were changed with 4.4.
+    -- Add-ons of 3.5 to 4.1 had their own function names, and 4.4 renamed others.
     also = {
         run = "sysCall_addOnScriptRun",
         addonSuspend = "sysCall_addOnScriptSuspend",
@@ -230,7 +231,7 @@ return {
         dyn = "sysCall_dynCallback",
         beforeStep = "sysCall_beforeMainScript",
     },
-    -- What this API calls the fields of callbacks' arguments, and the host those of their results.
+    -- Names of callback arguments in this API and in the host; the same for results below.
     arguments = {
         dyn = { step = "passCnt", steps = "totalPasses", after = "afterStep" },
         joint = { step = "passCnt", steps = "totalPasses" },
@@ -244,16 +245,16 @@ return {
     rerun = {
         variable = "sim_call_type",
         values = reasons,
-        -- Only texts that speak of threads are run as one.
+        -- Only texts that mention threads are run as a thread.
         needs = { thread = { "sim_childscriptcall_threaded" } },
         extra = { sim_current_script_id = "script" },
     },
-    -- Old add-ons end by returning 0, later ones by sim.syscb_cleanup.
+    -- Old add-ons end by returning 0, later ones by returning sim.syscb_cleanup.
     ends = script.kind == "addon" and (era == "A" and 0 or 1) or nil,
     constants = constants,
-    -- The name space of commands and constants.
+    -- The namespace of commands and constants.
     api = { "sim" },
-    -- Modules of the original that nobody offers here.
+    -- Modules of the original that are not provided.
     lacking = {
         "simIK", "simUI", "simROS", "simROS2", "simOMPL", "simURDF", "simGLTF", "simSDF", "simIGL", "simICP",
         "simMTB", "simBWF", "simCHAI3D", "simConvex", "simAssimp", "simEigen", "simGeom", "simQHull", "simLDraw",
@@ -266,11 +267,11 @@ return {
     dialect = version,
     old_dialect = "3.2",
     new_dialect = "4.9",
-    -- From which version on scripts of a world are called in which order.
+    -- The order in which the scripts of a world are called, from each version on.
     orders = { { "0", "parents_first" }, { "3.6", "by_kind" }, { "4.4", "deepest_first" } },
-    -- What lets a thread wait for the next step.
+    -- The command by which a thread waits for the next step.
     switch = "sim.switchThread",
-    -- Before 4.5 numbers passed as 32-bit floats, but for these commands.
+    -- Before 4.5 numbers were passed as 32-bit floats, except by these commands.
     single = number < 40500,
     exact = {
         "sim.packDoubleTable", "sim.unpackDoubleTable", "simPackDoubles", "simUnpackDoubles", "sim.packTable",

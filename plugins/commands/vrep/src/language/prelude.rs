@@ -1,4 +1,4 @@
-//! What script languages are given about scripts of this API.
+//! Offers the prelude that script languages run for scripts of this API.
 
 use crate::kit::*;
 

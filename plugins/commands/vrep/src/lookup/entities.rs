@@ -1,4 +1,4 @@
-//! What the handle of a collection means, and of anything that shapes are looked for in.
+//! Resolves the handle of a collection, and of anything else that commands search for shapes.
 
 use super::sets;
 use crate::{
@@ -6,12 +6,12 @@ use crate::{
     state::{collections::FIRST, state},
 };
 
-/// The refusal for a collection that is not there.
+/// Builds the error for a missing collection.
 pub(crate) fn none(which: i64) -> Fail {
     Fail::missing(format!("there is no collection {which}"))
 }
 
-/// The objects of a collection, each once, in the order in which they were put in.
+/// Returns the objects of a collection, each once, in the order in which they were added.
 pub(crate) fn objects(c: &Ctx<'_>, which: i64) -> Result<Vec<tatu_object>> {
     let collection = state(c)?.collections.all.get(&which).cloned().ok_or_else(|| none(which))?;
     let w = c.world();
@@ -37,19 +37,19 @@ pub(crate) fn objects(c: &Ctx<'_>, which: i64) -> Result<Vec<tatu_object>> {
     Ok(out)
 }
 
-/// Whether a number is the handle of a collection.
+/// Returns whether a number is the handle of a collection.
 pub(crate) fn is_one(c: &Ctx<'_>, which: i64) -> Result<bool> {
     Ok(which > FIRST && state(c)?.collections.all.contains_key(&which))
 }
 
-/// What is looked at: all shapes, or some objects.
+/// The objects that a command searches: the whole scene, or a list.
 pub(crate) enum Entity {
     All,
     Objects(Vec<tatu_object>),
 }
 
 impl Entity {
-    /// The objects, one by one.
+    /// Returns the objects as a list.
     pub(crate) fn list(self, c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
         match self {
             Entity::All => c.world().list(0, 0, 0),
@@ -58,7 +58,7 @@ impl Entity {
     }
 }
 
-/// What argument `i` means: the handle of an object, of a collection, or `sim.handle_all`.
+/// Resolves argument `i`: the handle of an object, of a collection, or `sim.handle_all`.
 pub(crate) fn entity(c: &Ctx<'_>, i: usize) -> Result<Entity> {
     Ok(match c.i64(i)? {
         HANDLE_ALL => Entity::All,

@@ -1,11 +1,11 @@
-//! How scripts name objects: old unique names with their suffix rule, and paths.
+//! Finds objects by name: old unique names with their suffix rule, and paths.
 
 use std::borrow::Cow;
 
 use crate::{kit::*, state::state};
 
-/// The name that a look-up from a script with a suffix means: `motor` asks for `motor#2` when the suffix is 2; a name
-/// with a suffix is taken as it is, and `motor#` is exactly `motor`.
+/// Returns the name that a script with a suffix looks up: with suffix 2, `motor` means `motor#2`; a name with a suffix
+/// of its own is unchanged, and `motor#` means exactly `motor`.
 pub(crate) fn adjusted(name: &str, suffix: i64) -> Cow<'_, str> {
     match name.find('#') {
         Some(i) if i + 1 == name.len() => name[..i].into(),
@@ -14,14 +14,14 @@ pub(crate) fn adjusted(name: &str, suffix: i64) -> Cow<'_, str> {
     }
 }
 
-/// A name without its suffix, and the suffix: -1 without one.
+/// Splits a name into the part before its suffix, and the suffix; -1: none.
 pub(crate) fn split(name: &str) -> (&str, i64) {
     name.rsplit_once('#')
         .and_then(|(base, n)| n.parse().ok().filter(|n| *n >= 0).map(|n| (base, n)))
         .unwrap_or((name, -1))
 }
 
-/// The suffix of the calling script: of its object, unless the script chose another.
+/// Returns the suffix of the calling script: that of its object, unless the script chose another.
 pub(crate) fn suffix(c: &Ctx<'_>) -> Result<i64> {
     if let Some(chosen) = state(c)?.suffixes.get(&c.caller_script()) {
         return Ok(*chosen);
@@ -32,7 +32,7 @@ pub(crate) fn suffix(c: &Ctx<'_>) -> Result<i64> {
     }
 }
 
-/// The object of a name or, when it begins like one, a path.
+/// Finds an object by unique name, or by path if the name begins like one.
 pub(crate) fn find(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
     if is_path(name) {
         return find_path(c, name, None);
@@ -43,7 +43,7 @@ pub(crate) fn find(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
         .map_err(|e| if e.code() == TATU_ERR_MISSING { missing(c, &wanted, c.plugin().p.name) } else { e })
 }
 
-/// The same for an object that must be there: a run that makes stand-ins makes it.
+/// Like [`find`], but creates a missing object in a run that makes stand-ins.
 pub(crate) fn find_or_ask(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
     if is_path(name) {
         return find_path_or_ask(c, name, None);
@@ -54,7 +54,7 @@ pub(crate) fn find_or_ask(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
     })
 }
 
-/// Likewise by path.
+/// Like [`find_path`], but creates a missing object in a run that makes stand-ins.
 pub(crate) fn find_path_or_ask(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> Result<tatu_object> {
     find_path(c, path, base).or_else(|e| {
         let ask = || {
@@ -66,7 +66,7 @@ pub(crate) fn find_path_or_ask(c: &Ctx<'_>, path: &str, base: Option<tatu_object
     })
 }
 
-/// What stand-ins for old names are made below: the model of the caller, if it belongs to one.
+/// Returns the parent for stand-ins with old names: the caller's model, if it belongs to one.
 fn above(c: &Ctx<'_>) -> tatu_object {
     let own = c.caller_object();
     match model(c, own) {
@@ -75,17 +75,17 @@ fn above(c: &Ctx<'_>) -> tatu_object {
     }
 }
 
-/// Whether a name is a path.
+/// Returns whether a name is a path.
 pub(crate) fn is_path(name: &str) -> bool {
     name.starts_with(['/', '.', ':'])
 }
 
-/// The object of a path: "/a/b", ".", "../b", ":/b", "::". Relative ones begin at `base` or at the caller. Scripts
-/// are objects of their own since 4.7, so that "." is the script, and ".." the object that it belongs to.
+/// Finds an object by path: "/a/b", ".", "../b", ":/b", "::". Relative paths begin at `base` or at the caller. Scripts
+/// are objects of their own since 4.7: there "." is the script, and ".." the object it belongs to.
 pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> Result<tatu_object> {
     let (at, rest) = start(c, path, base)?;
     if rest.is_empty() && path.ends_with('/') {
-        return Err(Fail::missing(format!("`{path}` names nothing after its last `/`")));
+        return Err(Fail::missing(format!("`{path}`: expected a name after the last `/`")));
     }
     if rest.is_empty() {
         return Ok(at);
@@ -102,7 +102,7 @@ pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> R
     })
 }
 
-/// The object at which a path begins, 0 being the scene, and what of it is left.
+/// Returns the object at which a path begins (0: the scene) and the rest of the path.
 fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(tatu_object, &'p str)> {
     let (steps, rest) = leading(path);
     let mut at = 0;
@@ -112,7 +112,7 @@ fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(t
             None if version(c) >= (4, 7) && steps[0] != Step::Model => c.caller_script(),
             None => c.caller_object(),
         };
-        // For a caller without an object, as a client, it begins at the top of the scene.
+        // For a caller without an object, such as a client, the path begins at the scene.
         if at == 0 && steps == [Step::Here] && !rest.is_empty() {
             return Ok((0, rest));
         }
@@ -127,14 +127,14 @@ fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(t
             Step::Up => parent(c, at)?,
             Step::Model => model(c, if i == 0 { at } else { parent(c, at)? })?,
         };
-        // Without a model above, `:/x` looks in the whole scene.
+        // Without a model above, `:/x` searches the whole scene.
         let whole = *step == Step::Model && i + 1 == steps.len() && !rest.is_empty();
         if at == 0 && !whole {
             let e = Fail::missing(format!("`{path}` leads above the scene"));
             at = c.world().stand_in(0, "/above", "").ok_or(e)?;
         }
     }
-    // Nothing hangs below a script: "./x" can only mean a part of the object that it belongs to.
+    // Scripts have no children: "./x" refers to a child of the object that the script belongs to.
     if base.is_none() && at != 0 && at == c.caller_script() && !rest.is_empty() {
         at = c.caller_object();
     }
@@ -148,7 +148,7 @@ enum Step {
     Model,
 }
 
-/// Where a path begins, and what remains of it: empty, or beginning with "/".
+/// Splits a path into its relative beginning and the rest: empty, or beginning with "/".
 fn leading(path: &str) -> (Vec<Step>, &str) {
     let (mut steps, mut rest) = (Vec::new(), path);
     loop {
@@ -162,7 +162,7 @@ fn leading(path: &str) -> (Vec<Step>, &str) {
             _ => return (steps, rest),
         }
         rest = &rest[head.len()..];
-        // Only "../.." goes on; what follows any other beginning is the path proper.
+        // Only "../.." continues the beginning; anything else is the rest.
         match rest.strip_prefix('/') {
             Some(next) if next.starts_with("..") => rest = next,
             Some("") => return (steps, ""),
@@ -171,7 +171,7 @@ fn leading(path: &str) -> (Vec<Step>, &str) {
     }
 }
 
-/// "/a/b{3}" as "/a/b" and 3.
+/// Splits "/a/b{3}" into "/a/b" and 3.
 fn ordinal(path: &str) -> (&str, Option<usize>) {
     path.strip_suffix('}')
         .and_then(|p| p.rsplit_once('{'))
@@ -179,7 +179,7 @@ fn ordinal(path: &str) -> (&str, Option<usize>) {
         .unwrap_or((path, None))
 }
 
-/// The `n`-th object, breadth first, whose alias is the last part of a path.
+/// Finds the `n`-th object, breadth first, whose alias is the last part of a path.
 pub(crate) fn nth_of_alias(c: &Ctx<'_>, at: tatu_object, path: &str, n: usize) -> Result<tatu_object> {
     let w = c.world();
     let (above, alias) = path.rsplit_once('/').unwrap_or(("", path));
@@ -200,7 +200,7 @@ pub(crate) fn nth_of_alias(c: &Ctx<'_>, at: tatu_object, path: &str, n: usize) -
     Err(Fail::missing(format!("there is no object `{path}` with the index {n}")))
 }
 
-/// The model base at or above an object; 0: none.
+/// Returns the model base at or above an object; 0: none.
 fn model(c: &Ctx<'_>, mut at: tatu_object) -> Result<tatu_object> {
     while at != 0 && !bool_of(c, at, c.plugin().p.model_base).unwrap_or(false) {
         at = parent(c, at)?;
@@ -208,7 +208,7 @@ fn model(c: &Ctx<'_>, mut at: tatu_object) -> Result<tatu_object> {
     Ok(at)
 }
 
-/// The refusal for a missing object, with the names that come nearest.
+/// Builds the error for a missing object, with the most similar names.
 #[cold]
 fn missing(c: &Ctx<'_>, wanted: &str, by: Prop) -> Fail {
     let fail = Fail::missing(format!("there is no object `{wanted}`"));
@@ -220,7 +220,7 @@ fn missing(c: &Ctx<'_>, wanted: &str, by: Prop) -> Fail {
     }
 }
 
-/// Up to three names that resemble `wanted`, the nearest first.
+/// Returns up to three names that resemble `wanted`, the most similar first.
 fn nearest(wanted: &str, known: &[String]) -> Vec<String> {
     let limit = (wanted.len() / 3).max(2);
     let mut near: Vec<(usize, &String)> = known
@@ -233,7 +233,7 @@ fn nearest(wanted: &str, known: &[String]) -> Vec<String> {
     near.iter().take(3).map(|(_, k)| format!("`{k}`")).collect()
 }
 
-/// How many letters must be changed, added or left out to turn one name into another.
+/// Returns the edit distance of two names.
 fn distance(a: &[u8], b: &[u8]) -> usize {
     let mut row: Vec<usize> = (0..=b.len()).collect();
     for (i, x) in a.iter().enumerate() {

@@ -1,17 +1,18 @@
-//! What scenes register beside their objects, by name, and numbers that stand in for it.
+//! Collision objects and similar registrations of a scene, found by name, and numbers that replace them in runs without
+//! a scene.
 
 use super::names;
 use crate::kit::*;
 
-/// From here on lie the handles of collision objects and their like in runs that make stand-ins.
+/// First handle of such registrations in runs that make stand-ins.
 const REGISTERED: i64 = 0x8_0000;
 
-/// Whether a number is one of these.
+/// Returns whether a number is one of these handles.
 pub(crate) fn is_stand_in(c: &Ctx<'_>, handle: i64) -> bool {
     (REGISTERED..=REGISTERED + 0xFFFF).contains(&handle) && c.world().makes_stand_ins()
 }
 
-/// The handle under a name, by the rule for names of old scripts.
+/// Returns the handle registered under a name, by the name rules of old scripts.
 pub(crate) fn by_name<'a>(
     c: &Ctx<'_>,
     name: &str,
@@ -22,7 +23,7 @@ pub(crate) fn by_name<'a>(
     Ok(all.clone().find(|(n, _)| *n == wanted).map(|(_, h)| h))
 }
 
-/// Answers a search for something registered. A run that makes stand-ins has no scene: it gives a number that names no
+/// Answers a lookup of a registration. A run that makes stand-ins has no scene: there it returns a number that names no
 /// object, the same in each run.
 pub(crate) fn answer_handle(c: &mut Ctx<'_>, name: &str, what: &str, found: Option<i64>) -> Result {
     match found {

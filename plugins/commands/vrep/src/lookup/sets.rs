@@ -1,8 +1,8 @@
-//! Which objects are meant: lists of handles, and `sim.handle_single`, `_all`, `_tree`, `_chain`.
+//! Resolves sets of objects: lists of handles, and `sim.handle_single`, `_all`, `_tree`, `_chain`.
 
 use crate::kit::*;
 
-/// The objects of a table of handles, argument `i`.
+/// Returns the objects in argument `i`, a table of handles.
 pub(crate) fn list(c: &Ctx<'_>, i: usize) -> Result<Vec<tatu_object>> {
     let v = c.arg(i);
     (0..v.len())
@@ -17,7 +17,7 @@ pub(crate) fn list(c: &Ctx<'_>, i: usize) -> Result<Vec<tatu_object>> {
         .collect()
 }
 
-/// The objects that `what` means of the object at argument `i`.
+/// Returns the objects that `what` selects, relative to the object of argument `i`.
 pub(crate) fn of(c: &Ctx<'_>, what: i64, i: usize) -> Result<Vec<tatu_object>> {
     let w = c.world();
     Ok(match what {
@@ -32,7 +32,7 @@ pub(crate) fn of(c: &Ctx<'_>, what: i64, i: usize) -> Result<Vec<tatu_object>> {
     })
 }
 
-/// An object and all above it.
+/// Returns an object and all its ancestors.
 pub(crate) fn chain(c: &Ctx<'_>, id: tatu_object) -> Result<Vec<tatu_object>> {
     let mut out = vec![id];
     while let Some(up) = out.last().copied() {

@@ -1,7 +1,7 @@
-//! Text for the user: status bar, log, auxiliary consoles.
+//! Text output for the user: status bar, log, auxiliary consoles.
 //!
-//! There is no window here. What a script prints on a console collects until a line is finished; the line then goes to
-//! the log, with the console's title before it.
+//! There is no window here. Text that a script prints on a console is buffered up to the end of a line; the line then
+//! goes to the log, prefixed by the console's title.
 
 use crate::{
     kit::*,
@@ -110,7 +110,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 const SCRIPT_ERROR: i64 = 420;
 
-/// Where lines of a verbosity go.
+/// Returns the log level of a verbosity.
 fn log_level(verbosity: i64) -> u32 {
     match verbosity {
         200 | SCRIPT_ERROR => TATU_LOG_ERROR,
@@ -120,7 +120,7 @@ fn log_level(verbosity: i64) -> u32 {
     }
 }
 
-/// Writes argument `i`, or empties the status bar without it.
+/// Logs argument `i`; without it, the status bar is cleared.
 fn say(c: &Shared<'_>, level: u32, i: usize) -> Result {
     if c.has(i) {
         c.world().log(level, c.bytes(i)?);
@@ -130,7 +130,7 @@ fn say(c: &Shared<'_>, level: u32, i: usize) -> Result {
     Ok(())
 }
 
-/// Prints or closes, reports the lines that this completes, and returns whether the console existed.
+/// Prints to or closes a console, logs the lines completed by that, and returns 1 if the console existed.
 fn change(c: &mut Ctx<'_>, work: impl FnOnce(&mut Consoles, Tell<'_>) -> bool) -> Result {
     let mut lines = Vec::new();
     let there = work(&mut state(c)?.consoles, &mut |line| lines.push(line.to_vec()));

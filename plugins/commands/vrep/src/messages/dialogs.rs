@@ -1,16 +1,16 @@
-//! Dialogs. A view that shows them tells what was answered; where nobody attends to them they answer themselves, in the next
-//! step: yes or ok, with the text they had.
+//! Dialogs. A view that shows a dialog reports the answer; without such a view, a dialog answers itself in the next
+//! step with yes or ok, and its initial text.
 
 use crate::{
     kit::*,
     state::{dialogs::Dialog, state},
 };
 
-/// The event by which views hear of windows, and the command by which they answer dialogs.
+/// The event that publishes windows to views, and the command by which they answer dialogs.
 const EVENT: &str = "ui.window";
 const ANSWER: &str = "tatu.answerDialog";
 
-/// Buttons of a style: text and result.
+/// Returns the buttons of a style: text and result.
 fn buttons(style: i64) -> &'static [(&'static str, i64)] {
     match style {
         1 | 2 => &[("OK", 1)],
@@ -24,7 +24,7 @@ fn map<const N: usize>(entries: [(&str, Value); N]) -> Value {
     Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
 }
 
-/// Shows a dialog: text, a field for input, a button for each answer.
+/// Publishes a dialog: text, an input field, and a button for each answer.
 fn show(c: &Ctx<'_>, made: i64, title: &str, text: &str, dialog: &Dialog) -> Result {
     let widget = |element: &str, above: Value, values: Value| {
         map([("element", Value::text(element)), ("above", above), ("values", values)])
@@ -57,7 +57,7 @@ fn hide(c: &Ctx<'_>, made: i64) -> Result {
     c.world().publish_value(EVENT, &closed)
 }
 
-/// What somebody did to a dialog.
+/// Handles a user action on a dialog.
 fn answer(c: &mut Ctx<'_>) -> Result {
     let (made, n, what) = (c.i64(0)?, c.i64(1)?, c.text(2)?);
     let over = {
@@ -107,7 +107,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("dialogColors").optional().text("ignored"))
         .returns(which())
         .returns(Param::int("ui").text("-1: there is no window"))
-        .text("Opens a dialog, whose text goes to the log, too; it stays open until a view has an answer, or the script ends it.")
+        .text(
+            "Opens a dialog, whose text also goes to the log; it stays open until a view answers it or the script \
+               ends it.",
+        )
         .notes(
             "Where nobody looks it answers itself in the next step: ok or yes, with the initial text as input. Without buttons \
              it stays open. It never holds the script.",
@@ -159,9 +162,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::int("n").text("the place of its widget: of the first button 3"))
             .param(Param::string("what").choices(&["attend", "click", "change"]))
             .param(Param::any("text").optional().text("change: of its text field"))
-            .text(
-                "Does to a dialog what a person would do. Views call it; `attend` makes the dialog wait for an answer.",
-            )
+            .text("Acts on a dialog as a user would. Called by views; `attend` makes the dialog wait for an answer.")
             .example(
                 "local dialog = sim.displayDialog('Go', 'Shall it go on?', 4, false)\n\
                  tatu.answerDialog(dialog, 0, 'attend')\n\

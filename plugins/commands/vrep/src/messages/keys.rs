@@ -1,6 +1,6 @@
-//! Keys by character, name or number, as in V-REP's messages.
+//! Key codes, by character, name or number, as in V-REP's messages.
 
-/// Names of special keys, and their codes.
+/// Names of special keys and their codes.
 const NAMED: &[(&str, i64)] = &[
     ("space", 32),
     ("tab", 2000),
@@ -16,7 +16,7 @@ const NAMED: &[(&str, i64)] = &[
     ("escape", 2011),
 ];
 
-/// Keys that have a code of their own together with Ctrl.
+/// Keys whose combination with Ctrl has a code of its own.
 const WITH_CTRL: &[(&str, i64)] = &[
     ("x", 2004),
     ("c", 2005),
@@ -39,7 +39,7 @@ const WITH_CTRL: &[(&str, i64)] = &[
 const CTRL: i64 = 1;
 const SHIFT: i64 = 2;
 
-/// The code of a key and what is held with it (1: Ctrl, 2: Shift): "s", "S", "up", "ctrl+s", "shift+up", "2007".
+/// Returns the code of a key and its modifiers (1: Ctrl, 2: Shift): "s", "S", "up", "ctrl+s", "shift+up", "2007".
 pub(crate) fn code(key: &str) -> Option<(i64, i64)> {
     let (mut name, mut held) = (key, 0);
     while let Some((with, rest)) = name.split_once('+').filter(|(_, rest)| !rest.is_empty()) {
@@ -57,7 +57,7 @@ pub(crate) fn code(key: &str) -> Option<(i64, i64)> {
     let mut chars = name.chars();
     let code = match (chars.next(), chars.next()) {
         _ if held & CTRL != 0 => find(WITH_CTRL).or_else(|| find(NAMED))?,
-        // The character that the key produces, as Latin-1.
+        // Latin-1 code of the character that the key produces.
         (Some(c), None) => i64::from(u32::from(c)),
         _ => find(NAMED).or_else(|| name.parse().ok().filter(|n| *n >= 0))?,
     };
@@ -68,7 +68,7 @@ pub(crate) fn code(key: &str) -> Option<(i64, i64)> {
 mod tests {
     use super::*;
 
-    /// Codes of tests/facts/script-api.md, 5.
+    /// Expected codes: tests/facts/script-api.md, section 5.
     #[test]
     fn keys_have_their_codes() {
         for (key, wanted) in [

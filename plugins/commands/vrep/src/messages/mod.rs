@@ -1,4 +1,4 @@
-//! Texts and messages: consoles, key presses, dialogs.
+//! Commands on texts and messages: consoles, key presses, dialogs.
 
 mod console;
 mod dialogs;

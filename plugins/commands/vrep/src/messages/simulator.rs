@@ -1,4 +1,4 @@
-//! Simulator messages: key presses and the like. Each script that asks gets its own copy.
+//! Simulator messages such as key presses. Each script that reads messages gets its own copy.
 
 use super::keys;
 use crate::{kit::*, state::state};
@@ -21,7 +21,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetSimulatorMessage", MINUS)
         .returns(Param::int("message").text("sim.message_...; -1 alone: none waits"))
         .returns(Param::list("auxiliary").text("4 integers; of a key press its code, and 1 for Ctrl plus 2 for Shift"))
-        .text("Takes the oldest message that waits for this script.")
+        .text("Removes and gives the oldest message waiting for this script.")
         .example("message, aux = sim.getSimulatorMessage()"),
     );
     offer.command(
@@ -42,7 +42,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Keys that came in since the last look become messages.
+/// Converts the keys pressed since the last call to messages.
 fn pressed(c: &Ctx<'_>) -> Result {
     loop {
         let seen = state(c)?.messages.inputs;

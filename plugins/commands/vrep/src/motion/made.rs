@@ -1,4 +1,4 @@
-//! What each command's arguments mean: the motion that it makes.
+//! Builds the motion that the arguments of each command describe.
 
 use super::profile::Profile;
 use crate::{
@@ -9,7 +9,7 @@ use crate::{
     state::motions::{Answer, Listener, Motion, Mover},
 };
 
-/// Numbers of a value: a table, or one number for all.
+/// Returns `n` numbers from a table, or one number repeated.
 fn several(v: ValueRef<'_>, n: usize) -> Vec<f64> {
     match v.as_f64() {
         Some(x) => vec![x; n],
@@ -59,7 +59,9 @@ pub(super) fn config(c: &Ctx<'_>) -> Result<Motion> {
     };
     let n = start.len();
     if n == 0 {
-        return Err(Fail::argument("it has neither joints nor a start").help("give `joints`, or `pos`"));
+        return Err(
+            Fail::argument("the motion has neither joints nor a start position").help("give `joints`, or `pos`")
+        );
     }
     let target = several(of("targetPos", 7), n);
     if target.len() < n {
@@ -101,7 +103,9 @@ pub(super) fn pose(c: &Ctx<'_>) -> Result<Motion> {
     } else if object != 0 {
         c.world().pose(object, frame)?
     } else {
-        return Err(Fail::argument("it has neither an object nor a start").help("give `object`, or `pose`"));
+        return Err(
+            Fail::argument("the motion has neither an object nor a start pose").help("give `object`, or `pose`")
+        );
     };
     let to = read(of("targetPose", 5), 5)?;
     let limits = [several(of("maxVel", 2), 4), several(of("maxAccel", 3), 4), several(of("maxJerk", 4), 4)];
@@ -167,7 +171,7 @@ pub(super) fn rml_position(c: &Ctx<'_>) -> Result<Motion> {
     move_object(c, to, [5, 6, 7].map(|i| several(c.arg(i), 4)), Answer::Old)
 }
 
-/// Limits of velocity and acceleration that hold for the whole way.
+/// Returns limits of velocity and acceleration along the whole path.
 fn even(v: f64, a: f64) -> [Vec<f64>; 3] {
     [vec![v; 4], vec![if a > 0.0 { a } else { 0.0 }; 4], Vec::new()]
 }
@@ -193,7 +197,7 @@ pub(super) fn to_object(c: &Ctx<'_>) -> Result<Motion> {
     let p = if what & 1 != 0 { al::position(&goal) } else { al::position(&from) };
     let q = if what & 2 != 0 { al::rotation(&goal) } else { al::rotation(&from) };
     let to = al::pose(p, q);
-    // The velocity is that of the whole way.
+    // The velocity is measured along the whole path.
     let v = if c.has(4) { c.f64(4)?.abs().max(1e-6) } else { 1.0 };
     let angle = al::axis_angle(al::turn(q, al::conjugate(al::rotation(&from)))).1.abs();
     let way = al::length(al::sub(p, al::position(&from))).max(1e-9);

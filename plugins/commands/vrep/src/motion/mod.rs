@@ -1,6 +1,6 @@
-//! Motions: profiles that scripts step themselves, and commands that wait until something has arrived.
+//! Motions: profiles that scripts advance themselves, and commands that wait until a target is reached.
 //!
-//! `profile` is the arithmetic of both; `made` says what the arguments of `moves` mean.
+//! `profile` computes both; `made` interprets the arguments of `moves`.
 
 mod made;
 mod moves;

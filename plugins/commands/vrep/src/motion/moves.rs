@@ -1,6 +1,6 @@
-//! Motions that threads wait for: `sim.moveToConfig`, `sim.moveToPose` and their older kin.
+//! Motions that threads wait for: `sim.moveToConfig`, `sim.moveToPose` and their older equivalents.
 //!
-//! Each is a [`Motion`] under a number; each step advances the profile, sets what is moved, and calls a callback.
+//! Each is a [`Motion`] stored under a number; a step advances the profile, moves the objects, and calls a callback.
 
 use super::{
     made::{config, pose, rml_joints, rml_position, to_joints, to_object, to_position},
@@ -16,13 +16,13 @@ use crate::{
 };
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let waits = "Waits in the calling thread; in scripts without one it fails.";
+    let waits = "the motion takes several steps, and only a thread can wait for them: call this in a thread";
     offer.command(
         Cmd::new("sim.moveToConfig", |c| run(c, config))
             .param(Param::any("params").text("a table: joints, targetPos, maxVel, maxAccel, maxJerk, pos, vel, callback, auxData"))
             .param(Param::any("more").rest().text("the form of 4.2 to 4.6: flags, pos, vel, accel, maxVel, maxAccel, maxJerk, targetPos, targetVel, callback, auxData"))
             .returns(Param::any("data").text("where it ended: pos, vel, accel, timeLeft"))
-            .text("Moves joints, or what a callback moves, to a configuration.")
+            .text("Moves joints, or anything that a callback controls, to a configuration.")
             .no_wait(waits)
             .partial(NOTES),
     );
@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::any("params").text("a table: object, pose, targetPose, maxVel, maxAccel, maxJerk (4 numbers: x, y, z, angle), relObject, callback, auxData"))
             .param(Param::any("more").rest().text("the form of 4.2 to 4.6: flags, pose, maxVel, maxAccel, maxJerk, targetPose, callback, auxData, metric"))
             .returns(Param::any("data").text("where it ended: pose, timeLeft"))
-            .text("Moves an object, or what a callback moves, to a pose.")
+            .text("Moves an object, or anything that a callback controls, to a pose.")
             .no_wait(waits)
             .partial(NOTES),
     );
@@ -123,7 +123,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// The three parts of a motion, for scripts that wait themselves.
+/// Adds the three-part form of a motion, for scripts that advance it themselves.
 fn steps(offer: &mut Offer<Vrep>) {
     for (whole, [begin, step, cleanup], make) in [
         (
@@ -143,7 +143,7 @@ fn steps(offer: &mut Offer<Vrep>) {
             })
             .param(Param::any("params").text(format!("as of {whole}")))
             .returns(motion())
-            .text(format!("Begins what {whole} does, for scripts that go on by themselves."))
+            .text(format!("Begins the motion of {whole}; the script advances it step by step."))
             .partial(NOTES),
         );
         offer.command(
@@ -157,7 +157,7 @@ fn steps(offer: &mut Offer<Vrep>) {
             .param(motion())
             .returns(Param::int("result").text("0: under way, 1: arrived"))
             .returns(Param::any("data"))
-            .text("Goes on with it by one step.")
+            .text("Advances the motion by one step.")
             .partial(NOTES),
         );
         offer.command(
@@ -194,7 +194,7 @@ fn finish(c: &Ctx<'_>, number: i64) -> Result {
     Ok(())
 }
 
-/// Makes the motion, and goes on with it in each step.
+/// Starts the motion, and advances it each time the waiting thread resumes.
 fn run(c: &mut Ctx<'_>, make: Make) -> Result<Outcome> {
     let number = match c.resumed() {
         0 => {
@@ -224,7 +224,8 @@ fn run(c: &mut Ctx<'_>, make: Make) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// One step: whether it has arrived (or the callback said enough), and what is answered.
+/// Advances by one step; returns whether the target is reached (or the callback ended the motion), and the result for
+/// the script.
 fn advance(c: &mut Ctx<'_>, number: i64) -> Result<(bool, Value)> {
     let dt = c.world().f64(0, c.plugin().p.dt)?;
     let (motion, (mut arrived, now, left)) = {
@@ -291,7 +292,7 @@ fn answer(motion: &Motion, now: &State, at: &Value, left: f64) -> Value {
     }
 }
 
-/// Sets what is moved; where it is.
+/// Applies the state of the profile to the moved objects; returns their position as passed to callbacks.
 fn apply(c: &Ctx<'_>, mover: &Mover, now: &State) -> Result<Value> {
     let (w, p) = (c.world(), &c.plugin().p);
     match mover {
@@ -305,7 +306,7 @@ fn apply(c: &Ctx<'_>, mover: &Mover, now: &State) -> Result<Value> {
         }
         Mover::Pose { object, frame, from, to } => {
             let angle = al::axis_angle(al::turn(al::rotation(to), al::conjugate(al::rotation(from)))).1.abs();
-            // The four coordinates are x, y, z and the angle that was turned.
+            // The four coordinates are x, y, z and the angle turned so far.
             let [x, y, z, turned] =
                 <[f64; 4]>::try_from(now[0].as_slice()).map_err(|_| Fail::new("a pose has four coordinates"))?;
             let t = if angle > 1e-12 { (turned / angle).clamp(0.0, 1.0) } else { 1.0 };

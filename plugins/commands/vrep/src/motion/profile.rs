@@ -1,19 +1,19 @@
-//! Motion profiles: from rest to rest, or to a velocity, within limits of velocity, acceleration and jerk.
+//! Motion profiles from rest to rest, or to a velocity, within limits of velocity, acceleration and jerk.
 
 use serde::{Deserialize, Serialize};
 
-/// The way from 0 to 1 in seven pieces of constant jerk.
+/// A profile from 0 to 1 in seven segments of constant jerk.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Unit {
     jerk: f64,
-    /// Lengths of a piece of jerk, of the whole acceleration, and of constant velocity, s.
+    /// Durations of a jerk segment, of the whole acceleration phase, and of constant velocity, s.
     tj: f64,
     ta: f64,
     tv: f64,
 }
 
 impl Unit {
-    /// Limits are positive; in units of the way.
+    /// Computes the profile. The limits are positive, in units of the path length.
     pub(crate) fn new(v: f64, a: f64, j: f64) -> Unit {
         let j = j.min(a * 1e6);
         let tj = if v * j < a * a { (v / j).sqrt() } else { a / j };
@@ -22,7 +22,7 @@ impl Unit {
         if tv >= 0.0 {
             return Unit { jerk: j, tj, ta, tv };
         }
-        // Too short a way for the greatest velocity.
+        // The path is too short to reach the greatest velocity.
         let (tj, ta) = if 1.0 >= 2.0 * a * a * a / (j * j) {
             let tj = a / j;
             (tj, tj / 2.0 + (tj * tj / 4.0 + 1.0 / a).sqrt())
@@ -32,11 +32,11 @@ impl Unit {
         };
         Unit { jerk: j, tj, ta, tv: 0.0 }
     }
-    /// How long it takes, s.
+    /// Returns the duration, s.
     pub(crate) fn duration(&self) -> f64 {
         2.0 * self.ta + self.tv
     }
-    /// Way, velocity and acceleration at a time.
+    /// Returns position, velocity and acceleration at a time.
     pub(crate) fn at(&self, t: f64) -> [f64; 3] {
         let total = self.duration();
         if t <= 0.0 {
@@ -55,7 +55,7 @@ impl Unit {
             [1.0 - s, v, -a]
         }
     }
-    /// While it becomes faster.
+    /// Returns the same during the acceleration phase.
     fn rise(&self, t: f64) -> [f64; 3] {
         let (j, tj, ta) = (self.jerk, self.tj, self.ta);
         let a = j * tj;
@@ -77,7 +77,7 @@ pub(crate) struct Profile {
     start: Vec<f64>,
     velocity: Vec<f64>,
     accel: Vec<f64>,
-    /// Where it goes, or how fast it is to become.
+    /// The target position, or the target velocity.
     target: Vec<f64>,
     brake: f64,
     kind: Kind,
@@ -93,7 +93,7 @@ enum Kind {
 /// Position, velocity and acceleration of each coordinate.
 pub(crate) type State = [Vec<f64>; 3];
 
-/// A limit that nobody gave.
+/// Value of a limit that was not given.
 const NO_LIMIT: f64 = 1e9;
 
 fn limit(list: &[f64], i: usize) -> f64 {
@@ -101,7 +101,7 @@ fn limit(list: &[f64], i: usize) -> f64 {
 }
 
 impl Profile {
-    /// To a position, at rest: first all coordinates brake, then they go side by side.
+    /// Computes a motion to a position at rest: all coordinates brake first, then move in sync.
     pub(crate) fn to(start: &[f64], velocity: &[f64], target: &[f64], limits: [&[f64]; 3]) -> Profile {
         let n = start.len();
         let velocity: Vec<f64> = (0..n).map(|i| velocity.get(i).copied().unwrap_or(0.0)).collect();
@@ -126,7 +126,7 @@ impl Profile {
         });
         p
     }
-    /// To a velocity, each coordinate by itself.
+    /// Computes a motion to a velocity, each coordinate independently.
     pub(crate) fn to_velocity(start: &[f64], velocity: &[f64], target: &[f64], accel: &[f64], jerk: &[f64]) -> Profile {
         let n = start.len();
         let velocity: Vec<f64> = (0..n).map(|i| velocity.get(i).copied().unwrap_or(0.0)).collect();
@@ -146,7 +146,7 @@ impl Profile {
             time: 0.0,
         }
     }
-    /// How long it takes, s.
+    /// Returns the duration, s.
     pub(crate) fn duration(&self) -> f64 {
         match &self.kind {
             Kind::Position(u) => self.brake + u.map_or(0.0, |u| u.duration()),
@@ -165,7 +165,7 @@ impl Profile {
         }
         out
     }
-    /// Where everything is at a time since the start.
+    /// Returns the state at a time since the start.
     pub(crate) fn at(&self, t: f64) -> State {
         match &self.kind {
             Kind::Position(_) if t < self.brake => self.braking(t),
@@ -173,7 +173,7 @@ impl Profile {
                 let [from, ..] = self.braking(self.brake);
                 let [s, v, a] = unit.map_or([1.0, 0.0, 0.0], |u| u.at(t - self.brake));
                 let way: Vec<f64> = self.target.iter().zip(&from).map(|(to, from)| to - from).collect();
-                // The end is exact, whatever rounding says.
+                // The end position is exact, without rounding errors.
                 let at = |i: usize| if s >= 1.0 { self.target[i] } else { from[i] + way[i] * s };
                 [
                     (0..from.len()).map(at).collect(),
@@ -186,7 +186,7 @@ impl Profile {
                 for (i, unit) in units.iter().enumerate() {
                     let change = self.target[i] - self.velocity[i];
                     let at = |t: f64| unit.map_or([1.0, 0.0, 0.0], |u| u.at(t));
-                    // Simpson's rule is exact for pieces of third order and close elsewhere.
+                    // Simpson's rule is exact for cubic segments, and close elsewhere.
                     const N: usize = 64;
                     let h = t / N as f64;
                     let weight = |k: usize| {
@@ -208,12 +208,12 @@ impl Profile {
             }
         }
     }
-    /// Goes on by `dt`; whether it has arrived, where it is, and how much of `dt` was left over.
+    /// Advances by `dt`; returns whether the target is reached, the state, and the unused part of `dt`.
     pub(crate) fn step(&mut self, dt: f64) -> (bool, State, f64) {
         self.time += dt;
         let end = self.duration();
         let over = self.time - end;
-        // A velocity that is reached is held.
+        // A velocity, once reached, is held.
         let at = if matches!(self.kind, Kind::Position(_)) { self.time.min(end) } else { self.time };
         (over >= -1e-9, self.at(if (-1e-9..0.0).contains(&over) { end } else { at }), over.max(0.0))
     }
@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn a_long_way_takes_as_long_as_the_closed_form_says() {
-        // Way 1, v 0.5, a 1, j 10: tj = 0.1, ta = 0.1 + 0.5 = 0.6, T = 1 / 0.5 + ta.
+        // Length 1, v 0.5, a 1, j 10: tj = 0.1, ta = 0.1 + 0.5 = 0.6, T = 1 / 0.5 + ta.
         let u = Unit::new(0.5, 1.0, 10.0);
         assert!((u.duration() - 2.6).abs() < 1e-12);
         assert!((u.at(1.3)[0] - 0.5).abs() < 1e-12, "half of the way at half of the time");
@@ -268,7 +268,7 @@ mod tests {
     fn a_velocity_is_reached() {
         let p = Profile::to_velocity(&[0.0], &[0.0], &[1.0], &[1.0], &[1e9]);
         let [at, v, _] = p.at(p.duration());
-        // At constant acceleration: t = 1 s, way 0.5 m.
+        // With constant acceleration: t = 1 s, distance 0.5 m.
         assert!((p.duration() - 1.0).abs() < 1e-3 && (v[0] - 1.0).abs() < 1e-9 && (at[0] - 0.5).abs() < 1e-2);
     }
 }

@@ -1,10 +1,10 @@
-//! Motion profiles under a handle: `sim.ruckigPos`, `sim.ruckigVel`, `sim.ruckigStep`, `sim.ruckigRemove`, and the older
-//! `simRMLPos` and its kin.
+//! Motion profiles under a handle: `sim.ruckigPos`, `sim.ruckigVel`, `sim.ruckigStep`, `sim.ruckigRemove`, and the
+//! older `simRMLPos` family.
 
 use super::profile::Profile;
 use crate::{kit::*, state::state};
 
-/// What all profiles here are, against what is documented.
+/// How these profiles differ from the documented ones.
 pub(crate) const NOTES: &str = "All coordinates go side by side on a straight way and arrive together; a velocity at the \
     start is braked first, one at the goal is taken as 0.";
 
@@ -37,7 +37,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let (start, velocity) = (part(3, 0)?, part(3, 1)?);
             let mut target = part(6, 0)?;
             for (i, x) in target.iter_mut().enumerate() {
-                // What is not selected stays.
+                // Coordinates that are not selected do not move.
                 if c.arg(5).number(i) == Some(0.0) {
                     *x = start[i];
                 }
@@ -84,7 +84,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("result").text("0: under way, 1: arrived"))
         .returns(Param::list("state").text("positions, velocities and accelerations"))
         .returns(Param::float("left").unit("s").text("what was left over of the step"))
-        .text("Goes on in a motion profile.")
+        .text("Advances a motion profile.")
         .partial(NOTES),
     );
     offer.command(

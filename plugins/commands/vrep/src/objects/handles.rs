@@ -1,4 +1,4 @@
-//! Objects: handles and types.
+//! Commands on handles and types of objects.
 
 use crate::{kit::*, lookup::names};
 
@@ -36,7 +36,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjectHandle_noErrorNoSuffixAdjustment", MINUS)
         .param(Param::string("name").text("a unique name"))
         .returns(Param::int("handle"))
-        .text("Finds an object by exactly this name; -1 without it.")
+        .text("Finds an object by exactly this name; -1 if there is none.")
         .example("h = sim.getObjectHandle_noErrorNoSuffixAdjustment('Cuboid#0')"),
     );
     offer.command(
@@ -175,7 +175,7 @@ fn exists(c: &Shared<'_>) -> bool {
     !flags && id(c, 0).is_ok_and(|id| c.world().look(id).is_ok())
 }
 
-/// The number of an object's type.
+/// Returns the type number of an object, `sim.object_..._type`.
 pub(crate) fn type_of(c: &Shared<'_>, o: Object) -> i64 {
     match o.kind {
         TATU_KIND_SHAPE => 0,
@@ -194,7 +194,7 @@ pub(crate) fn type_of(c: &Shared<'_>, o: Object) -> i64 {
     }
 }
 
-/// The kinds that a type number asks for, as `World::list` wants them; 0: all. Nothing has any other number.
+/// Returns the kinds for a type number, as `World::list` takes them; 0: all. `None`: no object has this type.
 pub(crate) fn kinds_of(kind: i64) -> Option<u32> {
     Some(match kind {
         HANDLE_ALL | 109 => 0,

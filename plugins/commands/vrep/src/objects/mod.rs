@@ -1,4 +1,4 @@
-//! Objects: handles and types, and the tree that they form.
+//! Commands on objects: handles and types, and the tree that they form.
 
 mod handles;
 mod tree;

@@ -1,4 +1,4 @@
-//! The tree of objects: parents, children, lists, removal.
+//! Commands on the tree of objects: parents, children, lists, removal.
 
 use super::handles::{kinds_of, type_of};
 use crate::kit::*;
@@ -17,7 +17,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjectParent", MINUS)
         .param(object("object"))
         .returns(Param::int("parent").text("-1: none"))
-        .text("Gives the object that an object hangs below.")
+        .text("Gives the parent of an object.")
         .example("robot = sim.getObjectParent(motor)"),
     );
     offer.command(
@@ -29,7 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 "true: it stays where it is in the world; false: it stays where it is in \
                     its parent's frame",
             ))
-            .text("Hangs an object below another one.")
+            .text("Makes an object the child of another one.")
             .example("sim.setObjectParent(box, gripper, true)"),
     );
     offer.command(
@@ -76,7 +76,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Param::int("options").default(0).optional().text("1: without the object itself, 2: only direct children"),
         )
         .returns(Param::list("objects"))
-        .text("Lists an object and all that hang below it, level by level.")
+        .text("Lists an object and all objects below it, level by level.")
         .example("joints = sim.getObjectsInTree(robot, sim.object_joint_type)"),
     );
     offer.command(
@@ -107,7 +107,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simRemoveObject", MINUS)
         .param(flagged("object"))
-        .text("Removes an object; what hangs below it goes to its parent.")
+        .text("Removes an object; its children go to its parent.")
         .example("sim.removeObject(box)"),
     );
     offer.command(
@@ -127,7 +127,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::list("objects").text("handles"))
         .param(Param::any("delayed").optional().text("ignored: what they own ends at the next stage in any case"))
-        .text("Removes objects; what hangs below them goes to their parents.")
+        .text("Removes objects; their children go to their parents.")
         .example("sim.removeObjects({box, ball})"),
     );
     offer.command(
@@ -153,7 +153,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Argument `i`: an object, or 0 for the scene.
+/// Returns the object of argument `i`; 0: the scene.
 fn base(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_SCENE {
         return Ok(0);
@@ -161,10 +161,10 @@ fn base(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     Ok(living(c, i)?.id)
 }
 
-/// Objects of a V-REP type at and below `base`.
-/// What is made where objects of a type are missed in a tree, by the type's number.
+/// Stand-ins that are created where a search by type finds nothing: type number, and kind of the stand-in.
 const STAND_INS: &[(i64, &str)] = &[(0, "shape"), (1, "joint"), (5, "proximity/1"), (12, "force_sensor")];
 
+/// Returns the objects of a V-REP type at and below `base`.
 fn typed(c: &Ctx<'_>, base: tatu_object, kind: i64, flags: u32) -> Result<Vec<i64>> {
     let Some(kinds) = kinds_of(kind) else {
         return Ok(Vec::new());
@@ -172,7 +172,7 @@ fn typed(c: &Ctx<'_>, base: tatu_object, kind: i64, flags: u32) -> Result<Vec<i6
     let w = c.world();
     let mut all = w.list(base, kinds, flags)?;
     if matches!(kind, 5 | 9) {
-        // Sensors of other kinds are no proximity sensors, or no vision sensors.
+        // `list` selects by the core's kinds; this leaves out sensors that are of another V-REP type.
         all.retain(|o| w.look(*o).is_ok_and(|o| type_of(c, o) == kind));
     }
     Ok(all.into_iter().map(handle).collect())

@@ -1,4 +1,4 @@
-//! Numbers and tables as bytes.
+//! Commands that pack numbers and tables into bytes, and unpack them.
 
 mod numbers;
 mod tables;

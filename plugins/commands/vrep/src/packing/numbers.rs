@@ -1,11 +1,11 @@
-//! Numbers as bytes and back, little-endian.
+//! Packs numbers into little-endian bytes, and unpacks them.
 
 use crate::kit::*;
 
 /// How an element is packed.
 struct Element {
     name: &'static str,
-    /// Of packing and of unpacking: the name, the flat one, and the oldest one.
+    /// Names of the commands that pack and unpack: the name, the flat one, and the oldest one.
     pack_names: [&'static str; 3],
     unpack_names: [&'static str; 3],
     size: usize,
@@ -32,7 +32,7 @@ macro_rules! element {
     };
 }
 
-/// The elements; integers wrap around as their bits do.
+/// The element types. Integers out of range wrap around.
 const ELEMENTS: &[Element] = &[
     element!(
         "Float",
@@ -115,7 +115,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let (start, count) = (int_or(c, 1, 0)?, int_or(c, 2, 0)?);
                 let skip = usize::try_from(int_or(c, 3, 0)?).unwrap_or(0);
                 let bytes = c.bytes(0)?;
-                // A parameter that stands in for packed data.
+                // A stand-in for a script parameter, which is not packed data: unpacks to zeros.
                 let stands_in = bytes == b"1" && c.world().makes_stand_ins();
                 let bytes = if stands_in { STAND_IN } else { bytes };
                 let values = unpack(e, bytes.get(skip..).unwrap_or_default(), start, count);
@@ -144,7 +144,7 @@ fn described(e: &Element) -> String {
     format!("{what} of {} bytes", e.size)
 }
 
-/// Which elements of `n` are meant.
+/// Returns the range of the selected elements, within `n`.
 fn part(n: usize, start: i64, count: i64) -> std::ops::Range<usize> {
     let start = usize::try_from(start).unwrap_or(0).min(n);
     let end = match usize::try_from(count) {

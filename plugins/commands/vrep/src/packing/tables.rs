@@ -1,4 +1,4 @@
-//! Tables as bytes and back: `sim.packTable`, `sim.unpackTable`.
+//! Packs tables into bytes, and unpacks them: `sim.packTable`, `sim.unpackTable`.
 
 use crate::kit::*;
 
@@ -16,7 +16,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("scheme").default(0).optional().text("ignored"))
         .returns(Param::bytes("data"))
         .text("Packs a table of truth values, numbers, texts and tables into a text.")
-        .partial("The bytes are of a form of our own, whatever the scheme."),
+        .partial("The format is one of our own, whatever the scheme."),
     );
     offer.command(
         both(["sim.unpackTable", "simUnpackTable"], NIL, |c| {

@@ -1,7 +1,7 @@
 //! Properties by name: `sim.getFloatProperty(thruster, 'thruster.thrust')` and its relatives.
 //!
-//! A name is the key of a property of this simulator (those of plugins' devices included), or one of the original:
-//! `customData.NAME` and `signal.NAME`, which setting makes, and the names of properties that both have.
+//! A name is the key of a property of this simulator (including those of plugins' devices), or one of the original:
+//! `customData.NAME` and `signal.NAME`, which are created when set, and names of properties that both have.
 
 use crate::{kit::*, simulation::run::state_now};
 
@@ -25,10 +25,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     family(offer, "floatarray", names, Param::floats("value", 0), "{0, 0, 1}", |v| v.numbers().map(Value::Floats));
 }
 
-/// Types of what scripts keep under names of their own, in the order in which they are looked for.
+/// Types of values that scripts store under names of their own, in the order in which they are searched.
 const TYPES: [&str; 6] = ["string", "buffer", "int", "float", "bool", "floatarray"];
 
-/// Reading and setting properties of the type that they have.
+/// Adds commands that get and set a property with the type it has.
 fn of_any_type(offer: &mut Offer<Vrep>) {
     let any = |v: ValueRef<'_>| v.to_value().ok();
     offer.command(
@@ -62,7 +62,7 @@ fn of_any_type(offer: &mut Offer<Vrep>) {
         .param(key())
         .param(Param::any("value"))
         .param(Param::any("options").optional().text("ignored"))
-        .text("Sets a property by its name; at the end of the simulation it is what it was.")
+        .text("Sets a property by its name; the end of the simulation restores it.")
         .example("sim.setProperty(object, name, 0.5)"),
     );
 }
@@ -76,7 +76,7 @@ fn key() -> Param {
     )
 }
 
-/// Returns a property, or nil where it is missing and the script asked for no error.
+/// Returns a property to the script; nil if it is missing and the script asked for no error.
 fn give(c: &mut Ctx<'_>, found: Result<Value>) -> Result {
     match found {
         Ok(Value::Object(id)) => c.ret(handle(id)),
@@ -87,20 +87,20 @@ fn give(c: &mut Ctx<'_>, found: Result<Value>) -> Result {
     Ok(())
 }
 
-/// Sets the property of arguments 0 and 1.
+/// Sets the property named by arguments 0 and 1.
 fn change(c: &Ctx<'_>, of: &str, value: &Value) -> Result {
     let name = c.text(1)?;
     let id = target_of(c)?;
     if let Some(own) = kept(&name, of) {
         return put(c, id, own, value);
     }
-    // The key that the object has; an unknown one is reported as it was given.
+    // Use the key that the object has; if it has none, report the name as the script spelled it.
     let keys = candidates(c, id, &name)?;
     let known = keys.iter().find(|key| c.world().get(id, c.world().host().prop(key)).is_ok()).unwrap_or(&name);
     c.world().set(id, c.world().host().prop(known), value)
 }
 
-/// Reading and setting properties of one type.
+/// Adds commands that get and set properties of one type.
 fn family(
     offer: &mut Offer<Vrep>,
     of: &'static str,
@@ -131,7 +131,7 @@ fn family(
         .param(key())
         .param(value)
         .param(Param::any("options").optional().text("ignored"))
-        .text(format!("Sets a property of type {of} by its name; at the end of the simulation it is what it was."))
+        .text(format!("Sets a property of type {of} by its name; the end of the simulation restores it."))
         .example(format!("{set}(object, name, {sample})")),
     );
 }
@@ -144,13 +144,13 @@ fn target_of(c: &Ctx<'_>) -> Result<tatu_object> {
     if [HANDLE_SCENE, APP].contains(&c.i64(0)?) { Ok(0) } else { Ok(living(c, 0)?.id) }
 }
 
-/// What scripts keep under names of their own.
+/// Where a value is stored that is not a property of the core.
 enum Kept<'a> {
-    /// A block of custom data: the one of this tag.
+    /// A block of custom data with this tag.
     Block(&'a str),
-    /// A value of another type under `customData`, or a signal of an object.
+    /// A value of another type under `customData`, or a signal of an object, under this tag.
     Other(String),
-    /// A signal of the world, of this kind.
+    /// A signal of the world, of this kind and name.
     Signal(u32, &'a str),
 }
 
@@ -201,13 +201,14 @@ fn find(c: &Ctx<'_>, name: &str, of: &str, read: fn(ValueRef<'_>) -> Option<Valu
     for key in candidates(c, id, name)? {
         match c.world().get(id, c.world().host().prop(&key)) {
             Ok(v) => {
-                return read(v).ok_or_else(|| Fail::argument(format!("the property `{key}` is not of type {of}")));
+                return read(v)
+                    .ok_or_else(|| Fail::argument(format!("property `{key}`: expected a value of type {of}")));
             }
             Err(e) if e.code() == TATU_ERR_MISSING => {}
             Err(e) => return Err(e),
         }
     }
-    // With the names that come nearest.
+    // The host's error lists the most similar names.
     let v = c.world().get(id, c.world().host().prop(name))?;
     read(v).ok_or_else(missing)
 }
@@ -216,7 +217,7 @@ fn packed(c: &Ctx<'_>, id: tatu_object, key: &str) -> Result<Option<Value>> {
     tags::private(c, id, key)?.map(|data| tables::unpack(&data)).transpose()
 }
 
-/// Properties of the original's program and scene that are the same in each run, or follow from others.
+/// Returns a property of the original's application or scene that is constant here, or derived from others.
 fn constant(c: &Ctx<'_>, name: &str) -> Result<Option<Value>> {
     Ok(Some(match (c.i64(0)?, name) {
         (HANDLE_SCENE, "simulationState" | "simulation.state") => Value::Int(state_now(c)?),
@@ -224,7 +225,7 @@ fn constant(c: &Ctx<'_>, name: &str) -> Result<Option<Value>> {
         (HANDLE_SCENE, "dynamicsEnabled" | "dynamics.enabled") => Value::Bool(true),
         (HANDLE_SCENE, "dynamicsEngine" | "dynamics.engine") => Value::Ints(vec![0, 0]),
         (APP, "headlessMode") => Value::Int(1),
-        // Linux, as sim.intparam_platform has it.
+        // Linux, the same number as sim.intparam_platform.
         (APP, "platform") => Value::Int(2),
         (APP, "displayEnabled") => Value::Bool(false),
         (APP, "processCnt") => Value::Int(1),
@@ -233,7 +234,7 @@ fn constant(c: &Ctx<'_>, name: &str) -> Result<Option<Value>> {
     }))
 }
 
-/// Names of the original for properties that have another one here, and do not follow from it.
+/// Properties whose name in the original cannot be derived from the one here.
 const RENAMED: &[(&str, &str)] = &[
     ("simulationTime", "scene.time"),
     ("simulation.time", "scene.time"),
@@ -252,7 +253,7 @@ const RENAMED: &[(&str, &str)] = &[
     ("restitution", "shape.restitution"),
 ];
 
-/// The keys that a name may stand for, in the order in which they are tried.
+/// Returns the keys that a name may mean, in the order in which they are tried.
 fn candidates(c: &Ctx<'_>, id: tatu_object, name: &str) -> Result<Vec<String>> {
     let mut keys = vec![name.to_owned()];
     keys.extend(RENAMED.iter().filter(|(theirs, _)| *theirs == name).map(|(_, ours)| (*ours).to_owned()));

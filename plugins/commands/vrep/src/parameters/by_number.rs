@@ -1,6 +1,7 @@
-//! Parameters of objects by number: `sim.getObjectInt32Param(box, sim.shapeintparam_static)` and its kin.
+//! Parameters of objects by number, as in `sim.getObjectInt32Param(box, sim.shapeintparam_static)`.
 //!
-//! A number that an object has nothing for gives no value; old names give 0 alone, and 1 before a value.
+//! If an object has no parameter of a number, commands return no value; by their old names they return 0 alone, or 1
+//! and the value.
 
 use super::targets;
 use crate::{
@@ -16,7 +17,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 type Get<T> = fn(&Ctx<'_>, Object, i64) -> Result<Option<T>>;
 type Set<T> = fn(&Ctx<'_>, Object, i64, T) -> Result<bool>;
 
-/// The names of the commands of one type: getter and setter, those before them, and their flat names.
+/// The names of the commands of one type: getter and setter, their previous names, and their flat names.
 struct Names {
     get: &'static str,
     set: &'static str,
@@ -37,7 +38,7 @@ const FLOAT: Names = Names {
     set_before: ("sim.setObjectFloatParameter", &["simSetObjectFloatParameter"]),
 };
 
-/// The commands of one type of value.
+/// Adds the commands of one type of value.
 fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>, set: Set<T>, value: Param) {
     let id = || Param::int("parameter").text("a number from the tables of constants");
     let read = move |c: &Ctx<'_>| -> Result<Option<T>> {
@@ -139,7 +140,7 @@ impl Number for f64 {
     }
 }
 
-/// Numbers of what sensors look for.
+/// Parameters that select what vision and proximity sensors detect.
 const TO_RENDER: i64 = 1008;
 const TO_DETECT: i64 = 4002;
 
@@ -165,7 +166,7 @@ fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
         (TATU_KIND_SHAPE, 3017) => yes(p.convex)?,
         (TATU_KIND_SHAPE, 3019) => int_of(c, id, p.respondable_mask)?,
         (TATU_KIND_SENSOR, TO_RENDER | TO_DETECT) => targets::get(c, id)?,
-        // Whether its volume is shown in scripts of the original, and the form of that.
+        // Whether and how the original displays the sensor's volume.
         (TATU_KIND_SENSOR, 4000) => 0,
         (TATU_KIND_SENSOR, 4001) => volume(c, id)?,
         (TATU_KIND_SENSOR, _) => return parameters::get_int(c, id, n),
@@ -173,7 +174,7 @@ fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
     }))
 }
 
-/// The number of a proximity sensor's volume.
+/// Returns the original's number for the shape of a proximity sensor's volume.
 fn volume(c: &Ctx<'_>, sensor: tatu_object) -> Result<i64> {
     Ok(match text_of(c, sensor, c.world().host().prop("proximity.volume"))?.as_str() {
         "pyramid" => 30,
@@ -212,7 +213,8 @@ fn control(c: &Ctx<'_>, joint: tatu_object) -> Result<String> {
     text_of(c, joint, c.plugin().p.joint_control)
 }
 
-/// What a joint's control becomes: 2000 switches the motor, 2001 its position control, 2039 chooses.
+/// Returns the control mode after a parameter is set: 2000 switches the motor, 2001 position control, 2039 selects a
+/// mode.
 fn controlled(now: &str, n: i64, value: i64) -> Option<&str> {
     Some(match (n, value) {
         (2000, 0) => "free",
@@ -241,7 +243,7 @@ fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
             let t = w.twist(id)?;
             al::length([t[3], t[4], t[5]])
         }
-        // The box of a shape lies about its origin.
+        // The bounding box of a shape is centred on its origin.
         (TATU_KIND_SHAPE, 15..=17) => -w.f64s::<3>(id, p.size)?[(n - 15) as usize] / 2.0,
         (TATU_KIND_SHAPE, 18..=20) => w.f64s::<3>(id, p.size)?[(n - 18) as usize] / 2.0,
         (_, 15..=20) => {
@@ -266,15 +268,15 @@ fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
     }))
 }
 
-/// P, I and D of a joint's position control, 1/s, 1/s^2 and 1.
+/// Returns P, I and D of a joint's position control, in 1/s, 1/s^2 and 1.
 fn gains(c: &Ctx<'_>, joint: tatu_object) -> Result<[f64; 3]> {
     let set = c.world().get(joint, c.plugin().p.joint_gains)?;
     let set: Vec<f64> = (0..3).filter_map(|i| set.number(i)).collect();
-    // What joints without gains of their own do: 0.1 in each of 5 ms.
+    // Default of joints without gains: 0.1 per 5 ms.
     Ok(set.try_into().unwrap_or([20.0, 0.0, 0.0]))
 }
 
-/// The original's gains are per physics step.
+/// Returns the physics step in s: the original's gains are per step.
 fn engine_step(c: &Ctx<'_>) -> Result<f64> {
     c.world().f64(0, c.plugin().p.physics_dt)
 }
@@ -293,7 +295,7 @@ fn set_float(c: &Ctx<'_>, o: Object, n: i64, value: f64) -> Result<bool> {
         (TATU_KIND_JOINT, 2019) => w.set_f64s(id, p.joint_damping, &[value.max(0.0)])?,
         (TATU_KIND_JOINT, 2034) => w.set_f64s(id, p.joint_lead, &[value * std::f64::consts::TAU])?,
         (TATU_KIND_JOINT, 2042) => w.set_f64s(id, p.joint_lead, &[value])?,
-        // A static shape with an initial velocity is a conveyor: its surface moves, given in the world's axes.
+        // A static shape with an initial velocity is a conveyor: the velocity of its surface, given in the world frame.
         (TATU_KIND_SHAPE, 3000..=3002) if !bool_of(c, id, p.dynamic)? => {
             let turn = al::rotation(&w.pose(id, 0)?);
             let mut v = al::rotate(turn, w.f64s::<3>(id, p.surface_velocity)?);
@@ -301,7 +303,7 @@ fn set_float(c: &Ctx<'_>, o: Object, n: i64, value: f64) -> Result<bool> {
             let own = al::rotate(al::conjugate(turn), v);
             w.set(id, p.surface_velocity, &Value::Floats(own.to_vec()))?;
         }
-        // Initial velocities; there is no reset to wait for, so they act now.
+        // Initial velocities are applied at once, since there is no reset to apply them at.
         (TATU_KIND_SHAPE, 3000..=3002 | 3020..=3022) => {
             let mut t = w.twist(id)?;
             t[if n < 3020 { n - 3000 } else { n - 3017 } as usize] = value;

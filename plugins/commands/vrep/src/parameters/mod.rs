@@ -1,4 +1,4 @@
-//! Parameters of objects: by number, and properties by name.
+//! Commands on parameters of objects by number, and properties by name.
 
 mod by_name;
 mod by_number;

@@ -1,8 +1,8 @@
-//! What a sensor looks for: an object, the objects of a collection, or everything (`sim.proxintparam_entity_to_detect`,
-//! `sim.visionintparam_entity_to_render`).
+//! The entity that a sensor detects: an object, the objects of a collection, or everything
+//! (`sim.proxintparam_entity_to_detect`, `sim.visionintparam_entity_to_render`).
 //!
-//! The core knows lists of paths, see `sensor.targets`; the number that a script gave is kept with the sensor. A collection
-//! counts as it is when it is given.
+//! The core stores a list of paths, see `sensor.targets`; the number that the script gave is stored with the sensor. A
+//! collection is resolved when it is set; later changes to it have no effect.
 
 use std::collections::BTreeSet;
 
@@ -11,17 +11,17 @@ use crate::{
     lookup::entities,
 };
 
-/// Tag under which the number is kept.
+/// Tag under which the entity's number is stored.
 const ENTITY: &str = "entity";
-/// The number that stands for everything.
+/// The number that means everything.
 const ALL: i64 = -1;
 
-/// What it looks for.
+/// Returns the entity that a sensor detects.
 pub(super) fn get(c: &Ctx<'_>, sensor: tatu_object) -> Result<i64> {
     Ok(tags::number(c, sensor, ENTITY)?.map_or(ALL, |x| x as i64))
 }
 
-/// Lets it look for something else.
+/// Sets the entity that a sensor detects.
 pub(super) fn set(c: &Ctx<'_>, sensor: tatu_object, entity: i64) -> Result {
     let (w, p) = (c.world(), &c.plugin().p);
     let objects = w.list(0, 0, 0)?;
@@ -30,17 +30,17 @@ pub(super) fn set(c: &Ctx<'_>, sensor: tatu_object, entity: i64) -> Result {
         _ if entities::is_one(c, entity)? => entities::objects(c, entity)?.into_iter().collect(),
         _ => BTreeSet::from([living(c, 2)?.id]),
     };
-    // Objects that are added later are seen if most of those that are there are seen.
+    // Objects added later are detected if most of the present ones are.
     let mut all = 2 * seen.len() > objects.len() || entity == ALL;
     let mut lists = differences(c, &objects, &seen, all)?;
     if all && !lists.0.is_empty() {
-        // Where something is a target, what is not named is none.
+        // As soon as one object is listed as a target, unlisted ones are not detected.
         all = false;
         lists = differences(c, &objects, &seen, all)?;
     }
     let (mut targets, ignored) = lists;
     if targets.is_empty() && !all {
-        // An empty list would be everything; the sensor itself is nothing to be seen.
+        // An empty list would mean everything, so list the sensor itself, which it never detects.
         targets.push(sensor);
     }
     let paths = |all: &[tatu_object]| Value::List(all.iter().map(|o| Value::text(path(c, *o))).collect());
@@ -49,8 +49,8 @@ pub(super) fn set(c: &Ctx<'_>, sensor: tatu_object, entity: i64) -> Result {
     tags::set_number(c, sensor, ENTITY, entity as f64)
 }
 
-/// The objects that are seen though their parent is not, and those that are not seen though it is; `world`: whether what
-/// stands in the world itself is seen.
+/// Returns the objects that are detected although their parent is not, and those that are not although it is; `world`:
+/// whether objects without a parent count as detected.
 fn differences(
     c: &Ctx<'_>,
     objects: &[tatu_object],

@@ -1,4 +1,4 @@
-//! Paths: as tables of configurations, and as objects of old scenes.
+//! Commands on paths: as tables of configurations, and as objects of old scenes.
 
 pub(crate) mod objects;
 mod tables;

@@ -1,4 +1,4 @@
-//! Path objects of old scenes: control points, along which places are asked for. Since 4.2 they are dummies.
+//! Path objects of old scenes: control points, and positions along the curve through them. Since 4.2 they are dummies.
 
 use super::tables as paths;
 use crate::kit::{
@@ -14,7 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let along = || Param::float("along").text("0: the beginning, 1: the end");
     offer.command(
         both(["sim.createPath", "simCreatePath"], MINUS, |c| {
-            // Since 4.2 it is a dummy, and the control points come first: 7 numbers each.
+            // Since 4.2 a path is a dummy, and the control points are the first argument: 7 numbers each.
             let modern = is_table(c.arg(0));
             let dummy = c.world().create(if modern { "dummy" } else { "path" }, 0, "Path")?;
             if modern {
@@ -63,7 +63,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("count"))
         .param(table("data", "x, y, z, alpha, beta, gamma and more for each point"))
         .returns(Param::int("done"))
-        .text("Puts control points into a path.")
+        .text("Inserts control points into a path.")
         .partial(NOTES),
     );
     offer.command(
@@ -85,7 +85,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("start").text("from 0; -1: all"))
         .param(Param::int("count"))
         .returns(Param::int("done"))
-        .text("Takes control points out of a path."),
+        .text("Removes control points from a path."),
     );
     let at = |c: &Ctx<'_>| -> Result<Pose> {
         let id = of_path(c)?;
@@ -127,7 +127,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(along())
         .returns(Param::int("flags"))
         .returns(Param::floats("channels", 4))
-        .text("Gives extra data of a path: there is none.")
+        .text("Gives extra data of a path, of which there is none.")
         .stub("control points keep no extra data"),
     );
     offer.command(
@@ -161,7 +161,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(path())
         .param(Param::float("position").unit("m"))
         .text("Sets a place on a path.")
-        .partial("It is kept; nothing moves along by itself."),
+        .partial("It is stored; nothing moves along the path automatically."),
     );
     offer.command(
         both(["sim.getClosestPositionOnPath", "simGetClosestPositionOnPath"], NIL, |c| {
@@ -191,12 +191,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::float("acceleration").default(0.0).optional().text("ignored"))
             .returns(Param::float("left").unit("s").text("what was left over of the last step"))
             .text("Moves an object along a path.")
-            .no_wait("Waits in the calling thread; in scripts without one it fails.")
-            .partial("At constant velocity, on straight ways between control points."),
+            .no_wait("the motion takes several steps, and only a thread can wait for them: call this in a thread")
+            .partial("At constant velocity, in straight lines between control points."),
     );
 }
 
-/// Whether a dummy was made a path.
+/// Returns whether a dummy was created as a path.
 pub(crate) fn is_path(c: &Shared<'_>, id: tatu_object) -> bool {
     tags::private(c, id, "path").is_ok_and(|p| p.is_some())
 }
@@ -209,16 +209,17 @@ fn of_path(c: &Ctx<'_>) -> Result<tatu_object> {
     }
 }
 
-/// Control points in the path's own frame.
+/// Control points, in the path's own frame.
 struct Path {
     points: Vec<Pose>,
-    /// Of each point: shares of the ways before and after it that are rounded, and by how many places; empty: none is.
+    /// Per point: the fractions of the segments before and after it that are rounded, and the number of points of the
+    /// arc; empty: no rounding.
     rounding: Vec<[f64; 3]>,
     closed: bool,
 }
 
 impl Path {
-    /// Places that the way leads through, straight from one to the next.
+    /// Returns the vertices of the polyline that approximates the path.
     fn line(&self) -> Vec<Pose> {
         let n = self.points.len();
         if n == 0 {
@@ -231,7 +232,7 @@ impl Path {
                 Some([before, after, places]) if inner && n > 2 && *places > 1.0 => {
                     let from = al::interpolate(p, &self.points[(i + n - 1) % n], *before / 2.0);
                     let to = al::interpolate(p, &self.points[(i + 1) % n], *after / 2.0);
-                    // A curve of second order, from the one place to the other, that the point pulls.
+                    // A quadratic Bézier curve with the control point in the middle.
                     line.extend((0..=*places as usize).map(|k| {
                         let t = k as f64 / places.trunc();
                         al::interpolate(&al::interpolate(&from, p, t), &al::interpolate(p, &to, t), t)
@@ -256,7 +257,7 @@ impl Path {
     fn length(&self) -> f64 {
         self.lengths().last().copied().unwrap_or(0.0)
     }
-    /// The pose at a part of its length.
+    /// Returns the pose at a fraction of its length.
     fn at(&self, along: f64) -> Pose {
         let (line, lengths) = (self.line(), self.lengths());
         let t = along.clamp(0.0, 1.0) * self.length();
@@ -301,7 +302,7 @@ fn write(c: &Ctx<'_>, id: tatu_object, path: &Path) -> Result {
     tags::set_private(c, id, "path", Some(text.as_bytes()))
 }
 
-/// Called again in each step; the word leads to what it follows.
+/// Advances an object along a path; called again in each step. The wait's word is the key into `follows`.
 fn follow(c: &mut Ctx<'_>) -> Result<Outcome> {
     let (w, dt) = (c.world(), c.world().f64(0, c.plugin().p.dt)?);
     let word = match c.resumed() {

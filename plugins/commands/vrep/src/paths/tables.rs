@@ -1,10 +1,10 @@
-//! Paths as plain tables of configurations: lengths, points between, the nearest point.
+//! Paths as plain tables of configurations: lengths, interpolation, the nearest point.
 
 use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let path = || table("path", "configurations one after another");
-    let lengths = || table("lengths", "how far along each configuration lies, from sim.getPathLengths");
+    let lengths = || table("lengths", "distance along the path of each configuration, from sim.getPathLengths");
     let types = || {
         Param::any("types")
             .optional()
@@ -28,7 +28,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                         }
                     }
                     None => {
-                        // Of poses only the way counts.
+                        // Only the positions of poses count.
                         let k = if n == 7 { 3 } else { n };
                         distance(&pair[0][..k], &pair[1][..k])
                     }
@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("distance").optional().text("a function of two configurations"))
         .returns(Param::list("lengths"))
         .returns(Param::float("total"))
-        .text("Gives how far along a path each of its configurations lies."),
+        .text("Gives the distance along a path of each of its configurations."),
     );
     offer.command(
         Cmd::new("sim.getPathInterpolatedConfig", |c| {
@@ -82,7 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("method").optional().text("ignored: straight between configurations"))
         .param(types())
         .returns(Param::list("path"))
-        .text("Gives a path with a number of configurations that lie even far apart.")
+        .text("Gives a path with a number of evenly spaced configurations.")
         .partial("Always straight between configurations, whatever the method."),
     );
     offer.command(
@@ -144,13 +144,13 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
-/// An angle between -pi and pi.
+/// Wraps an angle to -pi..pi.
 fn turned(a: f64) -> f64 {
     let full = std::f64::consts::TAU;
     a - full * (a / full).round()
 }
 
-/// The configuration at a place.
+/// Returns the configuration at position `t` along a path.
 fn between(path: &[f64], lengths: &[f64], t: f64, types: &[f64]) -> Result<Vec<f64>> {
     let n = path.len().checked_div(lengths.len()).unwrap_or(0);
     if n == 0 || path.len() != n * lengths.len() {
@@ -171,7 +171,7 @@ fn between(path: &[f64], lengths: &[f64], t: f64, types: &[f64]) -> Result<Vec<f
             a[k] + d * u
         })
         .collect();
-    // Quaternions take the shorter way and keep their length.
+    // Quaternions are interpolated the shorter way and normalized.
     let quaternion = if types.is_empty() && n == 7 { Some(3) } else { types.iter().position(|t| *t == 2.0) };
     if let Some(q) = quaternion.filter(|q| q + 4 <= n) {
         let same: f64 = (q..q + 4).map(|k| a[k] * b[k]).sum();
@@ -183,7 +183,7 @@ fn between(path: &[f64], lengths: &[f64], t: f64, types: &[f64]) -> Result<Vec<f
     Ok(out)
 }
 
-/// The nearest place of a line: after which of its points, and how far to the next (0 to 1).
+/// Returns the nearest position on a polyline: index of the point before it, and fraction of that segment (0 to 1).
 pub(crate) fn nearest(points: &[[f64; 3]], p: [f64; 3]) -> (usize, f64) {
     let mut best = (f64::MAX, 0, 0.0);
     for (i, pair) in points.windows(2).enumerate() {

@@ -1,4 +1,4 @@
-//! Collisions and distances between shapes.
+//! Commands on collisions and distances between shapes.
 
 use crate::{
     kit::*,
@@ -10,9 +10,9 @@ use crate::{
 };
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let entity = |key: &str| Param::int(key).text("an object with what hangs below it, or a collection");
+    let entity = |key: &str| Param::int(key).text("an object with all objects below it, or a collection");
     let second = || Param::int("second").text("an object, a collection, or sim.handle_all: all other shapes");
-    let notes = "Surfaces of meshes that are not convex are hollow: what is wholly inside does not touch them.";
+    let notes = "Surfaces of meshes that are not convex are hollow: a shape entirely inside does not touch them.";
     offer.command(
         both(["sim.checkCollision", "simCheckCollision"], MINUS, |c| {
             let touching =
@@ -27,7 +27,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(second())
         .returns(Param::int("result").text("1: they overlap"))
         .returns(Param::list("objects").text("the two shapes, since 4.0; -1 without"))
-        .text("Tells whether shapes overlap.")
+        .text("Returns whether shapes overlap.")
         .notes(notes),
     );
     offer.command(
@@ -58,7 +58,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("result").text("1; 0: they are farther apart"))
         .returns(Param::floats("data", 7).text("both ends of the shortest way, and its length"))
         .returns(Param::list("objects").text("the two shapes, since 4.0"))
-        .text("Measures the shortest way between shapes.")
+        .text("Measures the shortest distance between shapes.")
         .notes(notes),
     );
     for (names, irregular, text) in [
@@ -84,7 +84,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
 }
 
-/// The shortest way between two things.
+/// The shortest segment between two entities.
 pub(crate) struct Way(pub(crate) Closest);
 
 impl Way {
@@ -93,7 +93,7 @@ impl Way {
     }
 }
 
-/// The shortest way from one to the other, where both have shapes; `limit` > 0: no longer than this, m.
+/// Returns the shortest segment between two entities, if both have shapes; `limit` > 0: no longer than this, m.
 pub(crate) fn closest(c: &Ctx<'_>, first: &Entity, second: &Entity, limit: f64) -> Result<Option<Way>> {
     let (first, second) = match (first, second) {
         (Entity::Objects(a), Entity::Objects(b)) => (a.as_slice(), b.as_slice()),

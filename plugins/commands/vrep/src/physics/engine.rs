@@ -1,9 +1,9 @@
-//! Parameters of the original's physics engines, as far as a shape has what they mean, and materials by number.
+//! Parameters of the original's physics engines, as far as shapes have an equivalent, and materials by number.
 
 use crate::kit::*;
 
-/// What a parameter of an engine is here: friction, restitution and damping of shapes. Numbers of Bullet, ODE, Newton and
-/// Vortex by which scripts set them.
+/// Returns the property that a parameter of Bullet, ODE, Newton or Vortex corresponds to: friction, restitution or
+/// damping of a shape.
 fn prop(p: &Props, parameter: i64) -> Option<Prop> {
     Some(match parameter {
         6002 | 6003 | 15001 | 33001 | 33002 | 24001 => p.friction,
@@ -14,8 +14,9 @@ fn prop(p: &Props, parameter: i64) -> Option<Prop> {
     })
 }
 
-/// Frictions of the original's materials by number, against a floor of friction 1. Estimates: the original gives their
-/// names alone. A wheel and a gripper hold, a foot holds a little less, what rests or is of low friction slides.
+/// Returns the friction of a material of the original, against a floor of friction 1. These are estimates, because only
+/// the materials' names are documented: wheels and grippers hold, feet hold a little less, low-friction materials
+/// slide.
 fn friction_of(material: i64) -> Option<f64> {
     Some(match material {
         2_310_013 | 2_310_021 => 0.71,
@@ -27,10 +28,10 @@ fn friction_of(material: i64) -> Option<f64> {
     })
 }
 
-/// The engine's step, which scripts ask for by the number of Bullet's.
+/// Bullet's parameter number of the engine's step.
 const STEP: i64 = 1;
 
-/// A command, the name it had before, and its flat one.
+/// Name of a command, its previous name, and its flat name.
 type Names = (&'static str, &'static str, &'static str);
 
 const GET: [(&str, Names); 3] = [
@@ -58,7 +59,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("shape"))
         .param(Param::int("material").text("sim.dynmat_..."))
         .text("Sets the friction of a shape to that of a material.")
-        .partial("The frictions are estimates: the original keeps its own to itself."),
+        .partial("The frictions are estimates: those of the original are not published."),
     );
 }
 

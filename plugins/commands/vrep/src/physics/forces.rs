@@ -1,4 +1,4 @@
-//! Shapes in physics: pushes, velocity, contacts.
+//! Commands on shapes in physics: forces, velocity, contacts.
 
 use crate::kit::{algebra as al, *};
 
@@ -69,7 +69,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simResetDynamicObject", MINUS)
         .param(flagged("object"))
         .returns(Param::int("done"))
-        .text("Tells physics that an object was changed; it knows already, so nothing is left to do.")
+        .text("Informs physics that an object was changed. It has no effect: changes are noticed automatically.")
         .example("sim.resetDynamicObject(box)"),
     );
     offer.command(
@@ -89,7 +89,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .old_name("simGetContactInfo", NIL)
             .param(Param::int("dynamicPass").text("ignored: contacts are those of the whole last step"))
             .param(Param::int("object").text("a shape, or sim.handle_all"))
-            .param(Param::int("index").text("from 0; sim.handleflag_extended may be added: the normal is given too"))
+            .param(Param::int("index").text("from 0; with sim.handleflag_extended added, the normal is given too"))
             .returns(Param::list("objects").text("the two shapes; nothing at all past the last contact"))
             .returns(Param::floats("point", 3).unit("m"))
             .returns(Param::floats("force", 3).unit("N").text("on the second shape, friction included"))
@@ -99,12 +99,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Pushes a shape; one that physics does not move stays where it is.
+/// Applies a force and a torque to a shape; a shape that physics does not move is left alone.
 fn push(c: &Ctx<'_>, shape: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
     if bool_of(c, shape, c.plugin().p.dynamic)? { c.world().push(shape, force, torque) } else { Ok(()) }
 }
 
-/// The shape of argument 0, to be pushed.
+/// Returns the shape of argument 0, to which a force is to be applied.
 fn pushable(c: &Ctx<'_>) -> Result<tatu_object> {
     let flags = c.arg(0).as_i64().unwrap_or(0);
     if flags > HANDLE_BITS && flags & 0xC0_0000 != 0 {

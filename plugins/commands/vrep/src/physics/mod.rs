@@ -1,4 +1,4 @@
-//! Physics: forces, materials, collisions and distances.
+//! Commands on physics: forces, materials, collisions and distances.
 
 mod distances;
 mod engine;

@@ -1,6 +1,6 @@
-//! Collision and distance objects of old scenes: two things that the scene keeps an eye on.
+//! Collision and distance objects of old scenes: pairs of entities that the scene monitors.
 //!
-//! Those that are not explicit are computed when they are read; explicit ones when they are handled.
+//! Pairs with explicit handling are computed when a script handles them, all others when they are read.
 
 use super::distances::closest;
 use crate::{
@@ -15,9 +15,9 @@ use crate::{
     },
 };
 
-const NOTES: &str = "Objects that are not explicit are looked at when they are read, not in the sensing part.";
+const NOTES: &str = "Objects that are not explicit are evaluated when they are read, not in the sensing part.";
 
-/// The two sorts.
+/// The two sorts of pairs.
 #[derive(Clone, Copy)]
 enum Sort {
     Collision,
@@ -106,7 +106,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
 }
 
-/// The pairs that a number means.
+/// Returns the pairs that a number names.
 fn chosen(c: &Ctx<'_>, sort: Sort, which: i64) -> Result<Vec<Pair>> {
     let all = sort.all(&state(c)?.registered).to_vec();
     let chosen: Vec<Pair> = match which {
@@ -120,7 +120,7 @@ fn chosen(c: &Ctx<'_>, sort: Sort, which: i64) -> Result<Vec<Pair>> {
     }
 }
 
-/// Looks now.
+/// Computes the result of a pair.
 fn look(c: &Ctx<'_>, sort: Sort, pair: &Pair) -> Result<Option<Found>> {
     let entity = |handle: i64| -> Result<Entity> {
         match handle {
@@ -144,7 +144,7 @@ fn look(c: &Ctx<'_>, sort: Sort, pair: &Pair) -> Result<Option<Found>> {
     })
 }
 
-/// What a pair has found: now, or when it was handled.
+/// Returns the result of a pair: computed now, or when it was last handled.
 fn read(c: &Ctx<'_>, sort: Sort) -> Result<Option<Found>> {
     let which = c.i64(0)?;
     match chosen(c, sort, which)?.as_slice() {

@@ -1,4 +1,4 @@
-//! Scripts: whose they are, calling their functions, their own parameters.
+//! Commands on scripts: their objects, calls of their functions, their parameters.
 
 use crate::{kit::*, lookup::names, state::state};
 
@@ -118,7 +118,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getScriptExecutionCount", |c| {
             let calls = match c.caller_script() {
                 0 => 0,
-                // The running call is counted already.
+                // The counter already includes the running call.
                 script => int_of(c, script, c.plugin().p.script_calls)? - 1,
             };
             c.ret(calls.max(0));
@@ -139,7 +139,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simIsScriptExecutionThreaded", MINUS)
         .old_name("simIsScriptRunningInThread", MINUS)
         .returns(Param::int("threaded").text("1 or 0"))
-        .text("Tells whether the calling script can wait.")
+        .text("Returns whether the calling script can wait.")
         .example("threaded = sim.isScriptExecutionThreaded() == 1"),
     );
     offer.command(
@@ -150,7 +150,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             if found.is_none() {
                 found = given(c, &key)?;
             }
-            // Without its scene a script has none of the parameters that the scene gave it.
+            // A stand-in has no parameters from its scene, so this one reads as "1".
             if found.is_none() && c.world().stands_in(key.0, &String::from_utf8_lossy(&key.1)) {
                 found = Some(b"1".to_vec());
             }
@@ -193,7 +193,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// The script of a kind that belongs to an object; 0: none.
+/// Returns the script of a kind that belongs to an object; 0: none.
 fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object> {
     let all = c.world().scripts(owner)?;
     let of_kind = |s: &&tatu_object| {
@@ -201,8 +201,8 @@ fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object>
     };
     let found = all.iter().find(of_kind).copied();
     if found.is_none() && owner != 0 && kind == "child" {
-        // A run of a script without its scene starts with no scripts on other objects. Recording the miss gives the
-        // object a script in the next attempt.
+        // A run without a scene starts with no scripts on other objects. The miss is recorded, so that the object has a
+        // script in the next attempt.
         c.world().missed_script(owner);
     }
     Ok(found.unwrap_or(0))
@@ -212,28 +212,28 @@ fn main_script(c: &Ctx<'_>) -> Result<tatu_object> {
     script_of(c, 0, "main")
 }
 
-/// The kind of a script type, if the number is one.
+/// Returns the kind of a script type; `None` if the number is not one.
 pub(crate) fn kind_of(kind: i64) -> Option<&'static str> {
     match kind {
         0 => Some("main"),
-        // The second one is sim_scripttype_childscript + sim_scripttype_threaded.
+        // 241 is sim_scripttype_childscript + sim_scripttype_threaded.
         1 | 241 => Some("child"),
         6 => Some("customization"),
         _ => None,
     }
 }
 
-/// The script of a type that belongs to the object of a name.
+/// Returns the script of a type that belongs to the object of a name.
 pub(crate) fn named(c: &Ctx<'_>, owner: &str, kind: i64) -> Result<tatu_object> {
     let script = match kind_of(kind) {
         Some("main") => main_script(c)?,
         Some(kind) => script_of(c, names::find(c, owner)?, kind)?,
         None => 0,
     };
-    if script == 0 { Err(Fail::missing(format!("`{owner}` has no such script"))) } else { Ok(script) }
+    if script == 0 { Err(Fail::missing(format!("`{owner}` has no script of type {kind}"))) } else { Ok(script) }
 }
 
-/// Argument `i`: a script, the calling one, the main script, or an object's child script.
+/// Returns the script of argument `i`: a script, the caller, the main script, or an object's child script.
 pub(crate) fn any_script(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     let found = match c.i64(i)? {
         HANDLE_MAIN_SCRIPT | 0 => main_script(c)?,
@@ -243,29 +243,33 @@ pub(crate) fn any_script(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
             if o.kind == TATU_KIND_SCRIPT { o.id } else { script_of(c, o.id, "child")? }
         }
     };
-    if found == 0 { Err(Fail::missing("there is no such script")) } else { Ok(found) }
+    if found == 0 {
+        Err(Fail::missing("expected the handle of a script, or of an object that has one"))
+    } else {
+        Ok(found)
+    }
 }
 
-/// Argument `i`: a script, or the calling one.
+/// Returns the script of argument `i`: a script, or the caller.
 pub(crate) fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_SELF {
         return match c.caller_script() {
-            0 => Err(Fail::missing("only a script can call this")),
+            0 => Err(Fail::missing("the caller is not a script: pass the handle of one instead of sim.handle_self")),
             script => Ok(script),
         };
     }
     of_kind(c, i, TATU_KIND_SCRIPT)
 }
 
-/// A parameter that the scene or the model gives a script: free data of the object that it belongs to, under a tag that
-/// begins with `parameter.`.
+/// Returns a parameter that the scene or the model gives a script: custom data of the object that it belongs to, under
+/// a tag that begins with `parameter.`.
 fn given(c: &Ctx<'_>, (script, name): &(tatu_object, Vec<u8>)) -> Result<Option<Vec<u8>>> {
-    // The main script belongs to nobody.
+    // The main script belongs to no object.
     let owner = parent(c, *script).unwrap_or(0);
     if owner == 0 { Ok(None) } else { tags::get(c, owner, &[b"parameter.", name.as_slice()].concat()) }
 }
 
-/// The scripts that argument 0 names: one, all, or those of the objects below or above the caller's.
+/// Returns the scripts that argument 0 names: one, all, or those of objects below or above the caller's.
 fn with_parameters(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     let own = c.caller_object();
     let owners = match c.i64(0)? {
@@ -289,7 +293,7 @@ fn with_parameters(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     Ok(scripts)
 }
 
-/// A parameter as what it looks like: nil, a boolean, a number or text.
+/// Converts a parameter's text to the type it looks like: nil, a boolean, a number or text.
 fn typed(text: Vec<u8>) -> Value {
     match text.as_slice() {
         b"nil" => Value::Nil,
@@ -313,9 +317,9 @@ fn call(c: &mut Ctx<'_>) -> Result {
         _ => self_or(c, 1)?,
     };
     if script == 0 {
-        return Err(Fail::missing(format!("there is no script for `{text}`")));
+        return Err(Fail::missing(format!("`{text}` names no script that exists")));
     }
-    // The arguments go on as they came, the results are copied into the memory of this call.
+    // Arguments are passed on unchanged; results are copied into the memory of this call.
     let args = c.args().get(2..).unwrap_or_default();
     let args: Vec<Value> = args.iter().map(|v| v.to_value()).collect::<Result<_>>()?;
     for value in c.world().call_function(script, function, &args)? {

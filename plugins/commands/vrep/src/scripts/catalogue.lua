@@ -1,9 +1,9 @@
--- What only Lua can do for Lua: functions of the catalogue that change their arguments, or run text.
+-- Functions that must be written in Lua: they modify their arguments in place, or run text.
 local _ = ...
--- Scripts may use these names for something of their own.
+-- Local copies, because scripts may redefine these globals.
 local load, pcall, setmetatable = load, pcall, setmetatable
 
--- `sim.invertMatrix` changes the table that it is given; poses too.
+-- `sim.invertMatrix` modifies its argument in place; it accepts poses as well.
 rawset(sim, 'invertMatrix', function(matrix)
     local inverse = sim.getInvertedMatrix(matrix)
     for i = 1, 12 do
@@ -12,7 +12,7 @@ rawset(sim, 'invertMatrix', function(matrix)
     return 1
 end)
 
--- Runs a text in this script, for sim.executeScriptString: whether it could, and its first result.
+-- Runs a text in this script, for sim.executeScriptString; returns whether it succeeded, and its first result.
 function _tatu_execute(text)
     local chunk, why = load('return ' .. text, '=string', 't')
     if not chunk then
@@ -29,7 +29,7 @@ function _tatu_assign(name, value)
     _G[name] = value
 end
 
--- Functions of another script as if they were fields: sim.getScriptFunctions(handle):move(1).
+-- Access to the functions of another script as if they were methods: sim.getScriptFunctions(handle):move(1).
 rawset(sim, 'getScriptFunctions', function(script)
     return setmetatable({}, {
         __index = function(_, name)

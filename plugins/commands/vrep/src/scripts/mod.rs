@@ -1,4 +1,4 @@
-//! Scripts: calling their functions, running text in them, their variables.
+//! Commands on scripts: calling their functions, running text in them, their variables.
 
 mod calls;
 mod more;

@@ -1,4 +1,4 @@
-//! More on scripts: running text in them, their variables, attributes and parameters.
+//! More commands on scripts: running text in them, their variables, attributes and parameters.
 
 use super::calls as scripts;
 use crate::{kit::*, state::state};
@@ -19,7 +19,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     }
                     Ok(())
                 }
-                Err(e) if e.code() == TATU_ERR_MISSING => Err(Fail::unsupported("the script's language runs no text")),
+                Err(e) if e.code() == TATU_ERR_MISSING => {
+                    Err(Fail::unsupported("the script's language cannot run text"))
+                }
                 Err(e) => Err(e),
             }
         })
@@ -60,7 +62,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("b").optional().text("its second argument"))
         .param(Param::int("iterations").default(99).text("how often it is called before the last time"))
         .returns(Param::any("results").text("of the last call"))
-        .text("Calls a function again and again: a test of callbacks, those of remote clients for instance."),
+        .text("Calls a function repeatedly, to test callbacks such as those of remote clients."),
     );
     offer.command(
         Cmd::new("sim.getScriptFunctions", |c| {
@@ -82,7 +84,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(table("matrix", "12 numbers"))
         .returns(Param::any("result").text("1 in Lua, else the inverse"))
         .text("Inverts a matrix, in Lua in place.")
-        .notes("Other languages than Lua get the inverse as a result."),
+        .notes("Languages other than Lua get the inverse as a result."),
     );
     attributes(offer);
     parameters(offer);
@@ -106,7 +108,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .alias("sim.getLastInfo")
         .returns(Param::string("text").text("nothing if there was none"))
         .text("Gives what the last failed call said, once.")
-        .stub("messages of failed calls stand in the log"),
+        .stub("errors of failed calls are in the log"),
     );
     offer.command(
         Cmd::new("sim.copyTable", |c| {
@@ -117,17 +119,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("table"))
         .returns(Param::any("copy"))
         .text("Gives a copy of a table, with the tables in it.")
-        .partial("What is no truth value, number, text or table cannot be copied."),
+        .partial("Only truth values, numbers, texts and tables can be copied."),
     );
 }
 
-/// The text before `@`, and the script that is meant.
+/// Returns the text before `@`, and the script named behind it or by argument `i`.
 fn target_of(c: &Ctx<'_>, text: &str, i: usize) -> Result<(String, tatu_object)> {
     let by_type = c.arg(i).as_i64().is_some_and(|n| scripts::kind_of(n).is_some());
     match text.rsplit_once('@') {
         Some((head, owner)) if by_type => Ok((head.into(), scripts::named(c, owner, c.i64(i)?)?)),
         _ if !c.has(i) => match c.caller_script() {
-            0 => Err(Fail::missing("only a script can call this")),
+            0 => Err(Fail::missing("the caller is not a script: pass the handle of one")),
             script => Ok((text.into(), script)),
         },
         _ => Ok((text.into(), scripts::any_script(c, i)?)),
@@ -143,7 +145,7 @@ fn attributes(offer: &mut Offer<Vrep>) {
             let kept = tags::number(c, script, &name(n))?;
             match n {
                 2 => c.ret(int_of(c, script, c.plugin().p.script_calls)?),
-                // Whether it is active, cascades or is enabled are truth values.
+                // Attributes that are booleans: active, cascaded, enabled.
                 0 | 3 | 4 => c.ret(kept.is_none_or(|x| x != 0.0)),
                 _ => c.ret(kept.unwrap_or(1.0) as i64),
             }
@@ -168,11 +170,11 @@ fn attributes(offer: &mut Offer<Vrep>) {
         .param(Param::any("value"))
         .returns(Param::int("done"))
         .text("Sets an attribute of a script.")
-        .partial("It is kept and given back; scripts are called as before."),
+        .partial("It is only stored and returned; scripts are called as before."),
     );
 }
 
-/// Parameters that users set in the original's windows.
+/// Adds commands for the parameters that users set in the original's dialogs.
 fn parameters(offer: &mut Offer<Vrep>) {
     let name = |c: &Ctx<'_>| Ok::<_, Fail>(format!("parameter {}", c.text(1)?));
     let target = |c: &Ctx<'_>| match c.i64(0)? {

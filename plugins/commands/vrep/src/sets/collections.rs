@@ -1,4 +1,4 @@
-//! Collections: sets of objects under one handle.
+//! Commands on collections: sets of objects under one handle.
 
 use crate::{
     kit::*,
@@ -13,7 +13,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let collection = || Param::int("collection").text("a handle of a collection");
     offer.command(
         both(["sim.createCollection", "simCreateCollection"], MINUS, |c| {
-            // Before 4.2 the name came first.
+            // Before 4.2 the first argument was the name.
             let name = c.arg(0).as_str().map_or(String::new(), |s| s.into_owned());
             let made = state(c)?.collections.add(name);
             c.ret(made);
@@ -24,7 +24,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("collection"))
         .text("Makes a collection of objects."),
     );
-    // The older command has the object before `sim.handle_tree` and its like, the newer one after it.
+    // The older command takes the object before `sim.handle_tree` and the like, the newer one after it.
     for (name, old, at) in [
         ("sim.addObjectToCollection", Some("simAddObjectToCollection"), [1, 2]),
         ("sim.addItemToCollection", None, [2, 1]),
@@ -83,7 +83,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let found = state(c)?.collections.all.iter().find(|(_, k)| k.name == name).map(|(h, _)| *h);
             match found {
                 Some(h) => c.ret(h),
-                // Without its scene a script has none of the scene's collections: an empty one stands in.
+                // A run without a scene has none of its collections: an empty one is created.
                 None if c.world().makes_stand_ins() => {
                     let made = state(c)?.collections.add(name);
                     c.ret(made);

@@ -1,4 +1,4 @@
-//! The selection of objects; nothing shows it, and scripts agree on it.
+//! The selection of objects. It is not displayed; scripts use it to share a set of objects.
 
 use crate::{kit::*, lookup::sets, state::state};
 
@@ -67,7 +67,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::int("state").text("1 or 0"))
-        .text("Tells whether an object is selected."),
+        .text("Returns whether an object is selected."),
     );
 }
 
@@ -80,7 +80,7 @@ fn meant(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     if is_table(c.arg(0)) {
         return sets::list(c, 0);
     }
-    // What getObjectSelection gave when nothing was selected.
+    // nil is what getObjectSelection returns for an empty selection.
     if c.arg(0).is_nil() {
         return Ok(Vec::new());
     }

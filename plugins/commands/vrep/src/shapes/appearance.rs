@@ -1,4 +1,4 @@
-//! Colours of objects, the box of a shape, and texts of objects by number.
+//! Commands on colours of objects, the size of a shape, and texts of objects by number.
 
 use crate::kit::*;
 
@@ -88,7 +88,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("shape"))
         .param(table("size", "{x, y, z} m"))
         .text("Gives a shape another size.")
-        .partial("Of primitives; the triangles of a mesh stay."),
+        .partial("Applies to primitives; the triangles of a mesh are unchanged."),
     );
     offer.command(
         Cmd::new("sim.getShapeAppearance", |_| Ok(()))
@@ -99,7 +99,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     texts(offer);
 }
 
-/// Texts by number, which the original has for a few kinds; all are kept and given back.
+/// Adds text parameters by number. The original has them for a few kinds of objects; here they are only stored.
 fn texts(offer: &mut Offer<Vrep>) {
     let key = |c: &Ctx<'_>| Ok::<_, Fail>(format!("text {}", c.i64(1)?));
     let get = move |c: &mut Ctx<'_>| -> Result {
@@ -110,7 +110,7 @@ fn texts(offer: &mut Offer<Vrep>) {
         Ok(())
     };
     let number = || Param::int("parameter").text("a number from the tables of constants");
-    let kept = "Texts are kept and given back; none of them does anything.";
+    let kept = "Texts are only stored and returned; none has an effect.";
     offer.command(
         Cmd::new("sim.getObjectStringParam", get)
             .alias("sim.getObjectStringParameter")

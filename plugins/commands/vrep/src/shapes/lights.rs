@@ -1,16 +1,16 @@
-//! Lights: what scripts set is stored and can be read; pictures have a light of their own.
+//! Commands on lights. Values that scripts set are stored and can be read; rendered images use a fixed light.
 
 use crate::kit::*;
 
-/// Tag of a light's own data: whether it is on, diffuse and specular red, green and blue. What the light itself has
-/// wins.
+/// Tag under which a light's values are stored: on or off, diffuse and specular red, green and blue. Properties of the
+/// light itself take precedence.
 const TAG: &str = "light";
 
-/// On, and white.
+/// The default: on, and grey.
 const USUAL: [f64; 7] = [1.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let only_kept = "What is set is kept and told; pictures have a light of their own.";
+    let only_kept = "Values are only stored and returned; images have a light of their own.";
     offer.command(
         both(["sim.getLightParameters", "simGetLightParameters"], MINUS, |c| {
             let light = light(c, living(c, 0)?.id)?;

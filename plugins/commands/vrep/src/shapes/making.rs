@@ -1,4 +1,4 @@
-//! Shapes and dummies: making them, mass, size, colour.
+//! Commands that create shapes and dummies, and change their mass, size and colour.
 
 use crate::kit::{algebra as al, *};
 
@@ -142,7 +142,7 @@ fn facts(offer: &mut Offer<Vrep>) {
             let Some(shape) = colored(c)? else { return done(c) };
             let what = component(c.i64(2)?)?;
             if let Some(tag) = what {
-                // One number, of a transparency, is enough.
+                // A single number is enough, as for transparency.
                 let given: Vec<f64> = (0..3).map(|i| element(c.arg(3), i).unwrap_or(0.0)).collect();
                 tags::set_private(c, shape, &tag, Some(&tables::pack(&Value::Floats(given))?))?;
                 return done(c);
@@ -161,8 +161,8 @@ fn facts(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// The shape of argument 0: a handle, or text in front of one, by which models of before 3.1.4 ask for their manners.
-/// `None`: that text, and a handle of nothing.
+/// Returns the shape of argument 0: a handle, or the text by which models of before 3.1.4 request old behaviour,
+/// followed by a handle. `None`: that text, with the handle of no object.
 fn colored(c: &Ctx<'_>) -> Result<Option<tatu_object>> {
     let Some(text) = c.arg(0).as_str() else { return of_kind(c, 0, TATU_KIND_SHAPE).map(Some) };
     let handle = text.rsplit_once(':').map_or(&*text, |(_, n)| n);
@@ -176,8 +176,8 @@ fn colored(c: &Ctx<'_>) -> Result<Option<tatu_object>> {
     if is_shape { Ok(Some(o.id)) } else { Err(Fail::argument(format!("object {id} is not a shape"))) }
 }
 
-/// The tag under which a component of a colour is kept that is not drawn: specular, emission, transparency, auxiliary.
-/// `None`: the colour itself, ambient and diffuse.
+/// Returns the tag that stores a colour component that is not drawn: specular, emission, transparency, auxiliary.
+/// `None`: ambient and diffuse, the colour itself.
 fn component(n: i64) -> Result<Option<String>> {
     match n {
         0 | 1 => Ok(None),
@@ -186,13 +186,13 @@ fn component(n: i64) -> Result<Option<String>> {
     }
 }
 
-/// Three numbers that were kept.
+/// Returns the three numbers of a stored component.
 fn kept_rgb(v: &Value) -> [f64; 3] {
     let Value::List(all) = v else { return [0.0; 3] };
     std::array::from_fn(|i| if let Some(Value::Float(x)) = all.get(i) { *x } else { 0.0 })
 }
 
-/// A mass that physics can bear.
+/// Raises a mass to the least that physics can handle.
 fn positive(mass: f64) -> f64 {
     mass.max(1e-7)
 }

@@ -1,4 +1,4 @@
-//! Shapes, dummies and lights: making them, and how they look.
+//! Commands on shapes, dummies and lights: creating them, and their appearance.
 
 mod appearance;
 mod lights;

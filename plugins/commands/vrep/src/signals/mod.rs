@@ -1,4 +1,4 @@
-//! What scripts send each other: signals, tubes, wireless data.
+//! Commands by which scripts communicate: signals, tubes, wireless data.
 
 mod tubes;
 pub(crate) mod values;

@@ -1,4 +1,4 @@
-//! Communication tubes: packets between two scripts, in order.
+//! Commands on communication tubes: packets between two scripts, in order.
 
 use crate::{kit::*, state::state};
 
@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::int("tube"))
             .param(Param::any("blocking").optional().text("true: waits for a packet, where waiting is possible"))
             .returns(Param::string("data").text("nothing if no packet waits"))
-            .text("Takes the oldest packet that waits at this end of a tube.")
+            .text("Removes and gives the oldest packet at this end of a tube.")
             .example("data = sim.tubeRead(tube)"),
     );
     offer.command(
@@ -63,7 +63,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("connected").text("1 or 0; nothing if there is no such tube"))
         .returns(Param::int("readable").text("packets that wait at this end"))
         .returns(Param::int("written").text("packets that wait at the other end"))
-        .text("Tells whether a tube has a partner, and how many packets wait.")
+        .text("Returns whether a tube has a partner, and how many packets wait.")
         .example("connected = sim.tubeStatus(tube)"),
     );
     offer.command(
@@ -82,7 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 fn read(c: &mut Ctx<'_>) -> Result<Outcome> {
-    // Called again while it waits: the word is the tube's number, plus one.
+    // On a repeated call while waiting, the word is the tube's number plus one.
     let tube = match c.resumed() {
         0 => c.i64(0)?,
         word => word as i64 - 1,

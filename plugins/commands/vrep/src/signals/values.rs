@@ -1,4 +1,4 @@
-//! Signals: named values of the world, one name space per kind.
+//! Commands on signals: named values of the world, in one namespace per kind.
 
 use crate::kit::*;
 
@@ -31,10 +31,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// The names of one command: the present one, the flat one, and another that is still understood.
+/// The names of one command: the current one, the flat one, and another that is still accepted.
 type Names = (&'static str, &'static str, Option<&'static str>);
 
-/// Of setting, getting and clearing a signal, by kind.
+/// Names of the commands that set, get and clear a signal, by kind.
 const INT32: [Names; 3] = [
     ("sim.setInt32Signal", "simSetIntegerSignal", Some("sim.setIntegerSignal")),
     ("sim.getInt32Signal", "simGetIntegerSignal", Some("sim.getIntegerSignal")),
@@ -51,7 +51,7 @@ const STRING: [Names; 3] = [
     ("sim.clearStringSignal", "simClearStringSignal", Some("sim.clearBufferSignal")),
 ];
 
-/// The three commands of a kind; `word` names it in texts.
+/// Adds the three commands of a kind; `word` names it in texts.
 fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 3], value: Param) {
     let [set, get, clear] = names;
     let named = |(name, flat, other): &Names, on_error: [Value; 1], run: fn(&mut Ctx<'_>, u32) -> Result| {
@@ -64,7 +64,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
     offer.command(
         named(set, MINUS, |c, kind| {
             match INTEGER == kind {
-                // Fractions are cut off.
+                // Fractions are truncated.
                 true => c.world().set_signal(kind, c.bytes(0)?, whole(c.f64(1)?))?,
                 false => c.world().set_signal(kind, c.bytes(0)?, c.arg(1))?,
             }
@@ -83,7 +83,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
             if !v.is_nil() {
                 c.ret(v);
             } else if c.world().stands_in(0, &format!("signal {kind} {}", c.text(0)?)) {
-                // Without its scene nobody sets it.
+                // Without the scene that would set the signal, return a neutral value.
                 match kind {
                     0 => c.ret(1_i64),
                     1 => c.ret(1.0),
@@ -116,6 +116,6 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
 }
 
 fn whole<'a>(x: f64) -> ValueRef<'a> {
-    // SAFETY: an integer points to nothing.
+    // SAFETY: the tag is TATU_I64, whose payload holds no pointer, so the value borrows nothing.
     unsafe { ValueRef::new(tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: x as i64 } }) }
 }

@@ -1,4 +1,4 @@
-//! Messages: wireless data between objects, and messages to all scripts.
+//! Commands on messages: wireless data between objects, and messages to all scripts.
 
 use std::collections::BTreeSet;
 
@@ -37,7 +37,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("angle2").optional().text("ignored: sent to all sides"))
         .param(Param::float("persistence").unit("s").default(0.0).optional().text("0: one step"))
         .returns(Param::int("done"))
-        .text("Sends data to scripts whose antenna is near enough.")
+        .text("Sends data to scripts whose antenna is in range.")
         .partial("It is sent to all sides, whatever the emission angles."),
     );
     offer.command(
@@ -65,7 +65,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 fn handle_value<'a>(n: i64) -> ValueRef<'a> {
-    // SAFETY: an integer points to nothing.
+    // SAFETY: the tag is TATU_I64, whose payload holds no pointer, so the value borrows nothing.
     unsafe { ValueRef::new(tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: n } }) }
 }
 

@@ -1,4 +1,4 @@
-//! The simulation: time, state, start and stop, and its parameters.
+//! Commands on the simulation: time, state, start and stop, and its parameters.
 
 mod parameters;
 pub(crate) mod run;

@@ -1,10 +1,10 @@
-//! Parameters of the simulator by number: `sim.getInt32Param(sim.intparam_program_version)` and its kin.
+//! Parameters of the simulator by number, as in `sim.getInt32Param(sim.intparam_program_version)`.
 //!
-//! A parameter that cannot change may be "set" to the value that it has.
+//! A read-only parameter may be "set" to the value that it has.
 
 use crate::{kit::*, state::state};
 
-/// The parameters of one type: its name, the names of its two commands (the present one, the one before, the flat
+/// The parameters of one type: its name, the names of its two commands (the current one, the previous one, the flat
 /// ones), one of its parameters for the example, and the functions that read and set.
 struct Family {
     name: &'static str,
@@ -15,10 +15,10 @@ struct Family {
     set: Option<Set>,
 }
 
-/// The name of a command, the one before, and the flat ones.
+/// The name of a command, its previous name, and the flat ones.
 type Names = (&'static str, &'static str, &'static [&'static str]);
 type Get = fn(&Ctx<'_>, i64) -> Result<Option<Value>>;
-/// Sets it, or says that it is none that can be set.
+/// Sets a parameter; returns whether the parameter can be set.
 type Set = fn(&Ctx<'_>, i64) -> Result<bool>;
 
 const FAMILIES: [Family; 5] = [
@@ -132,7 +132,7 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
     );
 }
 
-/// Keeps a parameter that changes nothing here, so that it reads as it was set.
+/// Stores a parameter that has no effect here, so that it reads back as set.
 fn remember(c: &Ctx<'_>, family: &Family, n: i64, is: &Value, wanted: &Value) -> Result {
     if FIXED.iter().any(|(name, all)| *name == family.name && all.contains(&n)) {
         return Err(Fail::unsupported(format!("parameter {n} cannot be changed here")));
@@ -144,7 +144,7 @@ fn remember(c: &Ctx<'_>, family: &Family, n: i64, is: &Value, wanted: &Value) ->
     tags::set_private(c, 0, &format!("{} {n}", family.name), Some(&tables::pack(&wanted)?))
 }
 
-/// Parameters that are facts.
+/// Parameters that are read-only.
 const FIXED: &[(&str, &[i64])] =
     &[("Bool", &[34]), ("Int32", &[1, 2, 4, 19, 23, 26, 30, 39]), ("Float", &[0]), ("String", &[0, 13, 14, 15])];
 
@@ -156,7 +156,7 @@ fn read(c: &Ctx<'_>, family: &Family) -> Result<Value> {
     (family.get)(c, n)?.ok_or_else(|| Fail::unsupported(format!("there is no parameter {n} of this type")))
 }
 
-/// Whether a value is the one that is there; of truth values, as scripts see them.
+/// Returns whether two values are equal; booleans are compared by truth, as scripts see them.
 fn same(is: &Value, wanted: &Value) -> bool {
     match is {
         Value::Bool(b) => *b == !matches!(wanted, Value::Nil | Value::Bool(false)),
@@ -166,9 +166,9 @@ fn same(is: &Value, wanted: &Value) -> bool {
 
 fn get_bool(_: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
     Ok(match n {
-        // Handling of dynamics, proximity and vision sensors; no window.
+        // Handling of dynamics, proximity and vision sensors; headless mode.
         6 | 9 | 10 | 34 => Some(Value::Bool(true)),
-        // Windows, display, information text, real time, full screen, exit request.
+        // Display, windows, information text, real time, full screen, exit request.
         0..=61 => Some(Value::Bool(false)),
         _ => None,
     })
@@ -194,7 +194,7 @@ fn get_int(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
                 2
             }
         }
-        // Revision, compilation, the page of the window, the engine, ports of remote services, and what has no number.
+        // Revision, compilation type, visible page, engine, ports of remote services; all others are 0.
         4 => 2,
         8 => 0,
         9 => 19_997,
@@ -207,7 +207,7 @@ fn get_int(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
 
 fn set_int(c: &Ctx<'_>, n: i64) -> Result<bool> {
     if n == 0 {
-        // Stored for scripts that restore it; messages are shown in any case.
+        // Stored only so that scripts can restore it; errors are reported in any case.
         let mode = c.i64(1)?;
         state(c)?.error_report_mode = mode;
     }
@@ -233,7 +233,7 @@ fn get_string(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
         None => (String::new(), file.to_owned()),
     };
     let text = match n {
-        // Arguments of the command line: none are handed through.
+        // Command-line arguments, which are not passed on to scripts.
         2..=10 => String::new(),
         13 => file()?,
         14 => parts(&file()?).0,
@@ -241,7 +241,7 @@ fn get_string(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
             let name = parts(&file()?).1;
             name.rsplit_once('.').map_or(name.clone(), |(stem, _)| stem.into())
         }
-        // Where the program, its add-ons and files for a while would be: names of nothing.
+        // Paths of the program, its add-ons and temporary files, which do not exist here.
         0 | 1 | 11 | 12 | 16..=40 | 119..=140 => String::new(),
         _ => return Ok(None),
     };
@@ -264,7 +264,7 @@ fn set_array(c: &Ctx<'_>, n: i64) -> Result<bool> {
     Ok(n == 0)
 }
 
-/// The next random number of the world.
+/// Returns the next random number of the world.
 fn random(c: &Ctx<'_>) -> Result<f64> {
     let seed = int_of(c, 0, c.plugin().p.seed)? as u64;
     let mut state = state(c)?;
@@ -272,7 +272,7 @@ fn random(c: &Ctx<'_>) -> Result<f64> {
     Ok(mixed(seed, state.drawn))
 }
 
-/// The `n`-th number of a seed's sequence (SplitMix64), 0 <= x < 1.
+/// Returns the `n`-th number of a seed's sequence (SplitMix64), 0 <= x < 1.
 fn mixed(seed: u64, n: u64) -> f64 {
     let mut z = seed.wrapping_add(n.wrapping_mul(0x9E37_79B9_7F4A_7C15));
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

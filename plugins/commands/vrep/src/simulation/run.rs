@@ -1,4 +1,4 @@
-//! The simulation: time, state, start and stop.
+//! Commands on the simulation: time, state, start and stop.
 
 use crate::kit::*;
 
@@ -58,7 +58,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetRealTimeSimulation", MINUS)
         .returns(Param::int("on").text("0"))
         .text(
-            "Tells whether the simulation keeps pace with a clock: scripts must not \
+            "Returns whether the simulation keeps pace with a clock: scripts must not \
             know, so that runs repeat.",
         )
         .example("on = sim.getRealTimeSimulation()"),
@@ -67,7 +67,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         (
             ["sim.startSimulation", "simStartSimulation"],
             TATU_REQUEST_START,
-            "Asks for the simulation to start, or to go on after a pause.",
+            "Asks for the simulation to start, or to resume after a pause.",
         ),
         (
             ["sim.pauseSimulation", "simPauseSimulation"],
@@ -97,7 +97,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .old_name("simGetModuleName", NIL)
             .param(Param::int("index").text("from 0"))
             .returns(Param::string("name").text("nothing past the end"))
-            .text("Gives the name of one of the V-REP plugins that are loaded: there are none.")
+            .text("Gives the name of a loaded V-REP plugin, of which there are none.")
             .partial("There are no plugins of the original's kind: the list is empty."),
     );
     offer.command(
@@ -108,7 +108,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetSystemTime", NIL)
         .returns(Param::float("time").unit("s"))
-        .text("Gives the simulation time, in place of a clock's, so that runs repeat; in real time a clock's.")
+        .text(
+            "Gives the simulation time instead of the clock's, so that runs are reproducible; in real time, the \
+               clock's.",
+        )
         .example("t = sim.getSystemTime()"),
     );
     offer.command(
@@ -131,7 +134,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// The phase of the world, in the numbers that the original had for it.
+/// Returns the phase of the world, in the original's numbers.
 pub(crate) fn state_now(c: &Shared<'_>) -> Result<i64> {
     Ok(match int_of(c, 0, c.plugin().p.phase)? as u32 {
         TATU_PHASE_FIRST => 16,

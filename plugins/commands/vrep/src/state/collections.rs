@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
-/// Handles of collections lie above those of objects that a scene is likely to have.
+/// First handle of collections, above those of objects that a scene is likely to have.
 pub(crate) const FIRST: i64 = 0xE_0000;
 
 /// A collection.
@@ -15,7 +15,8 @@ pub(crate) struct Collection {
     pub(crate) parts: Vec<Part>,
 }
 
-/// A part: what is meant, of which object, whether it is taken away, and whether without the object itself.
+/// A part of a collection: which set of objects, relative to which object, whether it is subtracted, and whether it
+/// excludes the object itself.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) struct Part {
     pub(crate) what: i64,
@@ -24,7 +25,7 @@ pub(crate) struct Part {
     pub(crate) exclude: bool,
 }
 
-/// A collection of a file: name, handle, parts.
+/// A collection read from a file: name, handle, parts.
 pub(crate) type FromFile = (String, i64, Vec<Part>);
 
 /// All collections of a world, by handle.
@@ -35,11 +36,11 @@ pub(crate) struct Collections {
 }
 
 impl Collections {
-    /// One of the scene.
+    /// Adds a collection that the scene defines.
     pub(crate) fn insert(&mut self, (name, handle, parts): FromFile) {
         self.all.insert(handle, Collection { name, parts });
     }
-    /// A new one, without objects; its handle.
+    /// Adds an empty collection; returns its handle.
     pub(crate) fn add(&mut self, name: String) -> i64 {
         self.made += 1;
         let made = FIRST + self.made;

@@ -1,10 +1,10 @@
-//! Auxiliary consoles: what is printed collects until a line is finished.
+//! Auxiliary consoles: printed text is buffered up to the end of a line.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// Takes finished lines.
+/// Callback that receives complete lines.
 pub(crate) type Tell<'a> = &'a mut dyn FnMut(&[u8]);
 
 /// All consoles of a world.
@@ -20,7 +20,7 @@ struct Console {
     line: Vec<u8>,
 }
 
-/// Longer lines are cut: some scripts print numbers for hours without a line feed.
+/// Longer lines are split: some scripts print numbers for hours without a line feed.
 const LONGEST_LINE: usize = 1000;
 
 impl Console {

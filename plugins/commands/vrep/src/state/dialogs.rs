@@ -1,4 +1,4 @@
-//! Dialogs that are open.
+//! The open dialogs.
 
 use std::collections::BTreeMap;
 
@@ -10,9 +10,9 @@ pub(crate) struct Dialog {
     pub(crate) style: i64,
     pub(crate) text: Vec<u8>,
     pub(crate) opened: i64,
-    /// Somebody sees it: it waits for an answer.
+    /// Whether a view shows it, so that it waits for an answer.
     pub(crate) attended: bool,
-    /// 0: none yet.
+    /// The answer; 0: none yet.
     pub(crate) result: i64,
 }
 

@@ -1,20 +1,20 @@
-//! Simulator messages that wait: each script that asks gets its own copy.
+//! Pending simulator messages; each script that reads them gets its own copy.
 
 use std::collections::{BTreeMap, VecDeque};
 
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
-/// A queue per script holds this many messages; the oldest are dropped.
+/// Most messages queued per script; the oldest are dropped.
 const ROOM: usize = 64;
 
-/// The last messages, and how many each script has taken.
+/// The last messages, and how many each script has read.
 #[derive(Default, Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub(crate) struct Messages {
     pub(crate) last: VecDeque<(i64, [i64; 4])>,
     pub(crate) sent: u64,
     pub(crate) taken: BTreeMap<tatu_object, u64>,
-    /// How much of what came in from outside has been looked at.
+    /// Number of outside inputs processed so far.
     pub(crate) inputs: u64,
 }
 

@@ -1,5 +1,5 @@
-//! What the plugin keeps per world: plain data, a file for each thing that is more than a number. No file here knows a
-//! command.
+//! State of the plugin per world: plain data, with a file for everything that is more than a number. No file here
+//! depends on a command.
 
 pub(crate) mod collections;
 pub(crate) mod consoles;
@@ -29,28 +29,28 @@ use self::{
     profiles::Profiles, registered::Registered, tubes::Tubes, wireless::InTransit,
 };
 
-/// The instance of a world. Commands may enter each other: borrow it briefly, never across a call to the host.
+/// The plugin's instance in a world. Commands can call each other: borrow it briefly, never across a call to the host.
 pub struct State(RefCell<Inner>);
 
-/// What is in it.
+/// The data behind the `RefCell`.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Inner {
     #[serde(skip)]
     host: Option<Host>,
     step: i64,
-    /// Whether what the scene registers was read.
+    /// Whether the registrations of the scene have been read.
     read: bool,
     pub(crate) registered: Registered,
     pub(crate) consoles: Consoles,
     pub(crate) tubes: Tubes,
     pub(crate) messages: Messages,
-    /// What scripts asked for with `setNameSuffix`.
+    /// Suffixes that scripts chose with `setNameSuffix`.
     pub(crate) suffixes: BTreeMap<tatu_object, i64>,
     /// Script simulation parameters: script and name.
     pub(crate) parameters: BTreeMap<(tatu_object, Vec<u8>), Vec<u8>>,
-    /// Names of signals that are waited for.
+    /// Names of signals that scripts wait for.
     pub(crate) waits: BTreeMap<u64, Vec<u8>>,
-    /// How many random numbers were drawn.
+    /// Number of random numbers drawn.
     pub(crate) drawn: u64,
     pub(crate) error_report_mode: i64,
     pub(crate) selection: Vec<tatu_object>,
@@ -59,14 +59,14 @@ pub(crate) struct Inner {
     pub(crate) dialogs: Dialogs,
     pub(crate) profiles: Profiles,
     pub(crate) last_error: Vec<u8>,
-    /// What was made of the images of vision sensors.
+    /// Results of filters and callbacks, by vision sensor.
     pub(crate) seen: AllSeen,
-    /// Their working images.
+    /// Working images, by vision sensor.
     pub(crate) work: BTreeMap<tatu_object, Work>,
-    /// Motions that are under way, by number, and how many there were.
+    /// Active motions by number, and how many were started.
     pub(crate) motions: BTreeMap<i64, Motion>,
     pub(crate) moved: i64,
-    /// What follows a path: object, path, what of it, how far along, velocity.
+    /// Objects that follow a path: object, path, what is applied, position along it, velocity.
     pub(crate) follows: BTreeMap<i64, (tatu_object, tatu_object, i64, f64, f64)>,
 }
 
@@ -75,16 +75,16 @@ impl State {
         State(RefCell::new(Inner::new(Some(host))))
     }
 
-    /// Everything, for a snapshot.
+    /// Serializes everything, for a snapshot.
     pub(crate) fn save(&self) -> Result<Vec<u8>> {
         let inner = self.0.try_borrow().map_err(|_| busy())?;
-        postcard::to_stdvec(&*inner).map_err(|e| Fail::new(format!("what it keeps cannot be written: {e}")))
+        postcard::to_stdvec(&*inner).map_err(|e| Fail::new(format!("its state could not be saved: {e}")))
     }
 
-    /// Takes it back.
+    /// Restores the state from a snapshot.
     pub(crate) fn load(&self, bytes: &[u8]) -> Result<()> {
         let mut new: Inner =
-            postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("what it kept cannot be read: {e}")))?;
+            postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("its saved state is damaged: {e}")))?;
         let mut inner = self.0.try_borrow_mut().map_err(|_| busy())?;
         new.host = inner.host;
         *inner = new;
@@ -122,7 +122,7 @@ impl Inner {
     }
 }
 
-/// When a simulation ends, consoles and tubes of scripts close; an incomplete line of a console is reported then.
+/// Closes the consoles of scripts when a simulation ends; an incomplete line of a console is logged then.
 impl Drop for Inner {
     fn drop(&mut self) {
         let Some(host) = self.host else { return };
@@ -133,11 +133,11 @@ impl Drop for Inner {
 }
 
 fn busy() -> Fail {
-    Fail::with_code(TATU_ERR_BUSY, "called from within itself")
+    Fail::with_code(TATU_ERR_BUSY, "the state of the commands is in use by an outer call")
 }
 
-/// The instance of the caller's world. The host does not report when a simulation starts: a step number that is lower
-/// than before means a new one.
+/// Borrows the instance of the caller's world. The host does not report when a simulation starts: a step number lower
+/// than the last one means a new simulation.
 pub(crate) fn state<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Inner>> {
     let step = int_of(c, 0, c.plugin().p.step)?;
     let mut inner = c.instance().0.try_borrow_mut().map_err(|_| busy())?;

@@ -1,15 +1,15 @@
-//! Motions that are under way.
+//! Active motions.
 
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::{tatu_func, tatu_object};
 
 use crate::{kit::algebra::Pose, motion::profile::Profile};
 
-/// What a motion moves.
+/// The objects that a motion moves.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) enum Mover {
     Joints(Vec<tatu_object>),
-    /// An object, from pose to pose in a frame (0: the world); 0: only the callback is called.
+    /// An object (0: none, only the callback is called), from pose to pose in a frame (0: the world).
     Pose {
         object: tatu_object,
         frame: tatu_object,
@@ -19,7 +19,7 @@ pub(crate) enum Mover {
     Nothing,
 }
 
-/// Who is notified of each step.
+/// The function that is called after each step.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) enum Listener {
     Nobody,
@@ -27,26 +27,26 @@ pub(crate) enum Listener {
     Named(String),
 }
 
-/// What a command gives in the end.
+/// The form in which a command returns its result.
 #[derive(Serialize, Deserialize, Clone, Copy, PartialEq)]
 pub(crate) enum Answer {
-    /// A table with keys.
+    /// A table with named fields.
     Map,
-    /// The values one by one, as before 4.7.
+    /// Separate values, as before 4.7.
     List,
-    /// A result, the values, and the time left over, as in 3.x.
+    /// A result code, the values, and the remaining time, as in 3.x.
     Old,
-    /// The time left over.
+    /// The remaining time only.
     Left,
 }
 
-/// A motion.
+/// An active motion.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) struct Motion {
     pub(crate) profile: Profile,
     pub(crate) mover: Mover,
     pub(crate) listener: Listener,
     pub(crate) answer: Answer,
-    /// What the callback gets as its last argument, packed.
+    /// Last argument of the callback, packed.
     pub(crate) data: Vec<u8>,
 }

@@ -1,7 +1,8 @@
-//! What scenes of V-REP register beside their objects, as the importer keeps it with the scene: collections, collision
+//! Registrations of V-REP scenes beside their objects, as the importer stores them in the scene: collections, collision
 //! and distance objects, groups for inverse kinematics, windows of buttons.
 //!
-//! It is one JSON text under the tag `registered` of the scene's data; `handle` on an object is how that text names it.
+//! They are one JSON text under the tag `registered` of the scene's data; objects have the tag `handle`, by which that
+//! text refers to them.
 
 use std::collections::BTreeMap;
 
@@ -13,9 +14,9 @@ use super::{
 };
 use crate::kit::*;
 
-/// Tag of the scene's data.
+/// Tag in the scene's data.
 const TAG: &str = "registered";
-/// Tag of the objects that are meant.
+/// Tag of the objects that the text refers to.
 const HANDLE: &str = "handle";
 
 #[derive(Deserialize, Default)]
@@ -41,7 +42,7 @@ struct Item {
     remove: bool,
 }
 
-/// Something with a name and a handle.
+/// A registration with only a name and a handle.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) struct Named {
     pub(crate) name: String,
@@ -53,46 +54,45 @@ pub(crate) struct Named {
 pub(crate) struct Pair {
     pub(crate) name: String,
     pub(crate) handle: i64,
-    /// Numbers of the file: -1 for everything, a collection, or an object.
+    /// Handles of the file: -1 for everything, a collection, or an object.
     pub(crate) of: [i64; 2],
-    /// Farther apart is not looked at, m; 0: everything is.
+    /// Greatest distance that is computed, m; 0: no limit.
     pub(crate) threshold: f64,
     pub(crate) explicit: bool,
 }
 
-/// What was found when a pair was last checked.
+/// The result of the last check of a pair.
 #[derive(Serialize, Deserialize, Clone, Copy)]
 pub(crate) struct Found {
     pub(crate) length: f64,
     pub(crate) pair: [tatu_object; 2],
 }
 
-/// Everything that is registered.
+/// All registrations of a scene.
 #[derive(Serialize, Deserialize, Default)]
 pub(crate) struct Registered {
     pub(crate) collisions: Vec<Pair>,
     pub(crate) distances: Vec<Pair>,
     pub(crate) ik_groups: Vec<Named>,
     pub(crate) windows: Windows,
-    /// Objects by the numbers of the file.
+    /// Objects by their handles in the file.
     objects: BTreeMap<i64, tatu_object>,
-    /// What explicit pairs found, by their handle.
+    /// Results of pairs with explicit handling, by their handle.
     pub(crate) found: BTreeMap<i64, Option<Found>>,
 }
 
 impl Registered {
-    /// The object that a number of the file means; 0: none that is there.
+    /// Returns the object of a handle in the file; 0 if it does not exist.
     pub(crate) fn object(&self, handle: i64) -> tatu_object {
         self.objects.get(&handle).copied().unwrap_or(0)
     }
 }
 
-/// Reads what the scene keeps.
+/// Reads the registrations of the scene.
 pub(crate) fn read(c: &Ctx<'_>) -> Result<(Registered, Vec<FromFile>)> {
     let Some(bytes) = tags::private(c, 0, TAG)? else { return Ok(Default::default()) };
-    let text: Text = serde_json::from_slice(&bytes).map_err(|e| {
-        Fail::argument(format!("what the scene registers under `{TAG}` in its data cannot be read: {e}"))
-    })?;
+    let text: Text = serde_json::from_slice(&bytes)
+        .map_err(|e| Fail::argument(format!("the scene's data under the tag `{TAG}` is damaged: {e}")))?;
     let mut objects = BTreeMap::new();
     for id in c.world().list(0, 0, 0)? {
         if let Some(handle) = tags::number(c, id, HANDLE)? {
@@ -112,7 +112,7 @@ pub(crate) fn read(c: &Ctx<'_>) -> Result<(Registered, Vec<FromFile>)> {
         };
         Part { what, object: registered.object(item.object), remove: item.remove, exclude }
     };
-    // What an item meant may be gone; all objects need none.
+    // Leave out items whose object is gone; `handle_all` needs none.
     let there = |p: &Part| p.object != 0 || p.what == HANDLE_ALL;
     let from_file = |k: &CollectionText| {
         let parts = k.items.iter().map(part).filter(there).collect();

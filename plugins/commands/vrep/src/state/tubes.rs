@@ -20,7 +20,7 @@ struct Tube {
 
 #[derive(Default, Clone, PartialEq, Debug, Serialize, Deserialize)]
 struct End {
-    /// 0, 2, 4, ...; none while nobody has it.
+    /// Handles are 0, 2, 4, ...; `None` while no script has opened this end.
     handle: Option<i64>,
     room: usize,
     packets: VecDeque<Vec<u8>>,
@@ -43,7 +43,7 @@ impl Tubes {
         self.next += 2;
         end.handle
     }
-    /// The tube and which of its ends a handle is.
+    /// Returns the tube of a handle, and which of its ends it is.
     fn find(&mut self, handle: i64) -> Option<(&mut Tube, usize)> {
         self.tubes.iter_mut().find_map(|t| {
             let end = t.ends.iter().position(|e| e.handle == Some(handle))?;
@@ -73,7 +73,7 @@ impl Tubes {
         let (here, there) = (&tube.ends[end], &tube.ends[1 - end]);
         Some((there.handle.is_some(), here.packets.len(), there.packets.len()))
     }
-    /// What was written before stays readable at the other end.
+    /// Closes an end. Packets written before remain readable at the other end.
     pub(crate) fn close(&mut self, handle: i64) -> bool {
         let Some((tube, end)) = self.find(handle) else {
             return false;

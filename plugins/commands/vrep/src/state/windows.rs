@@ -1,17 +1,17 @@
-//! Windows of buttons, sliders and labels, as scenes of before 3.3 have them.
+//! Windows with buttons, sliders and labels of scenes of before 3.3.
 
 use serde::{Deserialize, Serialize};
 
-/// A button, label, slider or field.
+/// A button, label, slider or edit field.
 #[derive(Serialize, Deserialize, Clone, Default)]
 pub(crate) struct Button {
     pub(crate) handle: i64,
     pub(crate) attributes: i64,
-    /// Columns and rows that it takes, and the first of them.
+    /// Columns and rows that it spans, then its first column and row.
     pub(crate) cells: [i64; 4],
-    /// As it is, and pressed.
+    /// Labels: normal, and while pressed.
     pub(crate) labels: [String; 2],
-    /// 0 to 1000.
+    /// Slider position, 0 to 1000.
     pub(crate) slider: f64,
 }
 
@@ -20,7 +20,7 @@ pub(crate) struct Button {
 pub(crate) struct Window {
     pub(crate) name: String,
     pub(crate) handle: i64,
-    /// Number of the object in the file; -1: none.
+    /// Handle of the object in the file; -1: none.
     pub(crate) object: i64,
     pub(crate) attributes: i64,
     /// Columns and rows.

@@ -1,4 +1,4 @@
-//! What main scripts call: the stages of a step, under the names that they had there.
+//! Commands that main scripts call: the stages of a step, under their names in the original.
 //!
 //! | command | stage |
 //! |---|---|
@@ -10,10 +10,10 @@
 
 use crate::{kit::*, lookup::registered::is_stand_in};
 
-/// The call type of the clean-up, in all dialects.
+/// The call type of clean-up, in all dialects.
 const CLEANUP: i64 = 1;
 
-/// The call types of actuation and sensing, by the caller's dialect; the same numbers as in `prelude.lua`.
+/// Returns the call types of actuation and sensing in the caller's dialect; the same numbers as in `prelude.lua`.
 fn call_types(c: &Ctx<'_>) -> [i64; 2] {
     match version(c) {
         v if v < (3, 5) => [2, 3],
@@ -46,7 +46,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.handleDynamics", |c| {
             let step = c.world().f64(0, c.plugin().p.dt)?;
-            // Scripts from before 4.5 have the length of a step as a 32-bit float, and mean the step.
+            // Scripts from before 4.5 hold the step as a 32-bit float: treat it as the exact step.
             let dt = c.f64(0)?;
             let dt = if dt as f32 == step as f32 { step } else { dt };
             if !is_main(c)? {
@@ -61,16 +61,16 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simHandleDynamics", MINUS)
         .param(Param::float("dt").unit("s").range(0.0, f64::INFINITY))
         .returns(Param::int("count").text("of the physics steps"))
-        .text("In a main script: lets physics advance. Time moves on by as much at the end of the step.")
+        .text("In a main script: lets physics advance. At the end of the step, time advances by the same amount.")
         .example("sim.handleDynamics(sim.getSimulationTimeStep())"),
     );
     for (names, what, of_objects) in NOTHING {
         offer.command(
             both(*names, MINUS, move |c| {
-                // All of what is not there is handled; one of them cannot be.
+                // A set of objects is handled, because it is empty; a single object of these kinds cannot exist.
                 match c.arg(0).as_i64() {
                     Some(n) if *of_objects && n > 0 && !is_stand_in(c, n) => {
-                        Err(Fail::missing(format!("object {n} is none: {what}")))
+                        Err(Fail::missing(format!("object {n} does not exist: {what}")))
                     }
                     _ => {
                         c.ret(0_i64);
@@ -93,12 +93,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::any("arguments").rest())
             .returns(Param::int("count").text("0"))
             .text(format!("For main scripts, which call it in each step: {what}."))
-            .partial("It has nothing left to do, and counts nothing."),
+            .partial("It has no effect, and counts nothing."),
         );
     }
 }
 
-/// What main scripts call and what happens here in another part of the step, or by itself.
+/// Commands of main scripts whose work is done in another part of the step, or automatically.
 const ELSEWHERE: &[(Names, &str)] = &[
     (
         ["sim.handleSimulationStart", "simHandleSimulationStart"],
@@ -106,12 +106,12 @@ const ELSEWHERE: &[(Names, &str)] = &[
     ),
     (
         ["sim.handleSensingStart", "simHandleSensingStart"],
-        "distances and colours of sensors are made anew in the sensing part",
+        "distances and colours of sensors are reset in the sensing part",
     ),
     (["sim.openModule", "simOpenModule"], "plugins hear of a start by themselves"),
     (["sim.handleModule", "simHandleModule"], "plugins hear of each step by themselves"),
     (["sim.closeModule", "simCloseModule"], "plugins hear of a stop by themselves"),
-    (["sim.resumeThreads", "simResumeThreads"], "threads go on in the actuation part, with the child scripts"),
+    (["sim.resumeThreads", "simResumeThreads"], "threads resume in the actuation part, with the child scripts"),
     (
         ["sim.launchThreadedChildScripts", "simLaunchThreadedChildScripts"],
         "threads begin in the actuation part, with the child scripts",
@@ -124,12 +124,12 @@ const ELSEWHERE: &[(Names, &str)] = &[
     (["sim.handleVarious", "simHandleVarious"], "all that it did, other parts of the step do"),
 ];
 
-/// What default main scripts call and for which there is nothing to do here, why, and whether the first argument may name one
-/// object of a kind that no scene has.
+/// Commands of default main scripts that have nothing to do here, why, and whether the first argument may be one object
+/// of a kind that no scene has.
 const NOTHING: &[(Names, &str, bool)] = &[
     (["sim.handleSandboxScript", "simHandleSandboxScript"], "there is no sandbox", false),
-    (["sim.handleJoint", "simHandleJoint"], "no joint moves by itself without physics", false),
-    (["sim.handleJointMotion", "simHandleJointMotion"], "no joint moves by itself without physics", false),
+    (["sim.handleJoint", "simHandleJoint"], "no joint moves without physics", false),
+    (["sim.handleJointMotion", "simHandleJointMotion"], "no joint moves without physics", false),
     (["sim.handlePath", "simHandlePath"], "there are no paths", true),
     (["sim.handleMechanism", "simHandleMechanism"], "there are no mechanisms", true),
     (["sim.handleIkGroup", "simHandleIkGroup"], "there are no IK groups", true),
@@ -138,13 +138,13 @@ const NOTHING: &[(Names, &str, bool)] = &[
     (["sim.resetMilling", "simResetMilling"], "there are no mills", false),
 ];
 
-/// Runs the stage that a call type means; how many scripts it calls.
+/// Runs the stage of a call type; returns how many scripts it called.
 fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
     let [actuation, sensing] = call_types(c);
     if !is_main(c)? {
         return call_below(c, actuation, sensing);
     }
-    // The oldest form names scripts first (all of them), and perhaps no type.
+    // The oldest form has a script selector first (all of them), and optionally no type.
     let kind = match (c.arg(0).as_i64(), c.arg(1).as_i64()) {
         (None, _) => actuation,
         (Some(n), None) if n < 0 => actuation,
@@ -162,14 +162,15 @@ fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
     Ok(c.world().scripts(0)?.iter().filter(|s| **s != main).count() as i64)
 }
 
-/// Has the scripts below the caller's object called; how many.
+/// Calls the scripts below the caller's object; returns how many.
 fn call_below(c: &Ctx<'_>, actuation: i64, sensing: i64) -> Result<i64> {
     let stage_of = |n: i64| match n {
         n if n == actuation => Some(TATU_STAGE_ACTUATE),
         n if n == sensing => Some(TATU_STAGE_REACT),
         _ => None,
     };
-    // The oldest form names scripts first (all of them), and perhaps a type: their texts run once a step, in actuation.
+    // The oldest form has a script selector first (all of them), and optionally a type: those scripts run once per
+    // step, in actuation.
     let (stage, first) = match (c.arg(0).as_i64(), c.arg(1).as_i64().and_then(stage_of)) {
         (Some(n), Some(stage)) if n < 0 => (stage, 2),
         (Some(n), None) if n < 0 => (TATU_STAGE_ACTUATE, 1),

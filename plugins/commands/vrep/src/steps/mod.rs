@@ -1,4 +1,4 @@
-//! The stages of a step, for main scripts, and waiting, for threads.
+//! Commands for the stages of a step, used by main scripts, and for waiting, used by threads.
 
 mod main_script;
 mod threads;

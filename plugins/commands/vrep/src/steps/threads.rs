@@ -1,4 +1,4 @@
-//! Waiting: what threaded scripts and coroutines use to let the simulation go on.
+//! Commands that wait: threaded scripts and coroutines call them to let the simulation advance.
 
 use crate::{kit::*, signals::values::KINDS, state::state};
 
@@ -6,7 +6,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.wait", |c| {
             let now = c.world().f64(0, c.plugin().p.time)?;
-            // Called again when the time has come: the word is that time.
+            // On the call after the wait, the word is the end time.
             let until = match c.resumed() {
                 0 => now + c.f64(0)?.max(0.0),
                 word => f64::from_bits(word),
@@ -20,8 +20,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simWait", NIL)
         .param(Param::float("duration").unit("s"))
         .param(Param::any("simulationTime").optional().text("ignored: simulation time is the only one"))
-        .returns(Param::float("late").unit("s").text("by how much it waited too long"))
-        .text("Waits for a while, where the calling script can wait.")
+        .returns(Param::float("late").unit("s").text("by how much the wait was too long"))
+        .text("Waits for some time, if the calling script can wait.")
         .example("sim.wait(1.5)"),
     );
     offer.command(
@@ -37,7 +37,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simSwitchThread", MINUS)
         .returns(Param::int("waited").text("1; 0: the caller cannot wait"))
-        .text("Goes on in the next step, where the calling script can wait.")
+        .text("Resumes in the next step, if the calling script can wait.")
         .example("sim.switchThread()"),
     );
     offer.command(
@@ -48,7 +48,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(Outcome::Done)
         })
         .alias("sim.yield")
-        .text("Goes on in the next step, where the calling script can wait.")
+        .text("Resumes in the next step, if the calling script can wait.")
         .example("sim.step()"),
     );
     slices(offer);
@@ -62,8 +62,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Slices of threads belong to the script languages, which preludes tell what to do (`prelude.lua`). These commands
-/// serve callers that have no threads: nothing is set, and 0 is returned.
+/// Adds commands on time slices of threads, which script languages implement (`prelude.lua`). The commands here serve
+/// callers that are not threads: they set nothing and return 0.
 fn slices(offer: &mut Offer<Vrep>) {
     let zero = |c: &mut Ctx<'_>| {
         c.ret(0_i64);
@@ -74,7 +74,7 @@ fn slices(offer: &mut Offer<Vrep>) {
             .old_name("simSetThreadSwitchTiming", MINUS)
             .param(Param::float("milliseconds").text("0 to 200; 1 ms is 20,000 instructions; 2 unless set"))
             .returns(Param::int("threaded").text("1; 0: the caller is no thread"))
-            .text("Sets how long a thread runs in a step, if it does not let go by itself.")
+            .text("Sets how long a thread runs in a step before it is switched out.")
             .example("sim.setThreadSwitchTiming(20)"),
     );
     offer.command(
@@ -82,20 +82,20 @@ fn slices(offer: &mut Offer<Vrep>) {
             .old_name("simSetThreadAutomaticSwitch", MINUS)
             .param(Param::any("on").text("from 4.2 on each `false` takes one `true` to undo"))
             .returns(Param::int("threaded").text("1; 0: the caller is no thread"))
-            .text("Sets whether a thread that does not let go by itself is switched out.")
+            .text("Sets whether a thread that does not yield is switched out.")
             .example("sim.setThreadAutomaticSwitch(false)"),
     );
     offer.command(
         Cmd::new("sim.setStepping", zero)
             .param(Param::any("on").text("each `true` takes one `false` to undo; a number sets the level"))
             .returns(Param::int("before").text("the level before"))
-            .text("In stepping mode a thread lets go by itself only, with sim.step().")
+            .text("In stepping mode a thread is never switched out; it yields by sim.step().")
             .example("sim.setStepping(true)"),
     );
     offer.command(
         Cmd::new("sim.setAutoYieldDelay", |_| Ok(()))
             .param(Param::float("delay").unit("s").text("1 ms is 20,000 instructions; 0.002 unless set"))
-            .text("Sets how long a thread runs in a step, if it does not let go by itself.")
+            .text("Sets how long a thread runs in a step before it is switched out.")
             .example("sim.setAutoYieldDelay(0.02)"),
     );
     offer.command(
@@ -104,11 +104,14 @@ fn slices(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .returns(Param::float("delay").unit("s"))
-        .text("Gives how long a thread runs in a step, if it does not let go by itself.")
+        .text("Gives how long a thread runs in a step before it is switched out.")
         .example("delay = sim.getAutoYieldDelay()"),
     );
     for (name, text) in [
-        ("sim.acquireLock", "Keeps the calling thread from being switched out; each takes one sim.releaseLock()."),
+        (
+            "sim.acquireLock",
+            "Prevents the calling thread from being switched out; each call needs one sim.releaseLock().",
+        ),
         ("sim.releaseLock", "Undoes one sim.acquireLock()."),
     ] {
         offer.command(Cmd::new(name, |_| Ok(())).text(text).example(format!("{name}()")));
@@ -118,7 +121,7 @@ fn slices(offer: &mut Offer<Vrep>) {
             .old_name("simSetThreadIsFree", MINUS)
             .param(Param::any("free"))
             .returns(Param::int("result").text("0"))
-            .text("Had a thread run beside the simulation. Here nothing runs beside it: nothing changes.")
+            .text("Let a thread run in parallel to the simulation. Here it has no effect: threads never do.")
             .example("sim.setThreadIsFree(true)"),
     );
     offer.command(
@@ -130,7 +133,7 @@ fn slices(offer: &mut Offer<Vrep>) {
         .param(Param::int("location").text("sim.scriptthreadresume_..."))
         .param(Param::int("order").optional())
         .returns(Param::int("result").text("1"))
-        .text("Set where in a step a thread goes on. Here it is always right before its script's actuation.")
+        .text("Set where in a step a thread resumes. Here it is always right before its script's actuation.")
         .example("sim.setThreadResumeLocation(sim.scriptthreadresume_default, 1)"),
     );
     offer.command(
@@ -141,22 +144,20 @@ fn slices(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetThreadId", MINUS)
         .returns(Param::int("id").text("1: the simulation's; 2: a thread"))
-        .text("Tells whether a thread calls.")
+        .text("Returns whether a thread calls.")
         .example("id = sim.getThreadId()"),
     );
     offer.command(
         Cmd::new("sim.delegateChildScriptExecution", zero)
             .old_name("simDelegateChildScriptExecution", MINUS)
             .returns(Param::int("result").text("0"))
-            .text(
-                "Had child scripts run in the caller's thread. Each script is called by itself: nothing is left to do.",
-            )
+            .text("Ran child scripts in the caller's thread. Here each script is called separately: it has no effect.")
             .example("sim.delegateChildScriptExecution()"),
     );
 }
 
 fn wait_for_signal(c: &mut Ctx<'_>) -> Result<Outcome> {
-    // Called again without arguments: the word leads to the name.
+    // On a repeated call the arguments are gone: the word is the key of the stored name.
     let name = match c.resumed() {
         0 => c.bytes(0)?.to_vec(),
         word => state(c)?.waits.remove(&word).unwrap_or_default(),

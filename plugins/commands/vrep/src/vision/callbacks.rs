@@ -1,4 +1,4 @@
-//! Callbacks of a sensor's scripts after it has measured: `sysCall_vision`, `sysCall_trigger`.
+//! Callbacks of a sensor's scripts after it has been measured: `sysCall_vision`, `sysCall_trigger`.
 
 use super::{
     handle::{ask, settled, tell},
@@ -14,7 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             if is_one(c, o.id) {
                 let view = View::of_object(c, o)?;
                 if view.sequence == 0 {
-                    // What it has measured is not to be seen yet.
+                    // The sensor's latest reading is not visible yet.
                     return Ok(());
                 }
                 settled(c, &view)?;
@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Tells the scripts of a proximity sensor what it has detected, if anything.
+/// Calls the scripts of a proximity sensor if it has detected something.
 pub(crate) fn detected(c: &Ctx<'_>, sensor: tatu_object) -> Result {
     let (w, p) = (c.world(), &c.plugin().p);
     if w.reading(sensor, p.detected)?.i32s().first() != Some(&1) {

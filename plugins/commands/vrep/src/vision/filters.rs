@@ -1,9 +1,9 @@
-//! Chains of filters, as vision sensors had before 4.0: each changes a working image, writes it, or reports what it
+//! Filter chains, as vision sensors had before 4.0: each filter changes a working image, outputs it, or reports what it
 //! found.
 //!
-//! A chain is a text in the free data of the sensor under the tag `vision.filters`, filters divided by `;`, each
-//! `type:options:bytes:integers:floats` with numbers divided by commas; what stands last may be left out:
-//! `2;35::0:256,1;38`. Without one the chain is `1;4`: the image as it was taken.
+//! A chain is a text in the custom data of the sensor under the tag `vision.filters`: filters separated by `;`, each
+//! `type:options:bytes:integers:floats` with numbers separated by commas. Trailing parts may be left out:
+//! `2;35::0:256,1;38`. The default chain is `1;4`, the image as taken.
 
 use super::{
     seen::Seen,
@@ -12,24 +12,24 @@ use super::{
 };
 use crate::kit::*;
 
-/// The tag under which a chain stands.
+/// The tag that stores a chain.
 const TAG: &[u8] = b"vision.filters";
 
 /// A filter: its type (`sim_filtercomponent_...`) and parameters.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Filter {
     pub kind: i64,
-    /// 1: it is on. 2: its packet is not added. 4: it does not trigger.
+    /// Bits: 1: enabled, 2: its packet is not added, 4: it does not trigger.
     pub options: i64,
     pub bytes: Vec<i64>,
     pub ints: Vec<i64>,
     pub floats: Vec<f64>,
 }
 
-/// Bits of a filter's options.
+/// Bit of a filter's options: enabled.
 const ON: i64 = 1;
 
-/// What a sensor without a chain does.
+/// Returns the chain of a sensor that has none.
 fn trivial() -> Vec<Filter> {
     [1, 4].map(|kind| Filter { kind, options: ON, ..Filter::default() }).into()
 }
@@ -37,7 +37,11 @@ fn trivial() -> Vec<Filter> {
 fn parse(text: &str) -> Result<Vec<Filter>> {
     fn numbers<T: std::str::FromStr>(part: Option<&str>, whole: &str) -> Result<Vec<T>> {
         let part = part.unwrap_or_default().trim();
-        let wrong = || Fail::argument(format!("`{whole}` of the data `vision.filters`: `{part}` are not numbers"));
+        let wrong = || {
+            Fail::argument(format!(
+                "`vision.filters`, filter `{whole}`: expected numbers separated by commas, found `{part}`"
+            ))
+        };
         let parts = part.split(',').filter(|p| !p.trim().is_empty());
         parts.map(|p| p.trim().parse().map_err(|_| wrong())).collect()
     }
@@ -48,9 +52,11 @@ fn parse(text: &str) -> Result<Vec<Filter>> {
             let kind: Vec<i64> = numbers(parts.next(), whole)?;
             let options: Vec<i64> = numbers(parts.next(), whole)?;
             Ok(Filter {
-                kind: *kind
-                    .first()
-                    .ok_or_else(|| Fail::argument("a filter of the data `vision.filters` has no type"))?,
+                kind: *kind.first().ok_or_else(|| {
+                    Fail::argument(
+                        "`vision.filters`: a filter has no type; expected `type:options:bytes:integers:floats`",
+                    )
+                })?,
                 options: options.first().copied().unwrap_or(ON),
                 bytes: numbers(parts.next(), whole)?,
                 ints: numbers(parts.next(), whole)?,
@@ -68,7 +74,7 @@ fn print(chain: &[Filter]) -> String {
     chain.iter().map(one).collect::<Vec<_>>().join(";")
 }
 
-/// The chain of a sensor; `None`: the trivial one.
+/// Returns the chain of a sensor; `None`: the default one.
 fn chain_of(c: &Ctx<'_>, sensor: tatu_object) -> Result<Option<Vec<Filter>>> {
     match tags::get(c, sensor, TAG)? {
         Some(text) => parse(&String::from_utf8_lossy(&text)).map(Some),
@@ -76,7 +82,7 @@ fn chain_of(c: &Ctx<'_>, sensor: tatu_object) -> Result<Option<Vec<Filter>>> {
     }
 }
 
-/// Lets an image run through its sensor's chain.
+/// Runs an image through its sensor's chain.
 pub(super) fn run(c: &Ctx<'_>, view: &View, mut seen: Seen) -> Result<Seen> {
     let Some(chain) = chain_of(c, view.id)? else { return Ok(seen) };
     let (rgb, depth) = (seen.rgb(c, view).into_owned(), seen.depth(c, view).into_owned());
@@ -89,14 +95,14 @@ pub(super) fn run(c: &Ctx<'_>, view: &View, mut seen: Seen) -> Result<Seen> {
     Ok(seen)
 }
 
-/// What a chain begins with.
+/// The input of a chain.
 pub(super) struct Given<'a> {
     pub rgb: &'a [u8],
     pub depth: &'a [f32],
     pub lens: Lens,
 }
 
-/// What a chain makes of it.
+/// The output of a chain.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Found {
     pub rgb: Option<Vec<u8>>,
@@ -113,7 +119,7 @@ fn apply(chain: &[Filter], given: &Given<'_>, mut work: Work) -> Result<Found> {
     Ok(found)
 }
 
-/// What one filter does.
+/// Applies one filter.
 pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut Found) -> Result {
     let float = |k: usize, otherwise: f64| f.floats.get(k).copied().unwrap_or(otherwise) as f32;
     let three = |k: usize, otherwise: f64| [0, 1, 2].map(|i| float(k + i, otherwise));
@@ -161,11 +167,13 @@ pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut F
             work.keep(bit(4), |_, _, p| (0..3).all(|k| (p[k] - color[k]).abs() <= tolerance[k]) == keep);
         }
         27 if bit(2) => work.scale_and_offset(three(0, 0.0), three(3, 1.0), three(6, 0.0)),
-        26 | 27 => return Err(Fail::unsupported("colour filters by hue are not supported: use red, green and blue")),
+        26 | 27 => {
+            return Err(Fail::unsupported("colour filters by hue are not supported: filter by red, green and blue"));
+        }
         28 => {
             work.binary(float(0, 0.5));
             let found_here = work.moments();
-            // Each wanted value is followed by how far it may be off; that of roundness is a least value.
+            // Each expected value is followed by its tolerance; for roundness, both are lower bounds.
             let near = |k: usize| {
                 let (wanted, off) = (f64::from(float(4 + 2 * k, 0.0)), f64::from(float(5 + 2 * k, 1e9)));
                 (found_here[k] - wanted).abs() <= off
@@ -204,7 +212,7 @@ pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut F
     Ok(())
 }
 
-/// A color for each spot, black between them.
+/// Returns a color for each blob; the background is black.
 fn blob_color(label: u32) -> [f32; 3] {
     match label {
         0 => [0.0; 3],
@@ -215,7 +223,7 @@ fn blob_color(label: u32) -> [f32; 3] {
     }
 }
 
-/// The index of the filter in argument 1, from 0.
+/// Returns the index of the filter that argument 1 names, from 0.
 fn filter_at(c: &Ctx<'_>, chain: &[Filter]) -> Result<usize> {
     let n = c.i64(1)?;
     usize::try_from(n)
@@ -307,14 +315,14 @@ mod tests {
         assert_eq!(found("1;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
         assert_eq!(found("1;5;3::::0,0,0;7;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
         assert_eq!(found("1;5;11;4", &rgb, &[0.0; 4]).rgb.unwrap(), [0; 12]);
-        // A filter that is off does nothing.
+        // A disabled filter does nothing.
         assert_eq!(found("1;3:0;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
         assert_eq!(found("2;38", &rgb, &[0.0, 0.25, 0.5, 1.0]).depth.unwrap(), [0.0, 0.25, 0.5, 1.0]);
         let flipped = found("2;13;14;38", &rgb, &[0.0, 0.25, 0.5, 1.0]).depth.unwrap();
         assert_eq!(flipped, [1.0, 0.5, 0.25, 0.0]);
     }
 
-    /// What is removed goes to the buffer; kept is what is near a color (26), or lies in the middle (22).
+    /// Removed pixels go to the buffer; kept are pixels near a color (26), or in the middle (22).
     #[test]
     fn colours_and_parts_are_kept() {
         let rgb = [255, 0, 0, 0, 255, 0, 250, 5, 0, 0, 0, 255];
@@ -328,7 +336,7 @@ mod tests {
         assert_eq!((f.trigger, f.packets), (true, vec![vec![0.25]]));
     }
 
-    /// Half of four pixels are brighter than 0.5.
+    /// Two of four pixels are brighter than 0.5.
     #[test]
     fn thresholds() {
         let f = found("1;28::::0.5;4", &[255, 255, 255, 0, 0, 0, 127, 127, 127, 200, 150, 100], &[0.0; 4]);

@@ -1,4 +1,4 @@
-//! Taking an image, and what was found in it.
+//! Takes images of vision sensors, and collects what filters and scripts find in them.
 
 use super::{
     filters,
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{kit::*, state::state};
 
-/// What was made of a sensor's image, now at the latest.
+/// Returns what was found in a sensor's current image; runs filters and callbacks now if that has not happened yet.
 pub(super) fn settled(c: &Ctx<'_>, view: &View) -> Result<Seen> {
     let kept = state(c)?.seen.get(&view.id).filter(|s| s.stamp == stamp(view)).cloned();
     match kept {
@@ -24,20 +24,20 @@ pub(super) fn settled(c: &Ctx<'_>, view: &View) -> Result<Seen> {
     }
 }
 
-/// Keeps it.
+/// Stores the result for a sensor's current image.
 pub(super) fn keep(c: &Ctx<'_>, view: &View, seen: Seen) -> Result {
     state(c)?.seen.insert(view.id, Seen { stamp: stamp(view), ..seen });
     Ok(())
 }
 
-/// Makes of an image, which was just taken or given, what filters and scripts of its sensor want.
+/// Runs the filters and script callbacks of a sensor on an image that was just taken or set.
 pub(super) fn look_at(c: &Ctx<'_>, view: &View, seen: Seen) -> Result<Seen> {
     let seen = filters::run(c, view, seen)?;
     keep(c, view, seen)?;
     tell(c, view)
 }
 
-/// Tells the scripts of a sensor of its image, and hears what they found.
+/// Calls the scripts of a sensor for an image; returns what they found.
 pub(super) fn tell(c: &Ctx<'_>, view: &View) -> Result<Seen> {
     let data = parameters::described(c, view)?;
     for answer in ask(c, view.id, "sysCall_vision", &data)? {
@@ -67,7 +67,7 @@ pub(super) fn tell(c: &Ctx<'_>, view: &View) -> Result<Seen> {
     settled(c, view)
 }
 
-/// Calls a function of the scripts of an object that have it; their answers.
+/// Calls a function in all scripts of an object that define it; returns their results.
 pub(super) fn ask(c: &Ctx<'_>, owner: tatu_object, function: &str, data: &Value) -> Result<Vec<Value>> {
     let mut out = Vec::new();
     for script in c.world().scripts(owner)? {
@@ -88,7 +88,7 @@ fn entry<'v>(map: &'v Value, key: &str) -> Option<&'v Value> {
 fn truth(map: &Value, key: &str) -> Option<bool> {
     entry(map, key).map(|v| !matches!(v, Value::Nil | Value::Bool(false)))
 }
-/// `packedPackets`: texts of 32-bit floats.
+/// Reads `packedPackets`, a list of strings of 32-bit floats.
 fn packets_of(map: &Value) -> Vec<Vec<f64>> {
     let floats = |bytes: &[u8]| bytes.as_chunks::<4>().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect();
     match entry(map, "packedPackets") {
@@ -103,7 +103,7 @@ fn packets_of(map: &Value) -> Vec<Vec<f64>> {
     }
 }
 
-/// Lets a sensor take an image now, of one object or all.
+/// Lets a sensor take an image now, of one object or of all (`only` = 0).
 pub(super) fn take(c: &Ctx<'_>, id: tatu_object, only: tatu_object) -> Result<(View, Seen)> {
     if is_one(c, id) {
         c.world().sense_now(id, only)?;
@@ -113,7 +113,7 @@ pub(super) fn take(c: &Ctx<'_>, id: tatu_object, only: tatu_object) -> Result<(V
     Ok((view, seen))
 }
 
-/// Whether something was detected, the packet of every sensor, and those that were made of the image.
+/// Returns to the script whether something was detected, the standard packet, and the packets found in the image.
 fn give(c: &mut Ctx<'_>, view: &View, seen: &Seen) {
     c.ret(i64::from(seen.trigger));
     let first = if view.blind { EMPTY } else { packet(&view.rgb(c), &view.depth(c)) };
@@ -123,7 +123,7 @@ fn give(c: &mut Ctx<'_>, view: &View, seen: &Seen) {
     }
 }
 
-/// The sensors that the first argument means.
+/// Returns the sensors that the first argument names.
 fn meant(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     let which = c.i64(0)?;
     if !matches!(which, HANDLE_ALL | HANDLE_ALL_EXCEPT_EXPLICIT) {
@@ -146,7 +146,8 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
     }
     let mut count = 0;
     if which == HANDLE_ALL_EXCEPT_EXPLICIT && is_main(c)? {
-        // These are measured in the sensing stage, which the main script runs with its proximity sensors, or here.
+        // These sensors are measured in the sensing stage, which the main script has run for its proximity sensors, or
+        // is run here.
         let now = c.world().f64(0, c.plugin().p.time)?;
         let late = |s: &tatu_object| View::of_object(c, c.world().look(*s)?).map(|v| v.sequence == 0 || v.time < now);
         if sensors.iter().map(late).collect::<Result<Vec<bool>>>()?.contains(&true) {
@@ -165,12 +166,12 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// An entity to look at: an object, or all.
+/// Returns the entity of argument `i`: an object, or 0 for all.
 fn entity(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_ALL { Ok(0) } else { Ok(living(c, i)?.id) }
 }
 
-const LATER: &str = "The answer also becomes what the sensor has seen; collections are not known.";
+const LATER: &str = "The result also becomes the sensor's reading; collections are not supported.";
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let packets = |command: Cmd| {
@@ -222,7 +223,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(flagged("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
         .returns(Param::int("result").text("0"))
-        .text("Forgets what vision sensors have seen."),
+        .text("Discards the readings of vision sensors."),
     );
     offer.command(
         packets(

@@ -1,4 +1,4 @@
-//! Images and depths as scripts get them.
+//! Commands that return images and depths.
 
 use super::{
     handle::settled,
@@ -6,7 +6,7 @@ use super::{
 };
 use crate::kit::*;
 
-/// Added to a handle: one value per pixel; of depths: packed.
+/// Flag added to a handle: one value per pixel; for depths: packed.
 const FLAG: i64 = 0x40_0000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -14,18 +14,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     modern_ones(offer);
 }
 
-/// One value a pixel: the mean of red, green and blue.
+/// Returns one value per pixel, the mean of red, green and blue.
 fn grey(rgb: &[u8]) -> Vec<u8> {
     rgb.as_chunks::<3>().0.iter().map(|p| (p.iter().map(|x| u16::from(*x)).sum::<u16>() / 3) as u8).collect()
 }
 
-/// Adds a fourth (or second) value to each pixel: 255 up to a depth, 0 beyond.
+/// Adds an alpha value to each pixel: 255 up to a depth, 0 beyond.
 fn with_alpha(pixels: &[u8], each: usize, depth: &[f32], most: f64) -> Vec<u8> {
     let alpha = depth.iter().map(|z| if f64::from(*z) <= most { 255 } else { 0 });
     pixels.chunks(each).zip(alpha).flat_map(|(p, a)| p.iter().copied().chain([a])).collect()
 }
 
-/// Bytes of a part of an image, and its size: grey or not, with alpha up to a depth where that is given.
+/// Returns the bytes of a part of an image, and its size; optionally grey, and with alpha up to a depth.
 fn bytes(
     c: &Ctx<'_>,
     mut view: View,
@@ -45,13 +45,13 @@ fn bytes(
     Ok((out, [part.columns as i64, part.rows as i64]))
 }
 
-/// Depths of a part of an image, 0 to 1 or in m, and its size.
+/// Returns the depths of a part of an image, 0 to 1 or in m, and its size.
 fn depths(c: &Ctx<'_>, mut view: View, at: [i64; 2], size: [i64; 2], metres: bool) -> Result<(Vec<f32>, [i64; 2])> {
     let part = view.part(at, size)?;
     let image = settled(c, &view)?;
     let mut out = part.of(&image.depth(c, &view), view.columns, 1);
     if metres {
-        // What could not be measured stays 0.
+        // Pixels that could not be measured remain 0.
         let lost = image.depth_as_taken().then(|| view.metres(c)).flatten().map(|z| part.of(&z, view.columns, 1));
         for (i, z) in out.iter_mut().enumerate() {
             let none = lost.as_ref().is_some_and(|l| l.get(i) == Some(&0.0));
@@ -61,7 +61,7 @@ fn depths(c: &Ctx<'_>, mut view: View, at: [i64; 2], size: [i64; 2], metres: boo
     Ok((out, [part.columns as i64, part.rows as i64]))
 }
 
-/// Images as scripts of before 4.4 get them.
+/// Adds the image commands of before 4.4.
 fn old(offer: &mut Offer<Vrep>) {
     let with_size = |command: Cmd| {
         command
@@ -137,7 +137,7 @@ fn resolution(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// Images as scripts get them since 4.4.
+/// Adds the image commands since 4.4.
 fn modern_ones(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getVisionSensorRes", resolution)

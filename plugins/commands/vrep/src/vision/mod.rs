@@ -1,16 +1,18 @@
-//! Vision sensors: sensors that fill `depth_image/1` or `color_image/1`, under the names and in the units of this API.
+//! Vision sensors: sensors with readings of `depth_image/1` or `color_image/1`, under the names and in the units of
+//! this API.
 //!
-//! - `sensors`: which objects are vision sensors; `view`: what a sensor has seen, in its planes and units;
-//! - `images`: images and depths as scripts get them; `packets`: the numbers that stand for an image;
-//! - `saving`: images in files, and made of others;
-//! - `handle`: taking an image, and what was found in it (`seen`); `callbacks`: what scripts of the sensor make of it; `set`: images from elsewhere;
+//! - `sensors`: which objects are vision sensors; `view`: what a sensor has measured, in its clipping planes and units;
+//! - `images`: commands that return images and depths; `packets`: statistics of an image;
+//! - `saving`: image files, and image conversions;
+//! - `handle`: takes an image and collects what is found in it (`seen`); `callbacks`: callbacks of the sensor's
+//!   scripts; `set`: images from elsewhere;
 //! - `filters`: the chains that sensors had before 4.0, on a working image (`work`);
-//! - `module`: the same filters one by one, as `simVision` has them;
-//! - `spherical`: images of six sensors as one of all around;
+//! - `module`: the same filters as single functions, as in `simVision`;
+//! - `spherical`: combines images of six sensors into a panorama;
 //! - `parameters`: resolution, planes and angles by number.
 //!
-//! Rows run from the bottom to the top, depths from 0 at the near plane to 1 at the far one. A dummy or camera that stands
-//! for a sensor in a run without its scene is blind: its image is black, and nothing is near.
+//! Rows run from bottom to top, depths from 0 at the near plane to 1 at the far one. A dummy or camera that replaces a
+//! sensor in a run without its scene is blind: its image is black, with all depths at the far plane.
 
 mod callbacks;
 mod filters;

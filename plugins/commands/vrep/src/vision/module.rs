@@ -1,6 +1,6 @@
-//! The module `simVision`: filters one by one, called from `sysCall_vision`.
+//! The module `simVision`: filters as single functions, called from `sysCall_vision`.
 //!
-//! Each sensor has a working image and two buffers, which last until the run ends.
+//! Each sensor has a working image and two buffers, which persist until the run ends.
 
 use super::{
     filters::{Filter, Found, Given, step},
@@ -10,28 +10,28 @@ use super::{
 };
 use crate::{kit::*, state::state};
 
-/// An argument: what it is, and where the filter keeps it.
+/// An argument: its type and name, and where the filter stores it.
 #[derive(Debug, Clone, Copy)]
 enum Arg {
     /// A number.
     Float(&'static str),
-    /// So many numbers in a table.
+    /// This many numbers in a table; 0: a single factor.
     Floats(&'static str, u32),
-    /// Two whole numbers in a table.
+    /// Two integers in a table.
     Pair(&'static str),
-    /// A whole number.
+    /// An integer.
     Int(&'static str),
     /// A bit of the filter's byte.
     Bit(&'static str, i64),
-    /// A bit of the filter's whole number that is set when the argument is false.
+    /// A bit of the filter's integer that is set when the argument is false.
     NotBit(&'static str, i64),
-    /// Something that means nothing here.
+    /// An argument without effect here.
     Ignored(&'static str),
 }
 use Arg::*;
 
-/// A function of the module: its name, the filter, its arguments, whether it reports what it found, what it does, and
-/// an example: arguments, and what must be true of `rgb`, three bytes of the result of a red image.
+/// A function of the module: its name, the filter, its arguments, whether it reports what it found, its description,
+/// and an example: arguments, and a condition on `rgb`, three bytes of the result for a red image.
 struct Function {
     name: &'static str,
     kind: i64,
@@ -51,7 +51,7 @@ const fn f(
     Function { name, kind, args, finds: false, text, example }
 }
 
-/// A filter that reports what it found.
+/// Declares a filter that reports what it found.
 const fn finds(
     name: &'static str,
     kind: i64,
@@ -74,7 +74,7 @@ const FUNCTIONS: &[Function] = &[
         "simVision.sensorDepthMapToWorkImg",
         2,
         &[],
-        "Takes the sensor's depths, 0 to 1, as grey.",
+        "Loads the sensor's depths, 0 to 1, as grey.",
         ("", "rgb == '72,72,72'"),
     ),
     f(
@@ -94,8 +94,8 @@ const FUNCTIONS: &[Function] = &[
     ),
     f("simVision.workImgToBuffer1", 5, &[], "Copies the working image.", ("", RED)),
     f("simVision.workImgToBuffer2", 6, &[], "Copies the working image.", ("", RED)),
-    f("simVision.buffer1ToWorkImg", 7, &[], "Takes what is in the buffer.", ("", BLACK)),
-    f("simVision.buffer2ToWorkImg", 8, &[], "Takes what is in the buffer.", ("", BLACK)),
+    f("simVision.buffer1ToWorkImg", 7, &[], "Loads the buffer.", ("", BLACK)),
+    f("simVision.buffer2ToWorkImg", 8, &[], "Loads the buffer.", ("", BLACK)),
     f("simVision.swapBuffers", 9, &[], "Swaps the two buffers.", ("", RED)),
     f("simVision.addBuffer1ToWorkImg", 10, &[], "Adds the buffer.", ("", RED)),
     f("simVision.subtractBuffer1FromWorkImg", 11, &[], "Subtracts the buffer.", ("", RED)),
@@ -106,14 +106,14 @@ const FUNCTIONS: &[Function] = &[
         "simVision.matrix3x3OnWorkImg",
         18,
         &[Int("passes"), Floats("factor", 0), Floats("matrix", 9)],
-        "Each pixel becomes a sum of those around it.",
+        "Each pixel becomes a weighted sum of its neighbourhood.",
         (MATRIX[0], RED),
     ),
     f(
         "simVision.matrix5x5OnWorkImg",
         19,
         &[Int("passes"), Floats("factor", 0), Floats("matrix", 25)],
-        "Each pixel becomes a sum of those around it.",
+        "Each pixel becomes a weighted sum of its neighbourhood.",
         (MATRIX[1], RED),
     ),
     f("simVision.sharpenWorkImg", 20, &[], "Sharpens edges.", ("", RED)),
@@ -143,14 +143,14 @@ const FUNCTIONS: &[Function] = &[
         "simVision.intensityScaleOnWorkImg",
         25,
         &[Float("start"), Float("end"), NotBit("greyScale", 1)],
-        "Values from 0 to 1 become those from start to end.",
+        "Maps values from 0..1 to start..end.",
         (", 1, 0, false", "rgb == '0,255,255'"),
     ),
     f(
         "simVision.selectiveColorOnWorkImg",
         26,
         &[Floats("color", 3), Floats("tolerance", 3), Bit("rgbSpace", 2), Bit("keep", 1), Bit("removedToBuffer1", 4)],
-        "Keeps or removes what is near a color.",
+        "Keeps or removes pixels near a color.",
         (", {1, 0, 0}, {0.1, 0.1, 0.1}, true, false", BLACK),
     ),
     f(
@@ -204,16 +204,16 @@ const FUNCTIONS: &[Function] = &[
         "simVision.changedPixelsOnWorkImg",
         36,
         &[Float("threshold")],
-        "White where the image differs from buffer 1, else black. It found their share.",
+        "White where the image differs from buffer 1, else black. The result is the share of white pixels.",
         (", 0.2", "trigger"),
     ),
 ];
 
-/// Added to a handle: points in the world's frame.
+/// Flag added to a handle: points are in the world frame.
 const WORLD: i64 = 0x80_0000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    // What moves images between places stands on one page, what changes them on the next.
+    // Functions that move images between buffers are on one documentation page, those that change them on the next.
     let moves = |f: &&Function| {
         f.name.contains("Buffer") || f.name.contains("ensor") || f.name == "simVision.uniformImgToWorkImg"
     };
@@ -229,7 +229,7 @@ fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
     for arg in function.args {
         command = command.param(match *arg {
             Float(key) => Param::float(key).optional(),
-            // A factor is one number.
+            // A factor is a single number.
             Floats(key, 0) => Param::float(key).optional(),
             Floats(key, n) => Param::any(key).optional().text(format!("{n} numbers")),
             Pair(key) => Param::any(key).optional().text("{x, y}"),
@@ -248,7 +248,7 @@ fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
     }
     offer.command(match function.kind {
         26 | 27 => command.partial("Only in red, green and blue: rgbSpace must be true."),
-        20 => command.partial("How much it sharpens is an estimate."),
+        20 => command.partial("The degree of sharpening is an estimate."),
         28 => {
             command.partial("Roundness is the ratio of the sides of the white spot, which may not be the original's.")
         }
@@ -257,8 +257,8 @@ fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
     });
 }
 
-/// A script that raises where a red image (of the functions that take one, a green one and depths) does not become what
-/// it should.
+/// Builds an example script that raises an error if a red image (for functions that take one, a green one and depths)
+/// does not give the expected result.
 fn example(f: &Function) -> String {
     let ready = match f.kind {
         1 => "sim.setVisionSensorImg(eye, string.char(0, 255, 0):rep(12))",
@@ -293,7 +293,7 @@ fn run(c: &mut Ctx<'_>, function: &Function) -> Result {
     let work = work.get_or_insert_with(|| Work::new(view.columns, view.rows));
     let mut found = Found::default();
     let done = {
-        // Only what is taken from the sensor is looked up.
+        // Read from the sensor only what the filter uses.
         let rgb = if function.kind == 1 { seen.rgb(c, &view) } else { Default::default() };
         let depth = if function.kind == 2 { seen.depth(c, &view) } else { Default::default() };
         step(&filter, &Given { rgb: &rgb, depth: &depth, lens: view.lens(c) }, work, &mut found)
@@ -322,7 +322,7 @@ fn run(c: &mut Ctx<'_>, function: &Function) -> Result {
     Ok(())
 }
 
-/// The filter with the arguments' values.
+/// Returns the filter with the arguments' values.
 fn filter(c: &Ctx<'_>, function: &Function) -> Result<Filter> {
     let mut out = Filter { kind: function.kind, options: 1, bytes: vec![0], ..Filter::default() };
     let (mut factor, mut whole) = (None, 0);
@@ -347,14 +347,14 @@ fn filter(c: &Ctx<'_>, function: &Function) -> Result<Filter> {
         out.ints.push(whole);
     }
     if function.kind == 28 && out.floats.len() > 1 {
-        // In a chain, three numbers that are not used here stand between the threshold and the wanted values.
+        // In a chain, three unused numbers separate the threshold from the expected values.
         out.floats.splice(1..1, [0.0; 3]);
     }
     out.floats.extend(factor);
     Ok(out)
 }
 
-/// Three bytes for each point, of buffer 1.
+/// Returns three bytes for each point, from buffer 1.
 fn colors(work: &Work, filter: &Filter) -> Vec<u8> {
     let side = |k: usize, n: usize| filter.ints.get(k).map_or(n, |x| (*x).clamp(1, 4096) as usize);
     let (nx, ny) = (side(0, work.columns), side(1, work.rows));
@@ -369,7 +369,7 @@ fn colors(work: &Work, filter: &Filter) -> Vec<u8> {
     out
 }
 
-/// Points of a packet as the world sees them.
+/// Transforms the points of a packet to the world frame.
 fn into_world(packet: &mut [f64], pose: &[f64; 7]) {
     let [px, py, pz, x, y, z, w] = *pose;
     for point in packet.get_mut(2..).unwrap_or_default().chunks_exact_mut(4) {

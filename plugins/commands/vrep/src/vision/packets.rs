@@ -1,18 +1,18 @@
-//! The numbers that stand for an image: what every sensor reports, and what filters add.
+//! Packets of numbers about an image: the standard one that every sensor reports, and those that filters add.
 
 /// Least, greatest and mean intensity, red, green, blue and depth, all from 0 to 1 (tests/facts/script-api.md, 4).
 pub(crate) type Packet = [f64; 15];
 
-/// Of an image without anything in it: black, and all at the far plane.
+/// The packet of an empty image: black, with all depths at the far plane.
 pub(crate) const EMPTY: Packet = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
-/// The packet of an image: bytes red green blue, depths 0 to 1.
+/// Computes the packet of an image: bytes red green blue, depths 0 to 1.
 pub(crate) fn packet(rgb: &[u8], depth: &[f32]) -> Packet {
     let n = depth.len().min(rgb.len() / 3);
     if n == 0 {
         return EMPTY;
     }
-    // Sums of bytes are exact; an intensity is a third of one.
+    // Sums of bytes are exact; an intensity is a third of such a sum.
     let (mut least, mut most, mut sum) = ([u32::MAX; 4], [0_u32; 4], [0_u64; 4]);
     for pixel in rgb.as_chunks::<3>().0 {
         let [r, g, b] = pixel.map(u32::from);
@@ -40,7 +40,8 @@ pub(crate) fn packet(rgb: &[u8], depth: &[f32]) -> Packet {
 mod tests {
     use super::*;
 
-    /// By hand: pixels (51, 102, 0) and (255, 0, 153) are (0.2, 0.4, 0) and (1, 0, 0.6); intensities 0.2 and 1.6 / 3.
+    /// Computed by hand: pixels (51, 102, 0) and (255, 0, 153) are (0.2, 0.4, 0) and (1, 0, 0.6); intensities 0.2 and
+    /// 1.6 / 3.
     #[test]
     fn a_packet_is_least_greatest_mean() {
         let p = packet(&[51, 102, 0, 255, 0, 153], &[0.25, 0.75]);

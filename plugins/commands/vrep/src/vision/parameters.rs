@@ -1,5 +1,5 @@
-//! Parameters of vision sensors by number: planes, resolution, angle. They are properties of the sensor's kind, by the
-//! keys that cameras have: near, far, columns, rows, perspective_angle, ortho_size.
+//! Parameters of vision sensors by number: planes, resolution, angle. They map to properties of the sensor's kind, with
+//! the keys that cameras have: near, far, columns, rows, perspective_angle, ortho_size.
 
 use super::{
     sensors::{is_one, number, prop},
@@ -7,7 +7,7 @@ use super::{
 };
 use crate::kit::{tags, *};
 
-/// What scripts of a sensor are given about it (`sysCall_vision`: tests/facts/script-api.md, 4).
+/// Returns the data passed to a sensor's scripts (`sysCall_vision`: tests/facts/script-api.md, 4).
 pub(super) fn described(c: &Ctx<'_>, view: &View) -> Result<Value> {
     let get = |key| number(c, view.id, key).unwrap_or(0.0);
     let entries = [
@@ -28,24 +28,24 @@ fn key(of: &[(i64, &'static str)], n: i64) -> Option<&'static str> {
     of.iter().find(|(k, _)| *k == n).map(|(_, key)| *key)
 }
 
-/// Whether it sees in perspective: an integer by its number.
+/// Number of the integer parameter: perspective projection.
 const PERSPECTIVE: i64 = 1018;
-/// Side of what it sees in parallel projection: a float by its number.
+/// Number of the float parameter: side of the image in orthographic projection, m.
 const SIDE: i64 = 1005;
-/// Side of a sensor that has never had one, m.
+/// Default of that side, m.
 const USUAL_SIDE: f64 = 1.0;
 
-/// Parameters of drawing and of windows, which change nothing here, and what they are by default (tests/facts/script-api.md, 7).
+/// Returns the default of a parameter of drawing or windows, which has no effect here (tests/facts/script-api.md, 7).
 fn kept(n: i64) -> Option<f64> {
     matches!(n, 1006 | 1007 | 1009..=1017 | 1020 | 1021).then_some(0.0)
 }
 
-/// Where the number of one is kept.
+/// Returns the tag that stores a parameter.
 fn tag(n: i64) -> String {
     format!("parameter {n}")
 }
 
-/// An integer parameter of a vision sensor; `None`: it has none of this number.
+/// Returns an integer parameter of a vision sensor; `None`: it has none of this number.
 pub(crate) fn get_int(c: &Ctx<'_>, sensor: tatu_object, n: i64) -> Result<Option<i64>> {
     if !(1000..=1021).contains(&n) || !is_one(c, sensor) {
         return Ok(None);
@@ -58,7 +58,7 @@ pub(crate) fn get_int(c: &Ctx<'_>, sensor: tatu_object, n: i64) -> Result<Option
     Ok(x.map(|x| x as i64))
 }
 
-/// Sets one; whether it could.
+/// Sets an integer parameter; returns whether the sensor has it.
 pub(crate) fn set_int(c: &Ctx<'_>, sensor: tatu_object, n: i64, value: i64) -> Result<bool> {
     if !(1000..=1021).contains(&n) || !is_one(c, sensor) {
         return Ok(false);
@@ -72,7 +72,7 @@ pub(crate) fn set_int(c: &Ctx<'_>, sensor: tatu_object, n: i64, value: i64) -> R
     Ok(true)
 }
 
-/// Switches between perspective and parallel projection, whose side is kept meanwhile.
+/// Switches between perspective and orthographic projection; the side of the latter is stored meanwhile.
 fn set_perspective(c: &Ctx<'_>, sensor: tatu_object, on: bool) -> Result {
     let side = number(c, sensor, "ortho_size").unwrap_or(0.0);
     if on == (side == 0.0) {
@@ -88,7 +88,7 @@ fn set_perspective(c: &Ctx<'_>, sensor: tatu_object, on: bool) -> Result {
     c.world().set(sensor, prop(c, sensor, "ortho_size")?, &Value::Float(next))
 }
 
-/// Likewise of numbers.
+/// Returns a float parameter of a vision sensor; `None`: it has none of this number.
 pub(crate) fn get_float(c: &Ctx<'_>, sensor: tatu_object, n: i64) -> Result<Option<f64>> {
     if !is_one(c, sensor) {
         return Ok(None);
@@ -103,12 +103,12 @@ pub(crate) fn get_float(c: &Ctx<'_>, sensor: tatu_object, n: i64) -> Result<Opti
     }
 }
 
-/// Likewise of numbers.
+/// Sets a float parameter; returns whether the sensor has it.
 pub(crate) fn set_float(c: &Ctx<'_>, sensor: tatu_object, n: i64, value: f64) -> Result<bool> {
     if !is_one(c, sensor) {
         return Ok(false);
     }
-    // In perspective it has no side, but the one that it will have.
+    // In perspective the side is only stored, for a later switch to orthographic projection.
     if kept(n).is_some() || n == SIDE && number(c, sensor, "ortho_size") == Some(0.0) {
         tags::set_number(c, sensor, &tag(n), value)?;
         return Ok(true);

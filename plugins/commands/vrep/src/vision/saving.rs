@@ -1,6 +1,6 @@
-//! Images in files, and images made of images.
+//! Commands that read and write image files, and convert images.
 //!
-//! An image of this API has its lowest row first, in files the highest comes first: both are upright.
+//! Images of this API have their lowest row first, files their highest; both show upright.
 
 use std::io::Cursor;
 
@@ -20,7 +20,7 @@ const MOST: i64 = 1 << 26;
 /// Size of the largest file that is read, in bytes.
 const MOST_BYTES: u64 = 256 << 20;
 
-/// An image that a script gave: its bytes, columns, rows and bytes a pixel.
+/// An image passed by a script: bytes, columns, rows and bytes per pixel.
 #[derive(Debug, Clone, PartialEq)]
 struct Picture {
     columns: usize,
@@ -30,14 +30,11 @@ struct Picture {
 }
 
 impl Picture {
-    /// Of an argument and the one after it, which holds its size.
+    /// Reads an image from argument `i`, and its size from the next argument.
     fn of(c: &Ctx<'_>, i: usize, each: usize) -> Result<Self> {
         let (bytes, [columns, rows]) = (c.bytes(i)?, pair(c, i + 1));
         if columns < 1 || rows < 1 || columns.saturating_mul(rows) > MOST {
-            return Err(Fail::argument(format!(
-                "argument {}: {columns} x {rows} is not a valid size of an image",
-                i + 2
-            )));
+            return Err(Fail::argument(format!("argument {}: {columns} x {rows} is not a valid image size", i + 2)));
         }
         let (columns, rows) = (columns as usize, rows as usize);
         if bytes.len() != columns * rows * each {
@@ -65,7 +62,7 @@ impl Picture {
         }
         out
     }
-    /// With three or four bytes a pixel; what is new is opaque.
+    /// Converts to three or four bytes per pixel; an added alpha is opaque.
     fn with(self, each: usize) -> Self {
         if each == self.each {
             return self;
@@ -103,7 +100,7 @@ impl Picture {
     }
 }
 
-/// The format by a file's name.
+/// Returns the image format for a file name.
 fn format_of(name: &str) -> Result<ImageFormat> {
     let end = name.rsplit_once('.').map_or("", |(_, end)| end);
     let written = |f: &ImageFormat| FORMATS.contains(f);
@@ -116,10 +113,10 @@ fn format_of(name: &str) -> Result<ImageFormat> {
 const FORMATS: [ImageFormat; 5] =
     [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Bmp, ImageFormat::Tiff, ImageFormat::Pnm];
 
-/// Percent, where a script names none.
+/// Default quality, percent.
 const USUAL_QUALITY: u8 = 90;
 
-/// A file's content; `quality`, 0 to 100, is that of formats that lose something; below 0: the usual one.
+/// Encodes a file; `quality`, 0 to 100, applies to lossy formats; below 0: the default.
 fn encode(picture: Picture, format: ImageFormat, quality: i64) -> Result<Vec<u8>> {
     let has_alpha = matches!(format, ImageFormat::Png | ImageFormat::Tiff);
     let picture = if has_alpha { picture } else { picture.with(3) };
@@ -134,13 +131,13 @@ fn encode(picture: Picture, format: ImageFormat, quality: i64) -> Result<Vec<u8>
     let (columns, rows) = (picture.columns as u32, picture.rows as u32);
     let mut out = Cursor::new(Vec::new());
     image::write_buffer_with_format(&mut out, &picture.flipped(false, true), columns, rows, color, output)
-        .map_err(|e| Fail::new(format!("the image cannot be written: {e}")))?;
+        .map_err(|e| Fail::new(format!("the image could not be encoded: {e}")))?;
     Ok(out.into_inner())
 }
 
-/// The image in a file's content, with three or four bytes a pixel.
+/// Decodes the image in a file's content, to three or four bytes per pixel.
 fn decode(bytes: &[u8], each: usize) -> Result<Picture> {
-    let unreadable = |e: ImageError| Fail::argument(format!("the image cannot be read: {e}"));
+    let unreadable = |e: ImageError| Fail::argument(format!("the image could not be decoded: {e}"));
     let mut reader =
         image::io::Reader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| unreadable(e.into()))?;
     let mut limits = Limits::default();
@@ -164,7 +161,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let picture = Picture::of(c, 0, each_of(int_or(c, 2, 0)?))?;
             let name = c.text(3)?;
             let content = encode(picture, format_of(&name)?, int_or(c, 4, -1)?)?;
-            // A name that is an ending alone asks for the content.
+            // A name that is only an extension requests the content as return value.
             if name.starts_with('.') && !name.contains(['/', '\\']) {
                 c.ret(Value::Bytes(content));
                 return Ok(());
@@ -187,7 +184,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both(["sim.loadImage", "simLoadImage"], NIL, |c| {
             let each = each_of(c.i64(0)?);
             let given = c.bytes(1)?;
-            // No name has a zero in it, and all images do.
+            // File names contain no zero byte, and image files always do.
             let picture = if given.contains(&0) {
                 decode(given, each)?
             } else {
@@ -209,11 +206,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let picture = Picture::of(c, 0, each_of(options))?.with(if options & 2 != 0 { 4 } else { 3 });
             let [w, h] = pair(c, 2);
             if w < 1 || h < 1 || w.saturating_mul(h) > MOST {
-                return Err(Fail::argument(format!("argument 3: {w} x {h} is not a valid size of an image")));
+                return Err(Fail::argument(format!("argument 3: {w} x {h} is not a valid image size")));
             }
             let (mut w, mut h) = (w as usize, h as usize);
             if options & 12 != 0 {
-                // As large as fits in, or as small as covers, what is asked for.
+                // The largest size that fits into the requested one, or the smallest that covers it.
                 let (x, y) = (w as f64 / picture.columns as f64, h as f64 / picture.rows as f64);
                 let scale = if options & 4 != 0 { x.min(y) } else { x.max(y) };
                 w = ((picture.columns as f64 * scale).round() as usize).max(1);
@@ -248,7 +245,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::bytes("image").text("the changed one"))
         .text("Mirrors an image.")
         .partial(
-            "The original changes the text that it is given, which no text of Lua allows here: take the second value.",
+            "The original modifies the text in place, which is impossible with Lua strings here: use the second \
+             result.",
         ),
     );
 }
@@ -286,7 +284,7 @@ mod tests {
         assert_eq!(small().flipped(false, true)[..3], [0, 0, 255]);
         let twice = small().scaled(4, 2, false);
         assert_eq!(twice[..12], [255, 0, 0, 255, 0, 0, 0, 255, 0, 0, 255, 0]);
-        // The middle of all four.
+        // The mean of all four pixels.
         assert_eq!(small().scaled(1, 1, true), [128, 128, 128]);
     }
 }

@@ -1,4 +1,4 @@
-//! What was made of the image of a sensor.
+//! Results of filters and scripts for the image of a sensor.
 
 use std::{borrow::Cow, collections::BTreeMap};
 
@@ -7,29 +7,29 @@ use serde::{Deserialize, Serialize};
 use super::view::View;
 use crate::kit::*;
 
-/// What was made of the image of a sensor.
+/// Results of filters and scripts for one image.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Seen {
-    /// Which image: how often the sensor had measured, and when.
+    /// Identifies the image: the sensor's measurement count and time.
     pub stamp: (u64, u64),
-    /// What stands in place of the colours and depths that were taken.
+    /// Replaces the colours, or the depths, as measured.
     pub rgb: Option<Vec<u8>>,
     pub depth: Option<Vec<f32>>,
-    /// Something was detected.
+    /// Whether something was detected.
     pub trigger: bool,
-    /// What was found, beside the packet that every sensor has.
+    /// Packets found, in addition to the standard one.
     pub packets: Vec<Vec<f64>>,
 }
 
-/// What was made of the images of each sensor.
+/// Results by sensor.
 pub(crate) type AllSeen = BTreeMap<tatu_object, Seen>;
 
 impl Seen {
-    /// Before anything is made of an image.
+    /// Creates an empty result for the current image.
     pub fn of(view: &View) -> Self {
         Seen { stamp: stamp(view), ..Seen::default() }
     }
-    /// An image from elsewhere.
+    /// Creates a result whose image was set by a script.
     pub fn given(rgb: Vec<u8>, depth: Option<Vec<f32>>) -> Self {
         Seen { rgb: Some(rgb), depth, ..Seen::default() }
     }
@@ -45,13 +45,13 @@ impl Seen {
             _ => Cow::Owned(view.depth(c)),
         }
     }
-    /// Whether the depths are those that were taken.
+    /// Returns whether the depths are as measured.
     pub fn depth_as_taken(&self) -> bool {
         self.depth.is_none()
     }
 }
 
-/// Which image a sensor has.
+/// Identifies the current image of a sensor.
 pub(super) fn stamp(view: &View) -> (u64, u64) {
     (view.sequence, view.time.to_bits())
 }

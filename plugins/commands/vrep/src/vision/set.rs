@@ -1,4 +1,4 @@
-//! Images from elsewhere, and sensors that scripts make.
+//! Commands that set the image of a vision sensor, and create vision sensors.
 
 use super::{
     handle::{look_at, settled},
@@ -64,7 +64,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("color").optional())
         .returns(Param::int("sensor").text("a dummy stands for it"))
         .text("Makes a vision sensor.")
-        .partial("Sensors are made with the scene only: it has the resolution and the planes asked for, and is blind."),
+        .partial(
+            "Sensors are created only with the scene: this one has the requested resolution and planes, but is blind.",
+        ),
     );
 }
 
@@ -74,12 +76,12 @@ fn set_image(command: Cmd) -> Cmd {
         .param(Param::any("image").text("as bytes, or a table of numbers from 0 to 1; the lowest row first"))
 }
 
-/// Shows a sensor an image; whether something was detected in it.
+/// Sets the image of a sensor; returns whether something was detected in it.
 pub(super) fn put(c: &Ctx<'_>, view: &View, rgb: Vec<u8>, depth: Option<Vec<f32>>) -> Result<bool> {
     Ok(look_at(c, view, Seen::given(rgb, depth))?.trigger)
 }
 
-/// The image of argument 1: bytes, or numbers from 0 to 1.
+/// Returns the image in argument 1: bytes, or numbers from 0 to 1.
 fn image(c: &Ctx<'_>, view: &View) -> Result<Vec<u8>> {
     let n = view.pixels();
     match c.arg(1).as_bytes() {
@@ -95,7 +97,7 @@ fn image(c: &Ctx<'_>, view: &View) -> Result<Vec<u8>> {
     }
 }
 
-/// Three bytes a pixel.
+/// Converts bytes to three per pixel.
 fn bytes_to_rgb(bytes: &[u8], pixels: usize, grey: bool) -> Result<Vec<u8>> {
     let each = if grey { 1 } else { 3 };
     if bytes.len() != each * pixels {

@@ -1,13 +1,12 @@
-//! Images of six sensors that look in all directions, as one image whose columns and rows are angles.
+//! Combines images of six sensors that look in all directions into one image whose columns and rows are angles.
 
 use super::{handle::take, seen::Seen, set::put, view::View, work::Lens};
 use crate::kit::*;
 
-/// The least angles of the image, rad.
+/// Smallest angles of the image, rad.
 const LEAST: f64 = 0.087;
 
-/// A pixel of the image: which sensor sees it, at which of its pixels, and how much longer the way there is than the
-/// depth.
+/// Source of a pixel of the panorama: which sensor, which of its pixels, and the ratio of distance to depth there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Source {
     sensor: usize,
@@ -15,17 +14,17 @@ struct Source {
     slant: f64,
 }
 
-/// A sensor that is looked through: its axes in the frame of the first one, and its pixels.
+/// A source sensor: its axes in the frame of the first one, and its pixels.
 struct Eye {
     axes: [[f64; 3]; 3],
     lens: Lens,
     size: [usize; 2],
 }
 
-/// The axes of a frame that is turned by a quaternion, seen in the frame of another one.
+/// Returns the axes of one frame, expressed in another frame; both are given as poses.
 fn axes([.., x, y, z, w]: &[f64; 7], seen_from: &[f64; 7]) -> [[f64; 3]; 3] {
     let [.., a, b, c, d] = *seen_from;
-    // The inverse of the one times the other.
+    // The inverse of one quaternion times the other.
     let q = [
         d * x - a * w - b * z + c * y,
         d * y + a * z - b * w - c * x,
@@ -44,11 +43,11 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Where a direction comes from: from the sensor that looks there most directly, the first of those that do.
+/// Finds the source of a direction: the sensor that looks there most directly; the first one of equals.
 fn source(eyes: &[Eye], direction: &[f64; 3]) -> Option<Source> {
     let ahead = |eye: &Eye| dot(&eye.axes[2], direction);
     let mut best = None;
-    // What lies beside all of them, but for rounding, nobody sees.
+    // Directions beside all sensors have no source; the tolerance is for rounding.
     let mut z = 1e-9;
     for (n, eye) in eyes.iter().enumerate() {
         if ahead(eye) > z + 1e-9 {
@@ -58,14 +57,14 @@ fn source(eyes: &[Eye], direction: &[f64; 3]) -> Option<Source> {
     let (sensor, eye) = best?;
     let [fx, fy, cx, cy] = eye.lens.intrinsics;
     let nearest = |place: f64, side: usize| (place.round().max(0.0) as usize).min(side.saturating_sub(1));
-    // x of a sensor points to the left of its image, y up, where rows have higher numbers.
+    // The sensor's x axis points left in its image, y up, towards higher rows.
     let column = nearest(cx - fx * dot(&eye.axes[0], direction) / z, eye.size[0]);
     let row = nearest(cy + fy * dot(&eye.axes[1], direction) / z, eye.size[1]);
     Some(Source { sensor, pixel: row * eye.size[0] + column, slant: 1.0 / z })
 }
 
-/// The sources of an image of so many columns and rows, which divide two angles evenly, from left to right and from the
-/// bottom to the top.
+/// Returns the sources of an image whose columns and rows divide two angles evenly, from left to right and bottom to
+/// top.
 fn sources(eyes: &[Eye], [columns, rows]: [usize; 2], [across, up]: [f64; 2]) -> Vec<Option<Source>> {
     let angle = |i: usize, n: usize, whole: f64| if n < 2 { 0.0 } else { whole * (i as f64 / (n - 1) as f64 - 0.5) };
     let mut out = Vec::with_capacity(columns * rows);
@@ -116,7 +115,7 @@ fn run(c: &mut Ctx<'_>) -> Result {
         eyes.push(Eye { axes, lens: view.lens(c), size: [view.columns, view.rows] });
     }
     let sources = sources(&eyes, [first.columns, first.rows], [across?, up?]);
-    // Only those are handled that the image needs.
+    // Handle only the sensors that the image needs.
     let mut taken: Vec<Option<(View, Seen)>> = Vec::new();
     for (n, view) in views.iter().enumerate() {
         let needed = sources.iter().flatten().any(|s| s.sensor == n);
@@ -164,7 +163,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                      right, rows from the bottom to the top, about the front sensor.",
                 )
                 .partial(
-                    "How the six sensors stand decides which of them sees what, not their order; light is left as it is.",
+                    "The poses of the six sensors decide which direction each covers, not their order; lights are not \
+                     changed.",
                 )
                 .example(
                     "local simVision = require 'simVision'\n\
@@ -179,15 +179,15 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 mod tests {
     use super::*;
 
-    /// Four columns and rows of 90 degrees: the focal length is half a side.
+    /// Four columns and rows at 90 degrees: the focal length is half a side.
     fn eye(pose: [f64; 7]) -> Eye {
         let lens = Lens { intrinsics: [2.0, 2.0, 1.5, 1.5], parallel: false, planes: [0.1, 10.0] };
         Eye { axes: axes(&pose, &FRONT), lens, size: [4, 4] }
     }
-    /// Turned in the world by a third of a turn about (1, 1, 1): what is seen is counted from the front sensor.
+    /// Rotated in the world by 120 degrees about (1, 1, 1): directions are relative to the front sensor.
     const FRONT: [f64; 7] = [0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5];
 
-    /// A frame turned against the front one about an axis of it, by a right angle to one or the other side.
+    /// Returns a frame rotated from the front one by +90 or -90 degrees about one of its axes.
     fn turned(axis: usize, sign: f64) -> [f64; 7] {
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let mut q = [0.0, 0.0, 0.0, half];
@@ -206,28 +206,28 @@ mod tests {
 
     #[test]
     fn each_direction_comes_from_the_sensor_that_looks_there() {
-        // Left is +x of the front sensor: about y, which is up, by a positive angle.
+        // Left is +x of the front sensor: a positive rotation about y, which is up.
         let eyes = [eye(FRONT), eye(turned(0, -1.0)), eye(turned(1, 1.0)), eye(turned(1, -1.0))];
         let of = |d: [f64; 3]| source(&eyes, &d).map(|s| s.sensor);
         assert_eq!(of([0.0, 0.0, 1.0]), Some(0));
         assert_eq!(of([0.0, 1.0, 0.0]), Some(1));
         assert_eq!(of([1.0, 0.0, 0.0]), Some(2));
         assert_eq!(of([-1.0, 0.0, 0.0]), Some(3));
-        // Nobody looks down or back.
+        // No sensor looks down or back.
         assert_eq!(of([0.0, -1.0, 0.0]), None);
         assert_eq!(of([0.0, 0.0, -1.0]), None);
     }
 
     #[test]
     fn columns_and_rows_are_angles() {
-        // A quarter turn across and nothing up: the row in the middle, from the first column to the last.
+        // 90 degrees across and no height: the middle row, from the first column to the last.
         let eyes = [eye(FRONT)];
         let right_angle = std::f64::consts::FRAC_PI_2;
         let all = sources(&eyes, [5, 1], [right_angle, 1.0]);
         let pixels: Vec<usize> = all.iter().map(|s| s.unwrap().pixel % 4).collect();
-        // Places 1.5 + 2 tan(-45, -22.5, 0, 22.5, 45 degrees): -0.5, 0.67, 1.5, 2.33, 3.5.
+        // Columns 1.5 + 2 tan(-45, -22.5, 0, 22.5, 45 degrees): -0.5, 0.67, 1.5, 2.33, 3.5.
         assert_eq!(pixels, [0, 1, 2, 2, 3]);
-        // At 45 degrees a point is farther than its depth by the root of 2.
+        // At 45 degrees the distance to a point is sqrt(2) times its depth.
         assert!((all[0].unwrap().slant - std::f64::consts::SQRT_2).abs() < 1e-12);
         let rows = sources(&eyes, [1, 3], [1.0, right_angle]);
         let rows: Vec<usize> = rows.iter().map(|s| s.unwrap().pixel / 4).collect();

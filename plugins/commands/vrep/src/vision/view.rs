@@ -1,4 +1,4 @@
-//! What a sensor has seen, in its planes and units.
+//! The last measurement of a vision sensor, in its clipping planes and units.
 
 use super::{
     sensors::{PLANES, angle, is_one, planes},
@@ -6,24 +6,24 @@ use super::{
 };
 use crate::kit::*;
 
-/// Pixels of a blind sensor's image, in each direction, where nothing else is asked for.
+/// Default number of columns and rows of a blind sensor's image.
 const SIDE: usize = 32;
-/// No image of one is larger than this, in each direction.
+/// Most columns or rows of a blind sensor's image.
 const MOST: i64 = 4096;
 
-/// A vision sensor at a moment.
+/// The state of a vision sensor at one moment.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct View {
     pub id: tatu_object,
     pub columns: usize,
     pub rows: usize,
-    /// How often it has taken an image; 0: never, or reset since.
+    /// Number of images taken; 0: none since the start or the last reset.
     pub sequence: u64,
-    /// When it took the last one, s.
+    /// Time of the last image, s.
     pub time: f64,
     /// The near and the far plane, m.
     pub planes: [f64; 2],
-    /// Stands for a sensor and sees nothing.
+    /// Whether it replaces a sensor of a missing scene, and sees nothing.
     pub blind: bool,
 }
 
@@ -37,7 +37,7 @@ pub(crate) struct Part {
 }
 
 impl View {
-    /// Of the sensor that argument `i` names.
+    /// Creates the view of the sensor that argument `i` names.
     pub fn of(c: &Ctx<'_>, i: usize) -> Result<Self> {
         let o = living(c, i)?;
         Self::of_object(c, o)
@@ -60,8 +60,8 @@ impl View {
             });
         }
         let made = tags::number(c, id, "vision.columns")?;
-        // What stands in for a sensor is a dummy or camera; shapes, joints and other sensors are refused, as the
-        // original does.
+        // Only a dummy or camera can replace a sensor; shapes, joints and other sensors are refused, as in the
+        // original.
         let stands_in = matches!(o.kind, TATU_KIND_DUMMY | TATU_KIND_CAMERA) && c.world().makes_stand_ins();
         if made.is_none() && !stands_in {
             return Err(Fail::argument(format!("object {} `{}` is not a vision sensor", o.handle(), path(c, id))));
@@ -81,13 +81,13 @@ impl View {
         })
     }
 
-    /// Where its pixels look.
+    /// Returns the projection of its pixels.
     pub fn lens(&self, c: &Ctx<'_>) -> Lens {
         let (w, p) = (c.world(), &c.plugin().p);
         let told = w.reading(self.id, p.intrinsics).ok().and_then(|r| r.f64s().first_chunk::<4>().copied());
         let parallel = w.reading(self.id, p.parallel).ok().and_then(|r| r.i32s().first().copied());
         let intrinsics = told.filter(|k| k[0] > 0.0 && k[1] > 0.0).unwrap_or_else(|| {
-            // Before its first image it reports nothing.
+            // Before its first image the sensor has no intrinsics: derive them from the angle.
             let (columns, rows) = (self.columns as f64, self.rows as f64);
             let f = columns.max(rows) / 2.0 / libm::tan(angle(c, self.id) / 2.0);
             [f, f, (columns - 1.0) / 2.0, (rows - 1.0) / 2.0]
@@ -99,7 +99,7 @@ impl View {
         self.columns * self.rows
     }
 
-    /// The part that is asked for, all where a side is 0. A blind sensor has as many pixels as are asked for.
+    /// Returns the requested part; the whole image if a side is 0. A blind sensor has as many pixels as requested.
     pub fn part(&mut self, [x, y]: [i64; 2], [columns, rows]: [i64; 2]) -> Result<Part> {
         if columns == 0 || rows == 0 {
             return Ok(Part { x: 0, y: 0, columns: self.columns, rows: self.rows });
@@ -119,7 +119,7 @@ impl View {
         )))
     }
 
-    /// The colours that it took, 3 bytes a pixel; black before the first time.
+    /// Returns the measured colours, 3 bytes per pixel; black before the first image.
     pub fn rgb(&self, c: &Ctx<'_>) -> Vec<u8> {
         let taken = (!self.blind && self.sequence > 0).then(|| c.world().reading(self.id, c.plugin().p.rgb).ok());
         match taken.flatten().filter(|r| r.u8s().len() == 3 * self.pixels()) {
@@ -128,13 +128,13 @@ impl View {
         }
     }
 
-    /// The depths that it took, m; `None`: before the first time, or it takes none.
+    /// Returns the measured depths, m; `None` before the first image, or if the sensor measures none.
     pub fn metres(&self, c: &Ctx<'_>) -> Option<Vec<f32>> {
         let taken = (!self.blind && self.sequence > 0).then(|| c.world().reading(self.id, c.plugin().p.depth).ok());
         taken.flatten().map(|r| r.f32s().to_vec()).filter(|z| z.len() == self.pixels())
     }
 
-    /// The same from 0 at the near plane to 1 at the far one, and 1 where nothing is.
+    /// Returns the depths from 0 at the near plane to 1 at the far one; 1 where nothing was hit.
     pub fn depth(&self, c: &Ctx<'_>) -> Vec<f32> {
         match self.metres(c) {
             Some(metres) => metres.iter().map(|z| self.linear(*z)).collect(),
@@ -142,7 +142,7 @@ impl View {
         }
     }
 
-    /// A depth as part of the way between the planes.
+    /// Converts a depth in m to 0..1 between the planes.
     pub fn linear(&self, metres: f32) -> f32 {
         let [near, far] = self.planes;
         if far <= near {
@@ -150,7 +150,7 @@ impl View {
         }
         ((f64::from(metres) - near) / (far - near)).clamp(0.0, 1.0) as f32
     }
-    /// And back, m.
+    /// Converts a depth from 0..1 back to m.
     pub fn metres_of(&self, linear: f32) -> f32 {
         let [near, far] = self.planes;
         (near + f64::from(linear) * (far - near)) as f32
@@ -158,7 +158,7 @@ impl View {
 }
 
 impl Part {
-    /// The pixels of this part of an image of so many columns, `each` values a pixel.
+    /// Returns the pixels of this part of an image of `columns` columns, `each` values per pixel.
     pub fn of<T: Copy>(&self, all: &[T], columns: usize, each: usize) -> Vec<T> {
         let mut out = Vec::with_capacity(self.columns * self.rows * each);
         for y in self.y..self.y + self.rows {
@@ -169,12 +169,12 @@ impl Part {
     }
 }
 
-/// What a table of two numbers asks for; without one, 0 0.
+/// Returns two numbers from a table argument; 0 and 0 if it is missing.
 pub(super) fn pair(c: &Ctx<'_>, i: usize) -> [i64; 2] {
     [0, 1].map(|k| c.arg(i).number(k).map_or(0, |x| x as i64))
 }
 
-/// Numbers as bytes.
+/// Packs numbers into bytes.
 pub(super) fn packed(floats: &[f32]) -> Vec<u8> {
     floats.iter().flat_map(|x| x.to_le_bytes()).collect()
 }

@@ -1,19 +1,19 @@
-//! A working image, and what filters do to it: colours from 0 to 1, the lowest row first.
+//! The working image and the filter operations on it: colours from 0 to 1, the lowest row first.
 
 use serde::{Deserialize, Serialize};
 
-/// Where the pixels of an image look.
+/// The projection of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Lens {
     /// fx fy cx cy: see the schema `depth_image/1`.
     pub intrinsics: [f64; 4],
-    /// Lines of sight are parallel.
+    /// Whether the projection is orthographic.
     pub parallel: bool,
     /// Near and far plane, m.
     pub planes: [f64; 2],
 }
 
-/// A working image with two buffers beside it.
+/// A working image and its two buffers.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Work {
     pub columns: usize,
@@ -57,7 +57,7 @@ impl Work {
     pub fn uniform(&mut self, color: Pixel) {
         self.image.fill(color);
     }
-    /// Combines the image with a buffer, value by value; the result is not above 1 nor below 0.
+    /// Combines the image with a buffer, value by value; results are clamped to 0..1.
     pub fn with_buffer(&mut self, which: usize, f: impl Fn(f32, f32) -> f32) {
         for (p, b) in self.image.iter_mut().zip(&self.buffers[which]) {
             for (x, y) in p.iter_mut().zip(b) {
@@ -65,7 +65,7 @@ impl Work {
             }
         }
     }
-    /// The same the other way round: the buffer is changed.
+    /// Combines a buffer with the image, and stores the result in the buffer.
     pub fn write_buffer(&mut self, which: usize, f: impl Fn(f32, f32) -> f32) {
         for (p, b) in self.image.iter().zip(&mut self.buffers[which]) {
             for (x, y) in p.iter().zip(b) {
@@ -82,7 +82,7 @@ impl Work {
             *p = all[r * self.columns + c];
         }
     }
-    /// Stretches values so that the least is 0 and the greatest 1.
+    /// Stretches values so that the smallest is 0 and the greatest 1.
     pub fn normalize(&mut self) {
         let all = self.image.as_flattened();
         let (least, most) = all.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
@@ -90,16 +90,16 @@ impl Work {
             self.each(|p| p.map(|x| (x - least) / (most - least)));
         }
     }
-    /// Values from 0 to 1 become those from `least` to `most`: each color by itself, or all that of the intensity.
+    /// Maps values from 0..1 to `least`..`most`: each color separately, or all by intensity.
     pub fn intensity_scale(&mut self, least: f32, most: f32, grey: bool) {
         let scaled = |x: f32| (least + (most - least) * x).clamp(0.0, 1.0);
         self.each(|p| if grey { [scaled(intensity(&p)); 3] } else { p.map(scaled) });
     }
-    /// Values plus, times and plus something, color by color.
+    /// Adds, multiplies and adds again, color by color.
     pub fn scale_and_offset(&mut self, before: Pixel, scale: Pixel, after: Pixel) {
         self.each(|p| [0, 1, 2].map(|k| ((p[k] + before[k]) * scale[k] + after[k]).clamp(0.0, 1.0)));
     }
-    /// Makes pixels black that a question is not answered with yes for; these go to the first buffer, if they are to.
+    /// Makes pixels black for which `kept` returns false; optionally stores these in the first buffer.
     pub fn keep(&mut self, removed_to_buffer: bool, kept: impl Fn(usize, usize, &Pixel) -> bool) {
         if removed_to_buffer {
             self.buffers[0].fill([0.0; 3]);
@@ -114,7 +114,8 @@ impl Work {
             }
         }
     }
-    /// White where a pixel's intensity is no longer that of the buffer, but for a threshold; their share of the image.
+    /// Makes pixels white whose intensity differs from the buffer by more than a threshold; returns their fraction of
+    /// the image.
     pub fn changed(&mut self, threshold: f32) -> f64 {
         let mut n = 0;
         for (p, b) in self.image.iter_mut().zip(&self.buffers[0]) {
@@ -124,7 +125,7 @@ impl Work {
         }
         n as f64 / self.image.len().max(1) as f64
     }
-    /// Share of the white pixels of a black and white image, their middle and orientation, and how round they lie, 0 to 1.
+    /// Returns the white pixels' fraction of the image, their centre and orientation, and their roundness, 0 to 1.
     pub fn moments(&self) -> [f64; 5] {
         let spot: Vec<usize> = (0..self.image.len()).filter(|i| intensity(&self.image[*i]) > 0.5).collect();
         if spot.is_empty() {
@@ -134,16 +135,16 @@ impl Work {
         let (w, h) = (width * self.columns as f64, height * self.rows as f64);
         [spot.len() as f64 / self.image.len() as f64, x, y, angle, w.min(h) / w.max(h).max(1e-9)]
     }
-    /// White where the intensity is greater, else black.
+    /// Makes pixels white whose intensity exceeds the threshold, all others black.
     pub fn binary(&mut self, threshold: f32) {
         self.each(|p| [if intensity(&p) > threshold { 1.0 } else { 0.0 }; 3]);
     }
-    /// The pixel at a place; the nearest one where that is outside.
+    /// Returns a pixel; outside the image, the nearest one.
     fn at(&self, c: isize, r: isize) -> Pixel {
         let (c, r) = (c.clamp(0, self.columns as isize - 1), r.clamp(0, self.rows as isize - 1));
         self.image[r as usize * self.columns + c as usize]
     }
-    /// A square kernel, row by row from the top, times a factor.
+    /// Convolves the image with a square kernel, given row by row from the top, times a factor.
     pub fn kernel(&mut self, side: usize, weights: &[f64], factor: f64) {
         let half = (side / 2) as isize;
         let mut out = Vec::with_capacity(self.image.len());
@@ -162,7 +163,7 @@ impl Work {
         }
         self.image = out;
     }
-    /// White where a neighbour's intensity differs by more than a threshold, else black.
+    /// Makes pixels white where a neighbour's intensity differs by more than a threshold, all others black.
     pub fn edges(&mut self, threshold: f32) {
         let mut out = Vec::with_capacity(self.image.len());
         for r in 0..self.rows as isize {
@@ -177,8 +178,8 @@ impl Work {
     }
 }
 
-/// The coordinates of points of a depth image: how many along x and y, then x, y, z and distance of each, row by row from the
-/// lowest, each from left to right, in the sensor's frame.
+/// Returns the coordinates of points of a depth image in the sensor's frame: the number of points along x and y, then
+/// x, y, z and distance of each, row by row from the lowest, from left to right.
 ///
 /// The points divide the image, or its angles, evenly; each has the depth of the pixel that it falls on.
 pub(super) fn coordinates(
@@ -193,7 +194,7 @@ pub(super) fn coordinates(
     let mut out = vec![nx as f64, ny as f64];
     let [fx, fy, cx, cy] = lens.intrinsics;
     let [near, far] = lens.planes;
-    // Place of a point along one side, in pixels from the middle of the first.
+    // Position of a point along one side, in pixels from the centre of the first pixel.
     let place = |i: usize, n: usize, side: usize, f: f64| {
         let part = (i as f64 + 0.5) / n as f64;
         if even_angles && !lens.parallel {
@@ -220,11 +221,12 @@ pub(super) fn coordinates(
     out
 }
 
-/// Spots of pixels whose intensity is greater than a threshold: how many there are, 6, then of each its share of the image,
-/// orientation (rad), middle x and y, width and height along that orientation, all in parts of the image's sides.
+/// Finds blobs of pixels whose intensity exceeds a threshold. Returns their number and the number 6, then for each blob
+/// its fraction of the image, orientation (rad), centre x and y, width and height along that orientation, all as
+/// fractions of the image's sides; and a label per pixel.
 ///
-/// Pixels belong together that touch at a side or corner. Spots of fewer pixels than `least` (a share of the image) are
-/// left out; the others come in the order of their lowest, leftmost pixel.
+/// Pixels that touch at a side or corner are connected. Blobs smaller than `least` (a fraction of the image) are left
+/// out; the others are in the order of their lowest, leftmost pixel.
 pub(super) fn blobs(work: &Work, threshold: f32, least: f64) -> (Vec<f64>, Vec<u32>) {
     let (w, h, n) = (work.columns, work.rows, work.image.len());
     let on: Vec<bool> = work.image.iter().map(|p| intensity(p) > threshold).collect();
@@ -268,7 +270,7 @@ pub(super) fn blobs(work: &Work, threshold: f32, least: f64) -> (Vec<f64>, Vec<u
     (out, label)
 }
 
-/// Orientation, middle, width and height of a spot.
+/// Returns orientation, centre, width and height of a blob.
 fn box_of(spot: &[usize], w: usize, h: usize) -> [f64; 5] {
     let places = || spot.iter().map(|i| ((i % w) as f64 + 0.5, (i / w) as f64 + 0.5));
     let n = spot.len() as f64;
@@ -279,7 +281,7 @@ fn box_of(spot: &[usize], w: usize, h: usize) -> [f64; 5] {
         yy += (y - my) * (y - my);
         xy += (x - mx) * (y - my);
     }
-    // The direction in which it is longest; a round one has none.
+    // Orientation of the principal axis; a round blob has none.
     let round = (xx - yy).abs() + xy.abs() < 1e-9 * (xx + yy).max(1.0);
     let angle = if round { 0.0 } else { 0.5 * libm::atan2(2.0 * xy, xx - yy) };
     let (s, c) = libm::sincos(angle);
@@ -290,7 +292,7 @@ fn box_of(spot: &[usize], w: usize, h: usize) -> [f64; 5] {
     };
     let (a, b) = span(&|x, y| x * c + y * s);
     let (d, e) = span(&|x, y| y * c - x * s);
-    // A pixel's own width is added along the sides of the box.
+    // Add the extent of a single pixel along the sides of the box.
     let own = s.abs() + c.abs();
     let (along, across) = ((a + b) / 2.0, (d + e) / 2.0);
     [

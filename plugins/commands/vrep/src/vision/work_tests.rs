@@ -6,7 +6,7 @@ fn grey(columns: usize, rows: usize, values: &[f32]) -> Work {
     work
 }
 
-/// fx 2, two columns about 0: the pixels look along x = 0.25 and -0.25 per metre (left is +x), at 1 m and 3 m.
+/// fx 2, two columns about 0: the pixels look along x = 0.25 and -0.25 per metre of depth (left is +x), at 1 m and 3 m.
 #[test]
 fn coordinates_of_pixels() {
     let lens = Lens { intrinsics: [2.0, 2.0, 0.5, 0.0], parallel: false, planes: [1.0, 5.0] };
@@ -16,7 +16,7 @@ fn coordinates_of_pixels() {
     assert!(out.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12) && out.len() == wanted.len(), "{out:?}");
 }
 
-/// Even angles: of 90 degrees four points look to 33.75, 11.25, -11.25 and -33.75 degrees.
+/// Four points at even angles within 90 degrees look along 33.75, 11.25, -11.25 and -33.75 degrees.
 #[test]
 fn coordinates_at_even_angles() {
     let lens = Lens { intrinsics: [8.0, 8.0, 7.5, 0.0], parallel: false, planes: [0.0, 1.0] };
@@ -26,7 +26,7 @@ fn coordinates_at_even_angles() {
     }
 }
 
-/// A row of three, and a single pixel apart from it, in an image of 5 x 4.
+/// A row of three pixels, and a single pixel apart from it, in an image of 5 x 4.
 #[test]
 fn blobs_are_counted_and_measured() {
     let mut values = [0.0; 20];
@@ -36,11 +36,11 @@ fn blobs_are_counted_and_measured() {
     let (packet, label) = blobs(&grey(5, 4, &values), 0.5, 0.0);
     assert_eq!(packet[..2], [2.0, 6.0]);
     let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9);
-    // 3 of 20 pixels, lying, middle at pixel (2, 1), 3 x 1 pixels.
+    // 3 of 20 pixels, horizontal, centre at pixel (2, 1), 3 x 1 pixels.
     assert!(near(&packet[2..8], &[0.15, 0.0, 2.5 / 5.0, 1.5 / 4.0, 3.0 / 5.0, 1.0 / 4.0]), "{packet:?}");
     assert!(near(&packet[8..14], &[0.05, 0.0, 4.5 / 5.0, 3.5 / 4.0, 1.0 / 5.0, 1.0 / 4.0]), "{packet:?}");
     assert_eq!((label[6], label[19], label[0]), (1, 2, 0));
-    // The small one is left out.
+    // The small blob is left out.
     let (packet, label) = blobs(&grey(5, 4, &values), 0.5, 0.1);
     assert_eq!((packet[0], packet.len(), label[19]), (1.0, 8, 0));
 }
@@ -64,7 +64,7 @@ fn edges_stretch_and_kernels() {
     let mut work = grey(3, 1, &[0.2, 0.4, 0.6]);
     work.normalize();
     assert!(work.depth().iter().zip([0.0, 0.5, 1.0]).all(|(a, b)| (a - b).abs() < 1e-6));
-    // The mean of left, middle and right; outside counts as the nearest pixel.
+    // The mean of left, middle and right pixel; outside, the nearest pixel counts.
     let mut work = grey(3, 1, &[0.0, 0.3, 0.9]);
     work.kernel(3, &[0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0], 1.0 / 3.0);
     assert!(work.depth().iter().zip([0.1, 0.4, 0.7]).all(|(a, b)| (a - b).abs() < 1e-6), "{:?}", work.depth());

@@ -1,4 +1,4 @@
-//! Colors.
+//! Colors of meshes and lights.
 
 use super::{
     cursor::{Cursor, Read},
@@ -11,11 +11,11 @@ use super::{
 pub struct Color {
     /// Red, green, blue of diffuse light, 0 to 1.
     pub diffuse: [f64; 3],
-    /// Of what a light gives out; nothing in others.
+    /// Color of the light emitted by a light object.
     pub light: [f64; 3],
-    /// Of what it gives out itself.
+    /// Emissive color of a surface.
     pub emission: [f64; 3],
-    /// 0 clear to 1, where it is translucent.
+    /// Opacity from 0 (clear) to 1, if the surface is translucent.
     pub opacity: Option<f64>,
     /// Name by which scripts address the part.
     pub name: String,
@@ -35,13 +35,13 @@ impl Default for Color {
     }
 }
 
-/// Colors of before 3.1.3 separated ambient and diffuse light.
+/// Combines ambient and diffuse color, which were separate before 3.1.3.
 fn merged(ambient: [f64; 3], diffuse: [f64; 3]) -> [f64; 3] {
     let mean = diffuse.iter().sum::<f64>() / 3.0;
     ambient.map(|a| ((a + mean / 2.0) / 0.85).min(1.0))
 }
 
-/// A color object.
+/// Reads a color.
 pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Color> {
     let mut color = Color::default();
     let tags = tags!(Color {
@@ -54,7 +54,7 @@ pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Color> {
         "Cl2" => |k, c, _| Ok(k.diffuse = merged(c.reals()?, c.reals()?)),
         "Cls" => |k, c, _| Ok(k.diffuse = merged(c.reals()?, c.reals()?)),
         "Trf" => |k, c, _| Ok(k.factor = c.single()?),
-        // The bit is set where it is not translucent.
+        // The bit is set if the color is opaque.
         "Var" => |k, c, _| Ok(k.opacity = (c.u8()? & 4 == 0).then_some(k.factor)),
         "Cnm" => |k, c, _| Ok(k.name = c.text()?),
     });

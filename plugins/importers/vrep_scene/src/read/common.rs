@@ -1,4 +1,4 @@
-//! What all objects of a scene have: the part of an object up to `NXT`.
+//! The common part of all objects of a scene: elements up to `NXT`.
 
 use super::{
     data::{self, CustomData, Parameter},
@@ -12,43 +12,43 @@ pub const SIGNATURE: (&str, &[u8]) = ("3do", &[0x39, 0x3A, 0x3B]);
 /// The common part.
 #[derive(Debug, Clone)]
 pub struct Common {
-    /// Pose in the frame of the object above, without the motion of a joint.
+    /// Pose in the frame of the parent, without the motion of a joint.
     pub pose: Stored,
-    /// The file's handle.
+    /// Handle in the file.
     pub id: i32,
-    /// The handle of the object above; -1: none.
+    /// Handle of the parent; -1: none.
     pub parent: i32,
     /// Alias; only since 4.3.
     pub alias: Option<String>,
     /// Unique name, with its suffix.
     pub name: Option<String>,
-    /// Bits for people and windows.
+    /// Bits for the user interface.
     pub object_property: i32,
     /// Whether the element with these bits was present.
     pub has_object_property: bool,
     /// Whether it is the base of a model.
     pub model_base: bool,
-    /// What it is to sensors and commands, bits.
+    /// How sensors and commands treat the object, bits.
     pub special_property: Option<i32>,
-    /// What it overrides in its model, bits.
+    /// Properties that it overrides for its model, bits.
     pub model_property: i32,
     /// Layers, one bit each.
     pub layer: u16,
-    /// Which of its scripts come first; only since 4.4.
+    /// Order in which its scripts are called; only since 4.4.
     pub script_priority: i32,
     /// Place among its siblings; only since 4.3.
     pub order: Option<i32>,
     /// Size factor that scripts read.
     pub size_factor: f64,
-    /// Data by tag, of 4.3 and later, and of before.
+    /// Custom data by tag, of all versions.
     pub data: CustomData,
-    /// Parameters of its script; only since 4.0.
+    /// Parameters of its scripts; only since 4.0.
     pub parameters: Vec<Parameter>,
-    /// Handles of other objects that it keeps, by tag.
+    /// Handles of other objects that it stores, by tag.
     pub references: Vec<(String, Vec<i32>)>,
-    /// Text for renderers.
+    /// Extension string, for renderers.
     pub extension: String,
-    /// Acknowledgement of a model.
+    /// Acknowledgement of the model's author.
     pub acknowledgement: String,
 }
 
@@ -78,7 +78,7 @@ impl Default for Common {
     }
 }
 
-/// What the common part may hold.
+/// Elements of the common part.
 pub const TAGS: &[Tag<Common>] = tags!(Common {
     "Cfq" | "_fq" => |o, c, _| Ok(o.pose = quaternion_first(c)?),
     "Ids" => |o, c, _| Ok((o.id, o.parent) = (c.i32()?, c.i32()?)),
@@ -123,22 +123,22 @@ pub const TAGS: &[Tag<Common>] = tags!(Common {
     "Ack" => |o, c, _| Ok(o.acknowledgement = c.text()?),
 });
 
-/// What is known and has no meaning here: windows, editors, and what a copy of the file would need only.
+/// Known elements that are not used: user interface, editors, and data needed only to write the file again.
 pub const IGNORED: &[&str] = &[
     "3do", "Ots", "Oot", "Oma", "Omi", "Alt", "_lt", "Am2", "Amv", "Anm", "Hci", "Sci", "Va4", "Om5", "_m5", "Omr",
     "_mr", "Sfb", "_fb", "Orh", "Or2", "Ups", "Uis", "Tdo", "_do", "Avo", "Cv2",
 ];
 
 impl Common {
-    /// The alias: its own, or the name up to its suffix.
+    /// Returns the alias: the stored one, or the name up to its suffix.
     pub fn alias(&self) -> String {
         let name = || self.name.as_deref().unwrap_or_default().split('#').next().unwrap_or_default().to_owned();
         self.alias.clone().unwrap_or_else(name)
     }
 
-    /// The layers, as programs since 2011 store them.
+    /// Returns the layers as programs since 2011 store them.
     pub fn layers(&self) -> u16 {
-        // Objects of before then were hidden by a bit of their own.
+        // Before 2011, a bit of the object property hid objects.
         let hidden = self.has_object_property && self.object_property & 4 == 0;
         if hidden && self.layer < 256 { self.layer << 8 } else { self.layer }
     }

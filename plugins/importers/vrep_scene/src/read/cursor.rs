@@ -1,11 +1,11 @@
-//! A place in the unpacked file: reads numbers and texts, and never beyond what is there.
+//! Reader of numbers and texts at a position in the unpacked file; never reads beyond the end.
 
 use std::fmt;
 
-/// Why a file cannot be read: what, and where.
+/// Why and where a file cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Broken {
-    /// Byte of the unpacked data, from 0.
+    /// Offset in the unpacked data.
     pub at: usize,
     /// Tags of the sections around it, innermost first.
     pub within: Vec<String>,
@@ -17,12 +17,12 @@ pub struct Broken {
 pub type Read<T = ()> = Result<T, Broken>;
 
 impl Broken {
-    /// Something wrong at a byte.
+    /// Creates an error at an offset.
     pub fn new(at: usize, what: impl Into<String>) -> Self {
         Broken { at, within: Vec::new(), what: what.into() }
     }
 
-    /// Tells in which section it was found.
+    /// Adds the section in which the error was found.
     pub fn within(mut self, tag: &str) -> Self {
         self.within.push(tag.to_owned());
         self
@@ -39,63 +39,63 @@ impl fmt::Display for Broken {
     }
 }
 
-/// Where some bytes of the unpacked data lie.
+/// A range of bytes in the unpacked data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Span {
-    /// The first.
+    /// Offset of the first byte.
     pub at: usize,
-    /// How many.
+    /// Number of bytes.
     pub len: usize,
 }
 
 impl Span {
-    /// The bytes themselves; none if the span is of other data.
+    /// Returns the bytes; empty if the span is outside `data`.
     pub fn of<'a>(&self, data: &'a [u8]) -> &'a [u8] {
         data.get(self.at..self.at.saturating_add(self.len)).unwrap_or_default()
     }
 }
 
-/// Sections nest no deeper; in real files they nest 9 deep.
+/// Deepest nesting of sections; real files nest 9 deep.
 pub const MOST_DEPTH: usize = 64;
 
-/// Bytes that are being read.
+/// A position in the data, and the end of the section being read.
 #[derive(Clone)]
 pub struct Cursor<'a> {
     data: &'a [u8],
     at: usize,
     end: usize,
-    /// Whether real numbers are of 8 bytes, not 4: the newer one of two tags for the same thing.
+    /// Whether real numbers have 8 bytes, not 4; depends on the tag of the element.
     pub wide: bool,
     depth: usize,
 }
 
 impl<'a> Cursor<'a> {
-    /// At the beginning of the data.
+    /// Creates a cursor at the beginning of the data.
     pub fn new(data: &'a [u8]) -> Self {
         Cursor { data, at: 0, end: data.len(), wide: false, depth: 0 }
     }
-    /// The next byte's place in the data.
+    /// Returns the offset of the next byte.
     pub fn at(&self) -> usize {
         self.at
     }
-    /// Bytes that are left.
+    /// Returns the number of remaining bytes.
     pub fn left(&self) -> usize {
         self.end - self.at
     }
-    /// An error here.
+    /// Creates an error at this position.
     pub fn broken(&self, what: impl Into<String>) -> Broken {
         Broken::new(self.at, what)
     }
-    /// The next `n` bytes.
+    /// Returns the next `n` bytes.
     pub fn take(&mut self, n: usize) -> Read<&'a [u8]> {
         if n > self.left() {
-            return Err(self.broken(format!("{n} bytes are wanted, {} are left", self.left())));
+            return Err(self.broken(format!("expected {n} more bytes, found {}", self.left())));
         }
         let bytes = &self.data[self.at..self.at + n];
         self.at += n;
         Ok(bytes)
     }
-    /// The next `n` bytes, to be read by themselves, one level deeper.
+    /// Returns a cursor over the next `n` bytes, one level deeper.
     pub fn part(&mut self, n: usize, wide: bool) -> Read<Cursor<'a>> {
         if self.depth >= MOST_DEPTH {
             return Err(self.broken(format!("sections nest more than {MOST_DEPTH} deep")));
@@ -104,7 +104,7 @@ impl<'a> Cursor<'a> {
         self.take(n)?;
         Ok(Cursor { data: self.data, at, end: at + n, wide, depth: self.depth + 1 })
     }
-    /// All that is left.
+    /// Returns all remaining bytes.
     pub fn rest(&mut self) -> Span {
         let span = Span { at: self.at, len: self.left() };
         self.at = self.end;
@@ -115,41 +115,41 @@ impl<'a> Cursor<'a> {
         out.copy_from_slice(self.take(N)?);
         Ok(out)
     }
-    /// A tag: three characters.
+    /// Reads a tag: three characters.
     pub fn tag(&mut self) -> Read<[u8; 3]> {
         self.array()
     }
-    /// A byte.
+    /// Reads a byte.
     pub fn u8(&mut self) -> Read<u8> {
         Ok(self.array::<1>()?[0])
     }
-    /// An integer of 2 bytes.
+    /// Reads a 2-byte integer.
     pub fn u16(&mut self) -> Read<u16> {
         Ok(u16::from_le_bytes(self.array()?))
     }
-    /// An integer of 4 bytes.
+    /// Reads a 4-byte integer.
     pub fn i32(&mut self) -> Read<i32> {
         Ok(i32::from_le_bytes(self.array()?))
     }
-    /// An integer of 8 bytes.
+    /// Reads an 8-byte integer.
     pub fn u64(&mut self) -> Read<u64> {
         Ok(u64::from_le_bytes(self.array()?))
     }
-    /// A number of bytes or items: an integer of 4 bytes that is not negative.
+    /// Reads a count of bytes or items: a 4-byte integer that is not negative.
     pub fn count(&mut self) -> Read<usize> {
         let at = self.at;
         let n = self.i32()?;
-        usize::try_from(n).map_err(|_| Broken::new(at, format!("{n} is not a length")))
+        usize::try_from(n).map_err(|_| Broken::new(at, format!("expected a length, found {n}")))
     }
-    /// A real number, of 4 or 8 bytes.
+    /// Reads a real number of 4 or 8 bytes.
     pub fn real(&mut self) -> Read<f64> {
         if self.wide { Ok(f64::from_le_bytes(self.array()?)) } else { self.single() }
     }
-    /// A real number of 4 bytes.
+    /// Reads a real number of 4 bytes.
     pub fn single(&mut self) -> Read<f64> {
         Ok(f64::from(f32::from_le_bytes(self.array()?)))
     }
-    /// Real numbers.
+    /// Reads `N` real numbers.
     pub fn reals<const N: usize>(&mut self) -> Read<[f64; N]> {
         let mut out = [0.0; N];
         for x in &mut out {
@@ -157,27 +157,27 @@ impl<'a> Cursor<'a> {
         }
         Ok(out)
     }
-    /// As many real numbers as are declared, if they are present.
+    /// Reads `n` real numbers; checks first that they are present.
     pub fn list(&mut self, n: usize) -> Read<Vec<f64>> {
         let bytes = n.saturating_mul(if self.wide { 8 } else { 4 });
         if bytes > self.left() {
-            return Err(self.broken(format!("{n} numbers are wanted, {} bytes are left", self.left())));
+            return Err(self.broken(format!("expected {n} numbers, found {} bytes", self.left())));
         }
         (0..n).map(|_| self.real()).collect()
     }
-    /// A text with its length before it; UTF-8, or else Latin-1.
+    /// Reads a text preceded by its length; UTF-8, otherwise Latin-1.
     pub fn text(&mut self) -> Read<String> {
         let n = self.count()?;
         Ok(decode(self.take(n)?))
     }
-    /// Bytes with their number before them.
+    /// Reads bytes preceded by their count.
     pub fn blob(&mut self) -> Read<Vec<u8>> {
         let n = self.count()?;
         Ok(self.take(n)?.to_vec())
     }
 }
 
-/// Text of any file: UTF-8, or else Latin-1.
+/// Decodes text of any file: UTF-8, otherwise Latin-1.
 pub fn decode(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),
@@ -192,9 +192,9 @@ mod tests {
     #[test]
     fn nothing_is_read_beyond_the_end() {
         let mut c = Cursor::new(&[5, 0, 0, 0, b'a']);
-        assert_eq!(c.text().unwrap_err().what, "5 bytes are wanted, 1 are left");
+        assert_eq!(c.text().unwrap_err().what, "expected 5 more bytes, found 1");
         let mut c = Cursor::new(&[0xFF; 8]);
-        assert_eq!(c.count().unwrap_err(), Broken::new(0, "-1 is not a length"));
+        assert_eq!(c.count().unwrap_err(), Broken::new(0, "expected a length, found -1"));
         assert_eq!(Cursor::new(&[0; 3]).i32().unwrap_err().at, 0);
         let mut c = Cursor::new(&[1, 0, 0, 0]);
         assert!(c.list(usize::MAX).is_err());

@@ -1,4 +1,4 @@
-//! Data that scripts keep with objects and scenes, and parameters of scripts.
+//! Custom data of objects and scenes, and parameters of scripts.
 
 use std::collections::BTreeMap;
 
@@ -11,29 +11,29 @@ use super::{
 /// Header number of the container of tagged data, in files of before 4.3.
 const TAGGED: i32 = 356_248_756;
 
-/// Data by tag.
+/// Custom data.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CustomData {
-    /// Of 4.3 and later.
+    /// Data since 4.3, by tag.
     new: BTreeMap<String, Vec<u8>>,
-    /// Of before, which counts where there is none of the other.
+    /// Data of before 4.3, by tag; used only if there is none of the newer form.
     old: BTreeMap<String, Vec<u8>>,
-    /// Of before, under numbers.
+    /// Data of before 3.3, by header number.
     numbered: BTreeMap<i32, Vec<u8>>,
 }
 
 impl CustomData {
-    /// What counts, by tag.
+    /// Returns the data in use, by tag.
     pub fn tagged(&self) -> &BTreeMap<String, Vec<u8>> {
         if self.new.is_empty() { &self.old } else { &self.new }
     }
-    /// Data of developers, by the number of their header.
+    /// Returns data of developers, by header number.
     pub fn numbered(&self) -> &BTreeMap<i32, Vec<u8>> {
         &self.numbered
     }
 }
 
-/// `Cda`, `CDA`: data of 4.3 and later.
+/// Reads `Cda` or `CDA`: data since 4.3.
 pub fn tagged(into: &mut CustomData, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
     let tags = tags!(CustomData {
         "Cdt" => |d, c, _| {
@@ -45,7 +45,7 @@ pub fn tagged(into: &mut CustomData, c: &mut Cursor<'_>, unknown: &mut Unknowns)
     object(c, tags, &[], into, unknown).map(drop)
 }
 
-/// `Cod`, `CDS`: data of before 4.3.
+/// Reads `Cod` or `CDS`: data of before 4.3.
 pub fn numbered(into: &mut CustomData, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
     let tags = tags!(CustomData {
         "Dat" => |d, c, _| {
@@ -65,11 +65,11 @@ pub fn numbered(into: &mut CustomData, c: &mut Cursor<'_>, unknown: &mut Unknown
     object(c, tags, &[], into, unknown).map(drop)
 }
 
-/// A record: its size, the length of its name with a final zero, the name, the data.
+/// Reads a record: its size, the length of its name including a final zero, the name, the data.
 fn record(into: &mut CustomData, c: &mut Cursor<'_>) -> Read {
     let size = c.count()?;
     let Some(rest) = size.checked_sub(4) else {
-        return Err(c.broken(format!("a record of {size} bytes")));
+        return Err(c.broken(format!("a data record has an invalid size of {size} bytes")));
     };
     let mut c = c.part(rest, false)?;
     let n = c.count()?;
@@ -83,17 +83,17 @@ fn record(into: &mut CustomData, c: &mut Cursor<'_>) -> Read {
 /// A parameter of a script.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Parameter {
-    /// Its name.
+    /// Name of the parameter.
     pub name: String,
-    /// Unit, for people.
+    /// Unit, for display only.
     pub unit: String,
-    /// Value, always a text.
+    /// Value, always as text.
     pub value: String,
-    /// Bits for windows.
+    /// Bits for the user interface.
     pub properties: i32,
 }
 
-/// `Lsp`, `Prm`: parameters of a script.
+/// Reads `Lsp` or `Prm`: parameters of a script.
 pub fn parameters(into: &mut Vec<Parameter>, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
     let tags = tags!(Vec<Parameter> {
         "Par" => |list, c, _| {

@@ -1,4 +1,4 @@
-//! A whole file: its sections, in whatever order they stand.
+//! A whole file: its sections, in any order.
 
 use super::{
     common::{self, Common},
@@ -20,10 +20,10 @@ use super::{
     unknown::Unknowns,
 };
 
-/// More objects than this are refused; real files have some hundred, the greatest some thousand.
+/// Most objects of a file; real files have some hundreds, the largest some thousands.
 const MOST_OBJECTS: usize = 200_000;
 
-/// What an object is.
+/// The kind of an object.
 #[derive(Debug, Clone)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum Kind {
@@ -38,23 +38,23 @@ pub enum Kind {
     Camera(Camera),
     Light(Light),
     Script,
-    /// One of which only the common part is read; the word for it.
+    /// A kind of which only the common part is read; the name of that kind.
     Other(&'static str),
 }
 
 /// An object of the scene.
 #[derive(Debug, Clone)]
 pub struct Object {
-    /// What all objects have.
+    /// The part that all objects have.
     pub common: Common,
-    /// What its kind adds.
+    /// The part specific to its kind.
     pub kind: Kind,
-    /// Its section in the unpacked data.
+    /// Section of the object in the unpacked data.
     pub section: Span,
 }
 
 impl Object {
-    /// What it is, in one word.
+    /// Returns the name of its kind.
     pub fn word(&self) -> &'static str {
         match &self.kind {
             Kind::Shape(_) => "shape",
@@ -73,14 +73,14 @@ impl Object {
     }
 }
 
-/// What a file holds.
+/// The content of a file.
 #[derive(Default)]
 pub struct File {
-    /// The file's first bytes.
+    /// The header.
     pub header: Header,
-    /// The unpacked data, into which spans lead.
+    /// The unpacked data, to which spans refer.
     pub data: Vec<u8>,
-    /// Objects, in order of the file.
+    /// Objects, in the order of the file.
     pub objects: Vec<Object>,
     /// Scripts: those of their own sections, then those of script objects.
     pub scripts: Vec<Script>,
@@ -88,9 +88,9 @@ pub struct File {
     pub textures: Vec<Texture>,
     /// Materials of before 3.4.
     pub materials: Vec<Material>,
-    /// Arrays of meshes.
+    /// Arrays of vertices and indices that meshes share.
     pub pool: Pool,
-    /// Numbers of the scene.
+    /// Settings of the scene.
     pub settings: Settings,
     /// Data of the scene.
     pub scene_data: CustomData,
@@ -104,12 +104,12 @@ pub struct File {
     pub ik_groups: Vec<IkGroup>,
     /// Windows of buttons of old versions.
     pub windows: Vec<Window>,
-    /// What nobody understands.
+    /// Elements that are not understood.
     pub unknown: Unknowns,
     held: Vec<Script>,
 }
 
-/// Reads the common part, then the one that `tags` selects.
+/// Reads the common part, then the specific part by the table `tags`.
 fn read_object<T: Default>(
     f: &mut File,
     c: &mut Cursor<'_>,
@@ -131,7 +131,7 @@ fn read_object<T: Default>(
     Ok(())
 }
 
-/// An object of which only the common part is read.
+/// Reads an object of which only the common part is used.
 fn other(f: &mut File, c: &mut Cursor<'_>, u: &mut Unknowns, word: &'static str) -> Read {
     let section = Span { at: c.at(), len: c.left() };
     if f.objects.len() >= MOST_OBJECTS {
@@ -143,7 +143,7 @@ fn other(f: &mut File, c: &mut Cursor<'_>, u: &mut Unknowns, word: &'static str)
     Ok(())
 }
 
-/// What a script object adds: its script.
+/// The specific part of a script object: its script.
 const SCRIPT: &[Tag<Vec<Script>>] = tags!(Vec<Script> {
     "Soo" => |s, c, u| Ok(s.push(script::read(c, u)?)),
 });
@@ -203,11 +203,12 @@ const SECTIONS: &[Tag<File>] = tags!(File {
     "CDS" => |f, c, u| data::numbered(&mut f.scene_data, c, u),
 });
 
-/// Known and without meaning here: pictures of models, windows, what other programs keep.
+/// Known sections that are not used: thumbnails, user interface, data of other programs.
 const IGNORED: &[&str] = &["BBC", "MTC", "ORD", "GHO", "PPL", "GCO", "MPL", "COB", "VEW"];
 
 impl File {
-    /// Whether it holds a model and not a scene. Older files do not say so, but models have no settings.
+    /// Returns whether the file contains a model, not a scene. Older files do not store that, but models have no
+    /// settings.
     pub fn is_model(&self) -> bool {
         match self.header.file_type {
             1 => false,
@@ -216,7 +217,7 @@ impl File {
         }
     }
 
-    /// Reads a file; whatever the bytes are, it ends soon, with a file or an error.
+    /// Reads a file; for any bytes it terminates quickly, with a file or an error.
     pub fn read(bytes: &[u8]) -> Read<File> {
         let header = Header::read(bytes)?;
         let payload = &bytes[header.payload..];
@@ -251,7 +252,7 @@ impl File {
             } else if !IGNORED.contains(&tag) {
                 let span = Span { at: section.body.at(), len: section.body.left() };
                 unknown.add(tag, span);
-                // An object of a kind that newer programs have: its place in the tree is known.
+                // An object of a newer, unknown kind: its common part is read, so that it keeps its place in the tree.
                 let (signature, bytes) = common::SIGNATURE;
                 let head = [signature.as_bytes(), &(bytes.len() as i32).to_le_bytes(), bytes].concat();
                 if span.of(data).starts_with(&head) {
@@ -266,7 +267,7 @@ impl File {
         Ok(())
     }
 
-    /// What no single section shows: handles that are used twice, parents that lead in a circle.
+    /// Checks what no single section shows: duplicate handles, and cycles of parents.
     fn check(&mut self) -> Read {
         let mut places = std::collections::BTreeMap::new();
         for (i, o) in self.objects.iter().enumerate() {
@@ -275,7 +276,7 @@ impl File {
                 return Err(Broken::new(o.section.at, text));
             }
         }
-        // Objects that can be reached from the top are fine; the rest form a cycle.
+        // Objects reachable from the top are fine; the others form a cycle.
         let parents: Vec<Option<usize>> = self.objects.iter().map(|o| places.get(&o.common.parent).copied()).collect();
         let mut state = vec![0_u8; parents.len()];
         for start in 0..parents.len() {
@@ -288,7 +289,7 @@ impl File {
             }
             if let Some(i) = at.filter(|i| state[*i] == 1) {
                 let o = &self.objects[i];
-                let text = format!("the object with handle {} hangs below itself", o.common.id);
+                let text = format!("the object with handle {} is its own ancestor", o.common.id);
                 return Err(Broken::new(o.section.at, text));
             }
             walk.iter().for_each(|i| state[*i] = 2);

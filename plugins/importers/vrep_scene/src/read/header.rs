@@ -1,47 +1,47 @@
-//! The first bytes of a file, which are never packed.
+//! The header of a file, which is never packed.
 
 use super::{cursor::Broken, cursor::Cursor, cursor::Read};
 
-/// What every file begins with.
+/// The first bytes of every file.
 pub const MAGIC: &[u8; 4] = b"VREP";
 /// Serializations up to this one have a short header.
 const SHORT: i32 = 12;
-/// Where the packed data begins, bytes, in files with a short header and all others.
+/// Offset of the packed data, in files with a short header and in all others.
 const PAYLOAD: [usize; 2] = [17, 1021];
-/// The oldest serialization that is read.
+/// The oldest supported serialization.
 const OLDEST: i32 = 15;
-/// Serializations of programs after this one are not known.
+/// The newest known serialization.
 const NEWEST: i32 = 30;
-/// Files greater than this, unpacked, are refused, bytes.
+/// Size limit of the unpacked data, in bytes.
 pub const MOST_UNPACKED: usize = 1 << 30;
 
 /// The content of the header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Header {
-    /// Version of the grammar, 15 to 25 and later.
+    /// Version of the file format, 15 to 25 and later.
     pub serialization: i32,
-    /// The oldest reader's serialization that the file asks for.
+    /// The oldest serialization whose readers can read the file.
     pub readable_from: i32,
-    /// Whether the payload is packed by Huffman's method.
+    /// Whether the payload is Huffman-coded.
     pub packed: bool,
-    /// Bytes of the unpacked payload.
+    /// Size of the unpacked payload, in bytes.
     pub unpacked: usize,
     /// Version of the program that wrote it: 30400 is 3.4.0, 41000 is 4.10.0.
     pub program: u32,
     /// Revision of that program.
     pub revision: u8,
-    /// 1 scene, 2 model, 0 in files of before 3.6.1.
+    /// 1 for a scene, 2 for a model, 0 in files of before 3.6.1.
     pub file_type: u8,
-    /// Where the payload begins, bytes.
+    /// Offset of the payload, in bytes.
     pub payload: usize,
 }
 
 impl Header {
-    /// Reads and checks it.
+    /// Reads and checks the header.
     pub fn read(file: &[u8]) -> Read<Header> {
         let mut c = Cursor::new(file);
         if c.take(4).ok() != Some(MAGIC) {
-            return Err(Broken::new(0, "the file does not begin with `VREP`").within("header"));
+            return Err(Broken::new(0, "expected a file that begins with `VREP`").within("header"));
         }
         Self::fields(&mut c).map_err(|e| e.within("header"))
     }
@@ -49,14 +49,19 @@ impl Header {
     fn fields(c: &mut Cursor<'_>) -> Read<Header> {
         let mut h = Header { serialization: c.i32()?, ..Default::default() };
         if !(OLDEST..=NEWEST).contains(&h.serialization) {
-            let text = format!("serialization {} is not read; {OLDEST} to {NEWEST} are", h.serialization);
+            let text = format!("serialization {} is not supported; expected {OLDEST} to {NEWEST}", h.serialization);
             return Err(Broken::new(4, text));
         }
         h.readable_from = c.i32()?;
         h.packed = match c.u8()? {
             0 => false,
             1 => true,
-            n => return Err(Broken::new(12, format!("packed by method {n}; 0 (not) and 1 (Huffman) are read"))),
+            n => {
+                return Err(Broken::new(
+                    12,
+                    format!("packing method {n} is not supported; expected 0 (none) or 1 (Huffman)"),
+                ));
+            }
         };
         h.unpacked = c.count()?;
         h.payload = PAYLOAD[usize::from(h.serialization > SHORT)];
@@ -69,9 +74,11 @@ impl Header {
         }
         let rest = c.left().saturating_add(c.at());
         if rest < h.payload {
-            return Err(c.broken(format!("the header has {} bytes, the file {rest}", h.payload)));
+            return Err(
+                c.broken(format!("the file is shorter than its header: expected {} bytes, found {rest}", h.payload))
+            );
         }
-        // A byte costs at least a bit: what claims more than that is not there.
+        // A packed byte takes at least one bit, so a larger declared size is invalid.
         let most = if h.packed { (rest - h.payload).saturating_mul(8) } else { rest - h.payload };
         if h.unpacked > most || h.unpacked > MOST_UNPACKED {
             let text = format!("{} bytes are declared, at most {} are possible", h.unpacked, most.min(MOST_UNPACKED));
@@ -80,7 +87,7 @@ impl Header {
         Ok(h)
     }
 
-    /// The version of the program, as people and scripts write it: "3.4.0".
+    /// Returns the version of the program as people and scripts write it: "3.4.0".
     pub fn version(&self) -> String {
         format!("{}.{}.{}", self.program / 10_000, self.program / 100 % 100, self.program % 100)
     }

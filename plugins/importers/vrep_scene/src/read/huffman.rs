@@ -1,29 +1,29 @@
-//! Unpacking: a static Huffman code, its tree before the data.
+//! Decoder of a static Huffman code, whose tree precedes the data.
 
 use super::cursor::{Broken, Read};
 
-/// Bits that a lookup decodes at once.
+/// Bits that one table lookup decodes.
 const LOOK: u32 = 11;
-/// Inner nodes and leaves of a tree of 256 bytes.
+/// Most nodes of a tree: inner nodes and leaves for 256 bytes.
 const MOST_NODES: usize = 511;
 
-/// A node: its two branches; a leaf stands as `LEAF + byte`.
+/// A node: its two branches; a leaf is stored as `LEAF + byte`.
 type Node = [u16; 2];
 const LEAF: u16 = 0x8000;
 
 /// Reads bits, most significant first.
 struct Bits<'a> {
     data: &'a [u8],
-    /// Byte that is loaded next.
+    /// Index of the byte to load next.
     next: usize,
-    /// Bits loaded, left-aligned.
+    /// Loaded bits, left-aligned.
     held: u64,
-    /// How many of them.
+    /// Number of loaded bits.
     count: u32,
 }
 
 impl Bits<'_> {
-    /// Loads whole bytes while there is room; beyond the end there are zeros, which are not counted.
+    /// Loads whole bytes while there is room; beyond the end it loads zeros, which are not counted.
     fn fill(&mut self) {
         while self.count <= 56 {
             let Some(byte) = self.data.get(self.next) else { return };
@@ -47,10 +47,10 @@ impl Bits<'_> {
     }
 }
 
-/// The tree, inner nodes only; the root's number, or a leaf.
+/// Reads the tree; returns its inner nodes and the index of the root, or a leaf.
 fn tree(bits: &mut Bits<'_>) -> Option<(Vec<Node>, u16)> {
     let mut nodes: Vec<Node> = Vec::new();
-    // Branches to fill: node and side. An explicit stack, so that no file can make it too deep.
+    // Branches to fill: node and side. An explicit stack, so that deep trees cannot overflow the call stack.
     let mut open: Vec<(usize, usize)> = Vec::new();
     let mut root = None;
     let mut seen = 0;
@@ -80,7 +80,7 @@ fn tree(bits: &mut Bits<'_>) -> Option<(Vec<Node>, u16)> {
     }
 }
 
-/// What `LOOK` bits lead to: a leaf and how many bits it took, or the inner node where the walk goes on.
+/// Builds the lookup table: for `LOOK` bits, a leaf and the bits it took, or the inner node to continue from.
 fn table(nodes: &[Node], root: u16) -> Vec<(u16, u8)> {
     (0..1_u32 << LOOK)
         .map(|code| {
@@ -94,11 +94,11 @@ fn table(nodes: &[Node], root: u16) -> Vec<(u16, u8)> {
         .collect()
 }
 
-/// Unpacks exactly `size` bytes; the caller has made sure that so many can be there.
+/// Unpacks exactly `size` bytes; the caller has checked that the data can contain that many.
 pub fn unpack(packed: &[u8], size: usize) -> Read<Vec<u8>> {
     let mut bits = Bits { data: packed, next: 0, held: 0, count: 0 };
     let broken = |at: usize, what: &str| Broken::new(at, what).within("packed data");
-    let (nodes, root) = tree(&mut bits).ok_or_else(|| broken(0, "the tree of the code is broken"))?;
+    let (nodes, root) = tree(&mut bits).ok_or_else(|| broken(0, "the Huffman tree is damaged"))?;
     let mut out = Vec::with_capacity(size);
     if root & LEAF != 0 {
         out.resize(size, root as u8);
@@ -110,7 +110,7 @@ pub fn unpack(packed: &[u8], size: usize) -> Read<Vec<u8>> {
         let (mut at, used) = table[(bits.held >> (64 - LOOK)) as usize];
         let mut used = u32::from(used);
         if at & LEAF == 0 {
-            // A long code: the rest bit by bit. A code has at most 255 bits, so more may have to be loaded.
+            // A long code: decode the rest bit by bit. A code has at most 255 bits, so more bits may have to be loaded.
             if bits.count < used {
                 return Err(broken(out.len(), "the packed data ends too early"));
             }
@@ -130,12 +130,12 @@ pub fn unpack(packed: &[u8], size: usize) -> Read<Vec<u8>> {
     Ok(out)
 }
 
-/// Packs as the original does; for tests, which build their files themselves.
+/// Packs data as the original does; for tests, which build their own files.
 #[cfg(test)]
 pub fn pack(data: &[u8]) -> Vec<u8> {
     let mut bits: Vec<bool> = Vec::new();
     let push = |bits: &mut Vec<bool>, value: u32, n: u32| (0..n).rev().for_each(|i| bits.push(value >> i & 1 == 1));
-    // A complete tree of 256 leaves is a valid tree of any data.
+    // A complete tree of 256 leaves is valid for any data.
     fn node(bits: &mut Vec<bool>, from: u32, n: u32) {
         bits.push(n == 1);
         if n == 1 {
@@ -172,7 +172,7 @@ mod tests {
 
     #[test]
     fn codes_longer_than_the_table_are_walked() {
-        // A tree like a comb: byte n has n + 1 bits; the deepest has 20.
+        // A degenerate tree: byte n has n + 1 bits; the deepest has 20.
         let mut bits = String::new();
         for n in 0..20_u8 {
             bits += &format!("01{n:08b}");

@@ -1,63 +1,63 @@
-//! Joints: what an object of section `JNT` adds.
+//! Joints: the specific part of objects in section `JNT`.
 
 use super::{
     material::EngineBlock,
     section::{Tag, tags},
 };
 
-/// The degrees of freedom of a joint.
+/// Kind of a joint that rotates about its axis.
 pub const REVOLUTE: i32 = 10;
-/// Along its axis.
+/// Kind of a joint that slides along its axis.
 pub const PRISMATIC: i32 = 11;
-/// All turns.
+/// Kind of a joint that rotates about all axes.
 pub const SPHERICAL: i32 = 12;
 
-/// A joint; rad or m.
+/// A joint; positions are in rad or m.
 #[derive(Debug, Clone)]
 pub struct Joint {
     /// One of the constants above.
     pub kind: i32,
-    /// Where it stands.
+    /// Current position.
     pub position: f64,
-    /// Lowest position, and how far above it the highest is.
+    /// Lowest position, and the range above it.
     pub limits: [f64; 2],
-    /// Whether it turns without end: limits do not count.
+    /// Whether it rotates without limits.
     pub cyclic: bool,
-    /// Bits of its motor: 4 on, 5 control loop, 6 hybrid, 7 spring.
+    /// Bits of its motor: 4 on, 5 position control, 6 hybrid, 7 spring.
     pub motor: u8,
     /// Whether the motor is locked at a target velocity of zero.
     pub locked: bool,
-    /// Whether limits are enforced though it is not dynamic.
+    /// Whether limits are enforced even if it is not dynamic.
     pub enforced: bool,
     /// Pitch of a screw, m/rad.
     pub pitch: f64,
-    /// Rotation of a spherical one: w x y z.
+    /// Rotation of a spherical joint: w x y z.
     pub rotation: [f64; 4],
     /// 0 kinematic, 1 motion, 2 inverse kinematics, 3 and 4 dependent, 5 dynamic.
     pub mode: i32,
-    /// Handle of the joint that it depends on; factor and offset.
+    /// Handle of the joint that it depends on, then factor and offset.
     pub master: (i32, [f64; 2]),
-    /// rad/s or m/s.
+    /// Target velocity, rad/s or m/s.
     pub target_velocity: f64,
-    /// N m or N; not negative.
+    /// Greatest torque or force, N m or N; not negative.
     pub max_force: f64,
-    /// rad or m.
+    /// Target position, rad or m.
     pub target_position: f64,
-    /// Control of position: P, I, D.
+    /// Gains of position control: P, I, D.
     pub pid: [f64; 3],
     /// Stiffness and damping of the spring, N m/rad and N m s/rad, or N/m and N s/m.
     pub spring: [f64; 2],
-    /// Greatest velocity of control of position, of before 4.4.
+    /// Greatest velocity of position control; before 4.4.
     pub old_max_velocity: Option<f64>,
-    /// Greatest velocity, acceleration and jerk, from 4.3.
+    /// Greatest velocity, acceleration and jerk; since 4.3.
     pub max_motion: Option<[f64; 3]>,
-    /// 0 free, 1 force, 4 velocity, 8 and 9 position, 12 and 13 spring, 16 callback; from 4.3.
+    /// 0 free, 1 force, 4 velocity, 8 and 9 position, 12 and 13 spring, 16 callback; since 4.3.
     pub control: Option<i32>,
-    /// Numbers of engines.
+    /// Parameters of the Bullet engine.
     pub bullet: EngineBlock,
-    /// The same of ODE.
+    /// Parameters of the ODE engine.
     pub ode: EngineBlock,
-    /// The same of MuJoCo.
+    /// Parameters of the MuJoCo engine.
     pub mujoco: EngineBlock,
 }
 
@@ -90,7 +90,7 @@ impl Default for Joint {
     }
 }
 
-/// Its elements.
+/// Elements of joints.
 pub const TAGS: &[Tag<Joint>] = tags!(Joint {
     "Jtt" => |j, c, _| Ok(j.kind = c.i32()?),
     "Prt" | "_rt" => |j, c, _| Ok(j.position = c.real()?),
@@ -124,7 +124,7 @@ pub const TAGS: &[Tag<Joint>] = tags!(Joint {
     "Mj3" | "_j3" => |j, c, _| Ok(j.mujoco = EngineBlock::read(c)?),
 });
 
-/// Known and without meaning here: windows, older engines, and engines that do not run here.
+/// Known elements that are not used: user interface, older engines, and engines that are not supported.
 pub const IGNORED: &[&str] = &[
     "Dpm", "Dvm", "V10", "Vo2", "_o2", "Vor", "Nw1", "_w1", "Mj1", "Mj2", "Od1", "Bt1", "Arg", "_rg", "Cl1", "Cl2",
     "Mss", "_ss", "Ikw", "_kw", "Jm2", "Jm3", "_m3", "Cco", "Cv2",

@@ -1,4 +1,4 @@
-//! Shapes of serialization 15 (2.6.6): arrays of the whole shape, and components that own ranges of them.
+//! Shapes of serialization 15 (2.6.6): arrays of the whole shape, and components that refer to ranges of them.
 
 use super::{
     color,
@@ -11,24 +11,24 @@ use super::{
     unknown::Unknowns,
 };
 
-/// Arrays of a shape, in its own frame.
+/// The arrays of a shape, in its own frame.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Shared {
-    /// Coordinates.
+    /// Vertex coordinates.
     pub vertices: Span,
-    /// Corners.
+    /// Vertex indices of the triangles.
     pub indices: Option<Indices>,
 }
 
-/// What `Geo` holds.
+/// The content of `Geo`.
 #[derive(Default)]
 struct Geometry {
     shared: Shared,
     root: Option<Part>,
 }
 
-/// Elements of a component that differ from those of later leaves. The children of a component stand beside its own
-/// triangles, not in place of them.
+/// Elements of a component that differ from those of later leaves. A component can have triangles of its own in
+/// addition to its children.
 const COMPONENT: &[Tag<Part>] = tags!(Part {
     "Nme" => |p, c, _| Ok(p.name = c.text()?),
     "Mas" => |p, c, _| Ok(p.mass = c.real()?),
@@ -81,7 +81,7 @@ fn range(p: &mut Part, vertices: Option<[i32; 2]>, triangles: Option<[i32; 2]>) 
 fn component(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Part> {
     let mut part = Part::default();
     range(&mut part, None, None);
-    // What is not given here is read as in later leaves: images, heightfields.
+    // All other elements are read as in later leaves: images, heightfields.
     let mut tags: Vec<&Tag<Part>> = COMPONENT.iter().collect();
     tags.extend(LEAF.iter().filter(|t| ["Hfd", "Toj"].contains(&t.single)));
     let rows: Vec<Tag<Part>> =
@@ -90,7 +90,7 @@ fn component(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Part> {
     Ok(part)
 }
 
-/// `Geo` of a shape: its root component and the arrays of all.
+/// Reads `Geo` of a shape: its root component and the shared arrays.
 pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<(Option<Part>, Shared)> {
     let mut geometry = Geometry::default();
     let tags = tags!(Geometry {

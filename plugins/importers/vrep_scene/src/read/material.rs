@@ -1,4 +1,4 @@
-//! Dynamic materials: how engines let shapes slide and bounce.
+//! Materials: friction and restitution of shapes, per engine.
 
 use super::{
     cursor::{Cursor, Read},
@@ -6,7 +6,7 @@ use super::{
     unknown::Unknowns,
 };
 
-/// Numbers of one engine: reals, then integers, as many as the file declares.
+/// Parameters of one engine: reals, then integers, as many as the file declares.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EngineBlock {
     /// Reals.
@@ -16,18 +16,18 @@ pub struct EngineBlock {
 }
 
 impl EngineBlock {
-    /// Reads one: both numbers of items first.
+    /// Reads a block: the counts of reals and integers, then the values.
     pub fn read(c: &mut Cursor<'_>) -> Read<Self> {
         let (reals, ints) = (c.count()?, c.count()?);
         let reals = c.list(reals)?;
         let ints = (0..ints).map(|_| c.i32()).collect::<Read<_>>()?;
         Ok(EngineBlock { reals, ints })
     }
-    /// A real, if it is there.
+    /// Returns a real, if it exists and is finite.
     pub fn real(&self, i: usize) -> Option<f64> {
         self.reals.get(i).copied().filter(|x| x.is_finite())
     }
-    /// An integer, if it is there.
+    /// Returns an integer, if it exists.
     pub fn int(&self, i: usize) -> Option<i32> {
         self.ints.get(i).copied()
     }
@@ -36,25 +36,25 @@ impl EngineBlock {
 /// A material.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Material {
-    /// Its number in lists of before 3.4.
+    /// Number in the material list of versions before 3.4.
     pub id: i32,
-    /// Its name.
+    /// Name of the material.
     pub name: String,
-    /// Bullet: restitution, old friction, friction, linear and angular damping ...; bits: 1 sticky.
+    /// Bullet: restitution, friction of old versions, friction, linear and angular damping, ...; bits: 1 sticky.
     pub bullet: EngineBlock,
     /// ODE: friction, ERP, CFM, linear and angular damping.
     pub ode: EngineBlock,
     /// Newton: static and kinetic friction, restitution, linear and angular drag.
     pub newton: EngineBlock,
-    /// MuJoCo: friction, solref, solimp ...
+    /// MuJoCo: friction, solref, solimp, ...
     pub mujoco: EngineBlock,
     /// Vortex.
     pub vortex: EngineBlock,
-    /// Bits of the older forms: 2 sticky.
+    /// Bits of the older format: 2 sticky.
     old_bits: u8,
 }
 
-/// Bullet's numbers of before 3.4 had no friction of the newer version: it stood for both.
+/// Reads Bullet's parameters of before 3.4, which have a single friction for both versions of the engine.
 fn old_bullet(m: &mut Material, c: &mut Cursor<'_>) -> Read {
     let [restitution, friction, linear, angular] = c.reals()?;
     m.bullet.reals = vec![restitution, friction, friction, linear, angular];
@@ -67,7 +67,7 @@ fn old_ode(m: &mut Material, c: &mut Cursor<'_>) -> Read {
     Ok(())
 }
 
-/// What a material may hold.
+/// Elements of a material.
 pub const TAGS: &[Tag<Material>] = tags!(Material {
     "Ipa" => |m, c, _| Ok(m.id = c.i32()?),
     "Gon" => |m, c, _| Ok(m.name = c.text()?),
@@ -87,10 +87,10 @@ pub const TAGS: &[Tag<Material>] = tags!(Material {
     "Vo4" | "_o4" => |m, c, _| Ok(m.vortex = EngineBlock::read(c)?),
 });
 
-/// Older forms that the ones above replace in the same file.
+/// Older elements that are duplicated by the ones above in the same file.
 pub const IGNORED: &[&str] = &["Bcv", "Vo2", "Vo3", "Cv2", "Uis", "Ups"];
 
-/// A material object.
+/// Reads a material.
 pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Material> {
     let mut material = Material { id: -1, ..Default::default() };
     object(c, TAGS, IGNORED, &mut material, unknown)?;

@@ -1,4 +1,4 @@
-//! Meshes of shapes: a tree whose leaves hold triangles.
+//! Meshes of shapes: a tree whose leaves have triangles.
 
 use super::{
     color::{self, Color},
@@ -11,34 +11,34 @@ use super::{
     unknown::Unknowns,
 };
 
-/// A part of a shape: a compound of others, or a leaf.
+/// A part of a shape: a compound of parts, or a leaf.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// Its name.
+    /// Name of the part.
     pub name: String,
-    /// kg; counts at the root.
+    /// Mass, kg; only the root's is used.
     pub mass: f64,
-    /// Number of its material in the list of before 3.4; -1: none.
+    /// Number in the material list of versions before 3.4; -1: none.
     pub material: i32,
     /// Whether it is marked convex, in files of before 4.5.1.
     pub convex: bool,
-    /// Numbers of engines of serialization 16, which stood here.
+    /// Material parameters, which serialization 16 stores here.
     pub own_material: Option<Material>,
     /// Principal axes in the shape's frame.
     pub axes: Stored,
     /// Principal moments divided by the mass, m^2.
     pub moments: [f64; 3],
-    /// Frame in that of the part above; from 4.5.1. The root's counts as none.
+    /// Frame in that of the parent; since 4.5.1. The root's is ignored.
     pub frame: Option<Stored>,
-    /// Centre of mass in that frame, m; from 4.5.1.
+    /// Centre of mass in that frame, m; since 4.5.1.
     pub com: Option<[f64; 3]>,
-    /// Inertia divided by the mass about the centre of mass, along the axes of that frame, m^2; from 4.5.1.
+    /// Inertia divided by the mass, about the centre of mass, along the axes of that frame, m^2; since 4.5.1.
     pub inertia: Option<[f64; 9]>,
-    /// Frame of the vertices in that frame; from 4.5.1.
+    /// Frame of the vertices in that frame; since 4.5.1.
     pub vertex_frame: Option<Stored>,
     /// Parts of a compound, in order.
     pub children: Vec<Part>,
-    /// What a leaf holds.
+    /// The triangles of a leaf.
     pub leaf: Option<Box<Leaf>>,
 }
 
@@ -62,7 +62,7 @@ impl Default for Part {
     }
 }
 
-/// What primitive a leaf is.
+/// The primitive that a leaf represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum Primitive {
@@ -79,7 +79,7 @@ pub enum Primitive {
 }
 
 impl Primitive {
-    /// By the number that stands in files; others count as none.
+    /// Returns the primitive of a number in the file; unknown numbers are no primitive.
     pub fn of(number: i32) -> Self {
         use Primitive::*;
         let all = [None, Plane, Disc, Cuboid, Spheroid, Cylinder, Cone, Heightfield, Capsule];
@@ -87,26 +87,26 @@ impl Primitive {
     }
 }
 
-/// Where the arrays of a leaf are.
+/// Where the arrays of a leaf are stored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(missing_docs, reason = "each form has its sentence")]
 pub enum Arrays {
-    /// In the pool, by number.
+    /// In the pool, by index.
     Pool { vertices: i32, indices: i32 },
     /// In the leaf itself.
     Own { vertices: Span, indices: Option<Indices> },
-    /// A range of the shape's own arrays (serialization 15): first and number of vertices, of triangles.
+    /// A range of the shape's shared arrays (serialization 15): first and count of vertices, and of triangles.
     Range { vertices: [i32; 2], triangles: [i32; 2] },
 }
 
-/// Triangles, and what they look like.
+/// Triangles and their appearance.
 #[derive(Debug, Clone)]
 pub struct Leaf {
-    /// Outside.
+    /// Color of the outside.
     pub color: Color,
-    /// Where its arrays are.
+    /// Where its arrays are stored.
     pub arrays: Arrays,
-    /// What primitive it is.
+    /// The primitive that it represents.
     pub primitive: Primitive,
     /// Full extents of the primitive, m.
     pub size: [f64; 3],
@@ -114,15 +114,15 @@ pub struct Leaf {
     pub inside: f64,
     /// Frame of the vertices in the shape's frame, in files of before 4.5.1.
     pub old_frame: Stored,
-    /// Bits: 0 edges, 1 culling, 2 wire frame.
+    /// Bits: 0 edges, 1 culling, 2 wireframe.
     pub bits: u8,
     /// Whether it is marked convex.
     pub convex: bool,
-    /// Points of a heightfield along x and y; none for others.
+    /// Number of points of a heightfield along x and y; 0 for other leaves.
     pub heights: [i32; 2],
-    /// Where the heights stand; of 4 bytes each, or 8.
+    /// Span of the heights, and whether they have 8 bytes each, not 4.
     pub height_data: (Span, bool),
-    /// Image on it.
+    /// Texture of the surface.
     pub texture: Option<Property>,
 }
 
@@ -163,7 +163,7 @@ impl Leaf {
     }
 }
 
-/// The leaf of a part, which it has from now on.
+/// Returns the leaf of a part, creating it if necessary.
 fn leaf(p: &mut Part) -> &mut Leaf {
     p.leaf.get_or_insert_default()
 }
@@ -195,7 +195,7 @@ fn own_material(p: &mut Part, tag: &str, c: &mut Cursor<'_>, u: &mut Unknowns) -
     }
 }
 
-/// Elements that only leaves have; the form of serialization 15 has the same ones.
+/// Elements that only leaves have; serialization 15 uses the same.
 pub const LEAF: &[Tag<Part>] = tags!(Part {
     "Cl0" => |p, c, u| Ok(leaf(p).color = color::read(c, u)?),
     "Vev" => |p, c, _| Ok(leaf(p).pool_vertices(c.i32()?)),
@@ -223,7 +223,7 @@ pub const LEAF: &[Tag<Part>] = tags!(Part {
 const LEAF_IGNORED: &[&str] =
     &["Cl2", "Ecl", "Nov", "Vvd", "Nor", "No2", "Ved", "Gsa", "_sa", "Gs2", "_s2", "Cv2", "Uis", "Ups"];
 
-/// `Gst`, `Geo`: the part's own object, then the leaf's.
+/// Reads `Gst` or `Geo`: the part's elements, then the leaf's.
 pub fn read_leaf(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Part> {
     let mut part = Part::default();
     object(c, PART, PART_IGNORED, &mut part, unknown)?;
@@ -232,14 +232,14 @@ pub fn read_leaf(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Part> {
     Ok(part)
 }
 
-/// `Gsg`, `Wrp`: a compound.
+/// Reads `Gsg` or `Wrp`: a compound.
 pub fn read_wrapper(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Part> {
     let mut part = Part::default();
     object(c, PART, PART_IGNORED, &mut part, unknown)?;
     Ok(part)
 }
 
-/// `Ge2`: the root.
+/// Reads `Ge2`: the root.
 pub fn read_tree(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Option<Part>> {
     let mut root = None;
     let tags = tags!(Option<Part> {

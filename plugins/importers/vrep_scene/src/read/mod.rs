@@ -1,12 +1,13 @@
-//! The decoder: from bytes to what they say. It knows nothing of Tatu.
+//! Decoder of the file format. It is independent of Tatu.
 //!
-//! - [`header`], [`huffman`], [`cursor`], [`section`]: how a file is put together;
+//! - [`header`], [`huffman`], [`cursor`], [`section`]: the structure of a file;
 //! - [`mod@file`]: the sections of a whole file;
-//! - one module for each kind of object: [`common`] for what all have, [`shape`], [`joint`], [`sensor`], [`others`];
-//! - what stands inside of these: [`mesh`], [`legacy_mesh`], [`pool`], [`color`], [`material`], [`texture`], [`volume`],
-//!   [`pose`], [`data`];
-//! - what stands beside them: [`script`], [`settings`], [`registered`];
-//! - [`surface`]: the triangles of a mesh; [`unknown`]: what nobody understands; [`made`]: small files for tests.
+//! - one module for each kind of object: [`common`] for the common part, [`shape`], [`joint`], [`sensor`], [`others`];
+//! - parts of these: [`mesh`], [`legacy_mesh`], [`pool`], [`color`], [`material`], [`texture`], [`volume`], [`pose`],
+//!   [`data`];
+//! - sections beside objects: [`script`], [`settings`], [`registered`];
+//! - [`surface`]: the triangles of a mesh; [`unknown`]: elements that are not understood; [`made`]: small files for
+//!   tests.
 
 pub mod color;
 pub mod common;

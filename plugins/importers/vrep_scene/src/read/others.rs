@@ -1,4 +1,4 @@
-//! Dummies, paths and graphs, and objects of which only the common part is read.
+//! Dummies, cameras, lights, paths and graphs, and objects of which only the common part is read.
 
 use super::{
     color::{self, Color},
@@ -13,7 +13,7 @@ use super::{
 pub struct Dummy {
     /// Handle of the dummy that it is linked to; -1: none.
     pub link: i32,
-    /// 0 closes a loop of bodies, 1 pulls, 5 tip and target, 8 none, and older ones.
+    /// 0 closes a dynamic loop, 1 applies a pulling force, 5 tip and target, 8 none; others are obsolete.
     pub link_type: i32,
 }
 
@@ -29,20 +29,20 @@ pub const DUMMY: &[Tag<Dummy>] = tags!(Dummy {
     "Dl2" => |d, c, _| Ok(d.link_type = c.i32()?),
 });
 
-/// Known, for windows and other engines.
+/// Known elements, for the user interface and other engines.
 pub const DUMMY_IGNORED: &[&str] =
     &["Dy2", "_y2", "Atg", "Var", "Po4", "Po5", "_o5", "Cl0", "Mj1", "_j1", "Dla", "Cv2", "Dlt", "Pob"];
 
 /// A camera.
 #[derive(Debug, Clone, Default)]
 pub struct Camera {
-    /// What it sees in parallel projection, m, and angle in perspective, rad.
+    /// Orthographic size, m, and perspective angle, rad.
     pub sees: [f64; 2],
-    /// Nearest and farthest place, m.
+    /// Near and far clipping planes, m.
     pub clip: [f64; 2],
-    /// Bits: 2 perspective; of before 3.3.
+    /// Bits: 2 perspective; before 3.3.
     pub bits: u8,
-    /// Whether its projection is perspective: -1 as its view says, 0 no, 1 yes.
+    /// Projection: -1 as its view, 0 orthographic, 1 perspective.
     pub perspective: Option<i32>,
 }
 
@@ -54,7 +54,7 @@ pub const CAMERA: &[Tag<Camera>] = tags!(Camera {
     "Cpm" => |k, c, _| Ok(k.perspective = Some(c.i32()?)),
 });
 
-/// Known, for windows and other renderers.
+/// Known elements, for the user interface and other renderers.
 pub const CAMERA_IGNORED: &[&str] =
     &["Cp4", "_p4", "Ca2", "Rmd", "Rm2", "Cmp", "Cl1", "Cl2", "Rcm", "Pv1", "Var", "Cv2"];
 
@@ -63,11 +63,11 @@ pub const CAMERA_IGNORED: &[&str] =
 pub struct Light {
     /// 1 omnidirectional, 2 spot, 3 directional.
     pub kind: i32,
-    /// Half the angle of the cone of a spot, rad.
+    /// Half the cone angle of a spot light, rad.
     pub angle: f64,
     /// Bits: 1 on.
     pub bits: u8,
-    /// What it gives out.
+    /// Color of the emitted light.
     pub color: Option<Color>,
 }
 
@@ -79,17 +79,17 @@ pub const LIGHT: &[Tag<Light>] = tags!(Light {
     "Cl2" => |l, c, u| Ok(l.color = Some(color::read(c, u)?)),
 });
 
-/// Known, for other renderers.
+/// Known elements, for other renderers.
 pub const LIGHT_IGNORED: &[&str] = &["Caf", "_af", "Cl1", "Pfd", "Var", "Cv2"];
 
 /// A control point of a path.
 #[derive(Debug, Clone)]
 pub struct PathPoint {
-    /// In the frame of the path.
+    /// Pose in the frame of the path.
     pub pose: Stored,
-    /// Share of the way before and after it that is rounded, and by how many points.
+    /// Fractions of the segments before and after it that are rounded, and the number of points of the arc.
     pub bezier: ([f64; 2], i32),
-    /// Velocity, as a share of the path's.
+    /// Velocity, as a fraction of the path's.
     pub velocity: f64,
 }
 
@@ -116,7 +116,7 @@ pub const PATH: &[Tag<Path>] = tags!(Path {
     },
 });
 
-/// Known, for windows only.
+/// Known elements, for the user interface only.
 pub const PATH_IGNORED: &[&str] = &["Sec", "_ec", "Sha", "Pss", "Scl", "Var", "Cv2", "_ha", "_ss"];
 
 fn point(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<PathPoint> {
@@ -132,29 +132,29 @@ fn point(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<PathPoint> {
     Ok(point)
 }
 
-/// A stream of a graph: what it recorded.
+/// A recorded stream of a graph.
 #[derive(Debug, Clone, Default)]
 pub struct Stream {
-    /// Its name.
+    /// Name of the stream.
     pub name: String,
-    /// Its number.
+    /// Number of the stream.
     pub id: i32,
-    /// What is recorded of it, a number of the API; of before 4.0.
+    /// Kind of data that is recorded, as a number of the API; before 4.0.
     pub data: i32,
-    /// The object of which it is recorded; of before 4.0.
+    /// The object whose data is recorded; before 4.0.
     pub object: i32,
     /// Red, green, blue.
     pub color: [f64; 3],
-    /// Its unit; since 4.0.
+    /// Unit of the values; since 4.0.
     pub unit: String,
-    /// Whether it is of before 4.0: recorded by the program, not by a script.
+    /// Whether it is of before 4.0: filled by the program, not by a script.
     pub old: bool,
 }
 
 /// A graph.
 #[derive(Debug, Clone)]
 pub struct Graph {
-    /// How many samples it keeps.
+    /// Number of samples that it stores.
     pub buffer: i32,
     /// Whether it records only on request.
     pub explicit: bool,
@@ -197,9 +197,9 @@ pub const GRAPH: &[Tag<Graph>] = tags!(Graph {
     },
 });
 
-/// Known: curves and recorded values, which are dropped, and what windows show.
+/// Known elements: curves and recorded values, which are dropped, and those for the user interface.
 pub const GRAPH_IGNORED: &[&str] =
     &["Ghg", "_hg", "Cl0", "Cl1", "Gtd", "_td", "Gh2", "Gh3", "Sta", "Cuv", "Cv2", "Col", "Ghr"];
 
-/// A script object: its script stands in it.
+/// Known elements of a script object that are not used.
 pub const SCRIPT_IGNORED: &[&str] = &["Sos", "Var", "Soc", "Cv2"];

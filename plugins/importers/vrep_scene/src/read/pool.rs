@@ -1,4 +1,4 @@
-//! Arrays of meshes, which shapes share, and how they are coded.
+//! Vertex and index arrays shared by shapes, and their encoding.
 
 use super::{
     cursor::{Cursor, Read, Span},
@@ -6,29 +6,29 @@ use super::{
     unknown::Unknowns,
 };
 
-/// An array of indices, as it is coded.
+/// An encoded array of indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Indices {
-    /// Integers of 4 bytes.
+    /// 4-byte integers.
     Plain(Span),
-    /// Differences of one to four bytes, with their number before them.
+    /// Differences of one to four bytes, preceded by their count.
     Packed(Span),
 }
 
-/// The lists of `VIN`; places in the data, which stays as it is until a mesh is wanted.
+/// The arrays of `VIN`, as positions in the data; they are decoded when a mesh needs them.
 #[derive(Debug, Clone, Default)]
 pub struct Pool {
-    /// Coordinates, 4 bytes each.
+    /// Vertex coordinates, 4 bytes each.
     pub vertices: Vec<Span>,
-    /// Corners of triangles.
+    /// Vertex indices of triangles.
     pub indices: Vec<Indices>,
-    /// How many arrays of normals there are; they are made anew where they are wanted.
+    /// Number of arrays of normals, which are recomputed when needed.
     pub normals: usize,
-    /// The same of visible edges.
+    /// Number of arrays of visible edges.
     pub edges: usize,
 }
 
-/// `VIN`
+/// Reads `VIN`.
 pub fn read(pool: &mut Pool, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
     let tags = tags!(Pool {
         "Ver" => |p, c, _| Ok(p.vertices.push(c.rest())),
@@ -41,13 +41,13 @@ pub fn read(pool: &mut Pool, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read
     object(c, tags, &[], pool, unknown).map(drop)
 }
 
-/// Points, m.
+/// Decodes points, m.
 pub fn points(data: &[u8], span: Span) -> Vec<[f32; 3]> {
     let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
     span.of(data).chunks_exact(12).map(|p| [number(p), number(&p[4..]), number(&p[8..])]).collect()
 }
 
-/// Corners of triangles, three each.
+/// Decodes vertex indices, three per triangle.
 pub fn corners(data: &[u8], indices: Indices) -> Read<Vec<u32>> {
     match indices {
         Indices::Plain(span) => {
@@ -57,28 +57,28 @@ pub fn corners(data: &[u8], indices: Indices) -> Read<Vec<u32>> {
     }
 }
 
-/// How many corners there are, without making them.
+/// Returns the number of indices without decoding them.
 pub fn count(data: &[u8], indices: Indices) -> usize {
     match indices {
         Indices::Plain(span) => span.len / 4,
         Indices::Packed(span) => {
             let told = span.of(data).get(..4).map_or(0, |b| i32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-            // Each takes a byte at least.
+            // Each takes at least one byte.
             usize::try_from(told).unwrap_or(0).min(span.len.saturating_sub(4))
         }
     }
 }
 
-/// Packed integers: the two top bits of the first byte are the number of bytes that follow.
+/// Decodes packed integers: the two top bits of the first byte give the number of bytes that follow.
 fn unpack(data: &[u8], span: Span) -> Read<Vec<u32>> {
     const OFFSET: [i64; 4] = [31, 8191, 2_097_151, 536_870_911];
     let bytes = span.of(data);
     let broken = |at: usize, what: &str| super::cursor::Broken::new(span.at + at, what);
-    let head = bytes.get(..4).ok_or_else(|| broken(0, "packed indices without their number"))?;
+    let head = bytes.get(..4).ok_or_else(|| broken(0, "packed indices must begin with their count in 4 bytes"))?;
     let told = i32::from_le_bytes([head[0], head[1], head[2], head[3]]);
-    let n = usize::try_from(told).map_err(|_| broken(0, &format!("{told} is not a length")))?;
+    let n = usize::try_from(told).map_err(|_| broken(0, &format!("expected a length, found {told}")))?;
     if n > bytes.len() - 4 {
-        return Err(broken(0, &format!("{n} packed indices are declared, {} bytes are left", bytes.len() - 4)));
+        return Err(broken(0, &format!("expected {n} packed indices, found {} bytes", bytes.len() - 4)));
     }
     let (mut out, mut at, mut value) = (Vec::with_capacity(n), 4, 0_i64);
     for _ in 0..n {
@@ -88,7 +88,7 @@ fn unpack(data: &[u8], span: Span) -> Read<Vec<u32>> {
         let raw =
             more.iter().enumerate().fold(i64::from(first & 63), |raw, (i, b)| raw + (i64::from(*b) << (6 + 8 * i)));
         value += raw - OFFSET[extra];
-        out.push(u32::try_from(value).map_err(|_| broken(at, &format!("an index of {value}")))?);
+        out.push(u32::try_from(value).map_err(|_| broken(at, &format!("the vertex index {value} is out of range")))?);
         at += 1 + extra;
     }
     Ok(out)

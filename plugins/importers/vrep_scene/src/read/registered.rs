@@ -1,5 +1,5 @@
-//! What stands beside the objects of a scene: collections, and the objects of old versions for collisions, distances,
-//! inverse kinematics and windows of buttons.
+//! Registrations beside the objects of a scene: collections, and, in old versions, collision objects, distance objects,
+//! groups for inverse kinematics, and windows of buttons.
 
 use serde::Serialize;
 
@@ -14,24 +14,24 @@ use super::{
 pub struct Item {
     /// Handle of the object.
     pub object: i32,
-    /// 0 loose, 1 tree, 2 tree without its base, 3 chain, 4 chain without its tip, 5 all objects.
+    /// 0 single object, 1 tree, 2 tree without its base, 3 chain, 4 chain without its tip, 5 all objects.
     pub kind: u8,
-    /// Whether it is taken away.
+    /// Whether it is subtracted from the collection.
     pub remove: bool,
 }
 
 /// A collection.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Collection {
-    /// Its name.
+    /// Name of the collection.
     pub name: String,
-    /// Its handle, from 2,000,000.
+    /// Handle, from 2,000,000.
     pub handle: i32,
     /// Items, in order.
     pub items: Vec<Item>,
 }
 
-/// `GRP`
+/// Reads `GRP`.
 pub fn collection(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Collection> {
     let mut collection = Collection { handle: -1, ..Default::default() };
     let tags = tags!(Collection {
@@ -55,19 +55,19 @@ pub fn collection(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Collection
 /// A collision or distance object.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Pair {
-    /// Its name.
+    /// Name of the registration.
     pub name: String,
-    /// Its handle.
+    /// Handle of the registration.
     pub handle: i32,
-    /// Handles of what is looked at; -1: everything.
+    /// Handles of the two entities; -1: everything.
     pub of: [i32; 2],
-    /// Of a distance: farther apart is not looked at, m; 0: everything is.
+    /// For a distance object: greatest distance computed, m; 0: no limit.
     pub threshold: f64,
-    /// Whether it is looked at on request only.
+    /// Whether it is computed only on request.
     pub explicit: bool,
 }
 
-/// `COL`
+/// Reads `COL`.
 pub fn collision(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Pair> {
     let mut pair = Pair { handle: -1, of: [-1; 2], ..Default::default() };
     let tags = tags!(Pair {
@@ -79,7 +79,7 @@ pub fn collision(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Pair> {
     Ok(pair)
 }
 
-/// `DST`
+/// Reads `DST`.
 pub fn distance(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Pair> {
     let mut read = (Pair { handle: -1, of: [-1; 2], ..Default::default() }, 0.0);
     let tags = tags!((Pair, f64) {
@@ -112,15 +112,15 @@ pub struct IkElement {
 /// A group for inverse kinematics.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct IkGroup {
-    /// Its name.
+    /// Name of the group.
     pub name: String,
-    /// Its handle.
+    /// Handle of the group.
     pub handle: i32,
     /// Elements, in order.
     pub elements: Vec<IkElement>,
 }
 
-/// `IKO`
+/// Reads `IKO`.
 pub fn ik_group(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<IkGroup> {
     let mut group = IkGroup { handle: -1, ..Default::default() };
     let tags = tags!(IkGroup {
@@ -144,39 +144,39 @@ pub fn ik_group(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<IkGroup> {
     Ok(group)
 }
 
-/// A button, label, slider or field of a window.
+/// A button, label, slider or edit field of a window.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Button {
-    /// What it is and how it looks, bits of the API.
+    /// Type and appearance, bits of the API.
     pub attributes: i32,
-    /// Its number in the window.
+    /// Number of the button in its window.
     pub handle: i32,
-    /// Cells that it takes, and the first of them.
+    /// Columns and rows that it spans, then its first column and row.
     pub cells: [i32; 4],
-    /// What stands on it, as it is and pressed.
+    /// Labels: normal, and while pressed.
     pub labels: [String; 2],
-    /// Where a slider stands, 0 to 1000.
+    /// Position of a slider, 0 to 1000.
     pub slider: f64,
 }
 
 /// A window of buttons of old versions.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Window {
-    /// Its name.
+    /// Name of the window.
     pub name: String,
-    /// Its handle.
+    /// Handle of the window.
     pub handle: i32,
     /// Handle of the object that it belongs to; -1: none.
     pub object: i32,
-    /// How it behaves, bits of the API.
+    /// Behaviour, bits of the API.
     pub attributes: i32,
     /// Columns and rows of cells.
     pub cells: [i32; 2],
-    /// Its buttons.
+    /// Buttons of the window.
     pub buttons: Vec<Button>,
 }
 
-/// `BBK`
+/// Reads `BBK`.
 pub fn window(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Window> {
     let mut window = Window { handle: -1, object: -1, ..Default::default() };
     let tags = tags!(Window {

@@ -1,4 +1,4 @@
-//! Scripts: sections `LST`, and `Soo` in script objects. Their texts are deciphered here.
+//! Scripts: section `LST`, and `Soo` in script objects. Their texts are deciphered here.
 
 use super::{
     cursor::{Cursor, Read, decode},
@@ -7,37 +7,37 @@ use super::{
     unknown::Unknowns,
 };
 
-/// Runs a scene.
+/// Kind of a main script, which runs the scene.
 pub const MAIN: i32 = 0;
-/// Lives from start to stop.
+/// Kind of a child script, which lives from the start to the stop of a run.
 pub const CHILD: i32 = 1;
-/// Lives as long as the scene.
+/// Kind of a customization script, which lives as long as the scene.
 pub const CUSTOMIZATION: i32 = 6;
 
 /// A script.
 #[derive(Debug, Clone)]
 pub struct Script {
-    /// Its number.
+    /// Number of the script.
     pub id: i32,
-    /// Handle of the object that it acts on; -1: the scene. Of a script object: its own handle.
+    /// Handle of the object that it belongs to; -1: the scene. In a script object: the handle of that object.
     pub object: i32,
-    /// The script object that holds it, by handle.
+    /// Handle of the script object that contains it.
     pub holder: Option<i32>,
-    /// 0 main, 1 child, 6 customization, and obsolete ones.
+    /// 0 main, 1 child, 6 customization; others are obsolete.
     pub kind: i32,
-    /// Bits: 0 threaded, 1 off, 3 clear: default main script, 5 runs in sensing.
+    /// Bits: 0 threaded, 1 disabled, 3 clear: default main script, 5 runs in sensing.
     pub bits: u8,
-    /// Order among scripts, of before 4.4.
+    /// Order among scripts; before 4.4.
     pub order: i32,
-    /// Text, deciphered, without zeros at its end; with the line that names its language.
+    /// The text, deciphered, without trailing zeros; including a line that names its language.
     pub text: Vec<u8>,
-    /// Language, from 4.7.
+    /// Language; since 4.7.
     pub language: Option<String>,
-    /// The object of a customization script of before 4.2.
+    /// The object of a customization script; before 4.2.
     pub customized: i32,
-    /// The object of a callback script of 3.0 to 3.6.
+    /// The object of a callback script; 3.0 to 3.6.
     pub called_back: i32,
-    /// Its parameters, of before 4.0.
+    /// Parameters of the script; before 4.0.
     pub parameters: Vec<Parameter>,
 }
 
@@ -59,7 +59,7 @@ impl Default for Script {
     }
 }
 
-/// `LST`, `Soo`
+/// Reads `LST` or `Soo`.
 pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Script> {
     let mut script = Script::default();
     let tags = tags!(Script {
@@ -79,7 +79,7 @@ pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Script> {
     Ok(script)
 }
 
-/// Undoes the cipher of a text, and drops zeros at its end.
+/// Deciphers a text, and removes trailing zeros.
 fn decipher(bytes: &[u8]) -> Vec<u8> {
     let mut b = bytes.to_vec();
     if let ([first, .., last], n @ 3..) = (bytes, bytes.len()) {
@@ -103,7 +103,7 @@ fn decipher(bytes: &[u8]) -> Vec<u8> {
     b
 }
 
-/// The cipher itself; for tests, which build their files themselves.
+/// Enciphers a text; for tests, which build their own files.
 #[cfg(test)]
 pub fn encipher(text: &[u8]) -> Vec<u8> {
     let mut b = text.to_vec();
@@ -121,7 +121,7 @@ pub fn encipher(text: &[u8]) -> Vec<u8> {
 }
 
 impl Script {
-    /// "lua", "python" or another name: by the file, or by the first line.
+    /// Returns "lua", "python" or another name, from the file or the first line.
     pub fn language(&self) -> String {
         let first = self.text.split(|b| *b == b'\n').next().unwrap_or_default();
         match &self.language {
@@ -131,32 +131,32 @@ impl Script {
         }
     }
 
-    /// The text without a line at its beginning that only names its language; in UTF-8.
+    /// Returns the text as UTF-8; a first line that only names the language is blanked.
     pub fn code(&self) -> String {
         let text = decode(&self.text);
         let (first, rest) = text.split_once('\n').unwrap_or((text.as_str(), ""));
         match first.trim() {
-            // The line stays as an empty one, so that messages have the line numbers of the file.
+            // The line remains as an empty one, so that messages have the line numbers of the file.
             "--lua" => format!("\n{rest}"),
             _ => text,
         }
     }
 
-    /// The handle of the object that it acts on, when it is not a script object's.
+    /// Returns the handle of the object that it belongs to, unless it is in a script object.
     pub fn owner(&self) -> i32 {
         [self.object, self.customized, self.called_back].into_iter().find(|h| *h >= 0).unwrap_or(-1)
     }
 
-    /// Whether it is a copy of the default main script of its time.
+    /// Returns whether it is a copy of the default main script of its version.
     pub fn is_default_main(&self) -> bool {
         let calls_default = || decode(&self.text).contains("defaultMainScript");
         self.kind == MAIN && (self.bits & 8 == 0 || calls_default())
     }
-    /// Whether it is switched off.
+    /// Returns whether it is disabled.
     pub fn is_off(&self) -> bool {
         self.bits & 2 != 0
     }
-    /// Whether its text runs as a thread.
+    /// Returns whether its text runs as a thread.
     pub fn is_threaded(&self) -> bool {
         self.bits & 1 != 0
     }

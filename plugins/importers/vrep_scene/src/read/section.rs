@@ -1,27 +1,27 @@
-//! The grammar: elements of a tag, a length and that many bytes, in objects that end with `EOO`.
+//! The grammar of files: elements of a tag, a length and that many bytes, in objects that end with `EOO`.
 //!
-//! What an object may hold is a table of [`Tag`]s. Where a quantity has an older tag, with numbers of 4 bytes, and a
-//! newer one, with numbers of 8, one row serves both.
+//! The elements of an object are listed in a table of [`Tag`]s. Where a quantity has an older tag, with 4-byte numbers,
+//! and a newer one, with 8-byte numbers, one row serves both.
 
 use super::{
     cursor::{Cursor, Read, Span},
     unknown::Unknowns,
 };
 
-/// How a tag is read into what is being made.
+/// Reads the payload of an element into `T`.
 pub type Reader<T> = fn(&mut T, &mut Cursor<'_>, &mut Unknowns) -> Read;
 
-/// A row: what an element means.
+/// A row of a table: the meaning of an element.
 pub struct Tag<T> {
-    /// Tag of the form with numbers of 4 bytes, or without any; empty: there is none.
+    /// Tag of the form with 4-byte numbers, or without numbers; empty: none.
     pub single: &'static str,
-    /// Tag of the form with numbers of 8 bytes; empty: there is none.
+    /// Tag of the form with 8-byte numbers; empty: none.
     pub double: &'static str,
-    /// Reads its bytes.
+    /// Reads its payload.
     pub read: Reader<T>,
 }
 
-/// Writes a table of tags: `"Prt" | "_rt" => |j, c, _| ...`.
+/// Builds a table of tags: `"Prt" | "_rt" => |j, c, _| ...`.
 macro_rules! tags {
     ($of:ty { $($single:literal $(| $double:literal)? => $read:expr,)* }) => {
         &[$($crate::read::section::Tag::<$of> {
@@ -35,26 +35,26 @@ macro_rules! tags {
 }
 pub(crate) use tags;
 
-/// How an object ended.
+/// How an object ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// `EOO`, or no bytes were left.
+    /// `EOO`, or the end of the bytes.
     Object,
-    /// `NXT`: what its kind adds follows.
+    /// `NXT`: the part specific to its kind follows.
     Next,
-    /// `EOF`
+    /// `EOF`.
     File,
 }
 
-/// An element as it stands.
+/// An element of a file.
 pub struct Element<'a> {
-    /// Its tag, as text.
+    /// Tag of the element.
     pub tag: String,
-    /// Its payload.
+    /// Payload of the element.
     pub body: Cursor<'a>,
 }
 
-/// The next element, or the end.
+/// Reads the next element, or the end.
 pub fn next<'a>(c: &mut Cursor<'a>) -> Read<Result<Element<'a>, End>> {
     if c.left() == 0 {
         return Ok(Err(End::Object));
@@ -70,14 +70,15 @@ pub fn next<'a>(c: &mut Cursor<'a>) -> Read<Result<Element<'a>, End>> {
     let tag: String = raw.iter().map(|b| if b.is_ascii_graphic() { char::from(*b) } else { '?' }).collect();
     let length = c.count().map_err(|e| e.within(&tag))?;
     if length > c.left() {
-        let what = format!("the section declares {length} bytes, {} are left", c.left());
+        let what = format!("the section declares {length} bytes, but only {} are left", c.left());
         return Err(super::cursor::Broken::new(at, what).within(&tag));
     }
     let body = c.part(length, false).map_err(|e| e.within(&tag))?;
     Ok(Ok(Element { tag, body }))
 }
 
-/// Reads an object by its table; what the table lacks is kept as unknown, what `ignored` names is skipped.
+/// Reads an object by its table; elements that are not in the table are recorded as unknown, those in `ignored` are
+/// skipped.
 pub fn object<T>(
     c: &mut Cursor<'_>,
     tags: &[Tag<T>],
@@ -106,7 +107,7 @@ pub fn object<T>(
     }
 }
 
-/// Reads all objects that stand one after the other in what is left: `EOO` may come more than once.
+/// Reads all consecutive objects in the remaining bytes; `EOO` may occur more than once.
 pub fn objects<T>(c: &mut Cursor<'_>, tags: &[Tag<T>], ignored: &[&str], into: &mut T, unknown: &mut Unknowns) -> Read {
     while c.left() > 0 {
         object(c, tags, ignored, into, unknown)?;

@@ -1,4 +1,4 @@
-//! Proximity sensors, vision sensors and force sensors: what objects of `SNR`, `RSN` and `FSE` add.
+//! Proximity, vision and force sensors: the specific parts of objects in `SNR`, `RSN` and `FSE`.
 
 use super::{
     section::{Tag, object, tags},
@@ -10,19 +10,19 @@ use super::{
 pub struct Proximity {
     /// 30 pyramid, 31 cylinder, 32 disc, 33 cone, 34 ray.
     pub kind: i32,
-    /// Where it looks.
+    /// The detection volume.
     pub volume: Volume,
-    /// Handle of the object or collection that it looks for; -1: all.
+    /// Handle of the object or collection that it detects; -1: all.
     pub entity: i32,
-    /// Bits of what it is made of: 0x10 ultrasonic to 0x100 capacitive.
+    /// Bits of the sensor's technology: 0x10 ultrasonic to 0x100 capacitive.
     pub waves: i32,
-    /// Greatest angle to the normal, rad.
+    /// Greatest angle to the surface normal, rad.
     pub angle: f64,
-    /// Whether that counts whatever the bits say; from 4.10.
+    /// Whether that angle applies regardless of the bits; since 4.10.
     pub angle_alone: bool,
-    /// Bits: 1 nearest point, 2 angle counts, 4 no front faces, 5 no back faces, 7 only on request.
+    /// Bits: 1 nearest point, 2 angle limit, 4 no front faces, 5 no back faces, 7 only on request.
     pub bits: u8,
-    /// Rays and hits needed of random rays.
+    /// Randomized rays: the number of rays, and of hits that are required.
     pub random: Option<[i32; 2]>,
 }
 
@@ -53,28 +53,28 @@ pub const PROXIMITY: &[Tag<Proximity>] = tags!(Proximity {
     "Rad" => |s, c, _| Ok(s.random = Some([c.i32()?, c.i32()?])),
 });
 
-/// Known, for windows only.
+/// Known elements, for the user interface only.
 pub const PROXIMITY_IGNORED: &[&str] =
     &["Sns", "_ns", "Pr5", "Pr3", "Pr2", "Pra", "Cl1", "Cl2", "Cl3", "Cl4", "Cv2", "Shk", "Var"];
 
 /// A vision sensor.
 #[derive(Debug, Clone)]
 pub struct Vision {
-    /// Side of what an orthographic one sees, m; angle of a perspective one, rad; near and far plane, m.
+    /// Orthographic size, m; perspective angle, rad; near and far plane, m.
     pub clip: [f64; 4],
-    /// Pixels: columns, rows.
+    /// Resolution: columns, rows.
     pub resolution: [i32; 2],
-    /// Handle of what it renders; -1: all.
+    /// Handle of the entity that it renders; -1: all.
     pub entity: i32,
-    /// Red, green, blue of pixels that see nothing.
+    /// Background color: red, green, blue.
     pub background: [f64; 3],
-    /// 0 OpenGL, 2 colors for objects, 3 POV-Ray ...
+    /// Render mode: 0 OpenGL, 2 a color per object, 3 POV-Ray, ...
     pub mode: i32,
     /// Bits: 0 perspective, 1 only on request.
     pub bits: u8,
     /// Bits: 0 image from outside, 1 no colors, 2 no depth.
     pub more_bits: u8,
-    /// Filters of the old image processing, by number, those that are on.
+    /// Numbers of the enabled filters of the old image processing.
     pub filters: Vec<i32>,
 }
 
@@ -93,7 +93,7 @@ impl Default for Vision {
     }
 }
 
-/// A filter of the old chain: its number, and whether it is on.
+/// A filter of the old chain: its number, and whether it is enabled.
 #[derive(Default)]
 struct Filter {
     kind: i32,
@@ -130,7 +130,7 @@ pub const VISION: &[Tag<Vision>] = tags!(Vision {
     },
 });
 
-/// Known, for windows only.
+/// Known elements, for the user interface only.
 pub const VISION_IGNORED: &[&str] = &[
     "Siz", "Si2", "_i2", "Afr", "Pv1", "Cl1", "Cl2", "Cl3", "Cl4", "Cv2", "Dbv", "_b2", "_iz", "Dot", "Rm2", "Fow",
     "_f2",
@@ -139,11 +139,11 @@ pub const VISION_IGNORED: &[&str] = &[
 /// A force sensor.
 #[derive(Debug, Clone, Default)]
 pub struct Force {
-    /// Bits: 0 threshold of force, 1 of torque.
+    /// Bits: 0 force threshold, 1 torque threshold.
     pub bits: u8,
-    /// N and N m above which it breaks, and for how many measurements together.
+    /// Thresholds above which it breaks, N and N m, and the number of consecutive measurements.
     pub threshold: ([f64; 2], i32),
-    /// Measurements of which one is made.
+    /// Number of measurements that are combined.
     pub samples: i32,
     /// 0 average, 1 median.
     pub filter: i32,
@@ -157,5 +157,5 @@ pub const FORCE: &[Tag<Force>] = tags!(Force {
     "Fil" => |s, c, _| Ok((s.samples, s.filter) = (c.i32()?, c.i32()?)),
 });
 
-/// Known, for windows only.
+/// Known elements, for the user interface only.
 pub const FORCE_IGNORED: &[&str] = &["Siz", "_iz", "Cl1", "Cl2", "Cv2", "Var"];

@@ -1,4 +1,4 @@
-//! Numbers of the whole scene: sections `SIM`, `DYN`, `ENV`, `SET`.
+//! Settings of the whole scene: sections `SIM`, `DYN`, `ENV`, `SET`.
 
 use super::{
     cursor::{Cursor, Read},
@@ -7,46 +7,46 @@ use super::{
     unknown::Unknowns,
 };
 
-/// A scene's settings of the simulation. A model has none.
+/// Simulation settings of a scene. A model has none.
 #[derive(Debug, Clone, Default)]
 pub struct Settings {
-    /// Whether one of the sections was there.
+    /// Whether any of these sections was present.
     pub there: bool,
     step: [Option<f64>; 3],
     step_index: Option<i32>,
     step_micros: Option<u64>,
-    /// Whether a run follows the clock.
+    /// Whether a run is paced in real time.
     pub real_time: bool,
-    /// Whether it pauses at the first error of a script.
+    /// Whether a run pauses at the first error of a script.
     pub pause_at_error: bool,
     /// 0 Bullet, 1 ODE, 2 Vortex, 3 Newton, 4 MuJoCo, 5 Drake.
     pub engine: Option<i32>,
-    /// 0, 278 or 283: of Bullet.
+    /// Version of Bullet: 0, 278 or 283.
     pub engine_version: i32,
-    /// m/s^2.
+    /// Gravity, m/s^2.
     pub gravity: Option<[f64; 3]>,
     physics_step: Option<f64>,
-    /// Numbers of engines: step first.
+    /// Parameters of Bullet; the first one is its step.
     pub bullet: EngineBlock,
-    /// The same of ODE.
+    /// Parameters of ODE.
     pub ode: EngineBlock,
-    /// The same of Vortex, Newton, MuJoCo.
+    /// Parameters of Vortex, Newton, MuJoCo.
     pub others: [EngineBlock; 3],
-    /// Whether physics runs at all.
+    /// Whether physics is disabled.
     pub dynamics_off: bool,
-    /// Layers that are shown.
+    /// Visible layers.
     pub layers: Option<u16>,
-    /// Text that is shown with the scene.
+    /// Acknowledgement of the scene's author.
     pub acknowledgement: String,
-    /// Kinds of handling that are off, in old files.
+    /// Stages that are disabled, in old files.
     pub off: Vec<&'static str>,
 }
 
-/// Steps that stood in files by number, s.
+/// Steps that old files refer to by index, s.
 const STEPS: [f64; 5] = [0.2, 0.1, 0.05, 0.025, 0.01];
 
 impl Settings {
-    /// Length of a step, s.
+    /// Returns the length of a step, s.
     pub fn step(&self) -> Option<f64> {
         let [newest, seconds, oldest] = self.step;
         let by_number = || match self.step_index? {
@@ -56,7 +56,7 @@ impl Settings {
         newest.or(seconds).or_else(by_number).filter(|s| s.is_finite() && *s > 0.0)
     }
 
-    /// Length of a physics step, s.
+    /// Returns the length of a physics step, s.
     pub fn physics_step(&self) -> f64 {
         let block = match self.engine {
             Some(1) => &self.ode,
@@ -68,7 +68,7 @@ impl Settings {
     }
 }
 
-/// `SIM`
+/// Reads `SIM`.
 pub fn simulation(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
     let tags = tags!(Settings {
         "" | "_t3" => |s, c, _| Ok(s.step[0] = Some(c.real()?)),
@@ -86,7 +86,8 @@ pub fn simulation(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) 
     object(c, tags, IGNORED, s, unknown).map(drop)
 }
 
-/// A number of 4 bytes as people wrote it: 0.05, not 0.05000000074505806. Newer files hold such numbers in 8 bytes.
+/// Rounds a number stored in 4 bytes to its shortest decimal form: 0.05, not 0.05000000074505806. Newer files store
+/// such numbers in 8 bytes.
 fn short(x: f64) -> f64 {
     if f64::from(x as f32) == x { (x as f32).to_string().parse().unwrap_or(x) } else { x }
 }
@@ -97,7 +98,7 @@ fn engine(s: &mut Settings, c: &mut Cursor<'_>) -> Read {
     Ok(())
 }
 
-/// `DYN`
+/// Reads `DYN`.
 pub fn dynamics(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
     let tags = tags!(Settings {
         "Eng" => |s, c, _| engine(s, c),
@@ -129,7 +130,7 @@ fn block(c: &mut Cursor<'_>) -> Read<EngineBlock> {
     Ok(block)
 }
 
-/// `ENV`
+/// Reads `ENV`.
 pub fn environment(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
     let tags = tags!(Settings {
         "Vil" => |s, c, _| Ok(s.layers = Some(c.u16()?)),
@@ -143,7 +144,7 @@ pub fn environment(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns)
     object(c, tags, IGNORED, s, unknown).map(drop)
 }
 
-/// `SET`
+/// Reads `SET`.
 pub fn main(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
     fn note(s: &mut Settings, off: bool, what: &'static str) {
         s.off.retain(|w| *w != what);

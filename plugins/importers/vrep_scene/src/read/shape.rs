@@ -1,4 +1,4 @@
-//! Shapes: what an object of section `SHP` adds.
+//! Shapes: the specific part of objects in section `SHP`.
 
 use super::{
     legacy_mesh::{self, Shared},
@@ -10,17 +10,17 @@ use super::{
 /// A shape.
 #[derive(Debug, Clone)]
 pub struct Shape {
-    /// The root of its meshes.
+    /// The root of its mesh tree.
     pub root: Option<Part>,
-    /// Arrays of serialization 15.
+    /// Shared arrays of serialization 15.
     pub shared: Option<Shared>,
-    /// Its material; from 3.4.
+    /// Material of the shape; since 3.4.
     pub material: Option<Material>,
-    /// With whom it collides: low byte within its tree, high byte with others.
+    /// Collision mask: low byte within its tree, high byte with others.
     pub mask: u16,
-    /// Linear, then angular velocity at the start, m/s and rad/s.
+    /// Initial linear, then angular velocity, m/s and rad/s.
     pub velocity: [f64; 6],
-    /// Whether forces move it.
+    /// Whether physics moves it.
     pub dynamic: bool,
     /// Whether it starts asleep.
     pub asleep: bool,
@@ -43,7 +43,7 @@ impl Default for Shape {
     }
 }
 
-/// Its elements.
+/// Elements of a shape.
 pub const TAGS: &[Tag<Shape>] = tags!(Shape {
     "Ge2" => |s, c, u| Ok(s.root = mesh::read_tree(c, u)?),
     "Geo" => |s, c, u| {
@@ -61,5 +61,5 @@ pub const TAGS: &[Tag<Shape>] = tags!(Shape {
     "Ss3" => |s, c, _| Ok(s.respondable = c.u8()? & 1 != 0),
 });
 
-/// Known and without meaning here.
+/// Known elements that are not used.
 pub const IGNORED: &[&str] = &["Sco", "Sc2", "Eco", "Ewt", "Cv2"];

@@ -1,4 +1,4 @@
-//! The triangles of a mesh, in the frame of its shape.
+//! Triangles of a mesh, in the frame of its shape.
 
 use nalgebra::{Isometry3, Point3};
 
@@ -11,29 +11,29 @@ use super::{
     pose::isometry,
 };
 
-/// Points and triangles.
+/// Points and triangles of a mesh.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Surface {
-    /// m, in the frame of the vertices.
+    /// Points in the frame of the vertices, m.
     pub points: Vec<[f64; 3]>,
-    /// Three places of points, from 0.
+    /// Indices of three points each, from 0.
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// A leaf, and the frame of its vertices in the frame of the shape.
+/// A leaf, and its vertex frame in the frame of the shape.
 pub struct Placed<'a> {
     /// The part that holds the leaf.
     pub part: &'a Part,
     /// The leaf.
     pub leaf: &'a Leaf,
-    /// From vertices to shape.
+    /// Transform from the vertex frame to the shape.
     pub frame: Isometry3<f64>,
 }
 
-/// All leaves of a shape, in order.
+/// Returns all leaves of a shape, in order.
 pub fn leaves(root: &Part) -> Vec<Placed<'_>> {
     let mut out = Vec::new();
-    // The root's own frame counts as none, whatever is stored.
+    // The stored frame of the root is ignored.
     walk(root, Isometry3::identity(), &mut out);
     out
 }
@@ -42,7 +42,7 @@ fn walk<'a>(part: &'a Part, frame: Isometry3<f64>, out: &mut Vec<Placed<'a>>) {
     if let Some(leaf) = &part.leaf {
         let own = match (&part.vertex_frame, leaf.arrays) {
             (Some(vertices), _) => frame * isometry(vertices),
-            // Vertices of serialization 15 stand in the shape's frame already.
+            // Vertices of serialization 15 are already in the shape's frame.
             (None, Arrays::Range { .. }) => Isometry3::identity(),
             (None, _) => isometry(&leaf.old_frame),
         };
@@ -66,7 +66,7 @@ impl File {
         }
     }
 
-    /// How many triangles a leaf has.
+    /// Returns the number of triangles of a leaf.
     pub fn count(&self, leaf: &Leaf, shared: Option<&Shared>) -> usize {
         match (leaf.arrays, self.arrays(leaf, shared)) {
             (Arrays::Range { triangles, .. }, _) => usize::try_from(triangles[1]).unwrap_or(0),
@@ -75,22 +75,23 @@ impl File {
         }
     }
 
-    /// The triangles of a leaf; numbers that lead nowhere are an error.
+    /// Returns the triangles of a leaf; indices out of range are an error.
     pub fn surface(&self, leaf: &Leaf, shared: Option<&Shared>, at: usize) -> Read<Surface> {
         let broken = |what: String| Broken::new(at, what).within("mesh");
-        let (vertices, indices) =
-            self.arrays(leaf, shared).ok_or_else(|| broken("its vertices or indices are not in the file".into()))?;
+        let (vertices, indices) = self
+            .arrays(leaf, shared)
+            .ok_or_else(|| broken("the file lacks the vertices or indices of a mesh".into()))?;
         let points = pool::points(&self.data, vertices);
         let corners = pool::corners(&self.data, indices)?;
         let mut triangles: Vec<[u32; 3]> = corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
         if let Arrays::Range { triangles: [first, n], .. } = leaf.arrays {
             let range = usize::try_from(first).ok().zip(usize::try_from(n).ok());
             let own = range.and_then(|(first, n)| triangles.get(first..first.checked_add(n)?));
-            let text = || format!("{n} triangles from {first} on are declared, there are {}", triangles.len());
+            let text = || format!("expected {n} triangles from index {first}, found {} in total", triangles.len());
             triangles = own.ok_or_else(|| broken(text()))?.to_vec();
         }
         if let Some(i) = triangles.iter().flatten().find(|i| **i as usize >= points.len()) {
-            return Err(broken(format!("a triangle names point {i} of {}", points.len())));
+            return Err(broken(format!("a triangle refers to point {i}, but there are only {}", points.len())));
         }
         if points.iter().flatten().any(|x| !x.is_finite()) {
             return Err(broken("a coordinate is not a number".into()));
@@ -99,7 +100,7 @@ impl File {
     }
 }
 
-/// Leaves out points that no triangle uses: arrays may be those of a whole shape.
+/// Removes points that no triangle uses: the arrays may be those of a whole shape.
 fn compact(points: &[[f32; 3]], mut triangles: Vec<[u32; 3]>) -> Surface {
     let mut places = vec![u32::MAX; points.len()];
     let mut used = Vec::with_capacity(points.len());
@@ -115,7 +116,7 @@ fn compact(points: &[[f32; 3]], mut triangles: Vec<[u32; 3]>) -> Surface {
 }
 
 impl Surface {
-    /// Moved by a pose.
+    /// Returns the surface transformed by a pose.
     pub fn moved(mut self, pose: &Isometry3<f64>) -> Self {
         if *pose != Isometry3::identity() {
             self.points.iter_mut().for_each(|p| *p = (pose * Point3::from(*p)).coords.into());
@@ -123,7 +124,7 @@ impl Surface {
         self
     }
 
-    /// Lowest and highest coordinates.
+    /// Returns the lowest and highest coordinates.
     pub fn bounds(&self) -> Option<([f64; 3], [f64; 3])> {
         let mut points = self.points.iter();
         let first = *points.next()?;

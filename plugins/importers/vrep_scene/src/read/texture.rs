@@ -1,4 +1,4 @@
-//! Images, and how they lie on meshes.
+//! Images, and their mapping to meshes.
 
 use super::{
     cursor::{Cursor, Read, Span},
@@ -10,19 +10,19 @@ use super::{
 /// An image.
 #[derive(Debug, Clone, Default)]
 pub struct Texture {
-    /// Its number.
+    /// Number of the texture.
     pub id: i32,
-    /// Pixels: columns, rows.
+    /// Resolution: columns, rows.
     pub size: [i32; 2],
-    /// Its name.
+    /// Name of the texture.
     pub name: String,
-    /// Whether a pixel has 4 bytes, not 3.
+    /// Whether pixels have 4 bytes, not 3.
     pub alpha: bool,
-    /// Pixels, row after row.
+    /// Pixel data, row by row.
     pub pixels: Span,
 }
 
-/// `TEX`
+/// Reads `TEX`.
 pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Texture> {
     let mut texture = Texture { id: -1, ..Default::default() };
     let tags = tags!(Texture {
@@ -42,12 +42,12 @@ pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Texture> {
     Ok(texture)
 }
 
-/// How an image lies on a mesh.
+/// The mapping of an image to a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Property {
-    /// Number of the image, or handle of the vision sensor that gives it.
+    /// Number of the image, or handle of the vision sensor that provides it.
     pub texture: i32,
-    /// How corners get their coordinates.
+    /// How texture coordinates are computed.
     pub mode: i32,
     /// Scale along u and v.
     pub scale: [f64; 2],
@@ -55,7 +55,7 @@ pub struct Property {
     pub pose: Stored,
 }
 
-/// `Toj`
+/// Reads `Toj`.
 pub fn property(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Property> {
     let mut property = Property { texture: -1, mode: 0, scale: [1.0; 2], pose: IDENTITY };
     let tags = tags!(Property {

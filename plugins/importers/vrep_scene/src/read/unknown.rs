@@ -1,41 +1,42 @@
-//! Elements that nobody here understands: where they are, so that nothing is lost silently.
+//! Records elements that are not understood, so that nothing is lost silently.
 
 use std::collections::BTreeMap;
 
 use super::cursor::Span;
 
-/// Elements of one sort.
+/// Unknown elements with the same path.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Unknown {
-    /// How many there are.
+    /// Number of occurrences.
     pub count: usize,
-    /// Their bytes together.
+    /// Total size in bytes.
     pub bytes: usize,
-    /// Where they are: the first ones.
+    /// Positions of the first occurrences.
     pub spans: Vec<Span>,
 }
 
-/// All of them, by the tags that lead to them: `SHP/Ge2/Xyz`.
+/// Unknown elements by their path of tags: `SHP/Ge2/Xyz`.
 #[derive(Debug, Clone, Default)]
 pub struct Unknowns {
-    /// Sorts.
+    /// The elements, by path.
     pub all: BTreeMap<String, Unknown>,
     path: Vec<String>,
 }
 
-/// More sorts than this are counted together, and more of a sort are only counted: hostile files have as many as they like.
+/// Limit on paths, and on positions stored per path; further ones are only counted, because malformed files can have
+/// any number.
 const MOST: usize = 1000;
 
 impl Unknowns {
-    /// A section begins.
+    /// Enters a section.
     pub fn enter(&mut self, tag: &str) {
         self.path.push(tag.to_owned());
     }
-    /// It ends.
+    /// Leaves the section.
     pub fn leave(&mut self) {
         self.path.pop();
     }
-    /// An element that is not known.
+    /// Records an unknown element.
     pub fn add(&mut self, tag: &str, span: Span) {
         let mut path = self.path.join("/");
         if !path.is_empty() {

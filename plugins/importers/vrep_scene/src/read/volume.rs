@@ -1,4 +1,4 @@
-//! Volumes in which proximity sensors and mills look, along z of their object.
+//! Detection volumes of proximity sensors and mills, along z of their object.
 
 use super::{
     cursor::{Cursor, Read},
@@ -6,33 +6,33 @@ use super::{
     unknown::Unknowns,
 };
 
-/// A volume. Fields that its type does not use may hold anything.
+/// A detection volume. Fields that its type does not use may have any value.
 #[derive(Debug, Clone, Default)]
 pub struct Volume {
     /// 0 pyramid, 1 cylinder, 2 disc, 3 cone, 4 ray, 5 random rays.
     pub kind: i32,
-    /// Way from the object to the near end, m.
+    /// Distance from the object to the near end, m.
     pub offset: f64,
-    /// Way from the near end to the far end, m.
+    /// Distance from the near end to the far end, m.
     pub range: f64,
     /// Sides of a pyramid's near end along x and y, m.
     pub near: [f64; 2],
-    /// The same of its far end.
+    /// Sides of a pyramid's far end along x and y, m.
     pub far: [f64; 2],
-    /// Radius of a cylinder; of the near end of a cone or disc, m.
+    /// Radius of a cylinder, or of the near end of a cone or disc, m.
     pub radius: f64,
     /// Radius of the far end, m.
     pub radius_far: f64,
-    /// Full opening of a cone or disc, rad.
+    /// Full opening angle of a cone or disc, rad.
     pub angle: f64,
-    /// Share of the opening that is left out, 0 to 1.
+    /// Fraction of the opening angle that is left out, 0 to 1.
     pub inside: f64,
-    /// Nearest things are ignored up to here, m; if that is on.
+    /// Smallest distance that is detected, m, if enabled.
     pub smallest: Option<f64>,
     threshold: f64,
 }
 
-/// `Vod`
+/// Reads `Vod`.
 pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Volume> {
     let mut volume = Volume::default();
     let tags = tags!(Volume {

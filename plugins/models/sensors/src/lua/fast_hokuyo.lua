@@ -1,5 +1,5 @@
--- Lets both cameras look and turns their rows of depths into points: x y z in the frame of the device, from right to left.
--- Pixels that see nothing, and those outside of the scanning angle, are left out.
+-- Handles both cameras, and converts their rows of depths to points: x y z in the frame of the device, from right to
+-- left. Pixels that detect nothing, or that are outside the scanning angle, are left out.
 
 local function parameter(name, low, high)
     local value = tonumber(sim.getScriptSimulationParameter(sim.handle_self, name)) or high
@@ -32,7 +32,7 @@ function sysCall_sensing()
         local n = #depths
         for i = n, 1, -1 do
             local z = camera.near + depths[i] * (far - camera.near)
-            -- Columns are as far apart as seen on a plane, the first at +x of the camera, which is its left.
+            -- Columns are equally spaced on the image plane; the first is at +x of the camera, which is its left.
             local across = camera.slope * (1 - (2 * i - 1) / n)
             if depths[i] < 0.9999 and z * math.sqrt(1 + across * across) < far then
                 local point = sim.multiplyVector(camera.matrix, { z * across, 0, z })

@@ -1,9 +1,9 @@
--- Tells the position of the reference with two errors: one that is drawn at each reading, and one that is drawn once and
--- stays until the parameter is changed. A tube takes x, y, z as packed floats; signals take one number each.
+-- Publishes the position of the reference with two errors: one is drawn at each reading, the other once, and again when
+-- the parameter is changed. The tube gets x, y, z as packed floats; the signals get one number each.
 
 local AXES = { 'x', 'y', 'z' }
 
--- A number between -half and half.
+-- Returns a random number between -half and half.
 local function within(half)
     return (2 * math.random() - 1) * half
 end

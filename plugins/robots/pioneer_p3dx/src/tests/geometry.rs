@@ -1,4 +1,4 @@
-//! Where things stand: frames multiplied out, wheels on the floor, the sense of the motors, closed meshes.
+//! Tests of the geometry: composed frames, wheels on the floor, the direction of the motors, closed meshes.
 
 use super::{
     both, close,
@@ -38,7 +38,7 @@ impl Frame {
     }
 }
 
-/// World frame of an object while all joints stand at 0.
+/// Returns the world frame of an object when all joints are at 0.
 pub fn frame(robot: &Record, object: &Object) -> Frame {
     let array = |key: &str, default: &[f64]| {
         if object.properties.contains_key(key) { object.numbers(key) } else { default.to_vec() }
@@ -68,7 +68,8 @@ fn a_positive_speed_of_both_motors_drives_ahead() {
     for robot in both() {
         for (side, sign) in [("left", 1.0), ("right", -1.0)] {
             let motor = frame(&robot, robot.get(&format!("Pioneer_p3dx_{side}Motor")));
-            // A wheel that turns by w rolls its centre along w x (0, 0, r), r up from the floor to the centre.
+            // A wheel with angular velocity w moves its centre by w x (0, 0, r), r being the height of the centre above
+            // the floor.
             let w = motor.direction([0.0, 0.0, 1.0]);
             let rolls = [w[1], -w[0], 0.0];
             assert!(close(rolls[0], 1.0, 1e-9) && close(rolls[1], 0.0, 1e-9), "{side}");
@@ -78,7 +79,7 @@ fn a_positive_speed_of_both_motors_drives_ahead() {
     }
 }
 
-/// Local poses typed from the file's list of objects (w x y z, x y z), the caster's link turned as here.
+/// Local poses, copied from the file's list of objects (w x y z, x y z), with the caster's link rotated as here.
 #[test]
 fn local_positions_are_the_files_within_a_millimetre() {
     let rows = [
@@ -157,7 +158,7 @@ fn collision_boxes_keep_clear_of_floor_and_wheels() {
             let (size, at) = (get("size"), get("position"));
             let z = at[2] + 0.1388 - size[2] / 2.0;
             low = low.min(z);
-            // Below the deck the boxes stay between the wheels, whose inner faces are 0.1405 from the middle.
+            // Below the deck the boxes must fit between the wheels, whose inner faces are 0.1405 from the middle.
             if z < 0.195 {
                 assert!(size[1] / 2.0 < 0.1405 - 0.002, "{size:?}");
             }

@@ -1,4 +1,4 @@
-//! The model as the host sees it: through the C tables, recorded.
+//! Tests of the model as the host sees it: recorded calls through the C tables.
 
 mod geometry;
 mod recorder;
@@ -77,7 +77,7 @@ fn masks_and_inertias_are_the_files() {
         ("Pioneer_p3dx_leftWheel", 1.5, [0.03, 0.03, 0.06], Some(65295.0)),
         ("Pioneer_p3dx_rightWheel", 1.5, [0.03, 0.03, 0.06], Some(65295.0)),
         ("Pioneer_p3dx_caster_link", 1.0, [0.016, 0.016, 0.019984], None),
-        // The file's 0.0070088 about z is more than any body has.
+        // The file's 0.0070088 about z is physically impossible.
         ("Pioneer_p3dx_caster_wheel", 0.25, [0.0010192, 0.0010192, 0.002], Some(65295.0)),
     ];
     for (alias, mass, inertia, mask) in rows {
@@ -89,7 +89,7 @@ fn masks_and_inertias_are_the_files() {
             assert_eq!(o.number("shape.respondable_mask"), mask, "{alias}");
         }
     }
-    // Within the robot nothing meets: base against wheels by the low byte, wheels against the caster not at all near.
+    // Within the robot nothing collides: base and wheels by the low byte; wheels and caster are far apart.
     assert_eq!((65520 & 65295) & 0xFF, 0);
 }
 

@@ -1,4 +1,4 @@
-//! A host that has nothing, and a builder that records its calls.
+//! A host without services, and a builder that records its calls.
 
 use std::{
     cell::RefCell,
@@ -12,12 +12,12 @@ use tatu_plugin_api::{
     safe::{Owned, Value},
 };
 
-/// An object as it was described.
+/// A recorded object.
 #[derive(Debug, Default)]
 pub struct Object {
     pub kind: String,
     pub alias: String,
-    /// 0: none; else the number of an object, from 1.
+    /// Number of the parent object, from 1; 0: none.
     pub parent: usize,
     pub device: Option<String>,
     pub properties: BTreeMap<String, Value>,
@@ -46,7 +46,7 @@ impl Object {
     }
 }
 
-/// What a build has recorded.
+/// The record of a build.
 #[derive(Debug, Default)]
 pub struct Record {
     pub objects: Vec<Object>,
@@ -64,7 +64,8 @@ impl Record {
 }
 
 fn record(b: Option<&tatu_builder>) -> &RefCell<Record> {
-    // SAFETY: `ctx` is the record of `build`, which outlives the builder.
+    // SAFETY: the only builder of these tests is that of `build`, whose `ctx` points to a `RefCell<Record>` that
+    // outlives it.
     unsafe { &*b.unwrap().ctx.cast() }
 }
 
@@ -87,7 +88,8 @@ extern "C" fn set(
 }
 
 unsafe extern "C" fn mesh(b: Option<&tatu_builder>, points: *const f64, n: u64, triangles: *const u32, m: u64) -> u64 {
-    // SAFETY: as many as told, 3 numbers each.
+    // SAFETY: the caller passes `n` points and `m` triangles of 3 numbers each, valid for reads during the call, as the
+    // header requires.
     let (points, triangles) = unsafe {
         (
             std::slice::from_raw_parts(points.cast(), n as usize).to_vec(),
@@ -109,14 +111,15 @@ unsafe extern "C" fn no_service(_: *const tatu_host, _: *const c_char) -> *const
 }
 
 unsafe extern "C" fn say(e: *mut tatu_error, _: tatu_status, text: tatu_str) {
-    // SAFETY: `ctx` is the string of `build`.
+    // SAFETY: the only error object is that of `build`, whose `ctx` points to a `String` that outlives it; `text` is
+    // valid during the call.
     unsafe {
         let bytes = std::slice::from_raw_parts(text.ptr.cast(), text.len as usize);
         *(*e).ctx.cast::<String>() = String::from_utf8_lossy(bytes).into_owned();
     }
 }
 
-/// Builds the model through the library's C tables, with its defaults but for `given`.
+/// Builds the model through the plugin's C tables, with its defaults except for `given`.
 pub fn build(given: &[(&str, Value)]) -> Result<Record, String> {
     let mut said = String::new();
     let empty = tatu_str { ptr: null(), len: 0 };
@@ -156,10 +159,11 @@ pub fn build(given: &[(&str, Value)]) -> Result<Record, String> {
     let plugin = &crate::tatu_plugin.0;
     let mut me = std::ptr::null_mut();
     let mut owned = Owned::default();
-    // SAFETY: the calls follow the header: init, extension, build, shutdown; all tables live until the end.
+    // SAFETY: the calls follow the order in the header: init, extension, build, shutdown; all tables and `owned` live
+    // until the end of this block.
     let status = unsafe {
         assert_eq!(plugin.init.unwrap()(&host, &mut me, &mut error), TATU_OK);
-        // Starting sends panic messages to the host's log; a test wants to see them.
+        // `init` redirects panic messages to the host's log; restore the default, so that tests show them.
         drop(std::panic::take_hook());
         let extension: *const tatu_ext_model = plugin.extension.unwrap()(me, TATU_MODEL.as_ptr()).cast();
         let model = &**(*extension).models;

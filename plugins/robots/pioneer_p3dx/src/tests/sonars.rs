@@ -1,4 +1,4 @@
-//! The ring: its table against the file, and that no sonar sees its own robot.
+//! Tests of the sonar ring: its poses match the file, and no sonar detects its own robot.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -8,7 +8,7 @@ fn sensor(robot: &Record, n: usize) -> &super::recorder::Object {
     robot.get(&format!("Pioneer_p3dx_ultrasonicSensor{n}"))
 }
 
-/// Typed again from the file's own list of objects, by sensor number: w x y z, x y z in the visible body's frame.
+/// Copied from the file's own list of objects, by sensor number: w x y z, x y z in the visible body's frame.
 #[rustfmt::skip]
 const FILE: [(usize, [f64; 4], [f64; 3]); 16] = [
     (8, [0.707094, 0.70712, 0.0, 0.0], [0.106405, -0.138144, 0.068101]),
@@ -36,7 +36,7 @@ fn the_ring_is_the_files() {
         let o = sensor(&robot, n);
         let p = o.numbers("object.position");
         assert!((0..3).all(|i| close(p[i], position[i], 0.1e-3)), "{n}: {p:?} {position:?}");
-        // Quaternions q and -q are the same turn; the file's own are off by 0.7 milliradians (sensor 12).
+        // Quaternions q and -q are the same rotation; those of the file deviate by up to 0.7 milliradians (sensor 12).
         let q = o.numbers("object.quaternion");
         let off = |sign: f64| {
             let pairs = [x, y, z, w].into_iter().zip(&q);
@@ -64,7 +64,7 @@ fn sonars_look_horizontally_along_their_headings() {
     }
 }
 
-/// The ring as V-REP's program itself gave it, m and degrees (tests/facts/pioneer.md, 1).
+/// The ring as reported by V-REP itself, m and degrees (tests/facts/pioneer.md, 1).
 #[test]
 fn the_ring_is_the_one_measured_in_the_program() {
     const RING: [(f64, f64, f64); 16] = [
@@ -88,14 +88,14 @@ fn the_ring_is_the_one_measured_in_the_program() {
     let robot = vrep();
     for (n, (x, y, _)) in (1..).zip(RING) {
         let here = sensor(&robot, n).numbers("object.position");
-        // The measurement is printed to 0.1 mm.
+        // The measurement has a resolution of 0.1 mm.
         for (a, b) in here.iter().zip([x, y, 0.0681]) {
             assert!(close(*a, b, 0.2e-3), "{n}: {here:?}");
         }
     }
 }
 
-/// ARIA's numbers once more, half of them (tests/facts/pioneer.md, 2): the table is its own mirror, left to right.
+/// Half of ARIA's numbers (tests/facts/pioneer.md, 2): the table is symmetric, left to right.
 #[test]
 fn the_data_sheets_ring_is_aria_s() {
     let robot = sheet();
@@ -149,7 +149,7 @@ fn beams_are_what_the_parameters_say() {
     );
 }
 
-/// The floor: cones of 15 degrees to each side meet it at 75 degrees from its normal, or more.
+/// The floor: cones of 15 degrees to each side meet it at 75 degrees or more from its normal.
 #[test]
 fn the_normal_limit_keeps_the_floor_out() {
     let robot = vrep();
@@ -161,7 +161,7 @@ fn the_normal_limit_keeps_the_floor_out() {
     assert!(reach < o.number("proximity.range"), "without the limit the floor is seen from {reach} m on");
 }
 
-/// Points spread over all that beams can see of the robot, world frame.
+/// Returns points spread over everything that beams can detect of the robot, in the world frame.
 fn seen(robot: &Record) -> Vec<[f64; 3]> {
     let mut out = Vec::new();
     let base = frame(robot, robot.get("Pioneer_p3dx"));
@@ -200,7 +200,7 @@ fn no_part_of_the_robot_enters_a_cone() {
             let o = sensor(&robot, n);
             let f = frame(&robot, o);
             let (p, z) = (f.point([0.0; 3]), f.direction([0.0, 0.0, 1.0]));
-            // A degree to spare.
+            // With a margin of one degree.
             let edge = (o.number("proximity.angle") / 2.0 + 1f64.to_radians()).cos();
             for q in &points {
                 let d: [f64; 3] = std::array::from_fn(|k| q[k] - p[k]);

@@ -3,8 +3,8 @@
 use crate::system;
 
 const ALIGN: usize = 4 << 30;
-/// Address space that is left to the rest of the program: reservations of scripts that took it to the last would make the
-/// next ordinary allocation fail, which ends the program. Where there is not so much, scripts share the system's memory.
+/// Address space left to the rest of the program. If scripts reserved all of it, the next ordinary allocation would
+/// fail and end the program; where less than this is free, scripts use the system's allocator.
 const LEFT: usize = 1 << 30;
 
 /// Reserved address space that begins at a multiple of 4 GiB. It uses no memory until committed.
@@ -15,17 +15,18 @@ pub(super) struct Region {
 }
 
 impl Region {
-    /// `None` if the system refuses.
+    /// Reserves `bytes` of address space; `None` if the system refuses.
     pub fn new(bytes: usize) -> Option<Region> {
         if cfg!(target_pointer_width = "64") {
             let probe = system::reserve(bytes + LEFT);
             if probe.is_null() {
                 return None;
             }
-            // SAFETY: just reserved, and not used.
+            // SAFETY: `probe` was reserved above with the same size, and nothing refers to it.
             unsafe { system::free(probe, bytes + LEFT) };
         }
-        // Where address space is short (`ulimit -v`), 4 GiB more for each script would be too much.
+        // Try without padding first: where address space is limited (`ulimit -v`), 4 GiB more per script would be too
+        // much.
         let base = system::reserve_aligned(bytes, ALIGN);
         if !base.is_null() {
             return Some(Region { mapped: base, bytes, base });
@@ -37,7 +38,8 @@ impl Region {
 
 impl Drop for Region {
     fn drop(&mut self) {
-        // SAFETY: the owner has dropped everything inside the region.
+        // SAFETY: `mapped` and `bytes` are those of the reservation. The region belongs to a `Slot`, which is dropped
+        // after the state that uses its blocks has been closed.
         unsafe { system::free(self.mapped, self.bytes) };
     }
 }

@@ -1,4 +1,4 @@
-//! Slots: addresses, classes, order.
+//! Tests of slots: addresses, size classes, order of reuse.
 
 use super::*;
 
@@ -22,7 +22,8 @@ fn addresses_repeat_and_the_limit_holds() {
         let ud = (&raw const *slot).cast_mut().cast();
         slot.set_limit(1 << 20);
         let mut seen = Vec::new();
-        // SAFETY: blocks are handed back with the sizes they have.
+        // SAFETY: `ud` points to `slot`, which outlives the block; each block is passed back with the size it was
+        // allocated with.
         unsafe {
             let a = lua_alloc(ud, null_mut(), 0, 100);
             let b = lua_alloc(ud, null_mut(), 0, 3000);
@@ -46,7 +47,7 @@ fn addresses_repeat_and_the_limit_holds() {
 fn sorted_free_lists_are_left_alone() {
     let Some(slot) = Slot::in_test(5) else { return };
     let free = || slot.free.each_ref().map(Cell::get);
-    // SAFETY: blocks are handed back with the sizes they have.
+    // SAFETY: each block is freed once, with the size it was allocated with, and not used afterwards.
     unsafe {
         let all: Vec<_> = (0..6).map(|_| slot.allocate(100, false, std::ptr::null())).collect();
         assert!(!slot.unsorted.get());
@@ -78,7 +79,7 @@ fn sorted_free_lists_are_left_alone() {
 #[test]
 fn sorting_releases_the_end_and_reuses_low_addresses_first() {
     let Some(slot) = Slot::in_test(0) else { return };
-    // SAFETY: blocks are handed back with the sizes they have.
+    // SAFETY: each block is freed once, with the size it was allocated with, and not used afterwards.
     unsafe {
         let all: Vec<_> = (0..6).map(|_| slot.allocate(100, false, std::ptr::null())).collect();
         let end = slot.top.get();
@@ -102,7 +103,7 @@ fn sorting_releases_the_end_and_reuses_low_addresses_first() {
 #[test]
 fn a_backup_brings_content_and_order_back() {
     let Some(slot) = Slot::in_test(9) else { return };
-    // SAFETY: blocks are handed back with the sizes they have.
+    // SAFETY: blocks are written within their size and freed once with it; no state uses the slot during `roll_back`.
     unsafe {
         let all: Vec<_> = (0..50).map(|_| slot.allocate(3000, false, std::ptr::null())).collect();
         for (i, block) in all.iter().enumerate() {
@@ -112,14 +113,14 @@ fn a_backup_brings_content_and_order_back() {
         let top = slot.top.get();
         for (block, i) in all.iter().zip(0..) {
             block.write_bytes(0xAA, 3000);
-            // The first ones stay.
+            // The first blocks are kept.
             if i >= 3 {
                 slot.free_block(*block, 3000);
             }
         }
         slot.sort_free_lists();
         assert_eq!(slot.top.get(), slot.offset(all[3]));
-        // Twice, so that the way is gone again.
+        // Twice, to check that a rollback does not depend on the blocks' history.
         for _ in 0..2 {
             slot.roll_back(backup.as_ref().unwrap());
             assert_eq!(slot.top.get(), top);

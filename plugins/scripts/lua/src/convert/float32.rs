@@ -5,15 +5,15 @@ use tatu_plugin_api::abi::*;
 
 use super::put;
 
-/// Rounds to a 32-bit float. Whole numbers are kept: they may be handles.
+/// Rounds to a 32-bit float. Integral values are kept, because they may be handles.
 fn single(x: f64) -> f64 {
     if x.fract() == 0.0 { x } else { f64::from(x as f32) }
 }
 
-/// Rounds arguments: numbers, and arrays of numbers, which lie in memory of this call.
+/// Rounds arguments in place: numbers, and arrays of numbers in the memory of this call.
 ///
 /// # Safety
-/// `n` values converted by `Reader`, valid for writes.
+/// `first` points to `n` values converted by `Reader`, which are valid for writes, as are their arrays.
 pub(crate) unsafe fn to_single(first: *mut tatu_value, n: usize) {
     for i in 0..n {
         let v = &mut *first.add(i);
@@ -33,7 +33,7 @@ pub(crate) unsafe fn to_single(first: *mut tatu_value, n: usize) {
 /// Pushes a rounded result.
 ///
 /// # Safety
-/// As `put`.
+/// The requirements of `put` apply.
 pub(crate) unsafe fn put_single(l: *mut lua_State, v: &tatu_value) {
     match v.tag {
         TATU_F64 => lua_pushnumber(l, single(v.u.f)),
@@ -57,7 +57,7 @@ pub(crate) unsafe fn put_single(l: *mut lua_State, v: &tatu_value) {
 mod tests {
     use super::single;
 
-    /// tests/facts/script-api.md, 1, before 4.5: setting 0.1 reads 0.10000000149.
+    /// tests/facts/script-api.md, 1: before 4.5, setting 0.1 reads back as 0.10000000149.
     #[test]
     fn a_tenth_is_not_quite_one() {
         assert_eq!(format!("{:.14}", single(0.1)), "0.10000000149012");

@@ -8,7 +8,7 @@ use tatu_plugin_api::{abi::*, safe::*};
 use super::MAX_DEPTH;
 use crate::{errors, run::functions, stack::bytes, state::State};
 
-/// Where converted tables are allocated.
+/// Memory in which converted tables are allocated.
 #[derive(Clone, Copy)]
 pub(crate) enum Allocator {
     /// The world's arena: arguments of a command.
@@ -22,9 +22,9 @@ pub(crate) struct Reader<'a> {
     pub l: *mut lua_State,
     pub s: &'a State,
     pub allocator: Allocator,
-    /// "argument" or "result", for messages.
+    /// "argument" or "result", for error messages.
     pub what: &'static str,
-    /// Whether memory was allocated.
+    /// Whether memory was allocated in the arena.
     pub allocated: bool,
 }
 
@@ -44,7 +44,7 @@ enum Key {
     Other,
 }
 
-/// A value with an integer payload.
+/// Builds a value with an integer payload.
 pub(crate) const fn int_value(tag: u32, i: i64) -> tatu_value {
     tatu_value { tag, reserved: 0, u: tatu_payload { i } }
 }
@@ -62,7 +62,7 @@ impl Reader<'_> {
     /// cannot be passed.
     ///
     /// # Safety
-    /// `idx` is absolute; a string stays valid as long as the value is on the stack.
+    /// `idx` is absolute. A string in `*out` is valid only while the Lua value is on the stack.
     #[inline(always)]
     pub(crate) unsafe fn read(&mut self, idx: i32, n: u32, out: *mut tatu_value) {
         let l = self.l;
@@ -90,7 +90,7 @@ impl Reader<'_> {
             LUA_TNIL => int_value(TATU_NIL, 0),
             LUA_TBOOLEAN => int_value(TATU_BOOL, i64::from(lua_toboolean(l, idx))),
             LUA_TSTRING => {
-                // Copied: the table that holds it may change while the callee still reads.
+                // Copied, because the table that holds it may change while the callee still reads it.
                 let text = bytes(l, idx);
                 let memory = self.allocate::<u8>(text.len());
                 std::ptr::copy_nonoverlapping(text.as_ptr(), memory, text.len());
@@ -159,7 +159,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Fast path for tables that hold the numbers 1 to n in order, which almost all do.
+    /// Fast path for tables whose keys are 1 to n in order, as in almost all arrays of numbers.
     unsafe fn numbers(&mut self, idx: i32, n: usize) -> Option<tatu_value> {
         let l = self.l;
         lua_rawgeti(l, idx, 1);
@@ -195,7 +195,7 @@ impl Reader<'_> {
         (i == n).then(|| span(tag, memory.cast(), n))
     }
 
-    /// Numbers 1 to n that Lua traverses in another order.
+    /// Converts keys 1 to n that Lua traverses in another order.
     unsafe fn unordered_numbers(&mut self, idx: i32, n: usize, floats: bool) -> tatu_value {
         let l = self.l;
         let memory = self.allocate::<u64>(n);
@@ -244,7 +244,7 @@ impl Reader<'_> {
             lua_pop(l, 1);
             i += 1;
         }
-        // The last key may be left on the stack, and an outer traversal needs its own.
+        // Drop a key that the loop left on the stack: an outer traversal expects its own key on top.
         lua_settop(l, top);
         span(TATU_MAP, memory.cast(), i)
     }
@@ -281,7 +281,7 @@ fn step<'a>(up: &'a Step<'a>, table: *const c_void, key: Key) -> Step<'a> {
     Step { up: Some(up), table, depth: up.depth + 1, key }
 }
 
-/// "argument 2, at [3].name: the table contains itself"
+/// Builds the error for a value that cannot be passed: "argument 2, at [3].name: the table contains itself".
 fn refusal(call: &str, at: &Step<'_>, what: &str, text: &str) -> Fail {
     let (mut keys, mut top, mut up) = (Vec::new(), 0, Some(at));
     while let Some(s) = up {
@@ -296,7 +296,8 @@ fn refusal(call: &str, at: &Step<'_>, what: &str, text: &str) -> Fail {
         let _ = match key {
             Key::Int(i) => write!(path, "[{i}]"),
             Key::Text(ptr, len) => {
-                // SAFETY: keys are held by the tables that are being converted.
+                // SAFETY: the key string is referenced by a table on the stack that is being converted, so it is not
+                // collected or changed.
                 let name = unsafe { std::slice::from_raw_parts(ptr, len) };
                 write!(path, ".{}", String::from_utf8_lossy(name))
             }
@@ -311,14 +312,17 @@ fn refusal(call: &str, at: &Step<'_>, what: &str, text: &str) -> Fail {
 /// Stores the `n` values on top of the stack as the frame's results, and pops them.
 ///
 /// # Safety
-/// The frame has space for `results_cap` results. May raise.
+/// The frame has room for `results_cap` results, and at least `n` values are on the stack. May raise an error.
 pub(crate) unsafe fn take_results(l: *mut lua_State, s: &State, frame: *mut tatu_call, n: i32) {
     let frame = &mut *frame;
     let first = lua_gettop(l) - n + 1;
     if frame.results_cap > 0 && n as u32 > frame.results_cap {
         errors::raise(
             l,
-            Fail::with_code(TATU_ERR_SPACE, format!("returned {n} values where {} fit", frame.results_cap)),
+            Fail::with_code(
+                TATU_ERR_SPACE,
+                format!("the function returned {n} values; the caller has room for {}", frame.results_cap),
+            ),
         );
     }
     let n = (n as u32).min(frame.results_cap);

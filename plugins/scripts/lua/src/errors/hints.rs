@@ -1,10 +1,10 @@
-//! Hints for frequent errors, in addition to Lua's own messages.
+//! Hints for common errors, added to Lua's own messages.
 
 use mlua_sys::*;
 
 use crate::{stack::bytes, state::State};
 
-/// Hint for a syntax error.
+/// Returns a hint for a syntax error.
 pub(crate) fn syntax(message: &str) -> Option<String> {
     let opened = || {
         let (_, rest) = message.split_once("(to close '")?;
@@ -17,29 +17,30 @@ pub(crate) fn syntax(message: &str) -> Option<String> {
     } else if let (true, Some((what, line))) = (message.contains(" expected (to close '"), opened()) {
         format!("the `{what}` of line {line} is not closed")
     } else if message.starts_with("<eof> expected near 'end'") {
-        "there is one `end` more than there are blocks".into()
+        "there is an `end` without a block that it closes".into()
     } else if message.starts_with("'then' expected") {
         if message.ends_with("near '='") {
-            "values are compared with `==`; a single `=` sets one".into()
+            "values are compared with `==`; a single `=` assigns".into()
         } else {
             "a condition ends with `then`: `if x > 1 then`".into()
         }
     } else if message.starts_with("'do' expected") {
         "the head of a loop ends with `do`".into()
     } else if message.contains("near '!'") {
-        "`not equal` is written `~=`, `not` is written out".into()
+        "`not equal` is written `~=`, negation is written `not`".into()
     } else if message.starts_with("unfinished string") {
-        "a text ends, with the quote that it began with, on the same line".into()
+        "a string must end on the same line, with the quote it began with".into()
     } else if message.starts_with("'=' expected") || message.starts_with("syntax error") {
-        "a line is a call, `f(x)`, or sets something, `x = 1`: is a word misspelt, or a bracket missing?".into()
+        "a statement is a call, `f(x)`, or an assignment, `x = 1`: check for a misspelt word or a missing bracket"
+            .into()
     } else if message.starts_with("unexpected symbol") {
-        "what stands before it is not complete, or this sign does not belong here".into()
+        "the code before this symbol is incomplete, or the symbol is misplaced".into()
     } else {
         return None;
     })
 }
 
-/// Hint for a runtime error; `near` finds a global or command with a similar name.
+/// Returns a hint for a runtime error; `near` finds a global or command with a similar name.
 pub(crate) fn runtime(message: &str, near: impl Fn(&str) -> Option<String>) -> Option<String> {
     let variable = || {
         let (_, rest) = message.rsplit_once(" (")?;
@@ -62,17 +63,19 @@ pub(crate) fn runtime(message: &str, near: impl Fn(&str) -> Option<String>) -> O
         return None;
     }
     let Some((what, name)) = variable() else {
-        return Some("one of the two is nil: it has not been set, or what should have set it gave nothing".into());
+        return Some(
+            "one of the two is nil: it was never set, or the function that should have set it returned nothing".into(),
+        );
     };
     Some(format!(
-        "`{name}` is nil: it has not been set yet, is misspelt, or what should have set it gave nothing{}",
+        "`{name}` is nil: it was never set, is misspelt, or the function that should have set it returned nothing{}",
         meant(what, name)
     ))
 }
 
-/// The most similar name in `all`, if any is similar.
+/// Returns the most similar name in `all`, if any is similar enough.
 pub(crate) fn nearest(name: &str, all: impl Iterator<Item = String>) -> Option<String> {
-    // At most two differences in short names: `simROS` is no misspelt `simRMLPos`.
+    // At most two differences in short names: `simROS` is not a misspelling of `simRMLPos`.
     let most = |known: &str| match name.len() {
         n @ ..=8 => n.div_ceil(4),
         n => 1 + n.max(known.len()) / 4,
@@ -84,15 +87,15 @@ pub(crate) fn nearest(name: &str, all: impl Iterator<Item = String>) -> Option<S
         .map(|(_, known)| known)
 }
 
-/// Names of all commands.
+/// Returns the names of all commands.
 pub(crate) fn commands(s: &State) -> Vec<String> {
     s.world().commands().into_iter().flat_map(|about| about.names).collect()
 }
 
-/// Names of the script's globals.
+/// Returns the names of the script's globals.
 ///
 /// # Safety
-/// Three free stack slots of an idle thread.
+/// `l` is an idle thread with three free stack slots.
 pub(crate) unsafe fn globals(l: *mut lua_State) -> Vec<String> {
     let mut out = Vec::new();
     lua_pushglobaltable(l);

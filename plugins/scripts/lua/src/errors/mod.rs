@@ -1,8 +1,8 @@
-//! Errors: from the plugin into Lua, and from Lua to the host.
+//! Errors: raised by the plugin in Lua, and reported from Lua to the host.
 //!
-//! - `raise`: into Lua;
-//! - `protect`, `report`: what ends a protected call, as a failure with place, hint and traceback;
-//! - `places`: where a script is; `hints`: help for frequent errors.
+//! - `raise`: raises errors in Lua;
+//! - `protect`, `report`: convert the error of a protected call to a failure with position, hint and traceback;
+//! - `places`: the position of a script; `hints`: help for common errors.
 
 pub(crate) mod hints;
 mod places;

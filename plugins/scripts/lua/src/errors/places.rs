@@ -1,11 +1,11 @@
-//! Where a script is, without allocating in Lua.
+//! Finds the position of a script without allocating memory in Lua.
 
 use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use crate::{lua_internals, state::State};
 
-/// Records the script's position while it runs out of memory: there is no memory for a message handler then.
+/// Records the script's position when it runs out of memory, since there is no memory for a message handler then.
 ///
 /// # Safety
 /// `s` is a state of this plugin.
@@ -16,8 +16,8 @@ pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void, grown: *const u8) {
     }
 }
 
-/// Files and lines of the running calls, innermost first, without allocating in Lua. For a coroutine of the script: the
-/// line that resumed it.
+/// Returns files and lines of the running calls, innermost first, without allocating memory in Lua. In a coroutine of
+/// the script, it is the line that resumed it.
 unsafe fn running_at(s: &State) -> Vec<(String, u64)> {
     let l = s.running.get();
     let mut places = Vec::new();
@@ -37,9 +37,10 @@ unsafe fn running_at(s: &State) -> Vec<(String, u64)> {
     places
 }
 
-/// Position of the script while a command that it called runs.
+/// Returns the position of the script while a command that it called runs.
 pub(crate) fn place(s: &State) -> Option<Fail> {
-    // SAFETY: the running thread of this state is inside a command call.
+    // SAFETY: `running` is null or a live thread of this state, which is suspended in the command call, so its call
+    // information does not change.
     let places = unsafe { running_at(s) };
     (!places.is_empty()).then(|| at_places(Fail::new("here"), &places))
 }
@@ -50,7 +51,7 @@ pub(super) fn at_places(fail: Fail, places: &[(String, u64)]) -> Fail {
     fail.at(file, line).traceback(lines.join("\n"))
 }
 
-/// File or name of a Lua source.
+/// Returns the file or name of a Lua source.
 pub(super) fn file_of(source: &[u8]) -> &[u8] {
     match source {
         [b'@' | b'=', rest @ ..] => rest,

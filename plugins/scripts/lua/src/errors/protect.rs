@@ -1,4 +1,4 @@
-//! Protected mode: every use of a state from outside of Lua.
+//! Protected mode, in which every access to a state from outside of Lua runs.
 
 use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
@@ -9,13 +9,14 @@ use crate::{
     state::State,
 };
 
-/// Runs `f` in protected mode on the running thread; a Lua error becomes a `Fail`. `f` must not keep anything with
-/// a destructor across Lua functions that raise.
+/// Runs `f` in protected mode on the running thread; a Lua error becomes a `Fail`. `f` must not keep a value with a
+/// destructor alive across Lua functions that raise.
 pub(crate) fn protect(s: &State, f: &mut dyn FnMut(*mut lua_State)) -> Result {
     let l = s.running.get();
     let mut f = f;
     let _format = NumberFormat::begin(s.old.get());
-    // SAFETY: this is the running thread, and its stack is restored to `top`.
+    // SAFETY: `l` is a live thread of this state, and `s` is borrowed for the whole call. `lua_checkstack` has reserved
+    // the slots used, `f` lives until `lua_pcall` returns, and the stack is reset to `top`.
     unsafe {
         let _running = Running::begin(l);
         let top = lua_gettop(l);
@@ -32,7 +33,7 @@ pub(crate) fn protect(s: &State, f: &mut dyn FnMut(*mut lua_State)) -> Result {
     }
 }
 
-/// Body of `protect`.
+/// Body of `protect`: calls the closure that the light userdata points to.
 unsafe extern "C-unwind" fn run(l: *mut lua_State) -> i32 {
     let f = &mut *lua_touserdata(l, 1).cast::<&mut dyn FnMut(*mut lua_State)>();
     lua_settop(l, 0);

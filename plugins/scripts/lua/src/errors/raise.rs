@@ -1,4 +1,4 @@
-//! Errors from the plugin into Lua.
+//! Raises errors of the plugin in Lua.
 
 use mlua_sys::*;
 use tatu_plugin_api::safe::*;
@@ -8,10 +8,11 @@ use crate::{
     state::{self, State},
 };
 
-/// Raises a failure as a Lua error: position of the calling line, text, help. The failure is recorded with its code.
+/// Raises a failure as a Lua error with the position of the calling line, the text and the help. The failure is
+/// recorded with its code.
 ///
 /// # Safety
-/// The calling C function of Lua keeps nothing with a destructor.
+/// The calling C function keeps no value with a destructor alive.
 pub(crate) unsafe fn raise(l: *mut lua_State, fail: Fail) -> i32 {
     luaL_checkstack(l, 4, std::ptr::null());
     luaL_where(l, 1);
@@ -31,14 +32,15 @@ fn remember<'a>(s: &'a State, place: &[u8], fail: Fail) -> &'a [u8] {
     }
     let (ptr, len) = (text.as_ptr(), text.len());
     s.errors.borrow_mut().raised = Some((fail, text));
-    // SAFETY: the bytes lie on the heap and are replaced only by the next failure.
+    // SAFETY: the text was moved into `s.errors`, which does not move its heap buffer; it stays there until the next
+    // failure is recorded, and callers copy it into Lua before that.
     unsafe { std::slice::from_raw_parts(ptr, len) }
 }
 
 /// Raises a plain message with the position of the calling line.
 ///
 /// # Safety
-/// The calling C function of Lua keeps nothing with a destructor.
+/// The calling C function keeps no value with a destructor alive.
 pub(crate) unsafe fn raise_text(l: *mut lua_State, text: &str) -> i32 {
     luaL_checkstack(l, 4, std::ptr::null());
     luaL_where(l, 1);

@@ -1,4 +1,4 @@
-//! Errors from Lua to the host.
+//! Reports errors of Lua to the host.
 
 use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
@@ -25,7 +25,8 @@ pub(crate) unsafe extern "C-unwind" fn handler(l: *mut lua_State) -> i32 {
 /// Records the error value on top of `l`, raised in the thread `from`.
 ///
 /// # Safety
-/// May raise when memory is short.
+/// `l` and `from` are live threads of `s`, and the error value is on top of `l`. May raise an error when memory is
+/// short.
 pub(crate) unsafe fn record(l: *mut lua_State, from: *mut lua_State, s: &State) {
     if lua_checkstack(l, 10) == 0 {
         return;
@@ -35,7 +36,8 @@ pub(crate) unsafe fn record(l: *mut lua_State, from: *mut lua_State, s: &State) 
         to_text(l, -1);
         lua_replace(l, -2);
     }
-    // A traceback needs no budget: it has few lines. Without one, the error that the budget is spent would end in another.
+    // The traceback has few lines and is not charged: with a spent budget, reporting that would fail with the same
+    // error.
     let limit = s.budget.release();
     luaL_traceback(l, from, std::ptr::null(), i32::from(from == l));
     s.budget.confine(limit);
@@ -62,7 +64,7 @@ unsafe fn record_error(s: &State, from: *mut lua_State, text: &[u8], traceback: 
 /// Converts the error that ended a protected call.
 ///
 /// # Safety
-/// The error value is on top of the stack.
+/// The error value is on top of the stack of `l`.
 pub(crate) unsafe fn from_lua(s: &State, l: *mut lua_State, status: i32) -> Fail {
     let caught = s.errors.borrow_mut().caught.take();
     if let Some(fail) = s.budget.refusal() {
@@ -74,7 +76,7 @@ pub(crate) unsafe fn from_lua(s: &State, l: *mut lua_State, status: i32) -> Fail
     let caught = caught.unwrap_or_else(|| Caught {
         text: match lua_type(l, -1) {
             LUA_TSTRING => bytes(l, -1).to_vec(),
-            _ => b"an error without a text".to_vec(),
+            _ => b"an error object without a message".to_vec(),
         },
         traceback: Vec::new(),
         places: Vec::new(),
@@ -91,7 +93,7 @@ fn no_memory(s: &State) -> Fail {
 fn memory_fail(s: &State) -> Fail {
     let limit = s.slot.limit();
     if s.slot.take_refused() {
-        let text = format!("the system is out of memory: the script has {} of {limit} bytes", s.slot.used());
+        let text = format!("the system has no memory left: the script uses {} of its {limit} bytes", s.slot.used());
         return Fail::with_code(TATU_ERR_MEMORY, text)
             .help("allow the program more memory (`ulimit -v`, or the job's limit)");
     }
@@ -109,7 +111,7 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
     }
     let errors = s.errors.borrow();
     let chunk = s.text.borrow().name();
-    // A command's failure keeps its code and text.
+    // The failure of a command keeps its code and text.
     if let Some((fail, text)) = &errors.raised
         && caught.text.ends_with(text)
     {
@@ -132,8 +134,7 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
         Some(name) => {
             let advice = || Some(s.text.borrow().rules.advice(name.as_bytes())?.into_owned());
             let near = || Some(format!("did you mean `{}`?", hints::nearest(&name, hints::commands(s).into_iter())?));
-            // If the module is available, only this name in it is wrong, and advice about missing modules does not
-            // apply.
+            // If the module is available, only this name is wrong, and advice about missing modules does not apply.
             let root = format!("{}.", name.split('.').next().unwrap_or_default());
             let is_here = hints::commands(s).into_iter().any(|c| c.starts_with(&root));
             let advice = if is_here { None } else { advice() };
@@ -154,7 +155,7 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
     with_traceback(located(fail, place, &caught), Some(&caught))
 }
 
-/// Message about a name that no plugin offers.
+/// Builds the message about a name that no plugin offers.
 fn unknown(message: &str, name: &str) -> String {
     if message.starts_with("attempt to index") {
         return format!("there is no `{name}` here: no plugin offers commands of that name");
@@ -189,7 +190,7 @@ fn with_traceback(fail: Fail, caught: Option<&Caught>) -> Fail {
     }
 }
 
-/// Strips leading `file:line: ` of known sources; the last one is the position.
+/// Strips leading `file:line: ` of known sources; the last one found is the position.
 fn strip_positions<'a>(text: &'a [u8], caught: &Caught, chunk: &str) -> (&'a [u8], Option<(String, u64)>) {
     let (mut text, mut place) = (text, None);
     'again: loop {
@@ -209,7 +210,7 @@ fn strip_positions<'a>(text: &'a [u8], caught: &Caught, chunk: &str) -> (&'a [u8
     }
 }
 
-/// Splits "source:12: rest".
+/// Splits "source:12: rest" into the line and the rest.
 pub(crate) fn split_position<'a>(text: &'a [u8], source: &[u8]) -> Option<(u64, &'a [u8])> {
     if source.is_empty() {
         return None;

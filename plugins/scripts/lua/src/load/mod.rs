@@ -1,4 +1,4 @@
-//! Loading of a script's text: preludes, dialect, compilation.
+//! Loads a script's text: preludes, dialect, compilation.
 
 mod preludes;
 
@@ -22,17 +22,18 @@ use crate::{
 };
 use preludes::run_preludes;
 
-/// Loads a script's text and returns its dialect.
+/// Loads a script's text, and returns its dialect.
 pub(crate) fn load(s: &State, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
     *s.words.borrow_mut() = lexer::words(text);
     let mut rules = Rules::default();
     let dialect = if dialect.is_empty() {
-        // The dialect is found by the preludes: a first pass, whose errors show up in the second.
+        // The preludes infer the dialect in a first pass; its errors are ignored because the second pass repeats them.
         let mut first = Rules::default();
         let before = s.slot.backup();
         let _ = run_preludes(s, None, &mut first);
         if let Some(before) = before {
-            // SAFETY: the main thread is idle, and `first` refers to nothing in the state.
+            // SAFETY: no Lua code runs, so the state is idle. Nothing outside the slot refers to blocks of the first
+            // pass: `first` holds only copies.
             unsafe { s.slot.roll_back(&before) };
         }
         first.dialect.unwrap_or_default()
@@ -42,8 +43,8 @@ pub(crate) fn load(s: &State, text: &[u8], chunk: &str, dialect: &str) -> Result
     let old = version(&dialect).is_some_and(|v| v < (4, 2));
     s.old.set(old);
     compat::open(s, old)?;
-    // Garbage of this phase and of the preludes would scatter the script's own objects.
-    // SAFETY: the main thread is idle.
+    // Garbage of this phase and of the preludes would scatter the script's own objects in memory.
+    // SAFETY: `s.main` is the live main thread of this state, and no Lua code runs.
     unsafe { gc::full(s.main, s) };
     run_preludes(s, Some(&dialect), &mut rules)?;
     let words = s.words.take();
@@ -67,18 +68,18 @@ pub(crate) fn load(s: &State, text: &[u8], chunk: &str, dialect: &str) -> Result
         over: false,
         names: Vec::new(),
     };
-    // SAFETY: the main thread is idle.
+    // SAFETY: `s.main` is the live main thread of this state, and no Lua code runs.
     unsafe { gc::full(s.main, s) };
     compile(s, text, chunk)?;
     snapshot::baseline::record(s)?;
-    // SAFETY: the main thread is idle.
+    // SAFETY: `s.main` is the live main thread of this state, and no Lua code runs.
     unsafe { gc::restart(s.main) };
     Ok(dialect)
 }
 
 fn compile(s: &State, text: &[u8], chunk: &str) -> Result {
     let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text);
-    // A first line such as "#!/usr/bin/lua" is skipped; its line break stays, for the line numbers.
+    // A first line such as "#!/usr/bin/lua" is skipped; its line break is kept, to preserve line numbers.
     let skip = match text.first() {
         Some(b'#') => text.iter().position(|b| *b == b'\n').unwrap_or(text.len()),
         _ => 0,
@@ -88,7 +89,8 @@ fn compile(s: &State, text: &[u8], chunk: &str) -> Result {
     let text: &[u8] = &modern;
     let name = CString::new(format!("@{chunk}").replace('\0', "")).unwrap_or_default();
     let mut message = None;
-    // SAFETY: runs in a protected call; text and name outlive it.
+    // SAFETY: `protect` calls the closure with a live thread and free stack slots, and catches Lua errors; `text` and
+    // `name` outlive the call.
     protect(s, &mut |l| unsafe {
         let status = luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name.as_ptr(), c"t".as_ptr());
         if status == LUA_OK {
@@ -103,7 +105,7 @@ fn compile(s: &State, text: &[u8], chunk: &str) -> Result {
     }
 }
 
-/// Converts an error of the compiler: "file:12: '=' expected near 'x'".
+/// Converts an error message of the compiler: "file:12: '=' expected near 'x'".
 fn syntax(message: &[u8], chunk: &str) -> Fail {
     // Lua shortens long names from the left.
     let tail = message.windows(2).position(|w| w[0] == b':' && w[1].is_ascii_digit()).unwrap_or(0);
@@ -116,13 +118,14 @@ fn syntax(message: &[u8], chunk: &str) -> Fail {
     if line > 0 { fail.at(chunk, line) } else { fail }
 }
 
-/// The integer that a numeral or the name of a constant stands for.
+/// Returns the integer that a numeral or the name of a constant represents.
 fn number(s: &State, word: &[u8]) -> Option<i64> {
     if let Some(n) = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok()) {
         return Some(n);
     }
     let mut found = None;
-    // SAFETY: runs in a protected call; the world is alive, the name is valid during the call.
+    // SAFETY: `protect` calls the closure with a live thread and free stack slots, and catches Lua errors; `word`
+    // outlives the call.
     protect(s, &mut |l| unsafe {
         if registry(l, reg::CONSTANTS) == LUA_TTABLE {
             push(l, word);

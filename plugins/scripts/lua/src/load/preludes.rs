@@ -1,4 +1,4 @@
-//! Preludes: texts of command plugins that are run before a script, and the rules that they return.
+//! Runs preludes, texts of command plugins that precede a script, and reads the rules that they return.
 
 use mlua_sys::*;
 use tatu_plugin_api::safe::*;
@@ -15,11 +15,12 @@ use crate::{
     },
 };
 
-/// Runs all preludes without a module name, and collects the rules they return.
+/// Runs all preludes that are not modules, and collects the rules they return.
 pub(super) fn run_preludes(s: &State, dialect: Option<&str>, rules: &mut Rules) -> Result {
     let kind = kind(s);
     for (_, text) in preludes(s).filter(|(module, _)| module.is_empty()) {
-        // SAFETY: runs in a protected call; the rules belong to the caller.
+        // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `text` and `rules` outlive the
+        // call.
         protect(s, &mut |l| unsafe {
             luaL_checkstack(l, 20, std::ptr::null());
             if chunk_cache::load(l, text, c"=prelude") != LUA_OK {
@@ -44,7 +45,7 @@ pub(super) fn run_preludes(s: &State, dialect: Option<&str>, rules: &mut Rules) 
     Ok(())
 }
 
-/// Reads the rules of a prelude from the table on top.
+/// Reads the rules of a prelude from the table on top of the stack.
 unsafe fn read_rules(l: *mut lua_State, rules: &mut Rules) {
     unsafe fn field(l: *mut lua_State, name: &std::ffi::CStr) -> bool {
         lua_getfield(l, -1, name.as_ptr()) != LUA_TNIL
@@ -139,7 +140,7 @@ unsafe fn read_rules(l: *mut lua_State, rules: &mut Rules) {
     lua_pop(l, 1);
 }
 
-/// For preludes, `has(...)`: whether the script's text contains one of these names or operators.
+/// Implements `has(...)` for preludes: returns whether the script's text contains one of these names or operators.
 unsafe extern "C-unwind" fn has(l: *mut lua_State) -> i32 {
     let found = {
         let words = state::of(l).words.borrow();
@@ -149,8 +150,8 @@ unsafe extern "C-unwind" fn has(l: *mut lua_State) -> i32 {
     1
 }
 
-/// For preludes, `between(from, to)`: the first name in the script's text that sorts at or after `from` and before
-/// `to`, byte by byte; or nil.
+/// Implements `between(from, to)` for preludes: returns the first name in the script's text that sorts at or after
+/// `from` and before `to`, byte by byte; nil if there is none.
 unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
     let word = {
         let words = state::of(l).words.borrow();
@@ -158,7 +159,7 @@ unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
         words.get(at).filter(|w| w.as_slice() < bytes(l, 2)).map(|w| (w.as_ptr(), w.len()))
     };
     match word {
-        // SAFETY: the list is not changed while the prelude runs.
+        // SAFETY: the bytes belong to `s.words`, which is not changed while a prelude runs; Lua copies them.
         Some((ptr, len)) => {
             lua_pushlstring(l, ptr.cast(), len);
         }
@@ -167,7 +168,7 @@ unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
     1
 }
 
-/// The script's kind: "child", "main", ...
+/// Returns the script's kind: "child", "main", ...
 fn kind(s: &State) -> Vec<u8> {
     let kind = s.world().get(s.instance.owner, s.host.prop("script.kind"));
     kind.ok().and_then(|v| v.as_bytes().map(<[u8]>::to_vec)).unwrap_or_default()

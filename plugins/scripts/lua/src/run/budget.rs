@@ -1,5 +1,5 @@
-//! Instruction budget: a count hook that neither protected calls nor coroutines can escape, and a meter in the state on
-//! which C code counts its loops (`lua_charges.h`).
+//! Instruction budget: a count hook that neither protected calls nor coroutines can bypass, and a meter in the state to
+//! which C code charges its loops (`lua_charges.h`).
 
 use mlua_sys::*;
 
@@ -13,14 +13,14 @@ use crate::{
 /// Instructions charged for a new coroutine, since its hook starts a count of its own.
 const COROUTINE_COST: u64 = 500;
 
-/// Instructions charged for a call of the operating system, for opening a file, and for a line of the log.
+/// Instructions charged for a system call or a line of the log, and for opening a file.
 pub(crate) const SYSTEM_CALL: u64 = 500;
 pub(crate) const OPENING: u64 = 5000;
 pub(crate) const LINE: u64 = 100;
-/// Instructions charged for a name that is asked for at the host.
+/// Instructions charged for looking up a name at the host.
 pub(crate) const LOOKUP: u64 = 50;
 
-/// Charges a new coroutine for instructions before its own hook runs.
+/// Charges the instructions that a new coroutine may run before its own hook counts.
 pub(crate) fn charge_coroutine(s: &State) {
     let used = &s.budget.meter().used;
     used.set(used.get() + COROUTINE_COST * INSTRUCTION);
@@ -29,12 +29,12 @@ pub(crate) fn charge_coroutine(s: &State) {
 /// Arms the hook of a thread; coroutines it creates inherit the hook.
 ///
 /// # Safety
-/// A thread of a state created by this plugin.
+/// `l` is a thread of a state created by this plugin.
 pub(crate) unsafe fn arm(l: *mut lua_State) {
     lua_sethook(l, Some(hook), LUA_MASKCOUNT, HOOK_INTERVAL as i32);
 }
 
-/// Remaining instructions.
+/// Returns the remaining instructions.
 pub(crate) fn remaining(s: &State) -> u64 {
     let meter = s.budget.meter();
     meter.limit.get().saturating_sub(meter.used.get()) / INSTRUCTION
@@ -48,24 +48,24 @@ pub(crate) unsafe fn charge(l: *mut lua_State, instructions: u64) {
     charge_units(l, instructions.saturating_mul(INSTRUCTION));
 }
 
-/// The same in units.
+/// Like [`charge`], in units.
 ///
 /// # Safety
 /// Raises a Lua error when the budget is exhausted.
 pub(crate) unsafe fn charge_units(l: *mut lua_State, units: u64) {
     let meter = state::of(l).budget.meter();
     let (used, limit) = (meter.used.get(), meter.limit.get());
-    // Nested calls may have used more than the limit.
+    // Nested calls may already have used more than the limit.
     meter.used.set(used.saturating_add(units).min(limit.max(used)));
     if meter.used.get() >= limit {
         stop_script(l);
     }
 }
 
-/// C code has used up what was left.
+/// Called by C code that has spent the budget.
 ///
 /// # Safety
-/// As `charge`. The limit of a state is set by this plugin alone, so the state is one of its own.
+/// The requirements of [`charge`] apply. Only this plugin sets the limit of a Lua state, so `l` is one of its states.
 #[unsafe(no_mangle)]
 unsafe extern "C-unwind" fn tatu_lua_spent(l: *mut lua_State) {
     stop_script(l);
@@ -85,13 +85,13 @@ unsafe extern "C-unwind" fn hook(l: *mut lua_State, _: *mut lua_Debug) {
     stop_script(l);
 }
 
-/// Ends the call, and disables the script.
+/// Ends the running call with an error, and disables the script.
 unsafe fn stop_script(l: *mut lua_State) {
     let s = state::of(l);
     let meter = s.budget.meter();
     if !s.budget.exhausted.replace(true) {
         s.budget.spent.set(meter.limit.get() / INSTRUCTION);
-        // Prefer a position in a file over one in text that the file generated.
+        // Prefer a position in a file over one in code that the script generated.
         let mut ar = std::mem::zeroed::<lua_Debug>();
         let mut level = 0;
         while lua_getstack(l, level, &mut ar) != 0 {
@@ -106,7 +106,7 @@ unsafe fn stop_script(l: *mut lua_State) {
             level += 1;
         }
     }
-    // From now on the hook fails at every instruction, so that no protected call and no coroutine continues.
+    // From here on the hook fails at every instruction, so that no protected call or coroutine continues.
     lua_sethook(l, Some(hook), LUA_MASKCOUNT, 1);
     lua_sethook(s.main, Some(hook), LUA_MASKCOUNT, 1);
     luaL_checkstack(l, 2, std::ptr::null());
@@ -115,7 +115,8 @@ unsafe fn stop_script(l: *mut lua_State) {
 }
 
 fn note(s: &State, ar: &lua_Debug) {
-    // SAFETY: `ar` was filled by Lua just before.
+    // SAFETY: `lua_getinfo` filled `ar` just before, so `source` and `srclen` describe a string that the running
+    // function keeps alive.
     let source = unsafe { std::slice::from_raw_parts(ar.source.cast::<u8>(), ar.srclen) };
     let text = String::from_utf8_lossy(source);
     let file = text.strip_prefix(['@', '=']).unwrap_or(&text).to_owned();

@@ -1,7 +1,7 @@
-//! Callbacks of a script: which ones it has, and how each is run.
+//! Callbacks of a script: finds and runs them.
 //!
-//! The style is decided after the text has run once, in the callback `init`: either there is a function per callback,
-//! or the whole text is run again for each callback with a global that names it.
+//! The style is decided after the text has run once, in the callback `init`: either the script defines a function per
+//! callback, or the whole text is run again for each callback, with a global that names it.
 
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ const CLEANUP: &[u8] = b"cleanup";
 /// The callback that runs as a coroutine.
 const THREAD: &[u8] = b"thread";
 
-/// The callback in which a text of a style runs first.
+/// Returns the callback in which a text of a style runs first.
 fn first(style: Style) -> &'static [u8] {
     match style {
         Style::Step => ACTUATION,
@@ -42,7 +42,7 @@ fn first(style: Style) -> &'static [u8] {
     }
 }
 
-/// Returns the number of a callable, 0 if there is none.
+/// Returns the number of a callable; 0 if there is none.
 pub(crate) fn find(s: &State, how: u32, name: &[u8]) -> u32 {
     let (style, rules, over) = {
         let text = s.text.borrow();
@@ -59,12 +59,13 @@ pub(crate) fn find(s: &State, how: u32, name: &[u8]) -> u32 {
             Style::NotRun | Style::Step | Style::Thread => {}
             Style::Rerun => there = rules.rerun.as_ref().is_some_and(|r| r.has(name)),
             Style::Functions => {
-                // SAFETY: runs in a protected call.
+                // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `rules` and `name`
+                // outlive the call.
                 let _ = protect(s, &mut |l| unsafe { there = callback(l, &rules, name) });
             }
         },
         TATU_FIND_FUNCTION => {
-            // SAFETY: runs in a protected call.
+            // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `name` outlives the call.
             let _ = protect(s, &mut |l| unsafe { there = function(l, name) });
         }
         _ => {}
@@ -80,10 +81,10 @@ pub(crate) fn find(s: &State, how: u32, name: &[u8]) -> u32 {
     }) + 1) as u32
 }
 
-/// Pushes the function of a callback; false, with nil pushed, if there is none.
+/// Pushes the function of a callback; if there is none, pushes nil and returns false.
 ///
 /// # Safety
-/// Runs in protected mode.
+/// Runs in protected mode, since it may raise an error.
 pub(crate) unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> bool {
     luaL_checkstack(l, 8, std::ptr::null());
     let top = lua_gettop(l);
@@ -112,7 +113,7 @@ pub(crate) unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> 
     false
 }
 
-/// Pushes a function by its qualified name; false, with some other value pushed, if there is none.
+/// Pushes a function by its qualified name; if there is none, pushes another value and returns false.
 unsafe fn function(l: *mut lua_State, name: &[u8]) -> bool {
     luaL_checkstack(l, 4, std::ptr::null());
     lua_pushglobaltable(l);
@@ -139,8 +140,8 @@ pub(crate) fn call(s: &State, callable: u32, frame: &mut Frame<'_>, budget: Budg
     let name: &[u8] = &name;
     let rules: &Arc<Rules> = &rules;
     let mut missing = false;
-    // SAFETY: runs in a protected call; everything with a destructor belongs to this function, which no Lua error
-    // unwinds.
+    // SAFETY: `enter` calls the closure with a live thread in protected mode. Values with destructors belong to this
+    // function, whose frame no Lua error unwinds.
     let result = enter(s, frame, budget, used, &mut |l, frame| unsafe {
         luaL_checkstack(l, 12, std::ptr::null());
         if how == TATU_FIND_FUNCTION {
@@ -167,8 +168,8 @@ pub(crate) fn call(s: &State, callable: u32, frame: &mut Frame<'_>, budget: Budg
     });
     let begun = s.text.borrow().style != Style::NotRun;
     if style == Style::NotRun && !begun && result.is_err() && how == TATU_FIND_CALLBACK {
-        // The text failed: the callbacks defined so far are kept, above all `cleanup`.
-        // SAFETY: runs in a protected call.
+        // The text failed: keep the callbacks defined so far, above all `cleanup`.
+        // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `rules` outlives the call.
         let _ = protect(s, &mut |l| unsafe {
             decide_style(l, s, rules, may_rerun);
         });
@@ -187,7 +188,7 @@ unsafe fn start_or_call(l: *mut lua_State, s: &State, rules: &Rules, name: &[u8]
     if name == THREAD { threads::start(l, s, frame) } else { call_callback(l, s, rules, name, frame) }
 }
 
-/// Runs a text of style `Step` or `Thread`.
+/// Runs a text of the style `Step` or `Thread`.
 unsafe fn run_text(l: *mut lua_State, s: &State, rules: &Rules, frame: *mut tatu_call) -> Flow {
     let style = rules.style.unwrap_or_default();
     s.text.borrow_mut().style = style;
@@ -201,7 +202,7 @@ unsafe fn run_text(l: *mut lua_State, s: &State, rules: &Rules, frame: *mut tatu
     start_or_call(l, s, rules, first(style), frame)
 }
 
-/// First run of the text, followed by the callbacks `info` and `init`.
+/// Runs the text for the first time, then the callbacks `info` and `init`.
 unsafe fn first_run(
     l: *mut lua_State,
     s: &State,
@@ -228,7 +229,7 @@ unsafe fn first_run(
     if let Some(rerun) = &rules.rerun {
         rerun.set_globals(l, s.instance.owner, None);
     }
-    // Metadata is requested between the text's first run and its start.
+    // Metadata is read between the first run of the text and `init`.
     if name != INFO && callback(l, rules, INFO) {
         lua_call(l, 0, 0);
     }
@@ -266,7 +267,7 @@ unsafe fn end_by_number(l: *mut lua_State, s: &State, base: i32) {
     }
 }
 
-/// Decides the style once the text has run.
+/// Chooses the style after the text has run.
 unsafe fn decide_style(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool) -> Style {
     let style = match rules.style {
         Some(style) => style,
@@ -277,7 +278,7 @@ unsafe fn decide_style(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: b
     style
 }
 
-/// Whether a global function has the name of a callback.
+/// Returns whether any global function has the name of a callback.
 unsafe fn any_callback(l: *mut lua_State, rules: &Rules) -> bool {
     luaL_checkstack(l, 6, std::ptr::null());
     let top = lua_gettop(l);

@@ -1,7 +1,7 @@
-//! Binding of commands, constants and name spaces to Lua names, resolved when a script first uses them.
+//! Binds commands, constants and namespaces to Lua names when a script first uses them.
 //!
-//! The globals and each name space table (such as that of "gripper.") fall back to a cache table, which asks the host
-//! for names it lacks. Tables of the script are never changed.
+//! The globals and each namespace table (such as that of "gripper.") fall back to a cache table, which asks the host
+//! for names it lacks. The script's own tables are never changed.
 
 use std::{mem::MaybeUninit, ptr::null_mut};
 
@@ -24,21 +24,21 @@ use crate::{
 /// Number of arguments that fit on the native stack.
 const ARGS: usize = 16;
 
-/// Flag in a command's upvalue: floats pass unrounded, see `single`.
+/// Flag in a command's upvalue: floats are passed unrounded, see `single`.
 const EXACT: i64 = 1 << 40;
 
-/// The callee.
+/// The target of a call.
 #[derive(Clone, Copy)]
 pub(crate) enum Target {
     /// A command: id << 8 | alias.
     Command(u32),
-    /// The same, with numbers rounded to 32-bit floats.
+    /// A command whose numbers are rounded to 32-bit floats.
     Single(u32),
     /// A function of another script.
     Function(u64),
 }
 
-/// Lua function of a command; upvalue 1: id << 8 | alias.
+/// Lua function of a command; upvalue 1 is id << 8 | alias.
 pub(crate) unsafe extern "C-unwind" fn command(l: *mut lua_State) -> i32 {
     let packed = lua_tointegerx(l, lua_upvalueindex(1), null_mut());
     if packed < EXACT && state::of(l).single.get() {
@@ -50,7 +50,7 @@ pub(crate) unsafe extern "C-unwind" fn command(l: *mut lua_State) -> i32 {
 /// Calls a command with the arguments on the stack.
 ///
 /// # Safety
-/// The caller is a C function of Lua that does nothing else.
+/// The caller is a C function of Lua that keeps no value with a destructor alive.
 #[inline(always)]
 pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     let s = state::of(l);
@@ -69,7 +69,7 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     let mut frame = frame(&mut results);
     frame.n_args = n as u32;
     frame.args = first;
-    // In modern scripts, commands of old dialects raise errors as all others do.
+    // For modern scripts, commands raise errors even when called by an old name.
     frame.flags = if s.old.get() { 0 } else { TATU_CALL_RAISE };
     if l != s.main && lua_isyieldable(l) != 0 {
         frame.wait_token = s.token.get() + 1;
@@ -114,25 +114,31 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     results.len() as i32
 }
 
-/// Calls a function of another script.
+/// Lua function that calls a function of another script; upvalue 1 is its id.
 pub(crate) unsafe extern "C-unwind" fn foreign(l: *mut lua_State) -> i32 {
     let func = lua_tointeger(l, lua_upvalueindex(1)) as u64;
     run(l, Target::Function(func))
 }
 
-/// Memory for more arguments than fit on the native stack.
+/// Returns memory for more arguments than fit on the native stack.
 #[cold]
 unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
     reader.allocated = true;
     let memory = (reader.s.commands.alloc)(reader.s.world_ref(), (n * size_of::<tatu_value>()) as u64);
     if memory.is_null() {
-        errors::raise(reader.l, Fail::with_code(TATU_ERR_SPACE, format!("{n} arguments are too many")));
+        errors::raise(
+            reader.l,
+            Fail::with_code(
+                TATU_ERR_SPACE,
+                format!("the call has {n} arguments, more than the memory of one call can hold"),
+            ),
+        );
     }
     luaL_checkstack(reader.l, 8, std::ptr::null());
     memory.cast()
 }
 
-/// A call that waits or failed.
+/// Handles a call that waits or failed.
 #[cold]
 unsafe fn other(l: *mut lua_State, s: &State, status: tatu_status, frame: &tatu_call, borrowed_before: u32) -> i32 {
     if s.borrowed.get() != borrowed_before {
@@ -150,14 +156,15 @@ fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {
         return Fail::unsupported("this command waits, which is not possible here")
             .help("call it from a thread callback or a coroutine, not inside a sort or a metamethod");
     }
-    // SAFETY: the host's error lives until its next error.
+    // SAFETY: the host's error stays valid until its next error, and is copied here.
     let fail = unsafe { Fail::read(status, frame.error) };
-    // SAFETY: the error was copied above; the arena is released back to where this call began.
+    // SAFETY: the error was copied above, and nothing else refers to the part of the arena that this call allocated
+    // behind `mark`.
     unsafe { (s.commands.release)(s.world_ref(), s.mark.get()) };
     fail
 }
 
-/// `__index` of the caches: looks a name up at the host. Upvalue 1: the prefix.
+/// `__index` of the caches: looks up a name at the host. Upvalue 1 is the prefix.
 pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     if lua_type(l, 2) != LUA_TSTRING {
         return 0;
@@ -204,19 +211,19 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     1
 }
 
-/// How many unresolved names are remembered for error messages.
+/// Number of unresolved names kept for error messages.
 const MAX_UNRESOLVED: usize = 32;
 
 fn unresolved(s: &State, name: &[u8]) {
     let unresolved = &mut s.errors.borrow_mut().unresolved;
-    // Between the lookup of a function and its call, its arguments are looked up.
+    // Other names may be looked up between the lookup of a function and its call: its arguments.
     if unresolved.len() == MAX_UNRESOLVED {
         unresolved.pop_front();
     }
     unresolved.push_back(name.to_vec());
 }
 
-/// Pushes the name space table of the prefix at `prefix`; always the same table.
+/// Pushes the namespace table of the prefix at index `prefix`; always the same table.
 unsafe fn scope(l: *mut lua_State, prefix: i32) {
     registry(l, reg::SCOPES);
     lua_pushvalue(l, prefix);
@@ -231,10 +238,10 @@ unsafe fn scope(l: *mut lua_State, prefix: i32) {
     attach(l, prefix);
 }
 
-/// Gives the table on top a metatable whose `__index` is a cache of names with the prefix at `prefix`.
+/// Gives the table on top a metatable whose `__index` is a cache of names with the prefix at index `prefix`.
 ///
 /// # Safety
-/// Six free stack slots; may raise.
+/// There are six free stack slots. May raise an error.
 unsafe fn attach(l: *mut lua_State, prefix: i32) {
     lua_newtable(l); // metatable
     lua_newtable(l); // cache
@@ -250,7 +257,7 @@ unsafe fn attach(l: *mut lua_State, prefix: i32) {
 /// Connects the globals to the host's names.
 ///
 /// # Safety
-/// Called once, while the state is made; may raise.
+/// Called once, while the state is created. May raise an error.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     luaL_checkstack(l, 12, std::ptr::null());
     push(l, b"");
@@ -263,10 +270,10 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_settop(l, prefix - 1);
 }
 
-/// Clears the name caches after commands were added or removed; name space tables keep their identity.
+/// Clears the name caches after commands were added or removed; namespace tables keep their identity.
 ///
 /// # Safety
-/// May raise.
+/// May raise an error.
 pub(crate) unsafe fn refresh(l: *mut lua_State, s: &State) {
     let now = (s.commands.generation)(s.world_ref());
     if now == s.generation.get() {

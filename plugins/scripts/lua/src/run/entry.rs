@@ -1,4 +1,4 @@
-//! Calls from the host into a script.
+//! Runs calls from the host into a script.
 
 use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
@@ -10,7 +10,7 @@ use crate::{
     state::{State, account::Outer},
 };
 
-/// Scope of one call from the host, however it ends.
+/// The scope of one call from the host; its drop restores the state however the call ends.
 struct Entry<'a> {
     s: &'a State,
     outer: Outer,
@@ -57,14 +57,14 @@ pub(crate) fn enter(
         return Err(Fail::with_code(TATU_ERR_PANIC, "the script's state was damaged by an earlier panic"));
     }
     let frame: *mut tatu_call = frame.raw();
-    // SAFETY: the host's frame, valid during the call.
+    // SAFETY: `frame` comes from an exclusive borrow of the host's frame, which is valid during the call.
     unsafe {
         (*frame).n_results = 0;
         s.parallel.set((*frame).flags & TATU_CALL_SIDE_BY_SIDE != 0);
     }
     let entry = Entry::begin(s, budget);
     let mut flow = Flow::Done;
-    // SAFETY: runs in a protected call.
+    // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `frame` is valid as above.
     let result = protect(s, &mut |l| unsafe {
         commands::refresh(l, s);
         if s.depth.get() == 1 {
@@ -75,7 +75,7 @@ pub(crate) fn enter(
     });
     *used = entry.end();
     if result.is_err() {
-        // What was written before the error stands before it.
+        // Text written before the error is logged before it.
         s.end_line();
     }
     result.map(|()| flow)
@@ -84,7 +84,7 @@ pub(crate) fn enter(
 /// Calls the function on top of the stack with the frame's arguments.
 ///
 /// # Safety
-/// Runs in protected mode; the frame is valid.
+/// Runs in protected mode, with a function on top of the stack; `frame` is valid.
 pub(crate) unsafe fn run(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
     let base = lua_gettop(l) - 1;
     let n = put_args(l, frame);
@@ -93,7 +93,7 @@ pub(crate) unsafe fn run(l: *mut lua_State, s: &State, frame: *mut tatu_call) ->
     Flow::Done
 }
 
-/// Calls a function by its id.
+/// Calls a function of the script by its id.
 pub(crate) fn call_function(
     s: &State,
     local: u32,
@@ -102,7 +102,8 @@ pub(crate) fn call_function(
     used: &mut u64,
 ) -> Result<Flow> {
     let mut gone = false;
-    // SAFETY: runs in a protected call; nothing with a destructor is alive in the closure.
+    // SAFETY: `enter` calls the closure with a live thread in protected mode, and the closure keeps no value with a
+    // destructor alive.
     enter(s, frame, budget, used, &mut |l, frame| unsafe {
         functions::look(l, local);
         if lua_type(l, -1) != LUA_TFUNCTION {
@@ -114,7 +115,7 @@ pub(crate) fn call_function(
     if gone {
         return Err(Fail::with_code(
             TATU_ERR_GONE,
-            "the function was valid for one call only, and that call has ended",
+            "the function was passed for the duration of one call, and that call has ended",
         ));
     }
     Ok(Flow::Done)

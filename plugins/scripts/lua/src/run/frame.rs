@@ -7,10 +7,11 @@ use tatu_plugin_api::abi::*;
 /// Number of results that fit on the native stack.
 pub(super) const RESULTS: usize = 64;
 
-/// A call frame with space for results; the host fills the other fields.
+/// Returns a call frame with space for results; all other fields are zero, to be set by the caller and the host.
 #[inline(always)]
 pub(super) fn frame(results: &mut MaybeUninit<[tatu_value; RESULTS]>) -> tatu_call {
-    // SAFETY: numbers and pointers, for which zero is a valid value. Copying a constant of this size would be a call.
+    // SAFETY: `tatu_call` consists of numbers, raw pointers and optional function pointers, for which all-zero bytes
+    // are valid. (Zeroing is inlined; copying a constant of this size would be a function call.)
     let mut frame: tatu_call = unsafe { std::mem::zeroed() };
     frame.size = size_of::<tatu_call>() as u32;
     frame.results = results.as_mut_ptr().cast();

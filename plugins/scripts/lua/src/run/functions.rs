@@ -1,4 +1,4 @@
-//! Functions of the script that are passed out: borrowed for a call, kept, and called back.
+//! Functions of the script that are passed to the host: borrowed for a call, kept, and called back.
 
 use mlua_sys::*;
 
@@ -8,13 +8,14 @@ use crate::{
     state::{self, State},
 };
 
-/// Ids from here on are of kept functions.
+/// First id of kept functions; lower ids are of borrowed ones.
 const KEPT: u32 = 1 << 31;
 
-/// Registers the function at `idx` as borrowed; the id is valid until `release_borrowed_since` of an earlier one.
+/// Registers the function at `idx` as borrowed; the returned id is valid until `release_borrowed_since` with a lower
+/// id.
 ///
 /// # Safety
-/// Two free stack slots; may raise.
+/// There are two free stack slots. May raise an error.
 pub(crate) unsafe fn borrow(l: *mut lua_State, s: &State, idx: i32) -> u32 {
     let id = s.borrowed.get() % (KEPT - 1) + 1;
     s.borrowed.set(id);
@@ -28,7 +29,7 @@ pub(crate) unsafe fn borrow(l: *mut lua_State, s: &State, idx: i32) -> u32 {
 /// Removes the functions borrowed since `before`.
 ///
 /// # Safety
-/// Two free stack slots; raises nothing, since the entries exist.
+/// There are two free stack slots. Raises no error, since the entries exist.
 pub(crate) unsafe fn release_borrowed_since(l: *mut lua_State, s: &State, before: u32) {
     let now = s.borrowed.get();
     if now == before {
@@ -47,7 +48,7 @@ pub(crate) unsafe fn release_borrowed_since(l: *mut lua_State, s: &State, before
 /// Removes borrowed functions that outlived their call: results, and arguments of calls that failed.
 ///
 /// # Safety
-/// May raise.
+/// May raise an error.
 pub(crate) unsafe fn release_borrowed(l: *mut lua_State, s: &State) {
     if s.borrowed.get() != s.returned.get() {
         s.returned.set(s.borrowed.get());
@@ -56,10 +57,11 @@ pub(crate) unsafe fn release_borrowed(l: *mut lua_State, s: &State) {
     }
 }
 
-/// Pushes a function value: the function itself if it is this script's, else a closure that calls the other script.
+/// Pushes a function value: the function itself if it belongs to this script, otherwise a closure that calls the other
+/// script.
 ///
 /// # Safety
-/// Two free stack slots; may raise.
+/// There are two free stack slots. May raise an error.
 pub(crate) unsafe fn put(l: *mut lua_State, func: u64) {
     let s = state::of(l);
     if func >> 32 == s.instance.id {
@@ -70,17 +72,18 @@ pub(crate) unsafe fn put(l: *mut lua_State, func: u64) {
     }
 }
 
-/// Pushes the function of an id, or nil.
+/// Pushes the function of an id; nil if there is none.
 pub(super) unsafe fn look(l: *mut lua_State, local: u32) {
     registry(l, if local >= KEPT { reg::KEPT } else { reg::BORROWED });
     lua_rawgeti(l, -1, i64::from(local & !KEPT));
     lua_replace(l, -2);
 }
 
-/// Turns a borrowed function into a kept one.
+/// Converts a borrowed function to a kept one, and returns its new id.
 pub(crate) fn keep(s: &State, local: u32) -> u32 {
     let mut id = 0;
-    // SAFETY: runs in a protected call, which restores the stack.
+    // SAFETY: `protect` calls the closure with a live thread and free stack slots, catches Lua errors, and resets the
+    // stack.
     let done = protect(s, &mut |l| unsafe {
         look(l, local);
         if lua_type(l, -1) != LUA_TFUNCTION {
@@ -104,7 +107,8 @@ pub(crate) fn drop(s: &State, local: u32) {
     if local < KEPT {
         return;
     }
-    // SAFETY: runs in a protected call, which restores the stack.
+    // SAFETY: `protect` calls the closure with a live thread and free stack slots, catches Lua errors, and resets the
+    // stack.
     let _ = protect(s, &mut |l| unsafe {
         registry(l, reg::KEPT);
         lua_pushnil(l);

@@ -1,9 +1,9 @@
-//! Garbage collection at fixed numbers of calls.
+//! Garbage collection at fixed intervals of calls.
 //!
-//! A string key that was removed from a table returns to its old node if it is set again before a collection, and to
-//! another one after it; so collections influence the order of `pairs`. Lua's own pacing counts allocated bytes and
-//! would differ in a restored state, whereas calls from the host are the same. Lua's pacing remains only for scripts
-//! that make much garbage between two collections.
+//! A removed string key returns to its old node if it is set again before the next collection, and may get another node
+//! after it; so collections influence the order of `pairs`. Lua's own pacing depends on allocated bytes, which differ
+//! in a restored state, whereas the number of calls from the host does not. Lua's pacing remains active only for
+//! scripts that create much garbage between two collections.
 
 use mlua_sys::*;
 
@@ -11,13 +11,13 @@ use crate::{lua_internals, state::State};
 
 /// Calls from the host between two collections.
 pub(crate) const INTERVAL: u64 = 64;
-/// Garbage, KiB, at which Lua collects by itself.
+/// Garbage in KiB at which Lua's own pacing starts a collection.
 const THRESHOLD_KIB: i32 = 4 << 10;
 
-/// Stops the collector while the library is loaded.
+/// Stops the collector while the library is opened.
 ///
 /// # Safety
-/// The state is new.
+/// `l` is the main thread of a new state.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_gc(l, LUA_GCSTOP);
 }
@@ -25,21 +25,21 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
 /// Runs a full collection and sorts the slot's free lists.
 ///
 /// # Safety
-/// The state runs nothing, or only protected code of this plugin.
+/// The state runs nothing, or only code of this plugin in protected mode.
 pub(crate) unsafe fn full(l: *mut lua_State, s: &State) {
     lua_gc(l, LUA_GCCOLLECT);
     s.slot.sort_free_lists();
 }
 
-/// Restarts Lua's pacing, as after a full collection.
+/// Restarts Lua's own pacing, as after a full collection.
 ///
 /// # Safety
-/// A state of this plugin.
+/// `l` belongs to a state of this plugin.
 pub(crate) unsafe fn restart(l: *mut lua_State) {
     lua_internals::defer_gc(l, THRESHOLD_KIB);
 }
 
-/// Counts a call, and collects when due. Scripts collect in different steps.
+/// Counts a call, and collects if one is due. Different scripts collect in different steps.
 ///
 /// # Safety
 /// Runs in protected mode, in the outermost call.
@@ -51,8 +51,8 @@ pub(crate) unsafe fn count_call(l: *mut lua_State, s: &State) {
     }
 }
 
-/// Whether a collection is due before the running call.
+/// Returns whether a collection is due before the running call.
 pub(crate) fn is_due(s: &State) -> bool {
-    // Derived from the seed, that is, from the owner's name: the number of other scripts must not matter.
+    // The offset comes from the seed, which depends only on the owner's name, not on the number of other scripts.
     s.entries.get().wrapping_add(s.instance.seed).is_multiple_of(INTERVAL)
 }

@@ -1,5 +1,5 @@
-//! Names of commands that no script can use, since Lua has something of its own under them: `print`, or
-//! `string.anything`. Each is reported once; only the host knows whose command it is.
+//! Detects names of commands that scripts cannot use because Lua defines them itself: `print`, or `string.anything`.
+//! Each is reported once per process.
 
 use std::{
     collections::BTreeSet,
@@ -11,7 +11,7 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{errors::hints, stack::push, state::State};
 
-/// What has been checked and reported in this process.
+/// Names that were checked and reported in this process.
 struct Told {
     /// The host, and the generation of its commands.
     looked_at: Option<(usize, u64)>,
@@ -20,7 +20,8 @@ struct Told {
 
 static TOLD: Mutex<Told> = Mutex::new(Told { looked_at: None, names: BTreeSet::new() });
 
-/// Looks at the names of all commands, once. The script is new: its globals are those of Lua alone.
+/// Checks the names of all commands, once per generation. The script must be new, so that its globals are only those of
+/// Lua.
 pub(crate) fn tell(script: &State, world: &World<'_>) {
     let generation = (script.commands.generation)(script.world_ref());
     let now = Some((script.host.raw() as usize, generation));
@@ -38,22 +39,23 @@ pub(crate) fn tell(script: &State, world: &World<'_>) {
             continue;
         }
         let text = format!(
-            "no script in Lua can call the command `{name}` by its name, since `{first}` is Lua's own: `tatu describe {name}` \
-             tells which plugin offers it; it needs a name space of its own, such as `mine.name`"
+            "scripts in Lua cannot call the command `{name}`, since `{first}` is Lua's own: rename it into a namespace \
+             such as `mine.name` (`tatu describe {name}` shows which plugin offers it)"
         );
         world.log(TATU_LOG_WARNING, text.as_bytes());
         told.names.insert(name);
     }
 }
 
-/// Whether Lua itself has a global of that name.
+/// Returns whether Lua itself defines a global of that name.
 fn is_global(script: &State, name: &[u8]) -> bool {
-    // Longer names would be copied, and no global of Lua is that long.
+    // No global of Lua is longer, and a short string is pushed without copying it into a new block.
     if name.len() > 20 {
         return false;
     }
     let l = script.main;
-    // SAFETY: the state is new and runs nothing. Its memory is not used up: a short text raises no error.
+    // SAFETY: the state is new, runs nothing, and has free stack slots. Pushing a short string raises an error only if
+    // memory is exhausted, which a new state has plenty of.
     unsafe {
         let top = lua_gettop(l);
         lua_pushglobaltable(l);

@@ -1,10 +1,10 @@
-//! What runs in a script, and what it may use.
+//! Running scripts: calls from the host, calls to the host, and their limits.
 //!
-//! - `callbacks`, `threads`: what the host calls; `entry`: what each of its calls has in common;
-//! - `commands`: what a script calls; `hidden`: names that it cannot reach;
-//! - `functions`: functions that are passed out; `waits`: commands that take time; `frame`: a call to the host;
-//! - `budget`, `time_slices`, `gc`: instructions and memory;
-//! - `traits`: what the host asks about a script.
+//! - `callbacks`, `threads`: the functions that the host calls; `entry`: the common part of such calls;
+//! - `commands`: the functions of the host that a script calls; `hidden`: commands whose names it cannot use;
+//! - `functions`: functions passed to the host; `waits`: commands that take time; `frame`: a call to the host;
+//! - `budget`, `time_slices`, `gc`: limits on instructions and memory;
+//! - `traits`: properties of a script that the host queries.
 
 pub(crate) mod budget;
 pub(crate) mod callbacks;

@@ -1,4 +1,4 @@
-//! Threads of the plugin, for the callback "thread", and the ends of all waits.
+//! Threads of the plugin, for the callback "thread", and the end of waits.
 //!
 //! The host reports the end of a wait by a token. The plugin's own coroutines are then resumed at once.
 
@@ -17,7 +17,7 @@ use crate::{
 /// Starts a coroutine of the plugin with the function on top.
 ///
 /// # Safety
-/// Runs in protected mode; the frame is valid.
+/// Runs in protected mode, with a function on top of the stack; `frame` is valid.
 pub(crate) unsafe fn start(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
     let function = lua_gettop(l);
     let thread = lua_newthread(l);
@@ -35,7 +35,7 @@ pub(crate) unsafe fn start(l: *mut lua_State, s: &State, frame: *mut tatu_call) 
     run_coroutine(l, s, function + 1, n, frame)
 }
 
-/// Ends a wait.
+/// Ends the wait of a token, and resumes its coroutine if it is one of the plugin's.
 pub(crate) fn resume(
     s: &State,
     token: u64,
@@ -45,7 +45,8 @@ pub(crate) fn resume(
     used: &mut u64,
 ) -> Result<Flow> {
     let (mut gone, mut failed) = (false, failed);
-    // SAFETY: runs in a protected call; the failure belongs to this function or to the state.
+    // SAFETY: `enter` calls the closure with a live thread in protected mode; values with destructors belong to this
+    // function or to the state, so a Lua error skips none.
     let flow = enter(s, frame, budget, used, &mut |l, frame| unsafe {
         luaL_checkstack(l, 12, std::ptr::null());
         registry(l, reg::WAITS);
@@ -77,12 +78,12 @@ pub(crate) fn resume(
         run_coroutine(l, s, waits + 1, 0, frame)
     })?;
     if gone {
-        return Err(Fail::with_code(TATU_ERR_GONE, "nothing in the script waits under this number"));
+        return Err(Fail::with_code(TATU_ERR_GONE, "no coroutine of the script waits for this token"));
     }
     Ok(flow)
 }
 
-/// Pushes the frame's arguments as one table.
+/// Pushes the frame's arguments as a single table.
 unsafe fn pack(l: *mut lua_State, frame: *mut tatu_call) {
     let n = (*frame).n_args as i32;
     lua_createtable(l, n, 1);
@@ -95,7 +96,7 @@ unsafe fn pack(l: *mut lua_State, frame: *mut tatu_call) {
     lua_setfield(l, table, c"n".as_ptr());
 }
 
-/// Runs the plugin's coroutine at `at` until it ends or waits.
+/// Runs the plugin's coroutine at index `at` until it ends or waits.
 unsafe fn run_coroutine(l: *mut lua_State, s: &State, at: i32, n: i32, frame: *mut tatu_call) -> Flow {
     let thread = lua_tothread(l, at);
     s.waiting.set((0, std::ptr::null_mut()));
@@ -122,7 +123,7 @@ unsafe fn run_coroutine(l: *mut lua_State, s: &State, at: i32, n: i32, frame: *m
         lua_closethread(thread, l);
         errors::raise(
             l,
-            Fail::with_code(TATU_ERR_SCRIPT, "the thread called coroutine.yield, after which nothing would resume it")
+            Fail::with_code(TATU_ERR_SCRIPT, "the thread called coroutine.yield, but nothing would resume it")
                 .help("use a command that waits, such as one that waits for the next step"),
         );
     }

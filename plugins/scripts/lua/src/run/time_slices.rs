@@ -1,8 +1,8 @@
-//! Time slices: a thread that does not yield by itself is preempted after a number of instructions, and continues in
-//! the next step.
+//! Time slices: a thread that does not yield is preempted after a number of instructions, and continues in the next
+//! step.
 //!
-//! Threads of the original ran for some milliseconds at a time; here slices are counted in instructions, so that every
-//! run is the same. Only the plugin's own coroutines (callback "thread") are preempted, never those of scripts.
+//! In the original, threads ran for some milliseconds at a time; here slices are counted in instructions, so that runs
+//! are reproducible. Only the plugin's own coroutines (callback "thread") are preempted, never those of scripts.
 
 use std::mem::MaybeUninit;
 
@@ -15,10 +15,10 @@ use crate::{
     state::{self, State, slices::PER_MS},
 };
 
-/// Called by the count hook; preempts the running thread when its slice is over.
+/// Called by the count hook; preempts the running thread at the end of its slice.
 ///
 /// # Safety
-/// Last action of the hook.
+/// The call is the last action of the hook, since it may yield.
 #[inline]
 pub(crate) unsafe fn count(l: *mut lua_State, s: &State, instructions: u64) {
     let slices = &s.slices;
@@ -29,13 +29,13 @@ pub(crate) unsafe fn count(l: *mut lua_State, s: &State, instructions: u64) {
     let used = slices.used.get() + instructions;
     slices.used.set(used);
     let length = slices.length.get();
-    // Nested coroutines of the script and comparisons of a sort finish first.
+    // Coroutines of the script inside it, and comparison functions of a sort, finish first.
     if length != 0 && used >= length && l == own && lua_isyieldable(l) != 0 {
         preempt(l, s);
     }
 }
 
-/// Makes thread `l` wait for the next step, yielding from the hook.
+/// Makes the thread `l` wait for the next step by yielding from the hook.
 #[cold]
 unsafe fn preempt(l: *mut lua_State, s: &State) {
     let token = wait(l, s, s.slices.switch.get());
@@ -51,10 +51,10 @@ unsafe fn preempt(l: *mut lua_State, s: &State) {
     lua_yield(l, 0);
 }
 
-/// Whether a suspended thread was preempted, rather than suspended by a command that expects results.
+/// Returns whether a suspended thread was preempted, rather than suspended by a command that expects results.
 ///
 /// # Safety
-/// A suspended thread of a state of this plugin.
+/// `thread` is suspended and belongs to a state of this plugin.
 pub(crate) unsafe fn was_preempted(thread: *mut lua_State) -> bool {
     let mut ar = std::mem::zeroed::<lua_Debug>();
     if lua_getstack(thread, 0, &mut ar) == 0 {
@@ -64,8 +64,8 @@ pub(crate) unsafe fn was_preempted(thread: *mut lua_State) -> bool {
     *ar.what != b'C' as _
 }
 
-/// For preludes, `slice(ms)`: sets the slice length (0: no preemption) if given, and returns whether it is called in a
-/// thread.
+/// Implements `slice(ms)` for preludes: sets the slice length (0: no preemption) if given, and returns whether it is
+/// called in a thread.
 pub(crate) unsafe extern "C-unwind" fn slice(l: *mut lua_State) -> i32 {
     let s = state::of(l);
     if lua_type(l, 1) == LUA_TNUMBER {
@@ -76,7 +76,7 @@ pub(crate) unsafe extern "C-unwind" fn slice(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Calls a waiting command without arguments on behalf of thread `l`. Returns the wait's token, 0 if it did not wait.
+/// Calls a waiting command without arguments for the thread `l`. Returns the wait's token; 0 if it did not wait.
 ///
 /// # Safety
 /// `l` is running and can yield.

@@ -1,7 +1,7 @@
-//! Coroutines that wait in commands: those of the plugin and those of scripts.
+//! Coroutines that wait in commands: those of the plugin, and those of scripts.
 //!
-//! A waiting command suspends its coroutine. One of a script is resumed by the script: it returns the results if they are
-//! there, and else waits on.
+//! A waiting command suspends its coroutine. A script resumes its own coroutines itself: the command then returns the
+//! results if they have arrived, and otherwise continues to wait.
 
 use mlua_sys::*;
 use tatu_plugin_api::safe::*;
@@ -15,7 +15,7 @@ use crate::{
 /// Suspends the running coroutine until the host resumes `token`.
 ///
 /// # Safety
-/// Last action of a C function of Lua, in a thread that can yield.
+/// The call is the last action of a C function of Lua, in a thread that can yield.
 pub(crate) unsafe fn suspend(l: *mut lua_State, s: &State, token: u64) -> i32 {
     luaL_checkstack(l, 4, std::ptr::null());
     registry(l, reg::WAITS);
@@ -26,7 +26,7 @@ pub(crate) unsafe fn suspend(l: *mut lua_State, s: &State, token: u64) -> i32 {
     lua_yieldk(l, 0, token as lua_KContext, Some(continue_wait))
 }
 
-/// Continuation after a resume: returns results, raises the error, or waits on.
+/// Continuation after a resume: returns the results, raises the error, or continues to wait.
 unsafe extern "C-unwind" fn continue_wait(l: *mut lua_State, _: i32, token: lua_KContext) -> i32 {
     let s = state::of(l);
     lua_settop(l, 0);

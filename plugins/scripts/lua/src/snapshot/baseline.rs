@@ -1,5 +1,5 @@
 //! List of the objects that existed before a script's text ran. Its order is the same in every state created in the
-//! same way, so that indices identify objects.
+//! same way, so that an index identifies an object.
 
 use std::{
     collections::HashSet,
@@ -12,7 +12,7 @@ use tatu_plugin_api::safe::*;
 use super::roots::roots;
 use crate::{errors::protect, stack::reg, state::State};
 
-/// Visited addresses. The set is never iterated, so the cheapest hash will do.
+/// Set of visited addresses. It is never iterated, so a cheap hash is sufficient.
 type Seen = HashSet<usize, BuildHasherDefault<Address>>;
 
 #[derive(Default)]
@@ -30,10 +30,11 @@ impl Hasher for Address {
     }
 }
 
-/// Creates the list, after the text was loaded and before it runs.
+/// Creates the list; called after the text is loaded and before it runs.
 pub(crate) fn record(s: &State) -> Result {
     let mut seen = Seen::with_capacity_and_hasher(512, BuildHasherDefault::default());
-    // SAFETY: runs in a protected call; everything with a destructor belongs to this function.
+    // SAFETY: `protect` calls the closure with a live thread in protected mode; `seen` belongs to this function, so a
+    // Lua error leaks nothing.
     protect(s, &mut |l| unsafe {
         luaL_checkstack(l, 32, std::ptr::null());
         lua_createtable(l, 256, 0); // 1
@@ -53,7 +54,7 @@ pub(crate) fn record(s: &State) -> Result {
     })
 }
 
-/// Adds the object at `idx` to the list in slot 1.
+/// Adds the object at `idx` to the list in stack slot 1.
 unsafe fn add(l: *mut lua_State, idx: i32, seen: &mut Seen) {
     if matches!(lua_type(l, idx), LUA_TTABLE | LUA_TFUNCTION | LUA_TUSERDATA)
         && seen.insert(lua_topointer(l, idx) as usize)

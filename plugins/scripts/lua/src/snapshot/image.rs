@@ -1,15 +1,15 @@
-//! Data of a snapshot.
+//! The data of a snapshot.
 
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::safe::*;
 
-/// A value; strings and objects by index.
+/// A value; strings and objects are indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Val {
     Nil,
     Bool(bool),
     Int(i64),
-    /// Bits of a float.
+    /// A float, as its bits.
     Float(u64),
     Text(u32),
     Object(u32),
@@ -22,11 +22,11 @@ pub(super) enum Node {
     Free,
     /// A key with a value.
     Live { key: Val, value: Val },
-    /// A key whose value was removed; `None`: the key was collected, too.
+    /// A key whose value was removed; `None`: the key was collected as well.
     Dead { key: Option<Val> },
 }
 
-/// A table with its memory layout.
+/// A table, including its memory layout.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Table {
     pub array: Vec<Val>,
@@ -34,12 +34,12 @@ pub(super) struct Table {
     pub limit: u32,
     /// Whether `limit` is only a hint for the length operator.
     pub is_hint: bool,
-    /// Empty, or a power of two of nodes.
+    /// Hash part: empty, or a power of two of nodes.
     pub nodes: Vec<Node>,
     pub meta: Option<u32>,
 }
 
-/// Position of a function: text, and index of the function in it, in order of appearance.
+/// Identifies a function by its text and its index there, in order of appearance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct FunctionRef {
     /// 0: the script's own text; else an index into [`Image::texts`], from 1.
@@ -50,12 +50,12 @@ pub(super) struct FunctionRef {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) enum Kind {
     Table(Table),
-    /// A Lua function and its upvalues; the position is missing if it existed before the text ran.
+    /// A Lua function and its upvalues; `piece` is missing if it existed before the text ran.
     Function {
         piece: Option<FunctionRef>,
         cells: Vec<u32>,
     },
-    /// A function of the plugin and its upvalues; the number is missing if it existed before the text ran.
+    /// A C function of the plugin and its upvalues; `function` is missing if it existed before the text ran.
     Native {
         function: Option<u8>,
         upvalues: Vec<Val>,
@@ -68,7 +68,7 @@ pub(super) enum Kind {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Object {
-    /// Index among the objects that existed before the text ran.
+    /// Index among the objects that existed before the text ran, if it is one of them.
     pub baseline: Option<u32>,
     pub kind: Kind,
 }
@@ -88,10 +88,10 @@ pub(super) struct PluginData {
     pub line: Vec<u8>,
 }
 
-/// A snapshot.
+/// The whole content of a snapshot.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Image {
-    /// Hash of the objects that existed before the text ran.
+    /// Hash of the list of objects that existed before the text ran.
     pub baseline: u64,
     /// Hash of the code of the script's text.
     pub code: u64,
@@ -101,13 +101,13 @@ pub(super) struct Image {
     pub strings: Vec<Vec<u8>>,
     /// Texts that the script loaded: chunk name and text.
     pub texts: Vec<(Vec<u8>, Vec<u8>)>,
-    /// Numbers shown in place of addresses.
+    /// Numbers shown instead of addresses: object and number.
     pub numbers: Vec<(u32, i64)>,
     pub plugin_data: PluginData,
 }
 
 impl Image {
-    /// Checks all indices: the bytes may come from anywhere.
+    /// Checks that all indices are in range, because the bytes may come from any file.
     pub(super) fn check(&self) -> Result<()> {
         let value = |v: &Val| match v {
             Val::Text(n) => (*n as usize) < self.strings.len(),
@@ -139,6 +139,6 @@ impl Image {
         if self.objects.iter().all(object) && self.cells.iter().all(value) && numbers {
             return Ok(());
         }
-        Err(Fail::new("its state is damaged: something in it points to nothing"))
+        Err(Fail::new("its state is damaged: an index is out of range"))
     }
 }

@@ -1,8 +1,8 @@
 //! Restores the order of keys in a table.
 //!
-//! Lua inserts a key into its main position, or, if a key with the same main position is there already, into the last
-//! free node. So a table of the same size gets first the keys that stand in their main position, then the others from
-//! the last node to the first. Dead keys occupy nodes, too: they are inserted with a value, which is removed in the
+//! Lua inserts a key at its main position, or, if that is occupied by a key with the same main position, at the last
+//! free node. So a new table of the same size first gets the keys that were at their main position, then the others
+//! from the last node to the first. Dead keys occupy nodes too: they are inserted with a value, which is removed at the
 //! end, when every node is verified.
 
 use mlua_sys::*;
@@ -13,7 +13,7 @@ use crate::{
     stack,
 };
 
-/// Main position of a key in a table of `n` nodes; `None` for objects, of which there is only one.
+/// Returns the main position of a key in a table of `n` nodes; `None` for objects, of which a table has at most one.
 fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
     let modulo = ((n - 1) | 1) as u64;
     Some(match key {
@@ -25,7 +25,7 @@ fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
     })
 }
 
-/// A string in place of a collected key, with `place` of `n` as its main position.
+/// Returns a string whose main position is `place` of `n`, to replace a collected key.
 fn placeholder(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
     loop {
         *count += 1;
@@ -37,10 +37,11 @@ fn placeholder(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
     }
 }
 
-/// Fills the table at `at`, which is empty and has exactly the size needed; `push` pushes a value. False: it has not.
+/// Fills the table at index `at`, which is empty and has exactly the required size; `push` pushes a value. Returns
+/// false if the table does not have that size.
 ///
 /// # Safety
-/// Runs in protected mode with enough stack; the collector is stopped.
+/// Runs in protected mode with enough free stack; the collector is stopped.
 pub(super) unsafe fn fill(
     l: *mut lua_State,
     at: i32,
@@ -88,10 +89,10 @@ pub(super) unsafe fn fill(
     true
 }
 
-/// Removes the values of dead keys and verifies every node. False: a key is not in its original node.
+/// Removes the values of dead keys and verifies every node. Returns false if a key is not in its original node.
 ///
 /// # Safety
-/// Runs in protected mode with enough stack.
+/// Runs in protected mode with enough free stack.
 pub(super) unsafe fn verify(
     l: *mut lua_State,
     at: i32,
@@ -114,7 +115,7 @@ pub(super) unsafe fn verify(
     t.set_limit(table.limit, table.is_hint) && (0..table.nodes.len()).all(|i| is_restored(l, t, table, i, push))
 }
 
-/// Removes the value of a node.
+/// Sets the value of a node to nil.
 unsafe fn clear(l: *mut lua_State, at: i32, t: RawTable, i: usize) -> bool {
     match t.node(i).0 {
         Key::Bool(b) => lua_pushboolean(l, i32::from(b)),
@@ -128,7 +129,7 @@ unsafe fn clear(l: *mut lua_State, at: i32, t: RawTable, i: usize) -> bool {
     true
 }
 
-/// Whether a node holds what it should.
+/// Returns whether a node has its original key and state.
 unsafe fn is_restored(
     l: *mut lua_State,
     t: RawTable,
@@ -149,7 +150,7 @@ unsafe fn is_restored(
         Key::Int(x) => key == Val::Int(x),
         Key::Float(x) => key == Val::Float(x),
         Key::Text(x) => lua_type(l, -1) == LUA_TSTRING && stack::bytes(l, -1) == x,
-        // `save` accepts an object as a key only if it is the only key of its table.
+        // `save` accepts an object as a key only if it is the table's only key.
         Key::Object => matches!(key, Val::Object(_)) && table.nodes.len() == 1,
         Key::Nil | Key::Dead => false,
     };

@@ -1,18 +1,18 @@
-//! Snapshots: the state of a script as bytes, and back.
+//! Snapshots: save the state of a script as bytes, and restore it.
 //!
-//! Everything reachable from the globals is saved: tables with sharing, cycles and metatables, functions with their
-//! upvalues, counters, the random generator. Objects that existed before the script's text ran (library, preludes,
-//! commands) are referred to by their index in a list and keep their identity. A function is referred to by its index
-//! in a text and compiled anew from that text, so that no bytecode is read from a file.
+//! A snapshot contains everything reachable from the globals: tables with sharing, cycles and metatables, functions
+//! with their upvalues, counters, the random generator. Objects that existed before the script's text ran (library,
+//! preludes, commands) are stored as an index in a list and keep their identity. A function is stored as an index in a
+//! text and compiled again from it, so that bytecode is never read from a file.
 //!
 //! - `image`: the saved data;
 //! - `baseline`: the objects that existed before the text ran;
 //! - `save`: saves a state; `restore`: restores one; `key_order`: restores the order of keys;
 //! - `transfer`: transfers plain data to a state with a changed text.
 //!
-//! The order in which `pairs` visits keys is part of the state: every key returns to its node, and whatever cannot be
-//! restored is refused by name. Suspended coroutines, open files, weak tables and tables with object keys are refused
-//! too; the host then replays the run.
+//! The order in which `pairs` visits keys is part of the state: every key returns to its node. Whatever cannot be
+//! restored is refused with its name: suspended coroutines, open files, weak tables and tables with object keys. The
+//! host then replays the run.
 
 pub(crate) mod baseline;
 mod image;
@@ -37,7 +37,7 @@ use image::{Image, PluginData};
 /// Version of the format.
 pub(crate) const VERSION: u32 = 3;
 
-/// Saves the state; the error names the variable that cannot be saved. The script is not affected.
+/// Saves the state; an error names the variable that cannot be saved. The script itself is not changed.
 pub(crate) fn save(s: &State) -> Result<Vec<u8>> {
     if s.depth.get() != 0 {
         return Err(Fail::with_code(TATU_ERR_BUSY, "the script is running"));
@@ -45,55 +45,62 @@ pub(crate) fn save(s: &State) -> Result<Vec<u8>> {
     if s.broken.get() {
         return Err(Fail::unsupported("its state was damaged by a panic"));
     }
-    // Saving allocates in the state, and may trigger its collector: the slot is rolled back afterwards.
+    // Saving allocates in the state and may trigger its collector, so the slot is rolled back afterwards.
     let backup = s.slot.backup();
     let mut saver = save::Saver::new();
     let mut code = 0;
-    // SAFETY: runs in a protected call; everything with a destructor belongs to `saver`.
+    // SAFETY: `protect` calls the closure with a live thread in protected mode; all values with destructors belong to
+    // `saver` and outlive it.
     let done = protect(s, &mut |l| unsafe {
         lua_gc(l, LUA_GCSTOP);
         code = hash_of_text(l);
         saver.run(l, s);
     });
     if let Some(backup) = &backup {
-        // SAFETY: no call is running, so nothing outside the slot refers to what was allocated since.
+        // SAFETY: `depth` is 0, so the state is idle. `saver` holds copies only, so nothing outside the slot refers to
+        // blocks allocated since the backup.
         unsafe { s.slot.roll_back(backup) };
     } else {
-        // SAFETY: the main thread is idle.
+        // SAFETY: `s.main` is live and idle.
         unsafe { lua_gc(s.main, LUA_GCRESTART) };
     }
     done?;
     let mut image = saver.finish()?;
     image.plugin_data = plugin_data(s);
     image.code = code;
-    postcard::to_stdvec(&image).map_err(|e| Fail::new(format!("the script's state cannot be written: {e}")))
+    postcard::to_stdvec(&image).map_err(|e| Fail::new(format!("the script's state could not be saved: {e}")))
 }
 
-/// Restores what `save` wrote. If the text has been loaded and has not run, all of it, provided that the text is
-/// equivalent; if it has run, plain data only.
+/// Restores a saved state. If the text has been loaded but not run, everything is restored, provided that the text is
+/// equivalent; if it has run, only plain data.
 pub(crate) fn restore(s: &State, bytes: &[u8], version: u32) -> Result<()> {
     if version != VERSION {
-        return Err(Fail::unsupported(format!("its state has version {version}, this plugin reads version {VERSION}")));
+        return Err(Fail::unsupported(format!(
+            "its state was saved in format version {version}; this plugin reads version {VERSION}"
+        )));
     }
-    let image: Image = postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("its state cannot be read: {e}")))?;
+    let image: Image =
+        postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("its saved state is damaged: {e}")))?;
     image.check()?;
     if s.text.borrow().style != Style::NotRun {
         return transfer(s, image);
     }
     let mut code = 0;
-    // SAFETY: runs in a protected call.
+    // SAFETY: `protect` calls the closure with a live thread in protected mode.
     protect(s, &mut |l| unsafe { code = hash_of_text(l) })?;
     if code != image.code {
         return Err(Fail::unsupported("its text has changed"));
     }
     let mut restorer = restore::Restorer::new(image);
-    // SAFETY: runs in a protected call; everything with a destructor belongs to `restorer`.
+    // SAFETY: `protect` calls the closure with a live thread in protected mode; all values with destructors belong to
+    // `restorer` and outlive it.
     let done = protect(s, &mut |l| unsafe {
-        // Nothing is collected meanwhile, and all new objects have one color.
+        // With the collector stopped after a full cycle, nothing is collected during the restore, and all new objects
+        // have the same color.
         lua_gc(l, LUA_GCCOLLECT);
         lua_gc(l, LUA_GCSTOP);
         restorer.run(l, s);
-        // The next collection is the one that the original run would have made.
+        // The next collection happens when that of the original run would have.
         lua_gc(l, LUA_GCCOLLECT);
         gc::restart(l);
         restorer.verify(l);
@@ -108,15 +115,16 @@ pub(crate) fn restore(s: &State, bytes: &[u8], version: u32) -> Result<()> {
 
 fn transfer(s: &State, image: Image) -> Result<()> {
     let mut transfer = transfer::Transfer::new(image);
-    // SAFETY: runs in a protected call; everything with a destructor belongs to `transfer`.
+    // SAFETY: `protect` calls the closure with a live thread in protected mode; all values with destructors belong to
+    // `transfer` and outlive it.
     protect(s, &mut |l| unsafe { transfer.run(l) })?;
     transfer.refused.map_or(Ok(()), |why| Err(Fail::unsupported(why)))
 }
 
-/// Hash of the code of the script's text; 0: it has none.
+/// Returns the hash of the code of the script's text; 0 if it has none.
 ///
 /// # Safety
-/// Runs in protected mode.
+/// Runs in protected mode, since it may raise an error.
 unsafe fn hash_of_text(l: *mut lua_State) -> u64 {
     let there = registry(l, reg::CHUNK) == LUA_TFUNCTION;
     let code = if there { lua_internals::hash_code(l) } else { 0 };
@@ -124,7 +132,7 @@ unsafe fn hash_of_text(l: *mut lua_State) -> u64 {
     code
 }
 
-/// The plugin's own data about the script.
+/// Collects the plugin's own data about the script.
 fn plugin_data(s: &State) -> PluginData {
     let text = s.text.borrow();
     PluginData {

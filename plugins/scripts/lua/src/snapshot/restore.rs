@@ -1,4 +1,4 @@
-//! Restores a state: first the objects, then their contents.
+//! Restores a state: creates the objects first, then fills them.
 
 use std::ffi::{c_char, c_void};
 
@@ -17,19 +17,19 @@ use crate::{
     state::State,
 };
 
-/// Stack layout, as in `save`; above it, the table that is being filled.
+/// Stack layout, as in `save`; the table being filled is above.
 const OBJECTS: i32 = 1;
 const BASELINE: i32 = 2;
 
-/// A restore in progress; outside of Lua, so that a Lua error leaks nothing.
+/// A restore in progress. It is kept outside of Lua, so that a Lua error leaks nothing.
 pub(super) struct Restorer {
     image: Image,
-    /// Functions of all texts, as binary chunks.
+    /// Functions of each text, as binary chunks.
     pieces: Vec<Vec<Vec<u8>>>,
     refused: Option<String>,
 }
 
-/// Source of `lua_load`.
+/// Source for `lua_load`.
 struct Chunk {
     bytes: *const u8,
     len: usize,
@@ -46,7 +46,7 @@ impl Restorer {
         Restorer { image, pieces: Vec::new(), refused: None }
     }
 
-    /// Returns the image once the state is restored.
+    /// Returns the image after the state was restored.
     pub(super) fn finish(self) -> Result<Image> {
         match self.refused {
             None => Ok(self.image),
@@ -60,34 +60,34 @@ impl Restorer {
         }
     }
 
-    /// First half: creates and fills all objects.
+    /// First phase: creates and fills all objects.
     ///
     /// # Safety
-    /// Runs in protected mode; the collector is stopped, and all objects have one color.
+    /// Runs in protected mode; the collector is stopped, and all objects have the same color.
     pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &State) {
         luaL_checkstack(l, 40, std::ptr::null());
         if !lua_internals::knows_tables(l) {
-            return self.refuse("this build of Lua lays its tables out in an unknown way");
+            return self.refuse("this build of Lua has an unknown memory layout of tables");
         }
         lua_createtable(l, self.image.objects.len().min(1 << 24) as i32, 0);
         if registry(l, reg::BASELINE) != LUA_TTABLE || fingerprint(l, BASELINE) != self.image.baseline {
-            return self.refuse("the library and the preludes are not those that it was written with");
+            return self.refuse("it was saved with another library or other preludes");
         }
         self.prepare(l);
         for id in 0..self.image.objects.len() {
             if !self.make(l, s, id) {
-                return self.refuse("the state before its text ran has changed");
+                return self.refuse("the objects that existed before its text ran are different");
             }
             lua_rawseti(l, OBJECTS, id as i64 + 1);
         }
-        // Metatables are set while they are empty, so that Lua never sees a finalizer in them.
+        // Metatables are set while they are still empty, so that Lua sees no finalizer in them.
         for id in 0..self.image.objects.len() {
             self.set_meta(l, id);
         }
         self.join(l);
         for id in 0..self.image.objects.len() {
             if !self.fill(l, id) {
-                return self.refuse("a table cannot be made as large as it was");
+                return self.refuse("a table could not be restored with its original size");
             }
         }
         registry(l, reg::NUMBERS);
@@ -96,15 +96,15 @@ impl Restorer {
             lua_pushinteger(l, *number);
             lua_rawset(l, BASELINE + 1);
         }
-        // Keep the objects for the second half, and from the collector.
+        // Store the objects for the second phase, and to protect them from the collector.
         lua_settop(l, OBJECTS);
         lua_rawseti(l, LUA_REGISTRYINDEX, reg::BUILT);
     }
 
-    /// Second half, without allocations: removes the values of dead keys and verifies every node.
+    /// Second phase, without allocations: removes the values of dead keys and verifies every node.
     ///
     /// # Safety
-    /// Runs in protected mode.
+    /// Runs in protected mode, since it may raise an error.
     pub(super) unsafe fn verify(&mut self, l: *mut lua_State) {
         if self.refused.is_some() {
             return;
@@ -115,7 +115,7 @@ impl Restorer {
             let Kind::Table(t) = &object.kind else { continue };
             lua_rawgeti(l, OBJECTS, id as i64 + 1);
             if !key_order::verify(l, OBJECTS + 1, t, &mut |l, v| push(l, &self.image, v)) {
-                self.refused = Some("the keys of a table cannot be put back into their order".to_owned());
+                self.refused = Some("the keys of a table could not be restored in their order".to_owned());
                 break;
             }
             lua_settop(l, OBJECTS);
@@ -138,7 +138,7 @@ impl Restorer {
         }
     }
 
-    /// Pushes a new empty object.
+    /// Pushes a new, empty object; returns false if it cannot be created.
     unsafe fn make(&mut self, l: *mut lua_State, s: &State, id: usize) -> bool {
         let Object { baseline, kind } = &self.image.objects[id];
         if let Some(k) = baseline {
@@ -173,7 +173,7 @@ impl Restorer {
         true
     }
 
-    /// Pushes a function of one of the texts; its bytecode comes from the compiler, not from the image.
+    /// Pushes a function of one of the texts. Its bytecode comes from the compiler, not from the image.
     unsafe fn make_function(&self, l: *mut lua_State, piece: FunctionRef, cells: i32) -> bool {
         let text = self.pieces.get(piece.text as usize);
         let Some(code) = text.and_then(|t| t.get(piece.function as usize)) else { return false };
@@ -198,7 +198,7 @@ impl Restorer {
         lua_pop(l, 1);
     }
 
-    /// Upvalues: the first function that refers to one owns it, the others share it.
+    /// Restores upvalues: the first function that refers to one owns it, the others share it.
     unsafe fn join(&mut self, l: *mut lua_State) {
         lua_createtable(l, self.image.cells.len().min(1 << 24) as i32, 0);
         let owners = lua_gettop(l);
@@ -209,7 +209,7 @@ impl Restorer {
                 Kind::Function { cells, .. } => {
                     for (i, cell) in cells.iter().enumerate() {
                         let n = i as i32 + 1;
-                        // Per upvalue: the object that owns it, and its number there.
+                        // Per upvalue: the object that owns it, and its index there.
                         if lua_rawgeti(l, owners, i64::from(*cell) + 1) == LUA_TNUMBER {
                             let owner = lua_tointeger(l, -1);
                             lua_rawgeti(l, OBJECTS, owner >> 8);
@@ -236,7 +236,7 @@ impl Restorer {
         lua_settop(l, BASELINE);
     }
 
-    /// Fills a table. A table that existed before the text ran keeps its identity and gets the content of a new one.
+    /// Fills a table. A table that existed before the text ran keeps its identity, and gets the content of a new one.
     unsafe fn fill(&self, l: *mut lua_State, id: usize) -> bool {
         let Object { baseline, kind: Kind::Table(t) } = &self.image.objects[id] else { return true };
         lua_rawgeti(l, OBJECTS, id as i64 + 1);
@@ -268,7 +268,7 @@ unsafe fn push(l: *mut lua_State, image: &Image, v: Val) {
     }
 }
 
-/// Whether the function on top has exactly `n` upvalues.
+/// Returns whether the function on top has exactly `n` upvalues.
 unsafe fn has_upvalues(l: *mut lua_State, n: i32) -> bool {
     let has = |k: i32| {
         let there = !lua_getupvalue(l, -1, k).is_null();

@@ -1,13 +1,13 @@
-//! The objects from which a state is walked.
+//! The root objects, from which the traversal of a state begins.
 
 use mlua_sys::*;
 
 use crate::stack::{reg, registry};
 
-/// Pushes the objects from which everything is reached, all of which existed before the text ran; returns their number.
+/// Pushes the root objects, all of which existed before the text ran; returns their number.
 ///
 /// # Safety
-/// Enough stack for all of them.
+/// There are enough free stack slots for all of them.
 pub(super) unsafe fn roots(l: *mut lua_State) -> i32 {
     lua_pushglobaltable(l);
     lua_pushlstring(l, c"".as_ptr(), 0);
@@ -19,7 +19,7 @@ pub(super) unsafe fn roots(l: *mut lua_State) -> i32 {
     2 + ROOT_PLACES.len() as i32
 }
 
-/// Registry values that belong to the script.
+/// Registry values that are part of the script's state.
 const ROOT_PLACES: [i64; 5] = [reg::KEPT, reg::SCOPES, reg::LOADED, reg::FILE, reg::CHUNK];
 /// Names of the roots in messages.
 pub(super) const ROOT_NAMES: [&str; 7] = [

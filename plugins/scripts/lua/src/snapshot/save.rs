@@ -1,4 +1,4 @@
-//! Saves a state: everything reachable, each object once.
+//! Saves a state: traverses everything reachable, each object once.
 
 use std::{collections::HashMap, ffi::CStr};
 
@@ -17,34 +17,34 @@ use crate::{
     stdlib::strings::gmatch_next,
 };
 
-/// How an object was reached from another one.
+/// How an object was reached from another one; used to name it in messages.
 #[derive(Clone, Copy)]
 enum Step {
     Root(usize),
     Key(Val),
-    /// As an upvalue of this name.
+    /// Through an upvalue of this name.
     Variable(u32),
     Metatable,
-    /// As a key.
+    /// The object is a key of a table.
     AsKey,
 }
 
-/// Stack layout: objects by index plus one; objects that existed before the text ran.
+/// Stack layout: objects, at their index plus one; objects that existed before the text ran.
 const OBJECTS: i32 = 1;
 const BASELINE: i32 = 2;
 
-/// A walk in progress; outside of Lua, so that a Lua error leaks nothing.
+/// A traversal in progress. It is kept outside of Lua, so that a Lua error leaks nothing.
 pub(super) struct Saver {
     image: Image,
     ids: HashMap<usize, u32>,
-    /// How each object was reached.
+    /// For each object, the object and step through which it was reached.
     from: Vec<(u32, Step)>,
     cells: HashMap<usize, u32>,
     strings: HashMap<Vec<u8>, u32>,
     baseline: HashMap<usize, u32>,
     pieces: HashMap<Vec<u8>, FunctionRef>,
     dump: Vec<u8>,
-    /// Buffers for the object that is being described.
+    /// Buffers for the object being described.
     array: Vec<Val>,
     nodes: Vec<Node>,
     list: Vec<u32>,
@@ -70,7 +70,7 @@ impl Saver {
         }
     }
 
-    /// Returns the image, or the reason why there is none.
+    /// Returns the image, or the reason why the state cannot be saved.
     pub(super) fn finish(self) -> Result<Image> {
         match self.refused {
             None => Ok(self.image),
@@ -78,14 +78,14 @@ impl Saver {
         }
     }
 
-    /// Walks the state.
+    /// Traverses the state.
     ///
     /// # Safety
     /// Runs in protected mode; the collector is stopped.
     pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &State) {
         luaL_checkstack(l, 40, std::ptr::null());
         if !lua_internals::knows_tables(l) {
-            self.refused = Some("this build of Lua lays its tables out in an unknown way".to_owned());
+            self.refused = Some("this build of Lua has an unknown memory layout of tables".to_owned());
             return;
         }
         lua_newtable(l);
@@ -148,7 +148,7 @@ impl Saver {
         self.baseline.get(&(lua_topointer(l, idx) as usize)).copied()
     }
 
-    /// Data besides the reachable objects: waits, numbers shown in place of addresses.
+    /// Saves data besides the reachable objects: waits, and numbers shown instead of addresses.
     unsafe fn rest(&mut self, l: *mut lua_State) {
         for (place, what) in [(reg::THREADS, "its thread function waits"), (reg::WAITS, "a coroutine of it waits")] {
             if self.refused.is_some() {
@@ -172,7 +172,7 @@ impl Saver {
         lua_settop(l, BASELINE);
     }
 
-    /// Describes the value on top, reached from `id` by `step`.
+    /// Describes the value on top, which was reached from `id` by `step`.
     unsafe fn value(&mut self, l: *mut lua_State, id: u32, step: Step) -> Val {
         match lua_type(l, -1) {
             LUA_TNIL => Val::Nil,
@@ -194,7 +194,7 @@ impl Saver {
         number
     }
 
-    /// Registers the object on top for a description and returns its index.
+    /// Queues the object on top for a description, and returns its index.
     unsafe fn object(&mut self, l: *mut lua_State, id: u32, step: Step) -> Val {
         let pointer = lua_topointer(l, -1) as usize;
         if let Some(known) = self.ids.get(&pointer) {
@@ -215,7 +215,7 @@ impl Saver {
         Kind::DeadCoroutine
     }
 
-    /// How the script refers to an object.
+    /// Returns the name by which the script refers to an object.
     fn name(&self, id: u32) -> String {
         let mut tail = String::new();
         let mut at = id;
@@ -247,7 +247,7 @@ impl Saver {
             LUA_TFUNCTION => self.function(l, id),
             LUA_TUSERDATA if self.baseline_index(l, -1).is_some() => {
                 if lua_getmetatable(l, -1) != 0 {
-                    // A file of the library, without state in Lua.
+                    // A file of the library, which has no state in Lua.
                     lua_pop(l, 1);
                     return Kind::Bytes(Vec::new());
                 }
@@ -263,7 +263,7 @@ impl Saver {
                     _ => Kind::DeadCoroutine,
                 }
             }
-            _ => self.refuse(id, "is of a type that cannot be written"),
+            _ => self.refuse(id, "is of a type that cannot be saved"),
         }
     }
 
@@ -273,7 +273,7 @@ impl Saver {
         let mut n = 1;
         while !lua_getupvalue(l, BASELINE + 1, n).is_null() {
             if lua_type(l, -1) == LUA_TTHREAD {
-                return self.refuse(id, "is a coroutine, made by `coroutine.wrap`");
+                return self.refuse(id, "is a coroutine created by `coroutine.wrap`");
             }
             let v = self.value(l, id, Step::Key(Val::Nil));
             self.array.push(v);
@@ -287,7 +287,7 @@ impl Saver {
         let known = natives();
         match known.iter().position(|k| f.is_some_and(|f| f as usize == *k as usize)) {
             Some(i) => Kind::Native { function: Some(i as u8), upvalues },
-            None => self.refuse(id, "is a function of the library that cannot be written"),
+            None => self.refuse(id, "is a library function that cannot be saved"),
         }
     }
 
@@ -297,7 +297,7 @@ impl Saver {
             lua_internals::dump(l, &mut self.dump);
             piece = self.pieces.get(&self.dump).copied();
             if piece.is_none() {
-                return self.refuse(id, "is a function whose text is not known any more");
+                return self.refuse(id, "is a function whose text is no longer known");
             }
         }
         self.list.clear();
@@ -353,14 +353,15 @@ impl Saver {
         Kind::Table(Table { array, limit, is_hint, nodes, meta })
     }
 
-    /// Hash part: nodes as they lie in memory, with the values of Lua's own traversal, which has the same order.
+    /// Reads the hash part: nodes as they are in memory, with the values of Lua's own traversal, which has the same
+    /// order.
     unsafe fn places(&mut self, l: *mut lua_State, id: u32, t: RawTable) {
         let n = t.nodes();
         self.nodes.clear();
         let mut objects = 0;
         lua_pushnil(l);
         if n > 0 {
-            // Traversal visits the array first: continue behind its last value.
+            // Lua's traversal visits the array part first: continue behind its last value.
             for i in (1..=t.array() as i64).rev() {
                 if self.array[i as usize - 1] != Val::Nil {
                     lua_pop(l, 1);
@@ -400,22 +401,22 @@ impl Saver {
         }
         lua_settop(l, BASELINE + 1);
         if objects > 0 && n > 1 {
-            self.refuse(id, "has keys that are tables or functions, whose order cannot be kept");
+            self.refuse(id, "has keys that are tables or functions, whose order cannot be restored");
         }
     }
 }
 
-/// Functions that the plugin creates while a script runs.
+/// Returns the C functions that the plugin creates while a script runs.
 pub(super) fn natives() -> [lua_CFunction; 4] {
     [command, index, foreign, gmatch_next]
 }
 
-/// Pushes a compiled text or an error.
+/// Pushes the compiled text, or an error message; returns whether it could be compiled.
 ///
 /// # Safety
-/// Runs in protected mode.
+/// Runs in protected mode, since it may raise an error.
 pub(super) unsafe fn compile(l: *mut lua_State, text: &(Vec<u8>, Vec<u8>)) -> bool {
-    // As a Lua string the name ends in a zero.
+    // As a Lua string, the name ends with a zero byte.
     lua_pushlstring(l, text.0.as_ptr().cast(), text.0.len());
     let name = lua_tolstring(l, -1, std::ptr::null_mut());
     let status = luaL_loadbufferx(l, text.1.as_ptr().cast(), text.1.len(), name, c"t".as_ptr());
@@ -423,10 +424,10 @@ pub(super) unsafe fn compile(l: *mut lua_State, text: &(Vec<u8>, Vec<u8>)) -> bo
     status == LUA_OK
 }
 
-/// Hash of the kinds of the objects in the list at `idx`.
+/// Returns a hash of the kinds of the objects in the list at `idx`.
 ///
 /// # Safety
-/// A list at `idx`; one free stack slot.
+/// There is a list at `idx`, and one free stack slot.
 pub(super) unsafe fn fingerprint(l: *mut lua_State, idx: i32) -> u64 {
     let mut h = 0xcbf2_9ce4_8422_2325_u64;
     for k in 1..=lua_rawlen(l, idx) as i64 {

@@ -1,8 +1,8 @@
 //! Transfers plain data of a snapshot to a script whose text has changed.
 //!
-//! The new text has run. Globals that hold plain data (numbers, strings, booleans, tables of these without metatables)
-//! get the values of the old script, unless the new text has set them to another type; so does the random generator.
-//! Functions and local variables are those of the new text.
+//! The new text has run already. Globals that hold plain data (numbers, strings, booleans, tables of these without
+//! metatables) get the values of the old script, unless the new text has set them to another type; the random generator
+//! is transferred as well. Functions and local variables are those of the new text.
 
 use mlua_sys::*;
 
@@ -13,15 +13,15 @@ use super::{
 };
 use crate::stack::{self, reg, registry};
 
-/// Stack layout: created tables by object index; objects that existed before the text ran; the globals.
+/// Stack layout: created tables, by object index; objects that existed before the text ran; the globals.
 const OBJECTS: i32 = 1;
 const BASELINE: i32 = 2;
 const GLOBALS: i32 = 3;
 
-/// A transfer in progress; outside of Lua, so that a Lua error leaks nothing.
+/// A transfer in progress. It is kept outside of Lua, so that a Lua error leaks nothing.
 pub(super) struct Transfer {
     image: Image,
-    /// Per object, whether it is a table of plain data.
+    /// Per object: whether it is a table of plain data.
     plain: Vec<bool>,
     pub(super) refused: Option<&'static str>,
 }
@@ -44,7 +44,7 @@ impl Transfer {
         luaL_checkstack(l, 20, std::ptr::null());
         lua_createtable(l, 0, 0);
         if registry(l, reg::BASELINE) != LUA_TTABLE || fingerprint(l, BASELINE) != self.image.baseline {
-            self.refused = Some("the library and the preludes are not those that it was written with");
+            self.refused = Some("it was saved with another library or other preludes");
             return;
         }
         lua_pushglobaltable(l);
@@ -123,11 +123,11 @@ impl Transfer {
     }
 }
 
-/// Per object, whether it is a table of plain data at any depth.
+/// Returns for each object whether it is a table of plain data at any depth.
 fn plain(image: &Image) -> Vec<bool> {
     let own = |o: &Object| o.baseline.is_none() && matches!(&o.kind, Kind::Table(t) if t.meta.is_none());
     let mut plain: Vec<bool> = image.objects.iter().map(own).collect();
-    // A table is not plain if it refers to an object that is not.
+    // A table is not plain if it refers to an object that is not plain.
     let mut referrers: Vec<Vec<u32>> = vec![Vec::new(); image.objects.len()];
     for (id, object) in image.objects.iter().enumerate() {
         let Kind::Table(t) = &object.kind else { continue };

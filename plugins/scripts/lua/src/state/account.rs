@@ -1,4 +1,4 @@
-//! What the running call of a script has used of its instructions.
+//! Counts the instructions of the running call of a script.
 
 use std::cell::{Cell, RefCell};
 
@@ -7,19 +7,19 @@ use tatu_plugin_api::{abi::TATU_ERR_BUDGET, safe::*};
 
 use crate::lua_internals::{self, INSTRUCTION, Meter};
 
-/// Instructions between two runs of the hook. The cost lies in having a hook, not in how often it runs.
+/// Instructions between two runs of the hook. Having a hook costs time, not how often it runs.
 pub(crate) const HOOK_INTERVAL: u64 = 1000;
 
-/// Budget of the running call. All numbers in units.
+/// Budget of the running call. All numbers are in units, see `lua_internals`.
 pub(crate) struct Account {
-    /// What the state counts; in Lua's own memory.
+    /// The counter in Lua's own memory.
     meter: Cell<*const Meter>,
-    /// Used instead where the meter is not accessible.
+    /// Used instead if the counter in Lua is not accessible.
     own: Meter,
-    /// The part of what is used that nested calls have reported already.
+    /// The part of the used units that nested calls have reported already.
     reported: Cell<u64>,
     pub exhausted: Cell<bool>,
-    /// The instructions of the call that exhausted it.
+    /// Instructions of the call that exhausted the budget.
     pub spent: Cell<u64>,
     /// Lua's countdown to the next hook run on the main thread; null: not accessible.
     countdown: Cell<*mut i32>,
@@ -27,7 +27,7 @@ pub(crate) struct Account {
     pub place: RefCell<Option<(String, u64)>>,
 }
 
-/// Budget of the surrounding call.
+/// Budget of the surrounding call, restored when the nested one ends.
 #[derive(Clone, Copy)]
 pub(crate) struct Outer {
     used: u64,
@@ -54,17 +54,18 @@ impl Default for Account {
 
 impl Account {
     pub(crate) fn meter(&self) -> &Meter {
-        // SAFETY: null, or a part of the Lua state, which lives as long as this one.
+        // SAFETY: the pointer is null, or points into the Lua state, which is closed only when this `State` is dropped.
         unsafe { self.meter.get().as_ref() }.unwrap_or(&self.own)
     }
-    /// Charges what the main thread executed since the last hook run and restarts the countdown, so that the usage of a
-    /// call does not depend on earlier calls, and a restored state counts like the saved one.
+    /// Charges the instructions of the main thread since the last hook run, and restarts the countdown, so that the
+    /// usage of a call does not depend on earlier calls, and a restored state counts as the saved one.
     fn charge_main_thread(&self) {
         let countdown = self.countdown.get();
         if countdown.is_null() || self.exhausted.get() {
             return;
         }
-        // SAFETY: a field of the main thread, which lives as long as this state.
+        // SAFETY: the pointer was checked not to be null, and points to a field of the main thread, which is freed only
+        // when this `State` is dropped; only the current thread accesses it.
         unsafe {
             let instructions = HOOK_INTERVAL.saturating_sub((*countdown).max(0) as u64);
             let used = &self.meter().used;
@@ -72,7 +73,7 @@ impl Account {
             *countdown = HOOK_INTERVAL as i32;
         }
     }
-    /// Begins a call; returns what `end` needs. 0 instructions: no limit.
+    /// Begins a call; returns the argument for `end`. 0 instructions: no limit.
     pub(crate) fn begin(&self, instructions: u64) -> Outer {
         self.charge_main_thread();
         let limit = match instructions {
@@ -92,7 +93,7 @@ impl Account {
         meter.limit.set(outer.limit);
         own / INSTRUCTION
     }
-    /// The error of a script that has exhausted its budget.
+    /// Returns the error of a script that has exhausted its budget, if it has.
     pub(crate) fn refusal(&self) -> Option<Fail> {
         self.exhausted.get().then(|| {
             let fail = Fail::with_code(TATU_ERR_BUDGET, self.message())
@@ -106,20 +107,20 @@ impl Account {
     /// Locates the meter and the main thread's countdown.
     ///
     /// # Safety
-    /// The main thread runs nothing, and its hook is armed.
+    /// The main thread is live and runs nothing, and its hook is armed.
     pub(crate) unsafe fn locate(&self, main: *mut lua_State) {
         self.meter.set(lua_internals::meter(main));
         self.countdown.set(lua_internals::hook_count(main));
     }
-    /// Lets what reports an exhausted budget run without one; returns what `confine` needs.
+    /// Lifts the limit for code that reports an exhausted budget; returns the argument for `confine`.
     pub(crate) fn release(&self) -> u64 {
         self.meter().limit.replace(ENDLESS)
     }
-    /// Sets the limit again.
+    /// Sets the limit again after `release`.
     pub(crate) fn confine(&self, limit: u64) {
         self.meter().limit.set(limit);
     }
-    /// Whether the budget is exhausted.
+    /// Returns whether the budget is exhausted.
     pub(crate) fn is_exhausted(&self) -> bool {
         self.exhausted.get()
     }

@@ -1,4 +1,4 @@
-//! What scripts use of the host's commands.
+//! The functions of the host's command service that scripts use.
 
 use tatu_plugin_api::{abi::*, safe::*};
 
@@ -17,7 +17,7 @@ pub(crate) struct Commands {
 }
 
 impl Commands {
-    /// Those of the host; none if it lacks one.
+    /// Returns the functions of the host; `None` if it lacks one of them.
     pub fn of(host: &Host) -> Option<Commands> {
         let t = host.commands_table()?;
         Some(Commands {
@@ -32,8 +32,8 @@ impl Commands {
             call_func: t.call_func?,
         })
     }
-    /// Id and alias of a name, in the one number that a bound function keeps: id << 8 | alias; 0: no such command. A command
-    /// has at most 255 names.
+    /// Returns id and alias of a name packed as id << 8 | alias, as stored in bound functions; 0: no such
+    /// command. A command has at most 255 names.
     pub fn number(&self, world: WorldRef<'_>, name: &[u8]) -> u32 {
         let mut alias = 0;
         match (self.find)(world, name.into(), Some(&mut alias)) {

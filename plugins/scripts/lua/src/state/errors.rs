@@ -1,10 +1,10 @@
-//! Errors on their way through a script.
+//! Errors that pass through a script.
 
 use std::collections::VecDeque;
 
 use tatu_plugin_api::safe::*;
 
-/// Errors on their way through a script.
+/// Errors that pass through a script.
 #[derive(Default)]
 pub(crate) struct Errors {
     /// The last error of a command, and its text as the script sees it.

@@ -1,18 +1,18 @@
-//! Field names of one API in the maps that callbacks get and return.
+//! Field names that an API uses in the maps passed to and returned by callbacks.
 //!
-//! The host names fields neutrally; a prelude says what its API calls them: `arguments.dyn.step = "passCnt"` and
+//! The host has neutral field names; a prelude declares the names in its API: `arguments.dyn.step = "passCnt"` and
 //! `results.contact.ignoreContact = "ignore"`.
 
 use mlua_sys::*;
 
 use crate::stack::{bytes, push};
 
-/// Renamed fields: callback, name before, name after.
+/// Renamed fields: callback, original name, new name.
 #[derive(Default)]
 pub(crate) struct FieldNames(Vec<(Vec<u8>, Vec<u8>, Vec<u8>)>);
 
 impl FieldNames {
-    /// Reads `{callback = {before = "after"}}` from the table on top.
+    /// Reads `{callback = {original = "new"}}` from the table on top.
     ///
     /// # Safety
     /// Runs in protected mode, with a table on top.
@@ -35,16 +35,16 @@ impl FieldNames {
         self.0.sort();
     }
 
-    /// Whether a callback has renamed fields.
+    /// Returns whether a callback has renamed fields.
     pub(crate) fn has(&self, callback: &[u8]) -> bool {
         self.0.iter().any(|(of, _, _)| of == callback)
     }
 
-    /// Replaces a table by a copy whose fields have their new names; any other value stays. The table itself may belong to
-    /// the script.
+    /// Replaces the table at index `at` by a copy with renamed fields; any other value is kept. It copies because the
+    /// table itself may belong to the script.
     ///
     /// # Safety
-    /// Runs in protected mode; `at` is a positive index of the stack.
+    /// Runs in protected mode; `at` is a positive stack index.
     pub(crate) unsafe fn rename(&self, l: *mut lua_State, callback: &[u8], at: i32) {
         if !self.has(callback) || lua_type(l, at) != LUA_TTABLE {
             return;

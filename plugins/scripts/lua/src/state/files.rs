@@ -1,4 +1,4 @@
-//! Open files of a script, kept outside of the Lua state so that they are closed however it ends.
+//! Open files of a script, stored outside of the Lua state so that they are closed however it ends.
 
 use std::{
     fs::File,
@@ -8,10 +8,10 @@ use std::{
 use tatu_plugin_api::abi::*;
 
 const BLOCK: usize = 8 << 10;
-/// Bytes that are read at once.
+/// Most bytes read at once.
 const MOST: usize = crate::alloc::SLOT_BYTES;
 
-/// Files by number.
+/// Open files by number.
 #[derive(Default)]
 pub(crate) struct Files(Vec<Option<Open>>);
 
@@ -45,16 +45,16 @@ impl Files {
 /// An open file.
 pub(crate) struct Open {
     file: File,
-    /// Written, but not flushed yet.
+    /// Written bytes that are not flushed yet.
     unwritten: Vec<u8>,
-    /// Read buffer, and how much of it was consumed.
+    /// Read buffer, and how much of it has been consumed.
     ahead: Vec<u8>,
     at: usize,
     /// The last result.
     pub out: Vec<u8>,
 }
 
-/// Parses Lua's mode string: `TATU_FILE_*`.
+/// Converts Lua's mode string to `TATU_FILE_*` flags.
 pub(crate) fn mode(mode: &[u8]) -> Option<u32> {
     let (kind, rest) = mode.split_first()?;
     let plus = rest.contains(&b'+');
@@ -93,7 +93,7 @@ impl Open {
         self.unwritten.clear();
         done
     }
-    /// Seeks; returns the new position from the start.
+    /// Seeks; returns the new position relative to the start.
     pub(crate) fn seek(&mut self, whence: u8, offset: i64) -> io::Result<u64> {
         self.flush()?;
         let back = (self.ahead.len() - self.at) as i64;
@@ -123,7 +123,7 @@ impl Open {
         self.ahead.truncate(*n.as_ref().unwrap_or(&0));
         Ok(n? > 0)
     }
-    /// Reads a line into `out`; false at the end.
+    /// Reads a line into `out`; returns false at the end of the file.
     pub(crate) fn read_line(&mut self, keep_end: bool) -> io::Result<bool> {
         self.out.clear();
         while self.fill()? {
@@ -140,7 +140,7 @@ impl Open {
         }
         Ok(!self.out.is_empty())
     }
-    /// Reads at most `n` bytes into `out`; false at the end.
+    /// Reads at most `n` bytes into `out`; returns false at the end of the file.
     pub(crate) fn read_bytes(&mut self, n: usize) -> io::Result<bool> {
         self.out.clear();
         let mut more = self.fill()?;

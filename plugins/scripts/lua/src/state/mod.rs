@@ -1,4 +1,4 @@
-//! The state of one script: its Lua state, and what the plugin keeps about it.
+//! The state of one script: its Lua state, and the plugin's data about it.
 
 pub(crate) mod account;
 pub(crate) mod commands;
@@ -27,7 +27,7 @@ use originals::Originals;
 use slices::Slices;
 use text::Text;
 
-/// State of a script. Its address is stable: every Lua thread stores it in its extra space.
+/// State of a script. Its address is stable, because every Lua thread stores it in its extra space.
 pub(crate) struct State {
     /// The main thread.
     pub main: *mut lua_State,
@@ -58,11 +58,11 @@ pub(crate) struct State {
     pub borrowed: Cell<u32>,
     pub returned: Cell<u32>,
     pub kept: Cell<u32>,
-    /// The last number issued in place of an address.
+    /// The last number issued instead of an address.
     pub numbers: Cell<i64>,
     /// Whether the dialect is based on Lua 5.1.
     pub old: Cell<bool>,
-    /// Whether numbers are rounded to 32-bit floats at commands.
+    /// Whether numbers are rounded to 32-bit floats when passed to commands.
     pub single: Cell<bool>,
     /// Whether the running call is one of several parallel ones.
     pub parallel: Cell<bool>,
@@ -74,9 +74,9 @@ pub(crate) struct State {
     /// Texts that the script loaded (chunk name, text), so that a snapshot can refer to their functions.
     pub texts: RefCell<Vec<(Vec<u8>, Vec<u8>)>>,
     pub files: RefCell<Files>,
-    /// Line begun with `io.write`.
+    /// Incomplete line written with `io.write`.
     pub line: RefCell<Vec<u8>>,
-    /// Buffer for text on its way into Lua.
+    /// Buffer for text that is passed to Lua.
     pub scratch: RefCell<Vec<u8>>,
     /// Library functions that this plugin wraps.
     pub originals: Originals,
@@ -86,18 +86,19 @@ pub(crate) struct State {
     pub memory_positions: RefCell<Vec<(String, u64)>>,
     /// Whether a panic unwound through the state.
     pub broken: Cell<bool>,
-    /// The Lua function that calls one of another script; upvalue 1: its number.
+    /// The Lua function that calls a function of another script; upvalue 1 is the function's id.
     pub foreign: lua_CFunction,
     pub slot: Box<Slot>,
 }
 
 impl State {
-    /// The world, as the safe API shows it.
+    /// Returns the world.
     pub(crate) fn world(&self) -> World<'_> {
-        // SAFETY: the world outlives its scripts, and every call here comes from a call of the host.
+        // SAFETY: the world outlives its scripts, and the host calls a script only on the thread that may use the
+        // world; all callers run inside such a call.
         unsafe { World::new(self.world, &self.host) }
     }
-    /// The same as functions of the host get it.
+    /// Returns the world as functions of the host take it.
     #[inline]
     pub(crate) fn world_ref(&self) -> WorldRef<'_> {
         self.world().raw()
@@ -106,7 +107,7 @@ impl State {
     pub(crate) fn log(&self, level: u32, text: &[u8]) {
         self.world().log(level, text);
     }
-    /// Logs what `print` says; it goes on with a line that `io.write` began.
+    /// Logs a line of `print`, preceded by an incomplete line of `io.write`.
     pub(crate) fn log_line(&self, text: &[u8]) {
         let mut line = self.line.take();
         if line.is_empty() {
@@ -115,23 +116,23 @@ impl State {
         line.extend_from_slice(text);
         self.log(TATU_LOG_INFO, &line);
     }
-    /// Logs a line that `io.write` began, if there is one.
+    /// Logs the incomplete line of `io.write`, if there is one.
     pub(crate) fn end_line(&self) {
         let line = self.line.take();
         if !line.is_empty() {
             self.log(TATU_LOG_INFO, &line);
         }
     }
-    /// Simulation time, s.
+    /// Returns the simulation time, s.
     pub(crate) fn now(&self) -> f64 {
         self.world().f64(0, self.time).unwrap_or(0.0)
     }
 }
 
-/// The state that a thread belongs to.
+/// Returns the state that a thread belongs to.
 ///
 /// # Safety
-/// `l` is a thread of a state created by this plugin; the reference is not used beyond the running call.
+/// `l` is a thread of a state created by this plugin; the reference is not used after the running call.
 #[inline(always)]
 pub(crate) unsafe fn of<'a>(l: *mut lua_State) -> &'a State {
     &**lua_getextraspace(l).cast::<*const State>()
@@ -140,7 +141,7 @@ pub(crate) unsafe fn of<'a>(l: *mut lua_State) -> &'a State {
 /// Pushes the content of the scratch buffer.
 ///
 /// # Safety
-/// One free stack slot; may raise.
+/// There is one free stack slot. May raise an error.
 pub(crate) unsafe fn push_scratch(l: *mut lua_State, s: &State) {
     let (ptr, len) = {
         let scratch = s.scratch.borrow();
@@ -149,7 +150,7 @@ pub(crate) unsafe fn push_scratch(l: *mut lua_State, s: &State) {
     lua_pushlstring(l, ptr.cast(), len);
 }
 
-/// Module names and texts of all preludes.
+/// Iterates over module names and texts of all preludes.
 pub(crate) fn preludes(s: &State) -> impl Iterator<Item = (&[u8], &[u8])> {
     let next = s.host.commands_table().and_then(|t| t.prelude);
     (0..).map_while(move |index| {

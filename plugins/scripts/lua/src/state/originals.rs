@@ -14,14 +14,14 @@ pub(crate) const CREATE: usize = 2;
 pub(crate) const WRAP: usize = 3;
 
 impl Originals {
-    /// Keeps a function.
+    /// Stores a function.
     pub(crate) fn keep(&self, which: usize, function: Option<lua_CFunction>) {
         self.0[which].set(function);
     }
     /// Tail-calls the library's function.
     ///
     /// # Safety
-    /// Last action of a C function of Lua.
+    /// The call is the last action of a C function of Lua.
     pub(crate) unsafe fn call(&self, l: *mut lua_State, which: usize) -> i32 {
         match self.0[which].get() {
             Some(f) => f(l),

@@ -1,4 +1,4 @@
-//! Texts that are run again for each callback: their rules, and the callbacks for which a text has to run.
+//! Rules for texts that are run again for each callback.
 
 use mlua_sys::*;
 use tatu_plugin_api::abi::tatu_slot;
@@ -13,7 +13,7 @@ use crate::{
 pub(crate) struct Rerun {
     /// The global that names the callback.
     pub variable: Vec<u8>,
-    /// Its value per callback.
+    /// Value of the variable for each callback.
     pub values: Vec<(Vec<u8>, i64)>,
     /// Callbacks that run only in texts with one of these names.
     needs: Vec<(Vec<u8>, Vec<Vec<u8>>)>,
@@ -25,7 +25,7 @@ impl Rerun {
     /// Reads the rules from the table on top.
     ///
     /// # Safety
-    /// Runs in protected mode; a few free stack slots.
+    /// Runs in protected mode, with a few free stack slots.
     pub(crate) unsafe fn read_rules(&mut self, l: *mut lua_State) {
         lua_getfield(l, -1, c"variable".as_ptr());
         self.variable.extend_from_slice(bytes(l, -1));
@@ -65,7 +65,7 @@ impl Rerun {
         }
         lua_pop(l, 1);
     }
-    /// Whether the text runs for a callback.
+    /// Returns whether the text runs for a callback.
     pub(crate) fn has(&self, callback: &[u8]) -> bool {
         self.value(callback).is_some()
     }
@@ -76,7 +76,8 @@ impl Rerun {
         self.values
             .retain(|(callback, _)| needs.iter().filter(|(name, _)| name == callback).all(|(_, w)| w.iter().any(has)));
     }
-    /// Removes the callbacks for which a text that consists of branches does nothing; `number` is the value of a word.
+    /// Removes the callbacks for which a text that consists of branches does nothing; `number` returns the value of a
+    /// word.
     pub(crate) fn drop_empty_branches(&mut self, text: &[u8], number: impl Fn(&[u8]) -> Option<i64>) {
         let Some(branches) = lexer::branches(text, &self.variable) else { return };
         let values: Option<Vec<i64>> = branches.iter().map(|name| number(name)).collect();
@@ -84,10 +85,10 @@ impl Rerun {
             self.values.retain(|(callback, value)| callback == b"init" || values.contains(value));
         }
     }
-    /// Sets the globals for a run of the text of the script of `owner`.
+    /// Sets the globals for a run of the text of `owner`'s script.
     ///
     /// # Safety
-    /// Runs in protected mode; a few free stack slots.
+    /// Runs in protected mode, with a few free stack slots.
     pub(crate) unsafe fn set_globals(&self, l: *mut lua_State, owner: u64, value: Option<i64>) {
         if registry(l, reg::RERUN_GLOBALS) != LUA_TTABLE {
             lua_pop(l, 1);
@@ -107,7 +108,8 @@ impl Rerun {
         }
         lua_pop(l, 2);
     }
-    /// Pushes the list of these globals' names, and caches it: creating the strings anew takes longer than a lookup.
+    /// Pushes the list of the names of these globals, and caches it: creating the strings each time takes longer than a
+    /// lookup.
     unsafe fn cache_names(&self, l: *mut lua_State) {
         lua_createtable(l, 1 + self.script.len() as i32, 0);
         push(l, &self.variable);
@@ -119,7 +121,7 @@ impl Rerun {
         lua_pushvalue(l, -1);
         lua_rawseti(l, LUA_REGISTRYINDEX, reg::RERUN_GLOBALS);
     }
-    /// The value of a callback.
+    /// Returns the value of the global for a callback.
     pub(crate) fn value(&self, callback: &[u8]) -> Option<i64> {
         self.values.iter().find(|(name, _)| name == callback).map(|v| v.1)
     }

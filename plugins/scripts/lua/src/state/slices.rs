@@ -1,4 +1,4 @@
-//! How long a thread of a script runs until it is preempted.
+//! Length of the time slice after which a thread of a script is preempted.
 
 use std::cell::Cell;
 
@@ -11,15 +11,15 @@ pub(crate) const PER_MS: f64 = 20_000.0;
 /// Default slice length, instructions: 2 ms.
 const DEFAULT: u64 = 40_000;
 
-/// Preemption of a script's threads.
+/// Preemption state of a script's threads.
 pub(crate) struct Slices {
     /// The command that waits for the next step: id << 8 | alias; 0: no preemption.
     pub switch: Cell<u32>,
     /// Slice length, instructions; 0: no preemption.
     pub length: Cell<u64>,
-    /// Instructions used of the current slice.
+    /// Instructions used in the current slice.
     pub used: Cell<u64>,
-    /// The plugin's coroutine that is running, or null.
+    /// The plugin's coroutine that is running; null if none is.
     pub own: Cell<*mut lua_State>,
 }
 
@@ -35,20 +35,20 @@ impl Default for Slices {
 }
 
 impl Slices {
-    /// Resumes a thread; returns what `leave` needs.
+    /// Begins a slice of a thread; returns the argument for `leave`.
     pub(crate) fn enter(&self, thread: *mut lua_State) -> (*mut lua_State, u64) {
         (self.own.replace(thread), self.used.replace(0))
     }
-    /// The thread yielded or ended.
+    /// Ends the slice, after the thread yielded or ended.
     pub(crate) fn leave(&self, outer: (*mut lua_State, u64)) {
         self.own.set(outer.0);
         self.used.set(outer.1);
     }
-    /// Whether one of the plugin's coroutines is running.
+    /// Returns whether one of the plugin's coroutines is running.
     pub(crate) fn in_thread(&self) -> bool {
         !self.own.get().is_null()
     }
 }
 
-// The hook runs at this interval; a slice cannot be shorter.
+// The hook runs at this interval, so a slice cannot be shorter.
 const _: () = assert!(DEFAULT as f64 == 2.0 * PER_MS && DEFAULT >= HOOK_INTERVAL);

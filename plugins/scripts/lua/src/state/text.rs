@@ -10,7 +10,7 @@ pub(crate) enum Style {
     /// The text has not run yet.
     #[default]
     NotRun,
-    /// One function per callback; also texts without any.
+    /// The text defines a function per callback, or none at all.
     Functions,
     /// The text is run again for each callback.
     Rerun,
@@ -30,22 +30,22 @@ pub(crate) struct Rules {
     pub rerun: Option<Rerun>,
     /// The number that a callback returns to end its script.
     pub ends: Option<f64>,
-    /// The style, if the preludes decide it.
+    /// The style, if the preludes determine it.
     pub style: Option<Style>,
     /// Commands whose floats are not rounded.
     pub exact: Vec<Vec<u8>>,
-    /// Known modules that no plugin offers: a name, or a name, `: ` and what to do instead.
+    /// Known modules that no plugin provides: a name, optionally followed by `: ` and advice.
     pub missing_modules: Vec<Vec<u8>>,
     pub api: Vec<Vec<u8>>,
-    /// The dialect found from the text.
+    /// The dialect inferred from the text.
     pub dialect: Option<String>,
-    /// Dialects of worlds that name none, with old and with modern scripts.
+    /// Dialects for worlds that specify none, for old and for modern scripts.
     pub old_dialect: Option<String>,
     pub new_dialect: Option<String>,
     /// The command that waits for the next step.
     pub switch: Vec<u8>,
     pub single: bool,
-    /// Names that an API gives to fields of callbacks' arguments, and those of results that it names for the host.
+    /// Names that an API gives to fields of callback arguments, and to fields of results.
     pub argument_names: FieldNames,
     pub result_names: FieldNames,
     /// Script orders by dialect: (first version, order), oldest first.
@@ -53,7 +53,7 @@ pub(crate) struct Rules {
 }
 
 impl Rules {
-    /// What to do without a module that is known and that no plugin offers; `None`: nobody knows it. "arm-2" and
+    /// Returns advice for a known module that no plugin provides; `None`: the module is unknown. "arm-2" and
     /// "arm.tools" belong to the module "arm".
     pub fn advice(&self, module: &[u8]) -> Option<Cow<'_, str>> {
         let root = module.split(|b| b"-.".contains(b)).next().unwrap_or_default();
@@ -72,18 +72,18 @@ pub(crate) struct Text {
     pub style: Style,
     /// Whether the text may have the style `Rerun`.
     pub may_rerun: bool,
-    /// The clean-up has run; nothing is called any more.
+    /// Whether the clean-up has run, after which nothing is called.
     pub over: bool,
     /// Callables that were looked up: (`TATU_FIND_*`, name).
     pub names: Vec<(u32, Arc<[u8]>)>,
 }
 
 impl Text {
-    /// The text's name in messages.
+    /// Returns the text's name for messages.
     pub(crate) fn name(&self) -> String {
         self.chunk.clone()
     }
-    /// The unknown command that a message complains about, if the script called it or indexed an unknown name space.
+    /// Returns the unknown command that a message is about, if the script called it or indexed an unknown namespace.
     pub(crate) fn unknown(&self, message: &str, unresolved: &VecDeque<Vec<u8>>) -> Option<String> {
         let call = message.strip_prefix("attempt to call a nil value (");
         let rest = call.or_else(|| message.strip_prefix("attempt to index a nil value ("))?;

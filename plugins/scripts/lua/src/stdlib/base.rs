@@ -1,4 +1,4 @@
-//! Functions of Lua's own libraries that scripts get in another form.
+//! Replacements for functions of Lua's basic libraries.
 
 use mlua_sys::*;
 use tatu_plugin_api::abi::*;
@@ -21,14 +21,14 @@ unsafe fn remove(l: *mut lua_State, name: &std::ffi::CStr) {
     lua_setfield(l, -2, name.as_ptr());
 }
 
-/// Stores the address of a library function of the table on top.
+/// Stores the address of a library function in the table on top.
 unsafe fn original(l: *mut lua_State, name: &std::ffi::CStr, which: usize) {
     lua_getfield(l, -1, name.as_ptr());
     state::of(l).originals.keep(which, lua_tocfunction(l, -1));
     lua_pop(l, 1);
 }
 
-/// Registers the bare C functions of the table on top again, with an upvalue.
+/// Registers the C functions without upvalues in the table on top again, with an upvalue.
 pub(super) unsafe fn add_upvalues(l: *mut lua_State) {
     lua_pushnil(l);
     while lua_next(l, -2) != 0 {
@@ -131,11 +131,11 @@ unsafe extern "C-unwind" fn pairs(l: *mut lua_State) -> i32 {
     3
 }
 
-/// Warns once if a restored script traverses a table whose order depends on addresses: the table was created since, and
-/// the addresses differ from those in the run that wrote the snapshot.
+/// Warns once if a restored script traverses a table whose order depends on addresses: the table was created after the
+/// restore, and addresses differ from those in the run that saved the snapshot.
 ///
 /// # Safety
-/// The state was restored.
+/// The state was restored, and `idx` is a valid index.
 unsafe fn watch_order(l: *mut lua_State, idx: i32) {
     if lua_type(l, idx) != LUA_TTABLE {
         return;
@@ -171,7 +171,7 @@ unsafe extern "C-unwind" fn ipairs_next(l: *mut lua_State) -> i32 {
     if lua_geti(l, 1, i) == LUA_TNIL { 1 } else { 2 }
 }
 
-/// Only text: malformed bytecode can crash the process.
+/// Loads only source text: malformed bytecode can crash the process.
 unsafe extern "C-unwind" fn load(l: *mut lua_State) -> i32 {
     if lua_gettop(l) < 3 {
         lua_settop(l, 3);
@@ -185,7 +185,7 @@ unsafe extern "C-unwind" fn load(l: *mut lua_State) -> i32 {
     state::of(l).originals.call(l, LOAD)
 }
 
-/// Disables finalizers: they would run at a time of the collector's choice, outside any budget.
+/// Disables finalizers, because they would run whenever the collector chooses, outside any budget.
 unsafe extern "C-unwind" fn setmetatable(l: *mut lua_State) -> i32 {
     luaL_checktype(l, 1, LUA_TTABLE);
     if lua_type(l, 2) != LUA_TNIL {
@@ -199,7 +199,7 @@ unsafe extern "C-unwind" fn setmetatable(l: *mut lua_State) -> i32 {
         lua_setmetatable(l, 1);
         return 1;
     }
-    // Lua checks for `__gc` when a metatable is set: hide it for that moment.
+    // Lua checks for `__gc` when a metatable is set, so the field is hidden during that.
     push(l, b"__gc");
     if lua_rawget(l, 2) != LUA_TNIL {
         push(l, b"__gc");
@@ -217,7 +217,7 @@ unsafe extern "C-unwind" fn setmetatable(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Instructions for each KiB that the collector goes through.
+/// Instructions charged per KiB that the collector traverses.
 const COLLECTED: u64 = 32;
 
 unsafe extern "C-unwind" fn collectgarbage(l: *mut lua_State) -> i32 {
@@ -238,7 +238,7 @@ unsafe extern "C-unwind" fn collectgarbage(l: *mut lua_State) -> i32 {
     1
 }
 
-/// The script's handler is skipped once the budget is exhausted, since no limit would hold in it.
+/// The script's handler is skipped once the budget is exhausted, since nothing would limit it.
 unsafe extern "C-unwind" fn xpcall(l: *mut lua_State) -> i32 {
     let n = lua_gettop(l);
     luaL_checktype(l, 2, LUA_TFUNCTION);
@@ -283,7 +283,7 @@ unsafe extern "C-unwind" fn wrap(l: *mut lua_State) -> i32 {
     s.originals.call(l, WRAP)
 }
 
-/// Without a number: the script's own seed, never the clock.
+/// Without arguments, uses the script's own seed instead of the clock.
 unsafe extern "C-unwind" fn randomseed(l: *mut lua_State) -> i32 {
     if lua_gettop(l) == 0 {
         lua_pushinteger(l, state::of(l).instance.seed as i64);

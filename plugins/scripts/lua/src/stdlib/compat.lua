@@ -1,6 +1,6 @@
--- Functions removed from the language. Arguments: whether the dialect is old, and three helpers.
+-- Functions removed from the language. Arguments: whether the dialect is old, and three helper functions.
 local old, truncating, getfenv51, setfenv51 = ...
--- Scripts may redefine these names.
+-- Local copies, because scripts may redefine these globals.
 local type, pairs, tonumber, math = type, pairs, tonumber, math
 
 unpack = unpack or table.unpack
@@ -16,7 +16,7 @@ local function integer(x)
   return x and (x < 0 and math.ceil(x) or math.floor(x))
 end
 
--- Lua 5.1, including its remains of 5.0.
+-- Lua 5.1, including its leftovers of 5.0.
 loadstring = load
 getfenv, setfenv = getfenv51, setfenv51
 math.cosh = math.cosh or function(x) return (math.exp(x) + math.exp(-x)) / 2 end
@@ -53,14 +53,14 @@ function table.foreachi(t, f)
   end
 end
 
--- Fractions were truncated where an integer is expected.
+-- Arguments with fractions were truncated where an integer is expected.
 math.random = truncating(math.random, 1)
 string.char = truncating(string.char, 1)
 string.rep = truncating(string.rep, 2)
 string.sub = truncating(string.sub, 2)
 string.byte = truncating(string.byte, 2)
 
--- Floats only: the remainder of a division by 0 is NaN, not an error.
+-- All numbers were floats: the remainder of a division by 0 is NaN, not an error.
 local fmod = math.fmod
 function math.fmod(x, y)
   if tonumber(y) == 0 and tonumber(x) then return 0 / 0 end
@@ -68,7 +68,7 @@ function math.fmod(x, y)
 end
 math.mod = math.fmod
 
--- Positions outside of a list were not errors.
+-- Positions outside of the list were not errors.
 local insert, remove = table.insert, table.remove
 function table.insert(t, ...)
   local at, value = ...

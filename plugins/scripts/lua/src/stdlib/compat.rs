@@ -1,4 +1,4 @@
-//! Compatibility with older versions: a few functions for all scripts, Lua 5.1 for old dialects.
+//! Compatibility with older versions: a few functions for all scripts, and Lua 5.1 for old dialects.
 
 use mlua_sys::*;
 use tatu_plugin_api::safe::*;
@@ -14,7 +14,8 @@ const TEXT: &[u8] = include_bytes!("compat.lua");
 
 /// Installs the compatibility functions.
 pub(crate) fn open(s: &State, old: bool) -> Result {
-    // SAFETY: runs in a protected call.
+    // SAFETY: `protect` calls the closure with a live thread in protected mode, and the closure keeps no value with a
+    // destructor.
     protect(s, &mut |l| unsafe {
         luaL_checkstack(l, 12, std::ptr::null());
         if chunk_cache::load(l, TEXT, c"=compat") != LUA_OK {
@@ -29,7 +30,7 @@ pub(crate) fn open(s: &State, old: bool) -> Result {
     })
 }
 
-/// Wraps a library function: its arguments from a given one on are truncated to integers.
+/// Wraps a library function, so that its arguments from a given one on are truncated to integers.
 unsafe extern "C-unwind" fn truncating(l: *mut lua_State) -> i32 {
     luaL_checktype(l, 1, LUA_TFUNCTION);
     lua_settop(l, 2);
@@ -63,7 +64,7 @@ unsafe fn function_of(l: *mut lua_State) {
     lua_getinfo(l, c"f".as_ptr(), &mut ar);
 }
 
-/// Upvalue of the function on top that holds its globals; 0: none.
+/// Returns the upvalue of the function on top that holds its globals; 0: none.
 unsafe fn environment(l: *mut lua_State) -> i32 {
     for n in 1..=255 {
         let name = lua_getupvalue(l, -1, n);
@@ -101,7 +102,7 @@ unsafe extern "C-unwind" fn setfenv(l: *mut lua_State) -> i32 {
     function_of(l);
     let n = environment(l);
     if n != 0 {
-        // The function gets an upvalue of its own: the old one is shared with the rest of its chunk.
+        // The function gets a separate upvalue, because the old one is shared with the rest of its chunk.
         luaL_loadbufferx(l, c"".as_ptr(), 0, c"=env".as_ptr(), c"t".as_ptr());
         lua_pushvalue(l, 2);
         lua_setupvalue(l, -2, 1);

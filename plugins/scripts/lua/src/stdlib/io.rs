@@ -1,4 +1,4 @@
-//! `io`: files in the folders that the run allows. Standard output goes to the log.
+//! The library `io`: files in the folders that the run allows. Standard output goes to the log.
 
 use mlua_sys::*;
 use tatu_plugin_api::abi::*;
@@ -16,13 +16,13 @@ use crate::{
     values::to_text,
 };
 
-/// Number in a file's userdata: closed, the log, or the index of an open file plus `FIRST`.
+/// Values in a file's userdata: closed, the log, or the index of an open file plus `FIRST`.
 const CLOSED: usize = 0;
 const CONSOLE: usize = 1;
 const FIRST: usize = 2;
 
 /// # Safety
-/// Runs in protected mode, while the state is made.
+/// Runs in protected mode, while the state is created.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_createtable(l, 0, 8); // metatable
     push(l, b"FILE*");
@@ -67,7 +67,7 @@ unsafe fn push_file(l: *mut lua_State, number: usize) {
     lua_setmetatable(l, -2);
 }
 
-/// Address of the number in the file userdata at `idx`; null if it is none.
+/// Returns the address of the number in the file userdata at `idx`; null if it is not a file.
 unsafe fn place(l: *mut lua_State, idx: i32) -> *mut usize {
     let data = lua_touserdata(l, idx).cast::<usize>();
     if data.is_null() || lua_getmetatable(l, idx) == 0 {
@@ -79,7 +79,7 @@ unsafe fn place(l: *mut lua_State, idx: i32) -> *mut usize {
     if same { data } else { std::ptr::null_mut() }
 }
 
-/// Number of the open file at `idx`; raises an error otherwise.
+/// Returns the number of the open file at `idx`; raises an error if there is none.
 unsafe fn number(l: *mut lua_State, idx: i32) -> usize {
     let place = place(l, idx);
     if place.is_null() {
@@ -88,14 +88,14 @@ unsafe fn number(l: *mut lua_State, idx: i32) -> usize {
     if *place == CLOSED {
         errors::raise_text(l, "attempt to use a closed file");
     }
-    // The order among parallel scripts would depend on threads.
+    // The order of accesses by parallel scripts would depend on the scheduling of threads.
     if *place >= FIRST && state::of(l).parallel.get() {
-        errors::raise_text(l, "files cannot be used in a script that runs side by side with others");
+        errors::raise_text(l, "files cannot be used in a script that runs in parallel with others");
     }
     *place
 }
 
-/// Opens a file: returns its number, or an error number with a message in the scratch buffer.
+/// Opens a file: returns its number, or an error number and a message in the scratch buffer.
 fn open_file(s: &State, name: &[u8], mode: &[u8]) -> Result<usize, i64> {
     let Some(how) = files::mode(mode) else {
         say(s, name, "invalid mode");
@@ -121,7 +121,7 @@ fn say(s: &State, name: &[u8], text: &str) {
     scratch.extend_from_slice(text.as_bytes());
 }
 
-/// Returns nil, message, number, as Lua reports failed file operations.
+/// Returns nil, a message and a number, as Lua does for failed file operations.
 unsafe fn refused(l: *mut lua_State, s: &State, code: i64) -> i32 {
     lua_pushnil(l);
     push_scratch(l, s);
@@ -174,7 +174,7 @@ unsafe extern "C-unwind" fn io_lines(l: *mut lua_State) -> i32 {
     }
 }
 
-/// Upvalues: file, whether to close it at the end, formats.
+/// Upvalues of the iterator: file, whether to close it at the end, formats.
 unsafe fn iterate(l: *mut lua_State, close: bool) -> i32 {
     let formats = lua_gettop(l) - 1;
     if formats > 200 {
@@ -218,10 +218,10 @@ unsafe extern "C-unwind" fn io_read(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Bytes of a begun line that are kept until it ends.
+/// Most bytes of an incomplete line that are buffered.
 const LONGEST_LINE: usize = 1 << 20;
 
-/// Text of `io.write` is logged in whole lines.
+/// Logs text of `io.write` in whole lines.
 fn to_log(s: &State, bytes: &[u8]) {
     for part in bytes.split_inclusive(|b| *b == b'\n') {
         let mut line = s.line.borrow_mut();
@@ -327,7 +327,7 @@ unsafe extern "C-unwind" fn read(l: *mut lua_State) -> i32 {
     n
 }
 
-/// Reads by a format into the file's buffer. `None`: unknown format.
+/// Reads one format into the file's buffer. `None`: unknown format.
 fn read_one(s: &State, number: usize, kind: u8, count: usize) -> Option<Result<bool, i64>> {
     let mut files = s.files.borrow_mut();
     let Some(file) = files.get(number) else {
@@ -347,7 +347,7 @@ fn read_one(s: &State, number: usize, kind: u8, count: usize) -> Option<Result<b
     }))
 }
 
-/// Charges what was read, and part of a call of the system.
+/// Charges the bytes that were read, and part of a system call.
 unsafe fn charge_out(l: *mut lua_State, s: &State, number: usize) {
     let bytes = s.files.borrow_mut().get(number).map_or(0, |file| file.out.len()) as u64;
     budget::charge_units(l, bytes * BYTE / 4 + INSTRUCTION);

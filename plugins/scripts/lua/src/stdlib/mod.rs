@@ -1,7 +1,7 @@
-//! The standard library of scripts: permitted functions, and replacements for the others.
+//! The standard library of scripts: permitted functions of Lua, and replacements for the others.
 //!
 //! Every C function is registered with an upvalue. Without one it would be a bare code address, which differs between
-//! runs and would decide the order of such functions as table keys.
+//! runs and would affect the order of such functions as table keys.
 
 mod base;
 pub(crate) mod compat;
@@ -25,7 +25,7 @@ use base::add_upvalues;
 /// Opens the library in a new state.
 ///
 /// # Safety
-/// Runs in protected mode.
+/// Runs in protected mode, since it may raise an error.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     luaL_checkstack(l, 20, std::ptr::null());
     for place in [reg::BORROWED, reg::KEPT, reg::WAITS, reg::DONE, reg::NUMBERS, reg::SCOPES, reg::THREADS, reg::LOADED]
@@ -33,7 +33,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
         lua_newtable(l);
         lua_rawseti(l, LUA_REGISTRYINDEX, place);
     }
-    // Weak keys: being numbered does not keep an object alive.
+    // Weak keys, so that an object is not kept alive by its number.
     registry(l, reg::NUMBERS);
     lua_newtable(l);
     push(l, b"k");

@@ -1,4 +1,4 @@
-//! `require`, `dofile`, `loadfile`: modules of command plugins, name spaces, files in allowed folders.
+//! `require`, `dofile` and `loadfile`: modules of command plugins, namespaces, and files in allowed folders.
 
 use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// # Safety
-/// Runs in protected mode, while the state is made.
+/// Runs in protected mode, while the state is created.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_pushglobaltable(l);
     set(l, c"require", require);
@@ -31,10 +31,10 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_pop(l, 1);
 }
 
-/// Bytes of the longest text that is read.
+/// Size limit of a text that is read, in bytes.
 const MOST_BYTES: u64 = 16 << 20;
 
-/// Reads a file into the scratch buffer; on failure false, with the reason there.
+/// Reads a file into the scratch buffer; returns false on failure, with the reason in the buffer.
 fn read(s: &State, name: &[u8]) -> bool {
     let (done, content) = match s.world().read_file(name, MOST_BYTES) {
         Ok(content) => (true, content),
@@ -47,11 +47,11 @@ fn read(s: &State, name: &[u8]) -> bool {
     done
 }
 
-/// Limits of the texts kept for snapshots: a script may load a new text in each step.
+/// Limits on the texts kept for snapshots, because a script may load a new text in each step.
 const TEXTS: usize = 64;
 const TEXT_BYTES: usize = 1 << 20;
 
-/// Keeps a text that is about to be loaded, so that a snapshot can refer to its functions.
+/// Stores a text that is about to be loaded, so that a snapshot can refer to its functions.
 pub(crate) fn remember(s: &State, name: &[u8], text: &[u8]) {
     let mut texts = s.texts.borrow_mut();
     if texts.iter().any(|(n, t)| n == name && t == text) {
@@ -134,7 +134,7 @@ unsafe extern "C-unwind" fn require(l: *mut lua_State) -> i32 {
     if !find(l) {
         return missing(l);
     }
-    // Slot 3: what was found; a function is the module's chunk.
+    // Slot 3 holds what was found; a function is the module's chunk.
     if lua_type(l, 3) == LUA_TFUNCTION {
         lua_pushvalue(l, 1);
         lua_call(l, 1, 1);
@@ -153,7 +153,7 @@ unsafe extern "C-unwind" fn require(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Pushes at slot 3 what a module name stands for: chunk of a plugin, name space, file.
+/// Pushes into slot 3 what a module name refers to: the chunk of a plugin's module, a namespace, or a file.
 unsafe fn find(l: *mut lua_State) -> bool {
     let s = state::of(l);
     budget::charge_units(l, lua_rawlen(l, 1) as u64 * BYTE);
@@ -194,11 +194,11 @@ unsafe fn find(l: *mut lua_State) -> bool {
     if !s.scratch.borrow().starts_with(b"cannot open ") {
         lua_error(l); // a file that is there, with an error of its own
     }
-    // After files: a module of the user may have the name of a plugin's module.
+    // Files come first, so that a user's module may have the name of a plugin's module.
     lua_settop(l, 2);
     let module = bytes(l, 1);
     let exact = preludes(s).find(|(name, _)| !name.is_empty() && *name == module);
-    // The original's files were found without regard to case on two of its three systems, and scripts rely on it.
+    // The original found its files case-insensitively on two of its three systems, and scripts rely on that.
     let found = exact.or_else(|| preludes(s).find(|(name, _)| !name.is_empty() && name.eq_ignore_ascii_case(module)));
     if let Some((_, text)) = found {
         push(l, b"=");

@@ -1,5 +1,5 @@
-//! Lua's pattern matching (after lstrlib.c of Lua 5.4) with a step limit: a short pattern can take exponential time,
-//! and C code does not check the budget.
+//! Lua's pattern matching (after lstrlib.c of Lua 5.4) with a step limit, because a short pattern can take exponential
+//! time, and C code does not check the budget.
 
 /// Recursion limit, as in Lua.
 const MAX_DEPTH: u32 = 200;
@@ -31,14 +31,14 @@ pub(crate) enum Capture {
     Part(usize, usize),
 }
 
-/// State of a match. Plain data, since a Lua error may jump over it.
+/// State of a match. It is plain data, since a Lua error may jump over it.
 pub(crate) struct Matcher<'a> {
     src: &'a [u8],
     pat: &'a [u8],
     captures: [(usize, Length); MAX_CAPTURES],
     level: usize,
     depth: u32,
-    /// Steps done over all matches.
+    /// Steps so far, over all matches.
     pub steps: u64,
     most: u64,
 }
@@ -46,20 +46,20 @@ pub(crate) struct Matcher<'a> {
 type Found = Result<Option<usize>, Fault>;
 
 impl<'a> Matcher<'a> {
-    /// Creates a matcher for a pattern without its anchor; `most`: step limit.
+    /// Creates a matcher for a pattern without its anchor; `most` is the step limit.
     pub(crate) fn new(src: &'a [u8], pat: &'a [u8], most: u64) -> Self {
         Matcher { src, pat, captures: [(0, Length::Open); MAX_CAPTURES], level: 0, depth: 0, steps: 0, most }
     }
-    /// End of the match that begins at `s`.
+    /// Returns the end of the match that begins at `s`.
     pub(crate) fn at(&mut self, s: usize) -> Found {
         (self.level, self.depth) = (0, 0);
         self.go(s, 0)
     }
-    /// Number of captures; without any, the whole match is one if `whole` is set.
+    /// Returns the number of captures; without any, the whole match counts as one if `whole` is set.
     pub(crate) fn count(&self, whole: bool) -> usize {
         if self.level == 0 && whole { 1 } else { self.level }
     }
-    /// A capture of the match from `s` to `e`.
+    /// Returns a capture of the match from `s` to `e`.
     pub(crate) fn capture(&self, i: usize, s: usize, e: usize) -> Result<Capture, Fault> {
         if i >= self.level {
             return if i == 0 { Ok(Capture::Part(s, e)) } else { Err(Fault::Pattern("invalid capture index")) };
@@ -72,7 +72,7 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    /// A byte of the pattern; 0 at its end.
+    /// Returns a byte of the pattern; 0 at its end.
     fn p(&self, i: usize) -> u8 {
         self.pat.get(i).copied().unwrap_or(0)
     }
@@ -149,7 +149,7 @@ impl<'a> Matcher<'a> {
         self.steps_of(1)
     }
 
-    /// Steps of a class of so many bytes: a set is gone through for each byte of the subject.
+    /// Counts the steps of a class of `bytes` bytes: a set is searched for each byte of the subject.
     fn class_steps(&mut self, bytes: usize) -> Result<(), Fault> {
         self.steps_of(bytes as u64 / 4)
     }
@@ -162,7 +162,7 @@ impl<'a> Matcher<'a> {
         Ok(())
     }
 
-    /// Greedy repetition.
+    /// Matches a greedy repetition.
     fn most(&mut self, s: usize, p: usize, end: usize) -> Found {
         let mut i = 0;
         while self.single(s + i, p, end) {
@@ -181,7 +181,7 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    /// Lazy repetition.
+    /// Matches a lazy repetition.
     fn least(&mut self, mut s: usize, p: usize, end: usize) -> Found {
         loop {
             if let Some(e) = self.go(s, end + 1)? {
@@ -257,7 +257,7 @@ impl<'a> Matcher<'a> {
         Ok(None)
     }
 
-    /// End of the class that begins at `p`.
+    /// Returns the end of the class that begins at `p`.
     fn class_end(&self, p: usize) -> Result<usize, Fault> {
         let n = self.pat.len();
         match self.p(p) {
@@ -294,7 +294,7 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    /// Whether a byte is in the set from `[` at `p` to `]` at `end`.
+    /// Returns whether a byte is in the set from `[` at `p` to `]` at `end`.
     fn set(&self, c: u8, mut p: usize, end: usize) -> bool {
         let mut inside = true;
         if self.p(p + 1) == b'^' {
@@ -322,7 +322,7 @@ impl<'a> Matcher<'a> {
     }
 }
 
-/// Whether a byte is in a class such as `%d`.
+/// Returns whether a byte is in a class such as `%d`.
 fn class(c: u8, class: u8) -> bool {
     let member = match class.to_ascii_lowercase() {
         b'a' => c.is_ascii_alphabetic(),
@@ -341,7 +341,7 @@ fn class(c: u8, class: u8) -> bool {
     member != class.is_ascii_uppercase()
 }
 
-/// Whether a pattern has no special characters.
+/// Returns whether a pattern has no special characters.
 pub(crate) fn is_plain(pattern: &[u8]) -> bool {
     !pattern.iter().any(|b| b"^$*+?.([%-".contains(b))
 }
@@ -351,9 +351,9 @@ mod tests {
     use super::*;
     use mlua_sys::*;
 
-    /// Result of Lua's own `string.find`: "3 4 a @2", "nil" or "error".
+    /// Returns the result of Lua's own `string.find`: "3 4 a @2", "nil" or "error".
     fn theirs(l: *mut lua_State, src: &[u8], pat: &[u8]) -> String {
-        // SAFETY: the state belongs to the test; the function is in slot 1.
+        // SAFETY: the test owns the state, slot 1 holds `string.find`, and `lua_pcall` catches errors.
         unsafe {
             lua_settop(l, 1);
             lua_pushvalue(l, 1);
@@ -406,7 +406,7 @@ mod tests {
 
     #[test]
     fn agrees_with_lua() {
-        // SAFETY: the state belongs to the test.
+        // SAFETY: the state is created here and used by this test only.
         let l = unsafe {
             let l = luaL_newstate();
             luaL_requiref(l, c"string".as_ptr(), luaopen_string, 1);
@@ -432,7 +432,7 @@ mod tests {
             matches += u32::from(theirs.starts_with(|c: char| c.is_ascii_digit()));
         }
         assert!(matches > 20_000, "{matches}");
-        // SAFETY: the state is not used any more.
+        // SAFETY: the test owns the state and does not use it afterwards.
         unsafe { lua_close(l) };
     }
 

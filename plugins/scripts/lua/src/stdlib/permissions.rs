@@ -1,4 +1,4 @@
-//! Functions that need permission of the run: other programs, and native libraries.
+//! Functions that need permission from the run: starting programs, and loading native libraries.
 
 use mlua_sys::*;
 
@@ -8,7 +8,7 @@ use crate::{
     state::State,
 };
 
-/// Implements `package.loadlib` and `require` of native libraries with two functions of Lua's `package`.
+/// Implements `package.loadlib` and `require` of native libraries by two functions of Lua's `package`.
 const NATIVE: &[u8] = b"
 local loadlib, searchpath = ...
 package.loadlib, package.searchpath, package.cpath = loadlib, searchpath, './?.so;./?.dll'
@@ -17,7 +17,7 @@ setmetatable(package.preload, {__index = function(_, name)
     return path and assert(loadlib(path, 'luaopen_' .. name:gsub('%.', '_')))
 end})";
 
-/// Installs what the run allows.
+/// Installs the functions that the run allows.
 ///
 /// # Safety
 /// Runs in protected mode, after the library was opened.
@@ -34,7 +34,7 @@ pub(crate) unsafe fn open(l: *mut lua_State, s: &State) {
         install(l, luaopen_io, c"popen", c"io");
     }
     if native {
-        // Lua's `package` replaces `require`: restore ours.
+        // Lua's `package` replaces `require`; restore this plugin's.
         lua_getglobal(l, c"require".as_ptr());
         lua_pushcclosure(l, luaopen_package, 0);
         lua_call(l, 0, 1);

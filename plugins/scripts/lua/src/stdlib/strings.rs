@@ -1,4 +1,4 @@
-//! `string.find`, `match`, `gmatch` and `gsub`, based on a matcher that counts its steps.
+//! `string.find`, `match`, `gmatch` and `gsub`, using a matcher that counts its steps.
 
 use std::mem::MaybeUninit;
 
@@ -14,7 +14,7 @@ use crate::{
     values::truncate_at,
 };
 
-/// Matcher steps that count as one instruction.
+/// Number of matcher steps charged as one instruction.
 const STEPS: u64 = 4;
 
 unsafe fn arg<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
@@ -32,7 +32,7 @@ unsafe fn charge(l: *mut lua_State, m: &mut Matcher<'_>) {
     budget::charge(l, steps / STEPS);
 }
 
-/// Returns the result, or raises the error.
+/// Returns a result of the matcher, or raises its error.
 unsafe fn check<T>(l: *mut lua_State, m: &mut Matcher<'_>, found: Result<T, Fault>) -> Option<T> {
     match found {
         Ok(found) => Some(found),
@@ -48,7 +48,7 @@ unsafe fn check<T>(l: *mut lua_State, m: &mut Matcher<'_>, found: Result<T, Faul
     }
 }
 
-/// Start position from argument 3, 0-based.
+/// Returns the start position from argument 3, 0-based.
 unsafe fn start(l: *mut lua_State, len: usize) -> usize {
     if state::of(l).old.get() {
         truncate_at(l, 3);
@@ -127,7 +127,7 @@ pub(crate) unsafe extern "C-unwind" fn match_(l: *mut lua_State) -> i32 {
     search(l, false)
 }
 
-/// Upvalues of the iterator: subject, pattern, next position, end of the last match (-1: none).
+/// Returns an iterator with the upvalues subject, pattern, next position, and end of the last match (-1: none).
 pub(crate) unsafe extern "C-unwind" fn gmatch(l: *mut lua_State) -> i32 {
     let (src, pat) = (arg(l, 1), arg(l, 2));
     budget::charge_units(l, pat.len() as u64 * BYTE);

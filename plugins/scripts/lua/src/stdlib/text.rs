@@ -16,7 +16,7 @@ pub(crate) unsafe extern "C-unwind" fn tostring(l: *mut lua_State) -> i32 {
     1
 }
 
-/// `print`: writes a log line.
+/// Implements `print`: writes a log line.
 pub(crate) unsafe extern "C-unwind" fn print(l: *mut lua_State) -> i32 {
     let n = lua_gettop(l);
     luaL_checkstack(l, 2 * n + 8, std::ptr::null());
@@ -36,7 +36,7 @@ pub(crate) unsafe extern "C-unwind" fn print(l: *mut lua_State) -> i32 {
     0
 }
 
-/// `string.format`: prepares arguments, then calls Lua's own function.
+/// Implements `string.format`: converts arguments, then calls Lua's own function.
 pub(crate) unsafe extern "C-unwind" fn format(l: *mut lua_State) -> i32 {
     let s = state::of(l);
     let format = {

@@ -1,4 +1,5 @@
-//! `os`: date and time of the run (simulation time, unless it runs in real time), and nothing of the machine.
+//! The library `os`: date and time of the run (simulation time, unless it runs in real time). It accesses nothing of
+//! the machine.
 
 use std::fmt::Write;
 
@@ -31,7 +32,7 @@ const MONTHS: [&str; 12] = [
 ];
 
 /// # Safety
-/// Runs in protected mode, while the state is made.
+/// Runs in protected mode, while the state is created.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_createtable(l, 0, 6);
     set(l, c"clock", clock);
@@ -86,7 +87,7 @@ unsafe extern "C-unwind" fn time(l: *mut lua_State) -> i32 {
         match (whole, fallback) {
             (0, Some(fallback)) => fallback,
             (0, None) => {
-                errors::raise_text(l, "a date needs the fields year, month and day");
+                errors::raise_text(l, "expected a date with the fields year, month and day");
                 0
             }
             _ => value.clamp(-1 << 40, 1 << 40),
@@ -100,8 +101,8 @@ unsafe extern "C-unwind" fn time(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Days since 1970-01-01 of a date of the Gregorian calendar, and back (H. Hinnant, "chrono-compatible low-level date
-/// algorithms").
+/// Returns the days from 1970-01-01 to a date of the Gregorian calendar; the next function is its inverse (H. Hinnant,
+/// "chrono-compatible low-level date algorithms").
 fn days_from_civil(year: i64, month: i64, day: i64) -> i64 {
     let y = if month <= 2 { year - 1 } else { year };
     let era = y.div_euclid(400);
@@ -129,9 +130,9 @@ struct Date {
     hour: i64,
     min: i64,
     sec: i64,
-    /// 0: Sunday.
+    /// Day of the week; 0: Sunday.
     weekday: i64,
-    /// 1: January 1st.
+    /// Day of the year; 1: January 1st.
     yearday: i64,
 }
 
@@ -150,7 +151,7 @@ impl Date {
             yearday: days - days_from_civil(year, 1, 1) + 1,
         }
     }
-    /// Adds a `strftime` conversion; false if it is unknown.
+    /// Appends a `strftime` conversion; returns false if it is unknown.
     fn add(&self, conversion: char, out: &mut String) -> bool {
         let (day, month) = (DAYS[self.weekday as usize], MONTHS[self.month as usize - 1]);
         let _ = match conversion {

@@ -27,7 +27,7 @@ pub struct Error {
     pub traceback: String,
 }
 
-/// The world and its services in one; leaked, so that every pointer stays valid.
+/// The world and its services in one object. It is leaked, so that every pointer to it stays valid.
 #[repr(C)]
 pub struct Host {
     pub table: tatu_host,
@@ -124,7 +124,8 @@ impl Error {
 }
 
 fn host<'a>(w: WorldRef<'a>) -> &'a Host {
-    // SAFETY: scripts of these tests have the host as their world.
+    // SAFETY: the tests pass their `Host` as the world of every script, and hosts are leaked, so the pointer is valid
+    // and of this type.
     unsafe { &*w.ptr().cast::<Host>() }
 }
 extern "C" fn find(w: WorldRef<'_>, name: Lent<'_>, alias: Option<&mut u32>) -> u32 {
@@ -153,7 +154,7 @@ extern "C" fn constant<'a>(w: WorldRef<'a>, name: Lent<'_>, out: Option<&mut Val
     let name = name.text();
     match host(w).constants.borrow().iter().find(|c| c.0 == name) {
         Some(c) => {
-            // SAFETY: constants of tests are numbers.
+            // SAFETY: the constants of these tests are numbers, which contain no pointer.
             *out.unwrap() = unsafe { ValueRef::new(c.1) };
             TATU_OK
         }
@@ -170,7 +171,8 @@ extern "C" fn prelude<'a>(
     assert_eq!(language.get(), Some(c"lua"));
     match host(w).preludes.borrow().get(index as usize) {
         Some((m, t)) => {
-            // SAFETY: preludes of tests are static or leaked with their host.
+            // SAFETY: the texts are static or owned by the host, which is leaked and does not change its preludes while
+            // scripts use them.
             (*module.unwrap(), *out.unwrap()) = unsafe { (Lent::new(raw(m)), Lent::new(raw(t))) };
             TATU_OK
         }
@@ -231,7 +233,7 @@ unsafe extern "C" fn prop(_: *const tatu_host, key: LentCStr<'_>) -> tatu_prop {
     }
 }
 unsafe extern "C" fn get_f64(w: WorldRef<'_>, _: tatu_object, p: tatu_prop, out: *mut f64, _: u32) -> tatu_status {
-    // The first second of 2015, in universal time.
+    // The start date: the first second of 2015, in universal time.
     *out = match p {
         1 => host(w).time.get(),
         2 => 1_420_070_400.0,
@@ -258,7 +260,7 @@ extern "C" fn resolve<'a>(w: WorldRef<'a>, name: Lent<'_>, _: u32, out: Option<&
         return h.refuse(TATU_ERR_UNSUPPORTED, "outside of the allowed folders");
     }
     *h.path.borrow_mut() = format!("{}/{name}", h.folder.borrow());
-    // SAFETY: the path stays until the next one is asked for.
+    // SAFETY: `h.path` keeps the text until the next call of `resolve`, and callers copy it before that.
     *out.unwrap() = unsafe { Lent::new(raw(&h.path.borrow())) };
     TATU_OK
 }
@@ -296,7 +298,7 @@ unsafe extern "C" fn service(_: *const tatu_host, id: *const c_char) -> *const c
 }
 
 impl Host {
-    /// The script called last.
+    /// Returns the script that was called last.
     pub fn running(&self) -> &Script {
         unsafe { &*self.script.get() }
     }
@@ -359,7 +361,7 @@ impl Host {
         *self.error.borrow_mut() = error;
         code
     }
-    /// Fails like a command: the frame refers to the error.
+    /// Fails as a command does: the frame refers to the error.
     pub fn fail(&self, frame: &mut tatu_call, code: tatu_status, t: &str, help: &str) -> tatu_status {
         self.refuse(code, t);
         frame.error = &raw mut self.error.borrow_mut().raw;
@@ -392,7 +394,7 @@ impl Host {
         assert_eq!(status, TATU_OK, "{}", error.text);
         Script { host: self, data, used: Cell::new(0), budget: Cell::new((0, 0)), id: 5 }
     }
-    /// A loaded script.
+    /// Creates a script with this text.
     pub fn load(&'static self, text: &str) -> Script {
         let s = self.script(1);
         s.load(text, "test.lua", "").unwrap();
@@ -528,7 +530,7 @@ impl Script {
         let status = unsafe { (*self.lang().life).save.unwrap()(self.data, &writer, &mut error.raw) };
         if status < 0 { Err(error) } else { Ok(out) }
     }
-    /// Restores it.
+    /// Restores the instance.
     pub fn restore(&self, bytes: &[u8]) -> Result<(), Box<Error>> {
         let mut error = Error::new();
         let state = tatu_str { ptr: bytes.as_ptr().cast(), len: bytes.len() as u64 };

@@ -75,7 +75,7 @@ fn what_is_too_near_reads_as_nothing() {
 
 #[test]
 fn presets_have_the_beams_of_their_sheets() {
-    // Device, beams and step in degrees: number = field / step + 1, from the data sheets named in the presets' texts.
+    // Device, beams and step in degrees, from the data sheets named in the presets' texts: beams = field / step + 1.
     let sheets = [
         ("hokuyo_urg_04lx", 682, 360.0 / 1024.0),
         ("hokuyo_utm_30lx", 1081, 0.25),
@@ -95,7 +95,7 @@ fn presets_have_the_beams_of_their_sheets() {
         let field = number(preset, "end_angle_deg") - number(preset, "start_angle_deg");
         assert!((field / (beams - 1) as f64 - step).abs() < 1e-9, "{id}: {field}");
     }
-    // The URG's front is step 384: beam 340 from step 44 on.
+    // The URG's front is step 384, which is beam 340, counted from step 44.
     let urg = &presets::ALL[0];
     assert!((number(urg, "start_angle_deg") + 340.0 * 360.0 / 1024.0).abs() < 1e-9);
 }

@@ -130,7 +130,7 @@ fn volumes_cross_the_border_with_their_numbers() {
 fn switches_cross_the_border_too() {
     let beams = Settings { occlusion: true, waves: "laser".into(), back_faces: false, ..cone() }.check().unwrap().beams;
     assert_eq!((beams.occlude, beams.waves, beams.faces), (true, TATU_WAVES_LASER, (true, false)));
-    // What V-REP's constants sim.objectspecialproperty_detectable_... are.
+    // V-REP's constants sim.objectspecialproperty_detectable_...
     let bits = ["ultrasonic", "infrared", "laser", "inductive", "capacitive"]
         .map(|w| Settings { waves: w.into(), ..cone() }.check().unwrap().beams.waves);
     assert_eq!(bits, [16, 32, 64, 128, 256]);
@@ -145,7 +145,7 @@ fn random_rays_lie_in_their_cone_and_fill_it_evenly() {
         assert!((d.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-12);
         assert!(d[2] >= (angle / 2.0).cos() - 1e-12);
     }
-    // A cap of half the height has half the area: Archimedes.
+    // A cap of half the height has half the area (Archimedes).
     let half = 1.0 - (1.0 - (angle / 2.0).cos()) / 2.0;
     let inner = all.iter().filter(|d| d[2] > half).count();
     assert_eq!(inner, 5000);
