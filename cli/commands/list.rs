@@ -222,4 +222,3 @@ fn commands(r: &Registry) -> Vec<Value> {
         })
         .collect()
 }
-
