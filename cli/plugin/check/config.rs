@@ -17,16 +17,21 @@ pub struct Config {
     allow: Vec<Allowed>,
 }
 
-/// A finding that has a reason: of this test, at a place that contains this text.
+/// A finding that is allowed: found by this test, with these words in its place and in its text.
 #[derive(Debug)]
 struct Allowed {
     test: String,
     place: String,
+    text: String,
 }
 
 impl Config {
-    /// The file beside a plugin, in the folder above it, or in the working folder; without one nothing is allowed.
-    pub fn find(plugin: &Path) -> Result<Self, Error> {
+    /// Reads the file that was given; else the one beside a plugin, in the folder above it, or in the working folder.
+    /// Without one nothing is skipped or allowed.
+    pub fn find(plugin: &Path, given: Option<&Path>) -> Result<Self, Error> {
+        if let Some(file) = given {
+            return Self::read(file);
+        }
         let here = plugin.canonicalize().unwrap_or_else(|_| plugin.to_owned());
         let folder = if here.is_dir() { Some(here.as_path()) } else { here.parent() };
         let places = folder.into_iter().flat_map(|f| f.ancestors().take(2)).map(|f| f.join(NAME));
@@ -46,17 +51,22 @@ impl Config {
                     let all = item.as_array_of_tables();
                     let all = all.ok_or_else(|| fail("`allow` is not written as [[allow]]".into()))?;
                     for table in all {
-                        let text = |key: &str| {
+                        let given = |key: &str| {
                             let text = table.get(key).and_then(Item::as_str).filter(|t| !t.is_empty());
-                            text.map(str::to_owned).ok_or_else(|| fail(format!("an [[allow]] without `{key}`")))
+                            text.map(str::to_owned)
                         };
-                        text("reason")?;
-                        config.allow.push(Allowed { test: text("test")?, place: text("place")? });
+                        let needed = |key: &str| given(key).ok_or_else(|| fail(format!("[[allow]] lacks `{key}`")));
+                        needed("reason")?;
+                        let (place, text) = (given("place").unwrap_or_default(), given("text").unwrap_or_default());
+                        if place.is_empty() && text.is_empty() {
+                            return Err(fail("[[allow]] lacks `place` or `text`".into()));
+                        }
+                        config.allow.push(Allowed { test: needed("test")?, place, text });
                     }
                 }
                 other => {
                     let error = fail(format!("has the unknown key `{other}`"));
-                    return Err(error.help("known are `skip`, a list of tests, and [[allow]] with test, place, reason"));
+                    return Err(error.help("known are `skip`, a list of tests, and [[allow]] with `test`, `place` or `text`, and `reason`"));
                 }
             }
         }
@@ -65,7 +75,8 @@ impl Config {
 
     /// Whether a finding is allowed.
     pub fn allows(&self, test: &str, finding: &Finding) -> bool {
-        self.allow.iter().any(|a| a.test == test && finding.place.contains(&a.place))
+        let fits = |a: &Allowed| finding.place.contains(&a.place) && finding.text.contains(&a.text);
+        self.allow.iter().any(|a| a.test == test && fits(a))
     }
 }
 

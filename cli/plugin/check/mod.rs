@@ -56,6 +56,9 @@ pub struct Check {
     /// Seconds after which a test is ended, and has failed.
     #[arg(long, value_name = "S", default_value_t = 120)]
     pub timeout: u64,
+    /// Use this file instead of a tatu-check.toml that is found.
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
     /// Run this test in this process: for the program itself.
     #[arg(long, hide = true)]
     pub run: Option<String>,
@@ -68,7 +71,7 @@ skipped or allowed, with a reason:
   skip = [\"cost\"]
   [[allow]]
   test = \"repeat\"
-  place = \"clock.now\"
+  place = \"command `clock.now`\"
   reason = \"reads the clock, and records it as an input\"";
 
 /// A test: its name, what it tries, and its function in the child process.
@@ -133,7 +136,7 @@ pub fn check(args: &Check) -> ExitCode {
         if let Some(name) = &args.run {
             return Ok((library, Config::default(), vec![test(name)?]));
         }
-        let config = Config::find(file)?;
+        let config = Config::find(file, args.config.as_deref())?;
         let chosen = chosen(args, &config)?;
         Ok((library, config, chosen))
     });

@@ -92,6 +92,15 @@ impl Subject {
             .for_each(|f| finding::error(&finding::here(), self.readable(&f.message)));
     }
 
+    /// A line without the names of folders that are other ones in each process.
+    pub fn without_folders(&self, line: &str) -> String {
+        let here = std::env::current_dir().unwrap_or_default();
+        [self.folder.path(), &here].iter().fold(line.to_owned(), |l, folder| {
+            let folder = folder.display().to_string();
+            if folder.len() > 1 { l.replace(&folder, "FOLDER") } else { l }
+        })
+    }
+
     /// A message without the name of the copy that was loaded.
     pub fn readable(&self, text: &str) -> String {
         let file = self.file.display().to_string();

@@ -238,6 +238,9 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
     }
 }
 
+/// Sizes of shapes, m. Beyond these the physics engine's search for contacts fails.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
+
 fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Option<Changed>, Refusal> {
     match (row, value) {
         (Row::Primitive, _) => match Primitive::parse(text) {
@@ -249,6 +252,10 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
             let v = Vector3::new(*x, *y, *z);
             if row == Row::Size && v.min() <= 0.0 || row == Row::CollideSize && v.min() < 0.0 {
                 return refuse(TATU_ERR_ARGUMENT, "a size must be greater than 0");
+            }
+            if row == Row::Size && !v.iter().all(|x| SIZES.contains(x)) {
+                let text = format!("a size must be from {:e} to {:e} m", SIZES.start(), SIZES.end());
+                return refuse(TATU_ERR_ARGUMENT, text);
             }
             match row {
                 Row::Size => s.size = v,

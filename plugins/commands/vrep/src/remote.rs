@@ -64,6 +64,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     for (name, text) in [(OPEN, "A script asks for a port."), (CLOSE, "A script closes a port.")] {
-        offer.event(Event::new(name).text(text).field(Param::int("port")));
+        offer.event(Event::new(name).text(text).field(Param::int("port").text("its TCP port")));
     }
 }

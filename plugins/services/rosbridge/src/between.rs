@@ -71,17 +71,17 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
     offer.event(
         Event::new(GOAL)
             .text("A script gives a goal to a client.")
-            .field(Param::string("id"))
-            .field(Param::string("action"))
-            .field(Param::string("type"))
-            .field(Param::string("json")),
+            .field(Param::string("id").text("of the goal"))
+            .field(Param::string("action").text("its name"))
+            .field(Param::string("type").text("of the action, such as `example_interfaces/Fibonacci`"))
+            .field(Param::string("json").text("the goal")),
     );
-    offer.event(Event::new(CANCEL).text("A script wants a goal back from a client.").field(Param::string("id")));
+    offer.event(Event::new(CANCEL).text("A script wants a goal back from a client.").field(Param::string("id").text("of the goal")));
     offer.event(
         Event::new(PROGRESS)
             .text("A script reports on a client's goal.")
             .field(Param::string("id").text("the service's number of it"))
-            .field(Param::string("json"))
+            .field(Param::string("json").text("the feedback or the result"))
             .field(Param::int("status").text("as in action_msgs/GoalStatus; below 0 for feedback")),
     );
 }

@@ -362,22 +362,22 @@ pub(crate) fn between(offer: &mut Offer<Plugin>) {
         Event::new(ENDPOINT)
             .text("A script begins or ends to publish, to listen, to call or to serve.")
             .field(Param::string("role").text("publisher, subscriber, client, server, action client, action server"))
-            .field(Param::string("name"))
-            .field(Param::string("type"))
-            .field(Param::bool("open")),
+            .field(Param::string("name").text("of the topic, service or action"))
+            .field(Param::string("type").text("of its messages, such as `std_msgs/String`"))
+            .field(Param::bool("open").text("true: it begins; false: it ends")),
     );
     offer.event(
         Event::new(MESSAGE)
             .text("A script published a message.")
-            .field(Param::string("topic"))
-            .field(Param::string("type"))
-            .field(Param::string("json")),
+            .field(Param::string("topic").text("its name"))
+            .field(Param::string("type").text("of the message, such as `std_msgs/String`"))
+            .field(Param::string("json").text("the message")),
     );
     offer.event(
         Event::new(REQUEST)
             .text("A script calls a service that no script offers.")
-            .field(Param::int("id"))
-            .field(Param::string("service"))
-            .field(Param::string("json")),
+            .field(Param::int("id").text("of the call, for `rosbridge.answer`"))
+            .field(Param::string("service").text("its name"))
+            .field(Param::string("json").text("the request")),
     );
 }
