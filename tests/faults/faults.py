@@ -323,7 +323,8 @@ def make(what, out, rust):
 def check():
     expected = json.loads((HERE / "expected.json").read_text())
     readme = (HERE / "README.md").read_text()
-    rules = (API / "include/tatu.h").read_text(), (API / "README.md").read_text()
+    headers = [API / "include/tatu.h", *sorted((API / "include/tatu").glob("*.h"))]
+    rules = "".join(header.read_text() for header in headers), (API / "README.md").read_text()
     wrong = []
     if [(e["name"], e["plugin"]) for e in expected] != [(name, base) for name, base, _ in FAULTS]:
         wrong.append("expected.json does not have the faults of faults.py in their order")

@@ -21,13 +21,9 @@ const FROZEN: [(&str, usize); 5] = [
     ("tatu_contact", 72),    // two objects, point, normal, force
 ];
 
-fn header() -> String {
-    fs::read_to_string(root().join("plugin-api/include/tatu.h")).unwrap()
-}
-
-/// The header without comments.
+/// The headers without comments.
 fn code() -> String {
-    let text = header();
+    let text = header_text(&root().join("plugin-api/include"));
     let mut parts = text.split("/*");
     let first = parts.next().unwrap().to_owned();
     parts.fold(first, |out, part| out + part.split_once("*/").unwrap().1)
@@ -173,7 +169,9 @@ fn constants_have_the_same_values() {
     let word = |s: &str| {
         s.trim().chars().take_while(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || *c == '_').collect::<String>()
     };
-    let enums = code.split("enum {").skip(1).flat_map(|e| e.split('}').next().unwrap().split(','));
+    let bodies = code.split("enum tatu_").skip(1).filter_map(|e| e.split_once('{'));
+    let bodies = bodies.filter(|(name, _)| name.trim().chars().all(|c| c.is_ascii_lowercase() || c == '_'));
+    let enums = bodies.flat_map(|(_, body)| body.split('}').next().unwrap().split(','));
     let defines = code.lines().filter_map(|l| l.strip_prefix("#define ")).filter(|l| {
         let value = l.split_once(' ').map_or("", |(_, v)| v.trim());
         value.starts_with('"') || value.starts_with(|c: char| c.is_ascii_digit())
@@ -183,27 +181,43 @@ fn constants_have_the_same_values() {
     assert_eq!(ours.into_keys().collect::<BTreeSet<_>>(), declared, "Rust, then the header");
 }
 
+/// Compiles each header by itself, twice included, without a warning.
+fn each_alone(compiler_name: &str, standard: &str, suffix: &str) {
+    let include = root().join("plugin-api/include");
+    for header in headers(&include) {
+        let place = Place::new();
+        let line = format!("#include \"{}\"\n", header.strip_prefix(&include).unwrap().display());
+        let file = format!("a.{suffix}");
+        place.write(&file, &format!("{line}{line}int main(void) {{ return 0; }}\n"));
+        succeed(
+            Command::new(compiler(compiler_name))
+                .args([standard, "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wno-unused-function", "-fsyntax-only"])
+                .arg("-I")
+                .arg(&include)
+                .arg(place.path().join(&file)),
+        );
+    }
+}
+
+#[test]
+fn each_header_can_be_included_by_itself() {
+    each_alone("cc", "-std=c11", "c");
+}
+
 #[test]
 #[cfg_attr(no_cxx, ignore = "needs a C++ compiler")]
-fn the_header_is_good_cpp_too() {
-    let place = Place::new();
-    place.write("a.cpp", "#include \"tatu.h\"\n#include \"tatu.h\"\nint main() { return int(tatu_text(\"\").len); }\n");
+fn each_header_is_good_cpp_too() {
+    each_alone("c++", "-std=c++17", "cpp");
+}
+
+#[test]
+fn the_front_page_includes_every_header() {
     let include = root().join("plugin-api/include");
-    succeed(
-        Command::new(compiler("c++"))
-            .args([
-                "-std=c++17",
-                "-Wall",
-                "-Wextra",
-                "-Werror",
-                "-pedantic",
-                "-Wno-unused-function",
-                "-fsyntax-only",
-                "-I",
-            ])
-            .arg(include)
-            .arg(place.path().join("a.cpp")),
-    );
+    let front = fs::read_to_string(include.join("tatu.h")).unwrap();
+    for header in &headers(&include)[1..] {
+        let line = format!("#include \"{}\"", header.strip_prefix(&include).unwrap().display());
+        assert!(front.contains(&line), "tatu.h lacks {line}");
+    }
 }
 
 #[test]
