@@ -54,6 +54,11 @@ typedef struct tatu_ext_actuator {
   const tatu_actuator *const *kinds;
 } tatu_ext_actuator;
 
+#ifndef __cplusplus
+/* Kinds of actuators of a plugin, for TATU_PLUGIN: pointers to tatu_actuator. */
+#  define TATU_ACTUATORS(...) TATU_OFFER(TATU_ACTUATOR, tatu_ext_actuator, .kinds = TATU_LIST_OF(tatu_actuator, __VA_ARGS__))
+#endif
+
 #ifdef __cplusplus
 }
 #endif

@@ -60,6 +60,11 @@ typedef struct tatu_command {
   const char *subject;               /* its subject in one word, "joints", by which the documentation groups commands; null: none */
 } tatu_command;
 
+#ifndef __cplusplus
+/* The names of a command that has one. */
+#  define TATU_NAME(Name) TATU_LIST_OF(tatu_name, TATU_TABLE(tatu_name, .name = (Name)))
+#endif
+
 /* ---------------------------------------------------------------- A call ---------------------------------------- */
 
 enum tatu_until { TATU_UNTIL_STEPS = 1, TATU_UNTIL_TIME = 2, TATU_UNTIL_SIGNAL = 3, TATU_UNTIL_POLL = 4 };
@@ -111,6 +116,8 @@ enum tatu_call_flag {
   TATU_CALL_SIDE_BY_SIDE = 2 /* of a script: set by the host while scripts run in parallel */
 };
 
+/* ---- Arguments */
+
 /* Whether argument `i` was given and is not nil. */
 static inline int tatu_has_arg(const tatu_call *c, uint32_t i) { return i < c->n_args && c->args[i].tag != TATU_NIL; }
 /* Arguments of declared type; 0 or empty when missing. */
@@ -153,11 +160,33 @@ static inline tatu_str tatu_arg_text(const tatu_call *c, uint32_t i) {
   }
   return t;
 }
-/* Adds a result. Text, arrays, lists and maps must live until the caller has read them: use tatu_keep. */
+/* The elements of a TATU_LIST argument, and how many; null and 0 when it is missing. */
+static inline const tatu_value *tatu_arg_list(const tatu_call *c, uint32_t i, uint64_t *n) {
+  int is = i < c->n_args && c->args[i].tag == TATU_LIST;
+  *n = is ? c->args[i].u.s.len : 0;
+  return is ? (const tatu_value *)c->args[i].u.s.ptr : 0;
+}
+
+/* ---- Results */
+
+/* The tag of a value for which there was no room in the world's arena. A list or map that holds one is one, too, and
+ * tatu_return fails with it, so nothing in between needs a test. */
+#define TATU_NO_ROOM UINT32_MAX
+
+/* Adds a result. Text, arrays, lists and maps must live until the caller has read them: literals do; all else is made by
+ * the functions below, or copied by tatu_keep. */
 static inline tatu_status tatu_return(tatu_call *c, tatu_value v) {
+  if (v.tag == TATU_NO_ROOM) return tatu_fail(c->error, TATU_ERR_SPACE, "no room for the results");
   if (c->n_results >= c->results_cap) return tatu_fail(c->error, TATU_ERR_SPACE, "too many results");
   c->results[c->n_results++] = v;
   return TATU_OK;
+}
+/* Adds several: return tatu_return_values(call, TATU_VALUES(a, b)); */
+static inline tatu_status tatu_return_values(tatu_call *c, const tatu_value *values, uint64_t n) {
+  tatu_status status = TATU_OK;
+  uint64_t i;
+  for (i = 0; i < n && status >= 0; i++) status = tatu_return(c, values[i]);
+  return status;
 }
 /* Copies bytes into memory that lives until the caller has read the results; null when there is no room. */
 static inline void *tatu_keep(tatu_call *c, const void *bytes, uint64_t n) {
@@ -166,9 +195,49 @@ static inline void *tatu_keep(tatu_call *c, const void *bytes, uint64_t n) {
   if (p) for (i = 0; i < n; i++) p[i] = ((const char *)bytes)[i];
   return p;
 }
-/* Fails the call. */
+/* Text, bytes or an array, copied likewise: `n` elements of `size` bytes. */
+static inline tatu_value tatu_copy(tatu_call *c, uint32_t tag, const void *ptr, uint64_t n, uint64_t size) {
+  void *p = tatu_keep(c, ptr, n * size);
+  return p ? tatu_span(tag, p, n) : tatu_span(TATU_NO_ROOM, 0, 0);
+}
+static inline tatu_value tatu_copy_text(tatu_call *c, tatu_str text) { return tatu_copy(c, TATU_TEXT, text.ptr, text.len, 1); }
+static inline tatu_value tatu_copy_floats(tatu_call *c, const double *x, uint64_t n) { return tatu_copy(c, TATU_F64S, x, n, sizeof *x); }
+/* A list and a map, empty, in memory of the call. */
+static inline tatu_value tatu_list(void) { return tatu_span(TATU_LIST, 0, 0); }
+static inline tatu_value tatu_map(void) { return tatu_span(TATU_MAP, 0, 0); }
+/* Room for one more element of `size` bytes: the array doubles when its length is a power of two. */
+static inline void *tatu_grow(tatu_call *c, tatu_value *v, uint64_t size) {
+  uint64_t n = v->u.s.len, i;
+  if (v->tag == TATU_NO_ROOM) return 0;
+  if ((n & (n - 1)) == 0 && n != 1 && n != 2) {
+    char *p = (char *)c->api->alloc(c, (n ? 2 * n : 4) * size);
+    for (i = 0; p && i < n * size; i++) p[i] = ((const char *)v->u.s.ptr)[i];
+    v->u.s.ptr = p;
+  }
+  if (!v->u.s.ptr) v->tag = TATU_NO_ROOM;
+  return v->u.s.ptr ? (char *)v->u.s.ptr + v->u.s.len++ * size : 0;
+}
+/* Adds an element to a list that tatu_list made. */
+static inline void tatu_add(tatu_call *c, tatu_value *list, tatu_value element) {
+  tatu_value *at = (tatu_value *)tatu_grow(c, list, sizeof element);
+  if (at) *at = element;
+  if (element.tag == TATU_NO_ROOM) list->tag = TATU_NO_ROOM;
+}
+/* Adds an entry to a map that tatu_map made. The key is a literal, or lives as long as the map. */
+static inline void tatu_put(tatu_call *c, tatu_value *map, const char *key, tatu_value value) {
+  tatu_pair *at = (tatu_pair *)tatu_grow(c, map, sizeof *at);
+  if (at) *at = tatu_entry(key, value);
+  if (value.tag == TATU_NO_ROOM) map->tag = TATU_NO_ROOM;
+}
+
+/* ---- Failing, and calling others */
+
+/* Fails the call, without and with a way out. */
 static inline tatu_status tatu_call_fail(tatu_call *c, tatu_status code, const char *text) {
   return tatu_fail(c->error, code, text);
+}
+static inline tatu_status tatu_call_fail_help(tatu_call *c, tatu_status code, const char *text, const char *help) {
+  return tatu_fail_help(c->error, code, text, help);
 }
 /* A frame for commands.call and commands.call_func: arguments in, room for at least 16 results. */
 static inline tatu_call tatu_frame(const tatu_value *args, uint32_t n_args, tatu_value *results, uint32_t cap) {
@@ -214,6 +283,15 @@ typedef struct tatu_ext_command {
   const tatu_life *per_world;            /* null: the plugin has no state per world */
   const tatu_kind_mark *const *kind_marks; /* may be null */
 } tatu_ext_command;
+
+#ifndef __cplusplus
+/* Commands of a plugin, for TATU_PLUGIN: pointers to tatu_command. */
+#  define TATU_COMMANDS(...) \
+    TATU_OFFER(TATU_COMMAND, tatu_ext_command, .commands = TATU_LIST_OF(tatu_command, __VA_ARGS__))
+/* The same, with what is created and destroyed with each world: a pointer to tatu_life. */
+#  define TATU_COMMANDS_PER_WORLD(Life, ...) \
+    TATU_OFFER(TATU_COMMAND, tatu_ext_command, .commands = TATU_LIST_OF(tatu_command, __VA_ARGS__), .per_world = (Life))
+#endif
 
 #ifdef __cplusplus
 }

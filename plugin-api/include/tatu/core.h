@@ -2,8 +2,10 @@
 #ifndef TATU_CORE_H
 #define TATU_CORE_H
 
+#include <math.h>   /* HUGE_VAL: no bound */
 #include <stddef.h>
 #include <stdint.h>
+#include <stdlib.h>
 
 #if defined(_WIN32)
 #  define TATU_EXPORT __declspec(dllexport)
@@ -26,6 +28,29 @@ extern "C" {
 #define TATU_HAS(t, f) ((t) && TATU_END(t, f) <= (t)->size && (t)->f)
 /* Whether whoever filled the table has this field at all: for struct fields, and for scalars where 0 has a meaning. */
 #define TATU_KNOWS(t, f) ((t) && TATU_END(t, f) <= (t)->size)
+
+/* ---------------------------------------------------------------- Declaring tables ------------------------------ */
+
+/* Tables and lists in place, for C; C++ has tatu/plugin.hpp. They are constants outside of functions:
+ *
+ *   static const tatu_sensor lamp = {.size = sizeof(tatu_sensor), .id = "lamp",
+ *     .params = TATU_PARAMS(TATU_PARAM(TATU_F64, "range", "m", "How far it sees.", TATU_RANGE(0.1, 20))), ...};
+ *   TATU_PLUGIN(TATU_SENSORS(&lamp), .id = "org.example.lamp", .name = "Lamp", .version = "1.0.0", .licence = "MIT");
+ *
+ * Inside a function they end with the block. A macro that ends with a text takes further fields behind it, by name. */
+#ifndef __cplusplus
+/* A table, by its fields: a pointer to it. `size` is set. */
+#  define TATU_TABLE(Type, ...) (&(const Type){.size = sizeof(Type), __VA_ARGS__})
+/* A null-terminated list of pointers to tables, and one of texts. */
+#  define TATU_LIST_OF(Type, ...) ((const Type *const[]){__VA_ARGS__, NULL})
+#  define TATU_TEXTS(...) ((const char *const[]){__VA_ARGS__, NULL})
+/* Values, as pointer and count: for a list, for several results, for the arguments of a call. Valid within the block. */
+#  define TATU_VALUES(...) \
+    ((const tatu_value[]){__VA_ARGS__}), (uint32_t)(sizeof((const tatu_value[]){__VA_ARGS__}) / sizeof(tatu_value))
+/* Entries of a map, made by tatu_entry, likewise. */
+#  define TATU_ENTRIES(...) \
+    ((const tatu_pair[]){__VA_ARGS__}), (uint32_t)(sizeof((const tatu_pair[]){__VA_ARGS__}) / sizeof(tatu_pair))
+#endif
 
 /* ---------------------------------------------------------------- Values ---------------------------------------- */
 
@@ -130,6 +155,23 @@ static inline tatu_value tatu_span(uint32_t tag, const void *ptr, uint64_t len) 
   return v;
 }
 
+/* An object, for a parameter that is one; scripts get its number. */
+static inline tatu_value tatu_handle(tatu_object x) { tatu_value v = {TATU_OBJECT, 0, {0}}; v.u.u = x; return v; }
+/* A list, a map, and one entry of a map. What they point to stays the caller's: see TATU_VALUES and TATU_ENTRIES. */
+static inline tatu_value tatu_list_of(const tatu_value *values, uint64_t n) { return tatu_span(TATU_LIST, values, n); }
+static inline tatu_value tatu_map_of(const tatu_pair *entries, uint64_t n) { return tatu_span(TATU_MAP, entries, n); }
+static inline tatu_pair tatu_entry(const char *key, tatu_value value) {
+  tatu_pair p;
+  p.key = tatu_string(key);
+  p.value = value;
+  return p;
+}
+/* Whether a text is equal to a NUL-terminated string. */
+static inline int tatu_str_is(tatu_str a, const char *b) {
+  uint64_t i;
+  for (i = 0; i < a.len && b[i] && a.ptr[i] == b[i]; i++) {}
+  return i == a.len && !b[i];
+}
 /* A result, or any value, as a number; 0 if it is none. */
 static inline double tatu_to_float(tatu_value v) {
   return v.tag == TATU_F64 ? v.u.f : v.tag == TATU_I64 ? (double)v.u.i : 0;
@@ -196,6 +238,29 @@ static inline tatu_status tatu_fail(tatu_error *e, tatu_status code, const char 
   return code;
 }
 
+/* The same, with a way out: what to do instead. */
+static inline tatu_status tatu_fail_help(tatu_error *e, tatu_status code, const char *text, const char *help) {
+  if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
+  if (TATU_HAS(e, add)) e->add(e, TATU_PART_HELP, tatu_text(help), 0);
+  return code;
+}
+/* The same, because of a line of a source: in an importer or a language. An empty file name: the source itself. */
+static inline tatu_status tatu_fail_line(tatu_error *e, tatu_status code, const char *text, tatu_str file, uint64_t line) {
+  if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
+  if (TATU_HAS(e, add)) e->add(e, TATU_PART_FILE, file, line);
+  return code;
+}
+/* Passes on the error of another call: what frame.error says of a command or function that was called. */
+static inline tatu_status tatu_fail_as(tatu_error *e, tatu_status code, const tatu_error *why) {
+  if (why == e || !TATU_HAS(e, say)) return code;
+  if (!TATU_HAS(why, code)) return tatu_fail(e, code, "it failed without a reason");
+  e->say(e, code, why->text);
+  if (why->help.len) e->add(e, TATU_PART_HELP, why->help, 0);
+  if (why->file.len) e->add(e, TATU_PART_FILE, why->file, why->line);
+  if (why->traceback.len) e->add(e, TATU_PART_TRACEBACK, why->traceback, 0);
+  return code;
+}
+
 /* ---------------------------------------------------------------- Parameters ------------------------------------ */
 
 enum tatu_param_flag {
@@ -226,6 +291,24 @@ typedef struct tatu_param {
   const struct tatu_param *const *keys; /* of a TATU_MAP: its text keys; null or beyond `size`: any. Entries are checked
                         * and converted like parameters, missing ones get their default, unknown keys are rejected */
 } tatu_param;
+
+#ifndef __cplusplus
+/* A parameter: type, key, unit (NULL: none), text, and further fields by name:
+ *   TATU_PARAM(TATU_F64S, "goal", "m", "x and y in the world.", .count = 2) */
+#  define TATU_PARAM(Type, Key, Unit, ...) \
+    TATU_TABLE(tatu_param, .type = (Type), .key = (Key), .unit = (Unit), .text = __VA_ARGS__)
+/* One that takes any value. */
+#  define TATU_PARAM_OF_ANY_TYPE(Key, ...) TATU_TABLE(tatu_param, .flags = TATU_PARAM_ANY, .key = (Key), .text = __VA_ARGS__)
+/* A list of them. */
+#  define TATU_PARAMS(...) TATU_LIST_OF(tatu_param, __VA_ARGS__)
+/* Further fields: bounds and defaults. */
+#  define TATU_RANGE(Lowest, Highest) .lowest = (Lowest), .highest = (Highest)
+#  define TATU_AT_LEAST(Lowest) .lowest = (Lowest), .highest = HUGE_VAL
+#  define TATU_DEFAULT_F64(X) .fallback = {.tag = TATU_F64, .u.f = (X)}
+#  define TATU_DEFAULT_I64(X) .fallback = {.tag = TATU_I64, .u.i = (X)}
+#  define TATU_DEFAULT_BOOL(X) .fallback = {.tag = TATU_BOOL, .u.i = (X)}
+#  define TATU_DEFAULT_TEXT(X) .fallback = {.tag = TATU_TEXT, .u.s = {X, sizeof(X) - 1}}
+#endif
 
 /* ---------------------------------------------------------------- Instances ------------------------------------- */
 
@@ -280,6 +363,24 @@ typedef struct tatu_life {
   tatu_status(TATU_CALL *end_run)(void *self, void *data, tatu_world *, tatu_error *);
 } tatu_life;
 
+/* Memory for an instance, or for what `init` keeps: zeroed, and stored in `*data`. Null: none left, and the error says
+ * so. tatu_delete frees it, as `destroy` or `shutdown`. */
+static inline void *tatu_new(size_t size, void **data, tatu_error *error) {
+  *data = calloc(1, size);
+  if (!*data) tatu_fail(error, TATU_ERR_SPACE, "out of memory");
+  return *data;
+}
+static inline void TATU_CALL tatu_delete(void *data) { free(data); }
+/* `save` and `load` of instances of which everything follows from their parameters and their state block. */
+static inline tatu_status TATU_CALL tatu_save_nothing(void *data, const tatu_writer *to, tatu_error *error) {
+  (void)data, (void)to, (void)error;
+  return TATU_OK;
+}
+static inline tatu_status TATU_CALL tatu_load_nothing(void *data, tatu_str bytes, uint32_t version, tatu_error *error) {
+  (void)data, (void)version;
+  return bytes.len ? tatu_fail(error, TATU_ERR_UNSUPPORTED, "it saves nothing, and was given something") : TATU_OK;
+}
+
 /* ---------------------------------------------------------------- Plugin and host ------------------------------- */
 
 typedef struct tatu_host tatu_host;
@@ -323,6 +424,36 @@ typedef struct tatu_plugin_t {
 } tatu_plugin_t;
 
 extern TATU_EXPORT const tatu_plugin_t tatu_plugin;
+
+/* One extension that a plugin offers, as TATU_PLUGIN lists them. */
+typedef struct tatu_offer {
+  const char *id;    /* TATU_COMMAND, TATU_SENSOR, ... */
+  const void *table; /* its tatu_ext_ table */
+} tatu_offer;
+static inline const void *tatu_find_offer(const tatu_offer *offers, const char *id) {
+  while (offers->id && !tatu_str_is(tatu_text(id), offers->id)) offers++;
+  return offers->table;
+}
+#ifndef __cplusplus
+/* Exports the plugin: what it offers, then the fields of tatu_plugin_t. `size`, version of the ABI and `extension` are
+ * set. One extension is TATU_COMMANDS(...), TATU_SENSORS(...), TATU_ACTUATORS(...), TATU_MODELS(...), TATU_IMPORTERS(...),
+ * TATU_LANGUAGES(...), TATU_SERVICES(...) or TATU_EVENTS(...), each with pointers to tables; several stand in
+ * TATU_OFFERS(...). */
+#  define TATU_PLUGIN(Offers, ...)                                                             \
+    static const tatu_offer tatu_offers[] = {Offers, {NULL, NULL}};                            \
+    static const void *TATU_CALL tatu_extension(void *self, const char *id) {                  \
+      (void)self;                                                                              \
+      return tatu_find_offer(tatu_offers, id);                                                 \
+    }                                                                                          \
+    TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof(tatu_plugin_t),              \
+      .abi_major = TATU_ABI_MAJOR, .abi_minor = TATU_ABI_MINOR, .extension = tatu_extension, __VA_ARGS__}
+#  define TATU_OFFERS(...) __VA_ARGS__
+/* One extension, by its id, the type of its table and fields. */
+#  define TATU_OFFER(Id, Type, ...) {(Id), TATU_TABLE(Type, __VA_ARGS__)}
+/* A need, by the type and id of the service's table: all of it is needed. host.h has one for each service. */
+#  define TATU_NEED(Type, Id) TATU_TABLE(tatu_need, .id = (Id), .bytes = sizeof(Type))
+#  define TATU_NEEDS(...) TATU_LIST_OF(tatu_need, __VA_ARGS__)
+#endif
 
 /* ---------------------------------------------------------------- Readings and contacts ------------------------- */
 

@@ -26,6 +26,11 @@ typedef struct tatu_ext_event {
   const tatu_event *const *events;
 } tatu_ext_event;
 
+#ifndef __cplusplus
+/* Events of a plugin, for TATU_PLUGIN: pointers to tatu_event. */
+#  define TATU_EVENTS(...) TATU_OFFER(TATU_EVENT, tatu_ext_event, .events = TATU_LIST_OF(tatu_event, __VA_ARGS__))
+#endif
+
 #ifdef __cplusplus
 }
 #endif

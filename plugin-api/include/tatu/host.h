@@ -441,6 +441,111 @@ typedef struct tatu_host_figures {
   tatu_status(TATU_CALL *part)(tatu_world *, tatu_object shape, uint32_t index, tatu_value *);
 } tatu_host_figures;
 
+/* ---------------------------------------------------------------- Using them ------------------------------------ */
+
+#ifndef __cplusplus
+/* What a plugin cannot do without: .needs = TATU_NEEDS(TATU_NEED_SCENE, TATU_NEED_LOG). Nothing in these tables has to be
+ * asked for by TATU_HAS; in exchange the plugin wants a host at least as new as the header. */
+#  define TATU_NEED_SCENE TATU_NEED(tatu_host_scene, TATU_HOST_SCENE)
+#  define TATU_NEED_BODIES TATU_NEED(tatu_host_bodies, TATU_HOST_BODIES)
+#  define TATU_NEED_READINGS TATU_NEED(tatu_host_readings, TATU_HOST_READINGS)
+#  define TATU_NEED_COMMANDS TATU_NEED(tatu_host_commands, TATU_HOST_COMMANDS)
+#  define TATU_NEED_SIGNALS TATU_NEED(tatu_host_signals, TATU_HOST_SIGNALS)
+#  define TATU_NEED_EVENTS TATU_NEED(tatu_host_events, TATU_HOST_EVENTS)
+#  define TATU_NEED_LOG TATU_NEED(tatu_host_log, TATU_HOST_LOG)
+#  define TATU_NEED_FILES TATU_NEED(tatu_host_files, TATU_HOST_FILES)
+#  define TATU_NEED_SESSION TATU_NEED(tatu_host_session, TATU_HOST_SESSION)
+#  define TATU_NEED_STAGE TATU_NEED(tatu_host_stage, TATU_HOST_STAGE)
+#  define TATU_NEED_SCRIPTS TATU_NEED(tatu_host_scripts, TATU_HOST_SCRIPTS)
+#  define TATU_NEED_FIGURES TATU_NEED(tatu_host_figures, TATU_HOST_FIGURES)
+#endif
+
+/* The tables of the host; those that it lacks and no need names are null. */
+typedef struct tatu_host_api {
+  const tatu_host *host;
+  const tatu_host_scene *scene;
+  const tatu_host_bodies *bodies;
+  const tatu_host_readings *readings;
+  const tatu_host_commands *commands;
+  const tatu_host_signals *signals;
+  const tatu_host_events *events;
+  const tatu_host_log *log;
+  const tatu_host_files *files;
+  const tatu_host_session *session;
+  const tatu_host_stage *stage;
+  const tatu_host_scripts *scripts;
+  const tatu_host_figures *figures;
+} tatu_host_api;
+
+/* Gets them, in `init`. */
+static inline tatu_host_api tatu_host_api_of(const tatu_host *host) {
+  tatu_host_api api;
+  api.host = host;
+  api.scene = (const tatu_host_scene *)host->service(host, TATU_HOST_SCENE);
+  api.bodies = (const tatu_host_bodies *)host->service(host, TATU_HOST_BODIES);
+  api.readings = (const tatu_host_readings *)host->service(host, TATU_HOST_READINGS);
+  api.commands = (const tatu_host_commands *)host->service(host, TATU_HOST_COMMANDS);
+  api.signals = (const tatu_host_signals *)host->service(host, TATU_HOST_SIGNALS);
+  api.events = (const tatu_host_events *)host->service(host, TATU_HOST_EVENTS);
+  api.log = (const tatu_host_log *)host->service(host, TATU_HOST_LOG);
+  api.files = (const tatu_host_files *)host->service(host, TATU_HOST_FILES);
+  api.session = (const tatu_host_session *)host->service(host, TATU_HOST_SESSION);
+  api.stage = (const tatu_host_stage *)host->service(host, TATU_HOST_STAGE);
+  api.scripts = (const tatu_host_scripts *)host->service(host, TATU_HOST_SCRIPTS);
+  api.figures = (const tatu_host_figures *)host->service(host, TATU_HOST_FIGURES);
+  return api;
+}
+/* `init` of a plugin that keeps nothing else: its `self` is a `const tatu_host_api *`. Its `shutdown` is tatu_delete. */
+static inline tatu_status TATU_CALL tatu_init_host_api(const tatu_host *host, void **self, tatu_error *error) {
+  tatu_host_api *api = (tatu_host_api *)tatu_new(sizeof *api, self, error);
+  if (api) *api = tatu_host_api_of(host);
+  return api ? TATU_OK : TATU_ERR_SPACE;
+}
+
+/* Simulation time of a world, s. Requires the scene. */
+static inline double tatu_time(const tatu_host_api *api, tatu_world *world) {
+  double time = 0;
+  api->scene->get_f64(world, 0, api->scene->prop(api->host, "scene.time"), &time, 1);
+  return time;
+}
+/* Writes a line to the log. Requires the log. */
+static inline void tatu_log(const tatu_host_api *api, tatu_world *world, uint32_t level, const char *text) {
+  api->log->write(api->host, world, level, tatu_text(text));
+}
+/* Whether there was room for all of them: see TATU_NO_ROOM. */
+static inline int tatu_all_made(const tatu_value *values, uint32_t n) {
+  while (n && values[n - 1].tag != TATU_NO_ROOM) n--;
+  return n == 0;
+}
+/* Calls a function of a script with arguments (TATU_VALUES): `*result` is the first thing that it returned, or nil. If it
+ * fails, so does this, with its error. Requires the commands. */
+static inline tatu_status tatu_call_func(const tatu_host_api *api, tatu_world *world, tatu_error *error, tatu_func func,
+                                         const tatu_value *args, uint32_t n_args, tatu_value *result) {
+  tatu_value results[16];
+  tatu_call frame = tatu_frame(args, n_args, results, 16);
+  tatu_status status;
+  *result = tatu_nil();
+  if (!tatu_all_made(args, n_args)) return tatu_fail(error, TATU_ERR_SPACE, "no room for the arguments");
+  status = api->commands->call_func(world, func, &frame);
+  if (status >= 0 && frame.n_results) *result = results[0];
+  return status < 0 ? tatu_fail_as(error, status, frame.error) : status;
+}
+/* Calls a command by its name, likewise. */
+static inline tatu_status tatu_call_command(const tatu_host_api *api, tatu_world *world, tatu_error *error,
+                                            const char *name, const tatu_value *args, uint32_t n_args,
+                                            tatu_value *result) {
+  tatu_value results[16];
+  tatu_call frame = tatu_frame(args, n_args, results, 16);
+  tatu_status status;
+  *result = tatu_nil();
+  if (!tatu_all_made(args, n_args)) return tatu_fail(error, TATU_ERR_SPACE, "no room for the arguments");
+  frame.command = api->commands->find(world, tatu_text(name), &frame.alias);
+  if (!frame.command) return tatu_fail_help(error, TATU_ERR_UNKNOWN, "no plugin offers a command that it calls", name);
+  status = api->commands->call(world, &frame);
+  if (status >= 0 && frame.n_results) *result = results[0];
+  return status < 0 ? tatu_fail_as(error, status, frame.error) : status;
+}
+
 #ifdef __cplusplus
 }
 #endif

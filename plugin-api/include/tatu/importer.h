@@ -32,6 +32,11 @@ typedef struct tatu_ext_importer {
   const tatu_importer *const *importers;
 } tatu_ext_importer;
 
+#ifndef __cplusplus
+/* Importers of a plugin, for TATU_PLUGIN: pointers to tatu_importer. */
+#  define TATU_IMPORTERS(...) TATU_OFFER(TATU_IMPORTER, tatu_ext_importer, .importers = TATU_LIST_OF(tatu_importer, __VA_ARGS__))
+#endif
+
 #ifdef __cplusplus
 }
 #endif

@@ -57,6 +57,34 @@ typedef struct tatu_builder {
   tatu_status(TATU_CALL *describe)(const struct tatu_builder *, const tatu_value *map);
 } tatu_builder;
 
+/* Writes a document, and remembers the first refusal of the builder: after one, nothing more is done, and `status` is
+ * what `build` or `load` returns. The builder has then said why. */
+typedef struct tatu_build {
+  const tatu_builder *to;
+  tatu_status status;
+} tatu_build;
+
+static inline tatu_build tatu_build_with(const tatu_builder *to) {
+  tatu_build b;
+  b.to = to;
+  b.status = TATU_OK;
+  return b;
+}
+static inline uint32_t tatu_build_object(tatu_build *b, const char *kind, uint32_t parent, const char *alias) {
+  uint32_t object = b->status < 0 ? 0 : b->to->object(b->to, kind, parent, tatu_text(alias));
+  if (!object && b->status >= 0) b->status = TATU_ERR;
+  return object;
+}
+static inline void tatu_build_set(tatu_build *b, uint32_t object, const char *key, tatu_value value) {
+  if (b->status >= 0) b->status = b->to->set(b->to, object, key, &value);
+}
+/* Three numbers: a position, a size, angles, a colour. */
+static inline void tatu_build_set3(tatu_build *b, uint32_t object, const char *key, double x, double y, double z) {
+  double numbers[3];
+  numbers[0] = x, numbers[1] = y, numbers[2] = z;
+  tatu_build_set(b, object, key, tatu_span(TATU_F64S, numbers, 3));
+}
+
 /* ---------------------------------------------------------------- Models ---------------------------------------- */
 
 #define TATU_MODEL "tatu.model/draft.4"
@@ -80,6 +108,11 @@ typedef struct tatu_ext_model {
   uint32_t reserved;
   const tatu_model *const *models;
 } tatu_ext_model;
+
+#ifndef __cplusplus
+/* Models of a plugin, for TATU_PLUGIN: pointers to tatu_model. */
+#  define TATU_MODELS(...) TATU_OFFER(TATU_MODEL, tatu_ext_model, .models = TATU_LIST_OF(tatu_model, __VA_ARGS__))
+#endif
 
 #ifdef __cplusplus
 }

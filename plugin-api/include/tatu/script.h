@@ -88,6 +88,11 @@ typedef struct tatu_ext_script {
   const tatu_language *const *languages;
 } tatu_ext_script;
 
+#ifndef __cplusplus
+/* Script languages of a plugin, for TATU_PLUGIN: pointers to tatu_language. */
+#  define TATU_LANGUAGES(...) TATU_OFFER(TATU_SCRIPT, tatu_ext_script, .languages = TATU_LIST_OF(tatu_language, __VA_ARGS__))
+#endif
+
 #ifdef __cplusplus
 }
 #endif

@@ -67,6 +67,15 @@ typedef struct tatu_beams {
   uint32_t reserved3;
 } tatu_beams;
 
+/* Sends out rays along unit vectors, 3 numbers each, which stay the instance's; up to `far_m`, at any incidence. */
+static inline void tatu_rays(tatu_beams *beams, uint32_t n, const double *directions, double far_m) {
+  beams->form = TATU_BEAMS_RAYS;
+  beams->count[0] = n;
+  beams->directions = directions;
+  beams->far_m = far_m;
+  beams->max_incidence = 1.5707963267948966;
+}
+
 /* ---------------------------------------------------------------- Inputs ---------------------------------------- */
 
 /* Inputs of `measure`. */
@@ -102,6 +111,17 @@ typedef struct tatu_field {
   const char *valid;   /* the field of this kind that is 0 where this one holds no measurement; null: as in the schema */
   const char *nothing; /* numbers that stand for no measurement ("0", "0 0 0", "inf"), to which no noise is added; null: as in the schema */
 } tatu_field;
+
+#ifndef __cplusplus
+/* A field of one number: element type, name, unit (NULL: none), text, and further fields by name:
+ *   TATU_FIELD(TATU_ELEM_F64, "lamp.level", "1", "How much light comes back.", .valid = "lamp.seen", .nothing = "0") */
+#  define TATU_FIELD(Elem, Name, Unit, ...) TATU_FIELD_ARRAY(Elem, 1, Name, Unit, __VA_ARGS__)
+/* One of `N` numbers; 0: one for each beam or pixel. */
+#  define TATU_FIELD_ARRAY(Elem, N, Name, Unit, ...) \
+    TATU_TABLE(tatu_field, .elem = (Elem), .dims = {(N), 1, 1}, .name = (Name), .unit = (Unit), .text = __VA_ARGS__)
+/* A list of them. */
+#  define TATU_FIELDS(...) TATU_LIST_OF(tatu_field, __VA_ARGS__)
+#endif
 
 /* ---------------------------------------------------------------- Measuring ------------------------------------- */
 
@@ -150,6 +170,16 @@ typedef struct tatu_sensor_batch {
   const uint64_t *const *lengths; /* [n] the number of elements of each field, n_fields each */
 } tatu_sensor_batch;
 
+/* In `measure`: the first element of field `k`, from 0 in the order of declaration, of sensor `i`. */
+static inline void *tatu_field_of(const tatu_sensor_batch *batch, uint32_t i, uint32_t k) {
+  return batch->fields[(size_t)i * batch->n_fields + k];
+}
+/* The distances that the beams of sensor `i` met, m, infinity for none, and how many beams there are. */
+static inline const double *tatu_distances_of(const tatu_sensor_batch *batch, uint32_t i, uint64_t *n) {
+  *n = batch->first_beam[i + 1] - batch->first_beam[i];
+  return batch->distance + batch->first_beam[i];
+}
+
 /* ---------------------------------------------------------------- A kind of sensor ------------------------------ */
 
 /* Named settings: the keys that a scene would write for a sensor, as lines of TOML ("range_m = 5.6"), noise included.
@@ -197,6 +227,11 @@ typedef struct tatu_ext_sensor {
   uint32_t reserved;
   const tatu_sensor *const *kinds;
 } tatu_ext_sensor;
+
+#ifndef __cplusplus
+/* Kinds of sensors of a plugin, for TATU_PLUGIN: pointers to tatu_sensor. */
+#  define TATU_SENSORS(...) TATU_OFFER(TATU_SENSOR, tatu_ext_sensor, .kinds = TATU_LIST_OF(tatu_sensor, __VA_ARGS__))
+#endif
 
 #ifdef __cplusplus
 }

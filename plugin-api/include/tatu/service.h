@@ -59,6 +59,11 @@ typedef struct tatu_ext_service {
   const tatu_service *const *services;
 } tatu_ext_service;
 
+#ifndef __cplusplus
+/* Services of a plugin, for TATU_PLUGIN: pointers to tatu_service. */
+#  define TATU_SERVICES(...) TATU_OFFER(TATU_SERVICE, tatu_ext_service, .services = TATU_LIST_OF(tatu_service, __VA_ARGS__))
+#endif
+
 #ifdef __cplusplus
 }
 #endif
