@@ -38,6 +38,10 @@ pub enum Command {
     Look(Look),
     /// Compare two traces: the first step, and the first object in it, in which they part.
     Diff(Diff),
+    /// Make a folder to begin with: a plugin, an add-on, a scene or a robot.
+    New(crate::new::New),
+    /// Work on a plugin's folder: build and run it.
+    Plugin(crate::plugin::Plugin),
 }
 
 /// What is changed in a scene.

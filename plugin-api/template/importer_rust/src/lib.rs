@@ -47,7 +47,9 @@ fn block(line: &str, scale: f64) -> Result<Option<Block>> {
     let form = match words.next() {
         Some("box") => "box",
         Some("ball") => "ball",
-        Some(word) if !word.starts_with('#') => return Err(Fail::argument(format!("expected `box` or `ball`, found `{word}`"))),
+        Some(word) if !word.starts_with('#') => {
+            return Err(Fail::argument(format!("expected `box` or `ball`, found `{word}`")));
+        }
         _ => return Ok(None),
     };
     let number = |word: &str| word.parse::<f64>().ok().map(|x| scale * x).filter(|x| x.is_finite());
@@ -71,7 +73,13 @@ impl Importer for Blocks {
     const SUFFIXES: &'static [&'static str] = &[".my_plugin"];
 
     fn params() -> Vec<Param> {
-        vec![Param::float("scale").unit("1").range(0.001, 1000.0).default(1.0).text("By what all numbers are multiplied.")]
+        vec![
+            Param::float("scale")
+                .unit("1")
+                .range(0.001, 1000.0)
+                .default(1.0)
+                .text("By what all numbers are multiplied."),
+        ]
     }
     fn sniff(head: &[u8]) -> u32 {
         if head.starts_with(FIRST.as_bytes()) { 100 } else { 0 }
