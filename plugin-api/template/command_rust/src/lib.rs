@@ -44,7 +44,7 @@ impl Plugin for MyPlugin {
         Ok(out)
     }
     fn load(world: &Tracks, bytes: &[u8], version: u32) -> Result<()> {
-        if version != Self::STATE_VERSION || bytes.len() % 40 != 0 {
+        if version != Self::STATE_VERSION || !bytes.len().is_multiple_of(40) {
             return Err(Fail::unsupported("the snapshot is of another version of my_plugin"));
         }
         let words: Vec<[u8; 8]> = bytes.chunks_exact(8).filter_map(|word| word.try_into().ok()).collect();
