@@ -10,13 +10,8 @@ use tatu_plugin_api::{
 pub use thruster::{Thruster, Thrusters};
 
 impl Plugin for Thrusters {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(Thrusters)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.actuator::<Thruster<false>>();
