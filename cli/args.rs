@@ -40,7 +40,9 @@ pub enum Command {
     Look(Look),
     /// Compare two traces: report the first step, and the first object in it, that differ.
     Diff(Diff),
-    /// Ask why a plugin is not loaded, install one, list all files that are looked at.
+    /// Create a folder to start with: a plugin, an add-on, a scene or a robot.
+    New(crate::new::New),
+    /// Build, run, test, check and install plugins.
     #[command(subcommand)]
     Plugin(PluginCommand),
 }

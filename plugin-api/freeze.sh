@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Freezes the contract under a name, as it is or as it was at a commit: the header, a plugin in C and the record of
+# Freezes the contract under a name, as it is or as it was at a commit: the headers, a plugin in C and the record of
 # layouts. From then on the tests build and load this copy with every host to come.
 #
 #   plugin-api/freeze.sh NAME [COMMIT]
@@ -16,9 +16,10 @@ commit="${2:-}"
 to="tests/compat/$name"
 [ ! -e "$to" ] || { echo "$to is there already, and a frozen copy does not change" >&2; exit 2; }
 
-header=plugin-api/include/tatu.h
+# tatu.h and, since it was divided, its parts in tatu/.
+include=plugin-api/include
 mkdir -p "$to"
-if [ -n "$commit" ]; then git show "$commit:$header" > "$to/tatu.h"; else cp "$header" "$to/tatu.h"; fi
+if [ -n "$commit" ]; then git archive "$commit:$include" | tar -x -C "$to"; else cp -r "$include/." "$to"; fi
 cp tests/compat/plugin.c "$to/plugin.c"
 
 # The record of layouts, by the compiler's word.

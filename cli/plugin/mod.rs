@@ -1,6 +1,7 @@
 //! `tatu plugin`: one file per subcommand, and what they share.
 //!
-//! - [`check`], [`why`], [`install`], [`list`]: the subcommands;
+//! - [`build`], [`run`], [`check`], [`why`], [`install`], [`list`], [`update_sdk`]: the subcommands;
+//! - `project`: the folder of a plugin, as `tatu new plugin` makes it;
 //! - `answer`: which file is meant, and the sentence about it; `show`: prints that;
 //! - `examine`: all that can be said about one file; `file`: what sort of file it is; `elf`: what the library in it needs
 //!   and exports; `loader`: the libraries and symbols that it needs; `probe`: opens it in a process of its own;
@@ -9,6 +10,7 @@
 
 mod answer;
 mod archive;
+mod build;
 mod check;
 mod elf;
 mod examine;
@@ -19,15 +21,28 @@ mod list;
 mod loader;
 mod names;
 mod probe;
+pub mod project;
 mod reason;
+mod run;
 mod show;
+mod update_sdk;
 mod why;
 
 use std::process::ExitCode;
 
+use tatu_core::errors::Result;
+
+use crate::report;
+
 /// What to do with plugins.
 #[derive(clap::Subcommand)]
 pub enum PluginCommand {
+    /// Build the library of a project: `build/libtatu_NAME.so` in its folder.
+    Build(build::Build),
+    /// Build a project, and run its scene.
+    Run(run::Run),
+    /// Replace the headers and the crate in `sdk` by those of this program.
+    UpdateSdk(update_sdk::UpdateSdk),
     /// Test a plugin against the rules of the ABI.
     Check(check::Check),
     /// Tell why a plugin is loaded, or why not, and what to do.
@@ -42,10 +57,21 @@ impl PluginCommand {
     /// Runs it.
     pub fn run(self) -> ExitCode {
         match self {
+            PluginCommand::Build(args) => code(build::build(&args)),
+            PluginCommand::Run(args) => code(run::run(&args)),
+            PluginCommand::UpdateSdk(args) => code(update_sdk::update_sdk(&args)),
             PluginCommand::Check(args) => check::check(&args),
             PluginCommand::Why(args) => why::why(&args),
             PluginCommand::Install(args) => install::install(&args),
             PluginCommand::List(args) => list::list(&args),
         }
     }
+}
+
+/// Returns the exit code of a subcommand; reports its error.
+fn code(done: Result<ExitCode>) -> ExitCode {
+    done.unwrap_or_else(|e| {
+        report::error(&e);
+        ExitCode::from(2)
+    })
 }

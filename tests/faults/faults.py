@@ -22,23 +22,15 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 API = ROOT / "plugin-api"
 
+# The plugins without a fault, as they were when the faults were written. They are copies: the plugins that they were
+# copied from may change, the faults may not.
+IN_C = ["c_command", "cart", "counter", "fleet", "lamp", "murmur", "notes", "points", "puff", "speckle"]
+IN_CPP = ["cpp_command", "guard"]
+IN_RUST = {"compass": "lib", "rust_sensor": "lib", "tally": "lib", "thruster": "thruster"}
 BASES = {
-    "c_command": API / "template/c_command/c_command.c",
-    "cart": ROOT / "tests/outside/cart/cart.c",
-    "counter": ROOT / "tests/outside/counter/counter.c",
-    "fleet": ROOT / "tests/outside/fleet/fleet.c",
-    "lamp": ROOT / "tests/outside/lamp/lamp.c",
-    "murmur": HERE / "bases/murmur.c",
-    "notes": HERE / "bases/notes.c",
-    "points": HERE / "bases/points.c",
-    "puff": HERE / "bases/puff.c",
-    "speckle": HERE / "bases/speckle.c",
-    "cpp_command": API / "template/cpp_command/cpp_command.cpp",
-    "guard": ROOT / "tests/outside/guard/guard.cpp",
-    "compass": ROOT / "tests/outside/compass/src/lib.rs",
-    "rust_sensor": API / "template/rust_sensor/src/lib.rs",
-    "tally": ROOT / "tests/outside/tally/src/lib.rs",
-    "thruster": ROOT / "plugins/actuators/thruster/src/thruster.rs",
+    **{name: HERE / f"bases/{name}.c" for name in IN_C},
+    **{name: HERE / f"bases/{name}.cpp" for name in IN_CPP},
+    **{name: HERE / f"bases/{name}/src/{file}.rs" for name, file in IN_RUST.items()},
 }
 
 # Name, plugin, and what is replaced. Each text must occur exactly once. Most faults are one replacement; where the
@@ -323,7 +315,8 @@ def make(what, out, rust):
 def check():
     expected = json.loads((HERE / "expected.json").read_text())
     readme = (HERE / "README.md").read_text()
-    rules = (API / "include/tatu.h").read_text(), (API / "README.md").read_text()
+    headers = [API / "include/tatu.h", *sorted((API / "include/tatu").glob("*.h"))]
+    rules = "".join(header.read_text() for header in headers), (API / "README.md").read_text()
     wrong = []
     if [(e["name"], e["plugin"]) for e in expected] != [(name, base) for name, base, _ in FAULTS]:
         wrong.append("expected.json does not have the faults of faults.py in their order")

@@ -4,110 +4,77 @@
 // Build: cc -std=c11 -Wall -Wextra -Werror -shared -fPIC -I ../../../plugin-api/include -o libtatu_cart.so cart.c
 // Run:   TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 120 --threads 1
 //        TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 120 --threads 2
-#include "tatu.h"
-
-#include <string.h>
+#include "tatu/model.h"
 
 #define TRACK 0.36 // m between the centres of the wheels
 
-// State of a build: the builder, and the status of its first error, after which nothing more is added.
-typedef struct {
-  const tatu_builder *to;
-  tatu_status status;
-} pen;
-
-static uint32_t object(pen *p, const char *kind, uint32_t parent, const char *alias) {
-  uint32_t made = p->status < 0 ? 0 : p->to->object(p->to, kind, parent, tatu_text(alias));
-  if (!made && p->status >= 0) p->status = TATU_ERR;
-  return made;
-}
-static void set(pen *p, uint32_t object, const char *key, tatu_value value) {
-  if (p->status >= 0) p->status = p->to->set(p->to, object, key, &value);
-}
-static void set3(pen *p, uint32_t object, const char *key, double x, double y, double z) {
-  double numbers[3] = {x, y, z};
-  set(p, object, key, tatu_span(TATU_F64S, numbers, 3));
-}
-
 // Sets the common properties of a dynamic shape. The mask: parts of a cart do not collide with each other (low byte 0),
 // but with everything else (high byte).
-static void solid(pen *p, uint32_t shape, double mass) {
-  set(p, shape, "mass", tatu_float(mass));
-  set(p, shape, "dynamic", tatu_bool(1));
-  set(p, shape, "respondable", tatu_bool(1));
-  set(p, shape, "respondable_mask", tatu_int(0xFF00));
+static void solid(tatu_build *p, uint32_t shape, double mass) {
+  tatu_build_set(p, shape, "mass", tatu_float(mass));
+  tatu_build_set(p, shape, "dynamic", tatu_bool(1));
+  tatu_build_set(p, shape, "respondable", tatu_bool(1));
+  tatu_build_set(p, shape, "respondable_mask", tatu_int(0xFF00));
 }
 
 // Adds a motor and its wheel. A joint turns about its z axis: a quarter turn about x lays it along +y, so that a
 // positive velocity drives forward. The wheel collides as a ball, which touches the floor in one point.
-static void wheel(pen *p, uint32_t base, double radius, double y, const char *motor, const char *tyre) {
+static void wheel(tatu_build *p, uint32_t base, double radius, double y, const char *motor, const char *tyre) {
   const double quarter = 1.5707963267948966;
-  uint32_t joint = object(p, "joint", base, motor);
-  set3(p, joint, "position", 0, y, 0);
-  set3(p, joint, "orientation", -quarter, 0, 0);
-  set(p, joint, "control", tatu_string("velocity"));
-  set(p, joint, "max_force", tatu_float(5));
-  uint32_t shape = object(p, "shape", joint, tyre);
-  set(p, shape, "primitive", tatu_string("cylinder"));
-  set3(p, shape, "size", 2 * radius, 2 * radius, 0.04);
-  set(p, shape, "collide_as", tatu_string("sphere"));
-  set3(p, shape, "collide_size", 2 * radius, 2 * radius, 2 * radius);
-  set3(p, shape, "color", 0.1, 0.1, 0.1);
+  uint32_t joint = tatu_build_object(p, "joint", base, motor);
+  tatu_build_set3(p, joint, "position", 0, y, 0);
+  tatu_build_set3(p, joint, "orientation", -quarter, 0, 0);
+  tatu_build_set(p, joint, "control", tatu_string("velocity"));
+  tatu_build_set(p, joint, "max_force", tatu_float(5));
+  uint32_t shape = tatu_build_object(p, "shape", joint, tyre);
+  tatu_build_set(p, shape, "primitive", tatu_string("cylinder"));
+  tatu_build_set3(p, shape, "size", 2 * radius, 2 * radius, 0.04);
+  tatu_build_set(p, shape, "collide_as", tatu_string("sphere"));
+  tatu_build_set3(p, shape, "collide_size", 2 * radius, 2 * radius, 2 * radius);
+  tatu_build_set3(p, shape, "color", 0.1, 0.1, 0.1);
   solid(p, shape, 0.5);
 }
 
 static tatu_status TATU_CALL build(void *self, const tatu_builder *builder, const tatu_value *params, tatu_error *error) {
   (void)self;
-  (void)error; // the builder has set the host's error already
-  pen p = {builder, TATU_OK};
+  (void)error; // a refusal of the builder has said why, and the host takes that
+  tatu_build p = tatu_build_with(builder);
   double r = params[0].u.f, ball = r / 2;
 
   // The body, whose origin is on the axle. Its centre of mass is a little behind it, towards the caster.
-  uint32_t base = object(&p, "shape", 0, "cart");
-  set(&p, base, "primitive", tatu_string("box"));
-  set3(&p, base, "size", 0.4, 0.3, 0.1);
-  set3(&p, base, "position", 0, 0, r);
-  set3(&p, base, "color", 0.9, 0.6, 0.1);
-  set3(&p, base, "com", -0.05, 0, -0.02);
-  set(&p, base, "model_base", tatu_bool(1));
+  uint32_t base = tatu_build_object(&p, "shape", 0, "cart");
+  tatu_build_set(&p, base, "primitive", tatu_string("box"));
+  tatu_build_set3(&p, base, "size", 0.4, 0.3, 0.1);
+  tatu_build_set3(&p, base, "position", 0, 0, r);
+  tatu_build_set3(&p, base, "color", 0.9, 0.6, 0.1);
+  tatu_build_set3(&p, base, "com", -0.05, 0, -0.02);
+  tatu_build_set(&p, base, "model_base", tatu_bool(1));
   solid(&p, base, 6);
 
   wheel(&p, base, r, TRACK / 2, "left_motor", "left_wheel");
   wheel(&p, base, r, -TRACK / 2, "right_motor", "right_wheel");
 
   // The caster: a ball that can turn about all axes.
-  uint32_t socket = object(&p, "joint", base, "caster_socket");
-  set(&p, socket, "type", tatu_string("spherical"));
-  set3(&p, socket, "position", -0.15, 0, ball - r);
-  uint32_t caster = object(&p, "shape", socket, "caster");
-  set(&p, caster, "primitive", tatu_string("sphere"));
-  set3(&p, caster, "size", 2 * ball, 2 * ball, 2 * ball);
+  uint32_t socket = tatu_build_object(&p, "joint", base, "caster_socket");
+  tatu_build_set(&p, socket, "type", tatu_string("spherical"));
+  tatu_build_set3(&p, socket, "position", -0.15, 0, ball - r);
+  uint32_t caster = tatu_build_object(&p, "shape", socket, "caster");
+  tatu_build_set(&p, caster, "primitive", tatu_string("sphere"));
+  tatu_build_set3(&p, caster, "size", 2 * ball, 2 * ball, 2 * ball);
   solid(&p, caster, 0.2);
 
   // The wheels of the drive, for commands and services: the keys of `drive` in a scene, without units.
-  tatu_value motors[2] = {tatu_string(":/left_motor"), tatu_string(":/right_motor")};
-  tatu_pair drive[] = {
-    {tatu_string("type"), tatu_string("differential")},
-    {tatu_string("joints"), tatu_span(TATU_LIST, motors, 2)},
-    {tatu_string("radius"), tatu_float(r)},
-    {tatu_string("track"), tatu_float(TRACK)},
-  };
-  set(&p, base, "drive", tatu_span(TATU_MAP, drive, sizeof drive / sizeof *drive));
+  tatu_build_set(&p, base, "drive", tatu_map_of(TATU_ENTRIES(
+    tatu_entry("type", tatu_string("differential")),
+    tatu_entry("joints", tatu_list_of(TATU_VALUES(tatu_string(":/left_motor"), tatu_string(":/right_motor")))),
+    tatu_entry("radius", tatu_float(r)),
+    tatu_entry("track", tatu_float(TRACK)))));
   return p.status;
 }
 
-static const tatu_param wheel_radius = {.size = sizeof(tatu_param), .type = TATU_F64, .key = "wheel_radius", .unit = "m",
-  .lowest = 0.06, .highest = 0.2, .fallback = {.tag = TATU_F64, .u.f = 0.1}, .text = "Radius of the driven wheels."};
-static const tatu_param *const params[] = {&wheel_radius, NULL};
-static const tatu_model model = {.size = sizeof(tatu_model), .id = "cart", .params = params, .build = build,
-  .text = "A body on two driven wheels and a caster ball.", .category = "mobile robots"};
-static const tatu_model *const models[] = {&model, NULL};
-static const tatu_ext_model offer = {.size = sizeof(tatu_ext_model), .models = models};
+static const tatu_model cart = {
+  .size = sizeof(tatu_model), .id = "cart", .text = "A body on two driven wheels and a caster ball.", .build = build,
+  .category = "mobile robots", .params = TATU_PARAMS(TATU_PARAM(TATU_F64, "wheel_radius", "m",
+    "Radius of the driven wheels.", TATU_RANGE(0.06, 0.2), TATU_DEFAULT_F64(0.1)))};
 
-static const void *TATU_CALL extension(void *self, const char *id) {
-  (void)self;
-  return strcmp(id, TATU_MODEL) == 0 ? &offer : NULL;
-}
-TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof(tatu_plugin_t), .abi_major = TATU_ABI_MAJOR,
-  .abi_minor = TATU_ABI_MINOR, .id = "org.outside.cart", .name = "Cart", .version = "1.0.0", .licence = "MIT",
-  .extension = extension};
+TATU_PLUGIN(TATU_MODELS(&cart), .id = "org.outside.cart", .name = "Cart", .version = "1.0.0", .licence = "MIT");

@@ -278,12 +278,39 @@ pub fn succeed(command: &mut Command) -> String {
     text(&output.stdout)
 }
 
-/// Copies the files of a folder.
+/// Copies a folder, with all below it.
 pub fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
-        if entry.file_type().unwrap().is_file() {
-            fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
+        let to = to.join(entry.file_name());
+        match entry.file_type().unwrap().is_dir() {
+            true => copy(&entry.path(), &to),
+            false => drop(fs::copy(entry.path(), to).unwrap()),
         }
+    }
+}
+
+/// The C headers below a folder: `tatu.h`, then its parts, in order of names. Revisions before the division have no parts.
+pub fn headers(include: &Path) -> Vec<PathBuf> {
+    let mut parts: Vec<PathBuf> =
+        fs::read_dir(include.join("tatu")).into_iter().flatten().map(|e| e.unwrap().path()).collect();
+    parts.retain(|p| p.extension().is_some_and(|e| e == "h"));
+    parts.sort();
+    parts.insert(0, include.join("tatu.h"));
+    parts
+}
+
+/// Their text, one after the other.
+pub fn header_text(include: &Path) -> String {
+    headers(include).iter().map(|p| fs::read_to_string(p).unwrap()).collect()
+}
+
+/// Writes them to another folder, each with a change.
+pub fn changed_headers(to: &Path, change: impl Fn(String) -> String) {
+    let include = root().join("plugin-api/include");
+    fs::create_dir_all(to.join("tatu")).unwrap();
+    for file in headers(&include) {
+        let text = change(fs::read_to_string(&file).unwrap());
+        fs::write(to.join(file.strip_prefix(&include).unwrap()), text).unwrap();
     }
 }

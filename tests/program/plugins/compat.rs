@@ -62,7 +62,7 @@ fn works(place: &Place, prefix: &str) {
 
 /// Returns the draft of a frozen copy, as in its ids.
 fn draft(revision: &Path) -> u32 {
-    let header = fs::read_to_string(revision.join("tatu.h")).unwrap();
+    let header = header_text(revision);
     let id = header.split("#define TATU_COMMAND \"tatu.command/draft.").nth(1).unwrap();
     id.split('"').next().unwrap().parse().unwrap()
 }
@@ -152,10 +152,9 @@ fn a_need_tells_how_much_of_the_host_it_is() {
     }
 }
 
-/// Returns the header of a future release: one more field at the end of tables of both sides, one more extension, one
-/// more service, and a type for them.
-fn header_to_come() -> String {
-    let mut text = fs::read_to_string(root().join("plugin-api/include/tatu.h")).unwrap();
+/// Writes the headers of a release to come: one more field at the end of tables of both sides, one more extension, one
+/// more service, and a type that goes with them.
+fn headers_to_come(to: &Path) {
     let tables = [
         ("tatu_plugin_t", "const char *(TATU_CALL *motto)(void *self);"),
         ("tatu_param", "const char *tooltip;"),
@@ -171,22 +170,30 @@ fn header_to_come() -> String {
         ("tatu_call_api", "void(TATU_CALL *progress)(tatu_call *, double);"),
         ("tatu_host_scene", "tatu_status(TATU_CALL *teleport)(tatu_world *, tatu_object);"),
     ];
-    for (table, field) in tables {
-        let end = format!("}} {table};");
-        assert_eq!(text.matches(&end).count(), 1, "{table}");
-        text = text.replace(&end, &format!("  {field}\n{end}"));
-    }
     let host = "  const void *(TATU_CALL *service)(const tatu_host *, const char *id);\n";
-    assert_eq!(text.matches(host).count(), 1);
-    text = text.replace(host, &format!("{host}  const char *(TATU_CALL *weather)(const tatu_host *);\n"));
-    let more = "#define TATU_HOLOGRAM \"tatu.hologram/draft.4\"
+    let include = root().join("plugin-api/include");
+    let all = header_text(&include);
+    for text in tables.iter().map(|(table, _)| format!("}} {table};")).chain([host.to_owned()]) {
+        assert_eq!(all.matches(&text).count(), 1, "{text}");
+    }
+    changed_headers(to, |mut text| {
+        for (table, field) in tables {
+            let end = format!("}} {table};");
+            text = text.replace(&end, &format!("  {field}\n{end}"));
+        }
+        text = text.replace(host, &format!("{host}  const char *(TATU_CALL *weather)(const tatu_host *);\n"));
+        text.replace("#define TATU_ABI_MINOR 5", "#define TATU_ABI_MINOR 6")
+    });
+    let more = "#include \"core.h\"
+#define TATU_HOLOGRAM \"tatu.hologram/draft.4\"
 typedef struct tatu_ext_hologram { uint32_t size; uint32_t reserved; const char *colour; } tatu_ext_hologram;
 #define TATU_HOST_DREAMS \"tatu.host.dreams/draft.4\"
 typedef struct tatu_host_dreams { uint32_t size; uint32_t reserved; void(TATU_CALL *dream)(tatu_world *); } tatu_host_dreams;
 ";
-    let at = text.find("/* ================================================================ 12.").unwrap();
-    text.insert_str(at, more);
-    text.replace("#define TATU_ABI_MINOR 5", "#define TATU_ABI_MINOR 6")
+    fs::write(to.join("tatu/hologram.h"), more).unwrap();
+    let front = fs::read_to_string(to.join("tatu.h")).unwrap();
+    let (before, after) = front.split_at(front.rfind("#endif").unwrap());
+    fs::write(to.join("tatu.h"), format!("{before}#include \"tatu/hologram.h\"\n{after}")).unwrap();
 }
 
 /// Returns a plugin of that release: it fills the new fields, and uses the new ones of the host.
@@ -257,9 +264,9 @@ static const tatu_need dreams_need = {.size = sizeof(tatu_need), .optional = 1, 
 fn a_newer_plugin_works_on_this_host_and_goes_without_what_is_not_there() {
     let place = Place::new();
     fs::create_dir(place.path().join("mine")).unwrap();
-    place.write("next/tatu.h", &header_to_come());
-    place.write("next/plugin.c", &plugin_to_come());
     let next = place.path().join("next");
+    headers_to_come(&next);
+    place.write("next/plugin.c", &plugin_to_come());
     compile(&next.join("plugin.c"), &next, &place.path().join("mine").join(library("tatu_new")));
     works(&place, "oldc");
     let done = place.run(&["--steps", "1"]).good();

@@ -22,6 +22,26 @@ impl Called {
     }
 }
 
+impl World<'_> {
+    /// Calls a command by any of its names; it must not wait. Returns its results.
+    pub fn call_command(&self, name: &str, args: &[Value]) -> Result<Vec<Value>> {
+        call_by_name(self, name, args, 0).map(Called::done)
+    }
+}
+
+/// Calls a command by any of its names. `token` 0: it must not wait.
+pub(crate) fn call_by_name(world: &World<'_>, name: &str, args: &[Value], token: u64) -> Result<Called> {
+    let (find, run) = (service!(world.commands.find), service!(world.commands.call));
+    let mut alias = 0;
+    let command = find(world.raw(), name.into(), Some(&mut alias));
+    if command == 0 {
+        return Err(Fail::with_code(TATU_ERR_UNKNOWN, format!("there is no command `{name}`")));
+    }
+    let frame = tatu_call { command, alias, wait_token: token, ..tatu_call::empty() };
+    // SAFETY: the frame is whole.
+    call(world, frame, args, |world, frame| unsafe { run(world, frame) })
+}
+
 /// Calls a host function that takes a frame; `frame` has the fields that select the target. Returns at most 64 results.
 pub(crate) fn call(
     world: &World<'_>,

@@ -8,7 +8,7 @@ use std::{
 
 use crate::abi::*;
 use crate::safe::{
-    Called, Fail, Plugin, Result, SharedWorld, Value, ValueRef, World,
+    Called, Fail, PerWorld, Plugin, Result, SharedWorld, Value, ValueRef, World,
     call::{outgoing, shared_world::service},
     declare::plugin::{Call, Outcome, Run, RunShared, SharedCall, Started},
     entry::{
@@ -252,9 +252,15 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn world(&self) -> World<'a> {
         self.whole_world()
     }
-    /// Returns the plugin's state for this world.
-    pub fn instance(&self) -> &'a P::World {
-        assert!(!self.0.raw.instance.is_null(), "the host gave no instance");
+    /// What the plugin keeps for this world. It panics if the plugin has not called [`Offer::per_world`](crate::safe::Offer::per_world).
+    pub fn instance(&self) -> &'a P::World
+    where
+        P: PerWorld,
+    {
+        assert!(
+            !self.0.raw.instance.is_null(),
+            "nothing is kept for a world: `Plugin::offer` lacks `offer.per_world()`"
+        );
         // SAFETY: for commands with exclusive access, `instance` is the `data` that `create` made for this plugin (null
         // was excluded above), and it lives until the world ends.
         unsafe { &life::of::<Kept<P>>(self.0.raw.instance).0 }

@@ -7,7 +7,7 @@ use std::{
 
 use crate::abi::*;
 use crate::safe::{
-    Fail, Instance, Plugin, Result, ValueRef, World,
+    Fail, Host, Instance, Plugin, Result, ValueRef, World,
     call::running,
     declare::plugin::Started,
     entry::{
@@ -38,12 +38,18 @@ pub enum Flow {
 /// The frame of a call into a script: arguments and results.
 pub struct Frame<'a> {
     raw: &'a mut tatu_call,
+    host: &'a Host,
 }
 
 impl<'a> Frame<'a> {
     /// Returns the C frame.
     pub fn raw(&mut self) -> *mut tatu_call {
         self.raw
+    }
+    /// The world in which the script runs.
+    pub fn world(&self) -> World<'a> {
+        // SAFETY: the frame's world is one of the host, and lives longer than the call.
+        unsafe { World::new(self.raw.world, self.host) }
     }
     /// Returns the arguments.
     pub fn args(&self) -> &'a [ValueRef<'a>] {
@@ -138,6 +144,7 @@ pub trait Language: Sized + 'static {
 
 struct Data<L> {
     language: L,
+    host: Host,
     /// The dialect as returned to the host, which may read it as long as the instance lives.
     dialect: Mutex<CString>,
 }
@@ -146,8 +153,9 @@ impl<L: Language> Life for Data<L> {
     type Plugin = L::Plugin;
     const STATE_VERSION: u32 = L::STATE_VERSION;
 
-    fn create(_: &Started<L::Plugin>, info: &Info<'_>) -> Result<Self> {
-        Ok(Data { language: L::create(&info.world, info.instance)?, dialect: Mutex::default() })
+    fn create(started: &Started<L::Plugin>, info: &Info<'_>) -> Result<Self> {
+        let language = L::create(&info.world, info.instance)?;
+        Ok(Data { language, host: started.host, dialect: Mutex::default() })
     }
     fn save(&self) -> Result<Vec<u8>> {
         self.language.save()
@@ -265,10 +273,9 @@ fn enter<L: Language>(
     guard::run(error, || {
         // SAFETY: `data` was made by `create` and is live; the host passes a frame, a budget and a counter that are
         // valid during the call.
-        let (script, raw, budget, used) =
-            unsafe { (&life::of::<Data<L>>(data).language, &mut *frame, &*budget, &mut *used) };
+        let (data, raw, budget, used) = unsafe { (life::of::<Data<L>>(data), &mut *frame, &*budget, &mut *used) };
         let budget = Budget { instructions: budget.instructions, memory: budget.memory };
-        let flow = f(script, &mut Frame { raw }, budget, used)?;
+        let flow = f(&data.language, &mut Frame { raw, host: &data.host }, budget, used)?;
         Ok(if flow == Flow::Waiting { TATU_WAIT } else { TATU_OK })
     })
 }

@@ -5,18 +5,24 @@ use std::collections::HashSet;
 use crate::abi::*;
 use crate::safe::{Fail, Host, Param, Result, Value, World, value::keep::Keep};
 
-/// A plugin. There is one value per host; it has no mutable globals, and its world instances hold the state of a world.
+/// A plugin. One value per host; it has no mutable globals, and what belongs to a world is kept by [`PerWorld`].
 pub trait Plugin: Sized + Send + Sync + 'static {
-    /// The plugin's state per world; `()` if none. Commands get it as `&` and may be re-entered while they call a
-    /// function: use cells, and borrow them briefly.
-    type World: 'static;
-
     /// Starts the plugin. Services can be looked up now, and called once a world exists.
     fn start(host: &Host) -> Result<Self>;
+    /// Declares what it offers.
+    fn offer(offer: &mut Offer<Self>);
+}
+
+/// A plugin whose commands keep something for each world. It says so by [`Offer::per_world`].
+pub trait PerWorld: Plugin {
+    /// What is kept. Commands get it as `&`, by [`Call::instance`], and may be re-entered while they call a function: use
+    /// cells, and borrow them briefly.
+    type World: 'static;
+
     /// Creates the instance for a new world.
     fn world(&self, world: &World<'_>) -> Result<Self::World>;
-    /// Whether the instance outlives a run, for scripts that do so too (customization scripts, add-ons); then
-    /// [`Plugin::end_run`] is called. By default it is created again.
+    /// Whether the instance lives on when a run ends, for scripts that do so too (customization scripts, add-ons); then
+    /// [`PerWorld::end_run`] is called. By default it is recreated.
     const OUTLIVES_RUNS: bool = false;
     /// Ends a run: its scripts have ended, and the scene will be reset next. Drops the state that belonged to them
     /// ([`World::outlives_runs`]). After an error the instance is created again.
@@ -24,10 +30,10 @@ pub trait Plugin: Sized + Send + Sync + 'static {
         let _ = (kept, world);
         Ok(())
     }
-    /// Version of the data that [`Plugin::save`] writes; increase it when that changes.
+    /// Version of what [`PerWorld::save`] writes; increase it when that changes.
     const STATE_VERSION: u32 = 0;
-    /// Saves the state of `world` for a snapshot. If a plugin with state does not implement this, the snapshot reports
-    /// it as missing, and the run is restored by replay.
+    /// The state of `world`, for a snapshot. Without this function it is reported as missing in the snapshot, and the run
+    /// is restored by replay.
     fn save(world: &Self::World) -> Result<Vec<u8>> {
         let _ = world;
         if size_of::<Self::World>() == 0 {
@@ -40,8 +46,7 @@ pub trait Plugin: Sized + Send + Sync + 'static {
         let _ = (world, version);
         if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
-    /// Declares everything that the plugin provides.
-    fn offer(offer: &mut Offer<Self>);
+
 }
 
 /// Data with which an instance is created.
@@ -87,6 +92,8 @@ pub(crate) struct Tables {
 /// Collects everything that a plugin provides; see [`Plugin::offer`].
 pub struct Offer<P: Plugin> {
     pub(crate) keep: Keep,
+    /// What is created and destroyed with each world; null: nothing.
+    pub(crate) per_world: *const tatu_life,
     pub(crate) commands: Vec<Command<P>>,
     /// Names of the commands, as a set because a plugin may look up each of hundreds.
     pub(crate) names: HashSet<String>,

@@ -182,15 +182,7 @@ impl Turn<'_> {
     /// Calls a command by any of its names. `token` 0: it must not wait; otherwise it may, and its end is reported to
     /// [`Service::resume`] with this token.
     pub fn call(&self, name: &str, args: &[Value], token: u64) -> Result<Called> {
-        let (find, call) = (service!(self.commands.find), service!(self.commands.call));
-        let mut alias = 0;
-        let command = find(self.raw(), name.into(), Some(&mut alias));
-        if command == 0 {
-            return Err(Fail::with_code(TATU_ERR_UNKNOWN, format!("there is no command `{name}`")));
-        }
-        let frame = tatu_call { command, alias, wait_token: token, ..tatu_call::empty() };
-        // SAFETY: `outgoing::call` passes a complete frame.
-        outgoing::call(&self.world, frame, args, |world, frame| unsafe { call(world, frame) })
+        outgoing::call_by_name(&self.world, name, args, token)
     }
 }
 

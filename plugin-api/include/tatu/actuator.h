@@ -1,0 +1,65 @@
+/* tatu/actuator.h: actuators: commands in, forces out. */
+#ifndef TATU_ACTUATOR_H
+#define TATU_ACTUATOR_H
+
+#include "core.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TATU_ACTUATOR "tatu.actuator/draft.4"
+
+/* A kind's `apply` is called once each time physics advances (by one step of the world, or by what a driver asks for)
+ * or, with the flag, before each engine step. A wrench acts on the nearest dynamic shape at or above the actuator, an
+ * effort on the nearest joint between the actuator and that shape. Commands are properties "<kind>.<key>" of the
+ * actuator's object: scenes set them like parameters, and they can be set at any time. */
+enum tatu_actuator_flag { TATU_ACTUATOR_EVERY_SUBSTEP = 1 /* `apply` is called before each engine step */ };
+
+/* The actuators of one kind: state of the mount and commands in, wrench or effort out. */
+typedef struct tatu_actuator_batch {
+  uint32_t size;
+  uint32_t n;
+  double time;               /* s */
+  double dt;                 /* time until the next call, s */
+  void *const *data;         /* [n] instances */
+  void *const *state;        /* [n] state blocks */
+  const tatu_object *actuator; /* [n] */
+  const double *pose;        /* [n], 7 each: mount in the world */
+  const double *twist;       /* [n], 6 each */
+  const double *joint;       /* [n], 2 each: position and velocity of the joint it sits on; 0 without one */
+  const double *const *command; /* [n] the command buffer: `n_commands` of the kind */
+  double *wrench;            /* [n], 6 each: force N at the mount's origin and torque N m, world; zeroed. Acts for dt */
+  double *effort;            /* [n] torque N m or force N added to the joint's; zeroed. Acts for dt */
+  tatu_status *status;       /* [n] as for sensors; a number that is not finite counts as a failure */
+} tatu_actuator_batch;
+
+typedef struct tatu_actuator {
+  uint32_t size;
+  uint32_t flags;                    /* TATU_ACTUATOR_* */
+  uint32_t n_commands;               /* numbers in the command buffer of an instance: as many as `commands` */
+  uint32_t reserved;
+  const char *id;
+  const char *text;
+  const tatu_param *const *params;
+  const tatu_param *const *commands; /* what the numbers mean, each of type TATU_F64 */
+  const tatu_life *life;
+  /* [parallel] Turns commands into forces. Rules as for `measure`. */
+  tatu_status(TATU_CALL *apply)(void *self, const tatu_actuator_batch *, tatu_error *);
+} tatu_actuator;
+
+typedef struct tatu_ext_actuator {
+  uint32_t size;
+  uint32_t reserved;
+  const tatu_actuator *const *kinds;
+} tatu_ext_actuator;
+
+#ifndef __cplusplus
+/* Kinds of actuators of a plugin, for TATU_PLUGIN: pointers to tatu_actuator. */
+#  define TATU_ACTUATORS(...) TATU_OFFER(TATU_ACTUATOR, tatu_ext_actuator, .kinds = TATU_LIST_OF(tatu_actuator, __VA_ARGS__))
+#endif
+
+#ifdef __cplusplus
+}
+#endif
+#endif

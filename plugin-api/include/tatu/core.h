@@ -1,0 +1,493 @@
+/* tatu/core.h: what every plugin uses: values, errors, parameters, instances, and the plugin itself. */
+#ifndef TATU_CORE_H
+#define TATU_CORE_H
+
+#include <math.h>   /* HUGE_VAL: no bound */
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#if defined(_WIN32)
+#  define TATU_EXPORT __declspec(dllexport)
+#  define TATU_CALL __cdecl
+#else
+#  define TATU_EXPORT __attribute__((visibility("default")))
+#  define TATU_CALL
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TATU_ABI_MAJOR 0 /* must match; 0 until release 1.0 */
+#define TATU_ABI_MINOR 5 /* increased whenever a table grows; checked only against tatu_need.minor */
+
+/* End of a field within its table, bytes. */
+#define TATU_END(t, f) ((size_t)((const char *)(&(t)->f + 1) - (const char *)(t)))
+/* Whether whoever filled the table has this scalar or pointer field and set it. */
+#define TATU_HAS(t, f) ((t) && TATU_END(t, f) <= (t)->size && (t)->f)
+/* Whether whoever filled the table has this field at all: for struct fields, and for scalars where 0 has a meaning. */
+#define TATU_KNOWS(t, f) ((t) && TATU_END(t, f) <= (t)->size)
+
+/* ---------------------------------------------------------------- Declaring tables ------------------------------ */
+
+/* Tables and lists in place, for C; C++ has tatu/plugin.hpp. They are constants outside of functions:
+ *
+ *   static const tatu_sensor lamp = {.size = sizeof(tatu_sensor), .id = "lamp",
+ *     .params = TATU_PARAMS(TATU_PARAM(TATU_F64, "range", "m", "How far it sees.", TATU_RANGE(0.1, 20))), ...};
+ *   TATU_PLUGIN(TATU_SENSORS(&lamp), .id = "org.example.lamp", .name = "Lamp", .version = "1.0.0", .licence = "MIT");
+ *
+ * Inside a function they end with the block. A macro that ends with a text takes further fields behind it, by name. */
+#ifndef __cplusplus
+/* A table, by its fields: a pointer to it. `size` is set. */
+#  define TATU_TABLE(Type, ...) (&(const Type){.size = sizeof(Type), __VA_ARGS__})
+/* A null-terminated list of pointers to tables, and one of texts. */
+#  define TATU_LIST_OF(Type, ...) ((const Type *const[]){__VA_ARGS__, NULL})
+#  define TATU_TEXTS(...) ((const char *const[]){__VA_ARGS__, NULL})
+/* Values, as pointer and count: for a list, for several results, for the arguments of a call. Valid within the block. */
+#  define TATU_VALUES(...) \
+    ((const tatu_value[]){__VA_ARGS__}), (uint32_t)(sizeof((const tatu_value[]){__VA_ARGS__}) / sizeof(tatu_value))
+/* Entries of a map, made by tatu_entry, likewise. */
+#  define TATU_ENTRIES(...) \
+    ((const tatu_pair[]){__VA_ARGS__}), (uint32_t)(sizeof((const tatu_pair[]){__VA_ARGS__}) / sizeof(tatu_pair))
+#endif
+
+/* ---------------------------------------------------------------- Values ---------------------------------------- */
+
+/* The types of this section are frozen. */
+
+/* Text or bytes: not NUL-terminated. */
+typedef struct tatu_str {
+  const char *ptr;
+  uint64_t len;
+} tatu_str;
+
+/* An object of a world: generation << 20 | slot. 0: none, or the world itself. Scripts see only the slot, as the
+ * handle. Generation 0 means "whatever is in that slot now" and is meant for numbers passed by a script. */
+typedef uint64_t tatu_object;
+#define TATU_SLOT_BITS 1048575 /* 20 */
+#define TATU_SLOT(o) ((uint32_t)((o) & TATU_SLOT_BITS))
+
+/* A script's function: instance id << 32 | local id. An argument is valid during the call, a result until the script
+ * is entered again; see commands.retain. */
+typedef uint64_t tatu_func;
+typedef uint32_t tatu_prop; /* interned key of a property ("joint.position") or field ("proximity.distance") */
+
+/* Tags of a value. */
+enum tatu_tag {
+  TATU_NIL = 0,
+  TATU_BOOL = 1,   /* u.i: 0 or 1 */
+  TATU_I64 = 2,    /* u.i */
+  TATU_F64 = 3,    /* u.f */
+  TATU_TEXT = 4,   /* u.s: text */
+  TATU_BYTES = 5,  /* u.s: any bytes */
+  TATU_F64S = 6,   /* u.s: array of double; len counts elements, here and below */
+  TATU_F32S = 7,   /* u.s: array of float */
+  TATU_I64S = 8,   /* u.s: array of int64_t */
+  TATU_I32S = 9,   /* u.s: array of int32_t */
+  TATU_U8S = 10,   /* u.s: array of uint8_t, as numbers */
+  TATU_LIST = 11,  /* u.s: array of tatu_value */
+  TATU_MAP = 12,   /* u.s: array of tatu_pair; keys are text, numbers or booleans */
+  TATU_FUNC = 13,  /* u.u: tatu_func */
+  TATU_OBJECT = 14 /* u.u: tatu_object */
+};
+
+/* A value. Lists and maps nest at most 32 deep.
+ *
+ * Lua values where no type is declared (TATU_COMMAND_RAW, TATU_PARAM_ANY, values within lists and maps) become:
+ *   nil, true, an integer, another number        NIL, BOOL, I64, F64
+ *   string                                       TEXT, whatever bytes it holds
+ *   {1, 2}, {1.5, 2}                             I64S, F64S: a table with keys 1 to n whose values are numbers
+ *   {'a', 2}, {{1}, {2}}                         LIST: the same with other values
+ *   {a = 1}, {[2] = 1}                           MAP: a table with any other key
+ *   {}                                           LIST of 0
+ *   a function                                   FUNC
+ * An argument of declared type is converted to that type, or the call fails before the command runs: for TATU_F64 an
+ * integer becomes F64, for TATU_F64S {1, 2} becomes F64S, for TATU_LIST every table with keys 1 to n becomes LIST, for
+ * TATU_MAP every table becomes MAP ({'a'} has the key 1), and {} becomes an empty value of the declared type. */
+typedef struct tatu_value {
+  uint32_t tag;      /* enum tatu_tag */
+  uint32_t reserved; /* 0 */
+  union {
+    int64_t i;
+    double f;
+    uint64_t u;
+    struct {
+      const void *ptr;
+      uint64_t len;
+    } s;
+  } u;
+} tatu_value;
+
+/* One entry of a map. */
+typedef struct tatu_pair {
+  tatu_value key;
+  tatu_value value;
+} tatu_pair;
+
+typedef struct tatu_world tatu_world;     /* a world: opaque */
+typedef struct tatu_session tatu_session; /* a session: opaque */
+
+/* A text literal or NUL-terminated string as tatu_str. */
+static inline tatu_str tatu_text(const char *s) {
+  tatu_str t = {s, 0};
+  while (s && s[t.len]) t.len++;
+  return t;
+}
+
+/* Values. */
+static inline tatu_value tatu_nil(void) { tatu_value v = {TATU_NIL, 0, {0}}; return v; }
+static inline tatu_value tatu_bool(int x) { tatu_value v = {TATU_BOOL, 0, {0}}; v.u.i = x != 0; return v; }
+static inline tatu_value tatu_int(int64_t x) { tatu_value v = {TATU_I64, 0, {0}}; v.u.i = x; return v; }
+static inline tatu_value tatu_float(double x) { tatu_value v = {TATU_F64, 0, {0}}; v.u.f = x; return v; }
+static inline tatu_value tatu_string(const char *s) {
+  tatu_value v = {TATU_TEXT, 0, {0}};
+  tatu_str t = tatu_text(s);
+  v.u.s.ptr = t.ptr;
+  v.u.s.len = t.len;
+  return v;
+}
+static inline tatu_value tatu_span(uint32_t tag, const void *ptr, uint64_t len) {
+  tatu_value v = {0, 0, {0}};
+  v.tag = tag;
+  v.u.s.ptr = ptr;
+  v.u.s.len = len;
+  return v;
+}
+
+/* An object, for a parameter that is one; scripts get its number. */
+static inline tatu_value tatu_handle(tatu_object x) { tatu_value v = {TATU_OBJECT, 0, {0}}; v.u.u = x; return v; }
+/* A list, a map, and one entry of a map. What they point to stays the caller's: see TATU_VALUES and TATU_ENTRIES. */
+static inline tatu_value tatu_list_of(const tatu_value *values, uint64_t n) { return tatu_span(TATU_LIST, values, n); }
+static inline tatu_value tatu_map_of(const tatu_pair *entries, uint64_t n) { return tatu_span(TATU_MAP, entries, n); }
+static inline tatu_pair tatu_entry(const char *key, tatu_value value) {
+  tatu_pair p;
+  p.key = tatu_string(key);
+  p.value = value;
+  return p;
+}
+/* Whether a text is equal to a NUL-terminated string. */
+static inline int tatu_str_is(tatu_str a, const char *b) {
+  uint64_t i;
+  for (i = 0; i < a.len && b[i] && a.ptr[i] == b[i]; i++) {}
+  return i == a.len && !b[i];
+}
+/* A result, or any value, as a number; 0 if it is none. */
+static inline double tatu_to_float(tatu_value v) {
+  return v.tag == TATU_F64 ? v.u.f : v.tag == TATU_I64 ? (double)v.u.i : 0;
+}
+/* The value of a text key of a map; null when there is none, or the value is no map. */
+static inline const tatu_value *tatu_map_get(const tatu_value *map, const char *key) {
+  tatu_str k = tatu_text(key);
+  const tatu_pair *p = map && map->tag == TATU_MAP ? (const tatu_pair *)map->u.s.ptr : 0;
+  uint64_t i, j, n = p ? map->u.s.len : 0;
+  for (i = 0; i < n; i++) {
+    const char *name = (const char *)p[i].key.u.s.ptr;
+    if (p[i].key.tag != TATU_TEXT || p[i].key.u.s.len != k.len) continue;
+    for (j = 0; j < k.len && name[j] == k.ptr[j]; j++) {}
+    if (j == k.len) return &p[i].value;
+  }
+  return 0;
+}
+
+/* ---------------------------------------------------------------- Errors ---------------------------------------- */
+
+typedef int32_t tatu_status; /* 0: done; 1: waiting; negative: one of the errors below */
+enum tatu_status_code {
+  TATU_OK = 0,
+  TATU_WAIT = 1,              /* the command will finish later; see tatu_call_api.wait */
+  TATU_ERR = -1,              /* failed; see the message */
+  TATU_ERR_ARGUMENT = -2,     /* an argument has the wrong type, count, size or range */
+  TATU_ERR_MISSING = -3,      /* no object, field, property or file of that name */
+  TATU_ERR_GONE = -4,         /* it existed, but has been removed or has ended */
+  TATU_ERR_UNSUPPORTED = -5,  /* recognized, but not supported here */
+  TATU_ERR_UNKNOWN = -6,      /* no command of that name */
+  TATU_ERR_SCRIPT = -7,       /* an error raised by a script */
+  TATU_ERR_BUDGET = -8,       /* a script exceeded its instruction limit: it is not called again */
+  TATU_ERR_PANIC = -9,        /* a plugin panicked; the panic was caught */
+  TATU_ERR_BUSY = -10,        /* not possible from within this call */
+  TATU_ERR_SPACE = -11,       /* a buffer is too small; the needed count is returned */
+  TATU_ERR_PHYSICS = -12,     /* the physics engine lost a body */
+  TATU_ERR_MEMORY = -13       /* a script exceeded its memory limit: it may go on with less */
+};
+
+typedef struct tatu_error tatu_error;
+
+/* An error, owned by the host. A plugin writes it only through `say` and `add`, which copy their arguments; the host
+ * adds plugin, instance and call. The other fields are read-only. */
+struct tatu_error {
+  uint32_t size;
+  int32_t code; /* TATU_OK while the error is empty */
+  void *ctx;    /* the host's */
+  /* [any] Sets the error: a negative code and one sentence: what, where, what was expected. Text beyond 16 KiB is cut
+   * off, here and in `add`. */
+  void(TATU_CALL *say)(tatu_error *, tatu_status code, tatu_str text);
+  /* [any] Adds a part: enum tatu_error_part; `line` counts from 1 and is used with TATU_PART_FILE. */
+  void(TATU_CALL *add)(tatu_error *, uint32_t part, tatu_str text, uint64_t line);
+  tatu_str text;      /* what went wrong */
+  tatu_str help;      /* what to do */
+  tatu_str file;      /* where, if in a file or script */
+  tatu_str traceback; /* the script's call stack, innermost first */
+  uint64_t line;      /* in `file`; 0: none */
+};
+enum tatu_error_part { TATU_PART_HELP = 1, TATU_PART_FILE = 2, TATU_PART_TRACEBACK = 3 };
+
+/* Fills an error; returns the code, so that `return tatu_fail(error, TATU_ERR, "...")` reads well. */
+static inline tatu_status tatu_fail(tatu_error *e, tatu_status code, const char *text) {
+  if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
+  return code;
+}
+
+/* The same, with a way out: what to do instead. */
+static inline tatu_status tatu_fail_help(tatu_error *e, tatu_status code, const char *text, const char *help) {
+  if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
+  if (TATU_HAS(e, add)) e->add(e, TATU_PART_HELP, tatu_text(help), 0);
+  return code;
+}
+/* The same, because of a line of a source: in an importer or a language. An empty file name: the source itself. */
+static inline tatu_status tatu_fail_line(tatu_error *e, tatu_status code, const char *text, tatu_str file, uint64_t line) {
+  if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
+  if (TATU_HAS(e, add)) e->add(e, TATU_PART_FILE, file, line);
+  return code;
+}
+/* Passes on the error of another call: what frame.error says of a command or function that was called. */
+static inline tatu_status tatu_fail_as(tatu_error *e, tatu_status code, const tatu_error *why) {
+  if (why == e || !TATU_HAS(e, say)) return code;
+  if (!TATU_HAS(why, code)) return tatu_fail(e, code, "it failed without a reason");
+  e->say(e, code, why->text);
+  if (why->help.len) e->add(e, TATU_PART_HELP, why->help, 0);
+  if (why->file.len) e->add(e, TATU_PART_FILE, why->file, why->line);
+  if (why->traceback.len) e->add(e, TATU_PART_TRACEBACK, why->traceback, 0);
+  return code;
+}
+
+/* ---------------------------------------------------------------- Parameters ------------------------------------ */
+
+enum tatu_param_flag {
+  /* of a sensor or actuator: */
+  TATU_PARAM_REBUILDS = 1, /* a change destroys the instance and creates a new one */
+  TATU_PARAM_READ_ONLY = 2,
+  TATU_PARAM_OPTIONAL = 4, /* of a command: may be omitted or nil; it is then the default, or nil without one */
+  TATU_PARAM_REST = 8,     /* of a command, last parameter only: takes all remaining arguments */
+  TATU_PARAM_ANY = 16      /* any type; `type` is ignored */
+};
+
+/* Declaration of a parameter of an instance, or of a parameter or result of a command. Scene files append the unit to
+ * the key: with unit "m", `range` is written `range_m`; with "rad" it is written in degrees, `_deg`. Values crossing
+ * the ABI are always SI and radians. A parameter of type TATU_OBJECT also accepts a script's handle, and passes it as
+ * an object of generation 0; the service that receives it checks whether the object exists. */
+typedef struct tatu_param {
+  uint32_t size;
+  uint32_t type;       /* TATU_BOOL, I64, F64, TEXT, BYTES, F64S, LIST, MAP, FUNC or OBJECT */
+  uint32_t count;      /* number of array elements; 0: any */
+  uint32_t flags;      /* TATU_PARAM_*, a sum */
+  const char *key;     /* "range" */
+  const char *unit;    /* "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz", "1"; null: none */
+  double lowest;       /* minimum; -HUGE_VAL: none. Both bounds 0: no bounds */
+  double highest;      /* maximum; HUGE_VAL: none */
+  tatu_value fallback; /* the default; nil: required (unless optional) */
+  const char *const *choices; /* allowed texts, null-terminated; null: any */
+  const char *text;    /* one sentence */
+  const struct tatu_param *const *keys; /* of a TATU_MAP: its text keys; null or beyond `size`: any. Entries are checked
+                        * and converted like parameters, missing ones get their default, unknown keys are rejected */
+} tatu_param;
+
+#ifndef __cplusplus
+/* A parameter: type, key, unit (NULL: none), text, and further fields by name:
+ *   TATU_PARAM(TATU_F64S, "goal", "m", "x and y in the world.", .count = 2) */
+#  define TATU_PARAM(Type, Key, Unit, ...) \
+    TATU_TABLE(tatu_param, .type = (Type), .key = (Key), .unit = (Unit), .text = __VA_ARGS__)
+/* One that takes any value. */
+#  define TATU_PARAM_OF_ANY_TYPE(Key, ...) TATU_TABLE(tatu_param, .flags = TATU_PARAM_ANY, .key = (Key), .text = __VA_ARGS__)
+/* A list of them. */
+#  define TATU_PARAMS(...) TATU_LIST_OF(tatu_param, __VA_ARGS__)
+/* Further fields: bounds and defaults. */
+#  define TATU_RANGE(Lowest, Highest) .lowest = (Lowest), .highest = (Highest)
+#  define TATU_AT_LEAST(Lowest) .lowest = (Lowest), .highest = HUGE_VAL
+#  define TATU_DEFAULT_F64(X) .fallback = {.tag = TATU_F64, .u.f = (X)}
+#  define TATU_DEFAULT_I64(X) .fallback = {.tag = TATU_I64, .u.i = (X)}
+#  define TATU_DEFAULT_BOOL(X) .fallback = {.tag = TATU_BOOL, .u.i = (X)}
+#  define TATU_DEFAULT_TEXT(X) .fallback = {.tag = TATU_TEXT, .u.s = {X, sizeof(X) - 1}}
+#endif
+
+/* ---------------------------------------------------------------- Instances ------------------------------------- */
+
+/* Arguments of `create`. */
+typedef struct tatu_instance {
+  uint32_t size;
+  uint32_t n_params;
+  tatu_world *world;        /* null for a service; its properties may be read in `create` */
+  tatu_object owner;        /* sensor, actuator or script object; 0 for a world instance */
+  uint64_t id;              /* of this instance, unique in its world */
+  uint64_t seed;            /* derived from the scene's seed and the owner: the same in every run */
+  const tatu_value *params; /* in the order of declaration, defaults filled in */
+  void *state;              /* the state block: host-owned, zeroed, at a fixed address until destroy; null if it has no bytes */
+  tatu_session *session;    /* of a service: the session that starts it; null for all others */
+} tatu_instance;
+
+/* Receives what `save` writes; provided by the host. */
+typedef struct tatu_writer {
+  uint32_t size;
+  uint32_t reserved;
+  void *ctx;
+  void(TATU_CALL *write)(const struct tatu_writer *, const void *bytes, uint64_t n);
+} tatu_writer;
+
+/* The life cycle of instances. All functions but `create` and `destroy` may be null; so may these two, together, if the
+ * instance is only its state block (not for languages). Stopping and resetting a world recreates its instances, but see
+ * `end_run`. */
+typedef struct tatu_life {
+  uint32_t size;
+  uint32_t state_bytes; /* size of the state block: without pointers; copied by snapshots, zeroed at reset */
+  /* [setup] Creates an instance; `*data` is passed to every later call. */
+  tatu_status(TATU_CALL *create)(void *self, const tatu_instance *, void **data, tatu_error *);
+  /* [setup] Ends it. */
+  void(TATU_CALL *destroy)(void *data);
+  /* [step] Parameters of a live sensor or actuator changed: `params` holds all, `changed` has a bit for each of the
+   * first 64, in the order of declaration. A sensor's `beams` is called next. An error restores the old values and is
+   * reported to whoever set them. Not called for parameters with TATU_PARAM_REBUILDS. Null, or TATU_ERR_UNSUPPORTED
+   * without a message: the instance is recreated. */
+  tatu_status(TATU_CALL *configure)(void *data, const tatu_value *params, uint32_t n, uint64_t changed, tatu_error *);
+  /* [step] Writes what the state block does not hold. TATU_ERR_UNSUPPORTED: not possible now; the message says why.
+   * Null: an instance whose `data` is null has nothing more; any other is reported as missing from the snapshot. */
+  tatu_status(TATU_CALL *save)(void *data, const tatu_writer *, tatu_error *);
+  /* [step] Restores what `save` wrote into an instance made with the same parameters. `version` is the writer's; the
+   * state block has already been restored if it equals the instance's own (else it is zero). After a failure the
+   * instance is recreated. When a file is reloaded, `save` is the old version's and `load` the new one's. */
+  tatu_status(TATU_CALL *load)(void *data, tatu_str bytes, uint32_t version, tatu_error *);
+  uint32_t version; /* of the state block and of what `save` writes; numbered by the plugin */
+  uint32_t reserved;
+  /* [step] Only for what a command plugin keeps per world: the scripts of the run have ended, and the scene is reset
+   * next. Drops what belonged to them, and keeps what belongs to scripts that outlive runs ("script.kind" is neither
+   * "main" nor "child"). Null, or an error: the instance is recreated. */
+  tatu_status(TATU_CALL *end_run)(void *self, void *data, tatu_world *, tatu_error *);
+} tatu_life;
+
+/* Memory for an instance, or for what `init` keeps: zeroed, and stored in `*data`. Null: none left, and the error says
+ * so. tatu_delete frees it, as `destroy` or `shutdown`. */
+static inline void *tatu_new(size_t size, void **data, tatu_error *error) {
+  *data = calloc(1, size);
+  if (!*data) tatu_fail(error, TATU_ERR_SPACE, "out of memory");
+  return *data;
+}
+static inline void TATU_CALL tatu_delete(void *data) { free(data); }
+/* `save` and `load` of instances of which everything follows from their parameters and their state block. */
+static inline tatu_status TATU_CALL tatu_save_nothing(void *data, const tatu_writer *to, tatu_error *error) {
+  (void)data, (void)to, (void)error;
+  return TATU_OK;
+}
+static inline tatu_status TATU_CALL tatu_load_nothing(void *data, tatu_str bytes, uint32_t version, tatu_error *error) {
+  (void)data, (void)version;
+  return bytes.len ? tatu_fail(error, TATU_ERR_UNSUPPORTED, "it saves nothing, and was given something") : TATU_OK;
+}
+
+/* ---------------------------------------------------------------- Plugin and host ------------------------------- */
+
+typedef struct tatu_host tatu_host;
+
+/* The host as plugins see it; valid from `init` to the end of `shutdown`. */
+struct tatu_host {
+  uint32_t size;
+  uint32_t abi_minor; /* of the host */
+  void *ctx;          /* the host's */
+  /* [any] The table of a service ("tatu.host.scene/draft.4"), or null. Valid for the lifetime of the host. */
+  const void *(TATU_CALL *service)(const tatu_host *, const char *id);
+};
+
+/* A service that a plugin requires, or uses if present. `bytes` and `minor` state once how much of the host it uses;
+ * functions within that size need no TATU_HAS before each call. */
+typedef struct tatu_need {
+  uint32_t size;
+  uint32_t optional; /* 0: the plugin is not loaded without it */
+  const char *id;    /* "tatu.host.scene/draft.4"; null: the host itself, by `minor` */
+  uint32_t bytes;    /* minimum size of its table: its sizeof, or TATU_END of the last field used; 0: any */
+  uint32_t minor;    /* minimum abi_minor of the host; 0: any */
+} tatu_need;
+
+/* What the library exports. All strings live as long as the library does. */
+typedef struct tatu_plugin_t {
+  uint32_t size;
+  uint16_t abi_major; /* TATU_ABI_MAJOR */
+  uint16_t abi_minor; /* TATU_ABI_MINOR */
+  const char *id;      /* "org.example.gripper": unique; scenes and messages use it */
+  const char *name;    /* for display */
+  const char *version; /* "1.2.0" */
+  const char *licence; /* SPDX, "MIT" */
+  const tatu_need *const *needs; /* null, or a null-terminated list */
+  /* [setup] Starts the plugin; `*self` (may be null) is passed to every later call. May get services, and call only
+   * their [any] functions. Null: nothing to start. */
+  tatu_status(TATU_CALL *init)(const tatu_host *, void **self, tatu_error *);
+  /* [setup] Ends it, after all its instances have been destroyed. Null: nothing to do. */
+  void(TATU_CALL *shutdown)(void *self);
+  /* [setup] The table of an extension ("tatu.command/draft.4"), or null. Owned by the plugin until shutdown. */
+  const void *(TATU_CALL *extension)(void *self, const char *id);
+} tatu_plugin_t;
+
+extern TATU_EXPORT const tatu_plugin_t tatu_plugin;
+
+/* One extension that a plugin offers, as TATU_PLUGIN lists them. */
+typedef struct tatu_offer {
+  const char *id;    /* TATU_COMMAND, TATU_SENSOR, ... */
+  const void *table; /* its tatu_ext_ table */
+} tatu_offer;
+static inline const void *tatu_find_offer(const tatu_offer *offers, const char *id) {
+  while (offers->id && !tatu_str_is(tatu_text(id), offers->id)) offers++;
+  return offers->table;
+}
+#ifndef __cplusplus
+/* Exports the plugin: what it offers, then the fields of tatu_plugin_t. `size`, version of the ABI and `extension` are
+ * set. One extension is TATU_COMMANDS(...), TATU_SENSORS(...), TATU_ACTUATORS(...), TATU_MODELS(...), TATU_IMPORTERS(...),
+ * TATU_LANGUAGES(...), TATU_SERVICES(...) or TATU_EVENTS(...), each with pointers to tables; several stand in
+ * TATU_OFFERS(...). */
+#  define TATU_PLUGIN(Offers, ...)                                                             \
+    static const tatu_offer tatu_offers[] = {Offers, {NULL, NULL}};                            \
+    static const void *TATU_CALL tatu_extension(void *self, const char *id) {                  \
+      (void)self;                                                                              \
+      return tatu_find_offer(tatu_offers, id);                                                 \
+    }                                                                                          \
+    TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof(tatu_plugin_t),              \
+      .abi_major = TATU_ABI_MAJOR, .abi_minor = TATU_ABI_MINOR, .extension = tatu_extension, __VA_ARGS__}
+#  define TATU_OFFERS(...) __VA_ARGS__
+/* One extension, by its id, the type of its table and fields. */
+#  define TATU_OFFER(Id, Type, ...) {(Id), TATU_TABLE(Type, __VA_ARGS__)}
+/* A need, by the type and id of the service's table: all of it is needed. host.h has one for each service. */
+#  define TATU_NEED(Type, Id) TATU_TABLE(tatu_need, .id = (Id), .bytes = sizeof(Type))
+#  define TATU_NEEDS(...) TATU_LIST_OF(tatu_need, __VA_ARGS__)
+#endif
+
+/* ---------------------------------------------------------------- Readings and contacts ------------------------- */
+
+/* These types are frozen, too. */
+
+/* Element types of a reading's field. */
+enum tatu_elem {
+  TATU_ELEM_F64 = 1,
+  TATU_ELEM_F32 = 2,
+  TATU_ELEM_I32 = 3,
+  TATU_ELEM_U16 = 4,
+  TATU_ELEM_U8 = 5,
+  TATU_ELEM_OBJECT = 6 /* tatu_object */
+};
+
+/* One field of a sensor's last reading: host-owned, valid until that sensor is next measured or removed. */
+typedef struct tatu_field_view {
+  const void *ptr;   /* first element */
+  uint64_t len;      /* elements */
+  uint32_t elem;     /* TATU_ELEM_* */
+  uint32_t dims[3];  /* shape, outermost first; unused ones are 1 */
+  double time;       /* simulation time of the reading, s */
+  uint64_t sequence; /* how often the sensor has been measured; 0: never, or reset since */
+} tatu_field_view;
+
+/* Two shapes in contact. */
+typedef struct tatu_contact {
+  tatu_object shape[2];
+  double point[3];  /* world, m */
+  double normal[3]; /* unit, from shape[0] to shape[1] */
+  double force;     /* N, normal, over the last physics step */
+} tatu_contact;
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,552 @@
+/* tatu/host.h: the services of the host: scene, bodies, readings, commands, signals, events, log, files and more. */
+#ifndef TATU_HOST_H
+#define TATU_HOST_H
+
+#include "command.h"
+#include "sensor.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Every function that takes a world is [step] and may be called from within any [step] call of that world. On failure
+ * it returns a negative status; log.last_error(world) has the message until the next failure. */
+
+/* ---------------------------------------------------------------- Scene ----------------------------------------- */
+
+#define TATU_HOST_SCENE "tatu.host.scene/draft.4"
+
+/* Kinds of objects. */
+enum tatu_kind {
+  TATU_KIND_SHAPE = 0, TATU_KIND_JOINT = 1, TATU_KIND_DUMMY = 2, TATU_KIND_SENSOR = 3, TATU_KIND_ACTUATOR = 4,
+  TATU_KIND_FORCE_SENSOR = 5, TATU_KIND_SCRIPT = 6, TATU_KIND_CAMERA = 7, TATU_KIND_LIGHT = 8, TATU_KIND_GRAPH = 9,
+  TATU_KIND_PATH = 10
+};
+enum tatu_list_flag {
+  TATU_LIST_CHILDREN = 1,   /* direct children only; else the whole tree, breadth first */
+  TATU_LIST_SKIP_BASE = 2   /* without the object itself */
+};
+
+/* Objects and their properties, which docs/reference/properties.md lists. The world itself is object 0. */
+typedef struct tatu_host_scene {
+  uint32_t size;
+  uint32_t reserved;
+  /* [any] Interns a key ("joint.position"); never fails, since the key may be declared later. */
+  tatu_prop(TATU_CALL *prop)(const tatu_host *, const char *key);
+  /* Reads a property. Text and arrays are valid until the current call returns. */
+  tatu_status(TATU_CALL *get)(tatu_world *, tatu_object, tatu_prop, tatu_value *);
+  /* Sets one. Poses and values change at once; bodies are rebuilt at the next stage if the property's row says so. */
+  tatu_status(TATU_CALL *set)(tatu_world *, tatu_object, tatu_prop, const tatu_value *);
+  /* Reads exactly `n` numbers, without allocation: the fast way to read poses and joints. */
+  tatu_status(TATU_CALL *get_f64)(tatu_world *, tatu_object, tatu_prop, double *out, uint32_t n);
+  /* Sets exactly `n` numbers. */
+  tatu_status(TATU_CALL *set_f64)(tatu_world *, tatu_object, tatu_prop, const double *in, uint32_t n);
+  /* The same for `count` objects, `n` numbers each; stops at the first failure. */
+  tatu_status(TATU_CALL *get_f64_many)(tatu_world *, const tatu_object *, uint32_t count, tatu_prop, double *out,
+                                       uint32_t n);
+  tatu_status(TATU_CALL *set_f64_many)(tatu_world *, const tatu_object *, uint32_t count, tatu_prop, const double *in,
+                                       uint32_t n);
+  /* Pose of an object in the frame of another (0: the world; a joint: its moved frame). 7 doubles. */
+  tatu_status(TATU_CALL *pose)(tatu_world *, tatu_object, tatu_object frame, double *pose);
+  /* Places an object; its descendants move along; dynamic bodies are moved in the engine too. */
+  tatu_status(TATU_CALL *set_pose)(tatu_world *, tatu_object, tatu_object frame, const double *pose);
+  /* The full id and the kind (enum tatu_kind) of an object; validates a handle passed by a script. */
+  tatu_status(TATU_CALL *look)(tatu_world *, tatu_object, tatu_object *full, int32_t *kind);
+  /* Finds by path ("/a/b[1]", "./b" and ":/b" from `from`) or by unique name ("b#0"). TATU_ERR_MISSING: not found. */
+  tatu_status(TATU_CALL *find)(tatu_world *, tatu_object from, tatu_str path, tatu_object *);
+  /* Creates an object; it exists at once, and joins physics at the next stage. */
+  tatu_status(TATU_CALL *create)(tatu_world *, const char *kind, tatu_object parent, tatu_str alias, tatu_object *);
+  /* Removes objects: they can no longer be found at once; children go to the parent; instances end at the next stage. */
+  tatu_status(TATU_CALL *remove)(tatu_world *, const tatu_object *, uint32_t n);
+  /* Lists objects below `base` (0: all); `kinds` has bit 1 << TATU_KIND_* for each wanted kind, 0: all. `*n` is the
+   * full count even if `cap` is smaller. */
+  tatu_status(TATU_CALL *list)(tatu_world *, tatu_object base, uint32_t kinds, uint32_t flags, tatu_object *out,
+                               uint32_t cap, uint32_t *n);
+  /* Copies `n` objects, in place: a copy is placed below the copy of its parent, or at the top level if the parent is
+   * not in the list. All get one new suffix. `out` has room for `n`. Sensors, actuators and scripts are copied with
+   * their current parameters and text, and start afresh. */
+  tatu_status(TATU_CALL *copy)(tatu_world *, const tatu_object *objects, uint32_t n, tatu_object *out);
+  /* [step] Loads a scene file, or a file that an importer reads, into the world below `parent` (0: the world):
+   * objects, sensors, actuators and scripts. `file` is a path from `files.resolve`, or the id of a model. `*out` is
+   * the first object. World settings and a main script in the file have no effect. Errors in the file are those of a
+   * start. */
+  tatu_status(TATU_CALL *load)(tatu_world *, tatu_str file, tatu_object parent, tatu_object *out);
+  /* [step] Writes an object and all below it (0: the whole scene) as a scene file, with meshes and scripts in a
+   * folder beside it. `file` is a path from `files.resolve` that ends with ".toml". */
+  tatu_status(TATU_CALL *save)(tatu_world *, tatu_str file, tatu_object base);
+  /* [step] The `index`-th property of an object, from 0 (object 0: of the world), as a map: "key", "type" (as TATU_*
+   * numbers), "count", "unit", "settable", "choices" (a list of texts), "text". Parameters of its device follow its
+   * own properties. Valid until the current call returns. TATU_ERR_MISSING, without a message: past the last. */
+  tatu_status(TATU_CALL *row)(tatu_world *, tatu_object, uint32_t index, tatu_value *);
+  /* [step] The `index`-th model that plugins offer, from 0, as a map: "id" (for `load`), "text". Valid as that of
+   * `row`. TATU_ERR_MISSING, without a message: past the last. */
+  tatu_status(TATU_CALL *model)(tatu_world *, uint32_t index, tatu_value *);
+} tatu_host_scene;
+
+/* ---------------------------------------------------------------- Bodies ---------------------------------------- */
+
+#define TATU_HOST_BODIES "tatu.host.bodies/draft.4"
+
+/* Moving bodies. Mass and inertia are properties ("shape.mass"). */
+typedef struct tatu_host_bodies {
+  uint32_t size;
+  uint32_t reserved;
+  /* Velocity of any object: from the engine for dynamic shapes, else from the last step's motion. 6 doubles. */
+  tatu_status(TATU_CALL *twist)(tatu_world *, tatu_object, double *twist);
+  /* Sets the velocity of a dynamic shape. */
+  tatu_status(TATU_CALL *set_twist)(tatu_world *, tatu_object, const double *twist);
+  /* Applies a force N and a torque N m to a dynamic shape during the next physics step, at its centre of mass, world
+   * frame. Calls add up. Null: none. */
+  tatu_status(TATU_CALL *push)(tatu_world *, tatu_object, const double *force, const double *torque);
+  /* Changes momentum at once: N s and N m s, world frame, at the centre of mass. Null: none. */
+  tatu_status(TATU_CALL *impulse)(tatu_world *, tatu_object, const double *linear, const double *angular);
+  /* Pairs of shapes in contact after the last step, of one shape or (0) of all. `*n` is the full count. */
+  tatu_status(TATU_CALL *contacts)(tatu_world *, tatu_object, tatu_contact *out, uint32_t cap, uint32_t *n);
+  /* The shortest distance from any shape of a list to any of another, at their current poses; `n_b` 0: to any other
+   * shape. Objects that are not shapes are skipped. `limit` > 0: at most this far, m. Fills 6 numbers, both end
+   * points in the world frame, and the two shapes; overlapping solids have distance 0. TATU_ERR_MISSING: none is that
+   * near. */
+  tatu_status(TATU_CALL *closest)(tatu_world *, const tatu_object *a, uint32_t n_a, const tatu_object *b, uint32_t n_b,
+                                  double limit, double *points, tatu_object *pair);
+  /* Whether the engine moves it: 1 for dynamic shapes and for joints between two bodies, once physics has run. */
+  tatu_status(TATU_CALL *is_dynamic)(tatu_world *, tatu_object, uint32_t *yes);
+  /* Friction at the contacts from `contacts`, in the same order: on shape[1], world frame, N, over the last physics
+   * step, 3 numbers each. `cap` and `n` count numbers. */
+  tatu_status(TATU_CALL *frictions)(tatu_world *, tatu_object, double *out, uint32_t cap, uint32_t *n);
+} tatu_host_bodies;
+
+/* ---------------------------------------------------------------- Readings -------------------------------------- */
+
+#define TATU_HOST_READINGS "tatu.host.readings/draft.4"
+
+/* The limits of one measurement. Noise and the plugin's processing are unchanged. */
+typedef struct tatu_look {
+  uint32_t size;
+  uint32_t flags;       /* TATU_BEAMS_NO_FRONT, _NO_BACK, _OCCLUDE, in place of the sensor's own */
+  tatu_object only;     /* detect only this object; 0: all */
+  double far_m;         /* nothing farther from the sensor's origin is detected; infinity: the sensor's range */
+  double max_incidence; /* in place of the sensor's own; pi/2 or more: no limit */
+} tatu_look;
+
+/* What sensors measured. */
+typedef struct tatu_host_readings {
+  uint32_t size;
+  uint32_t reserved;
+  /* One field ("proximity.distance", interned with scene.prop) of a sensor. TATU_ERR_MISSING: it has none. */
+  tatu_status(TATU_CALL *field)(tatu_world *, tatu_object sensor, tatu_prop field, tatu_field_view *);
+  /* Measures with a sensor now, outside its turn. `only`: detect only this object; 0: all. */
+  tatu_status(TATU_CALL *sense_now)(tatu_world *, tatu_object sensor, tatu_object only);
+  /* Discards the reading: its sequence number becomes 0. */
+  tatu_status(TATU_CALL *reset)(tatu_world *, tatu_object sensor);
+  /* Lists the sensors that fill a schema ("proximity/1"). */
+  tatu_status(TATU_CALL *list)(tatu_world *, const char *schema, tatu_object *out, uint32_t cap, uint32_t *n);
+  /* The declaration of the `index`-th field of a sensor, from 0, with its shape for this sensor; its texts are valid
+   * as long as the world. TATU_ERR_MISSING: past the last. */
+  tatu_status(TATU_CALL *describe)(tatu_world *, tatu_object sensor, uint32_t index, tatu_field *);
+  /* As `sense_now`, with limits that replace those of the sensor's parameters for this measurement. */
+  tatu_status(TATU_CALL *look)(tatu_world *, tatu_object sensor, const tatu_look *);
+} tatu_host_readings;
+
+/* ---------------------------------------------------------------- Commands -------------------------------------- */
+
+#define TATU_HOST_COMMANDS "tatu.host.commands/draft.4"
+
+/* All commands of all plugins, callable; ids run from 1 without gaps. */
+typedef struct tatu_host_commands {
+  uint32_t size;
+  uint32_t reserved;
+  /* The id of the command of a name; 0: there is none. `*alias`, if not null: the index of that name among the
+   * command's names. */
+  uint32_t(TATU_CALL *find)(tatu_world *, tatu_str name, uint32_t *alias);
+  /* Whether `name` followed by a dot begins the name of any command or constant: 1 or 0. */
+  uint32_t(TATU_CALL *is_name_space)(tatu_world *, tatu_str name);
+  /* The number of commands. */
+  uint32_t(TATU_CALL *count)(tatu_world *);
+  /* The declaration: the host's own copy, valid as long as the host. Null: no such id. */
+  const tatu_command *(TATU_CALL *describe)(tatu_world *, uint32_t id);
+  /* Calls a command. Fill in of the frame: size, command, alias, args, n_args, results, results_cap, wait_token; the
+   * host fills in the rest. On failure frame->error has the message until the next call. Bytes in the results are
+   * valid until the caller releases to a mark, or its own call returns. */
+  tatu_status(TATU_CALL *call)(tatu_world *, tatu_call *frame);
+  /* Increases when commands are added or removed: look ids up again. */
+  uint64_t(TATU_CALL *generation)(tatu_world *);
+  /* A named constant. TATU_ERR_MISSING: none. */
+  tatu_status(TATU_CALL *constant)(tatu_world *, tatu_str name, tatu_value *);
+  /* The `index`-th prelude of a language, module and text. TATU_ERR_MISSING past the end. */
+  tatu_status(TATU_CALL *prelude)(tatu_world *, const char *language, uint32_t index, tatu_str *module,
+                                  tatu_str *text);
+  /* Marks a position in the world's arena, */
+  uint64_t(TATU_CALL *mark)(tatu_world *);
+  /* allocates in it, */
+  void *(TATU_CALL *alloc)(tatu_world *, uint64_t bytes);
+  /* and releases everything allocated since a mark. */
+  void(TATU_CALL *release)(tatu_world *, uint64_t mark);
+  /* Retains a function of a script beyond the call: `*kept` is valid until it is dropped or its script ends; after
+   * that it need not be dropped. Retaining it twice gives two ids. */
+  tatu_status(TATU_CALL *retain)(tatu_world *, tatu_func, tatu_func *kept);
+  /* Releases a retained function. */
+  void(TATU_CALL *drop)(tatu_world *, tatu_func);
+  /* Calls a script's function; frame as in `call`. TATU_ERR_GONE: its script has ended. */
+  tatu_status(TATU_CALL *call_func)(tatu_world *, tatu_func, tatu_call *frame);
+  /* The name of the `index`-th constant, in the order of their names. TATU_ERR_MISSING past the end. */
+  tatu_status(TATU_CALL *constant_name)(tatu_world *, uint32_t index, tatu_str *name);
+} tatu_host_commands;
+
+/* ---------------------------------------------------------------- Signals --------------------------------------- */
+
+#define TATU_HOST_SIGNALS "tatu.host.signals/draft.4"
+
+/* Named values of the world, one name space per `kind` (a number of the user's choice below 256). */
+typedef struct tatu_host_signals {
+  uint32_t size;
+  uint32_t reserved;
+  /* TATU_ERR_MISSING: not set. Text is valid until the current call returns. */
+  tatu_status(TATU_CALL *get)(tatu_world *, uint32_t kind, tatu_str name, tatu_value *);
+  tatu_status(TATU_CALL *set)(tatu_world *, uint32_t kind, tatu_str name, const tatu_value *);
+  /* Removes one, or all of the kind if `name` is empty; returns the number of signals removed. */
+  uint32_t(TATU_CALL *clear)(tatu_world *, uint32_t kind, tatu_str name);
+  /* The `index`-th name of a kind, in order of names. TATU_ERR_MISSING past the end. */
+  tatu_status(TATU_CALL *name)(tatu_world *, uint32_t kind, uint32_t index, tatu_str *);
+} tatu_host_signals;
+
+/* ---------------------------------------------------------------- Events ---------------------------------------- */
+
+#define TATU_HOST_EVENTS "tatu.host.events/draft.4"
+
+/* Events of a world. An event is a name and a payload, a map. Events are queued in order and delivered to functions
+ * of scripts, in order of subscription, at defined times: before a step, after each of its stages, and when the world
+ * has stopped; to services at their next barrier. Events that handlers publish are appended to the queue, and
+ * delivered at the same time. A handler that fails is reported and no longer called. */
+typedef struct tatu_host_events {
+  uint32_t size;
+  uint32_t reserved;
+  /* Publishes an event. Its name has a dot: those without belong to the host. `payload` is a map, or null: empty. */
+  tatu_status(TATU_CALL *publish)(tatu_world *, tatu_str name, const tatu_value *payload);
+  /* From now on `handler` is called with the payload and the name. It must be a retained reference: see
+   * commands.retain; it is dropped when the subscription ends. `name`: one event, or "*" as in tatu_service.events.
+   * TATU_ERR_MISSING: an undeclared name without a dot. The subscription ends with its script. */
+  tatu_status(TATU_CALL *subscribe)(tatu_world *, tatu_str name, tatu_func handler, uint64_t *id);
+  /* Ends a subscription. TATU_ERR_MISSING: no such id. */
+  tatu_status(TATU_CALL *unsubscribe)(tatu_world *, uint64_t id);
+  /* Whether an event has subscribers: if not, its payload need not be gathered. */
+  uint32_t(TATU_CALL *wanted)(tatu_world *, tatu_str name);
+  /* The `index`-th declared event, name and description. TATU_ERR_MISSING past the end. */
+  tatu_status(TATU_CALL *declared)(tatu_world *, uint32_t index, tatu_str *name, tatu_str *text);
+} tatu_host_events;
+
+/* ---------------------------------------------------------------- Log ------------------------------------------- */
+
+#define TATU_HOST_LOG "tatu.host.log/draft.4"
+
+enum tatu_log_level {
+  TATU_LOG_ERROR = 1, TATU_LOG_WARNING = 2, TATU_LOG_INFO = 3, TATU_LOG_DEBUG = 4,
+  TATU_LOG_STATUS = 5, /* a line of the status bar: output of scripts for the user; recorded in traces */
+  TATU_LOG_CLEAR = 6,  /* clears the status bar */
+  TATU_LOG_CONSOLE = 7,      /* text on a console, unchanged: title, NUL, text; recorded in traces only */
+  TATU_LOG_CONSOLE_CLEAR = 8 /* clears a console: its title; recorded in traces only */
+};
+
+typedef struct tatu_host_log {
+  uint32_t size;
+  uint32_t reserved;
+  /* [any] Writes one line, attributed by the first argument. `world` may be null. */
+  void(TATU_CALL *write)(const tatu_host *, tatu_world *, uint32_t level, tatu_str text);
+  /* [step] The error of the last failed service call; never null. */
+  const tatu_error *(TATU_CALL *last_error)(tatu_world *);
+} tatu_host_log;
+
+/* ---------------------------------------------------------------- Files ----------------------------------------- */
+
+#define TATU_HOST_FILES "tatu.host.files/draft.4"
+
+enum tatu_file_mode {
+  TATU_FILE_READ = 1,
+  TATU_FILE_WRITE = 2,   /* creates or truncates the file */
+  /* for `open` only: */
+  TATU_FILE_APPEND = 4,  /* creates the file, and appends to it; in place of WRITE */
+  TATU_FILE_UPDATE = 8,  /* with WRITE: the file must exist, and is not truncated */
+  TATU_FILE_NEW = 16,    /* with WRITE: the file must not exist */
+  TATU_FILE_FOLDERS = 32 /* with WRITE or APPEND: creates missing folders */
+};
+
+/* Files, within the folders that the run allows. */
+typedef struct tatu_host_files {
+  uint32_t size;
+  uint32_t reserved;
+  /* The path of a file that a script names, if it is in an allowed folder; valid until the current call returns.
+   * Reading: the scene's folder and the working folder. Writing: the working folder. For functions that take such a
+   * path; to read or write the file yourself use `open`. */
+  tatu_status(TATU_CALL *resolve)(tatu_world *, tatu_str name, uint32_t mode, tatu_str *path);
+  /* [step] Opens a regular file below those folders: `mode` is a sum of TATU_FILE_*. The caller owns and closes
+   * `*file`: a file descriptor (POSIX, close-on-exec) or a HANDLE (Windows). The folders are those at the creation of
+   * the world, so a changed working folder, `..` and links do not lead outside. TATU_ERR_MISSING: no such file;
+   * TATU_ERR: a link leads outside, or it is a folder, pipe, socket or device; the message has its path. */
+  tatu_status(TATU_CALL *open)(tatu_world *, tatu_str name, uint32_t mode, int64_t *file);
+} tatu_host_files;
+
+/* ---------------------------------------------------------------- Session --------------------------------------- */
+
+#define TATU_HOST_SESSION "tatu.host.session/draft.4"
+
+enum tatu_request { TATU_REQUEST_STOP = 1, TATU_REQUEST_PAUSE = 2, TATU_REQUEST_START = 3, TATU_REQUEST_QUIT = 4 };
+enum tatu_run_state { TATU_STOPPED = 0, TATU_RUNNING = 1, TATU_PAUSED = 2 };
+
+/* Values of the property `scene.phase`. A stop requested between two passes takes effect after three: an ordinary
+ * one, STOPPING, LAST. A pause takes two: an ordinary one, LAST_BEFORE_PAUSE. Time advances in each. */
+enum tatu_phase {
+  TATU_PHASE_STOPPED = 0,
+  TATU_PHASE_FIRST = 1,
+  TATU_PHASE_RUNNING = 2,
+  TATU_PHASE_LAST_BEFORE_PAUSE = 3,
+  TATU_PHASE_PAUSED = 4,
+  TATU_PHASE_FIRST_AFTER_PAUSE = 5,
+  TATU_PHASE_STOPPING = 6,
+  TATU_PHASE_LAST = 7
+};
+
+/* Worlds and their life cycle. */
+typedef struct tatu_host_session {
+  uint32_t size;
+  uint32_t reserved;
+  /* Requests a change of state, which takes effect after the pass: see TATU_PHASE_*. A start while time stands still
+   * takes effect at once, unless a script requests it. A stop releases all holds. */
+  tatu_status(TATU_CALL *request)(tatu_world *, uint32_t what);
+  /* [any] Wakes a session that waits at its barrier. */
+  void(TATU_CALL *wake)(tatu_session *);
+  /* The session's worlds. `*n` is the full count. */
+  tatu_status(TATU_CALL *worlds)(tatu_session *, tatu_world **out, uint32_t cap, uint32_t *n);
+  /* [step] In a service's barrier: the client on whose behalf the following calls are made, a number of the service's
+   * choice. It is recorded in the input log with the call. */
+  tatu_status(TATU_CALL *client)(tatu_world *, uint64_t client);
+  /* [step] The state of a world: TATU_STOPPED, TATU_RUNNING or TATU_PAUSED. */
+  uint32_t(TATU_CALL *state)(tatu_world *);
+  /* [step] The `index`-th input from outside since the start, from 0, other than calls by services: for a key, for
+   * instance, `kind` is "key" and `text` its character or name. Writers and readers of inputs agree on kinds and
+   * texts. The texts are valid until the current call returns. TATU_ERR_MISSING, without a message: past the last. */
+  tatu_status(TATU_CALL *input)(tatu_world *, uint64_t index, tatu_str *kind, tatu_str *text);
+  /* [step] Adds an input, as if it came from outside: see `input`. The input log records this call. */
+  tatu_status(TATU_CALL *put_in)(tatu_world *, tatu_str kind, tatu_str text);
+  /* [step] Requests that the program open another scene, once this world has stopped. `file` is a path from
+   * `files.resolve`; empty: reopen this scene from its file. TATU_ERR_UNSUPPORTED: the program runs one scene only.
+   * If the file cannot be opened, the call fails with the reason, and this world continues. A start requested
+   * afterwards is that of the new scene. */
+  tatu_status(TATU_CALL *open)(tatu_world *, tatu_str file);
+  /* [step] For plugins that read something outside during a step, a socket or a clock: the result is an input of the
+   * run. Call this first: in a replay it returns what the log has at this point, of this kind, and nothing outside
+   * must be accessed. TATU_ERR_MISSING, without a message: this is not a replay; read it, and pass it to `observe`.
+   * TATU_ERR_GONE: the log has no more. The text is valid until the current call returns. */
+  tatu_status(TATU_CALL *observed)(tatu_world *, tatu_str kind, tatu_str *text);
+  /* [step] Records the result in the input log. */
+  tatu_status(TATU_CALL *observe)(tatu_world *, tatu_str kind, tatu_str text);
+  /* [step] Not 0: the run is to end. Poll this every 50 ms while waiting for something outside, and give up then; a
+   * call that polls is not taken for one that never returns. */
+  uint32_t(TATU_CALL *interrupted)(tatu_world *);
+  /* [step] In a call of a service: a function of a client, as an argument for commands (TATU_FUNC). It can be
+   * retained like one of a script; a call of it is passed to tatu_service.call_func with `local`, a number of the
+   * service's choice. */
+  tatu_status(TATU_CALL *function)(tatu_world *, uint32_t local, tatu_func *func);
+} tatu_host_session;
+
+/* ---------------------------------------------------------------- Stages ---------------------------------------- */
+
+#define TATU_HOST_STAGE "tatu.host.stage/draft.4"
+
+enum tatu_stage { TATU_STAGE_ACTUATE = 1, TATU_STAGE_PHYSICS = 2, TATU_STAGE_SENSE = 3, TATU_STAGE_REACT = 4, TATU_STAGE_CLEAN = 5 };
+
+/* For drivers: a script of kind "main", or a plugin that it calls, runs the stages of a step itself: not at all, once
+ * or several times. At the end of the step, time advances by the sum of the physics stages. */
+typedef struct tatu_host_stage {
+  uint32_t size;
+  uint32_t reserved;
+  /* Runs one stage now; fails within itself, with the chain of calls. TATU_STAGE_CLEAN lets scripts of the run clean
+   * up, each once; it has an effect only in the last pass. */
+  tatu_status(TATU_CALL *run)(tatu_world *, uint32_t stage, double dt);
+} tatu_host_stage;
+
+/* ---------------------------------------------------------------- Scripts --------------------------------------- */
+
+#define TATU_HOST_SCRIPTS "tatu.host.scripts/draft.4"
+
+/* Scripts of the world. A script is an object of kind script that belongs to an object. */
+typedef struct tatu_host_scripts {
+  uint32_t size;
+  uint32_t reserved;
+  /* The scripts of an object; 0: of all. `*n` is the full count. */
+  tatu_status(TATU_CALL *list)(tatu_world *, tatu_object owner, tatu_object *out, uint32_t cap, uint32_t *n);
+  /* Calls a function of a script by its own name. */
+  tatu_status(TATU_CALL *call)(tatu_world *, tatu_object script, tatu_str function, tatu_call *frame);
+  /* Calls a callback in all scripts that have it, except in `except`; results are discarded. */
+  tatu_status(TATU_CALL *broadcast)(tatu_world *, tatu_str callback, const tatu_value *args, uint32_t n_args,
+                                    tatu_object except);
+  /* The options of a script that was started from outside: a map of texts, empty for all others. Valid until the
+   * current call returns. */
+  tatu_status(TATU_CALL *options)(tatu_world *, tatu_object script, tatu_value *);
+  /* Adds a script to an object of a live world. `language` by its id; `dialect` may be empty; `kind` is "child",
+   * "threaded" or "customization". During a run it starts in the next stage, after all others. A stop removes scripts
+   * added since the start. */
+  tatu_status(TATU_CALL *add)(tatu_world *, tatu_object owner, tatu_str language, tatu_str dialect, tatu_str kind,
+                              tatu_str name, tatu_str text, tatu_object *out);
+  /* Calls the child scripts of all objects below one, in order and with these arguments, for a stage that is running
+   * now: those that have not been called in it yet. The stage does not call them again. `stage`: TATU_STAGE_ACTUATE
+   * or TATU_STAGE_REACT; if it is not running, none is called. `*n`: the number of scripts called. */
+  tatu_status(TATU_CALL *call_below)(tatu_world *, tatu_object above, uint32_t stage, const tatu_value *args,
+                                     uint32_t n_args, uint32_t *n);
+  /* [step] The text of a script, as bytes. Valid until the current call returns. */
+  tatu_status(TATU_CALL *text)(tatu_world *, tatu_object script, tatu_value *);
+  /* [step] Replaces the text of a script: its numbers, texts and tables are kept where the new text has them. Fails,
+   * without any change, if the text cannot be loaded. Not while the script itself runs. */
+  tatu_status(TATU_CALL *change)(tatu_world *, tatu_object script, tatu_str text);
+} tatu_host_scripts;
+
+/* ---------------------------------------------------------------- Figures --------------------------------------- */
+
+#define TATU_HOST_FIGURES "tatu.host.figures/draft.4"
+
+enum tatu_figure {
+  TATU_FIGURE_STREAM = 1,  /* of a graph: a number over time. Keys: name, unit, color, of, data, transform, factor, offset, window, hidden */
+  TATU_FIGURE_CURVE = 2,   /* of a graph: one stream over another. Keys: name, unit, color, x, y, z (a stream's name or a number) */
+  TATU_FIGURE_COPY = 3,    /* of a graph: a fixed copy of a curve. Keys: name, curve (its number) */
+  TATU_FIGURE_DRAWING = 4  /* of the world: items in space. Keys: form, size, color, parent, capacity, cyclic, tolerance, persistent, extra */
+};
+
+/* Figures: streams and curves of graphs (objects of kind graph), and drawings, whose `graph` is 0. They are numbered
+ * from 1 in their graph or among the drawings; keys are maps as in scene files, SI units and radians. They have no
+ * effect on objects. Graphs are cleared when a run starts, and keep their data when it stops. */
+typedef struct tatu_host_figures {
+  uint32_t size;
+  uint32_t reserved;
+  /* Adds one: enum tatu_figure, and a map of its keys. */
+  tatu_status(TATU_CALL *add)(tatu_world *, tatu_object graph, uint32_t what, const tatu_value *keys, int64_t *id);
+  /* Changes keys of a stream (a map), or removes a stream, curve or drawing (null). TATU_ERR_MISSING: it does not
+   * exist. */
+  tatu_status(TATU_CALL *change)(tatu_world *, tatu_object graph, int64_t id, const tatu_value *keys);
+  /* Appends the next sample to a stream (`n` is 1), or adds items to a drawing: numbers in the world frame, "stride"
+   * of them per item. `n` 0 clears a drawing or, with `id` 0, a whole graph. `*taken`: the number of samples or items
+   * accepted. */
+  tatu_status(TATU_CALL *put)(tatu_world *, tatu_object graph, int64_t id, const double *numbers, uint64_t n,
+                              uint64_t *taken);
+  /* Makes a graph sample all its streams, at this time in s. `graph` 0: all graphs that record by themselves. */
+  tatu_status(TATU_CALL *record)(tatu_world *, tatu_object graph, double time);
+  /* The numbers of all of one sort (TATU_FIGURE_STREAM, _CURVE or _DRAWING), in order of creation. `*n` is the full
+   * count. */
+  tatu_status(TATU_CALL *list)(tatu_world *, tatu_object graph, uint32_t what, int64_t *out, uint32_t cap, uint32_t *n);
+  /* One as a map: its keys and "figure" (TATU_FIGURE_*); with `numbers` not 0 also its data, as arrays of double:
+   * "times" and "values" of a stream (NaN: missing), "points" of a curve with "dims" coordinates each, "items" of a
+   * drawing with "stride" numbers each. Valid until the current call returns. */
+  tatu_status(TATU_CALL *get)(tatu_world *, tatu_object graph, int64_t id, uint32_t numbers, tatu_value *);
+  /* [step] The `index`-th visible part of a shape, from 0, as a map: "form" (box, sphere, cylinder, capsule, plane,
+   * mesh), "size" (full extents, m; none for a plane), "pose" (7 numbers, in the shape), "color", and for a mesh
+   * "points" (x y z) and "triangles" (three point indices) in the part's frame. Valid until the current call returns.
+   * TATU_ERR_MISSING, without a message: past the last. */
+  tatu_status(TATU_CALL *part)(tatu_world *, tatu_object shape, uint32_t index, tatu_value *);
+} tatu_host_figures;
+
+/* ---------------------------------------------------------------- Using them ------------------------------------ */
+
+#ifndef __cplusplus
+/* What a plugin cannot do without: .needs = TATU_NEEDS(TATU_NEED_SCENE, TATU_NEED_LOG). Nothing in these tables has to be
+ * asked for by TATU_HAS; in exchange the plugin wants a host at least as new as the header. */
+#  define TATU_NEED_SCENE TATU_NEED(tatu_host_scene, TATU_HOST_SCENE)
+#  define TATU_NEED_BODIES TATU_NEED(tatu_host_bodies, TATU_HOST_BODIES)
+#  define TATU_NEED_READINGS TATU_NEED(tatu_host_readings, TATU_HOST_READINGS)
+#  define TATU_NEED_COMMANDS TATU_NEED(tatu_host_commands, TATU_HOST_COMMANDS)
+#  define TATU_NEED_SIGNALS TATU_NEED(tatu_host_signals, TATU_HOST_SIGNALS)
+#  define TATU_NEED_EVENTS TATU_NEED(tatu_host_events, TATU_HOST_EVENTS)
+#  define TATU_NEED_LOG TATU_NEED(tatu_host_log, TATU_HOST_LOG)
+#  define TATU_NEED_FILES TATU_NEED(tatu_host_files, TATU_HOST_FILES)
+#  define TATU_NEED_SESSION TATU_NEED(tatu_host_session, TATU_HOST_SESSION)
+#  define TATU_NEED_STAGE TATU_NEED(tatu_host_stage, TATU_HOST_STAGE)
+#  define TATU_NEED_SCRIPTS TATU_NEED(tatu_host_scripts, TATU_HOST_SCRIPTS)
+#  define TATU_NEED_FIGURES TATU_NEED(tatu_host_figures, TATU_HOST_FIGURES)
+#endif
+
+/* The tables of the host; those that it lacks and no need names are null. */
+typedef struct tatu_host_api {
+  const tatu_host *host;
+  const tatu_host_scene *scene;
+  const tatu_host_bodies *bodies;
+  const tatu_host_readings *readings;
+  const tatu_host_commands *commands;
+  const tatu_host_signals *signals;
+  const tatu_host_events *events;
+  const tatu_host_log *log;
+  const tatu_host_files *files;
+  const tatu_host_session *session;
+  const tatu_host_stage *stage;
+  const tatu_host_scripts *scripts;
+  const tatu_host_figures *figures;
+} tatu_host_api;
+
+/* Gets them, in `init`. */
+static inline tatu_host_api tatu_host_api_of(const tatu_host *host) {
+  tatu_host_api api;
+  api.host = host;
+  api.scene = (const tatu_host_scene *)host->service(host, TATU_HOST_SCENE);
+  api.bodies = (const tatu_host_bodies *)host->service(host, TATU_HOST_BODIES);
+  api.readings = (const tatu_host_readings *)host->service(host, TATU_HOST_READINGS);
+  api.commands = (const tatu_host_commands *)host->service(host, TATU_HOST_COMMANDS);
+  api.signals = (const tatu_host_signals *)host->service(host, TATU_HOST_SIGNALS);
+  api.events = (const tatu_host_events *)host->service(host, TATU_HOST_EVENTS);
+  api.log = (const tatu_host_log *)host->service(host, TATU_HOST_LOG);
+  api.files = (const tatu_host_files *)host->service(host, TATU_HOST_FILES);
+  api.session = (const tatu_host_session *)host->service(host, TATU_HOST_SESSION);
+  api.stage = (const tatu_host_stage *)host->service(host, TATU_HOST_STAGE);
+  api.scripts = (const tatu_host_scripts *)host->service(host, TATU_HOST_SCRIPTS);
+  api.figures = (const tatu_host_figures *)host->service(host, TATU_HOST_FIGURES);
+  return api;
+}
+/* `init` of a plugin that keeps nothing else: its `self` is a `const tatu_host_api *`. Its `shutdown` is tatu_delete. */
+static inline tatu_status TATU_CALL tatu_init_host_api(const tatu_host *host, void **self, tatu_error *error) {
+  tatu_host_api *api = (tatu_host_api *)tatu_new(sizeof *api, self, error);
+  if (api) *api = tatu_host_api_of(host);
+  return api ? TATU_OK : TATU_ERR_SPACE;
+}
+
+/* Simulation time of a world, s. Requires the scene. */
+static inline double tatu_time(const tatu_host_api *api, tatu_world *world) {
+  double time = 0;
+  api->scene->get_f64(world, 0, api->scene->prop(api->host, "scene.time"), &time, 1);
+  return time;
+}
+/* Writes a line to the log. Requires the log. */
+static inline void tatu_log(const tatu_host_api *api, tatu_world *world, uint32_t level, const char *text) {
+  api->log->write(api->host, world, level, tatu_text(text));
+}
+/* Whether there was room for all of them: see TATU_NO_ROOM. */
+static inline int tatu_all_made(const tatu_value *values, uint32_t n) {
+  while (n && values[n - 1].tag != TATU_NO_ROOM) n--;
+  return n == 0;
+}
+/* Calls a function of a script with arguments (TATU_VALUES): `*result` is the first thing that it returned, or nil. If it
+ * fails, so does this, with its error. Requires the commands. */
+static inline tatu_status tatu_call_func(const tatu_host_api *api, tatu_world *world, tatu_error *error, tatu_func func,
+                                         const tatu_value *args, uint32_t n_args, tatu_value *result) {
+  tatu_value results[16];
+  tatu_call frame = tatu_frame(args, n_args, results, 16);
+  tatu_status status;
+  *result = tatu_nil();
+  if (!tatu_all_made(args, n_args)) return tatu_fail(error, TATU_ERR_SPACE, "no room for the arguments");
+  status = api->commands->call_func(world, func, &frame);
+  if (status >= 0 && frame.n_results) *result = results[0];
+  return status < 0 ? tatu_fail_as(error, status, frame.error) : status;
+}
+/* Calls a command by its name, likewise. */
+static inline tatu_status tatu_call_command(const tatu_host_api *api, tatu_world *world, tatu_error *error,
+                                            const char *name, const tatu_value *args, uint32_t n_args,
+                                            tatu_value *result) {
+  tatu_value results[16];
+  tatu_call frame = tatu_frame(args, n_args, results, 16);
+  tatu_status status;
+  *result = tatu_nil();
+  if (!tatu_all_made(args, n_args)) return tatu_fail(error, TATU_ERR_SPACE, "no room for the arguments");
+  frame.command = api->commands->find(world, tatu_text(name), &frame.alias);
+  if (!frame.command) return tatu_fail_help(error, TATU_ERR_UNKNOWN, "no plugin offers a command that it calls", name);
+  status = api->commands->call(world, &frame);
+  if (status >= 0 && frame.n_results) *result = results[0];
+  return status < 0 ? tatu_fail_as(error, status, frame.error) : status;
+}
+
+#ifdef __cplusplus
+}
+#endif
+#endif

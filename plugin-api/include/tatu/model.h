@@ -1,0 +1,120 @@
+/* tatu/model.h: models, and the builder that writes their objects. */
+#ifndef TATU_MODEL_H
+#define TATU_MODEL_H
+
+#include "core.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---------------------------------------------------------------- Builder --------------------------------------- */
+
+enum tatu_report {
+  TATU_REPORT_NOTE = 0,
+  TATU_REPORT_WARNING = 1, /* the scene works, but not as the source says */
+  TATU_REPORT_ERROR = 2,   /* the build fails */
+  TATU_REPORT_LACK = 3     /* a part that cannot run here: the scene starts without it, and each run reports a fault;
+                              hosts that do not know this value show it as a note */
+};
+
+/* Writes a document, the description of a scene by a scene file, a model or an importer. Nothing in it is live yet. */
+typedef struct tatu_builder {
+  uint32_t size;
+  uint32_t reserved;
+  void *ctx;
+  /* [setup] Adds an object of a kind ("shape", "joint", "dummy", "sensor", ...) below `parent` (0: the top of what is
+   * being built). Returns its number, from 1; 0: rejected, see the error of the build. */
+  uint32_t(TATU_CALL *object)(const struct tatu_builder *, const char *kind, uint32_t parent, tatu_str alias);
+  /* [setup] Sets a property by key, with or without the kind's prefix ("mass", "position", "color"). SI units.
+   * Object 0 with a key that begins with "scene." sets a parameter of the world ("scene.dt", "scene.gravity") or its
+   * free data ("scene.data"); this takes effect only if an importer's file is opened as the scene. The same holds for
+   * "object.name", the unique name ("arm#0"), with the object's alias before the `#`. */
+  tatu_status(TATU_CALL *set)(const struct tatu_builder *, uint32_t object, const char *key, const tatu_value *);
+  /* [setup] Adds a triangle mesh, `n_points` * 3 doubles and `n_triangles` * 3 indices; returns its number, for the
+   * property "mesh" of shapes; 0: rejected. Equal meshes are stored once. */
+  uint64_t(TATU_CALL *mesh)(const struct tatu_builder *, const double *points, uint64_t n_points,
+                            const uint32_t *triangles, uint64_t n_triangles);
+  /* [setup] Adds an image, 4 bytes per pixel, top row first; returns its number; 0: rejected. */
+  uint64_t(TATU_CALL *image)(const struct tatu_builder *, const uint8_t *rgba, uint32_t width, uint32_t height);
+  /* [setup] Adds a script to an object. `language` may be null: by suffix; `dialect` may be null: from the text. `kind`:
+   * "child", "threaded", "customization" or "main" (a scene's driver; ignored in models and in imports that are not
+   * the scene itself). Returns its number; 0: rejected. */
+  uint32_t(TATU_CALL *script)(const struct tatu_builder *, uint32_t owner, const char *language, const char *dialect,
+                              const char *kind, tatu_str name, tatu_str text);
+  /* [setup] Gives an object of kind "sensor" or "actuator" its device: a kind ("proximity"), or a schema that the kind
+   * must fill ("proximity/1"). Its parameters are then set like properties. */
+  tatu_status(TATU_CALL *device)(const struct tatu_builder *, uint32_t object, const char *kind_or_schema);
+  /* [setup] Reports something about the source: enum tatu_report; shown with the file name. */
+  void(TATU_CALL *report)(const struct tatu_builder *, uint32_t severity, uint32_t object, tatu_str text);
+  /* [setup] Reads a file, named relative to the folder of the source; the bytes live as long as the build. An
+   * importer's source is its file, a model's is the scene. TATU_ERR_MISSING: no such file; the build can go on. Names
+   * may contain `..` within the folders of the source, of the scene and (importers) of the run; leaving these fails
+   * the build. */
+  tatu_status(TATU_CALL *file)(const struct tatu_builder *, tatu_str relative, tatu_str *bytes);
+  /* [setup] Describes the source for `tatu check FILE --json`: a map with text keys, which the importer's documentation
+   * explains. Null or absent: nobody asks, so the importer need not gather it. */
+  tatu_status(TATU_CALL *describe)(const struct tatu_builder *, const tatu_value *map);
+} tatu_builder;
+
+/* Writes a document, and remembers the first refusal of the builder: after one, nothing more is done, and `status` is
+ * what `build` or `load` returns. The builder has then said why. */
+typedef struct tatu_build {
+  const tatu_builder *to;
+  tatu_status status;
+} tatu_build;
+
+static inline tatu_build tatu_build_with(const tatu_builder *to) {
+  tatu_build b;
+  b.to = to;
+  b.status = TATU_OK;
+  return b;
+}
+static inline uint32_t tatu_build_object(tatu_build *b, const char *kind, uint32_t parent, const char *alias) {
+  uint32_t object = b->status < 0 ? 0 : b->to->object(b->to, kind, parent, tatu_text(alias));
+  if (!object && b->status >= 0) b->status = TATU_ERR;
+  return object;
+}
+static inline void tatu_build_set(tatu_build *b, uint32_t object, const char *key, tatu_value value) {
+  if (b->status >= 0) b->status = b->to->set(b->to, object, key, &value);
+}
+/* Three numbers: a position, a size, angles, a colour. */
+static inline void tatu_build_set3(tatu_build *b, uint32_t object, const char *key, double x, double y, double z) {
+  double numbers[3];
+  numbers[0] = x, numbers[1] = y, numbers[2] = z;
+  tatu_build_set(b, object, key, tatu_span(TATU_F64S, numbers, 3));
+}
+
+/* ---------------------------------------------------------------- Models ---------------------------------------- */
+
+#define TATU_MODEL "tatu.model/draft.4"
+
+/* A model: a function from parameters to objects. Object 1 of the build is the model's base. */
+typedef struct tatu_model {
+  uint32_t size;
+  uint32_t flags;                  /* 0 */
+  const char *id;                  /* "pioneer_p3dx": what scenes write */
+  const char *text;
+  const tatu_param *const *params;
+  const char *const *slots;        /* aliases of objects to which others may be attached; null: none */
+  /* [setup] Builds it, with the base placed so that the model stands on the floor z = 0. A model on wheels describes its
+   * drive in the property "object.drive" of its base. */
+  tatu_status(TATU_CALL *build)(void *self, const tatu_builder *, const tatu_value *params, tatu_error *);
+  const char *category;            /* heading in lists: "mobile robots", "arms", "furniture"; null: none */
+} tatu_model;
+
+typedef struct tatu_ext_model {
+  uint32_t size;
+  uint32_t reserved;
+  const tatu_model *const *models;
+} tatu_ext_model;
+
+#ifndef __cplusplus
+/* Models of a plugin, for TATU_PLUGIN: pointers to tatu_model. */
+#  define TATU_MODELS(...) TATU_OFFER(TATU_MODEL, tatu_ext_model, .models = TATU_LIST_OF(tatu_model, __VA_ARGS__))
+#endif
+
+#ifdef __cplusplus
+}
+#endif
+#endif

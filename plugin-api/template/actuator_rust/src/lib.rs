@@ -1,0 +1,71 @@
+//! my_plugin: a kind of actuator in Rust. A propeller: it pushes along its +z axis with a force that follows the command
+//! `force` with a lag.
+//!
+//! Build: `tatu plugin build`. Run the demo: `tatu plugin run`. The manual: `cargo doc -p tatu-plugin-api --open`.
+#![forbid(unsafe_code)]
+
+use tatu_plugin_api::{safe::*, tatu_plugin};
+
+/// The plugin; what all its actuators share would stand here.
+struct MyPlugin;
+
+impl Plugin for MyPlugin {
+    fn start(_: &Host) -> Result<Self> {
+        Ok(MyPlugin)
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.actuator::<Propeller>();
+    }
+}
+
+/// One propeller of a scene.
+struct Propeller {
+    max_force: f64,
+    lag: f64,
+}
+
+impl Actuator for Propeller {
+    type Plugin = MyPlugin;
+
+    const ID: &'static str = "my_plugin";
+    const TEXT: &'static str = "Pushes along its +z axis, with a lag.";
+    /// What it keeps from step to step: the force as it is now, N. The host saves it, and zeroes it at a reset.
+    const STATE: usize = 1;
+
+    fn params() -> Vec<Param> {
+        let positive = |key| Param::float(key).range(0.0, f64::INFINITY);
+        vec![
+            positive("max_force").unit("N").default(10.0).text("Greatest force, forwards and backwards."),
+            positive("lag").unit("s").default(0.2).text("Time in which 63 % of a change is reached."),
+        ]
+    }
+    fn commands() -> Vec<Param> {
+        vec![Param::float("force").unit("N").default(0.0).text("Wanted force along +z.")]
+    }
+
+    fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
+        Ok(Propeller { max_force: params.f64("max_force")?, lag: params.f64("lag")? })
+    }
+    fn configure(&mut self, params: &Params<'_>, _: u64) -> Result<Change> {
+        (self.max_force, self.lag) = (params.f64("max_force")?, params.f64("lag")?);
+        Ok(Change::Taken)
+    }
+
+    /// On any thread: it uses its arguments, and nothing else.
+    fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result {
+        let wanted = drive.commands()[0].clamp(-self.max_force, self.max_force);
+        let (now, x) = (out.state[0], drive.dt() / self.lag);
+        // The mean of the force during the step, so that its impulse does not depend on how long steps are.
+        let (end, mean) = match x.is_finite() && x > 0.0 {
+            true => (now + (wanted - now) * -(-x).exp_m1(), wanted + (now - wanted) * -(-x).exp_m1() / x),
+            false => (wanted, wanted),
+        };
+        out.state[0] = end;
+        out.force = drive.to_world([0.0, 0.0, mean]);
+        Ok(())
+    }
+}
+
+tatu_plugin! {
+    plugin: MyPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
+}

@@ -1,0 +1,23 @@
+-- Checks my_plugin: a puck at 1 m/s has travelled as many metres as seconds have passed.
+function sysCall_init()
+    puck = sim.getObject('/puck')
+    assert(my_plugin.travelled(puck) == 0, 'the first call starts at 0')
+    asked = 0
+end
+
+function sysCall_sensing()
+    asked = asked + 1
+    local metres, seconds = my_plugin.travelled(puck), sim.getSimulationTime() + sim.getSimulationTimeStep()
+    assert(math.abs(metres - seconds) < 0.01, 'after ' .. seconds .. ' s it tells ' .. metres .. ' m')
+    if asked == 40 then
+        my_plugin.reset()
+        assert(my_plugin.travelled(puck) == 0, 'reset() has not reset it')
+        print('my_plugin works: the puck came ' .. metres .. ' m far')
+        sim.stopSimulation()
+        sysCall_sensing = nil
+    end
+end
+
+function sysCall_cleanup()
+    assert(asked == 40, 'the run was too short for the check: 40 steps are needed')
+end

@@ -1,0 +1,66 @@
+// my_plugin: commands for scripts, in C++.
+//   metres = my_plugin.travelled(object)   how far an object has moved since the first call for it
+//   my_plugin.reset()                      forgets all objects
+//
+// Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h, tatu/plugin.hpp
+#include "tatu/plugin.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace {
+
+// What each world keeps: plain numbers, no pointers. The host saves it in snapshots and zeroes it when a run starts again.
+struct state {
+  struct track {
+    tatu_object object; // 0: this place is free
+    double at[3];       // where it was at the last call, m
+    double metres;      // how far it had come until then
+  } tracks[64];
+};
+
+// The host has checked the arguments: they have the types that are declared below. What is thrown becomes an error.
+void travelled(tatu::call &c) {
+  tatu_object object;
+  double pose[7];
+  tatu::check(c.host().scene->look(c.world(), c.object(0), &object, nullptr));
+  tatu::check(c.host().scene->pose(c.world(), object, 0, pose));
+
+  auto &tracks = c.state<state>().tracks;
+  auto it = std::find_if(std::begin(tracks), std::end(tracks),
+                         [&](const state::track &t) { return t.object == object || !t.object; });
+  if (it == std::end(tracks))
+    throw tatu::failure(TATU_ERR_SPACE, "it follows at most 64 objects", "call my_plugin.reset() first");
+  if (it->object) it->metres += std::hypot(pose[0] - it->at[0], pose[1] - it->at[1], pose[2] - it->at[2]);
+  it->object = object;
+  std::copy_n(pose, 3, it->at);
+  c.give(it->metres);
+}
+
+void reset(tatu::call &c) { c.state<state>() = {}; }
+
+// The plugin: what it offers and needs. One for all worlds and their threads, so nothing in it changes.
+struct my_plugin : tatu::plugin {
+  static constexpr const tatu_need *needs[] = {&tatu::need_scene, nullptr};
+
+  explicit my_plugin(const tatu_host *h) : plugin(h) {
+    keep_per_world<state>();
+    offer(tatu::command("my_plugin.travelled", travelled)
+            .takes({TATU_OBJECT, "object", nullptr, "The object."})
+            .gives({TATU_F64, "metres", "m", "How far it has moved since the first call for it."})
+            .text("Tells how far an object has moved.")
+            .subject("my_plugin")
+            .example("local box = sim.createDummy(0.1)\n"
+                     "my_plugin.travelled(box)\n"
+                     "sim.setObjectPosition(box, sim.handle_world, {3, 4, 0})\n"
+                     "assert(math.abs(my_plugin.travelled(box) - 5) < 1e-9)"));
+    offer(tatu::command("my_plugin.reset", reset)
+            .text("Forgets all objects.")
+            .subject("my_plugin")
+            .example("my_plugin.reset()"));
+  }
+};
+
+} // namespace
+
+TATU_CPP_PLUGIN(my_plugin, "org.example.my_plugin", "my_plugin", "0.1.0", "MIT");

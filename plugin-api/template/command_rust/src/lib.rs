@@ -1,0 +1,101 @@
+//! my_plugin: commands for scripts, in Rust.
+//!
+//! - `metres = my_plugin.travelled(object)`: how far an object has moved since the first call for it
+//! - `my_plugin.reset()`: forgets all objects
+//!
+//! Build: `tatu plugin build`. Run the demo: `tatu plugin run`. The manual: `cargo doc -p tatu-plugin-api --open`.
+#![forbid(unsafe_code)]
+
+use std::{cell::RefCell, collections::BTreeMap};
+
+use tatu_plugin_api::{abi::tatu_object, safe::*, tatu_plugin};
+
+/// The plugin: one for all worlds and their threads, so nothing in it changes.
+struct MyPlugin;
+
+/// How far an object has come, and where it was at the last call.
+struct Track {
+    at: [f64; 3],
+    metres: f64,
+}
+
+/// What each world keeps.
+#[derive(Default)]
+struct Tracks(RefCell<BTreeMap<tatu_object, Track>>);
+
+impl Plugin for MyPlugin {
+    fn start(_: &Host) -> Result<Self> {
+        Ok(MyPlugin)
+    }
+
+    fn offer(offer: &mut Offer<Self>) {
+        offer.per_world();
+        // The host has checked the arguments: they have the types that are declared here.
+        offer.command(
+            Command::<Self>::new("my_plugin.travelled", |c| {
+                let object = c.world().look(c.arg(0).as_object().unwrap_or_default())?.id;
+                let [x, y, z, ..] = c.world().pose(object, 0)?;
+                let mut tracks = c.instance().0.borrow_mut();
+                let track = tracks.entry(object).or_insert(Track { at: [x, y, z], metres: 0.0 });
+                track.metres += (x - track.at[0]).hypot(y - track.at[1]).hypot(z - track.at[2]);
+                track.at = [x, y, z];
+                c.ret(track.metres);
+                Ok(())
+            })
+            .param(Param::object("object").text("The object."))
+            .returns(Param::float("metres").unit("m").text("How far it has moved since the first call for it."))
+            .text("Tells how far an object has moved.")
+            .subject("my_plugin")
+            .example(
+                "local box = sim.createDummy(0.1)
+my_plugin.travelled(box)
+sim.setObjectPosition(box, sim.handle_world, {3, 4, 0})
+assert(math.abs(my_plugin.travelled(box) - 5) < 1e-9)",
+            ),
+        );
+        offer.command(
+            Command::<Self>::new("my_plugin.reset", |c| {
+                c.instance().0.borrow_mut().clear();
+                Ok(())
+            })
+            .text("Forgets all objects.")
+            .subject("my_plugin")
+            .example("my_plugin.reset()"),
+        );
+    }
+}
+
+impl PerWorld for MyPlugin {
+    type World = Tracks;
+
+    fn world(&self, _: &World<'_>) -> Result<Tracks> {
+        Ok(Tracks::default())
+    }
+
+    // A snapshot holds the tracks: for each the object, where it was, and the metres.
+    const STATE_VERSION: u32 = 1;
+    fn save(world: &Tracks) -> Result<Vec<u8>> {
+        let mut out = Vec::new();
+        for (object, track) in world.0.borrow().iter() {
+            out.extend(object.to_le_bytes());
+            [&track.at[..], &[track.metres]].concat().iter().for_each(|x| out.extend(x.to_le_bytes()));
+        }
+        Ok(out)
+    }
+    fn load(world: &Tracks, bytes: &[u8], version: u32) -> Result<()> {
+        if version != Self::STATE_VERSION || !bytes.len().is_multiple_of(40) {
+            return Err(Fail::unsupported("the snapshot is of another version of my_plugin"));
+        }
+        let words: Vec<[u8; 8]> = bytes.chunks_exact(8).filter_map(|word| word.try_into().ok()).collect();
+        let tracks = words.chunks_exact(5).map(|w| {
+            let number = |k: usize| f64::from_le_bytes(w[k]);
+            (u64::from_le_bytes(w[0]), Track { at: [number(1), number(2), number(3)], metres: number(4) })
+        });
+        *world.0.borrow_mut() = tracks.collect();
+        Ok(())
+    }
+}
+
+tatu_plugin! {
+    plugin: MyPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
+}

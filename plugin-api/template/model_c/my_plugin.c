@@ -1,0 +1,78 @@
+// my_plugin: a robot model in C. A body on two driven wheels and a caster ball; it stands on z = 0 and heads along +x.
+// Parameter: wheel_radius, 0.06 to 0.2 m. The axle lies under the middle of the body, so `tatu.drive` moves that.
+//
+// Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h
+#include "tatu/model.h"
+
+#define TRACK 0.36 // m between the wheels' middles
+
+// What a dynamic shape of ours has in common. The mask: parts of it do not collide with each other (low byte 0),
+// but with everything else (high byte).
+static void solid(tatu_build *p, uint32_t shape, double mass) {
+  tatu_build_set(p, shape, "mass", tatu_float(mass));
+  tatu_build_set(p, shape, "dynamic", tatu_bool(1));
+  tatu_build_set(p, shape, "respondable", tatu_bool(1));
+  tatu_build_set(p, shape, "respondable_mask", tatu_int(0xFF00));
+}
+
+// A motor and its wheel. A joint turns about its z axis: a quarter turn back about x lays it along +y, so that a
+// positive velocity drives forward. The wheel collides as a ball, which has one point on the floor.
+static void wheel(tatu_build *p, uint32_t base, double radius, double y, const char *motor, const char *tyre) {
+  const double quarter = 1.5707963267948966;
+  uint32_t joint = tatu_build_object(p, "joint", base, motor);
+  tatu_build_set3(p, joint, "position", 0, y, 0);
+  tatu_build_set3(p, joint, "orientation", -quarter, 0, 0);
+  tatu_build_set(p, joint, "control", tatu_string("velocity"));
+  tatu_build_set(p, joint, "max_force", tatu_float(5));
+  uint32_t shape = tatu_build_object(p, "shape", joint, tyre);
+  tatu_build_set(p, shape, "primitive", tatu_string("cylinder"));
+  tatu_build_set3(p, shape, "size", 2 * radius, 2 * radius, 0.04);
+  tatu_build_set(p, shape, "collide_as", tatu_string("sphere"));
+  tatu_build_set3(p, shape, "collide_size", 2 * radius, 2 * radius, 2 * radius);
+  tatu_build_set3(p, shape, "color", 0.1, 0.1, 0.1);
+  solid(p, shape, 0.5);
+}
+
+static tatu_status TATU_CALL build(void *self, const tatu_builder *builder, const tatu_value *params, tatu_error *error) {
+  (void)self;
+  (void)error; // a refusal of the builder has said why, and the host takes that
+  tatu_build p = tatu_build_with(builder);
+  double r = params[0].u.f, ball = r / 2;
+
+  // The body: its origin is on the axle. The weight lies a little behind it, on the caster.
+  uint32_t base = tatu_build_object(&p, "shape", 0, "my_plugin");
+  tatu_build_set(&p, base, "primitive", tatu_string("box"));
+  tatu_build_set3(&p, base, "size", 0.4, 0.3, 0.1);
+  tatu_build_set3(&p, base, "position", 0, 0, r);
+  tatu_build_set3(&p, base, "color", 0.9, 0.6, 0.1);
+  tatu_build_set3(&p, base, "com", -0.05, 0, -0.02);
+  tatu_build_set(&p, base, "model_base", tatu_bool(1));
+  solid(&p, base, 6);
+
+  wheel(&p, base, r, TRACK / 2, "left_motor", "left_wheel");
+  wheel(&p, base, r, -TRACK / 2, "right_motor", "right_wheel");
+
+  // The caster: a ball that may turn every way.
+  uint32_t socket = tatu_build_object(&p, "joint", base, "caster_socket");
+  tatu_build_set(&p, socket, "type", tatu_string("spherical"));
+  tatu_build_set3(&p, socket, "position", -0.15, 0, ball - r);
+  uint32_t caster = tatu_build_object(&p, "shape", socket, "caster");
+  tatu_build_set(&p, caster, "primitive", tatu_string("sphere"));
+  tatu_build_set3(&p, caster, "size", 2 * ball, 2 * ball, 2 * ball);
+  solid(&p, caster, 0.2);
+
+  // How the wheels drive it, for those who steer from outside: the keys of `drive` in a scene, without units.
+  tatu_build_set(&p, base, "drive", tatu_map_of(TATU_ENTRIES(
+    tatu_entry("type", tatu_string("differential")),
+    tatu_entry("joints", tatu_list_of(TATU_VALUES(tatu_string(":/left_motor"), tatu_string(":/right_motor")))),
+    tatu_entry("radius", tatu_float(r)),
+    tatu_entry("track", tatu_float(TRACK)))));
+  return p.status;
+}
+
+static const tatu_model model = {
+  .size = sizeof(tatu_model), .id = "my_plugin", .text = "A body on two driven wheels and a caster ball.", .build = build,
+  .category = "mobile robots", .params = TATU_PARAMS(TATU_PARAM(TATU_F64, "wheel_radius", "m",
+    "Radius of the driven wheels.", TATU_RANGE(0.06, 0.2), TATU_DEFAULT_F64(0.1)))};
+
+TATU_PLUGIN(TATU_MODELS(&model), .id = "org.example.my_plugin", .name = "my_plugin", .version = "0.1.0", .licence = "MIT");

@@ -1,0 +1,128 @@
+//! my_plugin: a script language in Rust. Each line of a script names a callback or a function, and a command with
+//! arguments:
+//!
+//! ```text
+//! init        sim.setInt32Signal ready 1
+//! actuation   my_robot.go 0.5
+//! ```
+//!
+//! Lines run when what they name is called. Arguments are numbers or words.
+//!
+//! Build: `tatu plugin build`. Run the demo: `tatu plugin run`. The manual: `cargo doc -p tatu-plugin-api --open`.
+#![forbid(unsafe_code)]
+
+use std::cell::RefCell;
+
+use tatu_plugin_api::{abi::TATU_ERR_SCRIPT, safe::*, tatu_plugin};
+
+/// The plugin.
+struct MyPlugin;
+
+impl Plugin for MyPlugin {
+    fn start(_: &Host) -> Result<Self> {
+        Ok(MyPlugin)
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.language::<Script>();
+    }
+}
+
+/// A line: when it runs, and what it calls.
+#[derive(Clone)]
+struct Line {
+    when: String,
+    command: String,
+    args: Vec<Value>,
+}
+
+/// A script.
+#[derive(Default)]
+struct Script {
+    text: RefCell<Vec<u8>>,
+    /// As many as the text has; empty ones and comments are `None`.
+    lines: RefCell<Vec<Option<Line>>>,
+}
+
+/// A word as a value: a number if it is one, else text.
+fn value(word: &str) -> Value {
+    let int = word.parse::<i64>().map(Value::Int);
+    int.or_else(|_| word.parse::<f64>().map(Value::Float)).unwrap_or_else(|_| Value::text(word))
+}
+
+fn line(text: &str) -> Result<Option<Line>> {
+    let mut words = text.split_whitespace();
+    match (words.next(), words.next()) {
+        (None, _) => Ok(None),
+        (Some(when), _) if when.starts_with('#') => Ok(None),
+        (Some(_), None) => Err(Fail::with_code(TATU_ERR_SCRIPT, "expected a command behind the name")),
+        (Some(when), Some(command)) => {
+            Ok(Some(Line { when: when.into(), command: command.into(), args: words.map(value).collect() }))
+        }
+    }
+}
+
+impl Language for Script {
+    type Plugin = MyPlugin;
+
+    const ID: &'static str = "my_plugin";
+    const TEXT: &'static str = "Lines that name when to call which command.";
+    const SUFFIXES: &'static [&'static str] = &[".my_plugin"];
+
+    fn create(_: &World<'_>, _: Instance) -> Result<Self> {
+        Ok(Script::default())
+    }
+
+    /// Takes the text, and looks whether each line can be understood.
+    fn load(&self, text: &[u8], chunk: &str, _: &str) -> Result<String> {
+        let all = String::from_utf8_lossy(text);
+        let lines = (1..).zip(all.lines()).map(|(number, text)| line(text).map_err(|e| e.at(chunk, number)));
+        *self.lines.borrow_mut() = lines.collect::<Result<_>>()?;
+        *self.text.borrow_mut() = text.to_vec();
+        Ok("1".into())
+    }
+
+    /// Something callable: the number of the first line that begins with its name; 0: there is none.
+    fn find(&self, _: u32, name: &[u8]) -> u32 {
+        let lines = self.lines.borrow();
+        let first = lines.iter().position(|l| l.as_ref().is_some_and(|l| l.when.as_bytes() == name));
+        first.map_or(0, |i| i as u32 + 1)
+    }
+
+    /// Runs the lines that begin with the same name as line `callable`. A line runs once: no call can run away.
+    fn call(&self, callable: u32, frame: &mut Frame<'_>, _: Budget, used: &mut u64) -> Result<Flow> {
+        let lines = self.lines.borrow().clone(); // the script may be called again meanwhile
+        let when = lines.get(callable as usize - 1).cloned().flatten().map(|l| l.when);
+        for (number, line) in (1..).zip(&lines) {
+            let Some(line) = line.as_ref().filter(|l| Some(&l.when) == when.as_ref()) else { continue };
+            frame.world().call_command(&line.command, &line.args).map_err(|e| e.at("", number))?;
+            *used += 1;
+        }
+        Ok(Flow::Done)
+    }
+
+    // Snapshots: a script has no state but its text, which must be the same when it is restored.
+    const STATE_VERSION: u32 = 1;
+    fn save(&self) -> Result<Vec<u8>> {
+        Ok(self.text.borrow().clone())
+    }
+    fn restore(&self, bytes: &[u8], version: u32) -> Result<()> {
+        let same = version == Self::STATE_VERSION && *self.text.borrow() == bytes;
+        if same { Ok(()) } else { Err(Fail::unsupported("the script has another text")) }
+    }
+
+    // Its commands cannot wait, and it passes no functions of its own.
+    fn resume(&self, _: u64, _: Option<Fail>, _: &mut Frame<'_>, _: Budget, _: &mut u64) -> Result<Flow> {
+        Err(Fail::unsupported("a script of my_plugin never waits"))
+    }
+    fn keep_func(&self, _: u32) -> u32 {
+        0
+    }
+    fn drop_func(&self, _: u32) {}
+    fn call_func(&self, _: u32, _: &mut Frame<'_>, _: Budget, _: &mut u64) -> Result<Flow> {
+        Err(Fail::unsupported("a script of my_plugin has no functions that can be kept"))
+    }
+}
+
+tatu_plugin! {
+    plugin: MyPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
+}

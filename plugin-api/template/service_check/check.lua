@@ -1,0 +1,17 @@
+-- Checks my_plugin: nothing moves before its third tick, and its ticks only grow.
+local step, last = 0, 3
+
+function sysCall_actuation()
+    step = step + 1
+    local ticks = sim.getInt32Signal('my_plugin.ticks')
+    assert(ticks and ticks >= last, 'step ' .. step .. ': expected ' .. last .. ' ticks, found ' .. tostring(ticks))
+    last = ticks
+    if step == 20 then
+        print('my_plugin works: ' .. ticks .. ' ticks')
+        sim.stopSimulation() -- a run with a service goes on until it is stopped
+    end
+end
+
+function sysCall_cleanup()
+    assert(step >= 20, 'the run was too short for the check: 20 steps are needed')
+end

@@ -1,0 +1,99 @@
+//! my_plugin: a service in Rust. A thread of its own waits for something outside, queues what comes, and wakes the session;
+//! between two steps the service puts what is queued into the world. Here the thread waits for the clock: each `period` it
+//! queues a tick. Put your socket, device or bridge in its place: see `listen`.
+//!
+//! - signal `my_plugin.ticks`: how many ticks have come; nothing moves before `wait_for` of them
+//!
+//! Build: `tatu plugin build`. Run the demo: `tatu plugin run`. The manual: `cargo doc -p tatu-plugin-api --open`.
+#![forbid(unsafe_code)]
+
+use std::{
+    cell::Cell,
+    sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel},
+    thread::JoinHandle,
+    time::Duration,
+};
+
+use tatu_plugin_api::{safe::*, tatu_plugin};
+
+/// The plugin.
+struct MyPlugin;
+
+impl Plugin for MyPlugin {
+    fn start(_: &Host) -> Result<Self> {
+        Ok(MyPlugin)
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.service::<Ticks>();
+    }
+}
+
+/// The service while it runs.
+struct Ticks {
+    wait_for: i64,
+    /// How many have come.
+    ticks: Cell<i64>,
+    queue: Receiver<i64>,
+    /// Dropped to end the thread.
+    alive: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// The thread. It may wake the session and write to the log, and use nothing else of the host.
+fn listen(session: &Session, period: Duration, queue: &Sender<i64>, ending: &Receiver<()>) {
+    for tick in 1.. {
+        if ending.recv_timeout(period) != Err(RecvTimeoutError::Timeout) || queue.send(tick).is_err() {
+            return;
+        }
+        session.wake();
+    }
+}
+
+impl Service for Ticks {
+    type Plugin = MyPlugin;
+
+    const ID: &'static str = "my_plugin";
+    const TEXT: &'static str = "Counts ticks of the clock in a signal.";
+
+    fn params() -> Vec<Param> {
+        vec![
+            Param::float("period").unit("s").range(0.001, 60.0).default(0.01).text("Real time between two ticks."),
+            Param::int("wait_for").range(0.0, 1e9).default(1).text("Nothing moves before so many ticks."),
+        ]
+    }
+
+    fn start(_: &MyPlugin, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
+        let period = Duration::from_secs_f64(params.f64("period")?);
+        let ((to, queue), (alive, ending)) = (channel(), channel());
+        let thread = std::thread::Builder::new().name("my_plugin".into());
+        let thread = thread.spawn(move || listen(&session, period, &to, &ending));
+        let thread = thread.map_err(|e| Fail::new(format!("cannot start a thread: {e}")))?;
+        let wait_for = params.i64("wait_for")?;
+        Ok(Ticks { wait_for, ticks: Cell::new(0), queue, alive: Some(alive), thread: Some(thread) })
+    }
+
+    /// Its turn, between two steps: it never blocks. What it does by commands is in the input log, so that a run can be
+    /// repeated without it.
+    fn barrier(&self, turn: &Turn<'_>, _: u64) -> Result<Answer> {
+        for tick in self.queue.try_iter() {
+            self.ticks.set(tick);
+            turn.call("sim.setInt32Signal", &["my_plugin.ticks".into(), tick.into()], 0)?;
+        }
+        Ok(if self.ticks.get() < self.wait_for { Answer::Hold } else { Answer::Go })
+    }
+}
+
+impl Drop for Ticks {
+    /// The session ends: the thread must have ended when this returns.
+    fn drop(&mut self) {
+        self.alive = None;
+        if let Some(thread) = self.thread.take() {
+            // It fails only if the thread panicked, which has been reported.
+            let _ = thread.join();
+        }
+    }
+}
+
+tatu_plugin! {
+    plugin: MyPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
+}

@@ -1,0 +1,97 @@
+//! A sensor to copy: one straight beam that measures the distance to the nearest object, in whole steps.
+//!
+//! Change the places marked (1) to (6); README.md says how to build it and where to put the library.
+
+use tatu_plugin_api::{abi::*, safe::*, tatu_plugin};
+
+/// The plugin; what all its sensors share would stand here.
+struct ExamplePlugin;
+
+impl Plugin for ExamplePlugin {
+    fn start(_: &Host) -> Result<Self> {
+        Ok(ExamplePlugin)
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.sensor::<ExampleRange>();
+    }
+}
+
+/// One sensor of a scene: (1) what it must remember.
+struct ExampleRange {
+    range: f64,
+    step: f64,
+}
+
+impl Sensor for ExampleRange {
+    type Plugin = ExamplePlugin;
+
+    // (2) What scenes write, one sentence about it, and which schema it fills (see plugin-api/schemas).
+    const ID: &'static str = "example_range";
+    const TEXT: &'static str = "Tells how far the next thing straight ahead is.";
+    const SCHEMAS: &'static [&'static str] = &["proximity/1"];
+    const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_POINT | TATU_IN_NORMAL | TATU_IN_OBJECT;
+
+    // (3) What can be set, with unit, range and default; `range` in metres is written `range_m` in scenes.
+    fn params() -> Vec<Param> {
+        let metres = |key| Param::float(key).unit("m").range(0.0, 1e6);
+        vec![
+            metres("range").default(2.0).text("How far it sees."),
+            metres("step").default(0.001).text("Smallest step of its distance."),
+        ]
+    }
+
+    // (4) What it fills: all fields of its schema, which defines what they mean, or fields of your own.
+    fn fields() -> Vec<Field> {
+        vec![
+            Field::i32("proximity.detected"),
+            Field::f64("proximity.distance").unit("m"),
+            Field::f64("proximity.point").dims([3, 1, 1]).unit("m"),
+            Field::object("proximity.object"),
+            Field::f64("proximity.normal").dims([3, 1, 1]).unit("1"),
+        ]
+    }
+
+    fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
+        Ok(ExampleRange { range: params.f64("range")?, step: params.f64("step")? })
+    }
+
+    // Both may change while it lives. Without this, or with `.rebuilds()` in (3), a change makes a new sensor.
+    fn configure(&mut self, params: &Params<'_>, _: u64) -> Result<Change> {
+        (self.range, self.step) = (params.f64("range")?, params.f64("step")?);
+        Ok(Change::Taken)
+    }
+
+    // (5) What it sends out: rays along unit vectors in its own frame, or a cone; +z is ahead.
+    fn beams(&self) -> Result<Beams> {
+        Ok(Beams { form: Form::Rays(vec![[0.0, 0.0, 1.0]]), far: self.range, ..Beams::default() })
+    }
+
+    // (6) What it makes of what the beams saw. Fields count from 0 as in (4); they are 0 before.
+    fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
+        let distance = sample.distances()[0];
+        if distance.is_finite() {
+            out.i32(0)[0] = 1;
+            out.f64(1)[0] = in_steps(distance, self.step);
+            out.f64(2).copy_from_slice(&sample.points()[0]);
+            out.object(3)[0] = sample.objects()[0];
+            out.f64(4).copy_from_slice(&sample.normals()[0]);
+        }
+        Ok(())
+    }
+}
+
+/// The whole step nearest to `x`; `x` itself without steps.
+fn in_steps(x: f64, step: f64) -> f64 {
+    let steps = (x / step).round();
+    if step > 0.0 { steps * step } else { x }
+}
+
+tatu_plugin! {
+    plugin: ExamplePlugin, id: "org.example.range", name: "Example range sensor", version: "0.1.0", licence: "MIT",
+}
+
+#[test]
+fn distances_come_in_steps() {
+    assert!((in_steps(1.2345, 0.01) - 1.23).abs() < 1e-12);
+    assert_eq!(in_steps(1.2345, 0.0), 1.2345);
+}

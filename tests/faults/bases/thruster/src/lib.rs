@@ -1,0 +1,28 @@
+//! Thrusters: rockets, propellers and cold-gas jets as far as a body feels them, a force along +z.
+
+mod thruster;
+
+use tatu_plugin_api::{
+    safe::{Host, Offer, Plugin, Result, World},
+    tatu_plugin,
+};
+
+pub use thruster::{Thruster, Thrusters};
+
+impl Plugin for Thrusters {
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Thrusters)
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.actuator::<Thruster<false>>();
+        offer.actuator::<Thruster<true>>();
+    }
+}
+
+tatu_plugin! {
+    plugin: Thrusters,
+    id: "tatu.actuator.thruster",
+    name: "Thrusters",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

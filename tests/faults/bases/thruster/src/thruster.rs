@@ -1,0 +1,105 @@
+//! The actuator kinds "thruster" and "thruster_substep", which differ in how often they are asked.
+
+use tatu_plugin_api::safe::{Actuator, Drive, Fail, Instance, Output, Param, Params, Result, SharedWorld};
+
+/// The plugin; it keeps nothing.
+pub struct Thrusters;
+
+/// One thruster. `SUBSTEP`: its direction follows the mount in each engine step, not only in each step of the world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Thruster<const SUBSTEP: bool> {
+    max_force: f64,
+    time_constant: f64,
+}
+
+/// Thrust at the end of a time `dt`, and its mean during it, N: a first-order lag from `now` towards `wanted`.
+///
+/// The mean carries the exact impulse, so that the velocity of a pushed body does not depend on the length of a step.
+fn lag(now: f64, wanted: f64, time_constant: f64, dt: f64) -> (f64, f64) {
+    if time_constant <= 0.0 || dt <= 0.0 {
+        return (wanted, wanted);
+    }
+    let x = dt / time_constant;
+    // 1 - exp(-x), without loss where x is small.
+    let reached = -libm::expm1(-x);
+    (now + (wanted - now) * reached, wanted + (now - wanted) * (reached / x))
+}
+
+impl<const SUBSTEP: bool> Actuator for Thruster<SUBSTEP> {
+    type Plugin = Thrusters;
+    const ID: &'static str = if SUBSTEP { "thruster_substep" } else { "thruster" };
+    const TEXT: &'static str = if SUBSTEP {
+        "Pushes along its +z axis; asked before each engine step, so that fast turns do not smear its direction."
+    } else {
+        "Pushes along its +z axis, with the force that a script sets."
+    };
+    const EVERY_SUBSTEP: bool = SUBSTEP;
+    /// The thrust, N.
+    const STATE: usize = 1;
+
+    fn params() -> Vec<Param> {
+        vec![
+            Param::float("max_force")
+                .unit("N")
+                .range(0.0, f64::INFINITY)
+                .default(10.0)
+                .rebuilds()
+                .text("Greatest thrust, forwards and backwards."),
+            Param::float("time_constant")
+                .unit("s")
+                .range(0.0, f64::INFINITY)
+                .default(0.0)
+                .rebuilds()
+                .text("Time in which 63 % of a change of thrust is reached; 0: at once."),
+        ]
+    }
+
+    fn commands() -> Vec<Param> {
+        vec![Param::float("thrust").unit("N").default(0.0).text("Wanted force along +z, held within `max_force`.")]
+    }
+
+    fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
+        let (max_force, time_constant) = (params.f64("max_force")?, params.f64("time_constant")?);
+        if !(max_force.is_finite() && time_constant.is_finite()) {
+            return Err(Fail::argument("`max_force` and `time_constant` must be finite"));
+        }
+        Ok(Thruster { max_force, time_constant })
+    }
+
+    fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result {
+        let wanted = drive.commands().first().copied().unwrap_or(0.0).clamp(-self.max_force, self.max_force);
+        let now = out.state[0];
+        let (end, mean) = lag(now, wanted, self.time_constant, drive.dt());
+        out.state[0] = end;
+        out.force = drive.to_world([0.0, 0.0, mean]);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::lag;
+
+    #[test]
+    fn a_lag_does_not_depend_on_the_length_of_steps() {
+        // Thrust and impulse of a step response: F (1 - e^(-t/tau)) and F (t - tau (1 - e^(-t/tau))).
+        let (force, tau, t) = (8.0, 0.3, 1.2);
+        for steps in [1, 7, 100] {
+            let dt = t / f64::from(steps);
+            let (mut now, mut impulse) = (0.0, 0.0);
+            for _ in 0..steps {
+                let (end, mean) = lag(now, force, tau, dt);
+                now = end;
+                impulse += mean * dt;
+            }
+            let left = libm::exp(-t / tau);
+            assert!((now - force * (1.0 - left)).abs() < 1e-12, "{steps}: {now}");
+            assert!((impulse - force * (t - tau * (1.0 - left))).abs() < 1e-12, "{steps}: {impulse}");
+        }
+    }
+
+    #[test]
+    fn without_a_lag_the_thrust_is_there_at_once() {
+        assert_eq!(lag(1.0, 5.0, 0.0, 0.01), (5.0, 5.0));
+    }
+}
