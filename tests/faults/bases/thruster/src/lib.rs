@@ -3,7 +3,7 @@
 mod thruster;
 
 use tatu_plugin_api::{
-    safe::{Host, Offer, Plugin, Result, World},
+    safe::{Host, Offer, Plugin, Result},
     tatu_plugin,
 };
 
