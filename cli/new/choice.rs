@@ -23,7 +23,7 @@ pub struct Plugin {
     #[arg(long, value_enum)]
     pub lang: Lang,
     /// What it offers.
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, default_value = "command")]
     pub kind: Kind,
 }
 

@@ -1,6 +1,6 @@
 //! `tatu plugin`: one file per subcommand, and what they share.
 //!
-//! - [`build`], [`run`], [`check`], [`why`], [`install`], [`list`], [`update_sdk`]: the subcommands;
+//! - [`build`], [`run`], [`watch`], [`check`], [`why`], [`install`], [`list`], [`update_sdk`]: the subcommands;
 //! - `project`: the folder of a plugin, as `tatu new plugin` makes it;
 //! - `answer`: which file is meant, and the sentence about it; `show`: prints that;
 //! - `examine`: all that can be said about one file; `file`: what sort of file it is; `elf`: what the library in it needs
@@ -26,6 +26,7 @@ mod reason;
 mod run;
 mod show;
 mod update_sdk;
+mod watch;
 mod why;
 
 use std::process::ExitCode;
@@ -41,6 +42,8 @@ pub enum PluginCommand {
     Build(build::Build),
     /// Build a project, and run its scene.
     Run(run::Run),
+    /// Build a project at each save, while its scene runs.
+    Watch(watch::Watch),
     /// Replace the headers and the crate in `sdk` by those of this program.
     UpdateSdk(update_sdk::UpdateSdk),
     /// Test a plugin against the rules of the ABI.
@@ -59,6 +62,7 @@ impl PluginCommand {
         match self {
             PluginCommand::Build(args) => code(build::build(&args)),
             PluginCommand::Run(args) => code(run::run(&args)),
+            PluginCommand::Watch(args) => code(watch::watch(&args)),
             PluginCommand::UpdateSdk(args) => code(update_sdk::update_sdk(&args)),
             PluginCommand::Check(args) => check::check(&args),
             PluginCommand::Why(args) => why::why(&args),

@@ -38,7 +38,7 @@ pub fn run(args: &Run) -> Result<ExitCode> {
 }
 
 /// Its folder, before those that the environment names.
-fn path(project: &Project) -> OsString {
+pub fn path(project: &Project) -> OsString {
     let others = std::env::var_os("TATU_PLUGIN_PATH").unwrap_or_default();
     let all = [project.build()].into_iter().chain(std::env::split_paths(&others).filter(|p| !p.as_os_str().is_empty()));
     std::env::join_paths(all).unwrap_or_else(|_| project.build().into())

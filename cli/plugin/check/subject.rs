@@ -2,7 +2,10 @@
 
 use std::{
     path::{Path, PathBuf},
-    sync::Arc,
+    sync::{
+        Arc,
+        atomic::{AtomicU32, Ordering},
+    },
 };
 
 use tatu_core::{
@@ -17,6 +20,8 @@ use crate::{search::built, watchdog::Watchdog};
 
 /// Name of the copy that is loaded.
 const COPY: &str = "tatu_checked";
+/// What names of folders of single worlds begin with.
+const OWN: &str = "files-of-world-";
 
 /// The plugin under test.
 pub struct Subject {
@@ -31,6 +36,8 @@ pub struct Subject {
     pub refused: Vec<Error>,
     /// The file that was asked for.
     pub file: PathBuf,
+    /// How many worlds there were.
+    worlds: AtomicU32,
     /// Where its copy lies, and the scenes of the test.
     folder: tempfile::TempDir,
 }
@@ -64,7 +71,7 @@ impl Subject {
         let lives = registry.world_lives.iter().find(|(p, _)| *p == plugin);
         let spy = Arc::new(Spy::new(plugin, lives.map_or(0, |(_, life)| life.state_bytes)));
         registry.inspector = Some(spy.clone());
-        Ok(Subject { registry: Arc::new(registry), plugin, id, spy, refused, file: file.to_owned(), folder })
+        Ok(Subject { registry: Arc::new(registry), plugin, id, spy, refused, file: file.to_owned(), worlds: AtomicU32::new(0), folder })
     }
 
     /// A document from texts: the scene, and files that it names.
@@ -80,7 +87,13 @@ impl Subject {
 
     /// A world of such a document.
     pub fn world(&self, scene: &str, files: &[(&str, &[u8])], threads: usize) -> Result<World, Error> {
-        World::with_threads(self.document(scene, files)?, self.registry.clone(), threads)
+        let world = World::with_threads(self.document(scene, files)?, self.registry.clone(), threads)?;
+        // What one world writes, another must not find.
+        let number = self.worlds.fetch_add(1, Ordering::Relaxed);
+        let own = self.folder.path().join(format!("{OWN}{number}"));
+        std::fs::create_dir_all(&own).map_err(|e| Error::new("E105", format!("cannot create a folder: {e}")))?;
+        world.open_files_in(&own)?;
+        Ok(world)
     }
 
     /// Reports the faults of a world that are the plugin's.
@@ -95,10 +108,13 @@ impl Subject {
     /// A line without the names of folders that are other ones in each process.
     pub fn without_folders(&self, line: &str) -> String {
         let here = std::env::current_dir().unwrap_or_default();
-        [self.folder.path(), &here].iter().fold(line.to_owned(), |l, folder| {
+        let line = [self.folder.path(), &here].iter().fold(line.to_owned(), |l, folder| {
             let folder = folder.display().to_string();
             if folder.len() > 1 { l.replace(&folder, "FOLDER") } else { l }
-        })
+        });
+        let mut parts = line.split(OWN);
+        let first = parts.next().unwrap_or_default().to_owned();
+        parts.fold(first, |l, part| l + part.trim_start_matches(|c: char| c.is_ascii_digit()))
     }
 
     /// A message without the name of the copy that was loaded.

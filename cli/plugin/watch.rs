@@ -1,0 +1,124 @@
+//! `tatu plugin watch`: builds a project at each save, while its scene runs and takes the new library with its state.
+
+use std::{
+    collections::BTreeMap,
+    ffi::OsString,
+    path::{Path, PathBuf},
+    process::{Child, Command, ExitCode},
+    thread,
+    time::{Duration, Instant, SystemTime},
+};
+
+use tatu_core::errors::{Error, Result};
+
+use super::{build, project::Project, run};
+use crate::report;
+
+/// Arguments of `tatu plugin watch`.
+#[derive(clap::Args)]
+pub struct Watch {
+    /// The plugin's folder.
+    #[arg(default_value = ".")]
+    pub folder: PathBuf,
+    /// Further options for `tatu run`, after `--`. Without any, the scene runs in real time until Ctrl-C.
+    #[arg(last = true, value_name = "OPTIONS", allow_hyphen_values = true)]
+    pub options: Vec<OsString>,
+}
+
+/// Time between two looks at the sources.
+const PAUSE: Duration = Duration::from_millis(150);
+/// An editor may write a file in several parts: a build begins this long after the last change.
+const SETTLED: Duration = Duration::from_millis(120);
+/// Folders of a project that hold no sources.
+const NO_SOURCES: [&str; 4] = ["build", "target", ".git", "node_modules"];
+/// How deep folders of sources may nest.
+const DEEPEST: u32 = 8;
+
+/// Builds, runs and watches until it is interrupted. A run that has ended begins again after the next change.
+pub fn watch(args: &Watch) -> Result<ExitCode> {
+    let project = Project::open(&args.folder)?;
+    let mut seen = sources(&project.folder);
+    let mut built = build::make(&project)?;
+    let mut running: Option<Child> = None;
+    loop {
+        if built && running.is_none() {
+            running = Some(start(&project, &args.options)?);
+        }
+        if let Some(child) = &mut running {
+            let ended = child.try_wait().map_err(|e| Error::new("E612", format!("cannot watch the run: {e}")))?;
+            if let Some(status) = ended {
+                let how = if status.success() { "has ended" } else { "has failed" };
+                report::err!("the run {how}: waiting for a change (Ctrl-C ends)");
+                (running, built) = (None, false);
+            }
+        }
+        thread::sleep(PAUSE);
+        if settled(&project.folder, &mut seen) {
+            let begin = Instant::now();
+            built = build::make(&project)?;
+            match (built, &running) {
+                (true, _) => report::err!("rebuilt in {:.1} s", begin.elapsed().as_secs_f64()),
+                (false, Some(_)) => report::err!("the build failed: the run goes on with the library built before"),
+                (false, None) => report::err!("the build failed: waiting for a change"),
+            }
+        }
+    }
+}
+
+/// Starts the scene in a process of its own, which reloads the library when it changes.
+fn start(project: &Project, options: &[OsString]) -> Result<Child> {
+    let failed = |e: std::io::Error| Error::new("E612", format!("cannot start the run: {e}"));
+    let mut command = Command::new(std::env::current_exe().map_err(failed)?);
+    command.arg("run").arg(project.folder.join("scene.toml")).arg("--reload");
+    match options.is_empty() {
+        // As long as anybody wants to watch.
+        true => command.args(["--realtime", "--seconds", "1000000000"]),
+        false => command.args(options),
+    };
+    command.env("TATU_PLUGIN_PATH", run::path(project)).spawn().map_err(failed)
+}
+
+/// Modification times and sizes of all files of a project that a build may read.
+type Seen = BTreeMap<PathBuf, (SystemTime, u64)>;
+
+fn sources(folder: &Path) -> Seen {
+    let mut open = vec![(folder.to_owned(), 0)];
+    let mut out = Seen::new();
+    while let Some((folder, depth)) = open.pop() {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            let Ok(about) = entry.metadata() else { continue };
+            if about.is_dir() && depth < DEEPEST && !NO_SOURCES.iter().any(|n| name == *n) {
+                open.push((entry.path(), depth + 1));
+            } else if about.is_file() && is_source(&entry.path()) {
+                out.insert(entry.path(), (about.modified().unwrap_or(SystemTime::UNIX_EPOCH), about.len()));
+            }
+        }
+    }
+    out
+}
+
+/// Returns whether a change of this file asks for a build. Scenes and scripts are reloaded by the run itself.
+fn is_source(file: &Path) -> bool {
+    let suffix = file.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    let named = file.file_name().is_some_and(|n| n == "Cargo.toml" || n == "Makefile");
+    named || ["c", "h", "cpp", "cc", "cxx", "hpp", "rs"].contains(&suffix)
+}
+
+/// Returns whether sources have changed since `seen`, once they have stopped to change; `seen` then holds them.
+fn settled(folder: &Path, seen: &mut Seen) -> bool {
+    let mut now = sources(folder);
+    if now == *seen {
+        return false;
+    }
+    loop {
+        thread::sleep(SETTLED);
+        let later = sources(folder);
+        if later == now {
+            break;
+        }
+        now = later;
+    }
+    *seen = now;
+    true
+}

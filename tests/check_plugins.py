@@ -1,0 +1,40 @@
+#!/usr/bin/env python3
+"""Checks every plugin that comes with a program: check_plugins.py PROGRAM
+
+Prints what is wrong, and ends with 1 if anything is. own_plugins_check.toml has what is allowed, with reasons.
+"""
+
+import json
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+CONFIG = Path(__file__).resolve().parent / "own_plugins_check.toml"
+AT_ONCE = 2
+
+
+def check(program, plugin):
+    command = [program, "plugin", "check", plugin["path"], "--config", CONFIG, "--timeout", "400", "--json"]
+    ran = subprocess.run(command, capture_output=True, text=True)
+    if ran.returncode not in (0, 1):
+        return [ran.stderr.strip()]
+    tests = json.loads(ran.stdout)["tests"]
+    return [f"{t['test']}: {f['place']}: {f['text']}" for t in tests for f in t["findings"] if f["level"] == "error"]
+
+
+def main():
+    program = Path(sys.argv[1]).resolve()
+    plugins = json.loads(subprocess.run([program, "list", "plugins", "--json"], capture_output=True, check=True).stdout)
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        results = list(pool.map(lambda plugin: check(program, plugin), plugins))
+    for plugin, wrong in zip(plugins, results):
+        print(f"{'FAIL' if wrong else 'pass'}  {plugin['id']}")
+        for text in wrong:
+            print(f"      {text}")
+    passed = sum(not wrong for wrong in results)
+    print(f"{passed} of {len(plugins)} plugins pass")
+    sys.exit(0 if passed == len(plugins) and plugins else 1)
+
+
+main()
