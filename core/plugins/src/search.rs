@@ -35,6 +35,8 @@ fn stem(name: &str) -> Option<&str> {
 pub struct Search {
     /// Folders.
     pub folders: Vec<(PathBuf, Source)>,
+    /// Libraries that are opened in any case, before those in the folders; their names are not looked at.
+    pub files: Vec<PathBuf>,
     /// Names of libraries (without prefix and suffix) that may be opened in `Source::Built` folders.
     pub built: Vec<String>,
     /// Libraries are opened as copies in this folder, so that their files can be overwritten while in use.
@@ -82,7 +84,7 @@ impl Search {
                 folders.push((up.join("lib/tatu/plugins"), Source::Installed));
             }
         }
-        Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), copies: None }
+        Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), ..Search::default() }
     }
 
     /// Adds a folder that a scene names.
@@ -119,9 +121,9 @@ impl Search {
         files
     }
 
-    /// Files that may be plugins, in order of folders, then of names.
+    /// Files that may be plugins: those that are named, then in order of folders, then of names.
     pub fn candidates(&self) -> Vec<PathBuf> {
-        let mut out = Vec::new();
+        let mut out = self.files.clone();
         for (folder, source) in &self.folders {
             let Ok(entries) = std::fs::read_dir(folder) else { continue };
             let mut files: Vec<_> =

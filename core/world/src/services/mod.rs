@@ -1,10 +1,11 @@
 //! The host's side of the ABI: one file per table.
 //!
 //! Every function looks its world up, borrows one part of it, acts, and lets it go. A borrow that is refused (the
-//! caller is inside a measure, say) is an error, never a panic.
+//! caller is inside a measure, say) is an error, never a panic. `by_path` is for programs, not for plugins.
 
 mod answer;
 mod bodies;
+mod by_path;
 mod commands;
 mod devices;
 mod events;

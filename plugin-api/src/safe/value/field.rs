@@ -43,6 +43,18 @@ impl Field {
     pub fn object(name: &'static str) -> Self {
         Self::of(name, TATU_ELEM_OBJECT)
     }
+    /// Its name, `<schema>.<field>`.
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+    /// The type of its elements, `TATU_ELEM_*`.
+    pub fn elem(&self) -> u32 {
+        self.elem
+    }
+    /// Its shape, as declared.
+    pub fn shape(&self) -> [u32; 3] {
+        self.dims
+    }
     /// Shape, outermost first; 0: as many as there are beams or pixels; [`TATU_DIM_ROWS`] and [`TATU_DIM_COLUMNS`] of
     /// the image.
     pub fn dims(mut self, dims: [u32; 3]) -> Self {

@@ -14,13 +14,15 @@ pub struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
+    /// The input of instance `i` of a batch: for a host, or what stands in for one in tests.
+    ///
     /// # Safety
-    /// The batch is the host's, for `'a`, and has this instance.
-    pub(crate) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize) -> Self {
+    /// The batch is valid for `'a` as `tatu/sensor.h` describes it, and has this instance.
+    pub unsafe fn new(batch: &'a tatu_sensor_batch, i: usize) -> Self {
         Sample { batch, i, cast: true }
     }
     /// The same while rays are being aimed, without the rays.
-    pub(crate) fn before_the_cast(&self) -> Sample<'a> {
+    pub fn before_the_cast(&self) -> Sample<'a> {
         Sample { cast: false, ..*self }
     }
     /// The value of this instance in an array that has one for each; `None` where there is no such array.
@@ -158,10 +160,12 @@ pub struct Readout<'a> {
 }
 
 impl<'a> Readout<'a> {
+    /// The output of instance `i` of a batch: for a host, or what stands in for one in tests.
+    ///
     /// # Safety
-    /// The batch is the host's, for `'a`, and has this instance, whose fields and state block of `state` numbers nobody
-    /// else uses.
-    pub(crate) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize, fields: &'a [Field], state: usize) -> Self {
+    /// The batch is valid for `'a` as `tatu/sensor.h` describes it, and has this instance, whose fields (of the types in
+    /// `fields`) and state block of `state` numbers nobody else uses.
+    pub unsafe fn new(batch: &'a tatu_sensor_batch, i: usize, fields: &'a [Field], state: usize) -> Self {
         let state: &mut [f64] = match state {
             0 => &mut [],
             // SAFETY: one block per instance, of as many numbers as declared, aligned to them.
