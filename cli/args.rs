@@ -38,6 +38,8 @@ pub enum Command {
     Look(Look),
     /// Compare two traces: the first step, and the first object in it, in which they part.
     Diff(Diff),
+    /// Work on a plugin's folder: run its tests.
+    Plugin(crate::plugin::Plugin),
 }
 
 /// What is changed in a scene.

@@ -7,6 +7,7 @@ mod commands;
 mod crash;
 mod graphs;
 mod plot;
+mod plugin;
 mod report;
 mod scripts;
 mod state;
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
         args::Command::List(list) => commands::list::list(&list),
         args::Command::Look(look) => commands::look::look(&look),
         args::Command::Diff(diff) => commands::diff::diff(&diff),
+        args::Command::Plugin(plugin) => plugin::plugin(&plugin),
     });
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     let code = crash::end(code);

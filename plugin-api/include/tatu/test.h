@@ -51,8 +51,9 @@ typedef struct tatu_test_host {
   uint32_t reserved;
   /* Opens a scene and starts it: time is 0, and nothing has been measured yet. */
   tatu_test_world *(TATU_CALL *open)(const tatu_test_setup *);
-  /* Ends a world; null is ignored. */
-  void(TATU_CALL *close)(tatu_test_world *);
+  /* Stops a world and ends it; null is ignored. Negative: something went wrong in that, or had gone wrong before, and
+   * `faults` has not told it. */
+  tatu_status(TATU_CALL *close)(tatu_test_world *);
   /* Does `n` steps. Faults of scripts and plugins do not stop it; see `faults`. */
   tatu_status(TATU_CALL *step)(tatu_test_world *, uint64_t n);
   /* Simulation time, s; -1: there is no such world. */
@@ -201,10 +202,12 @@ static inline int tatu_test_has_world(tatu_test *t, const char *file, int line) 
 }
 static inline void tatu_test_scene_at(tatu_test *t, const char *file, int line, const char *scene) {
   tatu_test_setup setup = {sizeof(tatu_test_setup), 0, {0, 0}, 0, 0};
+  tatu_test_world *before = t->world;
+  t->world = 0;
+  tatu_test_need(t, file, line, t->host->close(before) >= 0);
   setup.scene = tatu_text(scene);
   setup.folder = t->folder;
   setup.plugins = t->plugins;
-  t->host->close(t->world);
   t->world = t->host->open(&setup);
   tatu_test_need(t, file, line, t->world != 0);
 }

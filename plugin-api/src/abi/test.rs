@@ -26,7 +26,7 @@ pub struct tatu_test_host {
     pub size: u32,
     pub reserved: u32,
     pub open: Option<unsafe extern "C" fn(*const tatu_test_setup) -> *mut tatu_test_world>,
-    pub close: Option<unsafe extern "C" fn(*mut tatu_test_world)>,
+    pub close: Option<unsafe extern "C" fn(*mut tatu_test_world) -> tatu_status>,
     pub step: Option<unsafe extern "C" fn(*mut tatu_test_world, u64) -> tatu_status>,
     pub time: Option<unsafe extern "C" fn(*mut tatu_test_world) -> f64>,
     pub field: Option<
