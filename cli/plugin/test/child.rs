@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use tatu_core::errors::{Error, Result};
 use tatu_plugin_api::abi::*;
 
-use crate::report;
+use crate::{report, watchdog::Watchdog};
 
 #[derive(clap::Args)]
 pub struct RunTest {
@@ -50,8 +50,8 @@ fn failed(text: String) -> Error {
 }
 
 fn run(args: &RunTest) -> Result {
-    let mut file = File::create(&args.report)
-        .map_err(|e| failed(format!("cannot write {}: {e}", args.report.display())))?;
+    let mut file =
+        File::create(&args.report).map_err(|e| failed(format!("cannot write {}: {e}", args.report.display())))?;
     let cases = cases(&args.library)?;
     let Some(name) = &args.name else {
         let names: Vec<_> = cases.iter().map(|c| c.0.as_str()).collect();
@@ -62,6 +62,8 @@ fn run(args: &RunTest) -> Result {
         .find(|c| c.0 == *name)
         .ok_or_else(|| failed(format!("{} has no test `{name}`", args.library.display())))?;
     let run = case.run.ok_or_else(|| failed(format!("the test `{name}` has no function")))?;
+    // So that a crash in a plugin is told as such.
+    tatuhost::note_calls_in(Watchdog::start(0.0, false).watches);
     let plugins = args.plugins.iter().map(|p| text(p)).collect::<Result<Vec<_>>>()?;
     let folder = text(&args.files)?;
     let list: Vec<*const c_char> = plugins.iter().map(|p| p.as_ptr()).chain([std::ptr::null()]).collect();

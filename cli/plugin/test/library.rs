@@ -22,11 +22,8 @@ const LONG: Duration = Duration::from_secs(3600);
 pub fn make(folder: &Path, out: &mut Outcomes) -> Result<Option<Vec<PathBuf>>> {
     let build = folder.join("build");
     fs::create_dir_all(&build).map_err(|e| failed(format!("cannot make {}: {e}", build.display())))?;
-    let wrong = if folder.join("Cargo.toml").is_file() {
-        of_cargo(folder, &build)?
-    } else {
-        of_compiler(folder, &build)?
-    };
+    let wrong =
+        if folder.join("Cargo.toml").is_file() { of_cargo(folder, &build)? } else { of_compiler(folder, &build)? };
     if let Some(words) = wrong {
         out.add(".", "build", vec![Failure::new("the plugin cannot be built")], &words);
         return Ok(None);
@@ -69,7 +66,8 @@ fn of_compiler(folder: &Path, build: &Path) -> Result<Option<String>> {
         }
         return Ok(None);
     };
-    let name: String = folder.file_name().map(|n| n.to_string_lossy().replace(['-', ' ', '.'], "_")).unwrap_or_default();
+    let name: String =
+        folder.file_name().map(|n| n.to_string_lossy().replace(['-', ' ', '.'], "_")).unwrap_or_default();
     let name = name.strip_prefix("tatu_").unwrap_or(&name);
     let mut command = tools::compiler(folder, first)?;
     command.args(["-O1", "-o"]).arg(build.join(tools::library_name(&format!("tatu_{name}")))).args(&sources);

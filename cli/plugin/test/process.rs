@@ -25,9 +25,9 @@ pub fn run(command: &mut Command, limit: Duration) -> Result<Ended> {
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(command, 0);
-    let mut child = command.spawn().map_err(|e| {
-        Error::new("E621", format!("cannot start `{}`: {e}", command.get_program().display()))
-    })?;
+    let mut child = command
+        .spawn()
+        .map_err(|e| Error::new("E621", format!("cannot start `{}`: {e}", command.get_program().display())))?;
     let parts = [reader(child.stdout.take()), reader(child.stderr.take())];
     let status = wait(&mut child, limit);
     if status.is_none() {

@@ -40,13 +40,12 @@ pub fn run(folder: &Path, limit: Duration, out: &mut Outcomes) -> Result {
                 continue;
             }
             let ended = process::run(program.command(folder).args(["--exact", &name, "--test-threads=1"]), limit)?;
-            let why = process::bad_end(&ended, limit).or_else(|| {
-                let good = ended.status.is_some_and(|s| s.success());
-                (!good).then(|| said(&ended.output, &name))
-            });
-            let (failures, output) = match why {
-                Some(why) => (vec![Failure::new(why)], ended.output.as_str()),
-                None => (Vec::new(), ""),
+            let good = ended.status.is_some_and(|s| s.success());
+            let (failures, output) = match (process::bad_end(&ended, limit), said(&ended.output, &name)) {
+                (None, _) if good => (Vec::new(), ""),
+                (Some(why), _) => (vec![Failure::new(why)], ended.output.as_str()),
+                (None, Some(said)) => (vec![Failure::new(said)], ""),
+                (None, None) => (vec![Failure::new("the test failed")], ended.output.as_str()),
             };
             out.add(&file, &name, failures, output);
         }
@@ -89,11 +88,12 @@ impl Program {
     }
 }
 
-/// What a test said as it failed: the first lines between libtest's own.
-fn said(output: &str, name: &str) -> String {
+/// What a test said as it failed, between libtest's own lines, without the stack.
+fn said(output: &str, name: &str) -> Option<String> {
     let begin = format!("---- {name} stdout ----");
-    let own = output.split_once(begin.as_str()).map(|(_, rest)| rest);
-    let own = own.and_then(|rest| rest.split_once("\nfailures:\n")).map(|(own, _)| own.trim());
-    let lines: Vec<&str> = own.unwrap_or_default().lines().filter(|l| !l.starts_with("note: run with")).collect();
-    if lines.is_empty() { "the test failed".into() } else { lines.join("\n") }
+    let (_, rest) = output.split_once(begin.as_str())?;
+    let (own, _) = rest.split_once("\nfailures:\n")?;
+    let own = own.split("\nstack backtrace:").next().unwrap_or(own);
+    let lines: Vec<&str> = own.trim().lines().filter(|l| !l.starts_with("note: run with")).collect();
+    (!lines.is_empty()).then(|| lines.join("\n"))
 }

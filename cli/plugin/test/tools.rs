@@ -11,8 +11,7 @@ use tatu_core::errors::{Error, Result};
 /// A call of the compiler for a source that makes a library of it.
 pub fn compiler(folder: &Path, source: &Path) -> Result<Command> {
     let is_c = source.extension().is_some_and(|e| e == "c");
-    let (variable, default, standard) =
-        if is_c { ("CC", "cc", "-std=c11") } else { ("CXX", "c++", "-std=c++17") };
+    let (variable, default, standard) = if is_c { ("CC", "cc", "-std=c11") } else { ("CXX", "c++", "-std=c++17") };
     let words = std::env::var(variable).unwrap_or_default();
     let mut words = words.split_whitespace();
     let mut command = Command::new(words.next().unwrap_or(default));

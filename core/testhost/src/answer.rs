@@ -56,7 +56,10 @@ pub fn guarded<T>(refused: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Re
         Err(panic) => {
             let said = panic.downcast_ref::<&str>().copied();
             let said = said.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no text");
-            Wrong(TATU_ERR_PANIC, format!("the host panicked: {said}\n  help: this is an error of Tatu, please report it"))
+            Wrong(
+                TATU_ERR_PANIC,
+                format!("the host panicked: {said}\n  help: this is an error of Tatu, please report it"),
+            )
         }
     };
     LAST.with(|last| *last.borrow_mut() = text);

@@ -14,4 +14,5 @@ mod table;
 mod told;
 mod worlds;
 
+pub use open::note_calls_in;
 pub use table::{TABLE, tatu_test_host_get};

@@ -2,14 +2,14 @@
 
 use std::{
     path::{Path, PathBuf},
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, OnceLock, PoisonError},
 };
 
 use tatu_core::{
     World,
     document::{self, Options, Sources},
     host_tables,
-    plugins::{Registry, Search, Source},
+    plugins::{Registry, Search, Source, watchdog::Watches},
 };
 
 use crate::{answer::Wrong, home};
@@ -30,6 +30,15 @@ const SCENE: &str = "scene-of-the-test.toml";
 /// Plugins are started and ended by one thread at a time.
 static STARTING: Mutex<()> = Mutex::new(());
 
+/// Where a program notes the calls into plugins; a library has no use for it.
+static WATCHES: OnceLock<Watches> = OnceLock::new();
+
+/// Notes the calls into plugins of all worlds to come there, so that a program can tell in which it crashed. The first
+/// call of this function counts.
+pub fn note_calls_in(watches: Watches) {
+    let _ = WATCHES.set(watches);
+}
+
 /// Makes a world and starts it. The registry is to outlive it.
 pub fn open(setup: &Setup<'_>) -> Result<(World, Arc<Registry>), Wrong> {
     let environment = std::env::var_os("TATU_PLUGIN_PATH");
@@ -40,12 +49,14 @@ pub fn open(setup: &Setup<'_>) -> Result<(World, Arc<Registry>), Wrong> {
             p if p.is_file() => search.files.insert(0, p.clone()),
             p => {
                 let text = format!("there is no plugin at {}", p.display());
-                return Err(Wrong::missing(text + "\n  expected: a library that has been built, or a folder with such"));
+                return Err(Wrong::missing(
+                    text + "\n  expected: a library that has been built, or a folder with such",
+                ));
             }
         }
     }
     let _one = STARTING.lock().unwrap_or_else(PoisonError::into_inner);
-    let registry = Arc::new(Registry::load(search, host_tables()));
+    let registry = Arc::new(Registry::load_watched(search, host_tables(), WATCHES.get().cloned().unwrap_or_default()));
     refused(&registry, &setup.plugins)?;
     let sources = Sources::default();
     let file = setup.folder.join(SCENE);

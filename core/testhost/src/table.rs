@@ -92,7 +92,8 @@ unsafe extern "C" fn field(
     status(|| {
         worlds::with(world, |open| {
             // SAFETY: by the contract, texts that live through the call.
-            let (path, name) = unsafe { (answer::text(path, "the path")?, answer::text(name, "the name of the field")?) };
+            let (path, name) =
+                unsafe { (answer::text(path, "the path")?, answer::text(name, "the name of the field")?) };
             let value = told::field(&open.world, path, name)?;
             // SAFETY: by the contract, null or a place for a value.
             unsafe { give(out, open.lend(&value)) }
@@ -100,11 +101,7 @@ unsafe extern "C" fn field(
     })
 }
 
-unsafe extern "C" fn reading(
-    world: *mut tatu_test_world,
-    path: *const c_char,
-    out: *mut tatu_value,
-) -> tatu_status {
+unsafe extern "C" fn reading(world: *mut tatu_test_world, path: *const c_char, out: *mut tatu_value) -> tatu_status {
     status(|| {
         worlds::with(world, |open| {
             // SAFETY: by the contract, a text that lives through the call.

@@ -33,7 +33,7 @@ pub struct Open {
     text: RefCell<String>,
     /// How often each fault has been told.
     told: RefCell<Vec<u64>>,
-    /// What tells apart the calls that are running.
+    /// A call of the test is running in it.
     busy: Cell<bool>,
 }
 
@@ -63,7 +63,7 @@ pub fn add(setup: &Setup<'_>) -> Result<*mut tatu_test_world, Wrong> {
 pub fn with<T>(handle: *mut tatu_test_world, f: impl FnOnce(&Open) -> Result<T, Wrong>) -> Result<T, Wrong> {
     let open = OPEN.with(|all| all.borrow().get(&handle.addr()).cloned()).ok_or_else(stranger)?;
     if open.busy.replace(true) {
-        return Err(Wrong(TATU_ERR_BUSY, "the world is busy with another call of the test".into()));
+        return Err(Wrong(TATU_ERR_BUSY, "the world is busy with another call of the test, or one failed within it".into()));
     }
     let done = f(&open);
     open.busy.set(false);

@@ -55,8 +55,12 @@ impl<S: Sensor> SensorBench<S> {
     /// There is no such parameter, or the sensor refuses it.
     pub fn set(&mut self, key: &str, value: impl Into<Value>) -> Result {
         let declared = S::params();
-        let mut given: Vec<(&str, Value)> =
-            declared.iter().map(Param::key).zip(self.values.iter().cloned()).filter(|(_, v)| *v != Value::Nil).collect();
+        let mut given: Vec<(&str, Value)> = declared
+            .iter()
+            .map(Param::key)
+            .zip(self.values.iter().cloned())
+            .filter(|(_, v)| *v != Value::Nil)
+            .collect();
         given.push((key, value.into()));
         let values = Param::fill(&declared, &given)?;
         let changed = declared.iter().position(|p| p.key() == key).map_or(0, |at| 1 << at.min(63));

@@ -73,7 +73,9 @@ impl Readings {
     pub fn f64(&self, field: &str) -> Result<f64> {
         match self.f64s(field)?.as_slice() {
             [one] => Ok(*one),
-            all => Err(Error::new(format!("`{field}` has {} numbers, not one\n  help: `f64s` gives them all", all.len()))),
+            all => {
+                Err(Error::new(format!("`{field}` has {} numbers, not one\n  help: `f64s` gives them all", all.len())))
+            }
         }
     }
 

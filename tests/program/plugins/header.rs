@@ -32,7 +32,9 @@ fn code() -> String {
 /// Compiles a `main` that prints, with the header before it, and returns what it prints: word by word.
 fn printed(body: &str) -> Vec<Vec<String>> {
     let place = Place::new();
-    let text = format!("#include \"tatu.h\"\n#include \"tatu/test.h\"\n#include <stdio.h>\nint main(void) {{\n{body}return 0;\n}}\n");
+    let text = format!(
+        "#include \"tatu.h\"\n#include \"tatu/test.h\"\n#include <stdio.h>\nint main(void) {{\n{body}return 0;\n}}\n"
+    );
     place.write("print.c", &text);
     let exe = place.path().join(format!("print{}", std::env::consts::EXE_SUFFIX));
     let include = root().join("plugin-api/include");
@@ -228,7 +230,11 @@ fn the_front_page_includes_every_header_for_plugins() {
 fn the_host_offers_fewer_than_a_hundred_functions() {
     // Function fields of the `tatu_host_` tables, counted in the header.
     let code = code();
-    let tables = code.split("typedef struct tatu_host_").skip(1).filter(|t| !t.starts_with("api")).map(|t| t.split("} tatu_host_").next().unwrap());
+    let tables = code
+        .split("typedef struct tatu_host_")
+        .skip(1)
+        .filter(|t| !t.starts_with("api"))
+        .map(|t| t.split("} tatu_host_").next().unwrap());
     let count: usize = tables.map(|t| t.matches("(TATU_CALL *").count()).sum();
     assert!((1..100).contains(&count), "{count}");
 }

@@ -21,5 +21,6 @@ mod refusals;
 mod reload;
 mod scopes;
 mod templates;
+mod testkit;
 mod texts;
 mod trust;
