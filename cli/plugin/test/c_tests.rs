@@ -74,8 +74,12 @@ impl Library<'_> {
         let mut command = Command::new(program);
         command.args(["plugin", "run-test"]).arg(&self.library).arg("--report").arg(&self.report);
         command.arg("--files").arg(self.folder.join("tests"));
-        name.iter().for_each(|name| drop(command.arg("--name").arg(name)));
-        self.plugins.iter().for_each(|p| drop(command.arg("--plugin").arg(p)));
+        if let Some(name) = name {
+            command.arg("--name").arg(name);
+        }
+        for plugin in self.plugins {
+            command.arg("--plugin").arg(plugin);
+        }
         let ended = process::run(command.current_dir(self.folder), self.limit)?;
         let text = fs::read_to_string(&self.report).unwrap_or_default();
         Ok((ended, text.lines().filter_map(|l| serde_json::from_str(l).ok()).collect()))

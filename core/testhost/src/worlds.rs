@@ -63,7 +63,10 @@ pub fn add(setup: &Setup<'_>) -> Result<*mut tatu_test_world, Wrong> {
 pub fn with<T>(handle: *mut tatu_test_world, f: impl FnOnce(&Open) -> Result<T, Wrong>) -> Result<T, Wrong> {
     let open = OPEN.with(|all| all.borrow().get(&handle.addr()).cloned()).ok_or_else(stranger)?;
     if open.busy.replace(true) {
-        return Err(Wrong(TATU_ERR_BUSY, "the world is busy with another call of the test, or one failed within it".into()));
+        return Err(Wrong(
+            TATU_ERR_BUSY,
+            "the world is busy with another call of the test, or one failed within it".into(),
+        ));
     }
     let done = f(&open);
     open.busy.set(false);

@@ -145,7 +145,9 @@ fn compiled(change: impl Fn(String) -> String, record: &Record) -> Record {
         &format!("#include \"tatu.h\"\n#include \"tatu/test.h\"\n#include <stdio.h>\nint main(void) {{\n{body}return 0;\n}}\n"),
     );
     let exe = place.path().join(format!("print{}", std::env::consts::EXE_SUFFIX));
-    succeed(Command::new(compiler("cc")).arg(place.path().join("print.c")).arg("-o").arg(&exe));
+    succeed(
+        Command::new(compiler("cc")).arg("-I").arg(place.path()).arg(place.path().join("print.c")).arg("-o").arg(&exe),
+    );
     let mut out = read(&succeed(&mut Command::new(exe)));
     // In the order in which they lie.
     out.values_mut().for_each(|known| known.fields.sort_by_key(|f| f.1));

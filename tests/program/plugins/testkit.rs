@@ -144,7 +144,6 @@ TATU_TEST(command) { tatu_test_scene(t, empty); tatu_test_call(t, "hello.twise",
 TATU_TEST(property) { tatu_test_scene(t, sonar); tatu_test_set(t, "/eye", "proximity.rang", tatu_float(1)); }
 TATU_TEST(scene) { tatu_test_scene(t, "format = 1\n[scene]\ntexxt = \"\"\n"); }
 TATU_TEST(no_scene) { tatu_test_step(t, 1); }
-TATU_TEST(waits) { tatu_test_scene(t, empty); tatu_test_call(t, "sim.step", NULL, 0); }
 TATU_TEST(fault) {
   tatu_test_scene(t, "format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"d\"\nscript = { text = "
                      "'''function sysCall_actuation() error('on purpose') end''' }\n");
@@ -166,7 +165,7 @@ TATU_TEST(properties) {
   TATU_CHECK(t->host->field(t->world, NULL, "x", NULL) == TATU_ERR_ARGUMENT);
   TATU_CHECK(t->host->open(NULL) == NULL);
 }
-TATU_TESTS(checks, crashes, hangs, leaves, field, index, early, path, command, property, scene, no_scene, waits, fault,
+TATU_TESTS(checks, crashes, hangs, leaves, field, index, early, path, command, property, scene, no_scene, fault,
            fault_taken, properties);
 "#;
 
@@ -195,12 +194,38 @@ function sysCall_sensing() assert(sim.getSimulationTime() < 0.04, 'too late') en
     tested.failed("property", &["proximity.rang", "did you mean `proximity.range`?"]);
     tested.failed("scene", &["unknown key `texxt`", "did you mean `text`?"]);
     tested.failed("no_scene", &["call tatu_test_scene first"]);
-    tested.failed("waits", &["cannot wait"]);
     tested.failed("fault", &["F205", "on purpose"]);
     tested.passed("fault_taken");
     tested.passed("properties");
     tested.failed("broken", &["cannot be compiled"]);
     tested.failed("late", &["went wrong in the run"]);
+}
+
+#[test]
+fn the_host_gets_and_gives_values_and_waits_for_nothing() {
+    let place = Place::new();
+    let template = fs::read_to_string(root().join("plugin-api/template/c_command/c_command.c")).unwrap();
+    let tests = r#"#include "tatu/test.h"
+TATU_TEST(waits) { tatu_test_scene(t, "format = 1"); tatu_test_call(t, "example.nextStep", NULL, 0); }
+TATU_TEST(refuses) { tatu_test_scene(t, "format = 1"); tatu_test_call(t, "example.refuse", TATU_VALUES(tatu_string("not today"))); }
+TATU_TEST(counts) {
+  tatu_value count, all[2];
+  uint32_t n = 0;
+  tatu_test_scene(t, "format = 1");
+  count = tatu_test_call(t, "example.count", NULL, 0);
+  TATU_CHECK(count.tag == TATU_I64 && count.u.i == 1);
+  TATU_CHECK(t->host->call(t->world, "example.count", NULL, 0, all, 2, &n) == TATU_OK && n == 1 && all[0].u.i == 2);
+  /* A world of its own counts anew. */
+  tatu_test_scene(t, "format = 1");
+  TATU_CHECK(tatu_test_call(t, "example.count", NULL, 0).u.i == 1);
+}
+TATU_TESTS(waits, refuses, counts);
+"#;
+    place.write("mine/c_command.c", &template).write("mine/tests/values.c", tests);
+    let tested = test(&place, "mine", &[]);
+    tested.failed("waits", &["example.nextStep", "wait"]);
+    tested.failed("refuses", &["example.refuse: not today", "help: call example.count() instead"]);
+    tested.passed("counts");
 }
 
 #[test]
