@@ -19,7 +19,47 @@ fn main() {
     }
     names.sort();
     println!("cargo::rustc-env=TATU_BUILT_PLUGINS={}", names.join(","));
+    embed();
     tell_what_is_missing();
+}
+
+/// Embeds what `tatu new` writes: the headers, the crate for plugins and the templates, as lists of path and text.
+fn embed() {
+    let api = Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap_or_default()).join("plugin-api");
+    // The crate without what only this workspace needs: tests, and the record of layouts.
+    let of_crate = ["src", "schemas", "README.md"];
+    let of_templates =
+        |path: &str| !["c_command", "cpp_command", "rust_sensor"].iter().any(|own| path.starts_with(own));
+    let mut text = String::new();
+    let mut list = |name: &str, base: &Path, parts: &[&str], wanted: &dyn Fn(&str) -> bool| {
+        let mut files = Vec::new();
+        parts.iter().for_each(|part| find(&base.join(part), &mut files));
+        files.sort();
+        text += &format!("/// Path and text.\npub const {name}: &[(&str, &str)] = &[\n");
+        for file in files {
+            let path = file.strip_prefix(base).unwrap_or(&file).display().to_string().replace('\\', "/");
+            if wanted(&path) {
+                text += &format!("    ({path:?}, include_str!({:?})),\n", file.display().to_string());
+            }
+        }
+        text += "];\n";
+    };
+    list("HEADERS", &api.join("include"), &["tatu.h", "tatu"], &|_| true);
+    list("CRATE", &api, &of_crate, &|_| true);
+    list("TESTKIT", &api.join("testkit"), &["src"], &|_| true);
+    list("TEMPLATES", &api.join("template"), &[""], &of_templates);
+    let to = Path::new(&std::env::var("OUT_DIR").unwrap_or_default()).join("embedded.rs");
+    // Without it the program does not compile, and says so.
+    let _ = std::fs::write(to, text);
+}
+
+/// The files at or below a path; a change of any of them, or in any of the folders, runs this program again.
+fn find(path: &Path, files: &mut Vec<std::path::PathBuf>) {
+    println!("cargo::rerun-if-changed={}", path.display());
+    match std::fs::read_dir(path) {
+        Ok(entries) => entries.flatten().filter(|e| e.file_name() != "target").for_each(|e| find(&e.path(), files)),
+        Err(_) => files.push(path.to_owned()),
+    }
 }
 
 /// `no_shared`: there is no folder `../shared` with data that is not part of the repository; `no_cxx`: no C++ compiler;

@@ -38,7 +38,9 @@ pub enum Command {
     Look(Look),
     /// Compare two traces: the first step, and the first object in it, in which they part.
     Diff(Diff),
-    /// Work on a plugin's folder: run its tests.
+    /// Make a folder to begin with: a plugin, an add-on, a scene or a robot.
+    New(crate::new::New),
+    /// Work on a plugin's folder: build it, run it and its tests.
     Plugin(crate::plugin::Plugin),
 }
 

@@ -6,6 +6,7 @@ mod commands;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 mod crash;
 mod graphs;
+mod new;
 mod plot;
 mod plugin;
 mod report;
@@ -33,6 +34,7 @@ fn main() -> ExitCode {
         args::Command::List(list) => commands::list::list(&list),
         args::Command::Look(look) => commands::look::look(&look),
         args::Command::Diff(diff) => commands::diff::diff(&diff),
+        args::Command::New(new) => new::new(&new),
         args::Command::Plugin(plugin) => plugin::plugin(&plugin),
     });
     #[cfg(all(target_os = "linux", target_env = "gnu"))]

@@ -12,12 +12,8 @@
 //! struct Greeter;
 //!
 //! impl Plugin for Greeter {
-//!     type World = ();
 //!     fn start(_: &Host) -> Result<Self> {
 //!         Ok(Greeter)
-//!     }
-//!     fn world(&self, _: &World<'_>) -> Result<()> {
-//!         Ok(())
 //!     }
 //!     fn offer(offer: &mut Offer<Self>) {
 //!         offer.command(

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use tatu_core::errors::{Error, Result};
 use tatu_plugin_api::abi::*;
 
-use crate::{report, watchdog::Watchdog};
+use crate::watchdog::Watchdog;
 
 #[derive(clap::Args)]
 pub struct RunTest {
@@ -34,15 +34,9 @@ pub struct RunTest {
     pub plugins: Vec<PathBuf>,
 }
 
-/// Exit code 0: the test has run to its end, and the report tells what came of it; else 2.
-pub fn run_test(args: &RunTest) -> ExitCode {
-    match run(args) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(e) => {
-            report::error(&e);
-            ExitCode::from(2)
-        }
-    }
+/// Exit code 0: the test has run to its end, and the report tells what came of it.
+pub fn run_test(args: &RunTest) -> Result<ExitCode> {
+    run(args).map(|()| ExitCode::SUCCESS)
 }
 
 fn failed(text: String) -> Error {

@@ -1,4 +1,5 @@
-//! The plugin under test: built where the folder holds its sources, and put into the folder `build`.
+//! The plugin under test, in the folder `build`: built by `tatu plugin build` in a folder that `tatu new plugin` has made,
+//! else from the sources in the folder.
 
 use std::{
     fs,
@@ -13,6 +14,10 @@ use super::{
     outcome::{Failure, Outcomes},
     process, tools,
 };
+use crate::plugin::{
+    build,
+    project::{Project, SETTINGS},
+};
 
 /// How long a compiler may take.
 const LONG: Duration = Duration::from_secs(3600);
@@ -20,6 +25,14 @@ const LONG: Duration = Duration::from_secs(3600);
 /// Builds the library; the folders in which plugins are searched. `None`: it cannot be built, and the compiler's words
 /// stand in `out` as a test that failed.
 pub fn make(folder: &Path, out: &mut Outcomes) -> Result<Option<Vec<PathBuf>>> {
+    if folder.join(SETTINGS).is_file() {
+        let project = Project::open(folder)?;
+        if !build::make(&project)? {
+            out.add(".", "build", vec![Failure::new("the plugin cannot be built")], "");
+            return Ok(None);
+        }
+        return Ok(Some(vec![project.build()]));
+    }
     let build = folder.join("build");
     fs::create_dir_all(&build).map_err(|e| failed(format!("cannot make {}: {e}", build.display())))?;
     let wrong =

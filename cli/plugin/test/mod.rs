@@ -19,8 +19,6 @@ use std::{path::PathBuf, process::ExitCode, time::Duration};
 use tatu_core::errors::{Error, Result};
 
 use self::outcome::Outcomes;
-use crate::report;
-
 pub use child::{RunTest, run_test};
 
 #[derive(clap::Args)]
@@ -45,17 +43,10 @@ fn limit(text: &str) -> Result<f64, String> {
 }
 
 /// Exit code 0 if all tests pass, 1 if one fails or nothing could be built, 2 if there is nothing to test.
-pub fn test(args: &Test) -> ExitCode {
-    match run(args) {
-        Ok(outcomes) => {
-            outcomes.summary(args.json);
-            if outcomes.failed() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
-        }
-        Err(e) => {
-            report::error(&e);
-            ExitCode::from(2)
-        }
-    }
+pub fn test(args: &Test) -> Result<ExitCode> {
+    let outcomes = run(args)?;
+    outcomes.summary(args.json);
+    Ok(if outcomes.failed() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 fn run(args: &Test) -> Result<Outcomes> {

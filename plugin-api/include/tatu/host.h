@@ -518,7 +518,7 @@ static inline int tatu_all_made(const tatu_value *values, uint32_t n) {
   return n == 0;
 }
 /* Calls a function of a script with arguments (TATU_VALUES): `*result` is the first thing that it returned, or nil. If it
- * fails, so does this, with its error. Requires the commands. */
+ * fails, so does this, with its error; `error` may be null, to go on without it. Requires the commands. */
 static inline tatu_status tatu_call_func(const tatu_host_api *api, tatu_world *world, tatu_error *error, tatu_func func,
                                          const tatu_value *args, uint32_t n_args, tatu_value *result) {
   tatu_value results[16];

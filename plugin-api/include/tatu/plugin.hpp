@@ -41,9 +41,10 @@ namespace tatu {
 // What functions throw to fail with a code and, if they like, with a way out.
 struct failure : std::runtime_error {
   tatu_status code;
-  std::string help, traceback;
-  explicit failure(tatu_status code_, const std::string &text, std::string help_ = {}, std::string traceback_ = {})
-      : std::runtime_error(text), code(code_), help(std::move(help_)), traceback(std::move(traceback_)) {}
+  std::string help, file, traceback; // what to do; where, if in a script; its call stack
+  uint64_t line = 0;                 // in `file`
+  explicit failure(tatu_status code_, const std::string &text, std::string help_ = {})
+      : std::runtime_error(text), code(code_), help(std::move(help_)) {}
 };
 
 inline std::string to_string(tatu_str text) { return text.len ? std::string(text.ptr, text.len) : std::string(); }
@@ -53,7 +54,9 @@ inline tatu_str to_str(const std::string &text) { return {text.data(), text.size
 inline void check(tatu_status status, const tatu_error *why = nullptr) {
   if (status >= 0) return;
   if (!TATU_HAS(why, code)) throw failure(status, ""); // without a text the host uses the service's
-  throw failure(status, to_string(why->text), to_string(why->help), to_string(why->traceback));
+  failure f(status, to_string(why->text), to_string(why->help));
+  f.file = to_string(why->file), f.line = why->line, f.traceback = to_string(why->traceback);
+  throw f;
 }
 
 // Runs something that may throw, and gives the host a status.
@@ -65,6 +68,7 @@ template <typename Body> tatu_status guard(tatu_error *error, Body body) noexcep
     if (!*f.what() || !TATU_HAS(error, say)) return f.code;
     error->say(error, f.code, tatu_text(f.what()));
     if (!f.help.empty()) error->add(error, TATU_PART_HELP, to_str(f.help), 0);
+    if (!f.file.empty()) error->add(error, TATU_PART_FILE, to_str(f.file), f.line);
     if (!f.traceback.empty()) error->add(error, TATU_PART_TRACEBACK, to_str(f.traceback), 0);
     return f.code;
   } catch (const std::bad_alloc &) {
@@ -83,6 +87,11 @@ class plugin;
 // A call of a command. Arguments are of their declared types; missing ones are 0 or empty.
 class call {
   tatu_call &c;
+
+  static tatu_call frame_of(std::initializer_list<tatu_value> args, tatu_value *results) {
+    if (!tatu_all_made(args.begin(), uint32_t(args.size()))) throw failure(TATU_ERR_SPACE, "no room for the arguments");
+    return tatu_frame(args.begin(), uint32_t(args.size()), results, 16);
+  }
 
 public:
   tatu_status status = TATU_OK; // what the host gets: TATU_WAIT after `wait`
@@ -128,22 +137,42 @@ public:
   template <typename State> State &state() const { return *static_cast<State *>(c.state); }
   const tatu_host_api &host() const;
 
-  // Calls a function of a script, or a command by its name; the first result, or nil.
+  // Calls a function of a script, or a command by its name; the first result, or nil. Throws where it fails.
   tatu_value run(tatu_func f, std::initializer_list<tatu_value> args) {
-    tatu_value result;
-    check(tatu_call_func(&host(), c.world, c.error, f, args.begin(), uint32_t(args.size()), &result), c.error);
-    return result;
+    tatu_value results[16];
+    tatu_call frame = frame_of(args, results);
+    tatu_status done = host().commands->call_func(c.world, f, &frame);
+    check(done, frame.error); // which the call has set
+    return frame.n_results ? results[0] : tatu_nil();
   }
   tatu_value run(const char *name, std::initializer_list<tatu_value> args) {
-    tatu_value result;
-    check(tatu_call_command(&host(), c.world, c.error, name, args.begin(), uint32_t(args.size()), &result), c.error);
-    return result;
+    tatu_value results[16];
+    tatu_call frame = frame_of(args, results);
+    frame.command = host().commands->find(c.world, tatu_text(name), &frame.alias);
+    if (!frame.command) throw failure(TATU_ERR_UNKNOWN, std::string("no plugin offers ") + name);
+    tatu_status done = host().commands->call(c.world, &frame);
+    check(done, frame.error); // which the call has set
+    return frame.n_results ? results[0] : tatu_nil();
   }
   // Waits, and is called again with `resumed() == word`: return after it.
   void wait_steps(double steps, uint64_t word) {
     check(status = c.api->wait(&c, TATU_UNTIL_STEPS, steps, tatu_text(""), word), c.error);
   }
   uint64_t resumed() const { return c.resume; }
+};
+
+// A place in the world's arena, gone back to at the end of the block: what results of calls pointed to since is then
+// gone. For loops that call many functions whose results are only looked at.
+class scratch {
+  const tatu_host_commands *commands;
+  tatu_world *world;
+  uint64_t mark;
+
+public:
+  explicit scratch(const call &c) : commands(c.host().commands), world(c.world()), mark(commands->mark(world)) {}
+  ~scratch() { commands->release(world, mark); }
+  scratch(const scratch &) = delete;
+  scratch &operator=(const scratch &) = delete;
 };
 
 // ---------------------------------------------------------------- Declarations --------------------------------------

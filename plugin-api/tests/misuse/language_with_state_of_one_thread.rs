@@ -3,14 +3,14 @@ use tatu_plugin_api::safe::*;
 
 struct Mine;
 
-impl Plugin for Mine {
+impl PerWorld for Mine {
     type World = std::cell::RefCell<Vec<f64>>;
-    fn start(_: &Host) -> Result<Self> {
-        Ok(Mine)
-    }
     fn world(&self, _: &World<'_>) -> Result<Self::World> {
         Ok(Default::default())
     }
+}
+impl Plugin for Mine {
+    fn start(_: &Host) -> Result<Self> { Ok(Mine) }
     fn offer(offer: &mut Offer<Self>) {
         offer.language_side_by_side::<Script>();
     }

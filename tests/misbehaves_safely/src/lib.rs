@@ -13,14 +13,8 @@ use tatu_plugin_api::{abi::*, safe::*};
 pub struct Misbehaves;
 
 impl Plugin for Misbehaves {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(Misbehaves)
-    }
-
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
 
     fn offer(offer: &mut Offer<Self>) {

@@ -16,6 +16,7 @@ mod misbehaves;
 mod misbehaves_safely;
 mod museum;
 mod names;
+mod new;
 mod outside;
 mod refusals;
 mod reload;

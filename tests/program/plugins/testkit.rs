@@ -301,6 +301,29 @@ const SCENE: &str = \"format = 1\n[[object]]\nkind = 'sensor'\nsensor = 'example
 }
 
 #[test]
+fn projects_of_tatu_new_are_tested_as_they_are() {
+    let place = Place::new();
+    place.tatu(&["new", "plugin", "fan", "--lang", "c", "--kind", "command"]).good();
+    place.write("fan/tests/empty.toml", "format = 1\n# steps: 2\n");
+    let source = "#include \"tatu/test.h\"\nTATU_TEST(loads) { tatu_test_scene(t, \"format = 1\"); tatu_test_step(t, 1); }\nTATU_TESTS(loads);\n";
+    place.write("fan/tests/fan.c", source);
+    let tested = test(&place, "fan", &[]);
+    tested.passed("loads");
+    tested.passed("empty");
+
+    // A crate with the manifest of the page.
+    place.tatu(&["new", "plugin", "ranger", "--lang", "rust", "--kind", "sensor"]).good();
+    let manifest = place.read("ranger/Cargo.toml").replace("[lib]\ncrate-type = [\"cdylib\"]\n", "");
+    place.write("ranger/Cargo.toml", &format!("{manifest}\n{}", code("toml", 1)));
+    let unit = "use tatu_plugin_testkit::{Host, Result, plugin};
+#[test] fn loads() -> Result { Host::find()?.with_plugin(plugin!()?).scene(\"format = 1\")?.close() }\n";
+    place.write("ranger/tests/loads.rs", unit);
+    fs::copy(root().join("Cargo.lock"), place.path().join("ranger/Cargo.lock")).unwrap();
+    let tested = test(&place, "ranger", &[]);
+    tested.passed("loads");
+}
+
+#[test]
 fn the_page_s_test_of_an_actuator_passes() {
     let place = Place::new();
     let from = root().join("plugins/actuators/thruster/src");

@@ -8,7 +8,7 @@ use std::{
 
 use crate::abi::*;
 use crate::safe::{
-    Called, Fail, Plugin, Result, SharedWorld, Value, ValueRef, World,
+    Called, Fail, PerWorld, Plugin, Result, SharedWorld, Value, ValueRef, World,
     call::{outgoing, shared_world::service},
     declare::plugin::{Call, Outcome, Run, RunShared, SharedCall, Started},
     entry::{
@@ -251,9 +251,15 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn world(&self) -> World<'a> {
         self.whole_world()
     }
-    /// What the plugin keeps for this world.
-    pub fn instance(&self) -> &'a P::World {
-        assert!(!self.0.raw.instance.is_null(), "the host gave no instance");
+    /// What the plugin keeps for this world. It panics if the plugin has not called [`Offer::per_world`](crate::safe::Offer::per_world).
+    pub fn instance(&self) -> &'a P::World
+    where
+        P: PerWorld,
+    {
+        assert!(
+            !self.0.raw.instance.is_null(),
+            "nothing is kept for a world: `Plugin::offer` lacks `offer.per_world()`"
+        );
         // SAFETY: the host gives the instance to every command that runs alone; it lives until the world ends.
         unsafe { &life::of::<Kept<P>>(self.0.raw.instance).0 }
     }

@@ -4,7 +4,7 @@ use std::{collections::HashSet, ptr::null};
 
 use crate::abi::*;
 use crate::safe::{
-    Actuator, Command, Constant, Event, Importer, Language, Model, Plugin, Sensor, Service,
+    Actuator, Command, Constant, Event, Importer, Language, Model, PerWorld, Plugin, Sensor, Service,
     declare::plugin::{Offer, Tables},
     entry::life::{self, Kept},
     value::{fail::bytes_raw, keep::Keep},
@@ -14,6 +14,7 @@ impl<P: Plugin> Offer<P> {
     pub(crate) fn new() -> Self {
         Offer {
             keep: Keep::default(),
+            per_world: null(),
             commands: Vec::new(),
             names: HashSet::new(),
             constants: Vec::new(),
@@ -27,6 +28,13 @@ impl<P: Plugin> Offer<P> {
             services: Vec::new(),
             events: Vec::new(),
         }
+    }
+    /// Keeps for each world what [`PerWorld`] says, for commands.
+    pub fn per_world(&mut self)
+    where
+        P: PerWorld,
+    {
+        self.per_world = self.keep.table(life::table::<Kept<P>>(0));
     }
     /// A command for scripts, remote clients and other plugins.
     pub fn command(&mut self, command: Command<P>) {
@@ -134,7 +142,6 @@ impl<P: Plugin> Offer<P> {
 
     pub(crate) fn finish(mut self) -> Tables {
         let keep = &mut self.keep;
-        let life = keep.table(life::table::<Kept<P>>(0));
         let command =
             (!self.commands.is_empty() || !self.constants.is_empty() || !self.preludes.is_empty()).then(|| {
                 let table = tatu_ext_command {
@@ -146,7 +153,7 @@ impl<P: Plugin> Offer<P> {
                     },
                     constants: keep.list(self.constants),
                     preludes: keep.list(self.preludes),
-                    per_world: life,
+                    per_world: self.per_world,
                     kind_marks: keep.list(self.kind_marks),
                 };
                 keep.table(table)

@@ -5,18 +5,24 @@ use std::collections::HashSet;
 use crate::abi::*;
 use crate::safe::{Fail, Host, Param, Result, Value, World, value::keep::Keep};
 
-/// A plugin. One value per host; it has no mutable globals, and its world instances hold what belongs to a world.
+/// A plugin. One value per host; it has no mutable globals, and what belongs to a world is kept by [`PerWorld`].
 pub trait Plugin: Sized + Send + Sync + 'static {
-    /// The plugin's state per world; `()` if none. Commands get it as `&` and may be re-entered while they call a
-    /// function: use cells, and borrow them briefly.
-    type World: 'static;
-
     /// Starts it. Services can be looked up now, and called once a world exists.
     fn start(host: &Host) -> Result<Self>;
+    /// Declares what it offers.
+    fn offer(offer: &mut Offer<Self>);
+}
+
+/// A plugin whose commands keep something for each world. It says so by [`Offer::per_world`].
+pub trait PerWorld: Plugin {
+    /// What is kept. Commands get it as `&`, by [`Call::instance`], and may be re-entered while they call a function: use
+    /// cells, and borrow them briefly.
+    type World: 'static;
+
     /// Creates the instance for a new world.
     fn world(&self, world: &World<'_>) -> Result<Self::World>;
     /// Whether the instance lives on when a run ends, for scripts that do so too (customization scripts, add-ons); then
-    /// [`Plugin::end_run`] is called. By default it is recreated.
+    /// [`PerWorld::end_run`] is called. By default it is recreated.
     const OUTLIVES_RUNS: bool = false;
     /// The scripts of the run have ended, and the scene is reset next: drops what belonged to them ([`World::outlives_runs`]).
     /// After an error the instance is recreated.
@@ -24,10 +30,10 @@ pub trait Plugin: Sized + Send + Sync + 'static {
         let _ = (kept, world);
         Ok(())
     }
-    /// Version of what [`Plugin::save`] writes; increase it when that changes.
+    /// Version of what [`PerWorld::save`] writes; increase it when that changes.
     const STATE_VERSION: u32 = 0;
-    /// The state of `world`, for a snapshot. Without this function a plugin with state is reported as missing in the
-    /// snapshot, and the run is restored by replay.
+    /// The state of `world`, for a snapshot. Without this function it is reported as missing in the snapshot, and the run
+    /// is restored by replay.
     fn save(world: &Self::World) -> Result<Vec<u8>> {
         let _ = world;
         if size_of::<Self::World>() == 0 {
@@ -40,8 +46,6 @@ pub trait Plugin: Sized + Send + Sync + 'static {
         let _ = (world, version);
         if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
-    /// Declares what it offers.
-    fn offer(offer: &mut Offer<Self>);
 }
 
 /// What an instance is created with.
@@ -87,6 +91,8 @@ pub(crate) struct Tables {
 /// Collects what a plugin offers; see [`Plugin::offer`].
 pub struct Offer<P: Plugin> {
     pub(crate) keep: Keep,
+    /// What is created and destroyed with each world; null: nothing.
+    pub(crate) per_world: *const tatu_life,
     pub(crate) commands: Vec<Command<P>>,
     /// Names of the commands: a plugin may look up each of hundreds.
     pub(crate) names: HashSet<String>,

@@ -4,7 +4,7 @@ use std::ffi::c_void;
 
 use crate::abi::*;
 use crate::safe::{
-    Change, Fail, Instance, Plugin, Result, ValueRef, World,
+    Change, Fail, Instance, PerWorld, Plugin, Result, ValueRef, World,
     declare::plugin::Started,
     entry::guard::{quiet, run},
     value::fail::bytes_of,
@@ -167,9 +167,9 @@ unsafe extern "C" fn end_run<L: Life>(
 }
 
 /// A plugin's state of a world.
-pub(crate) struct Kept<P: Plugin>(pub(crate) P::World);
+pub(crate) struct Kept<P: PerWorld>(pub(crate) P::World);
 
-impl<P: Plugin> Life for Kept<P> {
+impl<P: PerWorld> Life for Kept<P> {
     type Plugin = P;
     const STATE_VERSION: u32 = P::STATE_VERSION;
     const OUTLIVES_RUNS: bool = P::OUTLIVES_RUNS;

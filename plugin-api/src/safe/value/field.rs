@@ -1,7 +1,96 @@
 //! Fields of readings, as sensors declare them.
 
+use std::marker::PhantomData;
+
 use crate::abi::*;
 use crate::safe::value::keep::Keep;
+
+mod sealed {
+    pub trait Sealed {}
+}
+
+/// What a field can hold.
+pub trait Element: sealed::Sealed + Copy {
+    /// `TATU_ELEM_*`.
+    const ELEM: u32;
+}
+
+macro_rules! elements {
+    ($($of:ty = $elem:ident),*) => {
+        $(impl sealed::Sealed for $of {}
+        impl Element for $of {
+            const ELEM: u32 = $elem;
+        })*
+    };
+}
+
+elements! {
+    f64 = TATU_ELEM_F64, f32 = TATU_ELEM_F32, i32 = TATU_ELEM_I32, u16 = TATU_ELEM_U16, u8 = TATU_ELEM_U8,
+    tatu_object = TATU_ELEM_OBJECT
+}
+
+/// A field of a sensor: its place among the declared ones, and what it holds. [`fields!`](crate::fields) makes it.
+#[derive(Debug)]
+pub struct TypedField<T> {
+    index: usize,
+    holds: PhantomData<fn() -> T>,
+}
+
+impl<T> Clone for TypedField<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<T> Copy for TypedField<T> {}
+
+impl<T: Element> TypedField<T> {
+    /// The field with this number, from 0 in the order of declaration.
+    pub const fn nth(index: usize) -> Self {
+        TypedField { index, holds: PhantomData }
+    }
+    /// Its number.
+    pub const fn index(self) -> usize {
+        self.index
+    }
+}
+
+/// Declares the fields of a sensor, each once: its name in the code, what it holds, its name in readings and what else
+/// there is to say. Makes a constant for each, by which `measure` writes it, and `declared_fields()`, the whole list.
+///
+/// ```
+/// # use tatu_plugin_api::{fields, safe::*};
+/// struct Lamp;
+///
+/// fields! {
+///     Lamp {
+///         LEVEL: f64 = Field::new("lamp.level").unit("1").nothing("0").text("How much light comes back.");
+///         SEEN: i32 = Field::new("lamp.seen").nothing("0").text("Whether any comes back.");
+///     }
+/// }
+///
+/// fn write(out: &mut Readout<'_>) {
+///     out.set(Lamp::LEVEL, 0.5);
+///     out.set(Lamp::SEEN, 1);
+/// }
+/// # assert_eq!(Lamp::declared_fields().len(), 2);
+/// ```
+#[macro_export]
+macro_rules! fields {
+    ($sensor:ty { $($name:ident: $holds:ty = $field:expr;)* }) => {
+        impl $sensor {
+            $crate::fields!(@constants 0usize; $($name: $holds;)*);
+
+            fn declared_fields() -> ::std::vec::Vec<$crate::safe::Field> {
+                ::std::vec![$($field.holds::<$holds>()),*]
+            }
+        }
+    };
+    (@constants $n:expr; $name:ident: $holds:ty; $($rest:tt)*) => {
+        const $name: $crate::safe::TypedField<$holds> = $crate::safe::TypedField::nth($n);
+        $crate::fields!(@constants $n + 1usize; $($rest)*);
+    };
+    (@constants $n:expr;) => {};
+}
 
 /// One field that a sensor fills.
 #[derive(Debug, Clone)]
@@ -18,6 +107,15 @@ pub struct Field {
 impl Field {
     fn of(name: &'static str, elem: u32) -> Self {
         Field { name, elem, dims: [1; 3], unit: None, valid: None, nothing: None, text: "" }
+    }
+    /// A field of [`fields!`](crate::fields), which says what it holds. Name: `<schema>.<field>`.
+    pub fn new(name: &'static str) -> Self {
+        Self::of(name, 0)
+    }
+    /// What it holds.
+    pub fn holds<T: Element>(mut self) -> Self {
+        self.elem = T::ELEM;
+        self
     }
     /// Doubles. Name: `<schema>.<field>`.
     pub fn f64(name: &'static str) -> Self {
@@ -60,6 +158,14 @@ impl Field {
     pub fn dims(mut self, dims: [u32; 3]) -> Self {
         self.dims = dims;
         self
+    }
+    /// One element for each beam or pixel.
+    pub fn per_beam(self) -> Self {
+        self.dims([0, 1, 1])
+    }
+    /// So many elements, in a row.
+    pub fn elements(self, n: u32) -> Self {
+        self.dims([n, 1, 1])
     }
     /// Unit.
     pub fn unit(mut self, unit: &'static str) -> Self {

@@ -3,7 +3,7 @@
 use std::ffi::c_void;
 
 use crate::abi::*;
-use crate::safe::value::field::Field;
+use crate::safe::value::field::{Element, Field, TypedField};
 
 /// The input of one sensor of a batch.
 pub struct Sample<'a> {
@@ -184,7 +184,8 @@ impl<'a> Readout<'a> {
 }
 
 impl Readout<'_> {
-    fn slice<T>(&mut self, k: usize, elem: u32) -> &mut [T] {
+    fn of_number<T: Element>(&mut self, k: usize) -> &mut [T] {
+        let elem = T::ELEM;
         let declared = self.fields.get(k).filter(|f| f.elem == elem);
         let (Some(_), Some(place), Some(n)) = (declared, self.places.get(k), self.lengths.get(k)) else {
             return &mut [];
@@ -192,32 +193,43 @@ impl Readout<'_> {
         // SAFETY: the host gives each field room for as many elements of the declared type, to this instance alone.
         unsafe { std::slice::from_raw_parts_mut(place.cast(), *n as usize) }
     }
+    /// Writes a field of one element. Of a field with several it writes the first, of an empty one nothing.
+    pub fn set<T: Element>(&mut self, field: TypedField<T>, value: T) {
+        if let Some(first) = self.slice(field).first_mut() {
+            *first = value;
+        }
+    }
+    /// The elements of a field, in the order of its shape, to be read and written.
+    pub fn slice<T: Element>(&mut self, field: TypedField<T>) -> &mut [T] {
+        self.of_number(field.index())
+    }
     /// The state of this sensor: [`Sensor::STATE`](crate::safe::Sensor::STATE) numbers.
     pub fn state(&mut self) -> &mut [f64] {
         self.state
     }
-    /// Field `k`, from 0 in the order of declaration, declared with [`Field::f64`]; empty if it has another type.
+    /// Field `k`, from 0 in the order of declaration, declared with [`Field::f64`]; empty if it has another type. By name:
+    /// [`fields!`](crate::fields).
     pub fn f64(&mut self, k: usize) -> &mut [f64] {
-        self.slice(k, TATU_ELEM_F64)
+        self.of_number(k)
     }
     /// Field `k`, declared with [`Field::i32`].
     pub fn i32(&mut self, k: usize) -> &mut [i32] {
-        self.slice(k, TATU_ELEM_I32)
+        self.of_number(k)
     }
     /// Field `k`, declared with [`Field::f32`].
     pub fn f32(&mut self, k: usize) -> &mut [f32] {
-        self.slice(k, TATU_ELEM_F32)
+        self.of_number(k)
     }
     /// Field `k`, declared with [`Field::u16`].
     pub fn u16(&mut self, k: usize) -> &mut [u16] {
-        self.slice(k, TATU_ELEM_U16)
+        self.of_number(k)
     }
     /// Field `k`, declared with [`Field::u8`].
     pub fn u8(&mut self, k: usize) -> &mut [u8] {
-        self.slice(k, TATU_ELEM_U8)
+        self.of_number(k)
     }
     /// Field `k`, declared with [`Field::object`].
     pub fn object(&mut self, k: usize) -> &mut [tatu_object] {
-        self.slice(k, TATU_ELEM_OBJECT)
+        self.of_number(k)
     }
 }

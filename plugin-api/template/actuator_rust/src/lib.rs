@@ -10,13 +10,8 @@ use tatu_plugin_api::{safe::*, tatu_plugin};
 struct MyPlugin;
 
 impl Plugin for MyPlugin {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(MyPlugin)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.actuator::<Propeller>();

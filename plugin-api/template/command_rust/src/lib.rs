@@ -24,39 +24,12 @@ struct Track {
 struct Tracks(RefCell<BTreeMap<tatu_object, Track>>);
 
 impl Plugin for MyPlugin {
-    type World = Tracks;
-
     fn start(_: &Host) -> Result<Self> {
         Ok(MyPlugin)
     }
-    fn world(&self, _: &World<'_>) -> Result<Tracks> {
-        Ok(Tracks::default())
-    }
-
-    // A snapshot holds the tracks: for each the object, where it was, and the metres.
-    const STATE_VERSION: u32 = 1;
-    fn save(world: &Tracks) -> Result<Vec<u8>> {
-        let mut out = Vec::new();
-        for (object, track) in world.0.borrow().iter() {
-            out.extend(object.to_le_bytes());
-            [&track.at[..], &[track.metres]].concat().iter().for_each(|x| out.extend(x.to_le_bytes()));
-        }
-        Ok(out)
-    }
-    fn load(world: &Tracks, bytes: &[u8], version: u32) -> Result<()> {
-        if version != Self::STATE_VERSION || bytes.len() % 40 != 0 {
-            return Err(Fail::unsupported("the snapshot is of another version of my_plugin"));
-        }
-        let words: Vec<[u8; 8]> = bytes.chunks_exact(8).filter_map(|word| word.try_into().ok()).collect();
-        let tracks = words.chunks_exact(5).map(|w| {
-            let number = |k: usize| f64::from_le_bytes(w[k]);
-            (u64::from_le_bytes(w[0]), Track { at: [number(1), number(2), number(3)], metres: number(4) })
-        });
-        *world.0.borrow_mut() = tracks.collect();
-        Ok(())
-    }
 
     fn offer(offer: &mut Offer<Self>) {
+        offer.per_world();
         // The host has checked the arguments: they have the types that are declared here.
         offer.command(
             Command::<Self>::new("my_plugin.travelled", |c| {
@@ -89,6 +62,37 @@ assert(math.abs(my_plugin.travelled(box) - 5) < 1e-9)",
             .subject("my_plugin")
             .example("my_plugin.reset()"),
         );
+    }
+}
+
+impl PerWorld for MyPlugin {
+    type World = Tracks;
+
+    fn world(&self, _: &World<'_>) -> Result<Tracks> {
+        Ok(Tracks::default())
+    }
+
+    // A snapshot holds the tracks: for each the object, where it was, and the metres.
+    const STATE_VERSION: u32 = 1;
+    fn save(world: &Tracks) -> Result<Vec<u8>> {
+        let mut out = Vec::new();
+        for (object, track) in world.0.borrow().iter() {
+            out.extend(object.to_le_bytes());
+            [&track.at[..], &[track.metres]].concat().iter().for_each(|x| out.extend(x.to_le_bytes()));
+        }
+        Ok(out)
+    }
+    fn load(world: &Tracks, bytes: &[u8], version: u32) -> Result<()> {
+        if version != Self::STATE_VERSION || !bytes.len().is_multiple_of(40) {
+            return Err(Fail::unsupported("the snapshot is of another version of my_plugin"));
+        }
+        let words: Vec<[u8; 8]> = bytes.chunks_exact(8).filter_map(|word| word.try_into().ok()).collect();
+        let tracks = words.chunks_exact(5).map(|w| {
+            let number = |k: usize| f64::from_le_bytes(w[k]);
+            (u64::from_le_bytes(w[0]), Track { at: [number(1), number(2), number(3)], metres: number(4) })
+        });
+        *world.0.borrow_mut() = tracks.collect();
+        Ok(())
     }
 }
 

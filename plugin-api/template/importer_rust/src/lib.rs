@@ -16,13 +16,8 @@ use tatu_plugin_api::{safe::*, tatu_plugin};
 struct MyPlugin;
 
 impl Plugin for MyPlugin {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(MyPlugin)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.importer::<Blocks>();
@@ -47,7 +42,9 @@ fn block(line: &str, scale: f64) -> Result<Option<Block>> {
     let form = match words.next() {
         Some("box") => "box",
         Some("ball") => "ball",
-        Some(word) if !word.starts_with('#') => return Err(Fail::argument(format!("expected `box` or `ball`, found `{word}`"))),
+        Some(word) if !word.starts_with('#') => {
+            return Err(Fail::argument(format!("expected `box` or `ball`, found `{word}`")));
+        }
         _ => return Ok(None),
     };
     let number = |word: &str| word.parse::<f64>().ok().map(|x| scale * x).filter(|x| x.is_finite());
@@ -71,7 +68,13 @@ impl Importer for Blocks {
     const SUFFIXES: &'static [&'static str] = &[".my_plugin"];
 
     fn params() -> Vec<Param> {
-        vec![Param::float("scale").unit("1").range(0.001, 1000.0).default(1.0).text("By what all numbers are multiplied.")]
+        vec![
+            Param::float("scale")
+                .unit("1")
+                .range(0.001, 1000.0)
+                .default(1.0)
+                .text("By what all numbers are multiplied."),
+        ]
     }
     fn sniff(head: &[u8]) -> u32 {
         if head.starts_with(FIRST.as_bytes()) { 100 } else { 0 }

@@ -2,19 +2,14 @@
 //!
 //! Change the places marked (1) to (6); README.md says how to build it and where to put the library.
 
-use tatu_plugin_api::{abi::*, safe::*, tatu_plugin};
+use tatu_plugin_api::{abi::*, fields, safe::*, tatu_plugin};
 
 /// The plugin; what all its sensors share would stand here.
 struct ExamplePlugin;
 
 impl Plugin for ExamplePlugin {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(ExamplePlugin)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<ExampleRange>();
@@ -25,6 +20,18 @@ impl Plugin for ExamplePlugin {
 struct ExampleRange {
     range: f64,
     step: f64,
+}
+
+// (4) What it fills: all fields of its schema, which defines what they mean, or fields of your own. Each is declared once,
+// and written by its name here.
+fields! {
+    ExampleRange {
+        DETECTED: i32 = Field::new("proximity.detected");
+        DISTANCE: f64 = Field::new("proximity.distance").unit("m");
+        POINT: f64 = Field::new("proximity.point").elements(3).unit("m");
+        OBJECT: tatu_object = Field::new("proximity.object");
+        NORMAL: f64 = Field::new("proximity.normal").elements(3).unit("1");
+    }
 }
 
 impl Sensor for ExampleRange {
@@ -45,15 +52,8 @@ impl Sensor for ExampleRange {
         ]
     }
 
-    // (4) What it fills: all fields of its schema, which defines what they mean, or fields of your own.
     fn fields() -> Vec<Field> {
-        vec![
-            Field::i32("proximity.detected"),
-            Field::f64("proximity.distance").unit("m"),
-            Field::f64("proximity.point").dims([3, 1, 1]).unit("m"),
-            Field::object("proximity.object"),
-            Field::f64("proximity.normal").dims([3, 1, 1]).unit("1"),
-        ]
+        Self::declared_fields()
     }
 
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
@@ -71,15 +71,15 @@ impl Sensor for ExampleRange {
         Ok(Beams { form: Form::Rays(vec![[0.0, 0.0, 1.0]]), far: self.range, ..Beams::default() })
     }
 
-    // (6) What it makes of what the beams saw. Fields count from 0 as in (4); they are 0 before.
+    // (6) What it makes of what the beams saw. Fields are 0 before.
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let distance = sample.distances()[0];
         if distance.is_finite() {
-            out.i32(0)[0] = 1;
-            out.f64(1)[0] = in_steps(distance, self.step);
-            out.f64(2).copy_from_slice(&sample.points()[0]);
-            out.object(3)[0] = sample.objects()[0];
-            out.f64(4).copy_from_slice(&sample.normals()[0]);
+            out.set(Self::DETECTED, 1);
+            out.set(Self::DISTANCE, in_steps(distance, self.step));
+            out.slice(Self::POINT).copy_from_slice(&sample.points()[0]);
+            out.set(Self::OBJECT, sample.objects()[0]);
+            out.slice(Self::NORMAL).copy_from_slice(&sample.normals()[0]);
         }
         Ok(())
     }

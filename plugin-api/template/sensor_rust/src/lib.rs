@@ -10,19 +10,14 @@
 
 use std::f64::consts::PI;
 
-use tatu_plugin_api::{abi::TATU_IN_DISTANCE, safe::*, tatu_plugin};
+use tatu_plugin_api::{abi::TATU_IN_DISTANCE, fields, safe::*, tatu_plugin};
 
 /// The plugin; what all its sensors share would stand here.
 struct MyPlugin;
 
 impl Plugin for MyPlugin {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(MyPlugin)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<Fan>();
@@ -43,10 +38,14 @@ impl Fan {
     }
 }
 
-// The fields, in the order of their declaration.
-const DISTANCE: usize = 0;
-const NEAREST: usize = 1;
-const BEARING: usize = 2;
+// What it fills, each declared once: `measure` writes it by its name here.
+fields! {
+    Fan {
+        DISTANCE: f64 = Field::new("my_plugin.distance").per_beam().unit("m").text("Distance along each beam.");
+        NEAREST: f64 = Field::new("my_plugin.nearest").unit("m").text("The least distance.");
+        BEARING: f64 = Field::new("my_plugin.bearing").unit("rad").text("Where that is, from +z towards +x.");
+    }
+}
 
 impl Sensor for Fan {
     type Plugin = MyPlugin;
@@ -69,11 +68,7 @@ impl Sensor for Fan {
         ]
     }
     fn fields() -> Vec<Field> {
-        vec![
-            Field::f64("my_plugin.distance").dims([0, 1, 1]).unit("m").text("Distance along each beam."),
-            Field::f64("my_plugin.nearest").unit("m").text("The least distance."),
-            Field::f64("my_plugin.bearing").unit("rad").text("Where that is, from +z towards +x."),
-        ]
+        Self::declared_fields()
     }
 
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
@@ -92,9 +87,9 @@ impl Sensor for Fan {
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let distances: Vec<f64> = sample.distances().iter().map(|d| d.min(self.range)).collect();
         let nearest = (0..distances.len()).min_by(|a, b| distances[*a].total_cmp(&distances[*b])).unwrap_or(0);
-        out.f64(DISTANCE).copy_from_slice(&distances);
-        out.f64(NEAREST)[0] = distances[nearest];
-        out.f64(BEARING)[0] = if distances[nearest] < self.range { self.bearing(nearest) } else { 0.0 };
+        out.slice(Self::DISTANCE).copy_from_slice(&distances);
+        out.set(Self::NEAREST, distances[nearest]);
+        out.set(Self::BEARING, if distances[nearest] < self.range { self.bearing(nearest) } else { 0.0 });
         Ok(())
     }
 }

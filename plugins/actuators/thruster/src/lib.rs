@@ -3,20 +3,15 @@
 mod thruster;
 
 use tatu_plugin_api::{
-    safe::{Host, Offer, Plugin, Result, World},
+    safe::{Host, Offer, Plugin, Result},
     tatu_plugin,
 };
 
 pub use thruster::{Thruster, Thrusters};
 
 impl Plugin for Thrusters {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(Thrusters)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.actuator::<Thruster<false>>();

@@ -16,13 +16,11 @@ use plugin::{LuaSocket, Open};
 use sockets::Sockets;
 use tatu_plugin_api::{
     abi::TATU_ERR_BUSY,
-    safe::{Fail, Host, Offer, Plugin, Result, World},
+    safe::{Fail, Host, Offer, PerWorld, Plugin, Result, World},
     tatu_plugin,
 };
 
 impl Plugin for LuaSocket {
-    type World = Open;
-
     fn start(host: &Host) -> Result<Self> {
         Ok(LuaSocket {
             allow: host.prop("scene.allow"),
@@ -30,6 +28,23 @@ impl Plugin for LuaSocket {
             epoch: host.prop("scene.epoch"),
         })
     }
+
+    fn offer(offer: &mut Offer<Self>) {
+        offer.per_world();
+        offer.subject("luasocket", |offer| {
+            streams::offer(offer);
+            datagrams::offer(offer);
+            clock::offer(offer);
+        });
+        offer.prelude("lua", "", "return { api = { 'luasocket.' }, lacking = { 'socket', 'ltn12', 'mime' } }");
+        offer.prelude("lua", "socket", include_str!("socket.lua"));
+        offer.prelude("lua", "socket.core", "return require 'socket'");
+    }
+}
+
+impl PerWorld for LuaSocket {
+    type World = Open;
+
     fn world(&self, _: &World<'_>) -> Result<Open> {
         Ok(Open::default())
     }
@@ -49,17 +64,6 @@ impl Plugin for LuaSocket {
         *sockets = Sockets::default();
         sockets.last = last;
         Ok(())
-    }
-
-    fn offer(offer: &mut Offer<Self>) {
-        offer.subject("luasocket", |offer| {
-            streams::offer(offer);
-            datagrams::offer(offer);
-            clock::offer(offer);
-        });
-        offer.prelude("lua", "", "return { api = { 'luasocket.' }, lacking = { 'socket', 'ltn12', 'mime' } }");
-        offer.prelude("lua", "socket", include_str!("socket.lua"));
-        offer.prelude("lua", "socket.core", "return require 'socket'");
     }
 }
 

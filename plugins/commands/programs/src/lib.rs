@@ -8,16 +8,24 @@ mod plugin;
 
 use plugin::{Programs, Running};
 use tatu_plugin_api::{
-    safe::{Host, Offer, Plugin, Result, World},
+    safe::{Host, Offer, PerWorld, Plugin, Result, World},
     tatu_plugin,
 };
 
 impl Plugin for Programs {
-    type World = Running;
-
     fn start(host: &Host) -> Result<Self> {
         Ok(Programs { allow: host.prop("scene.allow"), file: host.prop("scene.file") })
     }
+
+    fn offer(offer: &mut Offer<Self>) {
+        offer.per_world();
+        offer.subject("programs", launch::offer);
+    }
+}
+
+impl PerWorld for Programs {
+    type World = Running;
+
     fn world(&self, _: &World<'_>) -> Result<Running> {
         Ok(Running::default())
     }
@@ -29,10 +37,6 @@ impl Plugin for Programs {
     }
     fn load(_: &Running, _: &[u8], _: u32) -> Result<()> {
         Ok(())
-    }
-
-    fn offer(offer: &mut Offer<Self>) {
-        offer.subject("programs", launch::offer);
     }
 }
 

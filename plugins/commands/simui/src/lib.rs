@@ -20,7 +20,7 @@ mod xml;
 use plugin::SimUi;
 use tatu_plugin_api::{
     abi::TATU_ERR_BUSY,
-    safe::{Event, Fail, Host, Offer, Param, Plugin, Result, World},
+    safe::{Event, Fail, Host, Offer, Param, PerWorld, Plugin, Result, World},
     tatu_plugin,
 };
 
@@ -28,11 +28,39 @@ use tatu_plugin_api::{
 const OLD_NAMES_RAISE: &str = "4.2";
 
 impl Plugin for SimUi {
-    type World = window::Windows;
-
     fn start(_: &Host) -> Result<Self> {
         Ok(SimUi)
     }
+
+    fn offer(offer: &mut Offer<Self>) {
+        offer.per_world();
+        offer.subject("simui", program::offer);
+        offer.subject("simui", acts::offer);
+        offer.subject("widgets", fields::offer);
+        offer.subject("plots", plots::offer);
+        offer.subject("plots", svg::offer);
+        offer.subject("lists", lists::offer);
+        offer.subject("stubs", neutral::offer);
+        offer.each_command(|c| c.old_names_until(OLD_NAMES_RAISE));
+        offer.event(
+            Event::new(window::EVENT)
+                .text("A window was opened, changed or closed.")
+                .field(Param::int("window").text("its number"))
+                .field(Param::string("act").text("the command that tells what somebody did to it"))
+                .field(Param::list("widgets").optional().text(
+                    "opened: of each widget a map: element, values, and above, the place in this list of the one that holds it",
+                ))
+                .field(Param::int("n").optional().text("changed: the place of the widget"))
+                .field(Param::bool("asks").optional().text("opened: it waits for an answer where a view attends to it"))
+                .field(Param::map("set").optional().text("changed: what it holds now"))
+                .field(Param::bool("closed").optional().text("closed")),
+        );
+    }
+}
+
+impl PerWorld for SimUi {
+    type World = window::Windows;
+
     fn world(&self, _: &World<'_>) -> Result<window::Windows> {
         Ok(window::Windows::default())
     }
@@ -57,30 +85,6 @@ impl Plugin for SimUi {
         let all = serde_json::from_slice(bytes).map_err(|e| Fail::new(format!("its windows cannot be read: {e}")))?;
         *world.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "its windows are in use"))? = all;
         Ok(())
-    }
-
-    fn offer(offer: &mut Offer<Self>) {
-        offer.subject("simui", program::offer);
-        offer.subject("simui", acts::offer);
-        offer.subject("widgets", fields::offer);
-        offer.subject("plots", plots::offer);
-        offer.subject("plots", svg::offer);
-        offer.subject("lists", lists::offer);
-        offer.subject("stubs", neutral::offer);
-        offer.each_command(|c| c.old_names_until(OLD_NAMES_RAISE));
-        offer.event(
-            Event::new(window::EVENT)
-                .text("A window was opened, changed or closed.")
-                .field(Param::int("window").text("its number"))
-                .field(Param::string("act").text("the command that tells what somebody did to it"))
-                .field(Param::list("widgets").optional().text(
-                    "opened: of each widget a map: element, values, and above, the place in this list of the one that holds it",
-                ))
-                .field(Param::int("n").optional().text("changed: the place of the widget"))
-                .field(Param::bool("asks").optional().text("opened: it waits for an answer where a view attends to it"))
-                .field(Param::map("set").optional().text("changed: what it holds now"))
-                .field(Param::bool("closed").optional().text("closed")),
-        );
     }
 }
 

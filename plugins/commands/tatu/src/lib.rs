@@ -14,16 +14,11 @@ mod save;
 mod scenes;
 
 use plugin::Tatu;
-use tatu_plugin_api::safe::{Host, Offer, Plugin, Result, World};
+use tatu_plugin_api::safe::{Host, Offer, Plugin, Result};
 
 impl Plugin for Tatu {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(Tatu)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         drive::offer(offer);

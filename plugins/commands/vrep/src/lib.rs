@@ -42,36 +42,17 @@ mod stubs;
 mod vision;
 mod windows;
 
-use tatu_plugin_api::safe::{Fail, Host, Offer, Plugin, Result, World};
+use tatu_plugin_api::safe::{Fail, Host, Offer, PerWorld, Plugin, Result, World};
 
 use kit::{Props, Vrep};
 
 impl Plugin for Vrep {
-    type World = state::State;
-
     fn start(host: &Host) -> Result<Self> {
         Ok(Vrep { p: Props::new(host) })
     }
 
-    fn world(&self, world: &World<'_>) -> Result<state::State> {
-        Ok(state::State::new(*world.host()))
-    }
-
-    const STATE_VERSION: u32 = 3;
-    fn save(world: &state::State) -> Result<Vec<u8>> {
-        world.save()
-    }
-    fn load(world: &state::State, bytes: &[u8], version: u32) -> Result<()> {
-        if version != Self::STATE_VERSION {
-            return Err(Fail::unsupported(format!(
-                "it kept its state in version {version}, and reads {}",
-                Self::STATE_VERSION
-            )));
-        }
-        world.load(bytes)
-    }
-
     fn offer(offer: &mut Offer<Self>) {
+        offer.per_world();
         // Each subject with its page.
         offer.subject("objects", objects::offer);
         offer.subject("names", names::offer);
@@ -103,6 +84,28 @@ impl Plugin for Vrep {
         // After all others: a command that there is by then needs none.
         offer.subject("stubs", stubs::offer);
         examples::complete(offer);
+    }
+}
+
+impl PerWorld for Vrep {
+    type World = state::State;
+
+    fn world(&self, world: &World<'_>) -> Result<state::State> {
+        Ok(state::State::new(*world.host()))
+    }
+
+    const STATE_VERSION: u32 = 3;
+    fn save(world: &state::State) -> Result<Vec<u8>> {
+        world.save()
+    }
+    fn load(world: &state::State, bytes: &[u8], version: u32) -> Result<()> {
+        if version != Self::STATE_VERSION {
+            return Err(Fail::unsupported(format!(
+                "it kept its state in version {version}, and reads {}",
+                Self::STATE_VERSION
+            )));
+        }
+        world.load(bytes)
     }
 }
 

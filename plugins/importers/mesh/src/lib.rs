@@ -3,7 +3,7 @@
 mod read;
 
 use tatu_plugin_api::{
-    safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result, World},
+    safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result},
     tatu_plugin,
 };
 
@@ -11,13 +11,8 @@ use tatu_plugin_api::{
 pub struct MeshFiles;
 
 impl Plugin for MeshFiles {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(MeshFiles)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.importer::<MeshFile>();

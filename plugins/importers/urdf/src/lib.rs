@@ -12,7 +12,7 @@ mod outline;
 mod tree;
 
 use tatu_plugin_api::{
-    safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result, World},
+    safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result},
     tatu_plugin,
 };
 
@@ -23,13 +23,8 @@ const MOST_BYTES: usize = 1 << 24;
 pub struct UrdfFiles;
 
 impl Plugin for UrdfFiles {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(UrdfFiles)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.importer::<Urdf>();

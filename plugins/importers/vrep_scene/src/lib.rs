@@ -19,7 +19,7 @@ mod turned;
 mod views;
 
 use tatu_plugin_api::{
-    safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result, Value, World},
+    safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result, Value},
     tatu_plugin,
 };
 
@@ -29,13 +29,8 @@ use read::{file::File, header::MAGIC};
 pub struct VrepFiles;
 
 impl Plugin for VrepFiles {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(VrepFiles)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.importer::<VrepScene>();

@@ -11,20 +11,15 @@ mod parts;
 mod sick;
 
 use tatu_plugin_api::{
-    safe::{Host, Offer, Plugin, Result, World},
+    safe::{Host, Offer, Plugin, Result},
     tatu_plugin,
 };
 
 pub use parts::Devices;
 
 impl Plugin for Devices {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(Devices)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.model::<sick::LaserScanner2d>();

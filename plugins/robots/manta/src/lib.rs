@@ -10,7 +10,7 @@ mod numbers;
 mod parts;
 
 use tatu_plugin_api::{
-    safe::{Builder, Host, Model, Offer, Param, Params, Plugin, Result, World},
+    safe::{Builder, Host, Model, Offer, Param, Params, Plugin, Result},
     tatu_plugin,
 };
 
@@ -18,13 +18,8 @@ use tatu_plugin_api::{
 pub struct Mantas;
 
 impl Plugin for Mantas {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(Mantas)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.model::<Manta>();

@@ -14,7 +14,7 @@ mod sonar_poses;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use tatu_plugin_api::{
-    safe::{Builder, Host, Model, Offer, Param, Params, Plugin, Result, World},
+    safe::{Builder, Host, Model, Offer, Param, Params, Plugin, Result},
     tatu_plugin,
 };
 
@@ -22,13 +22,8 @@ use tatu_plugin_api::{
 pub struct Pioneers;
 
 impl Plugin for Pioneers {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(Pioneers)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.model::<PioneerP3dx>();

@@ -37,15 +37,11 @@ use script::Script;
 struct Lua;
 
 impl Plugin for Lua {
-    type World = ();
     fn start(host: &Host) -> Result<Self> {
         for problem in lua_internals::problems() {
             host.log(TATU_LOG_ERROR, problem);
         }
         Ok(Lua)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.language_side_by_side::<Script>();

@@ -2,6 +2,7 @@
 
 use tatu_plugin_api::{
     abi::{TATU_DIM_COLUMNS, TATU_DIM_OWN, TATU_DIM_ROWS, TATU_IN_COLOR, TATU_IN_COSINE, TATU_IN_DISTANCE},
+    fields,
     safe::{Beams, Field, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor, SharedWorld},
 };
 
@@ -28,6 +29,41 @@ impl Draw for Sample<'_> {
     }
 }
 
+const IMAGE: [u32; 3] = [TATU_DIM_ROWS, TATU_DIM_COLUMNS, 1];
+
+/// An image with channels of the camera's own number.
+const fn channels(own: u32) -> [u32; 3] {
+    [TATU_DIM_ROWS, TATU_DIM_COLUMNS, TATU_DIM_OWN + own]
+}
+
+fields! {
+    DepthCamera {
+        DEPTH: f32 = Field::new("depth_image.depth")
+            .dims(IMAGE)
+            .unit("m")
+            .text("Distance along +z, the lowest row first; infinity: nothing is seen; 0: it could not be measured.");
+        LIMITS: f64 = Field::new("depth_image.limits").elements(2).unit("m").text("The near and the far plane.");
+        INTRINSICS: f64 = Field::new("depth_image.intrinsics")
+            .elements(4)
+            .unit("1")
+            .text("fx fy cx cy, in pixels; pixels per metre and pixels where lines of sight are parallel.");
+        PARALLEL: i32 = Field::new("depth_image.parallel")
+            .text("1: the lines of sight are parallel; 0: they begin in one point.");
+        RGB: u8 = Field::new("color_image.rgb")
+            .dims(channels(0))
+            .unit("1")
+            .text("Red, green, blue from 0 to 255, the lowest row first.");
+        POINTS: f32 = Field::new("depth_image.points")
+            .dims(channels(1))
+            .unit("m")
+            .text("x y z of each pixel in the sensor's frame; 0 0 0 where no depth is. Of cameras with `points`.");
+        INCIDENCE: f32 = Field::new("depth_image.incidence")
+            .dims(channels(2))
+            .unit("rad")
+            .text("Angle between line of sight and normal; a quarter turn where nothing is. Of cameras with `incidence`.");
+    }
+}
+
 impl Sensor for DepthCamera {
     type Plugin = DepthCameras;
     const ID: &'static str = "depth_camera";
@@ -42,30 +78,7 @@ impl Sensor for DepthCamera {
     }
 
     fn fields() -> Vec<Field> {
-        let image = [TATU_DIM_ROWS, TATU_DIM_COLUMNS, 1];
-        vec![
-            Field::f32("depth_image.depth").dims(image).unit("m").text(
-                "Distance along +z, the lowest row first; infinity: nothing is seen; 0: it could not be measured.",
-            ),
-            Field::f64("depth_image.limits").dims([2, 1, 1]).unit("m").text("The near and the far plane."),
-            Field::f64("depth_image.intrinsics")
-                .dims([4, 1, 1])
-                .unit("1")
-                .text("fx fy cx cy, in pixels; pixels per metre and pixels where lines of sight are parallel."),
-            Field::i32("depth_image.parallel").text("1: the lines of sight are parallel; 0: they begin in one point."),
-            Field::u8("color_image.rgb")
-                .dims([TATU_DIM_ROWS, TATU_DIM_COLUMNS, TATU_DIM_OWN])
-                .unit("1")
-                .text("Red, green, blue from 0 to 255, the lowest row first."),
-            Field::f32("depth_image.points")
-                .dims([TATU_DIM_ROWS, TATU_DIM_COLUMNS, TATU_DIM_OWN + 1])
-                .unit("m")
-                .text("x y z of each pixel in the sensor's frame; 0 0 0 where no depth is. Of cameras with `points`."),
-            Field::f32("depth_image.incidence")
-                .dims([TATU_DIM_ROWS, TATU_DIM_COLUMNS, TATU_DIM_OWN + 2])
-                .unit("rad")
-                .text("Angle between line of sight and normal; a quarter turn where nothing is. Of cameras with `incidence`."),
-        ]
+        Self::declared_fields()
     }
 
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
@@ -79,7 +92,7 @@ impl Sensor for DepthCamera {
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let DepthCamera(s) = self;
         let seen = sample.depths();
-        let depth = out.f32(0);
+        let depth = out.slice(Self::DEPTH);
         if s.optics.is_ideal() {
             depth.copy_from_slice(seen);
         } else {
@@ -90,14 +103,14 @@ impl Sensor for DepthCamera {
         if s.empty.is_finite() {
             depth.iter_mut().filter(|z| z.is_infinite()).for_each(|z| *z = s.empty);
         }
-        out.f64(1).copy_from_slice(&[s.near, s.far]);
-        out.f64(2).copy_from_slice(&s.intrinsics());
-        out.i32(3)[0] = i32::from(s.ortho_size > 0.0);
-        let rgb = out.u8(4).as_chunks_mut::<3>().0;
+        out.slice(Self::LIMITS).copy_from_slice(&[s.near, s.far]);
+        out.slice(Self::INTRINSICS).copy_from_slice(&s.intrinsics());
+        out.set(Self::PARALLEL, i32::from(s.ortho_size > 0.0));
+        let rgb = out.slice(Self::RGB).as_chunks_mut::<3>().0;
         for ((pixel, color), z) in rgb.iter_mut().zip(sample.pixel_colors()).zip(seen) {
             *pixel = if z.is_infinite() { s.background } else { *color };
         }
-        for (angle, cosine) in out.f32(6).iter_mut().zip(sample.pixel_cosines()) {
+        for (angle, cosine) in out.slice(Self::INCIDENCE).iter_mut().zip(sample.pixel_cosines()) {
             *angle = libm::acosf(cosine.clamp(0.0, 1.0));
         }
         self.tell_points(out);
@@ -117,8 +130,8 @@ impl DepthCamera {
         if !s.points {
             return;
         }
-        let (depth, intrinsics) = (out.f32(0).to_vec(), s.intrinsics());
-        for ((i, z), point) in depth.iter().enumerate().zip(out.f32(5).as_chunks_mut::<3>().0) {
+        let (depth, intrinsics) = (out.slice(Self::DEPTH).to_vec(), s.intrinsics());
+        for ((i, z), point) in depth.iter().enumerate().zip(out.slice(Self::POINTS).as_chunks_mut::<3>().0) {
             let (column, row) = (i % s.columns as usize, i / s.columns as usize);
             *point = if *z > 0.0 && z.is_finite() { s.point(intrinsics, column, row, *z) } else { [0.0; 3] };
         }

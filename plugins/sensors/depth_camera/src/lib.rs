@@ -12,20 +12,15 @@ mod presets;
 mod settings;
 
 use tatu_plugin_api::{
-    safe::{Host, Offer, Plugin, Result, World},
+    safe::{Host, Offer, Plugin, Result},
     tatu_plugin,
 };
 
 pub use camera::{DepthCamera, DepthCameras};
 
 impl Plugin for DepthCameras {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(DepthCameras)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<DepthCamera>();

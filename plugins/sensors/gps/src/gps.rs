@@ -2,6 +2,7 @@
 
 use tatu_plugin_api::{
     abi::{TATU_IN_POSE, TATU_IN_TWIST},
+    fields,
     safe::{Beams, Fail, Field, Form, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor, SharedWorld},
 };
 
@@ -22,13 +23,23 @@ pub struct Gps {
     plane: Plane,
 }
 
-// Places in `fields`.
-const VALID: usize = 0;
-const POSITION: usize = 1;
-const VELOCITY: usize = 2;
-const LATITUDE: usize = 3;
-const LONGITUDE: usize = 4;
-const ALTITUDE: usize = 5;
+fields! {
+    Gps {
+        VALID: i32 = Field::new("gps.valid").text("Whether there is a fix: 1 or 0; without one all other fields are 0.");
+        POSITION: f64 = Field::new("gps.position")
+            .elements(3)
+            .unit("m")
+            .text("Place of the antenna in the world: x east, y north, z up.");
+        VELOCITY: f64 = Field::new("gps.velocity").elements(3).unit("m/s").text("Velocity of the antenna in the world.");
+        LATITUDE: f64 = Field::new("gps.latitude")
+            .unit("rad")
+            .text("Latitude (WGS 84) of the position, which noise has changed already; north positive.");
+        LONGITUDE: f64 = Field::new("gps.longitude")
+            .unit("rad")
+            .text("Longitude of the position, -pi to pi; east positive.");
+        ALTITUDE: f64 = Field::new("gps.altitude").unit("m").text("Height of the position above the ellipsoid.");
+    }
+}
 
 impl Gps {
     fn new(antenna: [f64; 3], [latitude, longitude, altitude]: [f64; 3]) -> Result<Self> {
@@ -53,9 +64,9 @@ impl Gps {
     /// Tells where on Earth a position is.
     fn locate(&self, position: [f64; 3], out: &mut Readout<'_>) {
         let place = self.plane.place(position);
-        out.f64(LATITUDE).fill(place.latitude);
-        out.f64(LONGITUDE).fill(place.longitude);
-        out.f64(ALTITUDE).fill(place.altitude);
+        out.set(Self::LATITUDE, place.latitude);
+        out.set(Self::LONGITUDE, place.longitude);
+        out.set(Self::ALTITUDE, place.altitude);
     }
 }
 
@@ -89,17 +100,7 @@ impl Sensor for Gps {
     }
 
     fn fields() -> Vec<Field> {
-        let world = |name| Field::f64(name).dims([3, 1, 1]);
-        vec![
-            Field::i32("gps.valid").text("Whether there is a fix: 1 or 0; without one all other fields are 0."),
-            world("gps.position").unit("m").text("Place of the antenna in the world: x east, y north, z up."),
-            world("gps.velocity").unit("m/s").text("Velocity of the antenna in the world."),
-            Field::f64("gps.latitude")
-                .unit("rad")
-                .text("Latitude (WGS 84) of the position, which noise has changed already; north positive."),
-            Field::f64("gps.longitude").unit("rad").text("Longitude of the position, -pi to pi; east positive."),
-            Field::f64("gps.altitude").unit("m").text("Height of the position above the ellipsoid."),
-        ]
+        Self::declared_fields()
     }
 
     fn create(world: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
@@ -116,22 +117,22 @@ impl Sensor for Gps {
             return Err(Fail::unsupported("this host does not provide the pose and velocity of sensors"));
         };
         let (position, velocity) = self.fix(pose, twist);
-        out.i32(VALID).fill(1);
-        out.f64(POSITION).copy_from_slice(&position);
-        out.f64(VELOCITY).copy_from_slice(&velocity);
+        out.set(Self::VALID, 1);
+        out.slice(Self::POSITION).copy_from_slice(&position);
+        out.slice(Self::VELOCITY).copy_from_slice(&velocity);
         self.locate(position, out);
         Ok(())
     }
 
     /// The place on Earth follows from the position as the noise left it.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
-        if out.i32(VALID)[0] == 0 {
-            for field in [POSITION, VELOCITY, LATITUDE, LONGITUDE, ALTITUDE] {
-                out.f64(field).fill(0.0);
+        if out.slice(Self::VALID)[0] == 0 {
+            for field in [Self::POSITION, Self::VELOCITY, Self::LATITUDE, Self::LONGITUDE, Self::ALTITUDE] {
+                out.slice(field).fill(0.0);
             }
             return Ok(());
         }
-        let position = out.f64(POSITION);
+        let position = out.slice(Self::POSITION);
         let position = [position[0], position[1], position[2]];
         self.locate(position, out);
         Ok(())

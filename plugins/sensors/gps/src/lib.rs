@@ -7,20 +7,15 @@ mod gps;
 mod presets;
 
 use tatu_plugin_api::{
-    safe::{Host, Offer, Plugin, Result, World},
+    safe::{Host, Offer, Plugin, Result},
     tatu_plugin,
 };
 
 pub use gps::{Gps, Receivers};
 
 impl Plugin for Receivers {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(Receivers)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<Gps>();

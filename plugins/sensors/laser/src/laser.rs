@@ -2,6 +2,7 @@
 
 use tatu_plugin_api::{
     abi::{TATU_IN_COLOR, TATU_IN_DISTANCE, TATU_IN_NORMAL, TATU_IN_POSE, TATU_IN_TWIST, TATU_WAVES_LASER},
+    fields,
     safe::{Beams, Fail, Field, Form, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor, SharedWorld},
 };
 
@@ -66,18 +67,36 @@ impl Laser {
     fn tell_nothing(&self, out: &mut Readout<'_>) {
         if self.settings.none_as_max {
             let range = self.settings.range;
-            out.f64(DISTANCE).iter_mut().filter(|d| d.is_infinite()).for_each(|d| *d = range);
+            out.slice(Self::DISTANCE).iter_mut().filter(|d| d.is_infinite()).for_each(|d| *d = range);
         }
     }
 }
 
-// Places in `fields`.
-const DISTANCE: usize = 0;
-const ANGLE: usize = 1;
-const LIMITS: usize = 2;
-const ELEVATION: usize = 3;
-const INTENSITY: usize = 4;
-const INCIDENCE: usize = 5;
+fields! {
+    Laser {
+        DISTANCE: f64 = Field::new("range_scan.distance")
+            .per_beam()
+            .unit("m")
+            .text("Distance along each beam, layer after layer, each from right to left; infinity: nothing.");
+        ANGLE: f64 = Field::new("range_scan.angle")
+            .per_beam()
+            .unit("rad")
+            .text("Azimuth of each beam; to the left is positive.");
+        LIMITS: f64 = Field::new("range_scan.limits").elements(2).unit("m").text("`min_range` and `range`.");
+        ELEVATION: f64 = Field::new("range_scan.elevation")
+            .per_beam()
+            .unit("rad")
+            .text("Elevation of each beam; upwards is positive.");
+        INTENSITY: f64 = Field::new("range_scan.intensity").per_beam().unit("1").text(
+            "Strength of each echo, 0 to 1: reflectivity x cosine of the incidence x 1/r², 1 for white met squarely \
+             within `full_intensity`; 0: nothing.",
+        );
+        INCIDENCE: f64 = Field::new("range_scan.incidence")
+            .per_beam()
+            .unit("rad")
+            .text("Angle between each beam and the normal of the surface it meets; 0: nothing.");
+    }
+}
 
 impl Sensor for Laser {
     type Plugin = Lasers;
@@ -93,22 +112,7 @@ impl Sensor for Laser {
     }
 
     fn fields() -> Vec<Field> {
-        let per_beam = |name| Field::f64(name).dims([0, 1, 1]);
-        vec![
-            per_beam("range_scan.distance")
-                .unit("m")
-                .text("Distance along each beam, layer after layer, each from right to left; infinity: nothing."),
-            per_beam("range_scan.angle").unit("rad").text("Azimuth of each beam; to the left is positive."),
-            Field::f64("range_scan.limits").dims([2, 1, 1]).unit("m").text("`min_range` and `range`."),
-            per_beam("range_scan.elevation").unit("rad").text("Elevation of each beam; upwards is positive."),
-            per_beam("range_scan.intensity").unit("1").text(
-                "Strength of each echo, 0 to 1: reflectivity x cosine of the incidence x 1/r², 1 for white met squarely \
-                 within `full_intensity`; 0: nothing.",
-            ),
-            per_beam("range_scan.incidence")
-                .unit("rad")
-                .text("Angle between each beam and the normal of the surface it meets; 0: nothing."),
-        ]
+        Self::declared_fields()
     }
 
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
@@ -147,12 +151,12 @@ impl Sensor for Laser {
         let echoes: Vec<Echo> = (seen.zip(directions))
             .map(|(((distance, normal), color), direction)| self.echo(*direction, *distance, *normal, *color))
             .collect();
-        fill(out.f64(DISTANCE), echoes.iter().map(|e| e.distance));
-        fill(out.f64(ANGLE), self.angles.iter().map(|a| a.0));
-        fill(out.f64(LIMITS), [self.settings.min_range, self.settings.range]);
-        fill(out.f64(ELEVATION), self.angles.iter().map(|a| a.1));
-        fill(out.f64(INTENSITY), echoes.iter().map(|e| e.intensity));
-        fill(out.f64(INCIDENCE), echoes.iter().map(|e| e.incidence));
+        fill(out.slice(Self::DISTANCE), echoes.iter().map(|e| e.distance));
+        fill(out.slice(Self::ANGLE), self.angles.iter().map(|a| a.0));
+        fill(out.slice(Self::LIMITS), [self.settings.min_range, self.settings.range]);
+        fill(out.slice(Self::ELEVATION), self.angles.iter().map(|a| a.1));
+        fill(out.slice(Self::INTENSITY), echoes.iter().map(|e| e.intensity));
+        fill(out.slice(Self::INCIDENCE), echoes.iter().map(|e| e.incidence));
         self.tell_nothing(out);
         Ok(())
     }
@@ -160,12 +164,12 @@ impl Sensor for Laser {
     /// Beams that the noise has taken away have no strength either; what met nothing has no noise.
     fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         for (i, met) in sample.distances().iter().enumerate() {
-            if self.is_told(*met) && out.f64(DISTANCE)[i] < f64::INFINITY {
+            if self.is_told(*met) && out.slice(Self::DISTANCE)[i] < f64::INFINITY {
                 continue;
             }
-            out.f64(DISTANCE)[i] = f64::INFINITY;
-            out.f64(INTENSITY)[i] = 0.0;
-            out.f64(INCIDENCE)[i] = 0.0;
+            out.slice(Self::DISTANCE)[i] = f64::INFINITY;
+            out.slice(Self::INTENSITY)[i] = 0.0;
+            out.slice(Self::INCIDENCE)[i] = 0.0;
         }
         self.tell_nothing(out);
         Ok(())

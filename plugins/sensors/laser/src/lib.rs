@@ -11,20 +11,15 @@ mod presets;
 mod settings;
 
 use tatu_plugin_api::{
-    safe::{Host, Offer, Plugin, Result, World},
+    safe::{Host, Offer, Plugin, Result},
     tatu_plugin,
 };
 
 pub use laser::{Laser, Lasers};
 
 impl Plugin for Lasers {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(Lasers)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<Laser>();

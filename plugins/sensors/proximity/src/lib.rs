@@ -8,20 +8,15 @@ mod proximity;
 mod settings;
 
 use tatu_plugin_api::{
-    safe::{Host, Offer, Plugin, Result, World},
+    safe::{Host, Offer, Plugin, Result},
     tatu_plugin,
 };
 
 pub use proximity::{Proximities, Proximity};
 
 impl Plugin for Proximities {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(Proximities)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<Proximity>();

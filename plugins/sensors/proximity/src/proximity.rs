@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use tatu_plugin_api::{
     abi::{TATU_IN_DISTANCE, TATU_IN_NORMAL, TATU_IN_OBJECT, TATU_IN_POINT, tatu_object},
+    fields,
     safe::{Beams, Field, Instance, Param, Params, Readout, Result, Sample, Sensor, SharedWorld},
 };
 
@@ -76,12 +77,23 @@ fn within(angle: f64, [along, around]: [f64; 2]) -> [f64; 3] {
     [sine * c, sine * s, cosine]
 }
 
-// Places in `fields`.
-const DETECTED: usize = 0;
-const DISTANCE: usize = 1;
-const POINT: usize = 2;
-const OBJECT: usize = 3;
-const NORMAL: usize = 4;
+fields! {
+    Proximity {
+        DETECTED: i32 = Field::new("proximity.detected").text("1: something is seen; 0: nothing.");
+        DISTANCE: f64 = Field::new("proximity.distance")
+            .unit("m")
+            .text("From the sensor's origin to the nearest point; 0: nothing is seen.");
+        POINT: f64 = Field::new("proximity.point")
+            .elements(3)
+            .unit("m")
+            .text("That point in the sensor's frame, as far away as `distance` with its noise; 0 0 0: nothing is seen.");
+        OBJECT: tatu_object = Field::new("proximity.object").text("The object seen; 0: nothing is seen.");
+        NORMAL: f64 = Field::new("proximity.normal")
+            .elements(3)
+            .unit("1")
+            .text("Unit normal there, towards the sensor, in its frame; 0 0 0: nothing is seen.");
+    }
+}
 
 impl Sensor for Proximity {
     type Plugin = Proximities;
@@ -95,20 +107,7 @@ impl Sensor for Proximity {
     }
 
     fn fields() -> Vec<Field> {
-        vec![
-            Field::i32("proximity.detected").text("1: something is seen; 0: nothing."),
-            Field::f64("proximity.distance")
-                .unit("m")
-                .text("From the sensor's origin to the nearest point; 0: nothing is seen."),
-            Field::f64("proximity.point").dims([3, 1, 1]).unit("m").text(
-                "That point in the sensor's frame, as far away as `distance` with its noise; 0 0 0: nothing is seen.",
-            ),
-            Field::object("proximity.object").text("The object seen; 0: nothing is seen."),
-            Field::f64("proximity.normal")
-                .dims([3, 1, 1])
-                .unit("1")
-                .text("Unit normal there, towards the sensor, in its frame; 0 0 0: nothing is seen."),
-        ]
+        Self::declared_fields()
     }
 
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
@@ -133,29 +132,29 @@ impl Sensor for Proximity {
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         // The host zeroes the fields: nothing seen needs no writing.
         if let Some(echo) = reported(nearest(sample, self.needed), self.min_range) {
-            out.i32(DETECTED).copy_from_slice(&[1]);
-            out.f64(DISTANCE).copy_from_slice(&[echo.distance]);
-            out.f64(POINT).copy_from_slice(&echo.point);
-            out.object(OBJECT).copy_from_slice(&[echo.object]);
-            out.f64(NORMAL).copy_from_slice(&echo.normal);
+            out.set(Self::DETECTED, 1);
+            out.set(Self::DISTANCE, echo.distance);
+            out.slice(Self::POINT).copy_from_slice(&echo.point);
+            out.set(Self::OBJECT, echo.object);
+            out.slice(Self::NORMAL).copy_from_slice(&echo.normal);
         }
         Ok(())
     }
 
     /// The point lies as far away as the distance says, once noise has changed that; there is none without a detection.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
-        if out.i32(DETECTED)[0] == 0 {
+        if out.slice(Self::DETECTED)[0] == 0 {
             // What was met and lost is forgotten; where nothing was met there is nothing to forget.
-            if out.object(OBJECT)[0] != 0 || out.f64(DISTANCE)[0] != 0.0 {
-                for field in [DISTANCE, POINT, NORMAL] {
-                    out.f64(field).fill(0.0);
+            if out.slice(Self::OBJECT)[0] != 0 || out.slice(Self::DISTANCE)[0] != 0.0 {
+                for field in [Self::DISTANCE, Self::POINT, Self::NORMAL] {
+                    out.slice(field).fill(0.0);
                 }
-                out.object(OBJECT).fill(0);
+                out.slice(Self::OBJECT).fill(0);
             }
             return Ok(());
         }
-        let distance = out.f64(DISTANCE)[0];
-        let point = out.f64(POINT);
+        let distance = out.slice(Self::DISTANCE)[0];
+        let point = out.slice(Self::POINT);
         let before = point.iter().map(|x| x * x).sum::<f64>().sqrt();
         if before > 0.0 && (before - distance).abs() > SAME * before {
             point.iter_mut().for_each(|x| *x *= distance / before);

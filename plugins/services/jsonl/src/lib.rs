@@ -9,20 +9,15 @@ mod message;
 mod service;
 
 use tatu_plugin_api::{
-    safe::{Host, Offer, Plugin, Result, World},
+    safe::{Host, Offer, Plugin, Result},
     tatu_plugin,
 };
 
 pub use service::{JsonLines, Jsonl};
 
 impl Plugin for JsonLines {
-    type World = ();
-
     fn start(host: &Host) -> Result<Self> {
         Ok(JsonLines { time: host.prop("scene.time") })
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.service::<Jsonl>();

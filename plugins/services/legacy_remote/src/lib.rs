@@ -17,20 +17,15 @@ mod service;
 mod values;
 
 use tatu_plugin_api::{
-    safe::{Host, Offer, Plugin, Result, World},
+    safe::{Host, Offer, Plugin, Result},
     tatu_plugin,
 };
 
 pub use service::{LegacyRemote, Remote};
 
 impl Plugin for LegacyRemote {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(LegacyRemote)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.service::<Remote>();

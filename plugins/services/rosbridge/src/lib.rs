@@ -38,7 +38,7 @@ mod topics;
 mod types;
 
 use tatu_plugin_api::{
-    safe::{Fail, Host, Offer, Plugin, Result, World},
+    safe::{Fail, Host, Offer, PerWorld, Plugin, Result, World},
     tatu_plugin,
 };
 
@@ -47,11 +47,31 @@ pub(crate) use plugin::{Ctx, Props};
 pub use service::Rosbridge;
 
 impl Plugin for Ros {
-    type World = node::Node;
-
     fn start(host: &Host) -> Result<Self> {
         Ok(Ros { p: Props::new(host) })
     }
+
+    fn offer(offer: &mut Offer<Self>) {
+        offer.per_world();
+        offer.service::<Rosbridge>();
+        offer.subject("ros2", |offer| {
+            scripts::offer(offer);
+            actions::offer(offer);
+            bytes::offer(offer);
+            images::images(offer);
+            params::params(offer);
+            times::times(offer);
+        });
+        offer.subject("rosbridge", |offer| {
+            scripts::between(offer);
+            between::offer(offer);
+        });
+    }
+}
+
+impl PerWorld for Ros {
+    type World = node::Node;
+
     fn world(&self, _: &World<'_>) -> Result<node::Node> {
         Ok(node::Node::default())
     }
@@ -73,22 +93,6 @@ impl Plugin for Ros {
         *node.all()? =
             serde_json::from_slice(bytes).map_err(|e| Fail::new(format!("its state cannot be read: {e}")))?;
         Ok(())
-    }
-
-    fn offer(offer: &mut Offer<Self>) {
-        offer.service::<Rosbridge>();
-        offer.subject("ros2", |offer| {
-            scripts::offer(offer);
-            actions::offer(offer);
-            bytes::offer(offer);
-            images::images(offer);
-            params::params(offer);
-            times::times(offer);
-        });
-        offer.subject("rosbridge", |offer| {
-            scripts::between(offer);
-            between::offer(offer);
-        });
     }
 }
 

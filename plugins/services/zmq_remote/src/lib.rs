@@ -13,20 +13,15 @@ mod state;
 mod zmtp;
 
 use tatu_plugin_api::{
-    safe::{Host, Offer, Plugin, Result, World},
+    safe::{Host, Offer, Plugin, Result},
     tatu_plugin,
 };
 
 pub use service::{Remote, ZmqRemote};
 
 impl Plugin for ZmqRemote {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(ZmqRemote)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.service::<Remote>();

@@ -25,7 +25,7 @@ mod show;
 mod windows;
 
 use tatu_plugin_api::{
-    safe::{Host, Offer, Plugin, Result, World},
+    safe::{Host, Offer, Plugin, Result},
     tatu_plugin,
 };
 
@@ -34,13 +34,8 @@ pub use plugin::WebPage;
 pub use service::Web;
 
 impl Plugin for WebPage {
-    type World = ();
-
     fn start(host: &Host) -> Result<Self> {
         Ok(WebPage { p: plugin::Props::new(host) })
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.service::<Web>();

@@ -3,18 +3,13 @@
 
 use std::f64::consts::{PI, TAU};
 
-use tatu_plugin_api::{abi::TATU_IN_POSE, safe::*, tatu_plugin};
+use tatu_plugin_api::{abi::TATU_IN_POSE, fields, safe::*, tatu_plugin};
 
 struct CompassPlugin;
 
 impl Plugin for CompassPlugin {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(CompassPlugin)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<Compass>();
@@ -30,8 +25,14 @@ struct Compass {
     least: f64,
 }
 
-const VALID: usize = 0;
-const HEADING: usize = 1;
+fields! {
+    Compass {
+        VALID: i32 = Field::new("compass.valid").text("Whether there is a heading: 1 or 0.");
+        HEADING: f64 = Field::new("compass.heading").unit("rad").valid("compass.valid").nothing("0").text(
+            "From the world's x axis to the sensor's, counter-clockwise, above -pi to pi; 0 where there is none.",
+        );
+    }
+}
 
 impl Sensor for Compass {
     type Plugin = CompassPlugin;
@@ -59,12 +60,7 @@ impl Sensor for Compass {
     }
 
     fn fields() -> Vec<Field> {
-        vec![
-            Field::i32("compass.valid").text("Whether there is a heading: 1 or 0."),
-            Field::f64("compass.heading").unit("rad").valid("compass.valid").nothing("0").text(
-                "From the world's x axis to the sensor's, counter-clockwise, above -pi to pi; 0 where there is none.",
-            ),
-        ]
+        Self::declared_fields()
     }
 
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
@@ -83,8 +79,8 @@ impl Sensor for Compass {
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let pose = sample.pose().ok_or_else(|| Fail::new("the host gave no pose"))?;
         if let Some(heading) = heading(&pose, self.least) {
-            out.i32(VALID)[0] = 1;
-            out.f64(HEADING)[0] = wrapped(heading + self.offset);
+            out.set(Self::VALID, 1);
+            out.set(Self::HEADING, wrapped(heading + self.offset));
         }
         Ok(())
     }
@@ -97,6 +93,14 @@ struct Turns;
 const LAST: usize = 0;
 const SUM: usize = 1;
 const BEGUN: usize = 2;
+
+fields! {
+    Turns {
+        TURNS: f64 = Field::new("turns.turns")
+            .unit("1")
+            .text("Turns since the start, counter-clockwise, with their fraction.");
+    }
+}
 
 impl Sensor for Turns {
     type Plugin = CompassPlugin;
@@ -111,7 +115,7 @@ impl Sensor for Turns {
         Vec::new()
     }
     fn fields() -> Vec<Field> {
-        vec![Field::f64("turns.turns").unit("1").text("Turns since the start, counter-clockwise, with their fraction.")]
+        Self::declared_fields()
     }
     fn create(_: &SharedWorld<'_>, _: Instance, _: &Params<'_>) -> Result<Self> {
         Ok(Turns)
@@ -129,7 +133,7 @@ impl Sensor for Turns {
             (kept[LAST], kept[BEGUN]) = (heading, 1.0);
         }
         let turns = kept[SUM];
-        out.f64(0)[0] = turns;
+        out.set(Self::TURNS, turns);
         Ok(())
     }
 }

@@ -8,13 +8,8 @@ use tatu_plugin_api::{abi::TATU_IN_POSE, safe::*, tatu_plugin};
 struct CompassPlugin;
 
 impl Plugin for CompassPlugin {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(CompassPlugin)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<Compass>();

@@ -8,13 +8,8 @@ use tatu_plugin_api::{abi::*, safe::*, tatu_plugin};
 struct ExamplePlugin;
 
 impl Plugin for ExamplePlugin {
-    type World = ();
-
     fn start(_: &Host) -> Result<Self> {
         Ok(ExamplePlugin)
-    }
-    fn world(&self, _: &World<'_>) -> Result<()> {
-        Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<ExampleRange>();

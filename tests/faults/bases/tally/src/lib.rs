@@ -29,59 +29,12 @@ impl Counts {
 }
 
 impl Plugin for Tally {
-    type World = Counts;
-
     fn start(host: &Host) -> Result<Self> {
         Ok(Tally { time: host.prop("scene.time") })
     }
-    fn world(&self, _: &World<'_>) -> Result<Counts> {
-        Ok(Counts::default())
-    }
-
-    const STATE_VERSION: u32 = 1;
-    fn save(world: &Counts) -> Result<Vec<u8>> {
-        let mut out = Vec::new();
-        let number = |out: &mut Vec<u8>, x: u64| out.extend(x.to_le_bytes());
-        let text = |out: &mut Vec<u8>, t: &[u8]| {
-            number(out, t.len() as u64);
-            out.extend(t);
-        };
-        let counts = world.counts.borrow();
-        number(&mut out, counts.len() as u64);
-        for (name, count) in counts.iter() {
-            text(&mut out, name);
-            number(&mut out, *count as u64);
-        }
-        let waits = world.waits.borrow();
-        number(&mut out, waits.len() as u64);
-        for (word, (name, count)) in waits.iter() {
-            number(&mut out, *word);
-            text(&mut out, name);
-            number(&mut out, *count as u64);
-        }
-        number(&mut out, world.word.get());
-        Ok(out)
-    }
-    fn load(world: &Counts, bytes: &[u8], version: u32) -> Result<()> {
-        if version != Self::STATE_VERSION {
-            return Err(Fail::unsupported(format!("counts of version {version} are not known")));
-        }
-        let mut from = Bytes(bytes);
-        let mut counts = BTreeMap::new();
-        for _ in 0..from.number()? {
-            counts.insert(from.text()?, from.number()? as i64);
-        }
-        let mut waits = BTreeMap::new();
-        for _ in 0..from.number()? {
-            waits.insert(from.number()?, (from.text()?, from.number()? as i64));
-        }
-        world.word.set(from.number()?);
-        world.counts.replace(counts);
-        world.waits.replace(waits);
-        Ok(())
-    }
 
     fn offer(offer: &mut Offer<Self>) {
+        offer.per_world();
         let name = || Param::string("name").text("of the count");
         offer.command(
             Command::<Self>::new("tally.add", |c| {
@@ -167,6 +120,57 @@ impl Plugin for Tally {
             .text("Gives the decimal digits of a number.")
             .example("local n, digits = tally.digits(-407)\nassert(n == 3 and digits[1] == 4 and digits[3] == 7)"),
         );
+    }
+}
+
+impl PerWorld for Tally {
+    type World = Counts;
+
+    fn world(&self, _: &World<'_>) -> Result<Counts> {
+        Ok(Counts::default())
+    }
+
+    const STATE_VERSION: u32 = 1;
+    fn save(world: &Counts) -> Result<Vec<u8>> {
+        let mut out = Vec::new();
+        let number = |out: &mut Vec<u8>, x: u64| out.extend(x.to_le_bytes());
+        let text = |out: &mut Vec<u8>, t: &[u8]| {
+            number(out, t.len() as u64);
+            out.extend(t);
+        };
+        let counts = world.counts.borrow();
+        number(&mut out, counts.len() as u64);
+        for (name, count) in counts.iter() {
+            text(&mut out, name);
+            number(&mut out, *count as u64);
+        }
+        let waits = world.waits.borrow();
+        number(&mut out, waits.len() as u64);
+        for (word, (name, count)) in waits.iter() {
+            number(&mut out, *word);
+            text(&mut out, name);
+            number(&mut out, *count as u64);
+        }
+        number(&mut out, world.word.get());
+        Ok(out)
+    }
+    fn load(world: &Counts, bytes: &[u8], version: u32) -> Result<()> {
+        if version != Self::STATE_VERSION {
+            return Err(Fail::unsupported(format!("counts of version {version} are not known")));
+        }
+        let mut from = Bytes(bytes);
+        let mut counts = BTreeMap::new();
+        for _ in 0..from.number()? {
+            counts.insert(from.text()?, from.number()? as i64);
+        }
+        let mut waits = BTreeMap::new();
+        for _ in 0..from.number()? {
+            waits.insert(from.number()?, (from.text()?, from.number()? as i64));
+        }
+        world.word.set(from.number()?);
+        world.counts.replace(counts);
+        world.waits.replace(waits);
+        Ok(())
     }
 }
 

@@ -1,0 +1,94 @@
+//! Names of what is made: which are taken, and how they get into the templates.
+
+use tatu_core::errors::Result;
+
+use super::choice::refused;
+
+/// Words that scripts cannot call anything: Lua's own, and the names of tables that every script has.
+#[rustfmt::skip]
+const TAKEN: [&str; 36] = [
+    "and", "break", "do", "else", "elseif", "end", "false", "for", "function", "goto", "if", "in", "local", "nil", "not",
+    "or", "repeat", "return", "then", "true", "until", "while",
+    "bit32", "coroutine", "debug", "io", "math", "os", "package", "sim", "simui", "socket", "string", "table", "tatu",
+    "utf8",
+];
+/// Longer ones make no good file names.
+const LONGEST: usize = 40;
+
+/// Checks a name.
+pub fn check(name: &str) -> Result {
+    let good = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+    let starts = name.chars().next().is_some_and(|c| c.is_ascii_lowercase());
+    let expected = "a letter, then letters, digits and `_`, all lower-case";
+    if !starts || !name.chars().all(good) {
+        let error = refused(format!("`{name}` cannot be a name")).expected(expected);
+        let better = better(name);
+        return Err(match better.is_empty() {
+            true => error,
+            false => error.help(format!("try `{better}`")),
+        });
+    }
+    if name.len() > LONGEST {
+        return Err(
+            refused(format!("the name is too long: {} letters", name.len())).expected(format!("at most {LONGEST}"))
+        );
+    }
+    if TAKEN.contains(&name) {
+        return Err(refused(format!("`{name}` is a word that scripts already have"))
+            .help(format!("try another, such as `my_{name}`")));
+    }
+    Ok(())
+}
+
+/// The name that was probably meant; empty: none.
+fn better(name: &str) -> String {
+    let mut out = String::new();
+    for c in name.chars() {
+        match c {
+            c if c.is_ascii_alphanumeric() => {
+                // `MyRobot` is `my_robot`.
+                if c.is_ascii_uppercase() && out.ends_with(|b: char| b.is_ascii_lowercase()) {
+                    out.push('_');
+                }
+                out.push(c.to_ascii_lowercase());
+            }
+            _ if !out.is_empty() && !out.ends_with('_') => out.push('_'),
+            _ => {}
+        }
+    }
+    out.trim_start_matches(|c: char| !c.is_ascii_lowercase()).trim_end_matches('_').to_owned()
+}
+
+/// A text of a template with the name in place of the template's own.
+pub fn put(text: &str, own: &str, name: &str) -> String {
+    text.replace(own, name).replace(&camel(own), &camel(name))
+}
+
+/// `my_robot` as `MyRobot`.
+fn camel(name: &str) -> String {
+    let word = |w: &str| w[..1].to_ascii_uppercase() + &w[1..];
+    name.split('_').filter(|w| !w.is_empty()).map(word).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names() {
+        for good in ["lamp", "my_robot", "a2"] {
+            assert!(check(good).is_ok(), "{good}");
+        }
+        for (bad, better) in [("My-Robot", "my_robot"), ("MyRobot", "my_robot"), ("2wheels", "wheels"), ("a b", "a_b")]
+        {
+            let e = check(bad).unwrap_err();
+            assert!(e.help.unwrap().contains(&format!("`{better}`")), "{bad}");
+        }
+        assert!(check("").is_err() && check("-").is_err() && check("end").is_err() && check(&"a".repeat(41)).is_err());
+    }
+
+    #[test]
+    fn names_get_into_texts() {
+        assert_eq!(put("my_plugin MyPlugin", "my_plugin", "big_lamp"), "big_lamp BigLamp");
+    }
+}

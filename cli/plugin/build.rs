@@ -1,0 +1,146 @@
+//! `tatu plugin build`: the library of a plugin, by the compiler of its language.
+
+use std::{
+    ffi::OsString,
+    fs,
+    io::ErrorKind,
+    path::{Path, PathBuf},
+    process::{Command, ExitCode},
+};
+
+use tatu_core::errors::{Error, Result};
+
+use super::project::Project;
+use crate::{new::Lang, report};
+
+#[derive(clap::Args)]
+pub struct Build {
+    /// The plugin's folder.
+    #[arg(default_value = ".")]
+    pub folder: PathBuf,
+}
+
+/// Exit code 0, or 1 if the compiler failed, with its own words before it.
+pub fn build(args: &Build) -> Result<ExitCode> {
+    let project = Project::open(&args.folder)?;
+    Ok(match make(&project)? {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::FAILURE,
+    })
+}
+
+/// Builds the library; whether the compiler could.
+pub fn make(project: &Project) -> Result<bool> {
+    fs::create_dir_all(project.build())
+        .map_err(|e| failed(format!("cannot make {}: {e}", project.build().display())))?;
+    let built = match project.lang {
+        Lang::C | Lang::Cpp => compile(project)?,
+        Lang::Rust => cargo(project)?,
+    };
+    if built {
+        report::err!("built {}", project.library().display());
+    }
+    Ok(built)
+}
+
+/// All sources of the folder in one call of the compiler, which is what the variables CC or CXX say.
+fn compile(project: &Project) -> Result<bool> {
+    let (variable, default, suffixes, standard): (_, _, &[&str], _) = match project.lang {
+        Lang::C => ("CC", "cc", &["c"], "-std=c11"),
+        _ => ("CXX", "c++", &["cpp", "cc", "cxx"], "-std=c++17"),
+    };
+    let compiler = words(variable).filter(|w| !w.is_empty()).unwrap_or_else(|| vec![default.into()]);
+    let sources = sources(&project.folder, suffixes)?;
+    let mut command = Command::new(&compiler[0]);
+    command.args(&compiler[1..]).args([standard, "-O2", "-Wall", "-Wextra"]);
+    command.args(words(if project.lang == Lang::C { "CFLAGS" } else { "CXXFLAGS" }).unwrap_or_default());
+    command.arg(if cfg!(target_os = "macos") { "-dynamiclib" } else { "-shared" });
+    if cfg!(unix) {
+        command.args(["-fPIC", "-fvisibility=hidden"]);
+    }
+    command.arg("-I").arg(project.folder.join("sdk/include"));
+    // Written beside the old one, which a running program may have open.
+    let new = project.build().join("new");
+    command.arg("-o").arg(&new).args(sources);
+    if cfg!(target_os = "linux") {
+        command.args(["-lm", "-lpthread"]);
+    }
+    let built = run(&mut command, &Missing { program: &compiler[0], variable, needs: "a compiler" })?;
+    if built {
+        put(&new, &project.library())?;
+    }
+    Ok(built)
+}
+
+/// `cargo build --release`, and its library taken over.
+fn cargo(project: &Project) -> Result<bool> {
+    // Where the environment names a folder, it is cargo's.
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| project.folder.join("target"), PathBuf::from);
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(&cargo);
+    command.args(["build", "--release", "--manifest-path"]).arg(project.folder.join("Cargo.toml"));
+    command.arg("--target-dir").arg(&target);
+    let built = run(&mut command, &Missing { program: &cargo, variable: "CARGO", needs: "Rust (https://rustup.rs)" })?;
+    if built {
+        let made = target.join("release").join(project.library_name());
+        let new = project.build().join("new");
+        fs::copy(&made, &new).map_err(|e| {
+            failed(format!("cannot take over {}: {e}", made.display())).help(format!(
+                "is the package in Cargo.toml called `tatu-{}`, and its crate-type \"cdylib\"?",
+                project.name
+            ))
+        })?;
+        put(&new, &project.library())?;
+    }
+    Ok(built)
+}
+
+/// The sources in a folder, in order of their names.
+fn sources(folder: &Path, suffixes: &[&str]) -> Result<Vec<PathBuf>> {
+    let read = fs::read_dir(folder).map_err(|e| failed(format!("cannot read {}: {e}", folder.display())))?;
+    let is_source = |p: &PathBuf| p.extension().is_some_and(|e| suffixes.iter().any(|s| e == *s));
+    let mut all: Vec<PathBuf> = read.flatten().map(|e| e.path()).filter(is_source).collect();
+    all.sort();
+    if all.is_empty() {
+        return Err(failed(format!("there is no source in {}", folder.display()))
+            .expected(format!("files that end with .{}", suffixes.join(", ."))));
+    }
+    Ok(all)
+}
+
+/// What to say where a compiler is missing.
+struct Missing<'a> {
+    program: &'a OsString,
+    variable: &'a str,
+    needs: &'a str,
+}
+
+/// Runs a compiler, whose output goes where ours does; whether it succeeded.
+fn run(command: &mut Command, missing: &Missing<'_>) -> Result<bool> {
+    let shown: Vec<_> = command.get_args().map(|a| a.to_string_lossy().into_owned()).collect();
+    report::err!("{} {}", missing.program.display(), shown.join(" "));
+    match command.status() {
+        Ok(status) => Ok(status.success()),
+        Err(e) if e.kind() == ErrorKind::NotFound => {
+            Err(failed(format!("there is no `{}`", missing.program.display())).help(format!(
+                "install {}, or name the one that you have in the environment variable {}",
+                missing.needs, missing.variable
+            )))
+        }
+        Err(e) => Err(failed(format!("cannot run `{}`: {e}", missing.program.display()))),
+    }
+}
+
+/// The words of an environment variable.
+fn words(variable: &str) -> Option<Vec<OsString>> {
+    let text = std::env::var(variable).ok()?;
+    Some(text.split_whitespace().map(OsString::from).collect())
+}
+
+fn put(new: &Path, library: &Path) -> Result {
+    fs::rename(new, library).map_err(|e| failed(format!("cannot write {}: {e}", library.display())))
+}
+
+fn failed(text: impl Into<String>) -> Error {
+    Error::new("E612", text)
+}

@@ -1,0 +1,45 @@
+//! `tatu plugin run`: a plugin in its own scene.
+
+use std::{
+    ffi::OsString,
+    path::PathBuf,
+    process::{Command, ExitCode},
+};
+
+use tatu_core::errors::{Error, Result};
+
+use super::{build, project::Project};
+
+#[derive(clap::Args)]
+pub struct Run {
+    /// The plugin's folder.
+    #[arg(default_value = ".")]
+    pub folder: PathBuf,
+    /// More for `tatu run`, behind `--`: `-- --seconds 5 --trace run.jsonl`.
+    #[arg(last = true, value_name = "OPTIONS", allow_hyphen_values = true)]
+    pub options: Vec<OsString>,
+}
+
+/// The exit code of the run; 1 if the plugin could not be built.
+pub fn run(args: &Run) -> Result<ExitCode> {
+    let project = Project::open(&args.folder)?;
+    if !build::make(&project)? {
+        return Ok(ExitCode::FAILURE);
+    }
+    let failed = |e: std::io::Error| Error::new("E612", format!("cannot start the run: {e}"));
+    let status = Command::new(std::env::current_exe().map_err(failed)?)
+        .arg("run")
+        .arg(project.folder.join("scene.toml"))
+        .args(&args.options)
+        .env("TATU_PLUGIN_PATH", path(&project))
+        .status()
+        .map_err(failed)?;
+    Ok(status.code().and_then(|c| u8::try_from(c).ok()).map_or(ExitCode::FAILURE, ExitCode::from))
+}
+
+/// Its folder, before those that the environment names.
+fn path(project: &Project) -> OsString {
+    let others = std::env::var_os("TATU_PLUGIN_PATH").unwrap_or_default();
+    let all = [project.build()].into_iter().chain(std::env::split_paths(&others).filter(|p| !p.as_os_str().is_empty()));
+    std::env::join_paths(all).unwrap_or_else(|_| project.build().into())
+}

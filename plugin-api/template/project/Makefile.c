@@ -1,0 +1,7 @@
+# The same as `tatu plugin build`, for those who prefer make; on Linux.
+LIBRARY = build/libtatu_my_plugin.so
+CFLAGS ?= -O2
+
+$(LIBRARY): $(wildcard *.c) $(wildcard sdk/include/*.h sdk/include/tatu/*.h)
+	mkdir -p build
+	$(CC) -std=c11 $(CFLAGS) -Wall -Wextra -shared -fPIC -fvisibility=hidden -I sdk/include -o $@ $(wildcard *.c) -lm -lpthread

@@ -1,0 +1,7 @@
+# The same as `tatu plugin build`, for those who prefer make; on Linux.
+LIBRARY = build/libtatu_my_plugin.so
+CXXFLAGS ?= -O2
+
+$(LIBRARY): $(wildcard *.cpp) $(wildcard sdk/include/*.h sdk/include/tatu/*)
+	mkdir -p build
+	$(CXX) -std=c++17 $(CXXFLAGS) -Wall -Wextra -shared -fPIC -fvisibility=hidden -I sdk/include -o $@ $(wildcard *.cpp)

@@ -1,0 +1,130 @@
+//! `tatu new` and `tatu plugin`: each template is made, built and run, and its scene checks it.
+
+use std::fs;
+
+use crate::kit::*;
+
+/// Makes a plugin, builds it and runs its scene: exit code 0, and no warning of a compiler.
+fn works(kind: &str, lang: &str) {
+    let place = Place::new();
+    let name = format!("my_{kind}");
+    place.tatu(&["new", "plugin", &name, "--lang", lang, "--kind", kind]).good();
+    let target = place.path().join("target");
+    let env = [("CARGO_TARGET_DIR", target.to_str().unwrap())];
+    let done = run(program(), place.path(), &["plugin", "run", &name], &env).good();
+    assert!(!done.err.contains("warning"), "{}", done.err);
+    assert!(done.out.contains(&format!("{name} works")), "{}\n{}", done.out, done.err);
+    assert!(place.path().join(&name).join("build").join(library(&format!("tatu_{name}"))).is_file());
+    // The check is one: without the plugin's folder the scene does not run, or fails.
+    let without = run(program(), place.path(), &["run", &format!("{name}/scene.toml"), "--steps", "200"], &[]);
+    assert_ne!(without.code, 0);
+}
+
+macro_rules! templates {
+    ($($(#[$condition:meta])? $test:ident: $kind:literal $lang:literal;)*) => {
+        $(#[test] $(#[$condition])? fn $test() { works($kind, $lang); })*
+        const MADE: &[(&str, &str)] = &[$(($kind, $lang)),*];
+    };
+}
+
+templates! {
+    a_command_in_c: "command" "c";
+    a_sensor_in_c: "sensor" "c";
+    an_actuator_in_c: "actuator" "c";
+    a_model_in_c: "model" "c";
+    an_importer_in_c: "importer" "c";
+    a_service_in_c: "service" "c";
+    a_script_language_in_c: "script" "c";
+    #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")] a_command_in_cpp: "command" "cpp";
+    #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")] a_sensor_in_cpp: "sensor" "cpp";
+    a_command_in_rust: "command" "rust";
+    a_sensor_in_rust: "sensor" "rust";
+    an_actuator_in_rust: "actuator" "rust";
+    a_model_in_rust: "model" "rust";
+    an_importer_in_rust: "importer" "rust";
+    a_service_in_rust: "service" "rust";
+    a_script_language_in_rust: "script" "rust";
+}
+
+#[test]
+fn every_template_is_tried() {
+    let folder = root().join("plugin-api/template");
+    for kind in ["command", "sensor", "actuator", "model", "importer", "service", "script"] {
+        for lang in ["c", "cpp", "rust"] {
+            let there = folder.join(format!("{kind}_{lang}")).is_dir();
+            assert_eq!(there, MADE.contains(&(kind, lang)), "{kind} in {lang}");
+        }
+    }
+}
+
+#[test]
+fn addons_scenes_and_robots_run() {
+    let place = Place::new();
+    for what in ["addon", "scene", "robot"] {
+        place.tatu(&["new", what, &format!("my_first_{what}")]).good();
+    }
+    let addon =
+        ["run", "my_first_addon/scene.toml", "--addon", "my_first_addon/my_first_addon.lua:every=1", "--seconds", "2"];
+    let done = place.tatu(&addon).good();
+    assert!(done.out.contains("/Pioneer_p3dx: ") && done.out.lines().count() >= 2, "{}", done.out);
+    place.tatu(&["run", "my_first_scene/scene.toml", "--seconds", "2", "--strict"]).good();
+    let done = place.tatu(&["run", "my_first_robot/scene.toml", "--strict"]).good();
+    assert!(done.out.contains("my_first_robot has arrived"), "{}", done.out);
+}
+
+#[test]
+fn nothing_is_overwritten_and_names_are_checked() {
+    let place = Place::new();
+    place.write("mine/keep.txt", "mine");
+    place.tatu(&["new", "scene", "mine"]).refused(&["E610", "mine is there already", "nothing was changed"]);
+    assert_eq!(fs::read_dir(place.path().join("mine")).unwrap().count(), 1);
+    for (name, told) in [("My-Robot", "try `my_robot`"), ("end", "try another, such as `my_end`"), ("a/b", "try `a_b`")]
+    {
+        place.tatu(&["new", "robot", name]).refused(&["E610", told]);
+    }
+    place.tatu(&["new", "plugin", "x", "--lang", "cpp", "--kind", "model"]).refused(&["E610", "in C++"]);
+    assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1, "something was made");
+    place.tatu(&["new", "scene", "other", "--to", "mine"]).good();
+    assert!(place.path().join("mine/other/scene.toml").is_file());
+}
+
+#[test]
+fn a_build_tells_what_is_missing_or_wrong() {
+    let place = Place::new();
+    place.tatu(&["plugin", "build"]).refused(&["E611", "tatu.toml", "tatu new plugin"]);
+    place.tatu(&["new", "plugin", "lamp", "--lang", "c", "--kind", "sensor"]).good();
+    let env = [("CC", "no-such-compiler")];
+    let done = run(program(), place.path(), &["plugin", "build", "lamp"], &env);
+    done.refused(&["E612", "there is no `no-such-compiler`", "install a compiler", "CC"]);
+    // What the compiler says is printed, and the code is 1.
+    place.write("lamp/broken.c", "int f(void) { return no_such_thing; }\n");
+    let done = place.tatu(&["plugin", "build", "lamp"]);
+    assert_eq!(done.code, 1, "{}", done.err);
+    done.tells(&["broken.c:1", "no_such_thing"]);
+    place.write("lamp/tatu.toml", "name = \"lamp\"\nlang = \"pascal\"\nsdk = \"0.1.0\"\n");
+    place.tatu(&["plugin", "build", "lamp"]).refused(&["E611", "unknown language `pascal`"]);
+}
+
+#[test]
+fn the_sdk_is_replaced_and_nothing_else() {
+    let place = Place::new();
+    place.tatu(&["new", "plugin", "lamp", "--lang", "rust", "--kind", "sensor"]).good();
+    let settings = place.read("lamp/tatu.toml");
+    let old = settings.replace("sdk = \"", "sdk = \"0.0.1-");
+    place
+        .write("lamp/tatu.toml", &old)
+        .write("lamp/src/lib.rs", "// mine\n")
+        .write("lamp/sdk/rust/src/lib.rs", "broken");
+    place.write("lamp/sdk/include/old.h", "");
+    place.tatu(&["plugin", "update-sdk", "lamp"]).good();
+    assert_eq!(place.read("lamp/tatu.toml"), settings);
+    assert_eq!(place.read("lamp/src/lib.rs"), "// mine\n");
+    assert_eq!(
+        place.read("lamp/sdk/rust/src/lib.rs"),
+        fs::read_to_string(root().join("plugin-api/src/lib.rs")).unwrap()
+    );
+    assert!(!place.path().join("lamp/sdk/include/old.h").exists() && !place.path().join("lamp/sdk.new").exists());
+    // The crate is the one of this repository, without what only the workspace needs.
+    let manifest = place.read("lamp/sdk/rust/Cargo.toml");
+    assert!(manifest.contains("name = \"tatu-plugin-api\"") && !manifest.contains("abi_stable"), "{manifest}");
+}
