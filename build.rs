@@ -46,6 +46,7 @@ fn embed() {
     };
     list("HEADERS", &api.join("include"), &["tatu.h", "tatu"], &|_| true);
     list("CRATE", &api, &of_crate, &|_| true);
+    list("TESTKIT", &api.join("testkit"), &["src"], &|_| true);
     list("TEMPLATES", &api.join("template"), &[""], &of_templates);
     let to = Path::new(&std::env::var("OUT_DIR").unwrap_or_default()).join("embedded.rs");
     // Without it the program does not compile, and says so.

@@ -171,6 +171,9 @@ fn outside(file: &str, thread: i32) -> String {
     if !own && name.contains("tatu_") {
         return format!("in {file}, in the thread `{}` and outside of any call from the program", name_of(thread));
     }
+    if !own && name.contains("test_") {
+        return format!("in {name}, the library of the test");
+    }
     if !own && thread != std::process::id().cast_signed() {
         let name = name_of(thread);
         return format!("in the thread `{name}`, outside of any call into a plugin; the thread may belong to a plugin");

@@ -28,6 +28,8 @@ pub fn files(lang: Lang) -> Vec<(String, String)> {
     if lang == Lang::Rust {
         all.extend(CRATE.iter().map(|(path, text)| (format!("sdk/rust/{path}"), (*text).to_owned())));
         all.push(("sdk/rust/Cargo.toml".into(), common("sdk.toml").replace("VERSION", VERSION)));
+        all.extend(TESTKIT.iter().map(|(path, text)| (format!("sdk/testkit/{path}"), (*text).to_owned())));
+        all.push(("sdk/testkit/Cargo.toml".into(), common("testkit.toml").replace("VERSION", VERSION)));
     }
     all
 }
@@ -48,6 +50,7 @@ mod tests {
         for path in ["src/lib.rs", "src/safe/declare/sensor.rs", "schemas/proximity.toml", "Cargo.toml"] {
             assert!(rust.iter().any(|(p, _)| *p == format!("sdk/rust/{path}")), "{path}");
         }
+        assert!(rust.iter().any(|(p, _)| p == "sdk/testkit/src/measuring.rs"));
         assert!(template("sensor_c").count() == 1 && !common("README.md").is_empty());
     }
 }

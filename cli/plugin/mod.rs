@@ -1,12 +1,4 @@
-//! `tatu plugin`: one file per subcommand, and what they share.
-//!
-//! - [`build`], [`run`], [`watch`], [`check`], [`why`], [`install`], [`list`], [`update_sdk`]: the subcommands;
-//! - `project`: the folder of a plugin, as `tatu new plugin` makes it;
-//! - `answer`: which file is meant, and the sentence about it; `show`: prints that;
-//! - `examine`: all that can be said about one file; `file`: what sort of file it is; `elf`: what the library in it needs
-//!   and exports; `loader`: the libraries and symbols that it needs; `probe`: opens it in a process of its own;
-//! - `folders`: the folders that are searched; `names`: names of files; `archive`: packed plugins; `reason`: what is
-//!   wrong, and what to do.
+//! `tatu plugin`: work on the folder of a plugin, as `tatu new plugin` makes it. One file or folder per subcommand.
 
 mod answer;
 mod archive;
@@ -25,6 +17,7 @@ pub mod project;
 mod reason;
 mod run;
 mod show;
+mod test;
 mod update_sdk;
 mod watch;
 mod why;
@@ -44,6 +37,11 @@ pub enum PluginCommand {
     Run(run::Run),
     /// Build a project at each save, while its scene runs.
     Watch(watch::Watch),
+    /// Build a project, and run its tests, each in its own process.
+    Test(test::Test),
+    /// Run one test: what `test` starts.
+    #[command(hide = true)]
+    RunTest(test::RunTest),
     /// Replace the headers and the crate in `sdk` by those of this program.
     UpdateSdk(update_sdk::UpdateSdk),
     /// Test a plugin against the rules of the ABI.
@@ -63,6 +61,8 @@ impl PluginCommand {
             PluginCommand::Build(args) => code(build::build(&args)),
             PluginCommand::Run(args) => code(run::run(&args)),
             PluginCommand::Watch(args) => code(watch::watch(&args)),
+            PluginCommand::Test(args) => code(test::test(&args)),
+            PluginCommand::RunTest(args) => code(test::run_test(&args)),
             PluginCommand::UpdateSdk(args) => code(update_sdk::update_sdk(&args)),
             PluginCommand::Check(args) => check::check(&args),
             PluginCommand::Why(args) => why::why(&args),

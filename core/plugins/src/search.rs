@@ -37,6 +37,8 @@ fn stem(name: &str) -> Option<&str> {
 pub struct Search {
     /// Folders, in search order.
     pub folders: Vec<(PathBuf, Source)>,
+    /// Libraries that are opened in any case, before those in the folders; their names are not looked at.
+    pub files: Vec<PathBuf>,
     /// Names of libraries (without prefix and suffix) that may be opened from `Source::Built` folders.
     pub built: Vec<String>,
     /// If set, libraries are opened as copies in this folder, so that their files can be overwritten while in use.
@@ -86,7 +88,7 @@ impl Search {
                 folders.push((up.join("lib/tatu/plugins"), Source::Installed));
             }
         }
-        Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), copies: None, only: None }
+        Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), ..Search::default() }
     }
 
     /// Adds a folder that a scene names; the user's own stays the last one.
@@ -135,12 +137,12 @@ impl Search {
         files
     }
 
-    /// Returns the files that may be plugins, ordered by folder, then by name.
+    /// Files that may be plugins: those that are named, then in order of folders, then of names.
     pub fn candidates(&self) -> Vec<PathBuf> {
         if let Some(only) = &self.only {
             return vec![only.clone()];
         }
-        let mut out = Vec::new();
+        let mut out = self.files.clone();
         for (folder, source) in &self.folders {
             let Ok(entries) = std::fs::read_dir(folder) else { continue };
             let mut files: Vec<_> =

@@ -11,10 +11,12 @@ mod args;
 mod ext;
 mod frozen;
 mod host;
+mod test;
 mod types;
 
 pub use args::*;
 pub use ext::*;
 pub use frozen::*;
 pub use host::*;
+pub use test::*;
 pub use types::*;

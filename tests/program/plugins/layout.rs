@@ -144,10 +144,12 @@ fn compiled(change: impl Fn(String) -> String, record: &Record) -> Record {
     }
     place.write(
         "print.c",
-        &format!("#include \"tatu.h\"\n#include <stdio.h>\nint main(void) {{\n{body}return 0;\n}}\n"),
+        &format!("#include \"tatu.h\"\n#include \"tatu/test.h\"\n#include <stdio.h>\nint main(void) {{\n{body}return 0;\n}}\n"),
     );
     let exe = place.path().join(format!("print{}", std::env::consts::EXE_SUFFIX));
-    succeed(Command::new(compiler("cc")).arg(place.path().join("print.c")).arg("-o").arg(&exe));
+    succeed(
+        Command::new(compiler("cc")).arg("-I").arg(place.path()).arg(place.path().join("print.c")).arg("-o").arg(&exe),
+    );
     let mut out = read(&succeed(&mut Command::new(exe)));
     // In the order of their offsets.
     out.values_mut().for_each(|known| known.fields.sort_by_key(|f| f.1));

@@ -122,4 +122,11 @@ mirror! {
     tatu_host_log { size, reserved, write, last_error }
     tatu_host_files { size, reserved, resolve, open }
     tatu_host_figures { size, reserved, add, change, put, record, list, get, part }
+    tatu_test_setup { size, reserved, scene, folder, plugins }
+    tatu_test_host {
+        size, reserved, open, close, step, time, field, reading, get, set, call, lines, faults, last_error
+    }
+    tatu_test { size, failures, host, folder, plugins, world, leave, ctx, report }
+    tatu_test_case { size, line, name, file, run }
+    tatu_test_list { size, abi_major, abi_minor, cases }
 }

@@ -24,6 +24,7 @@ mod refusals;
 mod reload;
 mod scopes;
 mod templates;
+mod testkit;
 mod texts;
 mod trust;
 mod why;

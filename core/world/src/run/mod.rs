@@ -1,10 +1,12 @@
 //! The public handle of a world: create, start, step, stop and inspect it.
 //!
-//! - [`World`]: a scene that runs; `life`: start, step, stop; `addons`: scripts from outside the document;
-//! - [`Reading`]: a sensor's last reading; `snapshot`: saving and restoring the state;
-//! - [`Session`]: services that run alongside worlds; `replay`: replaying an input log.
+//! - [`World`]: a scene that runs; `life`: start, step, stop; `addons`: scripts that are part of no document;
+//!   `call`: commands, called by the program;
+//! - [`Reading`]: what a sensor measured last; `snapshot`: writing its state, and going on from it;
+//! - [`Session`]: services beside worlds; `replay`: doing again what an input log holds.
 
 mod addons;
+mod call;
 mod life;
 mod reading;
 mod replay;

@@ -1,10 +1,11 @@
 //! The host functions of the plugin ABI: one file per table.
 //!
-//! Every function looks up its world, borrows one part of it, acts, and releases it. If the part is already borrowed
-//! (because the caller is inside a measure, for example), the function returns an error; it never panics.
+//! Every function looks its world up, borrows one part of it, acts, and lets it go. A borrow that is refused (the
+//! caller is inside a measure, say) is an error, never a panic. `by_path` is for programs, not for plugins.
 
 mod answer;
 mod bodies;
+mod by_path;
 mod commands;
 mod devices;
 mod events;

@@ -67,6 +67,27 @@ impl Host {
         Some(host)
     }
 
+    /// A host that offers nothing, for tests of what needs none: functions that ask it for something fail, and what is
+    /// logged is lost.
+    pub fn without_services() -> Self {
+        Host {
+            raw: std::ptr::null(),
+            scene: None,
+            stand_ins: None,
+            readings: None,
+            bodies: None,
+            commands: None,
+            scripts: None,
+            signals: None,
+            events: None,
+            session: None,
+            stage: None,
+            log: None,
+            files: None,
+            figures: None,
+        }
+    }
+
     /// Returns the raw table, for functions that have no wrapper.
     pub fn raw(&self) -> *const tatu_host {
         self.raw

@@ -40,6 +40,12 @@ impl<'a> World<'a> {
         World(SharedWorld::new(unsafe { WorldRef::new(world) }, host))
     }
 
+    /// No world, of a host that offers nothing: for tests of what needs none. Each of its functions fails.
+    pub fn nowhere(host: &'a Host) -> Self {
+        // SAFETY: null is no world, whatever the host is.
+        unsafe { Self::new(std::ptr::null_mut(), host) }
+    }
+
     /// Finds an object by path or unique name.
     pub fn find(&self, from: tatu_object, path: &str) -> Result<tatu_object> {
         let mut id = 0;

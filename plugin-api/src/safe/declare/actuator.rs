@@ -21,6 +21,13 @@ pub struct Drive<'a> {
 }
 
 impl<'a> Drive<'a> {
+    /// The input of instance `i` of a batch: for a host, or what stands in for one in tests.
+    ///
+    /// # Safety
+    /// The batch is valid for `'a` as `tatu/actuator.h` describes it, and has this instance.
+    pub unsafe fn new(batch: &'a tatu_actuator_batch, commands: &'a [f64], i: usize) -> Self {
+        Drive { batch, commands, i }
+    }
     /// Returns this instance's element of an array with one element per instance.
     fn own<T: Copy>(&self, array: *const T) -> T {
         // SAFETY: the host's arrays have one element for each of the batch's `n` instances, and `i` is below `n`.
@@ -209,7 +216,7 @@ unsafe extern "C" fn apply<A: Actuator>(
                 };
                 let mut out = Output { force: [0.0; 3], torque: [0.0; 3], effort: 0.0, state: &mut state };
                 let actuator = data.actuator.try_borrow().map_err(|_| in_use());
-                if let Err(fail) = actuator.and_then(|a| a.apply(&Drive { batch, commands, i }, &mut out)) {
+                if let Err(fail) = actuator.and_then(|a| a.apply(&Drive::new(batch, commands, i), &mut out)) {
                     *batch.status.add(i) = fail.write(error);
                     continue;
                 }

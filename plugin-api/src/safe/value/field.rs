@@ -141,6 +141,18 @@ impl Field {
     pub fn object(name: &'static str) -> Self {
         Self::of(name, TATU_ELEM_OBJECT)
     }
+    /// Its name, `<schema>.<field>`.
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+    /// The type of its elements, `TATU_ELEM_*`.
+    pub fn elem(&self) -> u32 {
+        self.elem
+    }
+    /// Its shape, as declared.
+    pub fn shape(&self) -> [u32; 3] {
+        self.dims
+    }
     /// Sets the shape, outermost dimension first; 0: the number of beams or pixels; [`TATU_DIM_ROWS`] and
     /// [`TATU_DIM_COLUMNS`]: those of the image.
     pub fn dims(mut self, dims: [u32; 3]) -> Self {

@@ -1,7 +1,10 @@
 //! Declarations of parameters, which scenes write with their unit.
 
 use crate::abi::*;
-use crate::safe::{Fail, Result, Value, ValueRef, value::keep::Keep, value::owned::type_name};
+use crate::safe::{
+    Fail, Owned, Result, Value, ValueRef,
+    value::{keep::Keep, owned::type_name},
+};
 
 /// The declaration of a parameter of a sensor, model or command, or of a result of a command.
 #[derive(Debug, Clone)]
@@ -130,6 +133,64 @@ impl Param {
         self
     }
 
+    /// The key.
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// The values of declared parameters, in their order: what is given by key, and defaults for the rest. Whole numbers
+    /// become floats where these are declared. For what stands in for a host in tests, which checks less than a host does:
+    /// keys, types, counts and ranges of numbers.
+    ///
+    /// # Errors
+    /// A key that is not declared, a value that does not fit, or one that is missing and has no default.
+    pub fn fill(declared: &[Param], given: &[(&str, Value)]) -> Result<Vec<Value>> {
+        if let Some((key, _)) = given.iter().find(|(key, _)| declared.iter().all(|p| p.key != *key)) {
+            let known: Vec<&str> = declared.iter().map(|p| p.key.as_str()).collect();
+            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            return Err(Fail::argument(format!("there is no parameter `{key}`; declared: {known}")));
+        }
+        let value = |p: &Param| match given.iter().rev().find(|(key, _)| p.key == *key) {
+            Some((_, value)) => p.fit(value.clone()),
+            None if p.fallback == Value::Nil && p.flags & TATU_PARAM_OPTIONAL == 0 => {
+                Err(Fail::argument(format!("the parameter `{}` has no default, and was not given", p.key)))
+            }
+            None => Ok(p.fallback.clone()),
+        };
+        declared.iter().map(value).collect()
+    }
+
+    /// A value as this parameter takes it.
+    fn fit(&self, value: Value) -> Result<Value> {
+        let value = match (self.kind, value) {
+            (TATU_F64, Value::Int(i)) => Value::Float(i as f64),
+            (TATU_F64S, Value::Ints(v)) => Value::Floats(v.into_iter().map(|i| i as f64).collect()),
+            (_, value) => value,
+        };
+        let mut room = Owned::default();
+        let view = room.value(&value);
+        let any = self.flags & TATU_PARAM_ANY != 0;
+        if !any && view.tag() != self.kind {
+            let (wanted, found) = (type_name(self.kind), type_name(view.tag()));
+            return Err(Fail::argument(format!("parameter `{}`: expected {wanted}, found {found}", self.key)));
+        }
+        if self.count != 0 && view.len() != self.count as usize {
+            return Err(Fail::argument(format!(
+                "parameter `{}`: expected {} elements, found {}",
+                self.key,
+                self.count,
+                view.len()
+            )));
+        }
+        match view.as_f64() {
+            Some(x) if !(self.lowest..=self.highest).contains(&x) => Err(Fail::argument(format!(
+                "parameter `{}`: {x} is not within {} to {}",
+                self.key, self.lowest, self.highest
+            ))),
+            _ => Ok(value),
+        }
+    }
+
     pub(crate) fn keep(&self, keep: &mut Keep) -> *const tatu_param {
         let keys: Vec<_> = self.keys.iter().map(|p| p.keep(keep)).collect();
         let raw = tatu_param {
@@ -157,7 +218,8 @@ pub struct Params<'a> {
 }
 
 impl<'a> Params<'a> {
-    pub(crate) fn new(values: &'a [ValueRef<'a>], declared: &'a [Param]) -> Self {
+    /// Values in the order of their declarations, as a host gives them to an instance; see [`Param::fill`].
+    pub fn new(values: &'a [ValueRef<'a>], declared: &'a [Param]) -> Self {
         Params { values, declared }
     }
     /// Returns the value of a key; nil if it was not given.

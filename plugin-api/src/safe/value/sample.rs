@@ -14,13 +14,15 @@ pub struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
+    /// The input of instance `i` of a batch: for a host, or what stands in for one in tests.
+    ///
     /// # Safety
-    /// The batch comes from the host, is valid for `'a`, and contains instance `i`.
-    pub(crate) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize) -> Self {
+    /// The batch is valid for `'a` as `tatu/sensor.h` describes it, and has this instance.
+    pub unsafe fn new(batch: &'a tatu_sensor_batch, i: usize) -> Self {
         Sample { batch, i, cast: true }
     }
     /// Returns the same sample for use while rays are being aimed, without the rays.
-    pub(crate) fn before_the_cast(&self) -> Sample<'a> {
+    pub fn before_the_cast(&self) -> Sample<'a> {
         Sample { cast: false, ..*self }
     }
     /// Returns this instance's element of an array with one element per instance; `None` if there is no such array.
@@ -162,10 +164,12 @@ pub struct Readout<'a> {
 }
 
 impl<'a> Readout<'a> {
+    /// The output of instance `i` of a batch: for a host, or what stands in for one in tests.
+    ///
     /// # Safety
-    /// The batch comes from the host, is valid for `'a`, and contains instance `i`; nothing else uses that instance's
-    /// fields and state block of `state` numbers.
-    pub(crate) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize, fields: &'a [Field], state: usize) -> Self {
+    /// The batch is valid for `'a` as `tatu/sensor.h` describes it, and has this instance, whose fields (of the types in
+    /// `fields`) and state block of `state` numbers nobody else uses.
+    pub unsafe fn new(batch: &'a tatu_sensor_batch, i: usize, fields: &'a [Field], state: usize) -> Self {
         let state: &mut [f64] = match state {
             0 => &mut [],
             // SAFETY: there is one block per instance, of the declared number of 8-byte aligned values, which nothing

@@ -1,0 +1,70 @@
+//! `tatu plugin test`: builds a plugin, and runs what its folder `tests` holds: tests in C and C++, scenes, and for a
+//! crate the tests of cargo.
+//!
+//! - `library`: the plugin under test; `c_tests`, `rust_tests`, `scenes`: the three sorts of tests;
+//! - `child`: one test in C, in a process of its own; `process`: such a process, and its end;
+//! - `outcome`: what came of a test, for people and as JSON; `tools`: compilers.
+
+mod c_tests;
+mod child;
+mod library;
+mod outcome;
+mod process;
+mod rust_tests;
+mod scenes;
+mod tools;
+
+use std::{path::PathBuf, process::ExitCode, time::Duration};
+
+use tatu_core::errors::{Error, Result};
+
+use self::outcome::Outcomes;
+pub use child::{RunTest, run_test};
+
+#[derive(clap::Args)]
+pub struct Test {
+    /// The plugin's folder.
+    #[arg(default_value = ".")]
+    pub folder: PathBuf,
+    /// Run only tests with this in their names.
+    #[arg(long, value_name = "NAME")]
+    pub only: Option<String>,
+    /// End with a JSON object on standard output, in place of a line per test.
+    #[arg(long)]
+    pub json: bool,
+    /// Seconds of real time after which a test that has not ended has failed.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = limit)]
+    pub timeout: f64,
+}
+
+fn limit(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|s: &f64| s.is_finite() && (0.1..=1e6).contains(s));
+    found.ok_or_else(|| "expected a number of seconds, at least 0.1".into())
+}
+
+/// Exit code 0 if all tests pass, 1 if one fails or nothing could be built, 2 if there is nothing to test.
+pub fn test(args: &Test) -> Result<ExitCode> {
+    let outcomes = run(args)?;
+    outcomes.summary(args.json);
+    Ok(if outcomes.failed() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn run(args: &Test) -> Result<Outcomes> {
+    let folder = args.folder.canonicalize().map_err(|e| {
+        Error::new("E620", format!("cannot use the folder {}: {e}", args.folder.display()))
+            .expected("the folder of a plugin, with its tests in the folder `tests`")
+    })?;
+    let limit = Duration::from_secs_f64(args.timeout);
+    let mut out = Outcomes::new(args.only.clone(), !args.json);
+    let Some(plugins) = library::make(&folder, &mut out)? else { return Ok(out) };
+    rust_tests::run(&folder, limit, &mut out)?;
+    c_tests::run(&folder, &plugins, limit, &mut out)?;
+    scenes::run(&folder, &plugins, limit, &mut out)?;
+    if out.is_empty() {
+        let only = args.only.as_ref().map_or(String::new(), |name| format!(" with `{name}` in its name"));
+        return Err(Error::new("E620", format!("{} has no test{only}", folder.display())).expected(
+            "files in the folder `tests`: tests in C (`*.c`), scenes (`*.toml`), or those of a crate (`*.rs`)",
+        ));
+    }
+    Ok(out)
+}

@@ -1,0 +1,99 @@
+//! The tests of a crate: built by cargo, and run one by one, so that one that crashes or does not end keeps no other from
+//! running.
+
+use std::{
+    path::{Path, PathBuf},
+    process::Command,
+    time::Duration,
+};
+
+use serde_json::Value;
+use tatu_core::errors::Result;
+
+use super::{
+    library::words,
+    outcome::{Failure, Outcomes},
+    process, tools,
+};
+
+/// How long cargo may take.
+const LONG: Duration = Duration::from_secs(3600);
+
+/// Runs all tests of the crate in the folder, if it is one. Examples in its documentation are left to `cargo test`.
+pub fn run(folder: &Path, limit: Duration, out: &mut Outcomes) -> Result {
+    let manifest = folder.join("Cargo.toml");
+    if !manifest.is_file() {
+        return Ok(());
+    }
+    let mut command = Command::new(tools::cargo());
+    command.args(["test", "--no-run", "--message-format=json-render-diagnostics", "--manifest-path"]).arg(&manifest);
+    let built = process::run(&mut command, LONG)?;
+    if !built.status.is_some_and(|s| s.success()) {
+        out.add("Cargo.toml", "cargo test", vec![Failure::new("the tests cannot be compiled")], &words(&built.output));
+        return Ok(());
+    }
+    for program in built.output.lines().filter_map(|l| Program::of(l, &manifest)) {
+        let file = tools::shown(folder, &program.source);
+        let ignored = program.names(folder, limit, &["--ignored"])?;
+        for name in program.names(folder, limit, &[])? {
+            if ignored.contains(&name) || !out.wants(&name) {
+                continue;
+            }
+            let ended = process::run(program.command(folder).args(["--exact", &name, "--test-threads=1"]), limit)?;
+            let good = ended.status.is_some_and(|s| s.success());
+            let (failures, output) = match (process::bad_end(&ended, limit), said(&ended.output, &name)) {
+                (None, _) if good => (Vec::new(), ""),
+                (Some(why), _) => (vec![Failure::new(why)], ended.output.as_str()),
+                (None, Some(said)) => (vec![Failure::new(said)], ""),
+                (None, None) => (vec![Failure::new("the test failed")], ended.output.as_str()),
+            };
+            out.add(&file, &name, failures, output);
+        }
+    }
+    Ok(())
+}
+
+/// A program with tests that cargo has built.
+struct Program {
+    file: PathBuf,
+    source: PathBuf,
+}
+
+impl Program {
+    /// What a message of cargo tells of; `None`: of something else.
+    fn of(message: &str, manifest: &Path) -> Option<Self> {
+        let message: Value = serde_json::from_str(message).ok()?;
+        let own = message["manifest_path"].as_str().is_some_and(|p| Path::new(p) == manifest);
+        let is_test = message["profile"]["test"].as_bool().unwrap_or(false);
+        let path = |v: &Value| v.as_str().map(PathBuf::from);
+        let program = Program { file: path(&message["executable"])?, source: path(&message["target"]["src_path"])? };
+        (own && is_test).then_some(program)
+    }
+
+    /// As cargo runs it, with the host of this program.
+    fn command(&self, folder: &Path) -> Command {
+        let mut command = Command::new(&self.file);
+        command.current_dir(folder).env("CARGO_MANIFEST_DIR", folder);
+        if let Some(home) = tools::home().filter(|_| std::env::var_os("TATU_TESTHOST").is_none()) {
+            command.env("TATU_HOME", home);
+        }
+        command
+    }
+
+    /// The names of its tests.
+    fn names(&self, folder: &Path, limit: Duration, which: &[&str]) -> Result<Vec<String>> {
+        let listed = process::run(self.command(folder).args(["--list", "--format", "terse"]).args(which), limit)?;
+        let names = listed.output.lines().filter_map(|l| l.strip_suffix(": test"));
+        Ok(names.map(str::to_owned).collect())
+    }
+}
+
+/// What a test said as it failed, between libtest's own lines, without the stack.
+fn said(output: &str, name: &str) -> Option<String> {
+    let begin = format!("---- {name} stdout ----");
+    let (_, rest) = output.split_once(begin.as_str())?;
+    let (own, _) = rest.split_once("\nfailures:\n")?;
+    let own = own.split("\nstack backtrace:").next().unwrap_or(own);
+    let lines: Vec<&str> = own.trim().lines().filter(|l| !l.starts_with("note: run with")).collect();
+    (!lines.is_empty()).then(|| lines.join("\n"))
+}

@@ -1,0 +1,62 @@
+//! Scenes as tests: each is run, and what goes wrong in it, or an assertion of its scripts, is a failure.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+    time::Duration,
+};
+
+use tatu_core::errors::{Error, Result};
+
+use super::{
+    outcome::{Failure, Outcomes},
+    process, tools,
+};
+
+/// Steps of a scene that does not say how many.
+const STEPS: u64 = 40;
+
+/// Runs all scenes of the folder.
+pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut Outcomes) -> Result {
+    let program = std::env::current_exe();
+    let program = program.map_err(|e| Error::new("E621", format!("where this program lies is unknown: {e}")))?;
+    let others = std::env::var_os("TATU_PLUGIN_PATH").unwrap_or_default();
+    let others = std::env::split_paths(&others).filter(|p| !p.as_os_str().is_empty());
+    let path = std::env::join_paths(plugins.iter().cloned().chain(others))
+        .map_err(|e| Error::new("E621", format!("the folder {} cannot be searched: {e}", folder.display())))?;
+    for scene in tools::files(&folder.join("tests"), &["toml"]) {
+        let name = scene.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        if !out.wants(&name) {
+            continue;
+        }
+        let text = fs::read_to_string(&scene).unwrap_or_default();
+        let mut command = Command::new(&program);
+        command.arg("run").arg(&scene).arg("--steps").arg(steps(&text).to_string());
+        let ended = process::run(command.current_dir(folder).env("TATU_PLUGIN_PATH", &path), limit)?;
+        let why = process::bad_end(&ended, limit).or_else(|| match ended.status.and_then(|s| s.code()) {
+            Some(0) => None,
+            Some(2) => Some("the scene cannot be run".into()),
+            _ => Some("something went wrong in the run".into()),
+        });
+        out.add(&tools::shown(folder, &scene), &name, why.into_iter().map(Failure::new).collect(), &ended.output);
+    }
+    Ok(())
+}
+
+/// The steps that a scene asks for by a comment, `# steps: 100`.
+fn steps(text: &str) -> u64 {
+    let comment = |line: &str| line.trim().strip_prefix('#')?.trim().strip_prefix("steps:")?.trim().parse().ok();
+    text.lines().find_map(comment).unwrap_or(STEPS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::steps;
+
+    #[test]
+    fn a_comment_says_how_many_steps() {
+        assert_eq!(steps("format = 1\n# steps: 7\n[scene]\n"), 7);
+        assert_eq!(steps("format = 1\n[scene] # steps: 7\n"), 40);
+    }
+}

@@ -1,0 +1,93 @@
+//! Errors as tests get them: a status, and a sentence that is kept for each thread. No panic leaves the library.
+
+use std::{
+    cell::RefCell,
+    ffi::{CStr, c_char},
+    panic::{AssertUnwindSafe, catch_unwind},
+};
+
+use tatu_core::errors::{Error, Fault, FaultKind};
+use tatu_plugin_api::abi::*;
+
+/// Why a function refused: a status, and what, where, and what was expected.
+#[derive(Debug)]
+pub struct Wrong(pub tatu_status, pub String);
+
+impl Wrong {
+    pub fn argument(text: impl Into<String>) -> Self {
+        Wrong(TATU_ERR_ARGUMENT, text.into())
+    }
+    pub fn missing(text: impl Into<String>) -> Self {
+        Wrong(TATU_ERR_MISSING, text.into())
+    }
+}
+
+impl From<Error> for Wrong {
+    fn from(e: Error) -> Self {
+        Wrong(TATU_ERR, e.to_string())
+    }
+}
+
+impl From<Box<Fault>> for Wrong {
+    fn from(fault: Box<Fault>) -> Self {
+        let status = match fault.kind {
+            FaultKind::UnknownFunction => TATU_ERR_UNKNOWN,
+            FaultKind::BadArgument => TATU_ERR_ARGUMENT,
+            FaultKind::MissingObject => TATU_ERR_MISSING,
+            FaultKind::Unsupported => TATU_ERR_UNSUPPORTED,
+            FaultKind::Plugin => TATU_ERR_PANIC,
+            _ => TATU_ERR,
+        };
+        let help = fault.help.as_ref().map_or(String::new(), |help| format!("\n  help: {help}"));
+        Wrong(status, fault.message.clone() + &help)
+    }
+}
+
+thread_local! {
+    /// The sentence of the last function that refused.
+    static LAST: RefCell<String> = const { RefCell::new(String::new()) };
+}
+
+/// Runs what a function does; a refusal or a panic becomes the last error of the thread.
+pub fn guarded<T>(refused: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Result<T, Wrong>) -> T {
+    let Wrong(status, text) = match catch_unwind(AssertUnwindSafe(f)) {
+        Ok(Ok(done)) => return done,
+        Ok(Err(wrong)) => wrong,
+        Err(panic) => {
+            let said = panic.downcast_ref::<&str>().copied();
+            let said = said.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no text");
+            Wrong(
+                TATU_ERR_PANIC,
+                format!("the host panicked: {said}\n  help: this is an error of Tatu, please report it"),
+            )
+        }
+    };
+    LAST.with(|last| *last.borrow_mut() = text);
+    refused(status)
+}
+
+/// The same for functions that return a status.
+pub fn status(f: impl FnOnce() -> Result<(), Wrong>) -> tatu_status {
+    guarded(|status| status, || f().map(|()| TATU_OK))
+}
+
+/// The sentence of the last refusal; valid until the next one on this thread.
+pub extern "C" fn last_error() -> tatu_str {
+    LAST.with(|last| {
+        let last = last.borrow();
+        tatu_str { ptr: last.as_ptr().cast(), len: last.len() as u64 }
+    })
+}
+
+/// A text that a test gave.
+///
+/// # Safety
+/// `text` is null or ends with 0, and lives for `'a`.
+pub unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a str, Wrong> {
+    if text.is_null() {
+        return Err(Wrong::argument(format!("{what} is null")));
+    }
+    // SAFETY: the caller promises it.
+    let text = unsafe { CStr::from_ptr(text) };
+    text.to_str().map_err(|_| Wrong::argument(format!("{what} is not UTF-8")))
+}

@@ -1,0 +1,77 @@
+//! Readings, faults and lines as tests get them.
+
+use tatu_core::{
+    LogLine, Reading, World,
+    errors::{Fault, nearest},
+};
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use crate::answer::Wrong;
+
+/// What a sensor measured last.
+pub fn reading(world: &World, path: &str) -> Result<Reading, Wrong> {
+    if let Some(reading) = world.reading(path) {
+        return Ok(reading);
+    }
+    if let Some(other) = world.observe(path) {
+        return Err(Wrong::missing(format!("{} is no sensor", other.path)));
+    }
+    let near = world.nearest(path).map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+    Err(Wrong::missing(format!("there is no object `{path}`{near}")))
+}
+
+/// A field of it. Bytes are numbers, too.
+pub fn field(world: &World, path: &str, name: &str) -> Result<Value, Wrong> {
+    let reading = reading(world, path)?;
+    let names: Vec<&str> = reading.fields.iter().map(|f| f.name.as_str()).collect();
+    let Some(field) = reading.field(name) else {
+        let near = nearest(name, names.iter().copied()).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+        let text = format!("the sensor {} of kind `{}` has no field `{name}`{near}", reading.path, reading.kind);
+        return Err(Wrong::missing(format!("{text}\n  expected: one of {}", names.join(", "))));
+    };
+    if reading.sequence == 0 {
+        let text = format!("the sensor {} has not measured yet\n  help: do a step first", reading.path);
+        return Err(Wrong::missing(text));
+    }
+    Ok(numbers(&field.value))
+}
+
+fn numbers(value: &Value) -> Value {
+    match value {
+        Value::Bytes(bytes) => Value::Ints(bytes.iter().map(|b| i64::from(*b)).collect()),
+        other => other.clone(),
+    }
+}
+
+/// The whole reading as a map.
+pub fn whole(reading: &Reading) -> Value {
+    let fields = reading.fields.iter().map(|f| (Value::text(&f.name), numbers(&f.value))).collect();
+    Value::Map(vec![
+        (Value::text("kind"), Value::text(&reading.kind)),
+        (Value::text("time"), Value::Float(reading.time)),
+        (Value::text("sequence"), Value::Int(reading.sequence as i64)),
+        (Value::text("fields"), Value::Map(fields)),
+    ])
+}
+
+/// A line for a fault that has occurred so many times.
+pub fn fault(fault: &Fault, times: u64) -> String {
+    let place = match (&fault.file, fault.line) {
+        (Some(file), Some(line)) => format!("{file}:{line}: "),
+        _ => String::new(),
+    };
+    let object = fault.object.as_ref().map_or(String::new(), |o| format!(" [{o}]"));
+    let help = fault.help.as_ref().map_or(String::new(), |h| format!(" ({h})"));
+    let times = if times > 1 { format!(", {times} times") } else { String::new() };
+    format!("[{}] {place}{}{object}{help}{times}", fault.code, fault.message)
+}
+
+/// A line of the log.
+pub fn line(line: &LogLine) -> String {
+    match line.level {
+        TATU_LOG_ERROR => format!("error: {}", line.text),
+        TATU_LOG_WARNING => format!("warning: {}", line.text),
+        TATU_LOG_DEBUG => format!("debug: {}", line.text),
+        _ => line.text.clone(),
+    }
+}

@@ -1,0 +1,122 @@
+//! The worlds that tests have opened, by thread. A handle is a number that was never used before: one that is stale, or
+//! another thread's, is refused, and nothing is read through it.
+
+use std::{
+    cell::{Cell, RefCell},
+    collections::BTreeMap,
+    mem::ManuallyDrop,
+    rc::Rc,
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering::Relaxed},
+    },
+};
+
+use tatu_core::{World, plugins::Registry};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Owned, Value},
+};
+
+use crate::{
+    answer::Wrong,
+    open::{self, Setup},
+    told,
+};
+
+/// A world, and what was given of it.
+pub struct Open {
+    pub world: World,
+    registry: Arc<Registry>,
+    /// What the last answer points to.
+    values: RefCell<Owned>,
+    text: RefCell<String>,
+    /// How often each fault has been told.
+    told: RefCell<Vec<u64>>,
+    /// A call of the test is running in it.
+    busy: Cell<bool>,
+}
+
+thread_local! {
+    /// Not dropped with the thread, at whose end a world could not be ended in order.
+    static OPEN: ManuallyDrop<RefCell<BTreeMap<usize, Rc<Open>>>> = const { ManuallyDrop::new(RefCell::new(BTreeMap::new())) };
+}
+static NEXT: AtomicUsize = AtomicUsize::new(1);
+
+/// Opens a world; its handle.
+pub fn add(setup: &Setup<'_>) -> Result<*mut tatu_test_world, Wrong> {
+    let (world, registry) = open::open(setup)?;
+    let handle = NEXT.fetch_add(1, Relaxed);
+    let open = Open {
+        world,
+        registry,
+        values: RefCell::default(),
+        text: RefCell::default(),
+        told: RefCell::default(),
+        busy: Cell::new(false),
+    };
+    OPEN.with(|all| all.borrow_mut().insert(handle, Rc::new(open)));
+    Ok(std::ptr::without_provenance_mut(handle))
+}
+
+/// Does something with a world.
+pub fn with<T>(handle: *mut tatu_test_world, f: impl FnOnce(&Open) -> Result<T, Wrong>) -> Result<T, Wrong> {
+    let open = OPEN.with(|all| all.borrow().get(&handle.addr()).cloned()).ok_or_else(stranger)?;
+    if open.busy.replace(true) {
+        return Err(Wrong(
+            TATU_ERR_BUSY,
+            "the world is busy with another call of the test, or one failed within it".into(),
+        ));
+    }
+    let done = f(&open);
+    open.busy.set(false);
+    done
+}
+
+fn stranger() -> Wrong {
+    let text = "there is no such world: it was never opened, has been closed, or belongs to another thread";
+    Wrong(TATU_ERR_GONE, text.into())
+}
+
+/// Stops a world and ends it; what has gone wrong since the test last asked.
+pub fn remove(handle: *mut tatu_test_world) -> Result<(), Wrong> {
+    let open = OPEN.with(|all| all.borrow_mut().remove(&handle.addr())).ok_or_else(stranger)?;
+    open.world.stop();
+    open.world.end();
+    let mut wrong: Vec<String> = open.new_faults();
+    if let Some(open) = Rc::into_inner(open) {
+        wrong.extend(open::close(open.world, open.registry));
+    }
+    if wrong.is_empty() { Ok(()) } else { Err(Wrong(TATU_ERR, wrong.join("\n"))) }
+}
+
+impl Open {
+    /// A value, whose memory lives until the next answer.
+    pub fn lend(&self, value: &Value) -> tatu_value {
+        let mut room = Owned::default();
+        let raw = room.raw(value);
+        *self.values.borrow_mut() = room;
+        raw
+    }
+    /// Several of them.
+    pub fn lend_all(&self, values: &[Value]) -> Vec<tatu_value> {
+        let mut room = Owned::default();
+        let raw = values.iter().map(|v| room.raw(v)).collect();
+        *self.values.borrow_mut() = room;
+        raw
+    }
+    /// A text, likewise.
+    pub fn lend_text(&self, text: String) -> tatu_str {
+        let mut kept = self.text.borrow_mut();
+        *kept = text;
+        tatu_str { ptr: kept.as_ptr().cast(), len: kept.len() as u64 }
+    }
+    /// Faults that have not been told yet, or have occurred again.
+    pub fn new_faults(&self) -> Vec<String> {
+        let mut told = self.told.borrow_mut();
+        let all = self.world.faults();
+        told.resize(all.len(), 0);
+        let new = all.iter().zip(told.iter_mut()).filter(|(fault, told)| fault.count > **told);
+        new.map(|(fault, told)| told::fault(fault, fault.count - std::mem::replace(told, fault.count))).collect()
+    }
+}

@@ -1,0 +1,286 @@
+/* tatu/test.h: tests of plugins, in C and C++. The guide is docs/plugin-authors/testing.md.
+ *
+ *   #include "tatu/test.h"
+ *
+ *   TATU_TEST(sees_the_wall) {
+ *     tatu_test_scene(t, "format = 1 ...");
+ *     tatu_test_step(t, 1);
+ *     TATU_CHECK_NEAR(tatu_test_number(t, "/lamp", "lamp.level", 0), 0.5, 1e-9);
+ *   }
+ *
+ *   TATU_TESTS(sees_the_wall);
+ *
+ * Each file in the folder `tests` of a plugin becomes a library of its own, which does not contain the plugin: it sees
+ * the plugin as scenes and scripts do. `tatu plugin test` builds it and runs each test in a process of its own.
+ *
+ * No plugin needs this header, and tatu.h does not include it. */
+#ifndef TATU_TEST_H
+#define TATU_TEST_H
+
+#include <stdio.h>
+#ifndef __cplusplus
+#  include <setjmp.h>
+#endif
+
+#include "tatu/core.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---------------------------------------------------------------- The host of tests ----------------------------- */
+
+/* A world that a test has opened. It belongs to the thread that opened it. */
+typedef struct tatu_test_world tatu_test_world;
+
+/* What a world is made of. */
+typedef struct tatu_test_setup {
+  uint32_t size;
+  uint32_t reserved;
+  tatu_str scene;             /* the text of a scene file */
+  const char *folder;         /* where the files lie that it names; null: the working folder */
+  const char *const *plugins; /* libraries of plugins, or folders with such, besides the program's own; may be null */
+} tatu_test_setup;
+
+/* The host, as tests see it: the library `tatuhost` beside the program, or the program itself. Its functions never end
+ * the process. One that fails returns null or a negative status, and `last_error` has the sentence: what, where, and what
+ * was expected. What is returned by pointer is valid until the next call with the same world; texts of `last_error`, until
+ * the next call on the same thread. */
+typedef struct tatu_test_host {
+  uint32_t size;
+  uint32_t reserved;
+  /* Opens a scene and starts it: time is 0, and nothing has been measured yet. */
+  tatu_test_world *(TATU_CALL *open)(const tatu_test_setup *);
+  /* Stops a world and ends it; null is ignored. Negative: something went wrong in that, or had gone wrong before, and
+   * `faults` has not told it. */
+  tatu_status(TATU_CALL *close)(tatu_test_world *);
+  /* Does `n` steps. Faults of scripts and plugins do not stop it; see `faults`. */
+  tatu_status(TATU_CALL *step)(tatu_test_world *, uint64_t n);
+  /* Simulation time, s; -1: there is no such world. */
+  double(TATU_CALL *time)(tatu_test_world *);
+  /* A field of a sensor's last reading, by its path or unique name and the field's name: an array of numbers. */
+  tatu_status(TATU_CALL *field)(tatu_test_world *, const char *path, const char *name, tatu_value *out);
+  /* The whole reading: a map with `kind`, `time` (s), `sequence` (how often it has measured; 0: never) and `fields`. */
+  tatu_status(TATU_CALL *reading)(tatu_test_world *, const char *path, tatu_value *out);
+  /* A property of an object: "position", "joint.position", a parameter "lamp.range", a command of an actuator. An empty
+   * path is the world: "scene.gravity". */
+  tatu_status(TATU_CALL *get)(tatu_test_world *, const char *path, const char *key, tatu_value *out);
+  tatu_status(TATU_CALL *set)(tatu_test_world *, const char *path, const char *key, const tatu_value *value);
+  /* Calls a command as the host does, between two steps. Writes up to `cap` results, and how many there are. */
+  tatu_status(TATU_CALL *call)(tatu_test_world *, const char *name, const tatu_value *args, uint32_t n_args,
+                               tatu_value *results, uint32_t cap, uint32_t *n_results);
+  /* What has been logged since the last call: a line each, "warning: ...". */
+  tatu_str(TATU_CALL *lines)(tatu_test_world *);
+  /* What has gone wrong since the last call: a line each, "[F207] ...". Empty: nothing. */
+  tatu_str(TATU_CALL *faults)(tatu_test_world *);
+  /* Why the last call on this thread failed. */
+  tatu_str(TATU_CALL *last_error)(void);
+} tatu_test_host;
+
+/* The one function that the library `tatuhost` exports. */
+typedef const tatu_test_host *(TATU_CALL *tatu_test_host_get_t)(void);
+
+/* ---------------------------------------------------------------- Tests ----------------------------------------- */
+
+/* A test that runs, for the macros and functions below. */
+typedef struct tatu_test {
+  uint32_t size;
+  uint32_t failures;          /* checks that have failed */
+  const tatu_test_host *host;
+  const char *folder;         /* where files of scenes lie: the folder `tests` */
+  const char *const *plugins; /* the plugin under test */
+  tatu_test_world *world;     /* what tatu_test_scene opened; closed at the end */
+  void *leave;                /* where the test is left */
+  void *ctx;                  /* the runner's */
+  /* Notes a failure: a place and a text. */
+  void(TATU_CALL *report)(struct tatu_test *, const char *file, uint32_t line, const char *text);
+} tatu_test;
+
+/* One test, as TATU_TEST declares it. */
+typedef struct tatu_test_case {
+  uint32_t size;
+  uint32_t line;
+  const char *name;
+  const char *file;
+  void(TATU_CALL *run)(tatu_test *);
+} tatu_test_case;
+
+/* All tests of a library: its exported symbol `tatu_tests`. */
+typedef struct tatu_test_list {
+  uint32_t size;
+  uint16_t abi_major;
+  uint16_t abi_minor;
+  const tatu_test_case *const *cases; /* null-terminated */
+} tatu_test_list;
+
+#ifdef __cplusplus
+} /* extern "C" */
+
+struct tatu_test_end {}; /* thrown to leave a test, so that destructors run */
+#  define TATU_TEST_LEAVE(Test) throw tatu_test_end()
+#  define TATU_TEST_ENTER(Test, Body) \
+    try { Body(Test); } \
+    catch (const tatu_test_end &) {} \
+    catch (...) { tatu_test_fail(Test, __FILE__, __LINE__, "an exception was thrown"); }
+#  define TATU_TEST_LINKAGE extern "C"
+#else
+#  define TATU_TEST_LEAVE(Test) longjmp(*(jmp_buf *)(Test)->leave, 1)
+#  define TATU_TEST_ENTER(Test, Body) \
+    jmp_buf leave; \
+    (Test)->leave = &leave; \
+    if (!setjmp(leave)) Body(Test); \
+    (Test)->leave = NULL;
+#  define TATU_TEST_LINKAGE extern
+#endif
+
+/* Declares a test; its body follows. In it, `t` is the test that runs. The name is known in the file from here on. */
+#define TATU_TEST(Name) \
+  static void tatu_body_##Name(tatu_test *t); \
+  static void TATU_CALL tatu_run_##Name(tatu_test *t) { TATU_TEST_ENTER(t, tatu_body_##Name) } \
+  static const tatu_test_case Name[1] = {{sizeof(tatu_test_case), __LINE__, #Name, __FILE__, tatu_run_##Name}}; \
+  static void tatu_body_##Name(tatu_test *t)
+
+/* Exports the tests of a file, once at its end: TATU_TESTS(sees_the_wall, counts). */
+#define TATU_TESTS(...) \
+  static const tatu_test_case *const tatu_test_cases[] = {__VA_ARGS__, NULL}; \
+  TATU_TEST_LINKAGE TATU_EXPORT const tatu_test_list tatu_tests; \
+  const tatu_test_list tatu_tests = {sizeof(tatu_test_list), TATU_ABI_MAJOR, TATU_ABI_MINOR, tatu_test_cases}
+
+/* ---------------------------------------------------------------- Checks ---------------------------------------- */
+
+/* Notes a failure; the test goes on. */
+static inline void tatu_test_fail(tatu_test *t, const char *file, int line, const char *text) {
+  t->failures++;
+  if (TATU_HAS(t, report)) t->report(t, file, (uint32_t)line, text);
+}
+static inline int tatu_test_check(tatu_test *t, const char *file, int line, int holds, const char *what) {
+  char text[512];
+  if (holds) return 1;
+  snprintf(text, sizeof text, "%s does not hold", what);
+  tatu_test_fail(t, file, line, text);
+  return 0;
+}
+static inline int tatu_test_check_near(tatu_test *t, const char *file, int line, double a, double b, double tolerance,
+                                       const char *what_a, const char *what_b) {
+  char text[512];
+  double apart = a > b ? a - b : b - a;
+  if (apart <= tolerance || a == b) return 1;
+  snprintf(text, sizeof text, "%s is %.17g, and %s is %.17g: %g apart, at most %g expected", what_a, a, what_b, b, apart,
+           tolerance);
+  tatu_test_fail(t, file, line, text);
+  return 0;
+}
+
+/* Checks that something holds, and goes on if it does not. */
+#define TATU_CHECK(Holds) tatu_test_check(t, __FILE__, __LINE__, !!(Holds), #Holds)
+/* Checks that two numbers differ by no more than a tolerance. */
+#define TATU_CHECK_NEAR(A, B, Tolerance) \
+  tatu_test_check_near(t, __FILE__, __LINE__, (double)(A), (double)(B), (double)(Tolerance), #A, #B)
+/* Checks that something holds, and ends the test if it does not. */
+#define TATU_REQUIRE(Holds) \
+  do { \
+    if (!TATU_CHECK(Holds)) TATU_TEST_LEAVE(t); \
+  } while (0)
+
+/* ---------------------------------------------------------------- The world of a test --------------------------- */
+
+/* The functions below end the test where the host refuses, with its sentence. */
+static inline void tatu_test_need(tatu_test *t, const char *file, int line, int done) {
+  char text[4096];
+  tatu_str why;
+  if (done) return;
+  why = t->host->last_error();
+  snprintf(text, sizeof text, "%.*s", (int)(why.len < 4000 ? why.len : 4000), why.ptr ? why.ptr : "");
+  tatu_test_fail(t, file, line, text);
+  TATU_TEST_LEAVE(t);
+}
+static inline int tatu_test_has_world(tatu_test *t, const char *file, int line) {
+  if (t->world) return 1;
+  tatu_test_fail(t, file, line, "there is no world yet: call tatu_test_scene first");
+  TATU_TEST_LEAVE(t);
+  return 0;
+}
+static inline void tatu_test_scene_at(tatu_test *t, const char *file, int line, const char *scene) {
+  tatu_test_setup setup = {sizeof(tatu_test_setup), 0, {0, 0}, 0, 0};
+  tatu_test_world *before = t->world;
+  t->world = 0;
+  tatu_test_need(t, file, line, t->host->close(before) >= 0);
+  setup.scene = tatu_text(scene);
+  setup.folder = t->folder;
+  setup.plugins = t->plugins;
+  t->world = t->host->open(&setup);
+  tatu_test_need(t, file, line, t->world != 0);
+}
+static inline void tatu_test_step_at(tatu_test *t, const char *file, int line, uint64_t n) {
+  if (tatu_test_has_world(t, file, line)) tatu_test_need(t, file, line, t->host->step(t->world, n) >= 0);
+}
+static inline double tatu_test_number_at(tatu_test *t, const char *file, int line, const char *path, const char *field,
+                                         uint64_t index) {
+  tatu_value v = {TATU_NIL, 0, {0}};
+  if (!tatu_test_has_world(t, file, line)) return 0;
+  tatu_test_need(t, file, line, t->host->field(t->world, path, field, &v) >= 0);
+  if (v.tag == TATU_F64S && index < v.u.s.len) return ((const double *)v.u.s.ptr)[index];
+  if (v.tag == TATU_I64S && index < v.u.s.len) return (double)((const int64_t *)v.u.s.ptr)[index];
+  {
+    char text[512];
+    int numbers = v.tag == TATU_F64S || v.tag == TATU_I64S;
+    snprintf(text, sizeof text, "%s: `%s` has %lu numbers, and number %lu was asked for", path, field,
+             numbers ? (unsigned long)v.u.s.len : 0ul, (unsigned long)index);
+    tatu_test_fail(t, file, line, text);
+    TATU_TEST_LEAVE(t);
+  }
+  return 0;
+}
+static inline tatu_value tatu_test_get_at(tatu_test *t, const char *file, int line, const char *path, const char *key) {
+  tatu_value v = {TATU_NIL, 0, {0}};
+  if (tatu_test_has_world(t, file, line)) tatu_test_need(t, file, line, t->host->get(t->world, path, key, &v) >= 0);
+  return v;
+}
+static inline void tatu_test_set_at(tatu_test *t, const char *file, int line, const char *path, const char *key,
+                                    tatu_value value) {
+  if (tatu_test_has_world(t, file, line)) tatu_test_need(t, file, line, t->host->set(t->world, path, key, &value) >= 0);
+}
+static inline tatu_value tatu_test_call_at(tatu_test *t, const char *file, int line, const char *name,
+                                           const tatu_value *args, uint32_t n_args) {
+  tatu_value result = {TATU_NIL, 0, {0}};
+  uint32_t n = 0;
+  if (tatu_test_has_world(t, file, line))
+    tatu_test_need(t, file, line, t->host->call(t->world, name, args, n_args, &result, 1, &n) >= 0);
+  return n ? result : tatu_nil();
+}
+
+/* Opens a scene, from the text of a scene file, with the plugin under test. One that was open before is closed. */
+#define tatu_test_scene(Test, Text) tatu_test_scene_at(Test, __FILE__, __LINE__, Text)
+/* Does `N` steps. */
+#define tatu_test_step(Test, N) tatu_test_step_at(Test, __FILE__, __LINE__, N)
+/* A number of a sensor's last reading: path, field, and index, from 0. */
+#define tatu_test_number(Test, Path, Field, Index) tatu_test_number_at(Test, __FILE__, __LINE__, Path, Field, Index)
+/* A property of an object, as a tatu_value; tatu_to_float makes a number of it. Setting one: value by tatu_float, ... */
+#define tatu_test_get(Test, Path, Key) tatu_test_get_at(Test, __FILE__, __LINE__, Path, Key)
+#define tatu_test_set(Test, Path, Key, Value) tatu_test_set_at(Test, __FILE__, __LINE__, Path, Key, Value)
+/* The first result of a command: tatu_test_call(t, "hello.twice", TATU_VALUES(tatu_float(21))). Without arguments:
+ * tatu_test_call(t, "hello.count", NULL, 0). */
+#define tatu_test_call(Test, Name, ...) tatu_test_call_at(Test, __FILE__, __LINE__, Name, __VA_ARGS__)
+
+/* Whether a command fails, with a text in its message: for tests of errors. */
+static inline int tatu_test_refuses(tatu_test *t, const char *text, const char *name, const tatu_value *args,
+                                    uint32_t n_args) {
+  tatu_str why, wanted = tatu_text(text);
+  uint32_t n = 0;
+  uint64_t i, j;
+  if (!t->world || t->host->call(t->world, name, args, n_args, 0, 0, &n) >= 0) return 0;
+  why = t->host->last_error();
+  for (i = 0; i + wanted.len <= why.len; i++) {
+    for (j = 0; j < wanted.len && why.ptr[i + j] == wanted.ptr[j]; j++) {}
+    if (j == wanted.len) return 1;
+  }
+  return 0;
+}
+/* Simulation time, s. */
+static inline double tatu_test_time(tatu_test *t) { return t->world ? t->host->time(t->world) : 0; }
+/* What went wrong since the last call. A test fails if there are faults at its end that it has not taken by this. */
+static inline tatu_str tatu_test_faults(tatu_test *t) { return t->world ? t->host->faults(t->world) : tatu_text(""); }
+/* What was logged since the last call. */
+static inline tatu_str tatu_test_lines(tatu_test *t) { return t->world ? t->host->lines(t->world) : tatu_text(""); }
+
+#endif

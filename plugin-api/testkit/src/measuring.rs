@@ -1,0 +1,271 @@
+//! Sensors without a host: the crate's own type, its parameters, and what its beams are said to have met.
+
+use std::{ffi::c_void, ptr::null};
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Beams, Change, Form, Host, Instance, Owned, Param, Params, Readout, Sample, Sensor, Value, World},
+};
+
+use crate::{Inputs, Readings, Result, inputs::counts, random};
+
+/// Makes a sensor with these parameters (of the others the defaults) and lets it measure once.
+///
+/// # Errors
+/// A parameter or an input does not fit, or the sensor fails.
+pub fn measure<S: Sensor>(params: &[(&str, Value)], inputs: Inputs) -> Result<Readings> {
+    SensorBench::<S>::new(params)?.measure(inputs)
+}
+
+/// The same for several sensors of one kind and the same parameters, which measure in one batch as they do in a scene.
+///
+/// # Errors
+/// As [`measure`].
+pub fn measure_all<S: Sensor>(params: &[(&str, Value)], inputs: Vec<Inputs>) -> Result<Vec<Readings>> {
+    let made: Result<Vec<_>> = inputs.iter().map(|_| SensorBench::<S>::new(params)).collect();
+    let mut benches = made?;
+    batch(&mut benches.iter_mut().collect::<Vec<_>>(), inputs)
+}
+
+/// One sensor without a host, for several measurements: what it keeps between them is kept.
+pub struct SensorBench<S: Sensor> {
+    sensor: S,
+    values: Vec<Value>,
+    state: Vec<f64>,
+}
+
+impl<S: Sensor> SensorBench<S> {
+    /// Makes a sensor with these parameters, of the others the defaults.
+    ///
+    /// # Errors
+    /// A parameter does not fit, or the sensor refuses it.
+    pub fn new(params: &[(&str, Value)]) -> Result<Self> {
+        let values = Param::fill(&S::params(), params)?;
+        Ok(SensorBench { sensor: create(&values)?, values, state: vec![0.0; S::STATE] })
+    }
+
+    /// The sensor itself.
+    pub fn sensor(&self) -> &S {
+        &self.sensor
+    }
+
+    /// Changes a parameter, as a script would: the sensor takes it, or is made anew if it says so. Its state stays.
+    ///
+    /// # Errors
+    /// There is no such parameter, or the sensor refuses it.
+    pub fn set(&mut self, key: &str, value: impl Into<Value>) -> Result {
+        let declared = S::params();
+        let mut given: Vec<(&str, Value)> = declared
+            .iter()
+            .map(Param::key)
+            .zip(self.values.iter().cloned())
+            .filter(|(_, v)| *v != Value::Nil)
+            .collect();
+        given.push((key, value.into()));
+        let values = Param::fill(&declared, &given)?;
+        let changed = declared.iter().position(|p| p.key() == key).map_or(0, |at| 1 << at.min(63));
+        let mut owned = Owned::default();
+        let taken = self.sensor.configure(&Params::new(&owned.values(&values), &declared), changed)?;
+        if taken == Change::Rebuild {
+            self.sensor = create(&values)?;
+        }
+        self.values = values;
+        Ok(())
+    }
+
+    /// Lets it measure.
+    ///
+    /// # Errors
+    /// An input does not fit, or the sensor fails.
+    pub fn measure(&mut self, inputs: Inputs) -> Result<Readings> {
+        let all = batch(&mut [self], vec![inputs])?;
+        all.into_iter().next().ok_or_else(|| crate::Error::new("nothing was measured"))
+    }
+}
+
+fn create<S: Sensor>(values: &[Value]) -> Result<S> {
+    let (declared, host) = (S::params(), Host::without_services());
+    let mut owned = Owned::default();
+    let instance = Instance { owner: 1, id: 1, seed: 1 };
+    Ok(S::create(&World::nowhere(&host), instance, &Params::new(&owned.values(values), &declared))?)
+}
+
+/// What one sensor of a batch gets and gives.
+struct Part {
+    inputs: Inputs,
+    readings: Readings,
+    rays: Vec<[f64; 6]>,
+    /// Beams and pixels.
+    counts: (usize, usize),
+}
+
+impl Part {
+    fn of<S: Sensor>(sensor: &S, beams: &Beams, inputs: Inputs) -> Result<Self> {
+        let directions: &[[f64; 3]] = if let Form::Rays(d) = &beams.form { d } else { &[] };
+        let mut rays: Vec<[f64; 6]> = Vec::new();
+        if beams.aimed {
+            rays.extend(directions.iter().map(|[x, y, z]| [0.0, 0.0, 0.0, *x, *y, *z]));
+            aim(sensor, &inputs, &mut rays)?;
+        }
+        let aimed: Vec<[f64; 3]> = rays.iter().map(|[.., x, y, z]| [*x, *y, *z]).collect();
+        let directions = if beams.aimed { &aimed } else { directions };
+        let inputs = inputs.completed(S::INPUTS, beams, directions)?;
+        Ok(Part { inputs, readings: Readings::empty(&S::fields(), beams)?, rays, counts: counts(beams) })
+    }
+}
+
+/// Lets a sensor aim its rays, before anything has been met.
+fn aim<S: Sensor>(sensor: &S, inputs: &Inputs, rays: &mut [[f64; 6]]) -> Result {
+    let sources = [inputs.random.clone()];
+    let random = random::table(&sources);
+    let raw = tatu_sensor_batch { random: &raw const random, ..empty(1, inputs) };
+    let (sensor_id, pose, twist) = ([1u64], inputs.pose, inputs.twist);
+    let raw = tatu_sensor_batch { sensor: sensor_id.as_ptr(), pose: pose.as_ptr(), twist: twist.as_ptr(), ..raw };
+    // SAFETY: a batch of one, whose arrays live through the call; it has no beams yet.
+    let sample = unsafe { Sample::new(&raw, 0) };
+    Ok(sensor.aim(&sample.before_the_cast(), rays)?)
+}
+
+/// Measures with several sensors at once.
+fn batch<S: Sensor>(benches: &mut [&mut SensorBench<S>], inputs: Vec<Inputs>) -> Result<Vec<Readings>> {
+    let fields = S::fields();
+    let mut parts = Vec::new();
+    for (bench, inputs) in benches.iter().zip(inputs) {
+        parts.push(Part::of(&bench.sensor, &bench.sensor.beams()?, inputs)?);
+    }
+    let Some(first) = parts.first() else { return Ok(Vec::new()) };
+    let raw = empty(parts.len(), &first.inputs);
+    // All arrays of the batch; they live until its end.
+    let sensors: Vec<tatu_object> = (1..=parts.len() as u64).collect();
+    let (beams, pixels) = (ends(parts.iter().map(|p| p.counts.0)), ends(parts.iter().map(|p| p.counts.1)));
+    let all = Arrays::of(&parts);
+    let sources: Vec<_> = parts.iter().map(|p| p.inputs.random.clone()).collect();
+    let random = random::table(&sources);
+    let states: Vec<*mut c_void> = benches.iter_mut().map(|b| b.state.as_mut_ptr().cast()).collect();
+    let (places, lengths): (Vec<_>, Vec<_>) = parts.iter_mut().map(|p| p.readings.places()).unzip();
+    let places: Vec<*mut c_void> = places.concat();
+    let length_lists: Vec<*const u64> = lengths.iter().map(Vec::as_ptr).collect();
+    let rays: Vec<*mut f64> = parts.iter_mut().map(|p| p.rays.as_mut_ptr().cast()).collect();
+    let asked = |input: u32| S::INPUTS & input != 0;
+    let raw = tatu_sensor_batch {
+        n_fields: fields.len() as u32,
+        state: states.as_ptr(),
+        sensor: sensors.as_ptr(),
+        first_beam: beams.as_ptr(),
+        distance: pointer(&all.distance),
+        point: pointer(&all.point).cast(),
+        normal: pointer(&all.normal).cast(),
+        object: pointer(&all.object),
+        color: pointer(&all.color).cast(),
+        primitive: pointer(&all.primitive),
+        first_pixel: pixels.as_ptr(),
+        depth: pointer(&all.depth),
+        pixel_color: pointer(&all.pixel_color).cast(),
+        pixel_cosine: pointer(&all.pixel_cosine),
+        pixel_object: pointer(&all.pixel_object),
+        pose: if asked(TATU_IN_POSE) { all.pose.as_ptr().cast() } else { null() },
+        twist: if asked(TATU_IN_TWIST) { all.twist.as_ptr().cast() } else { null() },
+        fields: places.as_ptr(),
+        random: &raw const random,
+        rays: if parts.iter().any(|p| !p.rays.is_empty()) { rays.as_ptr() } else { null() },
+        lengths: length_lists.as_ptr(),
+        ..raw
+    };
+    for (i, bench) in benches.iter().enumerate() {
+        // SAFETY: the arrays above are as the header says: those that the kind asks for have an element for each beam or
+        // pixel, the others are null. They live until the end of this function and are used by nobody else; each instance
+        // has its fields and its block of state.
+        let (sample, mut out) = unsafe { (Sample::new(&raw, i), Readout::new(&raw, i, &fields, S::STATE)) };
+        bench.sensor.measure(&sample, &mut out)?;
+    }
+    let done = parts.into_iter().zip(benches.iter()).map(|(part, bench)| {
+        let mut readings = part.readings.checked()?;
+        readings.state.clone_from(&bench.state);
+        Ok(readings)
+    });
+    done.collect()
+}
+
+/// The arrays of a batch, one part behind the other.
+struct Arrays {
+    distance: Vec<f64>,
+    point: Vec<[f64; 3]>,
+    normal: Vec<[f64; 3]>,
+    object: Vec<tatu_object>,
+    color: Vec<[u8; 3]>,
+    primitive: Vec<u32>,
+    depth: Vec<f32>,
+    pixel_color: Vec<[u8; 3]>,
+    pixel_cosine: Vec<f32>,
+    pixel_object: Vec<tatu_object>,
+    pose: Vec<[f64; 7]>,
+    twist: Vec<[f64; 6]>,
+}
+
+impl Arrays {
+    fn of(parts: &[Part]) -> Self {
+        fn all<T: Copy>(parts: &[Part], get: impl Fn(&Inputs) -> &[T]) -> Vec<T> {
+            parts.iter().flat_map(|p| get(&p.inputs).iter().copied()).collect()
+        }
+        Arrays {
+            distance: all(parts, |i| &i.distance),
+            point: all(parts, |i| &i.point),
+            normal: all(parts, |i| &i.normal),
+            object: all(parts, |i| &i.object),
+            color: all(parts, |i| &i.color),
+            primitive: all(parts, |i| &i.primitive),
+            depth: all(parts, |i| &i.depth),
+            pixel_color: all(parts, |i| &i.pixel_color),
+            pixel_cosine: all(parts, |i| &i.pixel_cosine),
+            pixel_object: all(parts, |i| &i.pixel_object),
+            pose: parts.iter().map(|p| p.inputs.pose).collect(),
+            twist: parts.iter().map(|p| p.inputs.twist).collect(),
+        }
+    }
+}
+
+/// The first element; null where there is none: the kind does not ask for it.
+fn pointer<T>(all: &[T]) -> *const T {
+    if all.is_empty() { null() } else { all.as_ptr() }
+}
+
+/// Where each part begins, and the end of the last.
+fn ends(lengths: impl Iterator<Item = usize>) -> Vec<u64> {
+    let mut out = vec![0];
+    lengths.for_each(|n| out.push(out.last().copied().unwrap_or(0) + n as u64));
+    out
+}
+
+/// A batch of `n` sensors without any array.
+fn empty(n: usize, inputs: &Inputs) -> tatu_sensor_batch {
+    tatu_sensor_batch {
+        size: size_of::<tatu_sensor_batch>() as u32,
+        n: n as u32,
+        n_fields: 0,
+        reserved: 0,
+        time: inputs.time,
+        step: inputs.step,
+        data: null(),
+        state: null(),
+        sensor: null(),
+        first_beam: null(),
+        distance: null(),
+        point: null(),
+        normal: null(),
+        object: null(),
+        pose: null(),
+        twist: null(),
+        fields: null(),
+        status: std::ptr::null_mut(),
+        color: null(),
+        primitive: null(),
+        first_pixel: null(),
+        depth: null(),
+        pixel_color: null(),
+        pixel_cosine: null(),
+        pixel_object: null(),
+        random: null(),
+        rays: null(),
+        lengths: null(),
+    }
+}

@@ -1,0 +1,134 @@
+//! What a sensor without a host has measured.
+
+use std::ffi::c_void;
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Beams, Field, Form},
+};
+
+use crate::{Error, Result, inputs::counts};
+
+/// The fields of one measurement, by name.
+#[derive(Debug, Clone)]
+pub struct Readings {
+    fields: Vec<Buffer>,
+    /// What the sensor keeps between measurements: `Sensor::STATE` numbers.
+    pub state: Vec<f64>,
+}
+
+#[derive(Debug, Clone)]
+struct Buffer {
+    name: &'static str,
+    elem: u32,
+    len: u64,
+    /// The elements, in words of 8 bytes.
+    words: Vec<u64>,
+}
+
+impl Readings {
+    /// Fields of zeros, as many as the sensor's beams ask for.
+    pub(crate) fn empty(fields: &[Field], beams: &Beams) -> Result<Self> {
+        let buffer = |f: &Field| {
+            let len = f.shape().iter().map(|d| elements(*d, beams)).product();
+            let each = size(f.elem()).ok_or_else(|| Error::new(format!("`{}` has an unknown type", f.name())))?;
+            Ok(Buffer { name: f.name(), elem: f.elem(), len, words: vec![0; (len * each).div_ceil(8) as usize] })
+        };
+        Ok(Readings { fields: fields.iter().map(buffer).collect::<Result<_>>()?, state: Vec::new() })
+    }
+
+    /// Where each field lies, and how many elements it has.
+    pub(crate) fn places(&mut self) -> (Vec<*mut c_void>, Vec<u64>) {
+        let place = |b: &mut Buffer| b.words.as_mut_ptr().cast();
+        (self.fields.iter_mut().map(place).collect(), self.fields.iter().map(|b| b.len).collect())
+    }
+
+    /// As the host checks: no field may hold what is no number.
+    pub(crate) fn checked(self) -> Result<Self> {
+        match self.fields.iter().find(|b| b.numbers().iter().any(|x| x.is_nan())) {
+            Some(b) => Err(Error::new(format!("the sensor broke the contract: its field `{}` holds NaN", b.name))),
+            None => Ok(self),
+        }
+    }
+
+    fn buffer(&self, field: &str) -> Result<&Buffer> {
+        self.fields.iter().find(|b| b.name == field).ok_or_else(|| {
+            let known: Vec<&str> = self.fields.iter().map(|b| b.name).collect();
+            Error::new(format!("there is no field `{field}`\n  expected: one of {}", known.join(", ")))
+        })
+    }
+
+    /// All numbers of a field, of whatever type.
+    ///
+    /// # Errors
+    /// There is no such field.
+    pub fn f64s(&self, field: &str) -> Result<Vec<f64>> {
+        self.buffer(field).map(Buffer::numbers)
+    }
+
+    /// The number of a field that has one.
+    ///
+    /// # Errors
+    /// There is no such field, or it has another count of numbers.
+    pub fn f64(&self, field: &str) -> Result<f64> {
+        match self.f64s(field)?.as_slice() {
+            [one] => Ok(*one),
+            all => {
+                Err(Error::new(format!("`{field}` has {} numbers, not one\n  help: `f64s` gives them all", all.len())))
+            }
+        }
+    }
+
+    /// The objects of a field.
+    ///
+    /// # Errors
+    /// There is no such field, or it holds something else.
+    pub fn objects(&self, field: &str) -> Result<Vec<tatu_object>> {
+        match self.buffer(field)? {
+            Buffer { elem: TATU_ELEM_OBJECT, words, .. } => Ok(words.clone()),
+            _ => Err(Error::new(format!("`{field}` holds no objects"))),
+        }
+    }
+}
+
+impl Buffer {
+    fn numbers(&self) -> Vec<f64> {
+        let bytes: Vec<u8> = self.words.iter().flat_map(|w| w.to_ne_bytes()).collect();
+        let n = self.len as usize;
+        match self.elem {
+            TATU_ELEM_F64 => self.words.iter().map(|w| f64::from_bits(*w)).collect(),
+            TATU_ELEM_OBJECT => self.words.iter().map(|w| *w as f64).collect(),
+            TATU_ELEM_F32 => bytes.as_chunks().0.iter().take(n).map(|b| f32::from_ne_bytes(*b).into()).collect(),
+            TATU_ELEM_I32 => bytes.as_chunks().0.iter().take(n).map(|b| i32::from_ne_bytes(*b).into()).collect(),
+            TATU_ELEM_U16 => bytes.as_chunks().0.iter().take(n).map(|b| u16::from_ne_bytes(*b).into()).collect(),
+            _ => bytes.iter().take(n).map(|b| f64::from(*b)).collect(),
+        }
+    }
+}
+
+/// Bytes of an element.
+fn size(elem: u32) -> Option<u64> {
+    match elem {
+        TATU_ELEM_F64 | TATU_ELEM_OBJECT => Some(8),
+        TATU_ELEM_F32 | TATU_ELEM_I32 => Some(4),
+        TATU_ELEM_U16 => Some(2),
+        TATU_ELEM_U8 => Some(1),
+        _ => None,
+    }
+}
+
+/// The length of one axis of a field.
+fn elements(dim: u32, beams: &Beams) -> u64 {
+    let image = match &beams.form {
+        Form::Image { columns, rows, .. } | Form::Parallel { columns, rows, .. } => [*rows, *columns],
+        _ => [0, 0],
+    };
+    let (n_beams, n_pixels) = counts(beams);
+    match dim {
+        0 => (n_beams + n_pixels) as u64,
+        TATU_DIM_ROWS => image[0].into(),
+        TATU_DIM_COLUMNS => image[1].into(),
+        d if (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) => beams.own[(d - TATU_DIM_OWN) as usize].into(),
+        d => d.into(),
+    }
+}
