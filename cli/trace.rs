@@ -118,7 +118,7 @@ impl Trace {
     }
 }
 
-/// Returns by title what was printed on each console since it was last emptied; null if nothing was printed since.
+/// Returns, by title, what was printed on each console since it was last cleared, or null if nothing was.
 fn consoles(lines: &[LogLine]) -> Map<String, Json> {
     let mut all = Map::new();
     for line in lines {

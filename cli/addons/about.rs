@@ -1,11 +1,11 @@
-//! Extracts what the text of an add-on declares, without running it.
+//! Extracts what the source of an add-on declares, without running it.
 
 use super::Style;
 
 /// Returns the first line of the first comment, without comment markers.
 pub fn first_comment(text: &str) -> String {
     for line in text.lines().map(str::trim) {
-        // Skip the shebang line, and lines without words.
+        // Skip the shebang line, and lines without letters or digits.
         let line = line.trim_start_matches('\u{feff}');
         if line.is_empty() || line.starts_with("#!") {
             continue;

@@ -2,7 +2,7 @@
 //!
 //! - [`Flags`]: command-line options;
 //! - `find`: searches folders for add-ons;
-//! - `name`: the meaning of file names; `about`: declarations in the text;
+//! - `name`: parses file names; `about`: extracts declarations from the source;
 //! - `wanted`: parses `--addon NAME:KEY=VALUE,...`;
 //! - `start`: chooses the add-ons that run, and attaches them to a world.
 
@@ -60,7 +60,7 @@ pub enum Start {
     ByItself,
     /// No, only by `--addon`.
     ByName,
-    /// Decided by its function `info`.
+    /// Decided by its `info` function.
     Asked,
 }
 
@@ -73,7 +73,7 @@ pub struct AddOn {
     pub file: PathBuf,
     /// Index of its language.
     pub language: usize,
-    /// The version that it was written for; empty: to be inferred from its text.
+    /// The version that it was written for; if empty, it is inferred from the source.
     pub dialect: String,
     /// How the add-on's script is called.
     pub style: Style,

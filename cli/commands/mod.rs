@@ -68,7 +68,7 @@ fn refusal(scene: &Path, folder: &Path) -> Error {
     )
 }
 
-/// Ends the plugins, which no world uses any more; returns whether that succeeded.
+/// Ends the plugins, after all worlds have been dropped; returns whether that succeeded.
 pub fn end(registry: Arc<Registry>) -> bool {
     let errors = Arc::into_inner(registry).map(Registry::end).unwrap_or_default();
     errors.iter().for_each(report::error);

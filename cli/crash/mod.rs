@@ -3,7 +3,7 @@
 //!
 //! A crash is handled in a signal handler, where almost nothing is allowed. So the handler only records data, wakes a
 //! dedicated thread, and waits for it for a limited time; then the process ends by the same signal, for shells,
-//! debuggers and core files. `blame` formulates the report.
+//! debuggers and core files. `blame` writes the message.
 //!
 //! Native stack overflow is detected because every thread of the program has an alternate signal stack: Rust's standard
 //! library creates one for each thread that it starts. Threads started by plugins in other ways have none; an overflow

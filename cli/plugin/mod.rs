@@ -39,7 +39,7 @@ pub enum PluginCommand {
 }
 
 impl PluginCommand {
-    /// Runs it.
+    /// Runs the subcommand.
     pub fn run(self) -> ExitCode {
         match self {
             PluginCommand::Check(args) => check::check(&args),

@@ -125,8 +125,8 @@ impl Groups {
     }
 }
 
-/// Whether a surface is closed and all its connected pieces face outward: each edge occurs once in each direction, and
-/// each piece encloses a positive volume. Corners at the same position count as one.
+/// Returns whether a surface is closed and all its connected pieces face outward: each edge occurs once in each
+/// direction, and each piece encloses a positive volume. Corners at the same position count as one.
 fn closed(mesh: &Mesh, kept: &[Triangle]) -> bool {
     if kept.len() != mesh.triangles.len() {
         return false;

@@ -78,7 +78,7 @@ impl Mount {
         mount
     }
 
-    /// Returns its current motion.
+    /// Returns the mount's current motion.
     pub fn motion(&self, engine: &dyn Engine) -> Motion {
         let base = self.carrier.map_or(Isometry3::identity(), |body| engine.pose(body));
         let state = self.hinge.map(|h| (h, engine.joint_state(h.joint)));
@@ -94,8 +94,8 @@ impl Mount {
         Motion { pose, twist, joint: state.map_or(self.still, |(_, s)| [s.position, s.velocity]) }
     }
 
-    /// Converts a wrench on the mount and an effort of its joint to forces on bodies. `Err`: which of them has nothing
-    /// to act on.
+    /// Converts a wrench on the mount and an effort of its joint to forces on bodies. Returns an error if there is no
+    /// body or joint to act on.
     pub fn pushes(
         &self,
         engine: &dyn Engine,

@@ -10,8 +10,8 @@ use super::plan::{BeamPlan, look_along};
 pub(super) struct Aims {
     /// Origin and direction of each ray in its sensor's frame, sensor by sensor.
     rays: Guarded<[f64; 6]>,
-    /// For each sensor of the batch, a pointer to its first ray, as passed to the plugin; null: its rays are not aimed.
-    /// Empty: no sensor of the batch is aimed.
+    /// For each sensor of the batch, a pointer to its first ray, as passed to the plugin, or null if its rays are not
+    /// aimed. Empty if no sensor of the batch is aimed.
     pub places: Vec<*mut f64>,
     /// Poses of the rays in their sensor's frame, once they have been taken.
     turned: Vec<Isometry3<f64>>,
