@@ -118,7 +118,7 @@ fn add(source: &Path, force: bool, folder: &Path, examiner: &mut Examiner) -> Re
     done
 }
 
-/// The library that is meant by a file, a folder or an archive.
+/// Finds the library that a file, folder or archive contains.
 fn library(source: &Path) -> Result<Library> {
     let plain = |file: PathBuf| Library { shown: file.clone(), file, _unpacked: None };
     let fail = |text: String, help: &str| Err(refused(source, &Reason::new("no-library", text, help)));

@@ -1,11 +1,11 @@
-//! `tatu plugin`: one file per subcommand, and what they share.
+//! `tatu plugin`: one file per subcommand, and shared code.
 //!
 //! - [`check`], [`why`], [`install`], [`list`]: the subcommands;
-//! - `answer`: which file is meant, and the sentence about it; `show`: prints that;
-//! - `examine`: all that can be said about one file; `file`: what sort of file it is; `elf`: what the library in it needs
-//!   and exports; `loader`: the libraries and symbols that it needs; `probe`: opens it in a process of its own;
-//! - `folders`: the folders that are searched; `names`: names of files; `archive`: packed plugins; `reason`: what is
-//!   wrong, and what to do.
+//! - `answer`: finds the file that a name refers to, and whether it is loaded; `show`: prints that;
+//! - `examine`: collects everything known about a file; `file`: its type; `elf`: what its library needs and exports;
+//! `loader`: finds the libraries and symbols that it needs; `probe`: opens it in a separate process;
+//! - `folders`: the folders that are searched; `names`: names of files; `archive`: unpacks archives; `reason`: why a
+//! file is not loaded, and what to do.
 
 mod answer;
 mod archive;

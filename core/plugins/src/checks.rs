@@ -74,7 +74,7 @@ const MORE_UNITS: &[&str] = &[
     "F", "H",
 ];
 
-/// Returns the message about an unknown unit, if it is unknown.
+/// Returns a message if the unit of a parameter is unknown.
 fn unknown_unit(p: &Declared) -> Option<String> {
     let known = |u: &str| u.is_empty() || units::is_known(u) || MORE_UNITS.contains(&u);
     let unit = p.unit.as_deref().filter(|u| !known(u))?;

@@ -81,7 +81,8 @@ impl<T: Number> DerefMut for Guarded<T> {
         if self.n == 0 {
             return &mut [];
         }
-        // SAFETY: as in `deref`; in addition, `self` is borrowed exclusively.
+        // SAFETY: `fill` made room for `n` elements after the first guard, and every bit pattern is a valid `T`; `self`
+        // is borrowed exclusively.
         unsafe { std::slice::from_raw_parts_mut(self.first_mut(), self.n) }
     }
 }

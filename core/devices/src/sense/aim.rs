@@ -51,8 +51,8 @@ impl Aims {
         self.rays.is_whole()
     }
 
-    /// Returns the next `n` rays as they are aimed now; `None`: one of them has an origin that is not finite, or a
-    /// direction that is not a unit vector.
+    /// Returns the next `n` rays as they are currently aimed, or `None` if an origin is not finite or a direction is
+    /// not a unit vector.
     pub fn take(&mut self, n: usize) -> Option<&[Isometry3<f64>]> {
         let begin = self.turned.len();
         let own = &self.rays[begin..begin + n];

@@ -183,11 +183,11 @@ pub(super) type Partings = BTreeMap<(BodyId, BodyId), Parting>;
 /// The state of a pair that is being separated.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Parting {
-    /// Depth of overlap that is left alone, m.
+    /// Overlap depth that is not corrected, m.
     pub fit: f64,
     /// Whether joints hold the two together.
     pub held: bool,
-    /// Depth at the last check whether they separate, m, and the time since then, s.
+    /// Depth when separation was last checked, m, and the time since then, s.
     pub asked: (f64, f64),
 }
 

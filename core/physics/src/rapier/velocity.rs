@@ -21,7 +21,7 @@ pub(super) struct Velocity {
 }
 
 impl Velocity {
-    /// Returns the velocity of the point of the body that is at this point of the world, m/s.
+    /// Returns the velocity of the body's material point at a position in the world frame, m/s.
     pub fn at(&self, point: Vector) -> Vector {
         self.linear + self.angular.cross(point - self.centre)
     }
@@ -90,7 +90,7 @@ fn rate(turn: Rotation, dt: f64, linearized: Option<f64>) -> Vector {
     if sine < 1e-300 {
         return Vector::ZERO;
     }
-    // nalgebra's functions give the same results on every system, unlike the standard library's.
+    // nalgebra's functions give the same results on every system; the standard library's do not.
     let half = nalgebra::RealField::atan2(sine, q.w);
     let angle = match linearized {
         Some(n) => 2.0 * n * nalgebra::ComplexField::tan(half / n),

@@ -22,8 +22,8 @@ pub(super) struct Source {
 pub(super) const MOST_BYTES: u64 = 1 << 28;
 
 impl Source {
-    /// Reads a file relative to the source; `None`: it does not exist, and the plugin may try another name. Leaving the
-    /// permitted folders by `..`, by an absolute path or by a link is an error.
+    /// Reads a file relative to the source; returns `None` if it does not exist, so that the plugin may try a different
+    /// name. Leaving the permitted folders by `..`, by an absolute path or by a link is an error.
     pub fn read(&self, name: &str, sources: &Sources) -> Result<Option<Vec<u8>>> {
         let Some(folder) = &self.folder else { return Ok(None) };
         let wanted = folder.join(name);

@@ -94,8 +94,8 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
         .map_err(|e| e.at(Some(place)))
 }
 
-/// Returns the language of a script text that names none: the only one loaded; `None`: no language is loaded. Several
-/// are an error.
+/// Returns the language of a script that names none: the only one that is loaded, or `None` if none is loaded. Fails if
+/// there are several.
 fn only_language(languages: &[Language]) -> Result<Option<&str>> {
     let ids: BTreeSet<&str> = languages.iter().map(|l| l.id.as_str()).collect();
     if ids.len() < 2 {

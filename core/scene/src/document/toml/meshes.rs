@@ -46,7 +46,7 @@ impl Reader<'_> {
         let bytes = from.read(&name, &b.document.sources)?.ok_or_else(lacks)?;
         let choice = self.registry.importer_of(&file, &bytes, &b.document.settings.providers)?;
         let choice = choice.ok_or_else(|| self.registry.no_importer(Path::new(&name)))?;
-        // Anything else in the file ends up in a separate document, which is discarded.
+        // All other contents of the file go to a separate document, which is discarded.
         let mut alone = Document { sources: b.document.sources.clone(), ..Default::default() };
         let mut inner = Builder { registry: self.registry, document: &mut alone, group: 0, place: b.place.clone() };
         let import = import::Import { file: &file, bytes: &bytes, choice, params: &[], whole: false };

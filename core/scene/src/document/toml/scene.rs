@@ -13,8 +13,8 @@ use super::{
 };
 
 impl Reader<'_> {
-    /// Checks that a provider offers what it is chosen for: a schema of readings, an id, or the suffix of a language's
-    /// files.
+    /// Checks that a provider offers what it is selected for: a schema of readings, an id, or the suffix of a
+    /// language's files.
     pub(super) fn check_provider(&self, key: &str, value: &str) -> Result {
         let plugin = |i: usize| self.registry.plugins[i].id.as_str();
         let sensors = self.registry.sensors.iter().filter(|s| s.id == key || s.schemas.iter().any(|x| x == key));
@@ -52,7 +52,8 @@ impl Reader<'_> {
         self.settings(table, "", settings, top)
     }
 
-    /// Reads `[permissions]`: what the scene requests. Only the user who runs it can grant it.
+    /// Reads `[permissions]`, which lists the permissions that the scene requests. Only the user who runs it can grant
+    /// them.
     pub(super) fn permissions(&self, table: &dyn TableLike, document: &mut Document) -> Result {
         const KNOWN: &[&str] = &["exec", "native", "net"];
         for (key, item) in table.iter() {
