@@ -46,7 +46,7 @@ extern "C" fn request(w: WorldRef<'_>, what: u32) -> tatu_status {
             _ => return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}"))),
         }
         crate::cell::remote_request(world, what);
-        // A start after a request for another scene applies to that scene.
+        // If a different scene has been requested, the start applies to that scene.
         if what == TATU_REQUEST_START
             && let Some(next) = &mut *world.run.outside.next_scene.borrow_mut()
         {
@@ -59,7 +59,8 @@ extern "C" fn request(w: WorldRef<'_>, what: u32) -> tatu_status {
 }
 
 unsafe extern "C" fn wake(session: *mut tatu_session) {
-    // SAFETY: the header requires `session` to be null or the living session that the plugin was given.
+    // SAFETY: the header requires `session` to be null or the session that the plugin was given, which is alive during
+    // the call.
     unsafe { SessionCell::wake(session) };
 }
 
@@ -69,8 +70,8 @@ unsafe extern "C" fn worlds(
     cap: u32,
     n: Option<&mut u32>,
 ) -> tatu_status {
-    // SAFETY: the header requires `session` to be null or the living session that the plugin was given, on its thread,
-    // and `out` to be null or to have room for `cap` pointers.
+    // SAFETY: the header requires `session` to be null or the session that the plugin was given, alive and on its own
+    // thread, and `out` to be null or to point to `cap` pointers that are valid during the call.
     unsafe {
         let Some(session) = SessionCell::of(session) else { return TATU_ERR_ARGUMENT };
         fill(&session.worlds(), out, cap, n).err().unwrap_or(TATU_OK)
@@ -224,7 +225,7 @@ fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
     }
 }
 
-/// Formats an error as one sentence, with its place and its help.
+/// Formats an error as one sentence, with its place and its hint.
 fn one_line(e: &Error) -> String {
     let place = e.place.as_ref().map_or(String::new(), |p| format!("{}:{}: ", p.file.display(), p.line));
     let help = e.help.as_ref().map_or(String::new(), |h| format!(" ({h})"));

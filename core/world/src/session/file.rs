@@ -61,7 +61,7 @@ pub struct AddonEntry {
     pub name: String,
     /// Its script file.
     pub file: PathBuf,
-    /// The version that it was written for; empty: determined from its text.
+    /// The version that it was written for; if empty, it is inferred from its source.
     pub dialect: String,
     /// The options that it was started with.
     pub options: Vec<(String, String)>,
@@ -266,7 +266,7 @@ pub struct Log {
     pub header: Header,
     /// The external inputs, in order.
     pub records: Vec<Record>,
-    /// Number of steps of the run; `None`: it was killed.
+    /// Number of steps of the run, or `None` if it was killed.
     pub end: Option<u64>,
     /// Whether the run ended within the barrier after its last step, so that the inputs of that barrier belong to it.
     pub begun: bool,
@@ -289,7 +289,7 @@ impl Log {
 /// files itself.
 pub(crate) const MOST_OWN: u64 = 4 << 30;
 
-/// Reads a log. E105: the file cannot be read; E116: it is not an input log, or it is damaged.
+/// Reads a log. Fails with E105 if the file cannot be read, and with E116 if it is not an input log or is damaged.
 pub fn read(path: &Path) -> Result<Log> {
     let bytes = tatu_plugin_api::safe::read_plain(path, MOST_OWN)
         .map_err(|e| Error::new("E105", format!("cannot read the input log {}: {e}", path.display())))?;
@@ -361,7 +361,7 @@ pub(crate) fn to_bytes(records: &[Record]) -> Vec<u8> {
     records.iter().flat_map(|r| format!("{}\n", record_json(r)).into_bytes()).collect()
 }
 
-/// Reads records written by `to_bytes`; `None`: they are damaged.
+/// Reads records written by `to_bytes`; returns `None` if they are damaged.
 pub(crate) fn from_bytes(bytes: &[u8]) -> Option<Vec<Record>> {
     let lines = bytes.split(|b| *b == b'\n').filter(|l| !l.is_empty());
     lines.map(|l| record(&serde_json::from_slice(l).ok()?)).collect()

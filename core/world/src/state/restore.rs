@@ -24,7 +24,8 @@ fn refused(what: impl std::fmt::Display, why: impl std::fmt::Display) -> Error {
         .help("replay the run to that step: a new world of the scene, stepped until then")
 }
 
-/// Checks that a snapshot fits the world, that it is complete unless `allow_partial`, and that the world is new.
+/// Checks that a snapshot fits the world, that the world is new, and, unless `allow_partial` is set, that the snapshot
+/// is complete.
 pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) -> Result {
     snapshot.check(&cell.model.document, &cell.model.registry)?;
     if let Some(first) = snapshot.head.missed.first().filter(|_| !allow_partial) {
@@ -183,9 +184,9 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
         .collect();
     cell.run.calls.waits.borrow_mut().restore(image.waits);
     *cell.run.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
-    // The run that wrote the snapshot has already reported what a start reports.
+    // The run that wrote the snapshot has already reported the lines of the start.
     cell.run.lines.hold().clear();
-    // The scene in which beams are cast is rebuilt from the restored one.
+    // The targets of beams are rebuilt from the restored scene.
     cell.devices.sensing.borrow_mut().forget_scene();
     Ok(())
 }
@@ -203,8 +204,8 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
     Ok(())
 }
 
-/// Restores the state of services; that of services that are not running is dropped. A world that is not in a session
-/// keeps the states until it joins one.
+/// Restores the state of services; the states of services that are not running are dropped. A world that is not in a
+/// session keeps the states until it joins one.
 pub(crate) fn services(cell: &WorldCell) -> Result {
     let Some(session) = cell.run.outside.session() else { return Ok(()) };
     for (id, image) in std::mem::take(&mut *cell.run.outside.saved_services.borrow_mut()) {

@@ -14,8 +14,8 @@ use crate::{
     session,
 };
 
-/// Captures everything that determines the future, between two steps. The header names what could not be saved. The run
-/// continues unaffected.
+/// Captures everything that determines the future of the run, between two steps. The header lists what could not be
+/// saved. The run continues unaffected.
 pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
     if !cell.running() {
         return Err(Error::new("E503", "a world that does not run has no state to write").help("start it first"));

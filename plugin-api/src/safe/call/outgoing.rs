@@ -44,7 +44,8 @@ pub(crate) fn call(
     let here = mark(world.raw());
     let out = match function(world.raw(), &mut frame) {
         TATU_WAIT => Ok(Called::Waits),
-        // SAFETY: `frame.error` is null or the host's error of this call, which is copied at once.
+        // SAFETY: `frame.error` is null or points to the host's error of this call, which lives until the next call and
+        // is copied at once.
         status if status < 0 => Err(unsafe { Fail::read(status, frame.error) }),
         _ => {
             let results = results.iter().take(frame.n_results as usize);

@@ -23,7 +23,7 @@ pub trait Model: Sized + 'static {
     /// Aliases of the objects to which other objects can be attached.
     const SLOTS: &'static [&'static str] = &[];
 
-    /// Category in lists: "mobile robots", "arms", "furniture"; empty: none.
+    /// Category in lists, such as "mobile robots", "arms" or "furniture"; may be empty.
     const CATEGORY: &'static str = "";
 
     /// Declares the model's parameters.
@@ -72,8 +72,8 @@ impl<'a> Builder<'a> {
             id => Ok(id as i64),
         }
     }
-    /// Reads a file next to the source; the bytes are valid during the build. `None`: the file does not exist. A path
-    /// outside of the folders that may be read makes the build fail.
+    /// Reads a file next to the source; the bytes are valid during the build. Returns `None` if the file does not
+    /// exist. A path outside of the folders that may be read makes the build fail.
     pub fn file(&self, relative: &str) -> Option<&'a [u8]> {
         let mut out = Lent::EMPTY;
         let status = self.raw.file?(Some(self.raw), relative.into(), Some(&mut out));
@@ -84,11 +84,11 @@ impl<'a> Builder<'a> {
     pub fn setting(&self, key: &str, value: impl Into<Value>) -> Result {
         (Node { builder: *self, id: 0 }).set(key, value).map(drop)
     }
-    /// Returns whether a description of the source is requested: [`Builder::describe`].
+    /// Returns whether the host requests a description of the source by [`Builder::describe`].
     pub fn is_asked(&self) -> bool {
         self.raw.describe.is_some()
     }
-    /// Describes the content of the source: a map with texts as keys.
+    /// Describes the content of the source as a map with texts as keys.
     pub fn describe(&self, map: &Value) -> Result {
         let Some(f) = self.raw.describe else { return Ok(()) };
         match f(Some(self.raw), Some(&Owned::default().value(map))) {
@@ -96,7 +96,7 @@ impl<'a> Builder<'a> {
             _ => Ok(()),
         }
     }
-    /// Reports something about the source: `TATU_REPORT_*`.
+    /// Adds a report about the source; `severity` is one of `TATU_REPORT_*`.
     pub fn report(&self, severity: u32, node: Option<Node<'a>>, text: &str) {
         if let Some(f) = self.raw.report {
             f(Some(self.raw), severity, node.map_or(0, |n| n.id), text.into());
@@ -105,7 +105,7 @@ impl<'a> Builder<'a> {
 }
 
 impl<'a> Node<'a> {
-    /// Returns its number in this build.
+    /// Returns the object's number in this build.
     pub fn id(&self) -> u32 {
         self.id
     }
@@ -130,8 +130,8 @@ impl<'a> Node<'a> {
             _ => Ok(self),
         }
     }
-    /// Adds a script. `language` is its id; `dialect` may be "", to be inferred from the text; `kind` is "child",
-    /// "customization" or "main".
+    /// Adds a script. `language` is the id of its language; `dialect` may be "", to be inferred from the source `text`;
+    /// `kind` is "child", "customization" or "main".
     pub fn script(self, language: &str, dialect: &str, kind: &str, name: &str, text: &[u8]) -> Result<Self> {
         let [language, dialect, kind] = [language, dialect, kind].map(|s| CString::new(s).unwrap_or_default());
         let raw = self.builder.raw;

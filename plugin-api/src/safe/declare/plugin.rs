@@ -15,11 +15,11 @@ pub trait Plugin: Sized + Send + Sync + 'static {
     fn start(host: &Host) -> Result<Self>;
     /// Creates the instance for a new world.
     fn world(&self, world: &World<'_>) -> Result<Self::World>;
-    /// Whether the instance outlives a run, for scripts that do so too (customization scripts, add-ons); then
-    /// [`Plugin::end_run`] is called. By default it is created again.
+    /// Whether the instance outlives a run, for scripts that do so too (customization scripts, add-ons). If so,
+    /// [`Plugin::end_run`] is called; otherwise the instance is created again.
     const OUTLIVES_RUNS: bool = false;
-    /// Ends a run: its scripts have ended, and the scene will be reset next. Drops the state that belonged to them
-    /// ([`World::outlives_runs`]). After an error the instance is created again.
+    /// Called at the end of a run, after its scripts have ended and before the scene is reset. Must drop the state that
+    /// belonged to these scripts ([`World::outlives_runs`]). After an error, the instance is created again.
     fn end_run(&self, kept: &Self::World, world: &World<'_>) -> Result<()> {
         let _ = (kept, world);
         Ok(())
@@ -55,7 +55,7 @@ pub struct Instance {
     pub seed: u64,
 }
 
-/// How an instance applies new values of its parameters.
+/// The way in which an instance applies new values of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
     /// It uses them from now on.
@@ -122,7 +122,7 @@ pub(crate) enum Function<P: Plugin> {
     Shared(RunShared<P>),
 }
 
-/// How completely a command is implemented.
+/// The degree to which a command is implemented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u32)]
 pub enum Status {

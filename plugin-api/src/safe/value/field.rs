@@ -43,8 +43,8 @@ impl Field {
     pub fn object(name: &'static str) -> Self {
         Self::of(name, TATU_ELEM_OBJECT)
     }
-    /// Sets the shape, outermost dimension first; 0: the number of beams or pixels; [`TATU_DIM_ROWS`] and
-    /// [`TATU_DIM_COLUMNS`]: those of the image.
+    /// Sets the shape, outermost dimension first. 0 means the number of beams or pixels; [`TATU_DIM_ROWS`] and
+    /// [`TATU_DIM_COLUMNS`] mean those of the image.
     pub fn dims(mut self, dims: [u32; 3]) -> Self {
         self.dims = dims;
         self
