@@ -57,7 +57,8 @@ impl Registry {
 
     /// Returns file suffixes, without invalid ones. An empty suffix, which every name ends with, is invalid.
     pub(super) unsafe fn suffixes(&mut self, plugin: usize, whose: &str, list: *const *const c_char) -> Vec<String> {
-        // SAFETY: the contract requires `list` to be null or a null-terminated list of strings.
+        // SAFETY: the contract requires `list` to be null or a null-terminated list of strings; it belongs to a library
+        // that is never unloaded.
         let mut all = unsafe { labels(list) };
         all.retain(|suffix| {
             let Some(flaw) = texts::flaw(suffix) else { return true };

@@ -1,10 +1,10 @@
 //! The barrier before a step. Simulation time does not advance while these are done, in this order:
 //!
-//! 1. Ended waits of commands that services have called are resumed: the commands are called again, and the services
-//! are notified.
+//! 1. Ended waits of commands that services have called are resumed, and the services are notified.
 //! 2. Recorded calls are repeated, in a replay.
-//! 3. Services take turns, in order of their ids, until all of them release the world and the simulation is not paused.
-//! During a pause, scripts get a pass after each round.
+//! 3. Services take turns, in order of their ids, until all of them release the world and the pause, if any, ends.
+//!
+//! During a pause, scripts get a pass after each round of turns.
 //!
 //! The order matters for replays: actions that happen once per step come first; actions that depend on when messages
 //! arrive come last and are recorded.

@@ -1,4 +1,4 @@
-//! Access to the outside world: checks what is allowed, and records the result as an input of the run.
+//! Access to the outside: checks what is allowed, and records the result as an input of the run.
 
 use std::{cell::RefMut, io, net::SocketAddr};
 
@@ -19,7 +19,7 @@ pub(crate) type Ctx<'a> = Call<'a, LuaSocket>;
 
 /// Kind of these entries in the input log.
 const KIND: &str = "socket";
-/// Commands whose first result is the number of a socket.
+/// Returns nil and the message of an error.
 const OPENS: [&str; 4] = ["luasocket.connect", "luasocket.listen", "luasocket.accept", "luasocket.bindDatagrams"];
 
 pub(crate) fn text(text: impl AsRef<str>) -> Value {
@@ -115,7 +115,7 @@ pub(crate) fn give(c: &mut Ctx<'_>, values: Vec<Value>) {
     values.into_iter().for_each(|v| c.ret(v));
 }
 
-/// Builds a command that accesses the outside world.
+/// Builds a command that accesses the outside.
 pub(crate) fn command(
     name: &'static str,
     look: impl Fn(&Ctx<'_>, &mut Sockets, &dyn Fn() -> bool) -> Result<Vec<Value>> + Send + Sync + 'static,

@@ -51,7 +51,7 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
     let text = escaped(text.trim_start());
     let mut reader = config.add_entity("nbsp", "\u{a0}").create_reader(text.as_bytes());
     let (mut nodes, mut open): (Vec<Node>, Vec<usize>) = (Vec::new(), Vec::new());
-    // A drawing within a widget is kept as written.
+    // A drawing in a widget is kept as it was written.
     let mut drawing: Option<Drawing> = None;
     loop {
         let event = reader.next();

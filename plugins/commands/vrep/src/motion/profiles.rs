@@ -4,7 +4,7 @@
 use super::profile::Profile;
 use crate::{kit::*, state::state};
 
-/// How these profiles differ from the documented ones.
+/// The differences between these profiles and the documented ones.
 pub(crate) const NOTES: &str = "All coordinates go side by side on a straight way and arrive together; a velocity at the \
     start is braked first, one at the goal is taken as 0.";
 

@@ -139,7 +139,7 @@ impl Work {
     pub fn binary(&mut self, threshold: f32) {
         self.each(|p| [if intensity(&p) > threshold { 1.0 } else { 0.0 }; 3]);
     }
-    /// Returns a pixel; outside the image, the nearest one.
+    /// Returns a pixel, or outside the image the nearest one.
     fn at(&self, c: isize, r: isize) -> Pixel {
         let (c, r) = (c.clamp(0, self.columns as isize - 1), r.clamp(0, self.rows as isize - 1));
         self.image[r as usize * self.columns + c as usize]

@@ -147,7 +147,7 @@ pub struct Stream {
     pub color: [f64; 3],
     /// Unit of the values; since 4.0.
     pub unit: String,
-    /// Whether it is of before 4.0: filled by the program, not by a script.
+    /// Whether it is from before 4.0, filled by the program and not by a script.
     pub old: bool,
 }
 
