@@ -1,4 +1,4 @@
-//! The model LaserScanner_2D: the SICK scanner of V-REP's library, and of the course.
+//! The model LaserScanner_2D: the SICK scanner of V-REP's library, which the course also uses.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

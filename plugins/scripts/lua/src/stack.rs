@@ -4,7 +4,7 @@ use mlua_sys::*;
 
 /// Keys in Lua's registry; 1 and 2 are reserved by Lua.
 pub(crate) mod reg {
-    /// The compiled text.
+    /// The compiled script.
     pub const CHUNK: i64 = 10;
     /// Functions passed out during a call: id -> function.
     pub const BORROWED: i64 = 11;
@@ -24,17 +24,18 @@ pub(crate) mod reg {
     pub const THREADS: i64 = 18;
     /// Modules loaded by `require`.
     pub const LOADED: i64 = 19;
-    /// Objects that existed before the text ran: number -> object.
+    /// Objects that existed before the script ran: number -> object.
     pub const BASELINE: i64 = 20;
     /// Objects of a snapshot, while it is restored.
     pub const BUILT: i64 = 21;
     /// Constants of preludes: name -> value.
     pub const CONSTANTS: i64 = 22;
-    /// Names of the globals that a rerun text reads: the callback, and the script's handle.
+    /// Names of the globals that a script of the style `Rerun` reads: the callback, and the script's handle.
     pub const RERUN_GLOBALS: i64 = 23;
 }
 
-/// Returns the bytes of the string or number at `idx`; converts a number in place. Empty for other types.
+/// Returns the bytes of the string or number at `idx`; converts a number in place. Returns an empty slice for other
+/// types.
 ///
 /// # Safety
 /// The slice is used only while the value is on the stack.

@@ -13,7 +13,7 @@ fn saved(s: &Script) -> Result<Vec<u8>, String> {
     s.save().map_err(|e| e.text)
 }
 
-/// Creates a script of the same text and restores the state in `bytes`.
+/// Creates a script with the same source and restores the state in `bytes`.
 fn again(host: &'static Host, text: &str, bytes: &[u8]) -> Script {
     let s = host.load(text);
     s.restore(bytes).unwrap_or_else(|e| panic!("{e:?}"));

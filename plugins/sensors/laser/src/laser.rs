@@ -42,7 +42,7 @@ impl Laser {
         Laser { directions: angles.iter().copied().map(direction).collect(), angles, settings }
     }
 
-    /// Returns the measurement of a surface at `distance` with this unit normal and colour.
+    /// Returns the measurement of a surface at `distance` with the given unit normal and colour.
     ///
     /// The intensity follows the lidar equation for a matt (Lambertian) surface that is larger than the spot: it is
     /// proportional to reflectivity, the cosine of the incidence and 1/r². Reflectivity is the mean of red, green and
@@ -62,7 +62,7 @@ impl Laser {
         distance.is_finite() && distance >= self.settings.min_range
     }
 
-    /// Writes the distance of beams that hit nothing, if it is not infinity.
+    /// Writes the distance of beams that hit nothing, unless it is infinity.
     fn tell_nothing(&self, out: &mut Readout<'_>) {
         if self.settings.none_as_max {
             let range = self.settings.range;
@@ -127,7 +127,7 @@ impl Sensor for Laser {
         })
     }
 
-    /// Beams that were sent earlier in the scan begin where the mount was then.
+    /// Beams that were sent earlier in the scan begin where the mount was at that time.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
         let (Some(pose), Some(twist)) = (sample.pose(), sample.twist()) else {
             return Err(Fail::unsupported("this host does not provide the pose and velocity of sensors"));
@@ -157,7 +157,7 @@ impl Sensor for Laser {
         Ok(())
     }
 
-    /// Beams whose distance the noise has removed have no intensity either; beams that hit nothing have no noise.
+    /// Removes the intensity of beams whose distance the noise has removed, and the noise of beams that hit nothing.
     fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         for (i, met) in sample.distances().iter().enumerate() {
             if self.is_told(*met) && out.f64(DISTANCE)[i] < f64::INFINITY {

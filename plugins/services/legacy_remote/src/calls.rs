@@ -12,7 +12,7 @@ use crate::{
     values::{In, Out, bytes, float, floats, int},
 };
 
-/// Handle of the world as an argument.
+/// Handle by which arguments refer to the world.
 const WORLD: i64 = -1;
 
 /// Executes a command, given its raw number, its subject and its data; returns the data of the answer.
@@ -248,7 +248,7 @@ fn of_two(turn: &Turn<'_>, raw: u16, first: i64, second: i64, data: &mut In<'_>)
     }
 }
 
-/// Returns the button of a window that was pressed last, and two numbers of it.
+/// Returns the button of a window that was pressed last, and the two numbers reported with it.
 fn event_button(turn: &Turn<'_>, window: i64) -> Result<Vec<u8>> {
     let v = ask(turn, "sim.getUIEventButton", &[Value::Int(window)])?;
     let values = floats(v.get(1)).unwrap_or_default();

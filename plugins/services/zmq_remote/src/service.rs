@@ -170,7 +170,7 @@ impl Remote {
             (state.running.len() - 1, state.functions.take_later(&key))
         };
         for (name, args) in later {
-            // The result of a delayed call is not used, and a client that is gone needs no answer.
+            // The result of a delayed call is not used, and a client that has disconnected needs no answer.
             let _ = self.call_back(turn, Place::Running(at), &name, &args);
         }
         let bound = {

@@ -57,7 +57,7 @@ pub(crate) unsafe fn put_single(l: *mut lua_State, v: &tatu_value) {
 mod tests {
     use super::single;
 
-    /// tests/facts/script-api.md, 1: before 4.5, setting 0.1 reads back as 0.10000000149.
+    /// tests/facts/script-api.md, 1: before 4.5, a parameter set to 0.1 reads back as 0.10000000149.
     #[test]
     fn a_tenth_is_not_quite_one() {
         assert_eq!(format!("{:.14}", single(0.1)), "0.10000000149012");

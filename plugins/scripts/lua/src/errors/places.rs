@@ -16,8 +16,8 @@ pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void, grown: *const u8) {
     }
 }
 
-/// Returns files and lines of the running calls, innermost first, without allocating memory in Lua. In a coroutine of
-/// the script, it is the line that resumed it.
+/// Returns files and lines of the running calls, innermost first, without allocating memory in Lua. Inside a coroutine
+/// of the script, the line is the one that resumed the coroutine.
 unsafe fn running_at(s: &State) -> Vec<(String, u64)> {
     let l = s.running.get();
     let mut places = Vec::new();

@@ -21,7 +21,7 @@ pub(crate) unsafe fn raise(l: *mut lua_State, fail: Fail) -> i32 {
     lua_error(l)
 }
 
-/// Records a failure and returns its text as the script sees it, valid until the next one.
+/// Records a failure and returns its text as the script sees it. The text is valid until the next failure is recorded.
 fn remember<'a>(s: &'a State, place: &[u8], fail: Fail) -> &'a [u8] {
     let mut text = place.to_vec();
     text.extend_from_slice(fail.text().as_bytes());

@@ -36,8 +36,7 @@ pub(crate) unsafe fn record(l: *mut lua_State, from: *mut lua_State, s: &State) 
         to_text(l, -1);
         lua_replace(l, -2);
     }
-    // The traceback has few lines and is not charged: with a spent budget, reporting that would fail with the same
-    // error.
+    // The traceback has few lines and is not charged: with a spent budget, building it would fail with the same error.
     let limit = s.budget.release();
     luaL_traceback(l, from, std::ptr::null(), i32::from(from == l));
     s.budget.confine(limit);
@@ -155,7 +154,7 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
     with_traceback(located(fail, place, &caught), Some(&caught))
 }
 
-/// Builds the message about a name that no plugin offers.
+/// Builds the message about a name that no plugin provides.
 fn unknown(message: &str, name: &str) -> String {
     if message.starts_with("attempt to index") {
         return format!("there is no `{name}` here: no plugin offers commands of that name");

@@ -1,7 +1,7 @@
 //! Binds commands, constants and namespaces to Lua names when a script first uses them.
 //!
-//! The globals and each namespace table (such as that of "gripper.") fall back to a cache table, which asks the host
-//! for names it lacks. The script's own tables are never changed.
+//! The globals and each namespace table (such as that of "gripper.") fall back to a cache table; if that lacks a name,
+//! it asks the host. The script's own tables are never changed.
 
 use std::{mem::MaybeUninit, ptr::null_mut};
 
@@ -156,10 +156,10 @@ fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {
         return Fail::unsupported("this command waits, which is not possible here")
             .help("call it from a thread callback or a coroutine, not inside a sort or a metamethod");
     }
-    // SAFETY: the host's error stays valid until its next error, and is copied here.
+    // SAFETY: `frame.error` belongs to the host, which keeps it valid until its next error; `read` copies it.
     let fail = unsafe { Fail::read(status, frame.error) };
     // SAFETY: the error was copied above, and nothing else refers to the part of the arena that this call allocated
-    // behind `mark`.
+    // after `mark`.
     unsafe { (s.commands.release)(s.world_ref(), s.mark.get()) };
     fail
 }

@@ -64,7 +64,8 @@ pub(crate) fn enter(
     }
     let entry = Entry::begin(s, budget);
     let mut flow = Flow::Done;
-    // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `frame` is valid as above.
+    // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `frame` is an exclusive borrow
+    // that is valid during this call.
     let result = protect(s, &mut |l| unsafe {
         commands::refresh(l, s);
         if s.depth.get() == 1 {

@@ -72,7 +72,7 @@ pub(crate) unsafe fn put(l: *mut lua_State, func: u64) {
     }
 }
 
-/// Pushes the function of an id; nil if there is none.
+/// Pushes the function of an id, or nil if there is none.
 pub(super) unsafe fn look(l: *mut lua_State, local: u32) {
     registry(l, if local >= KEPT { reg::KEPT } else { reg::BORROWED });
     lua_rawgeti(l, -1, i64::from(local & !KEPT));

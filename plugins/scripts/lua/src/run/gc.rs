@@ -1,9 +1,9 @@
 //! Garbage collection at fixed intervals of calls.
 //!
-//! A removed string key returns to its old node if it is set again before the next collection, and may get another node
-//! after it; so collections influence the order of `pairs`. Lua's own pacing depends on allocated bytes, which differ
-//! in a restored state, whereas the number of calls from the host does not. Lua's pacing remains active only for
-//! scripts that create much garbage between two collections.
+//! If a removed string key is set again before the next collection, it returns to its old node; after a collection it
+//! may get a different one. So collections influence the order of `pairs`. Lua's own pacing depends on the bytes
+//! allocated, which differ in a restored state, whereas the number of calls from the host does not. Lua's own pacing
+//! remains active only for scripts that create much garbage between two collections.
 
 use mlua_sys::*;
 

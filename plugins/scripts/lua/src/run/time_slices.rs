@@ -15,7 +15,7 @@ use crate::{
     state::{self, State, slices::PER_MS},
 };
 
-/// Called by the count hook; preempts the running thread at the end of its slice.
+/// Handles a run of the count hook; preempts the running thread at the end of its slice.
 ///
 /// # Safety
 /// The call is the last action of the hook, since it may yield.
@@ -29,7 +29,7 @@ pub(crate) unsafe fn count(l: *mut lua_State, s: &State, instructions: u64) {
     let used = slices.used.get() + instructions;
     slices.used.set(used);
     let length = slices.length.get();
-    // Coroutines of the script inside it, and comparison functions of a sort, finish first.
+    // Coroutines of the script inside the thread, and comparison functions of a sort, finish first.
     if length != 0 && used >= length && l == own && lua_isyieldable(l) != 0 {
         preempt(l, s);
     }
@@ -76,7 +76,7 @@ pub(crate) unsafe extern "C-unwind" fn slice(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Calls a waiting command without arguments for the thread `l`. Returns the wait's token; 0 if it did not wait.
+/// Calls a waiting command without arguments for the thread `l`. Returns the wait's token, or 0 if it did not wait.
 ///
 /// # Safety
 /// `l` is running and can yield.

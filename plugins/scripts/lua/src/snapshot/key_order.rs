@@ -13,7 +13,8 @@ use crate::{
     stack,
 };
 
-/// Returns the main position of a key in a table of `n` nodes; `None` for objects, of which a table has at most one.
+/// Returns the main position of a key in a table of `n` nodes, or `None` for an object; a table has at most one such
+/// key.
 fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
     let modulo = ((n - 1) | 1) as u64;
     Some(match key {
@@ -25,7 +26,7 @@ fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
     })
 }
 
-/// Returns a string whose main position is `place` of `n`, to replace a collected key.
+/// Returns a string whose main position in a table of `n` nodes is `place`, to replace a collected key.
 fn placeholder(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
     loop {
         *count += 1;

@@ -4,7 +4,7 @@ use mlua_sys::*;
 
 use crate::stack::{reg, registry};
 
-/// Pushes the root objects, all of which existed before the text ran; returns their number.
+/// Pushes the root objects, all of which existed before the script ran; returns their number.
 ///
 /// # Safety
 /// There are enough free stack slots for all of them.

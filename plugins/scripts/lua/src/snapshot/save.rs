@@ -29,7 +29,7 @@ enum Step {
     AsKey,
 }
 
-/// Stack layout: objects, at their index plus one; objects that existed before the text ran.
+/// Stack layout: objects, at their index plus one; objects that existed before the script ran.
 const OBJECTS: i32 = 1;
 const BASELINE: i32 = 2;
 
@@ -114,7 +114,7 @@ impl Saver {
         }
     }
 
-    /// Indexes the objects that existed before the text ran, and the functions of all texts.
+    /// Indexes the objects that existed before the script ran, and the functions of all texts.
     unsafe fn prepare(&mut self, l: *mut lua_State, s: &State) {
         for k in 0..lua_rawlen(l, BASELINE) {
             lua_rawgeti(l, BASELINE, k as i64 + 1);
@@ -135,7 +135,7 @@ impl Saver {
         }
     }
 
-    /// Indexes the functions of the text on top.
+    /// Indexes the functions of the compiled source on top.
     unsafe fn index_functions(&mut self, l: *mut lua_State, text: u32) {
         let mut pieces = Vec::new();
         lua_internals::dump_all(l, &mut pieces);
@@ -361,7 +361,7 @@ impl Saver {
         let mut objects = 0;
         lua_pushnil(l);
         if n > 0 {
-            // Lua's traversal visits the array part first: continue behind its last value.
+            // Lua's traversal visits the array part first: continue after its last value.
             for i in (1..=t.array() as i64).rev() {
                 if self.array[i as usize - 1] != Val::Nil {
                     lua_pop(l, 1);
@@ -411,7 +411,7 @@ pub(super) fn natives() -> [lua_CFunction; 4] {
     [command, index, foreign, gmatch_next]
 }
 
-/// Pushes the compiled text, or an error message; returns whether it could be compiled.
+/// Pushes the compiled source, or an error message; returns whether it could be compiled.
 ///
 /// # Safety
 /// Runs in protected mode, since it may raise an error.

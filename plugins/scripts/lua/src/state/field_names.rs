@@ -1,6 +1,6 @@
-//! Field names that an API uses in the maps passed to and returned by callbacks.
+//! Names that an API gives to fields in the maps passed to and returned by callbacks.
 //!
-//! The host has neutral field names; a prelude declares the names in its API: `arguments.dyn.step = "passCnt"` and
+//! The host has neutral field names. A prelude declares the names in its API: `arguments.dyn.step = "passCnt"` and
 //! `results.contact.ignoreContact = "ignore"`.
 
 use mlua_sys::*;
