@@ -34,7 +34,7 @@ impl Trace {
         }
         for (option, given) in [("--watch", !watch.is_empty()), ("--hashes", hashes)] {
             if given && path.is_none() {
-                let error = Error::new("E114", format!("{option} writes nothing without --trace"));
+                let error = Error::new("E114", format!("{option} has no effect without --trace"));
                 crate::report::warning(&error.help("add `--trace FILE`"));
             }
         }
@@ -102,7 +102,7 @@ impl Trace {
         let Some((file, path)) = &mut self.file else { return Ok(()) };
         let written = writeln!(file.lock().unwrap_or_else(PoisonError::into_inner), "{line}");
         if let Err(e) = written {
-            let error = Error::new("E105", format!("the trace {} ends here: {e}", path.display()));
+            let error = Error::new("E105", format!("the trace {} cannot be continued: {e}", path.display()));
             // The run continues without a trace; the error is reported once.
             self.file = None;
             return Err(error);

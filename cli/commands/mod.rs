@@ -87,7 +87,7 @@ fn missing(registry: &Registry) {
     if !lost.is_empty() {
         report::warning(
             &Error::new("E304", format!("plugins that belong to this program are missing: {}", lost.join(", ")))
-                .expected(format!("them in one of{}", registry.search.describe()))
+                .expected(format!("these plugins in one of{}", registry.search.describe()))
                 .help("copy them into a folder `plugins` beside the program, or set TATU_PLUGIN_PATH to their folder"),
         );
     }

@@ -51,14 +51,14 @@ pub fn judge(examined: &Examined, folders: &[Folder], examiner: &mut Examiner) -
         return (None, Some(elsewhere(file, folders)));
     };
     if place.state == State::NotAllowed {
-        let text = format!("it lies in {}, which only the scene names", place.path.display());
+        let text = format!("it is in {}, which only the scene names", place.path.display());
         let help = "if you trust the folder, add `--allow plugins`, or name it in TATU_TRUST";
         return (None, Some(Reason::new("not-allowed", text, help)));
     }
     let hidden = examined.id().and_then(|id| Some((examiner.hidden_by(file, &id, folders)?, id)));
     if let Some((by, id)) = hidden {
         let text = format!("{} has the same id, `{id}`, and is searched first", by.display());
-        let help = "remove one of the two, or give this one an id of its own in `tatu_plugin.id`";
+        let help = "remove one of the two, or give this one a different id in `tatu_plugin.id`";
         return (Some(by), Some(Reason::new("hidden", text, help)));
     }
     (None, examined.useless())
@@ -77,11 +77,11 @@ fn elsewhere(file: &Path, folders: &[Folder]) -> Reason {
     let help = find_it(folder, file);
     match built {
         Some(_) => {
-            let text =
-                "it lies where cargo builds the program, and only the plugins of its own manifest are opened there";
+            let text = "it is in the folder where cargo builds the program, in which only the plugins of its own \
+                        manifest are opened";
             Reason::new("not-built-in", text, help)
         }
-        None => Reason::new("other-folder", "it lies in none of the folders that are searched", help),
+        None => Reason::new("other-folder", "it is in none of the folders that are searched", help),
     }
 }
 
@@ -165,7 +165,7 @@ fn nowhere(wanted: &Wanted, folders: &[Folder], ids: &[&str]) -> Reason {
         let (why, help) = match folder.state {
             State::NoFolder => ("is a file", "name the folder of the library, not the library itself".to_owned()),
             State::Missing => {
-                ("is not there", "correct TATU_PLUGIN_PATH: it is a list of folders, as PATH is".to_owned())
+                ("is not there", "correct TATU_PLUGIN_PATH: it is a list of folders, like PATH".to_owned())
             }
             _ => ("cannot be read", format!("make it readable: `chmod a+rx {path}`")),
         };

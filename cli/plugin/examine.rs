@@ -193,7 +193,7 @@ fn other_processor(file: &Path) -> Option<Reason> {
         _ => return None,
     };
     let text = match (header[4], header[5]) {
-        (_, 2) => "it is built for a processor with another byte order (big-endian)".to_owned(),
+        (_, 2) => "it is built for a processor with a different byte order (big-endian)".to_owned(),
         (1, _) if machine == own => "it is built for 32 bit, and this program has 64 bit".to_owned(),
         _ if machine != own => format!("it is built for {}, and this program runs on {}", name(machine), name(own)),
         (1, _) => "it is built for 32 bit, and this program has 64 bit".to_owned(),
@@ -250,7 +250,7 @@ fn absent(elf: &Elf) -> Reason {
         return Reason::new(
             "no-entry",
             text,
-            "those have another interface; their commands may be here already: `tatu list commands`",
+            "these have a different interface; their commands may already be available: `tatu list commands`",
         );
     }
     if let Some(near) = nearest(SYMBOL, names.iter().copied()) {

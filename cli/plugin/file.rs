@@ -25,7 +25,7 @@ pub fn links(file: &Path) -> (Vec<PathBuf>, Option<Reason>) {
             Ok(_) => return (chain, None),
             Err(e) if e.kind() == ErrorKind::NotFound && !chain.is_empty() => {
                 let text = format!("it is a link to {}, which does not exist", at.display());
-                let help = "remove the link, or build what it leads to";
+                let help = "remove the link, or build the file that it refers to";
                 return (chain, Some(Reason::new("dangling-link", text, help)));
             }
             Err(e) => return (chain, Some(unreadable(file, &e))),
@@ -143,7 +143,7 @@ fn format_of(bytes: &[u8], file: &Path) -> Option<Reason> {
         _ if MAC.iter().any(|magic| bytes.starts_with(magic)) => "macOS",
         _ if is_text(bytes) => {
             let what = if bytes.starts_with(b"#!") { "a script" } else { "a text file" };
-            let help = "compile it, and name the library that comes out; a controller in Lua is no plugin: \
+            let help = "compile it, and give the resulting library; a controller in Lua is not a plugin, run it by \
                         `tatu run SCENE --script /ROBOT=FILE`";
             return Some(Reason::new("text", format!("it is {what}, not a library"), help));
         }

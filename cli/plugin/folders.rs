@@ -100,8 +100,8 @@ impl Folder {
             State::NotAllowed => "not searched without `--allow plugins`".into(),
             State::There if found.is_empty() => match self.candidates.len() {
                 0 => "no plugins".into(),
-                1 => "1 plugin of another name".into(),
-                n => format!("{n} plugins of other names"),
+                1 => "1 plugin with a different name".into(),
+                n => format!("{n} plugins with different names"),
             },
             State::There => found.iter().map(|f| names::name(f)).collect::<Vec<_>>().join(", "),
         }

@@ -60,7 +60,10 @@ const PLACES: [&str; 4] = ["build", "", "target/release", "target/debug"];
 /// Installs or removes a plugin; the exit code is 2 if nothing was changed.
 pub fn install(args: &Install) -> ExitCode {
     let Some(folder) = user_folder() else {
-        let error = Error::new("E330", "there is no place for your plugins: the environment names no home folder");
+        let error = Error::new(
+            "E330",
+            "there is no folder for your plugins, because the environment does not name a home folder",
+        );
         let variable = if cfg!(windows) { "APPDATA" } else { "HOME" };
         report::error(&error.help(format!("set {variable} to an absolute path")));
         return ExitCode::from(2);
@@ -87,7 +90,8 @@ fn refused(what: &Path, reason: &Reason) -> Error {
 }
 
 fn unwritten(file: &Path, e: &io::Error) -> Error {
-    Error::new("E105", format!("cannot write {}: {e}", file.display())).help("is the folder there, and writable?")
+    Error::new("E105", format!("cannot write {}: {e}", file.display()))
+        .help("does the folder exist, and is it writable?")
 }
 
 /// A library that is to be installed.
@@ -188,7 +192,9 @@ fn put(library: &Library, name: &str, force: bool, folder: &Path, examiner: &mut
     tell(&examined, &target);
     if let Some(by) = hiding(&target, &id, examiner) {
         let text = format!("{} has the same id and is searched first: what was installed is not used", by.display());
-        report::warning(&Error::new("E302", text).help("remove that one, or its folder from TATU_PLUGIN_PATH"));
+        report::warning(
+            &Error::new("E302", text).help("remove that plugin, or remove its folder from TATU_PLUGIN_PATH"),
+        );
     }
     Ok(text)
 }
@@ -253,7 +259,7 @@ fn replaceable(
             Some(other) => Err(error(format!("it is the plugin `{other}`"))
                 .help(format!("rename your library, or remove that plugin: `tatu plugin install --remove {other}`"))),
             None if force => Ok(old.map(|(f, e)| (f.clone(), version(e)))),
-            None => Err(error("it is no plugin that can be loaded".into()).help("`--force` replaces it")),
+            None => Err(error("it is not a plugin that can be loaded".into()).help("`--force` replaces it")),
         };
     }
     match old {

@@ -189,7 +189,7 @@ fn missing_library(file: &Path, need: &Need) -> Reason {
     let help = if !need.name.contains('/') && beside.is_file() {
         let folder = folder.display();
         format!(
-            "it lies in {folder}, where the loader does not look: link with `-Wl,-rpath,'$ORIGIN'`, \
+            "it is in {folder}, where the loader does not look: link with `-Wl,-rpath,'$ORIGIN'`, \
              or set LD_LIBRARY_PATH={folder}"
         )
     } else {

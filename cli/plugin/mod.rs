@@ -3,9 +3,9 @@
 //! - [`check`], [`why`], [`install`], [`list`]: the subcommands;
 //! - `answer`: finds the file that a name refers to, and whether it is loaded; `show`: prints that;
 //! - `examine`: collects everything known about a file; `file`: its type; `elf`: what its library needs and exports;
-//! `loader`: finds the libraries and symbols that it needs; `probe`: opens it in a separate process;
+//!   `loader`: finds the libraries and symbols that it needs; `probe`: opens it in a separate process;
 //! - `folders`: the folders that are searched; `names`: names of files; `archive`: unpacks archives; `reason`: why a
-//! file is not loaded, and what to do.
+//!   file is not loaded, and what to do.
 
 mod answer;
 mod archive;

@@ -118,7 +118,7 @@ pub fn probe(file: &Path, limit: f64) -> Result<Report, Reason> {
         Reason::new("untried", format!("it cannot be tried: {what}: {e}"), "free some memory and space, and try again")
     };
     // The loader would search a name without a folder in the system's folders.
-    let file = std::path::absolute(file).map_err(|e| untried("the working folder is gone", e))?;
+    let file = std::path::absolute(file).map_err(|e| untried("the working folder no longer exists", e))?;
     let exe = std::env::current_exe().map_err(|e| untried("this program does not know its own file", e))?;
     // Temporary files instead of pipes: a process that the plugin starts may keep a pipe open after the plugin's end.
     let open = || tempfile::tempfile().map_err(|e| untried("no temporary file can be made", e));

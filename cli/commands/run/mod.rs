@@ -278,8 +278,8 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         let text =
             format!("the replay came out differently: hash {now:016x} after {done} steps, the log has {then:016x}");
         report::lost(&Error::new("E504", text).help(
-            "replay it with the program, the plugins and the files that the run had; runs with `--allow`, `--reload` or \
-             threads of services that act on other things than commands cannot be repeated",
+            "replay it with the program, the plugins and the files of the original run; a run cannot be repeated if \
+             it used `--allow` or `--reload`, or if threads of a service acted other than by commands",
         ));
     }
     let objects = objects(&world, &hash);

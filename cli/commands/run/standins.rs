@@ -230,7 +230,7 @@ fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: 
     let at = [0.3 + 0.2 * column as f64, 0.2 * line as f64, 0.05];
     let kind = match s.kind.as_str() {
         schema if schema.contains('/') && registry.sensor(schema, &BTreeMap::new()).is_ok() => "sensor",
-        // The kind of sensor or actuator is not known.
+        // The kind of sensor or actuator is unknown.
         "sensor" | "actuator" => "dummy",
         kind if KINDS.iter().any(|(k, _)| *k == kind) => kind,
         _ => "dummy",

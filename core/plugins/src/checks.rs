@@ -56,7 +56,7 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
         {
             match p.choices.is_empty() {
                 true => say(format!("has an invalid default: {e}")),
-                false => say(format!("has a default that is none of its choices: {e}")),
+                false => say(format!("has a default that is not one of its choices: {e}")),
             }
         }
         if !p.choices.is_empty() && !any && !matches!(p.kind, TATU_TEXT | TATU_BYTES) {

@@ -1,7 +1,7 @@
 //! Joints in reduced coordinates: rapier's multibodies, which compute only the degrees of freedom of each joint.
 //!
 //! - A mechanism on a static body is attached to a separate anchor, a fixed body without shapes, because rapier solves
-//! all joints below one root together, at a cost that grows with the cube of their number.
+//!   all joints below one root together, at a cost that grows with the cube of their number.
 //! - A drive is a constraint between the two links. Rapier iterates over the constraints once in each sub-step, so an
 //!   arm of many joints would sag. Most of the effort of a drive in one step is therefore applied as a force in the
 //!   next ([`Reduced::carried`]), and the constraint has to find only the difference.

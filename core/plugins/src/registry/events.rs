@@ -23,7 +23,7 @@ impl Registry {
                 }
                 if self.events.iter().any(|e| e.name == name) {
                     let text = format!("its event `{name}` is declared already; the first declaration counts");
-                    self.refuse(plugin, text, "give each a name of its own");
+                    self.refuse(plugin, text, "give each a different name");
                     continue;
                 }
                 self.events.push(EventInfo {

@@ -99,7 +99,7 @@ impl Registry {
             return Ok(sure);
         }
         let broke = format!("plugin `{}` broke the contract: it returned {sure} in {}", plugin.id, Call::Sniff.text());
-        Err(Error::new("E111", format!("{subject}: {broke}")).expected("how sure it is, 0 to 100"))
+        Err(Error::new("E111", format!("{subject}: {broke}")).expected("a confidence from 0 to 100"))
     }
 
     /// Returns the error that no importer reads a file.

@@ -116,7 +116,7 @@ impl Registry {
         }
         for (folder, _) in missing(Source::Environment) {
             let text = format!("TATU_PLUGIN_PATH names the folder {}, which does not exist", folder.display());
-            refused.push(Error::new("E311", text).help("it is a list of folders, as PATH is"));
+            refused.push(Error::new("E311", text).help("it is a list of folders, like PATH"));
         }
         for file in search.misnamed() {
             let text = format!("{} is a library, but its name is not a plugin's", file.display());
@@ -144,7 +144,8 @@ impl Registry {
                                 new.path.display()
                             ),
                         )
-                        .help("remove one, or give the copy an id of its own; the folder that is searched first wins"),
+                        .help("remove one, or give the copy a different id; the plugin in the folder that is searched \
+                               first is used"),
                     ),
                     None => plugins.push(Arc::new(new)),
                 },
@@ -253,8 +254,8 @@ impl Registry {
     /// claim is kept; between two plugins, the scene chooses.
     fn is_own(&mut self, plugin: usize, what: &str, id: &str, claimed: &[usize]) -> bool {
         if claimed.contains(&plugin) {
-            let help = "give each an id of its own";
-            self.refuse(plugin, format!("it offers the {what} `{id}` twice; the first one is used"), help);
+            let help = "give each a different id";
+            self.refuse(plugin, format!("it offers the {what} `{id}` twice; the first is used"), help);
             return false;
         }
         if let Some(other) = claimed.first() {

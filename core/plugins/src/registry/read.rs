@@ -125,7 +125,7 @@ impl Registry {
                          which it does not have",
                         f.name
                     );
-                    self.refuse(plugin, text, "name another field of the sensor in full: `schema.field`");
+                    self.refuse(plugin, text, "write the full name of a field from a different schema: `schema.field`");
                     continue;
                 }
                 if let Some((f, (flaw, help))) = fields.iter().find_map(|f| Some((f, field_flaw(f)?))) {
@@ -147,7 +147,7 @@ impl Registry {
                     let Some(preset) = self.named(plugin, &what, p.id, p.size, &needed) else { continue };
                     if presets.iter().any(|p| p.id == preset) {
                         let text = format!("its sensor `{id}` has the preset `{preset}` twice; the first one is used");
-                        self.refuse(plugin, text, "give each an id of its own");
+                        self.refuse(plugin, text, "give each a different id");
                         continue;
                     }
                     presets.push(PresetInfo {

@@ -44,7 +44,7 @@ impl Registry {
         let file = old.path.display();
         if new.id != old.id {
             let text = format!("the plugin {file} has changed its id to `{}`; it was `{}`", new.id, old.id);
-            return Err(Error::new("E305", text).help("give it its id back, or restart the run"));
+            return Err(Error::new("E305", text).help("restore its id, or restart the run"));
         }
         let mut plugins = self.plugins.clone();
         plugins[plugin] = Arc::new(new);
@@ -60,7 +60,7 @@ impl Registry {
         }
         registry.take_places(self).map_err(|lost| {
             Error::new("E305", format!("the new version of {file} no longer offers {lost}"))
-                .expected("everything but commands to be still there")
+                .expected("a new version that still offers everything except commands")
                 .help("restart the run to continue without it")
         })?;
         registry.generation = self.generation + 1;

@@ -267,7 +267,7 @@ impl<'a> Builder<'a> {
             let last = self.document.meshes.len();
             let lost = crate::part_meshes(value).into_iter().find(|n| *n as usize > last);
             if let Some(n) = lost {
-                return Err(Error::new("E102", format!("a part names mesh {n}; there are {last}")));
+                return Err(Error::new("E102", format!("a part refers to mesh {n}, but the last mesh is {last}")));
             }
         }
         let blank = Document {
@@ -331,7 +331,7 @@ impl<'a> Builder<'a> {
         if script.kind == MAIN
             && let Some(o) = self.document.objects.iter().find(|o| o.scripts.iter().any(|s| s.kind == MAIN))
         {
-            return Err(Error::new("E118", format!("a second main script, beside the one of `{}`", o.alias))
+            return Err(Error::new("E118", format!("there is already a main script, that of `{}`", o.alias))
                 .expected("at most one script of kind `main` in a scene: it alone runs the stages of a step")
                 .help("make one of them `child`"));
         }

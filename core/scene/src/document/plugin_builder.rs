@@ -180,7 +180,7 @@ fn clean(text: LentCStr<'_>) -> String {
 /// Returns the index of an object given by its number in the build. The builder checks whether it exists.
 fn index(build: &Build, object: u32) -> Result<usize> {
     match object {
-        0 => Err(Error::new("E110", "object 0 of a build is the place where the model is put, and cannot be changed")),
+        0 => Err(Error::new("E110", "object 0 of a build stands for the place of the model, and cannot be changed")),
         n => Ok(build.first + n as usize - 1),
     }
 }
@@ -255,7 +255,7 @@ extern "C" fn script(
             b.registry.language(if language.is_empty() { &name } else { &language }, &b.document.settings.providers)?;
         let kind = if kind.is_empty() { "child".into() } else { kind };
         if !SCRIPT_KINDS.contains(&kind.as_str()) {
-            let error = Error::new("E102", format!("a script of kind `{kind}`"));
+            let error = Error::new("E102", format!("unknown script kind `{kind}`"));
             return Err(error.expected(SCRIPT_KINDS.join(", ")));
         }
         b.registry.check_dialect(Some(language), &dialect)?;

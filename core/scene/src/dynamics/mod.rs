@@ -3,7 +3,7 @@
 //!
 //! - this module: an advance of the engine; `state`: the engine, and the mapping;
 //! - `settle`: creates bodies and joints from objects; `mass`: their mass and surface; `loops`: loops closed by linked
-//! dummies; `follow`: joints that follow others;
+//!   dummies; `follow`: joints that follow others;
 //! - `targets`: drives of joints, and smooth position targets; `force_sensors`: measurements of force sensors;
 //! - `pose_writeback`: copies states back.
 

@@ -14,7 +14,7 @@ pub(super) struct BodyRecord {
     pub(super) uid: u64,
     pub(super) version: u64,
     pub(super) motion: Motion,
-    /// Initial position in the world, m.
+    /// Initial position in the world frame, m.
     pub(super) start: Vector3<f64>,
     /// Whether it was found far away or very fast.
     pub(super) stray: bool,

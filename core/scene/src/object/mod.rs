@@ -1,7 +1,7 @@
 //! Objects: the properties that every object has, and those of each kind.
 //!
 //! - this module: common properties, shapes, joints and devices; `follow`: joints that follow a leader; `course`:
-//! position targets;
+//!   position targets;
 //! - `force_sensor`: force sensors; `views`: cameras, lights and paths.
 
 use std::{collections::BTreeMap, sync::Arc};

@@ -374,7 +374,7 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
                 if let Some(inspector) = &world.model.registry.inspector {
                     inspector.gave_no_reason(entry, status);
                 }
-                "failed and gave no reason".to_owned()
+                "failed without giving a reason".to_owned()
             }
             _ => said(f.error).text.unwrap_or_default(),
         }

@@ -57,7 +57,7 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
         return Some(format!("has {len} elements: at most {} MB can be passed", LARGEST >> 20));
     }
     if len > 0 && !(ptr as u64).is_multiple_of(each.min(8)) {
-        return Some("lies at an address that is not aligned to its elements".into());
+        return Some("is at an address that is not aligned to its elements".into());
     }
     if !matches!(v.tag, TATU_LIST | TATU_MAP) || len == 0 {
         return None;

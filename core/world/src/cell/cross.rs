@@ -96,7 +96,7 @@ impl WorldCell {
         let ids: Vec<&str> = all.iter().map(|i| plugins[*i].id.as_str()).collect();
         let who = match ids.as_slice() {
             [one] => format!("plugin `{one}`"),
-            [] => "a plugin, in a thread of its own,".to_owned(),
+            [] => "a plugin, in a separate thread,".to_owned(),
             many => format!("one of the plugins `{}`", many.join("`, `")),
         };
         let mut fault = Fault::new(FaultKind::Plugin, format!("{who} changed {what} in {place}"));

@@ -269,7 +269,7 @@ impl World {
             Err(why) => {
                 let text = format!("{path} cannot be created with its new parameters: {why}");
                 let error = Error::new("E402", text).at(new.place.clone());
-                told.warnings.push(error.help("the old one goes on; correct the file"));
+                told.warnings.push(error.help("correct the file; until then, the old version stays in use"));
             }
         }
         keys

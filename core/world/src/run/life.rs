@@ -1,7 +1,7 @@
 //! The run of a world, from its start to its end.
 //!
 //! ```text
-//! start             a pass of the stopped world, `beforeSimulation`; the scene is saved; phase first
+//! start             a pass before the run, with `beforeSimulation`; the scene is saved; phase first
 //! step, step, ...   one pass each
 //! request_stop      the pass that follows is an ordinary one
 //! step              running

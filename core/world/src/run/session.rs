@@ -63,8 +63,8 @@ impl Session {
         *self.cell.interrupt.borrow_mut() = flag;
     }
 
-    /// Lets services take turns in a stopped world until one requests a start, and then returns `true`. Returns `false`
-    /// if one requests a different scene or the end, if the session is interrupted, or if no service is left.
+    /// Lets services take turns before the simulation runs until one requests a start, and then returns `true`. Returns
+    /// `false` if one requests a different scene or the end, if the session is interrupted, or if no service is left.
     pub fn wait_for_start(&self, world: &World) -> bool {
         session::rest(world.cell(), &self.cell)
     }

@@ -44,7 +44,8 @@ impl World {
             "the replay reached a different state at step {}: hash {hash:016x}, then {:016x}",
             snapshot.head.step, snapshot.head.hash
         );
-        Err(Error::new("E504", text)
-            .help("something in the run depends on more than scene and seed: files that scripts read, or a plugin"))
+        Err(Error::new("E504", text).help(
+            "the run depends on something besides the scene and the seed: a file that a script reads, or a plugin",
+        ))
     }
 }

@@ -107,7 +107,9 @@ impl Script {
                 column: 1,
                 span: line_of(&new.text, line as usize),
             });
-            return Err(Error::new("E306", text).at(place).help("the old one goes on; correct the file"));
+            return Err(Error::new("E306", text)
+                .at(place)
+                .help("correct the file; until then, the old version stays in use"));
         }
         if self.data.get().is_null() {
             // The script was loaded only to check it; it begins when this one would have begun.

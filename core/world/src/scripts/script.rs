@@ -101,7 +101,7 @@ impl Script {
             text.ptr.addr() <= chosen.ptr.addr() && chosen.ptr.addr() < text.ptr.addr() + text.len as usize
         };
         if chosen.len > 0 && [text, name, dialect].into_iter().any(is_within) {
-            let what = "returned a dialect in `chosen` that lies within its arguments; it must own this text";
+            let what = "returned a dialect in `chosen` that points into its arguments; it must own this text";
             self.breach(world, Call::ScriptLoad, what);
         }
         self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
@@ -366,7 +366,7 @@ impl Script {
     pub(crate) fn fault(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) -> Fault {
         let kind = FaultKind::of(status);
         let Said { text, help, file, traceback, line } = said(error);
-        let mut fault = Fault::new(kind, text.unwrap_or_else(|| "failed and gave no reason".into()));
+        let mut fault = Fault::new(kind, text.unwrap_or_else(|| "failed without giving a reason".into()));
         let language = &world.model.registry.plugins[self.plugin(world)].id;
         if fault.message.starts_with(&format!("plugin `{language}` ")) {
             (fault.kind, fault.code) = (FaultKind::Plugin, FaultKind::Plugin.code());

@@ -78,7 +78,7 @@ impl Scripts {
             let refused = |why: &str| {
                 let path = script.owner_path(world);
                 Error::new("E503", format!("the script of {path} cannot be restored: {why}"))
-                    .help("replay the run to that step: a new world of the scene, stepped until then")
+                    .help("replay the run up to that step, in a new world with the same scene")
             };
             if script.id.get() != image.id {
                 return Err(refused("it was recreated during the run"));

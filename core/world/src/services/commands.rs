@@ -154,7 +154,10 @@ extern "C" fn retain(w: WorldRef<'_>, func: tatu_func, kept: Option<&mut tatu_fu
             *kept = f;
             Ok(())
         }
-        None => Err(world.run.calls.refuse(TATU_ERR_GONE, "the function is gone: its call or its script has ended")),
+        None => Err(world
+            .run
+            .calls
+            .refuse(TATU_ERR_GONE, "the function no longer exists: its call or its script has ended")),
     })
 }
 

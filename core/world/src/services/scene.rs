@@ -279,7 +279,10 @@ extern "C" fn create(
                 world.tell_object("object_added", &scene, s);
                 Ok(())
             }
-            None => Err(world.run.calls.refuse(TATU_ERR_SPACE, "the world already holds a million objects, the limit")),
+            None => Err(world
+                .run
+                .calls
+                .refuse(TATU_ERR_SPACE, "the world already has a million objects, which is the limit")),
         }
     })
 }

@@ -155,7 +155,7 @@ fn free(world: &WorldCell) -> Result<(), tatu_status> {
 }
 
 fn full(world: &WorldCell) -> tatu_status {
-    world.run.calls.refuse(TATU_ERR_SPACE, "the world already holds a million objects, the limit")
+    world.run.calls.refuse(TATU_ERR_SPACE, "the world already has a million objects, which is the limit")
 }
 
 /// Adds scripts to an object, except main scripts, of which a scene has only one.

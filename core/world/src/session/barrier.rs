@@ -67,8 +67,8 @@ fn stand(world: &WorldCell) {
     if addons || world.run.outside.interactive.get() {
         return log::stand(world);
     }
-    let text = "the simulation was paused and nobody could lift the pause: no service, no add-on, no interactive session. \
-                The run ends here";
+    let text = "the simulation was paused, and nothing can resume it: there is no service, no add-on and no \
+                interactive session. The run ends here";
     world.log(TATU_LOG_WARNING, text);
     world.state.requests.set(world.state.requests.get() | 1 << TATU_REQUEST_STOP);
 }

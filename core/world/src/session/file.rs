@@ -229,7 +229,7 @@ impl Writer {
         self.file.flush().map_err(|e| self.failed(&e))
     }
     fn failed(&self, e: &std::io::Error) -> Error {
-        Error::new("E105", format!("the input log {} ends here: {e}", self.path.display()))
+        Error::new("E105", format!("the input log {} cannot be continued: {e}", self.path.display()))
     }
 }
 
@@ -321,7 +321,8 @@ pub fn read(path: &Path) -> Result<Log> {
         let text = match line {
             1 => "the header of the input log is damaged: it was edited, or bytes in it were changed".to_owned(),
             n => format!(
-                "the input log is damaged at line {n}: it was changed, or lines before it are missing or in another order"
+                "the input log is damaged at line {n}: it was changed, or lines before it are missing or in a \
+                 different order"
             ),
         };
         wrong(line, text)

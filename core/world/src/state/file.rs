@@ -135,10 +135,11 @@ impl Snapshot {
             return Err(Error::new("E502", text).help("write it again with this version of the program"));
         }
         if self.head.document != fingerprint(document) {
-            return Err(Error::new("E502", "the snapshot is of another scene, or of this one before it was changed")
-                .expected(
-                    "the same scene file, scripts, `--seed`, `--set` and `--script` as in the run that wrote it",
-                ));
+            return Err(Error::new(
+                "E502",
+                "the snapshot is of a different scene, or of this one before it was changed",
+            )
+            .expected("the same scene file, scripts, `--seed`, `--set` and `--script` as in the run that wrote it"));
         }
         let here = plugins(registry);
         if self.head.plugins == here {
@@ -151,10 +152,10 @@ impl Snapshot {
             (Some(l), Some(n)) if l.0 == n.0 => format!("plugin {} was there, now it is {}", show(l), n.1),
             (Some(l), _) => format!("plugin {} was there, and is missing now", show(l)),
             (None, Some(n)) => format!("plugin {} was not there", show(n)),
-            (None, None) => "plugins were found in another order".to_owned(),
+            (None, None) => "plugins were found in a different order".to_owned(),
         };
         let text = format!("the snapshot was written with other plugins: {what}");
-        Err(Error::new("E502", text).help("run with the plugins of that time, or write the snapshot again"))
+        Err(Error::new("E502", text).help("run with the same plugins as then, or write the snapshot again"))
     }
 }
 

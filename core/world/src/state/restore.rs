@@ -21,7 +21,7 @@ use crate::{
 };
 fn refused(what: impl std::fmt::Display, why: impl std::fmt::Display) -> Error {
     Error::new("E503", format!("{what} cannot be restored: {why}"))
-        .help("replay the run to that step: a new world of the scene, stepped until then")
+        .help("replay the run up to that step, in a new world with the same scene")
 }
 
 /// Checks that a snapshot fits the world, that the world is new, and, unless `allow_partial` is set, that the snapshot
@@ -30,11 +30,11 @@ pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) 
     snapshot.check(&cell.model.document, &cell.model.registry)?;
     if let Some(first) = snapshot.head.missed.first().filter(|_| !allow_partial) {
         let error = Error::new("E503", format!("the snapshot is not complete: {first}"));
-        return Err(error.help("replay the run to its step instead"));
+        return Err(error.help("replay the run up to that step instead"));
     }
     if cell.running() || cell.state.clock.step.get() != 0 {
         return Err(
-            Error::new("E503", "a world that has run cannot be restored from a snapshot").help("make a new one")
+            Error::new("E503", "a world that has run cannot be restored from a snapshot").help("make a new world")
         );
     }
     Ok(())
@@ -99,7 +99,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
                 return Err(refused(&what, "its parameters were changed during the run"));
             }
             if d.fields.len() != image.fields.len() {
-                return Err(damaged(format!("{what} has fields of another size")));
+                return Err(damaged(format!("{what} has fields of a different size")));
             }
             (d.kind, d.data)
         };

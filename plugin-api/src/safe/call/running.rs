@@ -280,7 +280,7 @@ impl<'a, P: Plugin> Call<'a, P> {
         // live object.
         unsafe {
             let wait = call.api.as_ref().and_then(|a| a.wait);
-            let wait = wait.ok_or_else(|| Fail::unsupported("this host cannot wait"))?;
+            let wait = wait.ok_or_else(|| Fail::unsupported("this host does not support commands that wait"))?;
             match wait(call, until, value, text_raw(name), resume) {
                 status if status < 0 => Err(Fail::read(status, call.error)),
                 _ => Ok(Outcome::Waiting),

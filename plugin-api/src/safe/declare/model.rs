@@ -68,7 +68,7 @@ impl<'a> Builder<'a> {
         let (points, triangles) = (points.as_ptr().cast(), triangles.as_ptr().cast());
         // SAFETY: the pointers and counts are those of the slices, with 3 numbers per element.
         match self.raw.mesh.map_or(0, |f| unsafe { f(Some(self.raw), points, n, triangles, m) }) {
-            0 => Err(Fail::new("the host refused a mesh")),
+            0 => Err(Fail::new(format!("the host refused a mesh of {n} points and {m} triangles"))),
             id => Ok(id as i64),
         }
     }
@@ -92,7 +92,7 @@ impl<'a> Builder<'a> {
     pub fn describe(&self, map: &Value) -> Result {
         let Some(f) = self.raw.describe else { return Ok(()) };
         match f(Some(self.raw), Some(&Owned::default().value(map))) {
-            status if status < 0 => Err(Fail::with_code(status, "the host refused the description")),
+            status if status < 0 => Err(Fail::with_code(status, "the host refused the description of the source")),
             _ => Ok(()),
         }
     }
@@ -138,7 +138,7 @@ impl<'a> Node<'a> {
         let dialect = if dialect.is_empty() { LentCStr::NULL } else { dialect.as_c_str().into() };
         let (language, kind) = (language.as_c_str().into(), kind.as_c_str().into());
         match raw.script.map_or(0, |f| f(Some(raw), self.id, language, dialect, kind, name.into(), text.into())) {
-            0 => Err(Fail::new("the host refused a script")),
+            0 => Err(Fail::new(format!("the host refused the script `{name}`"))),
             _ => Ok(self),
         }
     }

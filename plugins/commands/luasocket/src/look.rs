@@ -19,13 +19,13 @@ pub(crate) type Ctx<'a> = Call<'a, LuaSocket>;
 
 /// Kind of these entries in the input log.
 const KIND: &str = "socket";
-/// Returns nil and the message of an error.
+/// Commands whose first result is the number of a socket.
 const OPENS: [&str; 4] = ["luasocket.connect", "luasocket.listen", "luasocket.accept", "luasocket.bindDatagrams"];
 
 pub(crate) fn text(text: impl AsRef<str>) -> Value {
     Value::text(text.as_ref())
 }
-/// Returns nil and the text of an error.
+/// Returns nil and the message of an error.
 pub(crate) fn wrong(e: &io::Error) -> Vec<Value> {
     vec![Value::Nil, text(words(e))]
 }
@@ -45,7 +45,7 @@ pub(crate) fn allowed(c: &Ctx<'_>) -> Result<String> {
     Ok(c.world().get(0, c.plugin().allow)?.as_str().unwrap_or_default().into_owned())
 }
 
-/// Resolves argument `i` (a host) and the argument behind it (a port), if the run may reach that address.
+/// Resolves argument `i` (a host) and the argument after it (a port), if the run may reach that address.
 pub(crate) fn address(c: &Ctx<'_>, i: usize) -> Result<io::Result<SocketAddr>> {
     let (host, port) = (c.text(i)?, port(c, i + 1)?);
     let allowed = allowed(c)?;

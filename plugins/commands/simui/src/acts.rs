@@ -43,7 +43,7 @@ fn act(c: &mut Ctx<'_>) -> Result {
         let mut all = all(c)?;
         let of = all.of(window)?;
         let n = usize::try_from(n).ok().filter(|n| *n < of.nodes.len());
-        let n = n.ok_or_else(|| Fail::missing("the window has no widget of this number"))?;
+        let n = n.ok_or_else(|| Fail::missing("the window has no widget with this number"))?;
         let mut at = Some(n);
         while let Some(n) = at {
             if of.nodes[n].values.get("enabled") == Some(&json!(false)) {

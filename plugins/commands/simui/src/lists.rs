@@ -37,7 +37,7 @@ fn texts(c: &Ctx<'_>, i: usize) -> Vec<Json> {
 fn place(c: &Ctx<'_>, i: usize, len: usize) -> Result<usize> {
     let at = c.i64(i)?;
     let found = usize::try_from(at).ok().filter(|at| *at < len);
-    found.ok_or_else(|| Fail::argument(format!("there is no entry {at}: they are 0 to {}", len as i64 - 1)))
+    found.ok_or_else(|| Fail::argument(format!("there is no entry {at}; expected 0 to {}", len as i64 - 1)))
 }
 
 fn count(c: &Ctx<'_>, i: usize) -> Result<usize> {

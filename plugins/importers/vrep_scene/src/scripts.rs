@@ -45,7 +45,10 @@ pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>
             match s.is_default_main() {
                 true => continue,
                 false if version < MAIN_SCRIPTS_SINCE => {
-                    left("replaced", "the main script of a time that had another one: the default one runs");
+                    left(
+                        "replaced",
+                        "the main script is that of an older version; the default main script runs instead",
+                    );
                     continue;
                 }
                 false => {}

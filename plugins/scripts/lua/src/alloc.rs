@@ -147,7 +147,7 @@ impl Slot {
     /// Restores a backup bit by bit.
     ///
     /// # Safety
-    /// Nothing outside the slot points to blocks allocated since the backup, and the state is idle.
+    /// Nothing outside the slot may point to blocks allocated since the backup, and the state must be idle.
     pub(crate) unsafe fn roll_back(&self, backup: &Backup) {
         self.top.set(self.first + backup.content.len());
         self.used.set(backup.used);
@@ -254,7 +254,7 @@ impl Slot {
     }
 
     /// # Safety
-    /// `block` was allocated with this size and is not used any more.
+    /// `block` must have been allocated with this size, and must not be used any more.
     unsafe fn free_block(&self, block: *mut u8, bytes: usize) {
         let (c, size) = class(bytes);
         self.used.set(self.used.get() - size);
@@ -276,7 +276,7 @@ impl Slot {
 /// Lua's allocation function.
 ///
 /// # Safety
-/// `slot` is the slot of the calling state; `block` is null or was returned by this function for `old` bytes.
+/// `slot` must be the slot of the calling state; `block` must be null or returned by this function for `old` bytes.
 pub(crate) unsafe extern "C" fn lua_alloc(
     slot: *mut c_void,
     block: *mut c_void,

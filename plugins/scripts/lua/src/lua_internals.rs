@@ -5,9 +5,9 @@
 //!
 //! | item | purpose | check | if it fails |
 //! |---|---|---|---|
-//! | `luai_makeseed(L)=0x5EED` | Lua derives its hash seed from addresses and the clock, and `pairs` would visit string keys in another order in each run | [`problems`], at start | error in the log |
+//! | `luai_makeseed(L)=0x5EED` | Lua derives its hash seed from addresses and the clock, and `pairs` would visit string keys in a different order in each run | [`problems`], at start | error in the log |
 //! | `STRCACHE_N=1`, `STRCACHE_M=1` | Lua caches C strings by their address, which would decide when a string is collected | [`problems`], at start | error in the log |
-//! | `lua_math.h` before every file | sine and similar functions of the C library have other bits with another library or processor | a test compares bits of them | the test fails |
+//! | `lua_math.h` before every file | sine and similar functions of the C library give different bits with a different library or processor | a test compares bits of them | the test fails |
 //! | `strspn=tatu_lua_strspn` | text of floats in scripts for Lua 5.1, see [`NumberFormat`] | [`problems`], at start | error in the log |
 //! | `lua_gc` with a negative step | collections at fixed numbers of calls, see `gc` | [`problems`], at start | error in the log |
 //! | `build/charges.rs`, `lua_charges.h` | loops in C count on the budget | the build finds each place; [`meter`], in each state | C code counts nothing |
@@ -87,14 +87,14 @@ pub(crate) fn problems() -> Vec<&'static str> {
             return problems;
         }
         if tatu_lua_seed(l) != SEED {
-            problems.push("Lua's hash seed is not fixed: `pairs` may give another order in each run");
+            problems.push("Lua's hash seed is not fixed: `pairs` may give a different order in each run");
         }
         if tatu_lua_has_small_string_cache(l) == 0 {
             problems.push("Lua caches strings by address: runs may collect garbage at other times");
         }
         defer_gc(l, 1);
         if tatu_lua_gc_debt(l) != -1024 {
-            problems.push("Lua's collector cannot be deferred: `pairs` may give another order after a snapshot");
+            problems.push("Lua's collector cannot be deferred: `pairs` may give a different order after a snapshot");
         }
         let _plain = NumberFormat::begin(true);
         lua_pushnumber(l, 5.0);
@@ -197,7 +197,7 @@ impl Drop for Running {
 /// following the offsets as pointers would crash.
 ///
 /// # Safety
-/// Called by the allocator; `look` only reads which functions run.
+/// Only the allocator may call this; `look` may only read which functions run.
 pub(crate) unsafe fn with_frames(l: *mut lua_State, block: *const u8, look: impl FnOnce()) {
     let moves = !l.is_null() && !block.is_null() && tatu_lua_is_stack(l, block.cast()) != 0;
     if moves {
@@ -293,7 +293,7 @@ impl RawTable {
 /// Returns whether the nodes of a table with known content are read correctly.
 ///
 /// # Safety
-/// Runs in protected mode; five free stack slots.
+/// Must run in protected mode, with five free stack slots.
 pub(crate) unsafe fn knows_tables(l: *mut lua_State) -> bool {
     lua_createtable(l, 3, 4);
     lua_pushinteger(l, 7);

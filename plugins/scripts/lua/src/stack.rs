@@ -38,7 +38,7 @@ pub(crate) mod reg {
 /// types.
 ///
 /// # Safety
-/// The slice is used only while the value is on the stack.
+/// The slice must be used only while the value is on the stack.
 pub(crate) unsafe fn bytes<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
     let mut len = 0;
     let ptr = lua_tolstring(l, idx, &mut len);
@@ -51,7 +51,7 @@ pub(crate) unsafe fn bytes<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
 /// Pushes a string.
 ///
 /// # Safety
-/// There is one free stack slot. May raise an error.
+/// The stack must have one free slot. May raise a Lua error.
 pub(crate) unsafe fn push(l: *mut lua_State, text: &[u8]) {
     lua_pushlstring(l, text.as_ptr().cast(), text.len());
 }
@@ -59,7 +59,7 @@ pub(crate) unsafe fn push(l: *mut lua_State, text: &[u8]) {
 /// Pushes a registry value, and returns its type.
 ///
 /// # Safety
-/// There is one free stack slot.
+/// The stack must have one free slot.
 pub(crate) unsafe fn registry(l: *mut lua_State, place: i64) -> i32 {
     lua_rawgeti(l, LUA_REGISTRYINDEX, place)
 }
@@ -67,7 +67,7 @@ pub(crate) unsafe fn registry(l: *mut lua_State, place: i64) -> i32 {
 /// Sets a function in the table on top.
 ///
 /// # Safety
-/// There are two free stack slots. May raise an error.
+/// The stack must have two free slots. May raise a Lua error.
 pub(crate) unsafe fn set(l: *mut lua_State, name: &std::ffi::CStr, f: lua_CFunction) {
     lua_pushinteger(l, 0);
     lua_pushcclosure(l, f, 1);
@@ -77,7 +77,7 @@ pub(crate) unsafe fn set(l: *mut lua_State, name: &std::ffi::CStr, f: lua_CFunct
 /// Reads the list of strings on top.
 ///
 /// # Safety
-/// Runs in protected mode, with a table on top and one free stack slot.
+/// Must run in protected mode, with a table on top and one free stack slot.
 pub(crate) unsafe fn read_strings(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
     for i in 1..=lua_rawlen(l, -1) {
         lua_rawgeti(l, -1, i as i64);

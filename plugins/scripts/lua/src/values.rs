@@ -12,7 +12,7 @@ use crate::{
 /// shown.
 ///
 /// # Safety
-/// May raise an error, and may call `__tostring`.
+/// May raise a Lua error, and may call `__tostring`.
 pub(crate) unsafe fn to_text(l: *mut lua_State, idx: i32) {
     let idx = lua_absindex(l, idx);
     luaL_checkstack(l, 8, std::ptr::null());
@@ -47,7 +47,7 @@ pub(crate) unsafe fn to_text(l: *mut lua_State, idx: i32) {
 /// Pushes the number of the object at `idx`, formatted like an address: "0x00000001".
 ///
 /// # Safety
-/// The stack must have four free slots. May raise an error.
+/// The stack must have four free slots. May raise a Lua error.
 pub(crate) unsafe fn address(l: *mut lua_State, idx: i32) {
     let s = state::of(l);
     registry(l, reg::NUMBERS);

@@ -226,7 +226,7 @@ fn what_cannot_be_captured_is_named() {
     for (text, reason) in [
         (format!("{co} coroutine.resume(co)"), "variable `co` is a suspended coroutine"),
         (format!("{co} coroutine.resume(co) a = {{b = {{0, co}}}} co = nil"), "variable `a.b[2]` is a suspended"),
-        (co.to_string(), "variable `co` is a coroutine that has yet to begin"),
+        (co.to_string(), "variable `co` is a coroutine that has not started yet"),
         ("local c = coroutine.wrap(function() end) function f() c() end".into(), "local variable `c` is a coroutine"),
         ("t = setmetatable({}, {__mode = 'k'})".into(), "variable `t` is a weak table"),
         ("set = {} set[{}] = 1 set[{}] = 2".into(), "variable `set` has keys that are tables"),

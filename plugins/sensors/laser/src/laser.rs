@@ -62,7 +62,7 @@ impl Laser {
         distance.is_finite() && distance >= self.settings.min_range
     }
 
-    /// Writes the distance of beams that hit nothing, unless it is infinity.
+    /// Writes the maximum range as the distance of beams that hit nothing, if the scene requests that.
     fn tell_nothing(&self, out: &mut Readout<'_>) {
         if self.settings.none_as_max {
             let range = self.settings.range;
@@ -127,7 +127,7 @@ impl Sensor for Laser {
         })
     }
 
-    /// Beams that were sent earlier in the scan begin where the mount was at that time.
+    /// Moves the origin of each beam to where the mount was when the beam was sent.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
         let (Some(pose), Some(twist)) = (sample.pose(), sample.twist()) else {
             return Err(Fail::unsupported("this host does not provide the pose and velocity of sensors"));
@@ -157,7 +157,8 @@ impl Sensor for Laser {
         Ok(())
     }
 
-    /// Removes the intensity of beams whose distance the noise has removed, and the noise of beams that hit nothing.
+    /// Resets the beams that hit nothing, or whose hit the noise has removed: infinite distance, no intensity, no
+    /// incidence.
     fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         for (i, met) in sample.distances().iter().enumerate() {
             if self.is_told(*met) && out.f64(DISTANCE)[i] < f64::INFINITY {

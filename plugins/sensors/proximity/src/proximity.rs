@@ -53,7 +53,7 @@ fn reported(echo: Option<Echo>, min_range: f64) -> Option<Echo> {
     echo.filter(|e| e.distance.is_finite() && e.distance >= min_range)
 }
 
-/// Returns the nearest echo, or `None` if there are fewer than `needed`. Of equally near echoes it is the first.
+/// Returns the nearest echo (the first one of equally near echoes), or `None` if there are fewer than `needed`.
 fn nearest(sample: &Sample<'_>, needed: usize) -> Option<Echo> {
     let met = || sample.distances().iter().enumerate().filter(|(_, d)| d.is_finite());
     let (i, distance) = met().min_by(|a, b| a.1.total_cmp(b.1))?;

@@ -55,21 +55,21 @@ impl Message {
         };
         Message { id: json.get("id").cloned().unwrap_or_default(), ask: ask(&json), no_json: !json.is_object() }
     }
-    /// Returns the error that refuses a client with this first line, if the line does not contain `token`; an empty
-    /// token admits every client.
+    /// Returns the error that refuses a client with this first line, or `None` if the line is accepted. A client must
+    /// send `token` first, unless it is empty.
     pub fn refusal(&self, token: &str) -> Option<Message> {
         let text = match &self.ask {
             Ok(Ask::Token(said)) if said == token || token.is_empty() => return None,
             Ok(_) if !token.is_empty() => "this service requires a token first",
             Err(fail) if self.no_json => {
                 let fail = Fail::argument(format!("the first line is {}: the connection is closed", fail.text()));
-                return Some(Message::wrong(fail.help("send one JSON object a line; this is no web server")));
+                return Some(Message::wrong(fail.help("send one JSON object per line; this is not a web server")));
             }
             _ => return None,
         };
         let fail = Fail::argument(format!("{text}: the connection is closed"));
         let fail =
-            fail.help("send {\"token\": \"...\"} as the first line, with the word that the service was started with");
+            fail.help("send {\"token\": \"...\"} as the first line, with the token that the service was started with");
         Some(Message { id: self.id.clone(), ask: Err(fail), no_json: false })
     }
     /// Creates the error for a line whose id is unknown.

@@ -278,7 +278,7 @@ fn of_file(turn: &Turn<'_>, files: &mut Files, raw: u16, name: &[u8], data: &mut
         0x3004 => files.transfer(turn, name, data.0).and_then(|()| done(Vec::new())),
         0x3006 => files.erase(turn, name).and_then(|()| done(Vec::new())),
         _ => Err(Fail::unsupported("windows of buttons cannot be loaded from files: the format is not supported")
-            .help("windows come with a scene of V-REP (`.ttt`), or a script makes them by `simCreateUI`")),
+            .help("windows come with a scene of V-REP (`.ttt`), or a script creates them with `simCreateUI`")),
     }
 }
 

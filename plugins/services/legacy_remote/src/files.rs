@@ -100,7 +100,7 @@ impl Files {
         let name = checked(name)?;
         if !self.names.contains_key(name) {
             return Err(Fail::missing(format!(
-                "no file `{name}` was transferred since the service was started, or it is erased already"
+                "no file `{name}` was transferred since the service was started, or it has already been erased"
             ))
             .help("only transferred files are erased; remove others by hand"));
         }

@@ -80,7 +80,7 @@ fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
     c.wait_poll(number)
 }
 
-/// Waits until a server offers an action, for at most the time in argument 1.
+/// Waits until a service is offered, for at most the time in argument 1, and returns whether it is.
 fn wait_for_service(c: &mut Ctx<'_>) -> Result<Outcome> {
     let now = time(c, "scene.time")?;
     let (number, wait) = match c.resumed() {

@@ -101,7 +101,7 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
         Cmd::new("simROS2.getInterfaceConstants", |c| {
             let plain = types::plain(&c.text(0)?);
             if types::fields(&plain).is_none() {
-                return Err(Fail::missing(format!("the type `{plain}` is not known")));
+                return Err(Fail::missing(format!("unknown type `{plain}`")));
             }
             let of = CONSTANTS.iter().find(|(name, _)| *name == plain).map_or(&[][..], |(_, of)| of);
             c.ret(Value::Map(of.iter().map(|(name, value)| (Value::text(*name), Value::Int(*value))).collect()));

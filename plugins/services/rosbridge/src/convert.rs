@@ -274,7 +274,9 @@ fn read_one(given: Option<&Json>, base: &Base, ros: Ros) -> Result<Value> {
                 v.as_i64().or_else(|| v.as_f64().and_then(whole)).ok_or_else(|| wrong("a whole number"))?
             }
         }),
-        // Null means a number that is not finite; if the field is missing, it has its default.
+        // Null stands for a number that is not finite, but a single field that is null gets its default, as if it were
+        // missing.
+        // one.
         Base::Float(_) => Value::Float(given.map_or(Ok(0.0), |v| v.as_f64().ok_or_else(|| wrong("a number")))?),
         Base::Text => Value::text(given.map_or(Ok(""), |v| v.as_str().ok_or_else(|| wrong("a text")))?),
         Base::Time => {

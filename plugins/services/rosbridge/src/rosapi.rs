@@ -120,7 +120,7 @@ fn details(name: &str, ros: Ros) -> Result<Json> {
         if seen.contains(&plain) {
             continue;
         }
-        let fields = types::fields(&plain).ok_or_else(|| Fail::missing(format!("the type `{plain}` is not known")))?;
+        let fields = types::fields(&plain).ok_or_else(|| Fail::missing(format!("unknown type `{plain}`")))?;
         let here: Vec<_> = fields.iter().filter(|f| ros.field(&plain, &f.name).is_some()).collect();
         let length = |many| match many {
             Many::One => -1,

@@ -52,9 +52,9 @@ impl Reader<'_> {
         let import = import::Import { file: &file, bytes: &bytes, choice, params: &[], whole: false };
         inner.import(import, None, Isometry3::identity())?;
         let [mesh] = alone.meshes.as_slice() else {
-            return Err(Error::new("E120", format!("`{name}` holds {} meshes", alone.meshes.len()))
+            return Err(Error::new("E120", format!("`{name}` contains {} meshes", alone.meshes.len()))
                 .expected("one mesh")
-                .help("place what it holds by `[[import]]`"));
+                .help("use `[[import]]` to place its meshes"));
         };
         let number = b.mesh((**mesh).clone())? as i64;
         self.meshes.insert(file, number);

@@ -95,7 +95,7 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
             }
         }
     }
-    Err(Error::new("E102", "model parameters that are set change which models exist"))
+    Err(Error::new("E102", "the requested model parameters change which models exist"))
 }
 
 /// Loads a file that becomes a part of a live scene: a scene file, or a file for an importer. If `file` is the id of a

@@ -58,7 +58,7 @@ impl Reader<'_> {
         const KNOWN: &[&str] = &["exec", "native", "net"];
         for (key, item) in table.iter() {
             let wrong = |expected: &str| {
-                let error = Error::new("E102", format!("the permission `{key}` has another type"));
+                let error = Error::new("E102", format!("the permission `{key}` has the wrong type"));
                 Err(error.expected(expected).at(Some(self.text.value(table, key))))
             };
             match (key, item.as_bool(), item.as_array()) {
@@ -74,7 +74,7 @@ impl Reader<'_> {
                 }
                 ("net", ..) => return wrong("a list of \"HOST:PORT\"; a `*` stands for any"),
                 _ => {
-                    return Err(Error::new("E101", format!("there is no permission `{key}`"))
+                    return Err(Error::new("E101", format!("unknown permission `{key}`"))
                         .expected(KNOWN.join(", "))
                         .nearest(key, KNOWN.iter().copied())
                         .at(Some(self.text.key(table, key))));

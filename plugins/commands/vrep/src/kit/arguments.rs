@@ -119,7 +119,7 @@ fn kind_name(kind: i32) -> &'static str {
         TATU_KIND_LIGHT => "a light",
         TATU_KIND_GRAPH => "a graph",
         TATU_KIND_PATH => "a path",
-        _ => "an object of another kind",
+        _ => "an object of a different kind",
     }
 }
 /// Returns the path of an object, for messages.

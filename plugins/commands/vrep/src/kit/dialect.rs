@@ -28,7 +28,7 @@ pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
 pub(crate) fn flat(c: &Shared<'_>) -> bool {
     c.alias() > 0
 }
-/// Returns whether the caller expects the behaviour of before 4.2; without a version, the called name decides.
+/// Returns whether the caller expects the behaviour before 4.2; if the caller has no version, the called name decides.
 pub(crate) fn old_era(c: &Shared<'_>) -> bool {
     if c.caller_dialect().is_empty() { flat(c) } else { version(c) < (4, 2) }
 }

@@ -124,7 +124,7 @@ fn family(
     );
     offer.command(
         Cmd::new(set, move |c| {
-            let value = read(c.arg(2)).ok_or_else(|| Fail::argument("argument 3 is of another type"))?;
+            let value = read(c.arg(2)).ok_or_else(|| Fail::argument("argument 3 has the wrong type"))?;
             change(c, of, &value)
         })
         .param(target())

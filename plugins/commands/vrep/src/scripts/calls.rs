@@ -317,7 +317,7 @@ fn call(c: &mut Ctx<'_>) -> Result {
         _ => self_or(c, 1)?,
     };
     if script == 0 {
-        return Err(Fail::missing(format!("`{text}` names no script that exists")));
+        return Err(Fail::missing(format!("`{text}` does not name an existing script")));
     }
     // Arguments are passed on unchanged; results are copied into the memory of this call.
     let args = c.args().get(2..).unwrap_or_default();

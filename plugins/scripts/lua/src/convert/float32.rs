@@ -13,7 +13,7 @@ fn single(x: f64) -> f64 {
 /// Rounds arguments in place: numbers, and arrays of numbers in the memory of this call.
 ///
 /// # Safety
-/// `first` points to `n` values converted by `Reader`, which are valid for writes, as are their arrays.
+/// `first` must point to `n` values converted by `Reader`; they and their arrays must be valid for writes.
 pub(crate) unsafe fn to_single(first: *mut tatu_value, n: usize) {
     for i in 0..n {
         let v = &mut *first.add(i);

@@ -12,7 +12,7 @@ use crate::{
 /// recorded with its code.
 ///
 /// # Safety
-/// The calling C function keeps no value with a destructor alive.
+/// The calling C function must keep no value with a destructor alive.
 pub(crate) unsafe fn raise(l: *mut lua_State, fail: Fail) -> i32 {
     luaL_checkstack(l, 4, std::ptr::null());
     luaL_where(l, 1);
@@ -40,7 +40,7 @@ fn remember<'a>(s: &'a State, place: &[u8], fail: Fail) -> &'a [u8] {
 /// Raises a plain message with the position of the calling line.
 ///
 /// # Safety
-/// The calling C function keeps no value with a destructor alive.
+/// The calling C function must keep no value with a destructor alive.
 pub(crate) unsafe fn raise_text(l: *mut lua_State, text: &str) -> i32 {
     luaL_checkstack(l, 4, std::ptr::null());
     luaL_where(l, 1);

@@ -29,7 +29,7 @@ pub(crate) fn charge_coroutine(s: &State) {
 /// Arms the hook of a thread; coroutines it creates inherit the hook.
 ///
 /// # Safety
-/// `l` is a thread of a state created by this plugin.
+/// `l` must be a thread of a state created by this plugin.
 pub(crate) unsafe fn arm(l: *mut lua_State) {
     lua_sethook(l, Some(hook), LUA_MASKCOUNT, HOOK_INTERVAL as i32);
 }

@@ -84,7 +84,7 @@ pub(crate) fn find(s: &State, how: u32, name: &[u8]) -> u32 {
 /// Pushes the function of a callback; if there is none, pushes nil and returns false.
 ///
 /// # Safety
-/// Runs in protected mode, since it may raise an error.
+/// Must run in protected mode, since it may raise an error.
 pub(crate) unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> bool {
     luaL_checkstack(l, 8, std::ptr::null());
     let top = lua_gettop(l);

@@ -85,7 +85,7 @@ pub(crate) fn enter(
 /// Calls the function on top of the stack with the frame's arguments.
 ///
 /// # Safety
-/// Runs in protected mode, with a function on top of the stack; `frame` is valid.
+/// Must run in protected mode, with a function on top of the stack; `frame` must be valid.
 pub(crate) unsafe fn run(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
     let base = lua_gettop(l) - 1;
     let n = put_args(l, frame);

@@ -42,7 +42,7 @@ fn placeholder(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
 /// false if the table does not have that size.
 ///
 /// # Safety
-/// Runs in protected mode with enough free stack; the collector is stopped.
+/// Must run in protected mode, with enough free stack and the collector stopped.
 pub(super) unsafe fn fill(
     l: *mut lua_State,
     at: i32,
@@ -93,7 +93,7 @@ pub(super) unsafe fn fill(
 /// Removes the values of dead keys and verifies every node. Returns false if a key is not in its original node.
 ///
 /// # Safety
-/// Runs in protected mode with enough free stack.
+/// Must run in protected mode with enough free stack.
 pub(super) unsafe fn verify(
     l: *mut lua_State,
     at: i32,

@@ -89,7 +89,7 @@ pub(crate) fn restore(s: &State, bytes: &[u8], version: u32) -> Result<()> {
     // SAFETY: `protect` calls the closure with a live thread in protected mode.
     protect(s, &mut |l| unsafe { code = hash_of_text(l) })?;
     if code != image.code {
-        return Err(Fail::unsupported("its text has changed"));
+        return Err(Fail::unsupported("its source has changed"));
     }
     let mut restorer = restore::Restorer::new(image);
     // SAFETY: `protect` calls the closure with a live thread in protected mode; all values with destructors belong to
@@ -124,7 +124,7 @@ fn transfer(s: &State, image: Image) -> Result<()> {
 /// Returns the hash of the code of the script's source; 0 if it has none.
 ///
 /// # Safety
-/// Runs in protected mode, since it may raise an error.
+/// Must run in protected mode, since it may raise an error.
 unsafe fn hash_of_text(l: *mut lua_State) -> u64 {
     let there = registry(l, reg::CHUNK) == LUA_TFUNCTION;
     let code = if there { lua_internals::hash_code(l) } else { 0 };

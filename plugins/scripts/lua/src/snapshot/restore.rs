@@ -63,7 +63,7 @@ impl Restorer {
     /// First phase: creates and fills all objects.
     ///
     /// # Safety
-    /// Runs in protected mode; the collector is stopped, and all objects have the same color.
+    /// Must run in protected mode; the collector must be stopped, and all objects must have the same color.
     pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &State) {
         luaL_checkstack(l, 40, std::ptr::null());
         if !lua_internals::knows_tables(l) {
@@ -71,12 +71,12 @@ impl Restorer {
         }
         lua_createtable(l, self.image.objects.len().min(1 << 24) as i32, 0);
         if registry(l, reg::BASELINE) != LUA_TTABLE || fingerprint(l, BASELINE) != self.image.baseline {
-            return self.refuse("it was saved with another library or other preludes");
+            return self.refuse("it was saved with a different library or different preludes");
         }
         self.prepare(l);
         for id in 0..self.image.objects.len() {
             if !self.make(l, s, id) {
-                return self.refuse("the objects that existed before its text ran are different");
+                return self.refuse("the objects that existed before the script ran are different");
             }
             lua_rawseti(l, OBJECTS, id as i64 + 1);
         }
@@ -104,7 +104,7 @@ impl Restorer {
     /// Second phase, without allocations: removes the values of dead keys and verifies every node.
     ///
     /// # Safety
-    /// Runs in protected mode, since it may raise an error.
+    /// Must run in protected mode, since it may raise an error.
     pub(super) unsafe fn verify(&mut self, l: *mut lua_State) {
         if self.refused.is_some() {
             return;

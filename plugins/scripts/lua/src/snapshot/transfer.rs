@@ -39,12 +39,12 @@ impl Transfer {
     /// Runs the transfer.
     ///
     /// # Safety
-    /// Runs in protected mode, with an empty stack.
+    /// Must run in protected mode, with an empty stack.
     pub(super) unsafe fn run(&mut self, l: *mut lua_State) {
         luaL_checkstack(l, 20, std::ptr::null());
         lua_createtable(l, 0, 0);
         if registry(l, reg::BASELINE) != LUA_TTABLE || fingerprint(l, BASELINE) != self.image.baseline {
-            self.refused = Some("it was saved with another library or other preludes");
+            self.refused = Some("it was saved with a different library or different preludes");
             return;
         }
         lua_pushglobaltable(l);

@@ -109,7 +109,7 @@ impl Account {
     /// Locates the meter and the main thread's countdown.
     ///
     /// # Safety
-    /// The main thread is live and runs nothing, and its hook is armed.
+    /// The main thread must be live, run nothing, and have its hook armed.
     pub(crate) unsafe fn locate(&self, main: *mut lua_State) {
         self.meter.set(lua_internals::meter(main));
         self.countdown.set(lua_internals::hook_count(main));

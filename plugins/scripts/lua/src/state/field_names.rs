@@ -15,7 +15,7 @@ impl FieldNames {
     /// Reads `{callback = {original = "new"}}` from the table on top.
     ///
     /// # Safety
-    /// Runs in protected mode, with a table on top.
+    /// Must run in protected mode, with a table on top.
     pub(crate) unsafe fn read(&mut self, l: *mut lua_State) {
         luaL_checkstack(l, 6, std::ptr::null());
         lua_pushnil(l);
@@ -44,7 +44,7 @@ impl FieldNames {
     /// table itself may belong to the script.
     ///
     /// # Safety
-    /// Runs in protected mode; `at` is a positive stack index.
+    /// Must run in protected mode; `at` must be a positive stack index.
     pub(crate) unsafe fn rename(&self, l: *mut lua_State, callback: &[u8], at: i32) {
         if !self.has(callback) || lua_type(l, at) != LUA_TTABLE {
             return;

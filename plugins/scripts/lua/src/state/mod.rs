@@ -141,7 +141,7 @@ pub(crate) unsafe fn of<'a>(l: *mut lua_State) -> &'a State {
 /// Pushes the content of the scratch buffer.
 ///
 /// # Safety
-/// The stack must have one free slot. May raise an error.
+/// The stack must have one free slot. May raise a Lua error.
 pub(crate) unsafe fn push_scratch(l: *mut lua_State, s: &State) {
     let (ptr, len) = {
         let scratch = s.scratch.borrow();

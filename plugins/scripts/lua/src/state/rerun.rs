@@ -25,7 +25,7 @@ impl Rerun {
     /// Reads the rules from the table on top.
     ///
     /// # Safety
-    /// Runs in protected mode, with a few free stack slots.
+    /// Must run in protected mode, with a few free stack slots.
     pub(crate) unsafe fn read_rules(&mut self, l: *mut lua_State) {
         lua_getfield(l, -1, c"variable".as_ptr());
         self.variable.extend_from_slice(bytes(l, -1));
@@ -88,7 +88,7 @@ impl Rerun {
     /// Sets the globals for a run of `owner`'s script.
     ///
     /// # Safety
-    /// Runs in protected mode, with a few free stack slots.
+    /// Must run in protected mode, with a few free stack slots.
     pub(crate) unsafe fn set_globals(&self, l: *mut lua_State, owner: u64, value: Option<i64>) {
         if registry(l, reg::RERUN_GLOBALS) != LUA_TTABLE {
             lua_pop(l, 1);

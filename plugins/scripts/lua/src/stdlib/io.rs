@@ -22,7 +22,7 @@ const CONSOLE: usize = 1;
 const FIRST: usize = 2;
 
 /// # Safety
-/// Runs in protected mode, while the state is created.
+/// Must run in protected mode, while the state is created.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_createtable(l, 0, 8); // metatable
     push(l, b"FILE*");

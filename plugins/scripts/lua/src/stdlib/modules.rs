@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// # Safety
-/// Runs in protected mode, while the state is created.
+/// Must run in protected mode, while the state is created.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_pushglobaltable(l);
     set(l, c"require", require);

@@ -32,7 +32,7 @@ const MONTHS: [&str; 12] = [
 ];
 
 /// # Safety
-/// Runs in protected mode, while the state is created.
+/// Must run in protected mode, while the state is created.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_createtable(l, 0, 6);
     set(l, c"clock", clock);
