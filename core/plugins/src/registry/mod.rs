@@ -144,8 +144,10 @@ impl Registry {
                                 new.path.display()
                             ),
                         )
-                        .help("remove one, or give the copy a different id; the plugin in the folder that is searched \
-                               first is used"),
+                        .help(
+                            "remove one, or give the copy a different id; the plugin in the folder that is searched \
+                               first is used",
+                        ),
                     ),
                     None => plugins.push(Arc::new(new)),
                 },
