@@ -23,7 +23,7 @@ pub fn built() -> Vec<&'static str> {
     env!("TATU_BUILT_PLUGINS").split(',').filter(|s| !s.is_empty()).collect()
 }
 
-/// Returns the folders for a scene, or without one; `allow`: the values of `--allow`.
+/// Returns the folders to search for plugins, with or without a scene; `allow` has the values of `--allow`.
 pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Result<Searched, Error> {
     let exe = std::env::current_exe().ok();
     let environment = std::env::var_os("TATU_PLUGIN_PATH");

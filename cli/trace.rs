@@ -54,7 +54,7 @@ impl Trace {
         self.file.as_ref().map(|(file, _)| file.clone())
     }
 
-    /// Writes the line of the step that was just made; `stopping`: a stop was requested before.
+    /// Writes the line of the step that was just made; `stopping` is set if a stop was requested before the step.
     pub fn step(&mut self, world: &World, lines: &[LogLine], stopping: bool) -> Result<(), Error> {
         if self.file.is_none() {
             return Ok(());

@@ -76,7 +76,7 @@ impl Watchdog {
     fn known(&self) -> MutexGuard<'_, Known> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    /// Sets the world whose log lines are printed; `prints`: whether status lines go to standard output.
+    /// Sets the world whose log lines are printed. `prints` is set if status lines go to standard output.
     pub fn world(&self, world: &World, prints: bool) {
         let mut known = self.known();
         (known.lines, known.prints) = (Some(world.lines()), prints);

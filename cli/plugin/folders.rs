@@ -91,7 +91,7 @@ impl Folder {
             Source::User => "user",
         }
     }
-    /// Returns what is wrong with the folder, or what it contains; `found`: the files in it that match the search.
+    /// Returns what is wrong with the folder, or what it contains. `found` has the files in it that match the search.
     pub fn note(&self, found: &[&Path]) -> String {
         match &self.state {
             State::Missing => "not there".into(),

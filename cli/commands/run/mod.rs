@@ -332,8 +332,8 @@ fn strict() -> Result<(), Error> {
     }
 }
 
-/// Prints log lines and writes the line of the trace after a pass. `idle`: the simulation was paused, and no step was
-/// made.
+/// Prints log lines and writes the line of the trace after a pass. `idle` is set if the simulation was paused and no
+/// step was made.
 fn pass(
     args: &Run,
     world: &World,

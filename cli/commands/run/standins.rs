@@ -162,7 +162,7 @@ pub fn told(world: &World) -> Vec<Value> {
 
 /// The script, and the scene that it is put into.
 struct Script {
-    /// The scene's path, next to the script, where its modules are searched.
+    /// The scene's path, in the script's folder, so that the script's modules are searched there.
     scene: PathBuf,
     file: PathBuf,
     text: Vec<u8>,

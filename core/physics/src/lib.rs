@@ -112,7 +112,7 @@ pub struct Surface {
 /// Friction and restitution of a pair of materials; they override those of the bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MaterialPair {
-    /// Their numbers, in any order.
+    /// Numbers of the two materials, in any order.
     pub materials: (u32, u32),
     /// Coulomb friction coefficient.
     pub friction: f64,

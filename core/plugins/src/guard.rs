@@ -102,7 +102,7 @@ pub fn clear_direction() -> bool {
     unsafe { core::arch::asm!("pushfq", "pop {}", "cld", out(reg) flags) };
     flags & 0x400 != 0
 }
-/// Returns `false`: this processor has no direction flag.
+/// Returns `false`, because this processor has no direction flag.
 #[cfg(not(target_arch = "x86_64"))]
 #[inline]
 pub fn clear_direction() -> bool {

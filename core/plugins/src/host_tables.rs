@@ -91,7 +91,8 @@ impl HostTables {
             shared.cut = true;
         }
     }
-    /// Creates the host object for a plugin. `needs`: ids of tables, and how many bytes of each the plugin requires.
+    /// Creates the host object for a plugin. `needs` has ids of tables, and how many bytes of each table the plugin
+    /// requires.
     pub(crate) fn own(&self, plugin: &str, of_program: bool, needs: Vec<(CString, u32)>) -> *const tatu_host {
         let raw = tatu_host {
             size: size_of::<tatu_host>() as u32,

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{HostTables, border::answer};
 
-/// Remarks on plugins that are loaded nevertheless.
+/// Remarks on plugins that do not prevent loading them.
 #[derive(Default)]
 pub struct Remarks {
     /// Warnings.

@@ -135,7 +135,8 @@ struct ApplyContext<'a> {
     engine: &'a dyn Engine,
 }
 
-/// Calls a kind once, and converts its outputs to pushes. `when`: simulation time, and duration until the next call, s.
+/// Calls a kind once, and converts its outputs to forces and torques. `when` is the simulation time and the duration
+/// until the next call, s.
 fn apply(
     actuators: &mut Actuators,
     batch: &Batch,

@@ -45,7 +45,7 @@ pub struct Moment {
 /// A job: the sensors that measure, and the time.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
-    /// Their kind.
+    /// Index of the kind of these sensors.
     pub kind: usize,
     /// Indices of [`Sensing::devices`], ascending.
     pub devices: &'a [usize],
@@ -63,7 +63,7 @@ pub struct Job<'a> {
 pub struct MeasureOptions {
     /// The only object that is visible, if set.
     pub only: Option<tatu_object>,
-    /// Limits in place of their own.
+    /// Limits that replace those of the sensors, if set.
     pub limits: Option<Limits>,
 }
 

@@ -149,13 +149,13 @@ pub(super) struct Measured {
     pub joint: JointId,
     /// All bodies below it, in order of ids.
     pub bodies: Vec<BodyId>,
-    /// Momentum before the step, N s, and its moment about the world's origin, N m s; and the pushes, N and N m.
+    /// Momentum of these bodies before the step, and the forces applied to them; `None` before the first step.
     pub before: Option<Sum>,
     /// Load in the last step.
     pub wrench: Option<Wrench>,
 }
 
-/// Momentum and pushes, each with its moment about the world's origin.
+/// Momentum (N s) and applied forces (N), each with its moment about the world's origin (N m s, N m).
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Sum {
     pub momentum: (Vector, Vector),

@@ -55,8 +55,8 @@ pub(super) fn groups(mask: u16, low_too: bool) -> InteractionGroups {
     InteractionGroups::new(group, group, InteractionTestMode::And)
 }
 
-/// The filter: masks, then materials and surfaces, then pair rules. All are part of the engine's state, so the filter
-/// gives the same answer on every thread and after a restore.
+/// Filters contacts by masks, then applies materials and surfaces, then pair rules. All of these are part of the
+/// engine's state, so the filter gives the same answer on every thread and after a restore.
 pub(super) struct PairFilter<'a> {
     pub pairs: &'a BTreeMap<(BodyId, BodyId), PairRule>,
     pub surfaces: &'a BTreeMap<BodyId, Surface>,

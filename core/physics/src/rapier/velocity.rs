@@ -81,8 +81,8 @@ impl Rapier {
     }
 }
 
-/// Returns the angular velocity of a rotation in `dt`, s. `linearized`: number of sub-steps of a body in impulse form,
-/// for which rapier turns a body by twice the arc tangent of half the intended angle.
+/// Returns the angular velocity of a rotation that takes `dt` s. For a body in impulse form, `linearized` is the number
+/// of sub-steps: in each, rapier turns such a body by twice the arc tangent of half the intended angle.
 fn rate(turn: Rotation, dt: f64, linearized: Option<f64>) -> Vector {
     let q = if turn.w < 0.0 { -turn } else { turn };
     let axis = Vector::new(q.x, q.y, q.z);

@@ -187,7 +187,7 @@ pub struct Document {
     pub(crate) describe: bool,
     /// Index of the objects by alias.
     pub(crate) names: names::Names,
-    /// Number of groups so far.
+    /// The last group number; see [`ObjectSpec::group`].
     groups: usize,
     /// Number of scenes read as models so far.
     scenes_within: usize,

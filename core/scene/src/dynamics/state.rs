@@ -16,7 +16,7 @@ pub(super) struct BodyRecord {
     pub(super) motion: Motion,
     /// Initial position in the world frame, m.
     pub(super) start: Vector3<f64>,
-    /// Whether it was found far away or very fast.
+    /// Whether the body has been reported as too far away or too fast.
     pub(super) stray: bool,
 }
 

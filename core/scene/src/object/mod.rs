@@ -163,7 +163,7 @@ pub struct ShapePart {
     pub friction: Option<f64>,
     /// Number of its mesh in the document, from 1, if it has the form `mesh`; otherwise 0.
     pub mesh_number: u32,
-    /// That mesh; not stored in snapshots.
+    /// The mesh with this number; not stored in snapshots.
     #[serde(skip)]
     pub mesh: Option<Arc<Mesh>>,
     /// Whether the convex hull of the mesh is used.

@@ -89,7 +89,7 @@ impl Folders {
         self.find(name, mode, |found| Ok(found.path))
     }
 
-    /// Opens a regular file. `mode`: `TATU_FILE_*` bits.
+    /// Opens a regular file; `mode` has `TATU_FILE_*` bits.
     pub fn open(&self, name: &Path, mode: u32) -> Result<fs::File, Refused> {
         self.find(name, mode, |found| {
             if mode & TATU_FILE_FOLDERS != 0

@@ -158,9 +158,9 @@ static ANY_STRANGER: AtomicBool = AtomicBool::new(false);
 const MOST_STRANGERS: usize = 16;
 
 struct Strangers {
-    /// Those found since the last world was created.
+    /// Breaches found since the last world was created.
     known: BTreeSet<String>,
-    /// Those not reported yet.
+    /// Breaches that have not been reported yet.
     pending: Vec<String>,
 }
 

@@ -208,9 +208,9 @@ impl Writer {
         self.line(&record_json(record))?;
         self.flush()
     }
-    /// Writes the last line. `steps`: number of steps done; `begun`: whether the barrier after them had begun;
-    /// `opened`: files that were read during the run and are not in the log; `hash`: the world's total hash after the
-    /// last step.
+    /// Writes the last line. `steps` is the number of steps done, and `begun` says whether the barrier after them had
+    /// begun. `opened` lists files that were read during the run and are not in the log. `hash` is the world's total
+    /// hash after the last step.
     pub fn end(mut self, steps: u64, begun: bool, opened: &[String], hash: u64) -> Result {
         let mut line = json!({ "end": steps, "begun": begun, "hash": format!("{hash:016x}") });
         if !opened.is_empty() {

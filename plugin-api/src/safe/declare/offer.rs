@@ -37,7 +37,7 @@ impl<P: Plugin> Offer<P> {
     pub fn has_command(&self, name: &str) -> bool {
         self.names.contains(name)
     }
-    /// Sets the subject of the commands that `offers` adds, except of those that set their own.
+    /// Sets the subject of the commands that `offers` adds, except of those that already have one.
     pub fn subject(&mut self, subject: &str, offers: impl FnOnce(&mut Self)) {
         let before = self.commands.len();
         offers(self);

@@ -55,7 +55,7 @@ pub enum Form {
 /// The beams of a sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Beams {
-    /// Their form.
+    /// Form of the beams.
     pub form: Form,
     /// Nearest distance that is detected, m.
     pub near: f64,
@@ -75,7 +75,7 @@ pub struct Beams {
     pub without: u32,
     /// Whether a point found by a volume counts only if nothing is between it and the sensor.
     pub occlude: bool,
-    /// Their physical nature: a sum of `TATU_WAVES_*`.
+    /// Physical nature of the beams: a sum of `TATU_WAVES_*`.
     pub waves: u32,
     /// Whether they are rays that [`Sensor::aim`] moves and turns.
     pub aimed: bool,

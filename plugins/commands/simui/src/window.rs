@@ -25,7 +25,7 @@ const MOST_WINDOWS: usize = 200;
 /// A window.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Window {
-    /// The script that opened it, whose callbacks are called.
+    /// The script that opened the window; its callbacks are called.
     pub(crate) script: tatu_object,
     pub(crate) nodes: Vec<Node>,
 }

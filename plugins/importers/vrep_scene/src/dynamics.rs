@@ -179,7 +179,7 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
         node.set("joint.lead", j.pitch * std::f64::consts::TAU)?;
     }
     let control = control(j);
-    // The sign of the force is moved to the velocity.
+    // `max_force` is not negative: reading the file has moved its sign to the velocity.
     node.set("joint.position", sound(j.position))?
         .set("joint.target_velocity", sound(j.target_velocity))?
         .set("joint.target_position", sound(j.target_position))?

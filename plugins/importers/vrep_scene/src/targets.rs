@@ -14,7 +14,7 @@ use crate::{
     scripts::is_holder,
 };
 
-/// Handle that means everything.
+/// Handle that stands for all objects.
 const ALL: i32 = -1;
 
 /// Declares the targets of a sensor; `entity` is the handle of an object or a collection.

@@ -14,8 +14,8 @@ const BAR: f64 = 0.023_221;
 const GLASS: [f64; 3] = [0.0235, 0.029_504, -0.000_069];
 const EYE: [f64; 3] = [-0.0141, 0.029_248, -0.000_221];
 
-/// The tilt rotates about the bar's long axis: its z axis is the base's x. The body is attached with the opposite
-/// orientation.
+/// Orientation of the tilt joint: its z axis, along the bar's long axis, is the base's x axis. The body is attached
+/// with the inverse orientation, `BACK`.
 const Z_RIGHT: [f64; 4] = [0.0, FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2];
 const BACK: [f64; 4] = [0.0, -FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2];
 /// Orientation of a camera: it looks along its z axis, with y up, ahead of the bar.

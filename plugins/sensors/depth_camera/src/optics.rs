@@ -5,11 +5,11 @@
 /// How pixels at depth discontinuities are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edges {
-    /// They measure the surface at their centre.
+    /// Such pixels measure the surface at their centre.
     Exact,
-    /// They have no depth, because a pattern that is split between two surfaces is not recognized.
+    /// Such pixels have no depth, because a pattern that is split between two surfaces is not recognized.
     Lost,
-    /// They see both surfaces and measure a depth in between, because light returning from both is combined.
+    /// Such pixels measure a depth between the two surfaces, because light returning from both is combined.
     Mixed,
 }
 

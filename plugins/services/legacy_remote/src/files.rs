@@ -192,12 +192,14 @@ impl Folder {
 
 /// Checks that there is room for one more file.
 fn room(files: usize, all: u64, more: u64) -> Result {
-    let help = "erase files that are not needed; those of earlier runs, and loaded ones, are removed by hand";
+    let help =
+        "erase files that are not needed; files of earlier runs and files that were loaded must be removed by hand";
     if files >= MOST_FILES {
         return Err(Fail::new(format!("there are {files} transferred files: {MOST_FILES} is the limit")).help(help));
     }
     if all.saturating_add(more) > MOST_IN_ALL {
-        let text = format!("the folder `{FOLDER}` holds {all} bytes, {more} more are over its {MOST_IN_ALL}");
+        let text =
+            format!("the folder `{FOLDER}` has {all} bytes; {more} more would exceed the limit of {MOST_IN_ALL}");
         return Err(Fail::new(text).help(help));
     }
     Ok(())

@@ -25,7 +25,7 @@ pub mod mode {
     pub const DISCONTINUE: u32 = 5;
 }
 
-/// The head of a message of a client.
+/// The head of a message from a client.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Head {
     /// The number of the message.

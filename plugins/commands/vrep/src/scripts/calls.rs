@@ -233,7 +233,7 @@ pub(crate) fn named(c: &Ctx<'_>, owner: &str, kind: i64) -> Result<tatu_object> 
     if script == 0 { Err(Fail::missing(format!("`{owner}` has no script of type {kind}"))) } else { Ok(script) }
 }
 
-/// Returns the script of argument `i`: a script, the caller, the main script, or an object's child script.
+/// Returns the script that argument `i` denotes: a script, the caller, the main script, or an object's child script.
 pub(crate) fn any_script(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     let found = match c.i64(i)? {
         HANDLE_MAIN_SCRIPT | 0 => main_script(c)?,
@@ -250,7 +250,7 @@ pub(crate) fn any_script(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     }
 }
 
-/// Returns the script of argument `i`: a script, or the caller.
+/// Returns the script that argument `i` denotes: a script, or the caller.
 pub(crate) fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_SELF {
         return match c.caller_script() {

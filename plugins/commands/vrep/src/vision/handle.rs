@@ -166,7 +166,7 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// Returns the entity of argument `i`: an object, or 0 for all.
+/// Returns the entity that argument `i` denotes: an object, or 0 for all.
 fn entity(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_ALL { Ok(0) } else { Ok(living(c, i)?.id) }
 }

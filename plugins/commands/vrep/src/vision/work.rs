@@ -90,7 +90,7 @@ impl Work {
             self.each(|p| p.map(|x| (x - least) / (most - least)));
         }
     }
-    /// Maps values from 0..1 to `least`..`most`: each color separately, or all by intensity.
+    /// Maps values from 0..1 to `least`..`most`, either each color separately or all by intensity.
     pub fn intensity_scale(&mut self, least: f32, most: f32, grey: bool) {
         let scaled = |x: f32| (least + (most - least) * x).clamp(0.0, 1.0);
         self.each(|p| if grey { [scaled(intensity(&p)); 3] } else { p.map(scaled) });
