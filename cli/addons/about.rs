@@ -19,7 +19,7 @@ pub fn first_comment(text: &str) -> String {
     String::new()
 }
 
-/// Returns the style in which a script is called: old scripts are recognized by words that they cannot do without.
+/// Returns the style in which a script is called. Old scripts are recognized by names that only they need.
 pub fn style(text: &str) -> Style {
     let functions = text.contains("sysCall_");
     let old = text.contains("sim_call_type") || text.contains("sim_addonscriptcall_");

@@ -34,11 +34,11 @@ pub struct Flags {
 /// How a script is called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
-    /// By functions, one for each callback.
+    /// The script has a function for each callback.
     Callbacks,
-    /// As a whole, with a variable that names the callback.
+    /// The whole script is run for each callback, with a variable that names the callback.
     CallType,
-    /// Once, when the add-on is started.
+    /// The script is run once, when the add-on is started.
     Function,
 }
 

@@ -46,13 +46,13 @@ pub struct Elf {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Entry {
     Exported(Option<Descriptor>),
-    /// As a function.
+    /// The symbol is a function.
     Function,
-    /// As a symbol that is used but not defined.
+    /// The symbol is used but not defined.
     Used,
-    /// As a local symbol: `static` or hidden; after linking, both look the same.
+    /// The symbol is local: `static` or hidden; after linking, both look the same.
     Local,
-    /// Under a name mangled by a C++ compiler.
+    /// The symbol has a name mangled by a C++ compiler.
     Mangled(String),
     Absent,
 }

@@ -19,7 +19,7 @@ pub struct Why {
     /// `plugins`: load those in the folders that the scene names.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["plugins"])]
     pub allow: Vec<String>,
-    /// As a JSON object.
+    /// Print a JSON object.
     #[arg(long)]
     pub json: bool,
     /// Seconds of real time after which a plugin that has not started is given up; 0: never.

@@ -234,7 +234,7 @@ impl<'a> Triangles<'a> {
         let parts = f64::from(PARTS);
         let middle = camera.middle();
         let points = [0, 1, 2].map(|k| self.view_from_mesh.point(&sixteen.corner(k, lane)));
-        // In sub-pixel steps, relative to the first pixel.
+        // Position of each corner in sub-pixel steps, relative to the first pixel.
         let place: [Vector3<f64>; 3] = std::array::from_fn(|k| {
             let [x, y, _] = placed[k];
             if !x.is_nan() {

@@ -75,7 +75,7 @@ fn batches(actuators: &Actuators, dynamics: &Dynamics, around: &Acts<'_>, every_
     out
 }
 
-/// Calls the kinds that are called once per advance; their pushes act for all of `dt`.
+/// Calls the kinds that are called once per advance; the forces that they apply act for all of `dt`.
 pub fn per_step(actuators: &mut Actuators, dynamics: &mut Dynamics, around: &Acts<'_>, dt: f64) -> Vec<ApplyFailure> {
     let (mut failed, mut pushes) = (Vec::new(), Vec::new());
     for batch in batches(actuators, dynamics, around, false) {
@@ -117,7 +117,7 @@ impl<'a> SubSteps<'a> {
         Some(SubSteps { actuators, registry, watch, batches, time: around.time, dt, failed: Vec::new() })
     }
 
-    /// Adds the pushes for one engine step.
+    /// Adds the forces and torques for one engine step.
     pub fn before(&mut self, engine: &dyn Engine, step: u32, out: &mut Vec<Push>) {
         let when = (self.time + f64::from(step) * self.dt, self.dt);
         for batch in &mut self.batches {

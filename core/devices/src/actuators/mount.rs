@@ -108,7 +108,7 @@ impl Mount {
         let force = Vector3::new(wrench[0], wrench[1], wrench[2]);
         let torque = Vector3::new(wrench[3], wrench[4], wrench[5]);
         match self.carrier {
-            // Zero pushes are left out, because a push would wake the body.
+            // Zero forces are left out, because applying one would wake the body.
             _ if *wrench == [0.0; 6] => {}
             Some(body) => {
                 let arm = at.translation.vector - engine.centre_of_mass(body).coords;

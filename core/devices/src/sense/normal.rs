@@ -127,7 +127,7 @@ const F: [f64; 8] = [
 mod tests {
     use super::*;
 
-    /// The distribution function: Phi(z) = erfc(-z / sqrt 2) / 2.
+    /// Returns the standard normal distribution function at `z`: Phi(z) = erfc(-z / sqrt 2) / 2.
     fn phi(z: f64) -> f64 {
         libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2) / 2.0
     }

@@ -8,7 +8,7 @@ use super::{records::Sum, report, state::Rapier};
 use crate::{BodyId, JointId, Wrench, convert};
 
 impl Rapier {
-    /// Records the bodies below each measured joint before a step, with their momentum and the pushes on them.
+    /// Records the bodies below each measured joint before a step, with their momentum and the forces applied to them.
     pub(super) fn weigh(&mut self) {
         let mut measured = std::mem::take(&mut self.tables.measured);
         measured.retain(|m| self.tables.joints.get(m.joint.0 as usize).is_some_and(Option::is_some));

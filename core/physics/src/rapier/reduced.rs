@@ -34,7 +34,8 @@ const FAST_TURN: f64 = 0.005;
 const FAST_FOR_S: f64 = 10.0;
 
 /// Mechanisms are considered to be at rest, and sub-steps are no longer halved, once no joint has been faster than this
-/// fraction of that speed for `CALM_FOR_S` (s). A swing is also slow at its turning points, but only briefly.
+/// fraction of the speed at which halving begins for `CALM_FOR_S` (s). A swing is also slow at its turning points, but
+/// only briefly.
 const CALM: f64 = 0.05;
 const CALM_FOR_S: f64 = 1.0;
 

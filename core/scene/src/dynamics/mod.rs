@@ -145,8 +145,8 @@ impl Dynamics {
         self.engine.advance_part(part, steps, Some(&mut ask));
     }
 
-    /// Sets whether scripts are called between the engine steps of an advance, so that their pushes act in a single
-    /// step.
+    /// Sets whether scripts are called between the engine steps of an advance, so that the forces they apply act in a
+    /// single step.
     pub fn set_between(&mut self, between: bool) {
         self.between = between;
     }

@@ -42,7 +42,7 @@ impl Function {
 /// The host functions that a call may use. Each level includes the previous ones.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Scope {
-    /// Only functions that need no world.
+    /// Functions that need no world.
     Nothing,
     /// Functions that change nothing.
     Look,

@@ -105,9 +105,9 @@ pub(crate) type CallbackIds = [u32; CALLBACKS.len()];
 pub(crate) enum Order {
     /// Each tree from its root down, parents first.
     ParentsFirst,
-    /// By kind of script; within a kind, each tree from the leaves up.
+    /// Grouped by kind of script; within a kind, each tree from the leaves up.
     ByKind,
-    /// By depth in the whole scene, deepest first.
+    /// Ordered by depth in the whole scene, deepest first.
     #[default]
     DeepestFirst,
 }

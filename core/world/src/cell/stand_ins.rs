@@ -41,8 +41,8 @@ impl StandIn {
     }
 }
 
-/// Something that was requested in passing, and should be created only if the script cannot continue without it: see
-/// [`World::wishes`](crate::run::World::wishes).
+/// Something that a script requested although it may do without, such as a parent or a child by number. It should be
+/// created only if the script cannot continue without it: see [`World::wishes`](crate::run::World::wishes).
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wish {
     /// The parent of a stand-in.
@@ -100,12 +100,12 @@ impl StandIns {
     pub fn missed(&self) -> Vec<String> {
         self.missed.borrow().iter().cloned().collect()
     }
-    /// Returns what was requested in passing, by index into the list.
+    /// Returns the recorded wishes, each with the index of its object in the list.
     pub fn wishes(&self) -> Vec<(usize, Wish)> {
         let (list, wishes) = (self.list.borrow(), self.wishes.borrow());
         wishes.iter().filter_map(|(o, w)| Some((list.iter().position(|(id, _)| id == o)?, w.clone()))).collect()
     }
-    /// Records something that was requested in passing.
+    /// Records a wish about an object.
     pub fn wish(&self, object: tatu_object, wish: Wish) {
         self.wishes.borrow_mut().insert((object, wish));
     }

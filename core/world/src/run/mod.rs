@@ -154,8 +154,9 @@ impl World {
         self.cell.run.stand_ins.list()
     }
 
-    /// Returns what was requested in passing and does not exist, by index into [`stand_ins`](Self::stand_ins): the
-    /// parent of an object, or a child by number. Scripts usually request these to find where the tree ends.
+    /// Returns what scripts requested although it does not exist and they may do without it: the parent of an object,
+    /// or a child by number, each with the index of the object in [`stand_ins`](Self::stand_ins). Scripts usually
+    /// request these to find where the tree ends.
     pub fn wishes(&self) -> Vec<(usize, Wish)> {
         self.cell.run.stand_ins.wishes()
     }
@@ -285,9 +286,9 @@ pub struct Observed {
     pub pose: [f64; 7],
     /// Velocity in the world frame: m/s, rad/s.
     pub twist: [f64; 6],
-    /// For a joint: position, velocity, effort.
+    /// Position, velocity and effort of a joint; `None` for other objects.
     pub joint: Option<[f64; 3]>,
-    /// For a sensor: its fields.
+    /// Fields of a sensor; `None` for other objects.
     pub reading: Option<Vec<(String, Value)>>,
 }
 

@@ -90,8 +90,8 @@ impl Script {
         lives.then(|| if listens { why() } else { self.save(world) })
     }
 
-    /// Creates a script to replace this one: it has begun if this one has, and is not in the list yet. Fails if its
-    /// source cannot be loaded; nothing has changed then.
+    /// Creates a script to replace this one. The new script has begun if this one has, and it is not in the list yet.
+    /// If its source cannot be loaded, this fails and changes nothing.
     pub fn renewed(&self, world: &WorldCell, spec: Option<&ScriptSpec>) -> Result<Rc<Script>> {
         let default = world.model.settings.borrow().dialect.clone();
         let own = self.spec(self.text.to_vec());

@@ -27,7 +27,7 @@ fn found(is: bool) -> tatu_status {
     if is { TATU_OK } else { TATU_ERR_MISSING }
 }
 
-/// Records something that was requested in passing.
+/// Records a wish: something that the script requested although it may do without.
 fn wish(w: WorldRef<'_>, name: &'static str, object: tatu_object, wish: Wish) -> tatu_status {
     if let Some(world) = listens(w, name)
         && let Some(id) = world.state.scene.try_borrow().ok().and_then(|s| Some(s.id(s.resolve(object).ok()?)))

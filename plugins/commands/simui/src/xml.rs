@@ -70,7 +70,8 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
             XmlEvent::StartElement { name, attributes, .. } => {
                 if open.len() >= MOST_DEPTH || nodes.len() >= MOST_NODES {
                     return Err(Fail::argument(format!(
-                        "line {line} of the window: expected at most {MOST_NODES} elements, nested at most {MOST_DEPTH} deep"
+                        "line {line} of the window: expected at most {MOST_NODES} elements, nested at most \
+                         {MOST_DEPTH} deep"
                     )));
                 }
                 let element = name.local_name.to_ascii_lowercase();

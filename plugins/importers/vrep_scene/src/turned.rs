@@ -136,7 +136,7 @@ mod tests {
         assert_eq!(*form, "cylinder");
         assert!((size[0] - 0.07).abs() < 1e-9 && (size[2] - 0.13).abs() < 1e-9);
         assert!((place.translation.vector.z + 0.035).abs() < 1e-9);
-        // Between shoulder and mouth it lies on two circles.
+        // Between shoulder and mouth, the body touches the floor at two circles.
         assert_eq!(forms.len(), 3);
         assert!((behind.points[1][0] - 0.035 * (1.0 - BACK)).abs() < 1e-9);
     }

@@ -17,7 +17,7 @@ pub fn correlation(a: &[f64], b: &[f64]) -> f64 {
     product / (deviation(a) * deviation(b))
 }
 
-/// The standard normal distribution function.
+/// Returns the standard normal distribution function at `z`.
 pub fn phi(z: f64) -> f64 {
     libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2) / 2.0
 }

@@ -1,4 +1,4 @@
-//! Tests of pushes for a whole advance, and for a single step of it.
+//! Tests of forces that act for a whole advance, and for a single step of it.
 
 use super::*;
 use crate::Push;

@@ -13,7 +13,7 @@ use crate::{
 
 /// Tag under which the entity's number is stored.
 const ENTITY: &str = "entity";
-/// The number that means everything.
+/// The number that stands for all objects.
 const ALL: i64 = -1;
 
 /// Returns the entity that a sensor detects.

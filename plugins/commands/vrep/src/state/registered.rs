@@ -54,7 +54,7 @@ pub(crate) struct Named {
 pub(crate) struct Pair {
     pub(crate) name: String,
     pub(crate) handle: i64,
-    /// Handles of the file: -1 for everything, a collection, or an object.
+    /// Handles in the file: -1 for all objects, a collection, or an object.
     pub(crate) of: [i64; 2],
     /// Greatest distance that is computed, m; 0 for no limit.
     pub(crate) threshold: f64,

@@ -86,7 +86,7 @@ pub struct File {
     pub scripts: Vec<Script>,
     /// Images.
     pub textures: Vec<Texture>,
-    /// Materials of before 3.4.
+    /// Materials, in files from before 3.4.
     pub materials: Vec<Material>,
     /// Arrays of vertices and indices that meshes share.
     pub pool: Pool,

@@ -20,7 +20,7 @@ pub struct Part {
     pub mass: f64,
     /// Number in the material list of versions before 3.4; -1: none.
     pub material: i32,
-    /// Whether it is marked convex, in files of before 4.5.1.
+    /// Whether it is marked convex, in files from before 4.5.1.
     pub convex: bool,
     /// Material parameters, which serialization 16 stores here.
     pub own_material: Option<Material>,
@@ -91,9 +91,9 @@ impl Primitive {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(missing_docs, reason = "each form has its sentence")]
 pub enum Arrays {
-    /// In the pool, by index.
+    /// The arrays are in the pool, by index.
     Pool { vertices: i32, indices: i32 },
-    /// In the leaf itself.
+    /// The arrays are in the leaf itself.
     Own { vertices: Span, indices: Option<Indices> },
     /// A range of the shape's shared arrays (serialization 15): first and count of vertices, and of triangles.
     Range { vertices: [i32; 2], triangles: [i32; 2] },

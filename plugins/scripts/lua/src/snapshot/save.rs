@@ -17,12 +17,12 @@ use crate::{
     stdlib::strings::gmatch_next,
 };
 
-/// How an object was reached from another one; used to name it in messages.
+/// How an object was reached from a different one; used to name it in messages.
 #[derive(Clone, Copy)]
 enum Step {
     Root(usize),
     Key(Val),
-    /// Through an upvalue of this name.
+    /// The object is the value of the upvalue with this name.
     Variable(u32),
     Metatable,
     /// The object is a key of a table.
