@@ -37,7 +37,7 @@ impl Source {
             let roots: Vec<_> = self.roots.iter().map(|r| format!("`{}`", shown(r))).collect();
             Error::new("E105", format!("the file `{name}` lies outside of the folders that may be read"))
                 .expected(format!("a file below {}", roots.join(" or ")))
-                .help("move it there, or describe the scene in a file above both")
+                .help("move it there, or put the scene file into a folder that contains both")
         };
         let Ok(path) = real(&wanted) else {
             // Whether a file exists must not be revealed, so a name outside the folders is refused in any case.

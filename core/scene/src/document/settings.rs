@@ -43,7 +43,7 @@ impl FrictionPair {
     fn parse(value: &Value) -> Result<Self> {
         let wrong = || {
             Error::new("E102", "`friction_pairs`: not a pair of materials")
-                .expected("two materials, friction, and restitution if it matters")
+                .expected("two materials, a friction coefficient, and optionally a restitution coefficient")
                 .help("for instance `friction_pairs = [[\"rubber\", \"ice\", 0.1]]`")
         };
         let number = |v: Option<&Value>| match v {

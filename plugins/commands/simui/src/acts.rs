@@ -96,7 +96,7 @@ fn act(c: &mut Ctx<'_>) -> Result {
             call(c, at, "on-editing-finished", &[x])
         }
         ("change", "combobox" | "tabs") => {
-            let x = json!(given.as_i64().ok_or_else(|| Fail::argument("expected a number from 0"))?);
+            let x = json!(given.as_i64().ok_or_else(|| Fail::argument("expected an index, counted from 0"))?);
             set(c, at, &[(if element == "tabs" { "current" } else { "index" }, x.clone())])?;
             call(c, at, "on-change", &[x])
         }

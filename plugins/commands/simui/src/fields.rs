@@ -96,7 +96,7 @@ fn check(c: &Ctx<'_>, at: (i64, usize), f: &Field) -> Result {
     if f.of.is_empty() || f.of.contains(&element.as_str()) {
         return Ok(());
     }
-    Err(Fail::argument(format!("a {element} has no such value, but {} has it", f.of.join(" or "))))
+    Err(Fail::argument(format!("this value exists only for {}, not for a {element}", f.of.join(" or "))))
 }
 
 fn put(c: &mut Ctx<'_>, f: &'static Field) -> Result {
