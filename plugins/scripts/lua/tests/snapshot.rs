@@ -232,7 +232,7 @@ fn what_cannot_be_captured_is_named() {
         ("set = {} set[{}] = 1 set[{}] = 2".into(), "variable `set` has keys that are tables"),
         (
             "local n = 0 f = load(function() n = n + 1 return ({'return ', 'function() end'})[n] end)()".into(),
-            "variable `f` is a function whose text",
+            "variable `f` is a function whose source",
         ),
     ] {
         let got = refusal(&text);
