@@ -56,11 +56,11 @@ impl Style {
 /// Whether an add-on starts automatically.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Start {
-    /// Yes, according to its name or manifest.
+    /// It starts automatically, according to its name or manifest.
     ByItself,
-    /// No, only by `--addon`.
+    /// It starts only by `--addon`.
     ByName,
-    /// Decided by its `info` function.
+    /// Its function `info` decides.
     Asked,
 }
 

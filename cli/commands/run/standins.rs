@@ -95,7 +95,7 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
         known = learned;
         tried = script.sources(&known, registry);
         if round == ROUNDS {
-            // The last result has not been tried yet; the actual run will try it.
+            // The sources found last have not been tried yet; the actual run will try them.
             best = None;
         }
     }

@@ -7,7 +7,8 @@ use std::{
 
 use crate::state_block::GUARD;
 
-/// Size of a guard, words: enough for mistaking a force for a wrench, or one element for a few.
+/// Size of a guard, words: large enough to detect that a plugin wrote a wrench where a force was expected, or a few
+/// elements instead of one.
 const GUARD_WORDS: usize = 72;
 
 /// Plain numeric types, for which every bit pattern is valid.

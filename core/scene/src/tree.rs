@@ -222,7 +222,7 @@ impl Scene {
         true
     }
 
-    /// Updates the flags in its link after a change of an object's data.
+    /// Updates the flags in an object's link after a change of the object's data.
     pub(super) fn note_kind(&mut self, slot: u32) {
         let Some(o) = self.slots[slot as usize].object.as_ref() else { return };
         let link = &mut self.places.links[slot as usize];

@@ -1,4 +1,5 @@
-//! Batches of actuators by kind: motions and commands in, wrenches and efforts out, converted to pushes for the engine.
+//! Applies actuators in batches by kind: passes motions and commands to the plugins, and converts the wrenches and
+//! efforts that they return to forces on the engine's bodies.
 
 use tatu_physics::{Engine, Push};
 use tatu_plugin_api::abi::*;

@@ -63,7 +63,7 @@ static SCOPES: [Scope; Call::ALL.len()] = {
 
 const fn scope(call: Option<Call>) -> Scope {
     match call {
-        // These run in parallel on any thread, in the middle of a stage.
+        // These calls run in parallel on any thread, in the middle of a stage.
         Some(Call::Aim | Call::Measure | Call::Finish | Call::Apply) | None => Scope::Nothing,
         // A snapshot, a restore or a change of parameters must change nothing else; otherwise the run could not
         // continue from it.

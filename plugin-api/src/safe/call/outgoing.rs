@@ -6,9 +6,9 @@ use crate::safe::{Fail, Result, Value, ValueRef, World, call::shared_world::serv
 /// The outcome of a call.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Called {
-    /// It has finished, with these results.
+    /// The command has finished, with these results.
     Done(Vec<Value>),
-    /// It finishes later; [`Service::resume`](crate::safe::Service::resume) will receive its token.
+    /// The command finishes later; [`Service::resume`](crate::safe::Service::resume) will receive its token.
     Waits,
 }
 

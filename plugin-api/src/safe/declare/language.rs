@@ -29,9 +29,9 @@ pub struct Budget {
 /// The outcome of a call into a script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flow {
-    /// It returned.
+    /// The call returned.
     Done,
-    /// It is suspended in a command that waits; the host will resume the token of that wait.
+    /// The call is suspended in a command that waits; the host will resume the token of that wait.
     Waiting,
 }
 

@@ -58,9 +58,9 @@ pub struct Instance {
 /// The way in which an instance applies new values of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
-    /// It uses them from now on.
+    /// The instance uses them from now on.
     Taken,
-    /// It must be created again with them.
+    /// The instance must be created again with them.
     Rebuild,
 }
 
@@ -126,12 +126,12 @@ pub(crate) enum Function<P: Plugin> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u32)]
 pub enum Status {
-    /// Fully.
+    /// The command works fully.
     #[default]
     Full = TATU_COMMAND_FULL,
-    /// Partly; its notes say what is missing.
+    /// The command works in part; its notes say what is missing.
     Partial = TATU_COMMAND_PARTIAL,
-    /// It accepts its arguments and returns a neutral value; the host reports it once per run.
+    /// The command accepts its arguments and returns a neutral value; the host reports it once per run.
     Stub = TATU_COMMAND_STUB,
 }
 
@@ -144,10 +144,10 @@ pub(crate) struct Name {
 /// The outcome of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Outcome {
-    /// It has finished, with its results.
+    /// The command has finished, with its results.
     #[default]
     Done,
-    /// It finishes later; see [`Call::wait_steps`] and the other waits.
+    /// The command finishes later; see [`Call::wait_steps`] and the other waits.
     Waiting,
 }
 

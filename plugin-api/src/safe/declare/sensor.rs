@@ -16,7 +16,7 @@ use crate::safe::{
 /// The form of the beams; they start at the sensor's origin and point along its +z axis.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Form {
-    /// None: the sensor measures its own motion only.
+    /// No beams: the sensor measures only its own motion.
     None,
     /// Rays along these unit vectors, in the sensor's frame.
     Rays(Vec<[f64; 3]>),

@@ -14,7 +14,7 @@ fn errors(noise: &str, value: f64, seed: u64) -> Vec<f64> {
 #[test]
 fn white_noise() {
     white(&errors("many.sigma = 0.01", 3.0, 1), 0.01).unwrap();
-    // Noise over successive measurements, and in single precision.
+    // Noise over successive measurements, also in single precision.
     let mut s = Sensor::new("one.sigma = 0.5\nsmall.sigma = 0.01", 1, 2);
     let (mut x, mut y) = (Vec::new(), Vec::new());
     for i in 0..N {
@@ -107,7 +107,7 @@ fn is_walk(x: &[f64], sigma: f64, tau: f64) -> Result<(), String> {
         found.push(libm::log(is));
     }
     let slope = |i: usize| (found[i + 1] - found[i]) / libm::log(4f64);
-    // From 1 s to 4 s, for tau = 10 s, and from 400 s to 1600 s; the closed form gives 0.44 and -0.49.
+    // The slopes from 1 s to 4 s, and from 400 s to 1600 s, for tau = 10 s; the closed form gives 0.44 and -0.49.
     let (rising, falling) = (slope(0), slope(4));
     match (rising - 0.5).abs() < 0.1 && (falling + 0.5).abs() < 0.15 {
         true => Ok(()),

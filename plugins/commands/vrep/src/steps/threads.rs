@@ -157,7 +157,8 @@ fn slices(offer: &mut Offer<Vrep>) {
 }
 
 fn wait_for_signal(c: &mut Ctx<'_>) -> Result<Outcome> {
-    // When the command is called again, the arguments are no longer available: the word is the key of the stored name.
+    // When the command is called again, the arguments are no longer available: its resume word is the key of the stored
+    // name.
     let name = match c.resumed() {
         0 => c.bytes(0)?.to_vec(),
         word => state(c)?.waits.remove(&word).unwrap_or_default(),

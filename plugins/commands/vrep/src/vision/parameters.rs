@@ -32,7 +32,7 @@ fn key(of: &[(i64, &'static str)], n: i64) -> Option<&'static str> {
 const PERSPECTIVE: i64 = 1018;
 /// Number of the float parameter: side of the image in orthographic projection, m.
 const SIDE: i64 = 1005;
-/// Default of that side, m.
+/// Default side of the image in orthographic projection, m.
 const USUAL_SIDE: f64 = 1.0;
 
 /// Returns the default of a parameter of drawing or windows, which has no effect here (tests/facts/script-api.md, 7).
