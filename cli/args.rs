@@ -223,11 +223,11 @@ pub struct Check {
 pub struct Look {
     /// The scene file.
     pub scene: PathBuf,
-    /// Position of the camera: X,Y,Z in the world, m [default: that of the scene's first camera, or one that shows
-    /// everything].
+    /// Position of the camera: X,Y,Z in the world frame, m [default: that of the scene's first camera, or one that
+    /// shows everything].
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, requires = "to")]
     pub from: Option<Point>,
-    /// Point at the centre of the picture: X,Y,Z in the world, m.
+    /// Point at the centre of the picture: X,Y,Z in the world frame, m.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, requires = "from")]
     pub to: Option<Point>,
     /// Show the last reading of this sensor instead, by path or unique name.

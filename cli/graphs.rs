@@ -14,7 +14,8 @@ use crate::plot;
 /// files from being written.
 pub fn write(world: &World, dir: &Path) -> Vec<Error> {
     let told = |path: &Path, why: String| {
-        Error::new("E105", format!("cannot write {}: {why}", path.display())).help("is the folder there, and writable?")
+        Error::new("E105", format!("cannot write {}: {why}", path.display()))
+            .help("does the folder exist, and is it writable?")
     };
     let (figures, mut failed) = (world.figures(), Vec::new());
     if figures.graphs.is_empty() {

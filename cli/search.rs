@@ -1,4 +1,4 @@
-//! Where this program searches for plugins.
+//! Determines where this program searches for plugins.
 
 use std::{
     ffi::OsString,
@@ -11,19 +11,19 @@ use tatu_core::{
     plugins::Search,
 };
 
-/// The folders that are searched, and those that a scene names and that are not.
+/// The folders that are searched, and those of the scene that are not.
 pub struct Searched {
     pub search: Search,
-    /// Folders of the scene with libraries that nobody has allowed to load.
+    /// Folders of the scene that contain libraries but that the user has not allowed.
     pub untrusted: Vec<PathBuf>,
 }
 
-/// Packages of plugins that belong to the program, as build.rs found them in the manifest.
+/// Returns the packages of the plugins that belong to the program, which build.rs reads from the manifest.
 pub fn built() -> Vec<&'static str> {
     env!("TATU_BUILT_PLUGINS").split(',').filter(|s| !s.is_empty()).collect()
 }
 
-/// The folders for a scene, or for none; `allow`: what the command line allows.
+/// Returns the folders to search for plugins, with or without a scene; `allow` has the values of `--allow`.
 pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Result<Searched, Error> {
     let exe = std::env::current_exe().ok();
     let environment = std::env::var_os("TATU_PLUGIN_PATH");
@@ -34,7 +34,7 @@ pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Re
             let known = search.folders.iter().any(|(f, _)| same_folder(f, &folder));
             let mut own = Search { built: search.built.clone(), ..Search::default() };
             own.add_scene_folder(folder.clone());
-            // A folder without libraries runs nothing.
+            // A folder without libraries cannot run any code.
             if !known && !own.candidates().is_empty() && !allow.iter().any(|a| a == "plugins") && !trusted(&folder) {
                 untrusted.push(folder);
             } else {
@@ -48,13 +48,14 @@ pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Re
     Ok(Searched { search, untrusted })
 }
 
-/// The folder for plugins that the user installs, whether it is there or not. `None`: the environment names no home.
+/// Returns the folder in which the user installs plugins, which may not exist, or `None` if the environment names no
+/// home folder.
 pub fn user_folder() -> Option<PathBuf> {
     user_folder_of(|name| std::env::var_os(name))
 }
 
 fn user_folder_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
-    // A relative name would mean another folder wherever the program is started.
+    // A relative path would depend on the working folder.
     let folder = |name: &str| variable(name).map(PathBuf::from).filter(|p| p.is_absolute());
     let data = if cfg!(windows) {
         folder("APPDATA")?
@@ -70,10 +71,10 @@ fn same_folder(a: &Path, b: &Path) -> bool {
     a == b || a.canonicalize().ok().is_some_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }
 
-/// Whether a folder is one of those that TATU_TRUST names, or below one.
+/// Returns whether a folder is one that TATU_TRUST names, or a subfolder of one.
 fn trusted(folder: &Path) -> bool {
     let (Some(all), Ok(folder)) = (std::env::var_os("TATU_TRUST"), folder.canonicalize()) else { return false };
-    // A relative name would mean another folder wherever the program is started.
+    // A relative path would depend on the working folder.
     std::env::split_paths(&all)
         .filter(|p| p.is_absolute())
         .any(|p| p.canonicalize().is_ok_and(|p| folder.starts_with(p)))
@@ -92,7 +93,7 @@ mod tests {
         assert_eq!(of(&[]), None);
         assert_eq!(of(&[("HOME", "/h")]), Some(PathBuf::from("/h/.local/share/tatu/plugins")));
         assert_eq!(of(&[("HOME", "/h"), ("XDG_DATA_HOME", "/d")]), Some(PathBuf::from("/d/tatu/plugins")));
-        // As the specification of these folders asks for.
+        // The XDG base directory specification requires that relative paths are ignored.
         assert_eq!(of(&[("HOME", "/h"), ("XDG_DATA_HOME", "d")]), Some(PathBuf::from("/h/.local/share/tatu/plugins")));
         assert_eq!(of(&[("HOME", "")]), None);
     }

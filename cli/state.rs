@@ -82,7 +82,7 @@ pub fn guarded<T>(path: &Path, run: impl FnOnce() -> Result<T>) -> Result<T> {
             why.unwrap_or("without a text")
         );
         Err(Error::new("E501", text)
-            .help("write the snapshot again; if that does not help, this is a fault of the program"))
+            .help("write the snapshot again; if that does not help, this is a bug in the program"))
     })
 }
 

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::report;
 
-/// Columns as wide as their widest cell.
+/// Prints rows with columns as wide as their widest cell.
 pub fn table(rows: &[Value], columns: &[&str]) {
     let cell = |row: &Value, column: &str| match &row[column] {
         Value::String(s) => s.clone(),

@@ -34,7 +34,7 @@ impl Trace {
         }
         for (option, given) in [("--watch", !watch.is_empty()), ("--hashes", hashes)] {
             if given && path.is_none() {
-                let error = Error::new("E114", format!("{option} writes nothing without --trace"));
+                let error = Error::new("E114", format!("{option} has no effect without --trace"));
                 crate::report::warning(&error.help("add `--trace FILE`"));
             }
         }
@@ -54,7 +54,7 @@ impl Trace {
         self.file.as_ref().map(|(file, _)| file.clone())
     }
 
-    /// Writes the line of the step that was just made; `stopping`: a stop was requested before.
+    /// Writes the line of the step that was just made; `stopping` is set if a stop was requested before the step.
     pub fn step(&mut self, world: &World, lines: &[LogLine], stopping: bool) -> Result<(), Error> {
         if self.file.is_none() {
             return Ok(());
@@ -102,7 +102,7 @@ impl Trace {
         let Some((file, path)) = &mut self.file else { return Ok(()) };
         let written = writeln!(file.lock().unwrap_or_else(PoisonError::into_inner), "{line}");
         if let Err(e) = written {
-            let error = Error::new("E105", format!("the trace {} ends here: {e}", path.display()));
+            let error = Error::new("E105", format!("the trace {} cannot be continued: {e}", path.display()));
             // The run continues without a trace; the error is reported once.
             self.file = None;
             return Err(error);
@@ -118,7 +118,7 @@ impl Trace {
     }
 }
 
-/// Returns by title what was printed on each console since it was last emptied; null if nothing was printed since.
+/// Returns, by title, what was printed on each console since it was last cleared, or null if nothing was.
 fn consoles(lines: &[LogLine]) -> Map<String, Json> {
     let mut all = Map::new();
     for line in lines {

@@ -44,7 +44,7 @@ struct Known {
 /// The watchdog of a run.
 #[derive(Clone, Default)]
 pub struct Watchdog {
-    /// The record of running plugin calls, for the registry.
+    /// The registry's record of running plugin calls.
     pub watches: Watches,
     known: Arc<Mutex<Known>>,
 }
@@ -52,7 +52,7 @@ pub struct Watchdog {
 /// The watchdog of this process.
 static CURRENT: OnceLock<Watchdog> = OnceLock::new();
 
-/// Returns the watchdog of this process; `None`: it has none yet.
+/// Returns the watchdog of this process, or `None` if it has not been started.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 pub fn current() -> Option<&'static Watchdog> {
     CURRENT.get()
@@ -68,7 +68,7 @@ impl Watchdog {
         if limit > 0.0 {
             let run = new.clone();
             let end = move |stuck: Stuck| run.end(&stuck, limit);
-            // If no thread can be started, there is only no watchdog.
+            // If the thread cannot be started, the run continues without a watchdog.
             let _ = new.watches.guard(Duration::from_secs_f64(limit), end);
         }
         new
@@ -76,7 +76,7 @@ impl Watchdog {
     fn known(&self) -> MutexGuard<'_, Known> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    /// Sets the world whose log lines are printed; `prints`: whether status lines go to standard output.
+    /// Sets the world whose log lines are printed. `prints` is set if status lines go to standard output.
     pub fn world(&self, world: &World, prints: bool) {
         let mut known = self.known();
         (known.lines, known.prints) = (Some(world.lines()), prints);

@@ -1,11 +1,11 @@
-//! Extracts what the text of an add-on declares, without running it.
+//! Extracts what the source of an add-on declares, without running it.
 
 use super::Style;
 
 /// Returns the first line of the first comment, without comment markers.
 pub fn first_comment(text: &str) -> String {
     for line in text.lines().map(str::trim) {
-        // Skip the shebang line, and lines without words.
+        // Skip the shebang line, and lines without letters or digits.
         let line = line.trim_start_matches('\u{feff}');
         if line.is_empty() || line.starts_with("#!") {
             continue;
@@ -19,7 +19,7 @@ pub fn first_comment(text: &str) -> String {
     String::new()
 }
 
-/// Returns the style in which a script is called: old scripts are recognized by words that they cannot do without.
+/// Returns the style in which a script is called. Old scripts are recognized by names that only they need.
 pub fn style(text: &str) -> Style {
     let functions = text.contains("sysCall_");
     let old = text.contains("sim_call_type") || text.contains("sim_addonscriptcall_");

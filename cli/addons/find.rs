@@ -105,7 +105,7 @@ pub fn read(place: &Path, registry: &Registry, sources: &Sources) -> Result<AddO
         Error::new("E601", format!("no script language accepts {}", file.display())).expected(known.join(", "))
     })?;
     let text = text_of(&file, sources)?;
-    // A file's name is used, or that of the folder.
+    // The name is that of the file, or of the folder.
     let stem =
         place.file_stem().filter(|_| place.is_file()).or(place.file_name()).unwrap_or_default().to_string_lossy();
     let told = name::of(&stem);
@@ -122,7 +122,7 @@ pub fn read(place: &Path, registry: &Registry, sources: &Sources) -> Result<AddO
         take(&mut addon, file, manifest)?;
     }
     if addon.start == Start::Asked && addon.style == Style::CallType {
-        // A script without functions has no `info` to be asked.
+        // A script without functions has no `info` function to call.
         addon.start = Start::ByItself;
     }
     Ok(addon)

@@ -2,7 +2,7 @@
 //!
 //! - [`Flags`]: command-line options;
 //! - `find`: searches folders for add-ons;
-//! - `name`: the meaning of file names; `about`: declarations in the text;
+//! - `name`: parses file names; `about`: extracts declarations from the source;
 //! - `wanted`: parses `--addon NAME:KEY=VALUE,...`;
 //! - `start`: chooses the add-ons that run, and attaches them to a world.
 
@@ -34,11 +34,11 @@ pub struct Flags {
 /// How a script is called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
-    /// By functions, one for each callback.
+    /// The script has a function for each callback.
     Callbacks,
-    /// As a whole, with a variable that names the callback.
+    /// The whole script is run for each callback, with a variable that names the callback.
     CallType,
-    /// Once, when the add-on is started.
+    /// The script is run once, when the add-on is started.
     Function,
 }
 
@@ -56,11 +56,11 @@ impl Style {
 /// Whether an add-on starts automatically.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Start {
-    /// Yes, according to its name or manifest.
+    /// It starts automatically, according to its name or manifest.
     ByItself,
-    /// No, only by `--addon`.
+    /// It starts only by `--addon`.
     ByName,
-    /// Decided by its function `info`.
+    /// Its function `info` decides.
     Asked,
 }
 
@@ -73,7 +73,7 @@ pub struct AddOn {
     pub file: PathBuf,
     /// Index of its language.
     pub language: usize,
-    /// The version that it was written for; empty: to be inferred from its text.
+    /// The version that it was written for; if empty, it is inferred from the source.
     pub dialect: String,
     /// How the add-on's script is called.
     pub style: Style,

@@ -42,7 +42,7 @@ pub fn of(stem: &str) -> Told {
 mod tests {
     use super::*;
 
-    // Rules: tests/facts/script-api.md, section 6.
+    // The rules are in tests/facts/script-api.md, section 6.
     #[test]
     fn prefixes_of_all_versions() {
         let is =

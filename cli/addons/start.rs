@@ -25,7 +25,7 @@ pub fn choose(flags: &Flags, document: &Document, registry: &Arc<Registry>) -> R
     if flags.no_addons && wanted.is_empty() && flags.without.is_empty() {
         return Ok(Started::default());
     }
-    // Files that are only inspected are not part of the run.
+    // Files that are only inspected are not recorded as files of the run.
     let (found, wrong) = find::find(registry, &Sources::default());
     wrong.iter().for_each(report::warning);
     let without = flags.without.iter().map(|name| Wanted { name: name.clone(), options: Vec::new() });

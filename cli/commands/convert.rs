@@ -46,7 +46,7 @@ pub fn check_name(file: &Path) -> Result<(), Error> {
         return Ok(());
     }
     let error = Error::new("E105", format!("cannot write {}", file.display()));
-    Err(error.expected("a name that ends with `.toml`, as all scene files"))
+    Err(error.expected("a name that ends with `.toml`, as the names of all scene files do"))
 }
 
 /// Writes a scene file and the files next to it, and reports what a scene file cannot express.

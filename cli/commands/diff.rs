@@ -17,7 +17,7 @@ use crate::{args::Diff, report};
 /// Most fields shown of an object or reading.
 const SHOWN: usize = 8;
 
-/// Compares two traces; the exit code is 0: equal; 1: different; 2: a trace cannot be read.
+/// Compares two traces. The exit code is 0 if they are equal, 1 if they differ, and 2 if one cannot be read.
 pub fn diff(args: &Diff) -> ExitCode {
     match compare(&args.a, &args.b) {
         Ok(None) => ExitCode::SUCCESS,
@@ -32,7 +32,7 @@ pub fn diff(args: &Diff) -> ExitCode {
     }
 }
 
-/// Describes the first difference; `None`: there is none.
+/// Describes the first difference; returns `None` if there is none.
 fn compare(a: &Path, b: &Path) -> Result<Option<String>, Error> {
     let (mut lines_a, mut lines_b) = (Lines::open(a)?, Lines::open(b)?);
     let mut steps = 0_u64;

@@ -68,7 +68,7 @@ fn refusal(scene: &Path, folder: &Path) -> Error {
     )
 }
 
-/// Ends the plugins, which no world uses any more; returns whether that succeeded.
+/// Ends the plugins, after all worlds have been dropped; returns whether that succeeded.
 pub fn end(registry: Arc<Registry>) -> bool {
     let errors = Arc::into_inner(registry).map(Registry::end).unwrap_or_default();
     errors.iter().for_each(report::error);
@@ -87,7 +87,7 @@ fn missing(registry: &Registry) {
     if !lost.is_empty() {
         report::warning(
             &Error::new("E304", format!("plugins that belong to this program are missing: {}", lost.join(", ")))
-                .expected(format!("them in one of{}", registry.search.describe()))
+                .expected(format!("these plugins in one of{}", registry.search.describe()))
                 .help("copy them into a folder `plugins` beside the program, or set TATU_PLUGIN_PATH to their folder"),
         );
     }

@@ -1,5 +1,5 @@
-//! `tatu serve` and `tatu open`: runs scenes that services control. The scene begins stopped; clients start and stop it
-//! and open other scenes, and only a request to quit, or Ctrl-C, ends the program.
+//! `tatu serve` and `tatu open`: run scenes that services control. The scene is initially stopped. Clients start and
+//! stop it and open other scenes; only a request to quit, or Ctrl-C, ends the program.
 
 use std::{
     path::{Path, PathBuf},
@@ -160,7 +160,8 @@ fn reader(
     }
 }
 
-/// Runs one world until another scene is opened, or the program ends. `starts`: the run starts at once.
+/// Runs one world until another scene is opened or the program ends. If `starts` is set, the simulation starts
+/// immediately.
 fn live(
     args: &Serve,
     world: &World,

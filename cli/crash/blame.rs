@@ -24,7 +24,7 @@ pub struct Crash {
 /// Distance from the stack pointer within which a fault counts as stack overflow, bytes.
 pub const NEAR: usize = 1 << 20;
 
-/// Returns the sentence about a crash.
+/// Returns the message about a crash.
 pub fn of_crash(crash: &Crash) -> String {
     let signal = match crash.signal {
         libc::SIGSEGV => "SIGSEGV",
@@ -68,7 +68,7 @@ pub fn of_crash(crash: &Crash) -> String {
     format!("the program crashed ({why}) {place}")
 }
 
-/// Returns the sentence about a plugin that called `exit`.
+/// Returns the message about a plugin that called `exit`.
 pub fn of_exit(call: Option<&Stuck>, thread: i32) -> String {
     let place = match call {
         Some(call) => place(call),
@@ -77,13 +77,13 @@ pub fn of_exit(call: Option<&Stuck>, thread: i32) -> String {
     format!("exit() was called {place}: the program ends here")
 }
 
-/// Returns the sentence about file descriptors of the program that were closed.
+/// Returns the message about file descriptors of the program that were closed.
 pub fn of_closed(call: Option<&Stuck>) -> String {
     let place = call.map_or("by a thread of a plugin's own, or by a plugin's call that is over".to_owned(), place);
     format!("file descriptors of the program were closed {place}: its output may be incomplete")
 }
 
-/// Returns the sentence about a plugin that forked the process.
+/// Returns the message about a plugin that forked the process.
 pub fn of_fork(call: &Stuck) -> String {
     format!(
         "the process was forked {}: the copy has no threads and must not return; a plugin must start other programs \
@@ -119,8 +119,8 @@ pub fn frames(crash: &Crash) -> Vec<String> {
 /// Returns the file that contains an address, and the nearest exported symbol with its distance, or the offset in the
 /// file.
 fn symbol_at(address: usize) -> Option<(String, String)> {
-    // SAFETY: `dladdr` accepts any address. It fills `about` if it succeeds, which is checked; its texts live as long
-    // as their library, and libraries are never closed.
+    // SAFETY: `dladdr` accepts any address. It fills `about` if it succeeds, which is checked; the strings that it
+    // points to belong to the library and stay valid, since libraries are never closed.
     unsafe {
         let mut about: libc::Dl_info = std::mem::zeroed();
         if libc::dladdr(address as *const libc::c_void, &raw mut about) == 0 || about.dli_fname.is_null() {

@@ -3,7 +3,7 @@
 //!
 //! A crash is handled in a signal handler, where almost nothing is allowed. So the handler only records data, wakes a
 //! dedicated thread, and waits for it for a limited time; then the process ends by the same signal, for shells,
-//! debuggers and core files. `blame` formulates the report.
+//! debuggers and core files. `blame` writes the message.
 //!
 //! Native stack overflow is detected because every thread of the program has an alternate signal stack: Rust's standard
 //! library creates one for each thread that it starts. Threads started by plugins in other ways have none; an overflow
@@ -168,7 +168,7 @@ extern "C" fn caught(signal: c_int, info: *mut libc::siginfo_t, context: *mut c_
                     note_callers();
                 }
             }
-            // If another thread crashes in the meanwhile, it waits here too: the first one ends the process.
+            // If another thread crashes in the meantime, it waits here too: the first one ends the process.
             let part = libc::timespec { tv_sec: 0, tv_nsec: PART_NS };
             for _ in 0..PARTS {
                 if TOLD.load(Acquire) {
@@ -186,7 +186,7 @@ extern "C" fn caught(signal: c_int, info: *mut libc::siginfo_t, context: *mut c_
 /// Records the data that only this thread has.
 ///
 /// # Safety
-/// `info` and `context` are those that the system passed to the handler.
+/// `info` and `context` must be those that the system passed to the handler.
 unsafe fn note(signal: c_int, info: &libc::siginfo_t, context: *mut c_void) {
     SIGNAL.store(signal, Relaxed);
     AT.store(here().cast_mut(), Relaxed);
@@ -211,7 +211,7 @@ unsafe fn note(signal: c_int, info: &libc::siginfo_t, context: *mut c_void) {
 /// Records the callers, after everything else was handed over: a crash here does not affect that report.
 ///
 /// # Safety
-/// Called in the handler, after `note`.
+/// Must be called in the handler, after `note`.
 unsafe fn note_callers() {
     // SAFETY: the watch of this thread lives as long as the thread; `frames` has room for the FRAMES addresses that
     // `backtrace` may write.

@@ -1,4 +1,4 @@
-//! Which files are meant by a name, and the one sentence about them: loaded, or why not.
+//! Finds the files that a name refers to, and states whether one is loaded, or why not.
 
 use std::path::{Path, PathBuf};
 
@@ -11,18 +11,18 @@ use super::{
     reason::Reason,
 };
 
-/// What was found out.
+/// The result of a search for a plugin.
 pub struct Answer {
-    /// What was asked for.
+    /// The name or path that the user gave.
     pub what: String,
     pub folders: Vec<Folder>,
-    /// The files that it is about, in search order, each with the one that hides it.
+    /// The files that match, in search order, each with the file that hides it.
     pub files: Vec<(Examined, Option<PathBuf>)>,
-    /// The index of the file that is loaded, or why none is: of which file, and why.
+    /// The index of the file that is loaded; or why none is, with the file to which the reason applies.
     pub verdict: Result<usize, (Option<PathBuf>, Reason)>,
 }
 
-/// About a file that was named.
+/// Explains a file given by its path.
 pub fn of_file(file: &Path, folders: Vec<Folder>, examiner: &mut Examiner) -> Answer {
     let what = file.display().to_string();
     let mut examined = examiner.examine(file);
@@ -37,7 +37,7 @@ pub fn of_file(file: &Path, folders: Vec<Folder>, examiner: &mut Examiner) -> An
     Answer { what, folders, files: vec![(examined, hidden)], verdict }
 }
 
-/// The file that hides one, and why it is not loaded.
+/// Returns the file that hides a file, and why the file is not loaded.
 pub fn judge(examined: &Examined, folders: &[Folder], examiner: &mut Examiner) -> (Option<PathBuf>, Option<Reason>) {
     let file = &examined.file;
     if let Some(reason) = &examined.reason {
@@ -51,47 +51,47 @@ pub fn judge(examined: &Examined, folders: &[Folder], examiner: &mut Examiner) -
         return (None, Some(elsewhere(file, folders)));
     };
     if place.state == State::NotAllowed {
-        let text = format!("it lies in {}, which only the scene names", place.path.display());
+        let text = format!("it is in {}, which only the scene names", place.path.display());
         let help = "if you trust the folder, add `--allow plugins`, or name it in TATU_TRUST";
         return (None, Some(Reason::new("not-allowed", text, help)));
     }
     let hidden = examined.id().and_then(|id| Some((examiner.hidden_by(file, &id, folders)?, id)));
     if let Some((by, id)) = hidden {
         let text = format!("{} has the same id, `{id}`, and is searched first", by.display());
-        let help = "remove one of the two, or give this one an id of its own in `tatu_plugin.id`";
+        let help = "remove one of the two, or give this one a different id in `tatu_plugin.id`";
         return (Some(by), Some(Reason::new("hidden", text, help)));
     }
     (None, examined.useless())
 }
 
-/// Why a file of this name is opened nowhere.
+/// Returns the reason that a file is never opened because of its name.
 pub fn misnamed(file: &Path) -> Reason {
     let text = format!("its name {} is not a plugin's: only {} is opened", names::name(file), names::form());
     Reason::new("wrong-name", text, format!("rename it to {}", names::should_be(file)))
 }
 
-/// Why a good file is not found where it lies.
+/// Returns the reason that a valid file is not found in its folder.
 fn elsewhere(file: &Path, folders: &[Folder]) -> Reason {
     let built = folders.iter().find(|f| f.others.iter().any(|o| same_entry(o, file)));
     let folder = file.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let help = find_it(folder, file);
     match built {
         Some(_) => {
-            let text =
-                "it lies where cargo builds the program, and only the plugins of its own manifest are opened there";
+            let text = "it is in the folder where cargo builds the program, in which only the plugins of its own \
+                        manifest are opened";
             Reason::new("not-built-in", text, help)
         }
-        None => Reason::new("other-folder", "it lies in none of the folders that are searched", help),
+        None => Reason::new("other-folder", "it is in none of the folders that are searched", help),
     }
 }
 
-/// What makes a good file a plugin that is found.
+/// Returns advice on how to make a valid file be found.
 fn find_it(folder: &Path, file: &Path) -> String {
     let (folder, file) = (folder.display(), file.display());
     format!("set TATU_PLUGIN_PATH={folder}, or install it: `tatu plugin install {file}`")
 }
 
-/// Names the file of that folder whose name is nearest.
+/// Suggests the file in the same folder with the most similar name.
 fn nearest_file(file: &Path, reason: &mut Reason) {
     let folder = file.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let Ok(entries) = std::fs::read_dir(folder) else {
@@ -107,7 +107,7 @@ fn nearest_file(file: &Path, reason: &mut Reason) {
     }
 }
 
-/// About a plugin of this name or id.
+/// Explains a plugin given by its name or id.
 pub fn of_name(text: &str, folders: Vec<Folder>, examiner: &mut Examiner) -> Answer {
     let wanted = Wanted::new(text);
     let all: Vec<PathBuf> = folders.iter().flat_map(|f| f.candidates.clone()).collect();
@@ -115,7 +115,7 @@ pub fn of_name(text: &str, folders: Vec<Folder>, examiner: &mut Examiner) -> Ans
         true => all.iter().map(|f| examiner.id(f)).collect(),
         false => vec![None; all.len()],
     };
-    // By id where one has it, else by name; a file whose id is another one is not meant by an id.
+    // If a file has this id, match by id, otherwise by name. An id does not match files with a different id.
     let is_id = ids.iter().flatten().any(|id| id == text);
     let is_meant = |(i, f): &(usize, &PathBuf)| match (&ids[*i], is_id) {
         (id, true) => id.as_deref() == Some(text),
@@ -123,11 +123,11 @@ pub fn of_name(text: &str, folders: Vec<Folder>, examiner: &mut Examiner) -> Ans
         (_, false) => wanted.is_meant_by(f),
     };
     let meant: Vec<PathBuf> = all.iter().enumerate().filter(is_meant).map(|(_, f)| f.clone()).collect();
-    // A file here, where nobody searches.
+    // A file in the working folder, which is not searched.
     if meant.is_empty() && !Wanted::is_id(text) && Path::new(text).is_file() {
         return of_file(Path::new(text), folders, examiner);
     }
-    // Files that nobody opens, but that are most likely meant.
+    // Files that are never opened, but are most likely meant.
     let opens = |folder: &Folder, f: &Path| folder.source != Source::Built || names::is_right(f);
     let others = folders.iter().flat_map(|folder| folder.others.iter().filter(move |f| opens(folder, f)));
     let others = others.filter(|f| wanted.is_meant_by(f) && !f.is_dir());
@@ -151,7 +151,7 @@ pub fn of_name(text: &str, folders: Vec<Folder>, examiner: &mut Examiner) -> Ans
     Answer { what: text.to_owned(), folders, files, verdict }
 }
 
-/// Why nothing was found, with the most likely mistake.
+/// Returns the reason that nothing was found, with the most likely mistake.
 fn nowhere(wanted: &Wanted, folders: &[Folder], ids: &[&str]) -> Reason {
     let file = wanted.file();
     let text = match Wanted::is_id(&wanted.text) {
@@ -165,7 +165,7 @@ fn nowhere(wanted: &Wanted, folders: &[Folder], ids: &[&str]) -> Reason {
         let (why, help) = match folder.state {
             State::NoFolder => ("is a file", "name the folder of the library, not the library itself".to_owned()),
             State::Missing => {
-                ("is not there", "correct TATU_PLUGIN_PATH: it is a list of folders, as PATH is".to_owned())
+                ("is not there", "correct TATU_PLUGIN_PATH: it is a list of folders, like PATH".to_owned())
             }
             _ => ("cannot be read", format!("make it readable: `chmod a+rx {path}`")),
         };
@@ -174,7 +174,7 @@ fn nowhere(wanted: &Wanted, folders: &[Folder], ids: &[&str]) -> Reason {
     if let Some(near) = nearest(&wanted.text, ids.iter().copied()) {
         return reason("unknown", text, format!("did you mean `{near}`?"));
     }
-    // Folders are not searched below, and the working folder is none of them.
+    // Subfolders and the working folder are not searched.
     let below = folders.iter().flat_map(|f| f.others.iter()).filter(|o| o.is_dir()).cloned();
     let usual = ["", "build", "target/release", "target/debug"].map(PathBuf::from);
     if let Some(lost) = below.chain(usual).map(|f| f.join(&file)).find(|f| f.is_file()) {

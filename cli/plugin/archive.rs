@@ -1,5 +1,5 @@
-//! Plugins that come as an archive. All that is in it is looked at before anything is used; only plain files are allowed,
-//! and what is not the library of a plugin is not unpacked.
+//! Unpacks archives of plugins. Every entry is checked before anything is used: only regular files and folders are
+//! allowed, and only plugin libraries are unpacked.
 
 use std::{
     fs::{self, File},
@@ -9,14 +9,14 @@ use std::{
 
 use super::{names, reason::Reason};
 
-/// Bytes of an archive when it is unpacked, at most.
+/// Maximum unpacked size of an archive, in bytes.
 const MOST_BYTES: u64 = 256 << 20;
-/// Files and folders in it, at most.
+/// Maximum number of files and folders in an archive.
 const MOST_ENTRIES: usize = 10_000;
 
 const HELP: &str = "pack plain files with relative names: `tar czf hello.tar.gz libtatu_hello.so`";
 
-/// How files are packed, told by the first bytes.
+/// The format of an archive, recognized by its first bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     Tar,
@@ -24,15 +24,15 @@ pub enum Format {
     Zip,
 }
 
-/// A library that was in an archive.
+/// A library that was unpacked from an archive.
 pub struct Unpacked {
-    /// Its name there.
+    /// Its name in the archive.
     pub name: String,
-    /// Where it is now.
+    /// Its path after unpacking.
     pub file: PathBuf,
 }
 
-/// The format of a file, if it is an archive.
+/// Returns the format of a file, if it is an archive.
 pub fn format(file: &Path) -> Option<Format> {
     let mut begin = Vec::new();
     File::open(file).ok()?.take(512).read_to_end(&mut begin).ok()?;
@@ -44,7 +44,7 @@ pub fn format(file: &Path) -> Option<Format> {
     }
 }
 
-/// Unpacks the libraries of plugins into a folder of ours.
+/// Unpacks the plugin libraries of an archive into the folder `into`.
 pub fn unpack(file: &Path, format: Format, into: &Path) -> Result<Vec<Unpacked>, Reason> {
     let packed = File::open(file).map_err(|e| damaged(&e))?;
     let mut target = Target { into, left: MOST_BYTES, entries: 0, out: Vec::new() };
@@ -68,15 +68,15 @@ fn too_large() -> Reason {
     Reason::new("too-large", text, "pack only the library of the plugin")
 }
 
-/// What a thing in an archive is.
+/// The type of an entry of an archive.
 enum Sort {
     File,
     Folder,
-    /// In words.
+    /// Any other type, described in words.
     Other(&'static str),
 }
 
-/// Where things go, and how much may still come.
+/// The target folder, and the remaining limits.
 struct Target<'a> {
     into: &'a Path,
     left: u64,
@@ -85,7 +85,7 @@ struct Target<'a> {
 }
 
 impl Target<'_> {
-    /// Takes one thing, or says why the whole archive is refused.
+    /// Processes one entry; returns an error if the whole archive must be refused.
     fn take(&mut self, name: &[u8], sort: Sort, size: u64, data: &mut dyn Read) -> Result<(), Reason> {
         let shown = tatu_core::plugins::texts::label(name);
         self.entries += 1;
@@ -106,14 +106,14 @@ impl Target<'_> {
         if !names::is_right(Path::new(last)) {
             return Ok(());
         }
-        // A folder for each: two may have one name.
+        // Each library gets its own folder, since two may have the same name.
         let folder = self.into.join(self.out.len().to_string());
         let file = folder.join(last);
         let mut write = || -> io::Result<u64> {
             fs::create_dir_all(&folder)?;
             io::copy(&mut data.take(size.saturating_add(1)), &mut File::create_new(&file)?)
         };
-        // The size that an archive states may be another one than that of its data.
+        // The data may be longer than the size that the archive states.
         if write().map_err(|e| damaged(&e))? > size {
             return Err(damaged(&format!("`{shown}` is longer than stated")));
         }
@@ -122,7 +122,7 @@ impl Target<'_> {
     }
 }
 
-/// Why a name in an archive could mean a place outside of the folder that it is unpacked to.
+/// Returns why a name in an archive could refer to a place outside of the target folder.
 fn leads_out(name: &[u8]) -> Option<&'static str> {
     let mut parts = name.split(|b| matches!(b, b'/' | b'\\'));
     let drive = matches!(name, [letter, b':', ..] if letter.is_ascii_alphabetic());
@@ -145,7 +145,7 @@ fn tar(data: impl Read, target: &mut Target<'_>) -> Result<(), Reason> {
         let sort = match entry.header().entry_type() {
             EntryType::Regular => Sort::File,
             EntryType::Directory => Sort::Folder,
-            // What `git archive` writes first: a comment.
+            // A comment that `git archive` writes first.
             EntryType::XGlobalHeader => continue,
             EntryType::Symlink => Sort::Other("a symbolic link"),
             EntryType::Link => Sort::Other("a hard link"),
@@ -164,7 +164,7 @@ fn zip(data: File, target: &mut Target<'_>) -> Result<(), Reason> {
     let mut archive = zip::ZipArchive::new(data).map_err(|e| damaged(&e))?;
     for i in 0..archive.len() {
         let mut entry = archive.by_index(i).map_err(|e| damaged(&e))?;
-        // The sort of a file as Unix has it; other systems write none.
+        // The file type as Unix stores it; other systems store none.
         let sort = match entry.unix_mode().unwrap_or(0) & 0o170_000 {
             0 | 0o100_000 if entry.is_dir() => Sort::Folder,
             0 | 0o100_000 => Sort::File,
@@ -180,7 +180,7 @@ fn zip(data: File, target: &mut Target<'_>) -> Result<(), Reason> {
     Ok(())
 }
 
-/// A reader that fails when more comes than is allowed, so that what was packed small is not unpacked without end.
+/// A reader that fails after a maximum number of bytes, which limits how far a small archive can expand.
 struct Limited<R> {
     from: R,
     left: u64,

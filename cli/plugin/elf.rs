@@ -1,4 +1,4 @@
-//! What a library needs and exports, read from its file: nothing of it is run.
+//! Reads what a library needs and exports from its file, without running any of its code.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -11,52 +11,53 @@ use tatu_plugin_api::abi::tatu_plugin_t;
 /// The symbol that a plugin exports.
 pub const SYMBOL: &str = "tatu_plugin";
 
-/// What a file in the ELF format is, by its header and dynamic section.
+/// The type of an ELF file, according to its header and dynamic section.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sort {
     Library,
     Program,
-    /// What a compiler makes of one source file.
+    /// An object file, compiled from one source file.
     Object,
 }
 
-/// What can be said of a library by its file.
+/// The properties of a library that its file shows.
 pub struct Elf {
     pub sort: Sort,
     pub soname: Option<String>,
-    /// Libraries that it is linked with.
+    /// The libraries that it is linked with.
     pub needed: Vec<String>,
-    /// Where these are looked for: for it and all that it needs, and for it alone.
+    /// The folders in which these are searched: for this library and everything it needs (`rpath`), or for this library
+    /// only (`runpath`).
     pub rpath: Vec<String>,
     pub runpath: Vec<String>,
-    /// Names that others can use.
+    /// The symbols that other libraries can use.
     pub exports: HashSet<String>,
-    /// Names that somebody else must have.
+    /// The symbols that other libraries must provide.
     pub uses: Vec<String>,
-    /// Versions of its symbols, and those that it needs of others: library and version.
+    /// The symbol versions that it defines; and those that it requires from other libraries, as library and version.
     pub versions: BTreeSet<String>,
     pub needs_versions: Vec<(String, String)>,
     pub entry: Entry,
-    /// Numbers of the drafts of extensions that it names.
+    /// The draft numbers of the extensions that it names.
     pub drafts: BTreeSet<u32>,
 }
 
-/// How a library has `tatu_plugin`.
+/// How a library contains the symbol `tatu_plugin`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Entry {
     Exported(Option<Descriptor>),
-    /// It is a function.
+    /// The symbol is a function.
     Function,
-    /// It is used, not defined.
+    /// The symbol is used but not defined.
     Used,
-    /// It is defined for the library itself only: `static`, or hidden, which linkers make the same of.
+    /// The symbol is local: `static` or hidden; after linking, both look the same.
     Local,
-    /// C++ has made another name of it.
+    /// The symbol has a name mangled by a C++ compiler.
     Mangled(String),
     Absent,
 }
 
-/// What the descriptor says, as far as the file holds it.
+/// The contents of the descriptor, as far as the file shows them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Descriptor {
     pub size: u32,
@@ -67,7 +68,7 @@ pub struct Descriptor {
 
 type File<'a> = ElfFile64<'a, Endianness, &'a [u8]>;
 
-/// Reads a 64-bit ELF file. `None`: its tables contradict themselves.
+/// Reads a 64-bit ELF file; returns `None` if its tables are inconsistent.
 pub fn read(bytes: &[u8]) -> Option<Elf> {
     let file = File::parse(bytes).ok()?;
     let e = file.endian();
@@ -98,7 +99,7 @@ pub fn read(bytes: &[u8]) -> Option<Elf> {
             elf::DT_SONAME => out.soname = Some(value()),
             elf::DT_RPATH => out.rpath = folders(value()),
             elf::DT_RUNPATH => out.runpath = folders(value()),
-            // A program that may lie anywhere has the form of a library, and the loader refuses it.
+            // A position-independent program has the same type as a library, but the loader refuses it.
             elf::DT_FLAGS_1 if d.val & elf::DF_1_PIE.0 != 0 => out.sort = Sort::Program,
             _ => {}
         }
@@ -121,7 +122,7 @@ pub fn read(bytes: &[u8]) -> Option<Elf> {
     Some(out)
 }
 
-/// Versions that it defines, and those that it needs.
+/// Reads the symbol versions that a library defines, and those that it requires.
 fn read_versions(file: &File<'_>, out: &mut Elf) {
     let (e, data, sections) = (file.endian(), file.data(), file.elf_section_table());
     let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
@@ -129,7 +130,7 @@ fn read_versions(file: &File<'_>, out: &mut Elf) {
         && let Ok(strings) = sections.strings(e, data, link)
     {
         while let Ok(Some((_, mut names))) = all.next() {
-            // The first is its own name, others are those that it goes back to.
+            // The first name is that of the version itself; the others are its predecessors.
             if let Ok(Some(name)) = names.next() {
                 out.versions.extend(name.name(e, strings).ok().map(text));
             }
@@ -150,7 +151,7 @@ fn read_versions(file: &File<'_>, out: &mut Elf) {
     }
 }
 
-/// How it has `tatu_plugin`.
+/// Returns how a library contains the symbol `tatu_plugin`.
 fn entry(file: &File<'_>, read: &Elf) -> Entry {
     let e = file.endian();
     let exported = file.elf_dynamic_symbol_table();
@@ -162,7 +163,7 @@ fn entry(file: &File<'_>, read: &Elf) -> Entry {
             (false, _) => Entry::Exported(descriptor(file, symbol.st_value(e))),
         };
     }
-    // C++ writes the length of a name before it; a constant at file scope is local there.
+    // C++ puts the length before a name, and gives a constant at file scope internal linkage.
     let mangled = |name: &str| name.starts_with("_Z") && name.contains(&format!("{}{SYMBOL}", SYMBOL.len()));
     if let Some(name) = read.exports.iter().filter(|n| mangled(n)).min() {
         return Entry::Mangled(name.clone());
@@ -180,7 +181,7 @@ fn entry(file: &File<'_>, read: &Elf) -> Entry {
     Entry::Absent
 }
 
-/// Bytes at an address of the loaded library; zeros where the file holds none for it.
+/// Returns the bytes at an address of the loaded library; parts that are not stored in the file are zero.
 fn at(file: &File<'_>, address: u64, length: usize) -> Option<Vec<u8>> {
     let e = file.endian();
     let holds = |s: &&elf::ProgramHeader64<Endianness>| {
@@ -198,14 +199,14 @@ fn at(file: &File<'_>, address: u64, length: usize) -> Option<Vec<u8>> {
     Some(out)
 }
 
-/// What the descriptor at an address says; `None` if the file does not show it.
+/// Returns the descriptor at an address, or `None` if the file does not show it.
 fn descriptor(file: &File<'_>, address: u64) -> Option<Descriptor> {
     let number = |offset: usize, length: usize| {
         let bytes = at(file, address.checked_add(offset as u64)?, length)?;
         let all = bytes.iter().enumerate();
         Some(all.map(|(i, b)| u64::from(*b) << (8 * i)).sum::<u64>())
     };
-    // Only the byte order that this host loads is read.
+    // Only little-endian files are read, as on the hosts that can load them.
     if file.endian() != Endianness::Little {
         return None;
     }
@@ -228,7 +229,7 @@ fn descriptor(file: &File<'_>, address: u64) -> Option<Descriptor> {
     })
 }
 
-/// The address that the loader writes to a place, where the file holds it in its list of such places.
+/// Returns the pointer that the loader will write at an address, if the relocation table contains it.
 fn moved_pointer(file: &File<'_>, place: u64) -> Option<u64> {
     let e = file.endian();
     let dynamic = file.elf_dynamic_table().ok()?;
@@ -239,11 +240,11 @@ fn moved_pointer(file: &File<'_>, place: u64) -> Option<u64> {
     let all =
         object::pod::slice_from_bytes::<elf::Rela64<Endianness>>(&all, (all.len() as u64 / size) as usize).ok()?.0;
     let found = all.iter().find(|r| r.r_offset(e) == place)?;
-    // A pointer to what the library itself holds has no symbol.
+    // A pointer into the library itself has no symbol.
     (found.r_info.get(e) >> 32 == 0).then(|| u64::try_from(found.r_addend(e)).ok()).flatten()
 }
 
-/// The drafts of extensions that a library names: `tatu.command/draft.4`.
+/// Returns the draft numbers of the extensions that a library names, as in `tatu.command/draft.4`.
 fn drafts(file: &File<'_>) -> BTreeSet<u32> {
     const MARK: &[u8] = b"/draft.";
     let e = file.endian();
@@ -256,7 +257,8 @@ fn drafts(file: &File<'_>) -> BTreeSet<u32> {
             let name = &data[i - length..i];
             let digits: Vec<u8> = data[i + MARK.len()..].iter().copied().take_while(u8::is_ascii_digit).collect();
             let number = std::str::from_utf8(&digits).ok().and_then(|d| d.parse::<u32>().ok());
-            // What it takes from the host has drafts of its own. In a text of all names the one before may touch this one.
+            // Drafts of host services (`tatu.host.*`) are not counted. In the string table, a name may directly follow
+            // another one.
             let is_extension = name.windows(5).any(|w| w == b"tatu.") && !name.windows(10).any(|w| w == b"tatu.host.");
             out.extend(number.filter(|_| is_extension));
         }

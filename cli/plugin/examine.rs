@@ -1,4 +1,4 @@
-//! All that can be said about one file: as far as the file itself shows it, and only then by opening it.
+//! Collects everything known about one file: first by reading it, then by opening it in a separate process.
 
 use std::{
     fs::File,
@@ -19,26 +19,26 @@ use super::{
     reason::{Reason, some},
 };
 
-/// Whether libraries of this system can be read without opening them.
+/// Whether this program can read the libraries of this system without opening them.
 pub const READS: bool = cfg!(all(target_os = "linux", target_pointer_width = "64", target_endian = "little"));
 
-/// Examines files, and keeps what it has read of the system's libraries.
+/// Examines files; caches the system libraries that it has read.
 pub struct Examiner {
     loader: Loader,
-    /// Seconds after which a plugin that has not started is given up.
+    /// Time limit for the start of a plugin, in s.
     limit: f64,
 }
 
-/// What is known of a file.
+/// What is known about a file.
 pub struct Examined {
     pub file: PathBuf,
-    /// Where links lead, one after the other.
+    /// The targets of symbolic links, in the order in which they are followed.
     pub links: Vec<PathBuf>,
     pub descriptor: Option<Descriptor>,
-    /// Drafts of the plugin interface that it names.
+    /// The drafts of the plugin interface that it names.
     pub drafts: Vec<u32>,
     pub needs: Vec<Need>,
-    /// What became of it in a process of its own, if it was opened.
+    /// The result of opening it in a separate process, if it was opened.
     pub report: Option<Report>,
     /// Why it cannot be loaded.
     pub reason: Option<Reason>,
@@ -49,7 +49,7 @@ impl Examiner {
         Examiner { loader: Loader::new(), limit }
     }
 
-    /// Examines a file; it is opened only if nothing is wrong with what it holds.
+    /// Examines a file; opens it only if reading it revealed no problem.
     pub fn examine(&mut self, file: &Path) -> Examined {
         let mut out = self.read(file);
         if out.reason.is_none() {
@@ -61,7 +61,7 @@ impl Examiner {
         out
     }
 
-    /// The same without opening it.
+    /// Like `examine`, but never opens the file.
     pub fn read(&mut self, file: &Path) -> Examined {
         let (links, reason) = file::links(file);
         let mut out = Examined {
@@ -80,7 +80,7 @@ impl Examiner {
             let unfit = tatu_core::plugins::check_library(file).err()?;
             Some(Reason::new("truncated", unfit.text, unfit.help))
         });
-        // A file whose tables contradict themselves is left to the loader of the system.
+        // If the tables of a file are inconsistent, the system's loader decides.
         let Some(elf) = self.loader.elf(file).filter(|_| out.reason.is_none()) else { return out };
         let libraries;
         (out.needs, libraries) = self.loader.needs(file, &elf);
@@ -95,15 +95,15 @@ impl Examiner {
         out
     }
 
-    /// The id that a file states; it is opened only where libraries cannot be read.
+    /// Returns the id that a file states; opens the file only where libraries cannot be read.
     pub fn id(&mut self, file: &Path) -> Option<String> {
         if READS { self.read(file).descriptor?.id } else { self.examine(file).id() }
     }
 
-    /// The file that comes first in the search order, has the same id and can be loaded: it hides this one.
+    /// Returns the first file in the search order that has the same id and can be loaded, and so hides this one.
     pub fn hidden_by(&mut self, file: &Path, id: &str, folders: &[Folder]) -> Option<PathBuf> {
         for other in folders.iter().flat_map(|f| &f.candidates) {
-            // A link to the file itself hides nothing.
+            // The file itself, or a link to it, does not hide it.
             if same_entry(other, file) || same_file(other, file) {
                 return None;
             }
@@ -121,22 +121,22 @@ impl Examiner {
 }
 
 impl Examined {
-    /// Its id, as far as it is known.
+    /// Returns the plugin's id, if it is known.
     pub fn id(&self) -> Option<String> {
         let loaded = self.report.as_ref().and_then(|r| r.plugin.as_ref()).map(|p| p.id.clone());
         loaded.or_else(|| self.descriptor.as_ref()?.id.clone())
     }
-    /// Its version, likewise.
+    /// Returns the plugin's version, if it is known.
     pub fn version(&self) -> Option<String> {
         let loaded = self.report.as_ref().and_then(|r| r.plugin.as_ref()).map(|p| p.version.clone());
         loaded.or_else(|| self.descriptor.as_ref()?.version.clone())
     }
-    /// The ABI that it was built for, likewise.
+    /// Returns the ABI that the plugin was built for, if it is known.
     pub fn abi(&self) -> Option<(u16, u16)> {
         let loaded = self.report.as_ref().and_then(|r| r.plugin.as_ref()).map(|p| p.abi);
         loaded.or_else(|| self.descriptor.as_ref().filter(|d| d.size >= 8).map(|d| d.abi))
     }
-    /// It can be loaded, but all that it offers is of no use here: why.
+    /// Returns why nothing of a plugin is used although it can be loaded.
     pub fn useless(&self) -> Option<Reason> {
         let report = self.report.as_ref().filter(|r| r.offers.is_empty())?;
         let remark = report.remarks.iter().find(|r| r.code != "E321" && r.code != "E323")?;
@@ -168,7 +168,8 @@ impl Examined {
     }
 }
 
-/// A library for other processors, whose further tables are not even looked at.
+/// Returns the reason that a library for a different processor is refused, which makes reading its other tables
+/// unnecessary.
 fn other_processor(file: &Path) -> Option<Reason> {
     let mut header = [0; 20];
     File::open(file).and_then(|mut f| f.read_exact(&mut header)).ok()?;
@@ -192,7 +193,7 @@ fn other_processor(file: &Path) -> Option<Reason> {
         _ => return None,
     };
     let text = match (header[4], header[5]) {
-        (_, 2) => "it is built for a processor with another byte order (big-endian)".to_owned(),
+        (_, 2) => "it is built for a processor with a different byte order (big-endian)".to_owned(),
         (1, _) if machine == own => "it is built for 32 bit, and this program has 64 bit".to_owned(),
         _ if machine != own => format!("it is built for {}, and this program runs on {}", name(machine), name(own)),
         (1, _) => "it is built for 32 bit, and this program has 64 bit".to_owned(),
@@ -213,7 +214,7 @@ fn no_library(sort: Sort) -> Option<Reason> {
     Some(Reason::new("not-a-library", text, help))
 }
 
-/// Why nobody sees its `tatu_plugin`.
+/// Returns the reason that a library's `tatu_plugin` symbol is not visible.
 fn no_entry(elf: &Elf) -> Option<Reason> {
     const EXPORT: &str = "write `TATU_EXPORT const tatu_plugin_t tatu_plugin = ...`, as in plugin-api/README.md";
     let (text, help) = match &elf.entry {
@@ -249,7 +250,7 @@ fn absent(elf: &Elf) -> Reason {
         return Reason::new(
             "no-entry",
             text,
-            "those have another interface; their commands may be here already: `tatu list commands`",
+            "these have a different interface; their commands may already be available: `tatu list commands`",
         );
     }
     if let Some(near) = nearest(SYMBOL, names.iter().copied()) {
@@ -265,7 +266,7 @@ fn absent(elf: &Elf) -> Reason {
     Reason::new("no-entry", text, help)
 }
 
-/// What the descriptor says that this program cannot do with.
+/// Returns the reason that this program cannot use a descriptor.
 fn unusable(d: &Descriptor) -> Option<Reason> {
     if d.size < 8 {
         let what = if d.size == 0 { "empty" } else { "too short" };

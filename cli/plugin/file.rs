@@ -1,4 +1,4 @@
-//! What sort of file stands under a name: links are followed one by one, and the first bytes tell the format.
+//! Determines the type of a file: follows links one by one, and recognizes formats by their first bytes.
 
 use std::{
     fs::{self, File, Metadata},
@@ -8,14 +8,14 @@ use std::{
 
 use super::{names, reason::Reason};
 
-/// Links that the system follows, at most.
+/// Maximum number of links that the system follows.
 const MOST_LINKS: usize = 40;
-/// Bytes that tell a text from other files.
+/// Number of bytes read to distinguish text from other files.
 const BEGINNING: u64 = 512;
 
 const AGAIN: &str = "build or copy it again";
 
-/// The places that the links under a name lead to, one after the other, and why they lead nowhere, if so.
+/// Returns the targets of the links at a path, in order, and the reason if they lead nowhere.
 pub fn links(file: &Path) -> (Vec<PathBuf>, Option<Reason>) {
     let mut chain: Vec<PathBuf> = Vec::new();
     let mut at = file.to_owned();
@@ -25,7 +25,7 @@ pub fn links(file: &Path) -> (Vec<PathBuf>, Option<Reason>) {
             Ok(_) => return (chain, None),
             Err(e) if e.kind() == ErrorKind::NotFound && !chain.is_empty() => {
                 let text = format!("it is a link to {}, which does not exist", at.display());
-                let help = "remove the link, or build what it leads to";
+                let help = "remove the link, or build the file that it refers to";
                 return (chain, Some(Reason::new("dangling-link", text, help)));
             }
             Err(e) => return (chain, Some(unreadable(file, &e))),
@@ -42,8 +42,7 @@ pub fn links(file: &Path) -> (Vec<PathBuf>, Option<Reason>) {
     }
 }
 
-/// A reason not to open what stands under a name: it is no file, cannot be read, or is something else than a library of
-/// this system.
+/// Returns why a path must not be opened: it is not a file, cannot be read, or is not a library of this system.
 pub fn unfit(file: &Path) -> Option<Reason> {
     let about = match fs::metadata(file) {
         Ok(about) => about,
@@ -96,7 +95,7 @@ fn other_than_file(about: &Metadata) -> Option<&'static str> {
     (!about.is_file()).then_some("something else")
 }
 
-/// The first bytes of formats that are no libraries anywhere.
+/// The first bytes of formats that are not libraries on any system.
 const ELSEWHERE: [(&[u8], &str, &str, &str); 7] = [
     (
         b"!<arch>\n",
@@ -122,7 +121,7 @@ const ELSEWHERE: [(&[u8], &str, &str, &str); 7] = [
     (b"BC\xc0\xde", "bitcode", "it is LLVM bitcode, not a library", "build without `-emit-llvm` and `-flto`, and link"),
 ];
 
-/// What libraries begin with on each system.
+/// The first bytes of libraries on each system.
 const ELF: &[u8] = b"\x7fELF";
 const WINDOWS: &[u8] = b"MZ";
 const MAC: [[u8; 4]; 5] = [
@@ -133,7 +132,7 @@ const MAC: [[u8; 4]; 5] = [
     [0xca, 0xfe, 0xba, 0xbe],
 ];
 
-/// A reason not to open a file that begins so.
+/// Returns why a file that begins with these bytes must not be opened.
 fn format_of(bytes: &[u8], file: &Path) -> Option<Reason> {
     if let Some((_, kind, text, help)) = ELSEWHERE.iter().find(|(magic, ..)| bytes.starts_with(magic)) {
         return Some(Reason::new(kind, *text, help.replace("FILE", &file.display().to_string())));
@@ -144,7 +143,7 @@ fn format_of(bytes: &[u8], file: &Path) -> Option<Reason> {
         _ if MAC.iter().any(|magic| bytes.starts_with(magic)) => "macOS",
         _ if is_text(bytes) => {
             let what = if bytes.starts_with(b"#!") { "a script" } else { "a text file" };
-            let help = "compile it, and name the library that comes out; a controller in Lua is no plugin: \
+            let help = "compile it, and give the resulting library; a controller in Lua is not a plugin, run it by \
                         `tatu run SCENE --script /ROBOT=FILE`";
             return Some(Reason::new("text", format!("it is {what}, not a library"), help));
         }
@@ -163,14 +162,14 @@ fn format_of(bytes: &[u8], file: &Path) -> Option<Reason> {
     } else {
         "Linux"
     };
-    // Other systems with ELF files are told apart by their loader.
+    // Systems that share the ELF format are distinguished by the loader.
     (of != here).then(|| {
         let help = format!("build it on {here}, or get the author's build for {here}");
         Reason::new("other-system", format!("it is a library for {of}, and this is {here}"), help)
     })
 }
 
-/// Whether a file that begins so is a text. A character may be cut off at the end.
+/// Returns whether a file that begins with these bytes is text. The last character may be incomplete.
 fn is_text(bytes: &[u8]) -> bool {
     let valid = match std::str::from_utf8(bytes) {
         Ok(text) => text,

@@ -1,4 +1,4 @@
-//! The folders that are searched, and what lies in them.
+//! Lists the folders that are searched, and their contents.
 
 use std::{
     fs,
@@ -12,15 +12,15 @@ use tatu_core::plugins::Source;
 use super::names;
 use crate::search::Searched;
 
-/// What is where a folder should be.
+/// The state of a folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum State {
     There,
     Missing,
-    /// A file, most likely the library itself.
+    /// The path is a file, most likely the library itself.
     NoFolder,
     Unreadable(String),
-    /// A scene names it, and nobody has allowed to load plugins from it.
+    /// Only a scene names the folder, and the user has not allowed loading plugins from it.
     NotAllowed,
 }
 
@@ -29,13 +29,13 @@ pub struct Folder {
     pub path: PathBuf,
     pub source: Source,
     pub state: State,
-    /// Files that are opened, in their order.
+    /// The files that are opened, in order.
     pub candidates: Vec<PathBuf>,
-    /// Other entries: files of other names, folders.
+    /// The other entries: files with other names, and folders.
     pub others: Vec<PathBuf>,
 }
 
-/// All folders, in order; those of a scene that nobody has allowed stand before the user's own.
+/// Returns all folders in search order; a scene's folders that are not allowed come before the user's own folder.
 pub fn look(searched: &Searched) -> Vec<Folder> {
     let Searched { search, untrusted } = searched;
     let mut all: Vec<(&PathBuf, Source, bool)> = search.folders.iter().map(|(f, s)| (f, *s, true)).collect();
@@ -52,7 +52,7 @@ pub fn look(searched: &Searched) -> Vec<Folder> {
     all.into_iter().map(folder).collect()
 }
 
-/// What a folder is, and its entries in order of their names.
+/// Returns the state of a folder, and its entries sorted by name.
 fn read(folder: &Path) -> (State, Vec<PathBuf>) {
     let entries = match fs::read_dir(folder) {
         Ok(entries) => entries,
@@ -71,7 +71,7 @@ fn read(folder: &Path) -> (State, Vec<PathBuf>) {
 }
 
 impl Folder {
-    /// Where it comes from, for people.
+    /// Returns where the folder comes from, for display.
     pub fn origin(&self) -> &'static str {
         match self.source {
             Source::Environment => "TATU_PLUGIN_PATH",
@@ -81,7 +81,7 @@ impl Folder {
             Source::User => "your own, for `tatu plugin install`",
         }
     }
-    /// The same in one word, for programs and tables.
+    /// Returns where the folder comes from as a single word, for programs and tables.
     pub fn word(&self) -> &'static str {
         match self.source {
             Source::Environment => "environment",
@@ -91,7 +91,7 @@ impl Folder {
             Source::User => "user",
         }
     }
-    /// What is wrong with it, or how much is in it; `found` is what was looked for.
+    /// Returns what is wrong with the folder, or what it contains. `found` has the files in it that match the search.
     pub fn note(&self, found: &[&Path]) -> String {
         match &self.state {
             State::Missing => "not there".into(),
@@ -100,8 +100,8 @@ impl Folder {
             State::NotAllowed => "not searched without `--allow plugins`".into(),
             State::There if found.is_empty() => match self.candidates.len() {
                 0 => "no plugins".into(),
-                1 => "1 plugin of another name".into(),
-                n => format!("{n} plugins of other names"),
+                1 => "1 plugin with a different name".into(),
+                n => format!("{n} plugins with different names"),
             },
             State::There => found.iter().map(|f| names::name(f)).collect::<Vec<_>>().join(", "),
         }
@@ -122,12 +122,12 @@ impl Folder {
     }
 }
 
-/// Whether two names mean one file.
+/// Returns whether two paths refer to the same file.
 pub fn same_file(a: &Path, b: &Path) -> bool {
     a == b || matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Whether two names mean one entry of one folder, wherever that links to.
+/// Returns whether two paths refer to the same directory entry, even if that is a link.
 pub fn same_entry(a: &Path, b: &Path) -> bool {
     let folder = |p: &Path| p.parent().map(|f| if f.as_os_str().is_empty() { Path::new(".") } else { f }.to_owned());
     a.file_name() == b.file_name() && matches!((folder(a), folder(b)), (Some(a), Some(b)) if same_file(&a, &b))

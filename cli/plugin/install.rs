@@ -1,4 +1,4 @@
-//! `tatu plugin install`: puts a plugin into the user's own folder, or takes one out of it.
+//! `tatu plugin install`: installs a plugin in the user's own folder, or removes it.
 
 use std::{
     fs::{self, File},
@@ -54,13 +54,16 @@ const EXAMPLES: &str = "Examples:
 A plugin is tried before it is installed. Nothing is downloaded.
 Exit code 0: done; 2: nothing was changed.";
 
-/// Where a project's library may be, beneath its folder.
+/// Subfolders of a project that may contain its library.
 const PLACES: [&str; 4] = ["build", "", "target/release", "target/debug"];
 
-/// Installs or removes; exit code 2 if nothing was changed.
+/// Installs or removes a plugin; the exit code is 2 if nothing was changed.
 pub fn install(args: &Install) -> ExitCode {
     let Some(folder) = user_folder() else {
-        let error = Error::new("E330", "there is no place for your plugins: the environment names no home folder");
+        let error = Error::new(
+            "E330",
+            "there is no folder for your plugins, because the environment does not name a home folder",
+        );
         let variable = if cfg!(windows) { "APPDATA" } else { "HOME" };
         report::error(&error.help(format!("set {variable} to an absolute path")));
         return ExitCode::from(2);
@@ -87,19 +90,20 @@ fn refused(what: &Path, reason: &Reason) -> Error {
 }
 
 fn unwritten(file: &Path, e: &io::Error) -> Error {
-    Error::new("E105", format!("cannot write {}: {e}", file.display())).help("is the folder there, and writable?")
+    Error::new("E105", format!("cannot write {}: {e}", file.display()))
+        .help("does the folder exist, and is it writable?")
 }
 
 /// A library that is to be installed.
 struct Library {
     file: PathBuf,
-    /// What it is called in messages.
+    /// Its name in messages.
     shown: PathBuf,
-    /// Holds the file if it was unpacked.
+    /// The temporary folder of an unpacked file, which is deleted when this is dropped.
     _unpacked: Option<TempDir>,
 }
 
-/// Installs what was named; what was done.
+/// Installs a plugin from a file, folder or archive; returns a message about what was done.
 fn add(source: &Path, force: bool, folder: &Path, examiner: &mut Examiner) -> Result<String> {
     let library = library(source)?;
     let name = names::name(&library.file);
@@ -112,13 +116,13 @@ fn add(source: &Path, force: bool, folder: &Path, examiner: &mut Examiner) -> Re
     let was_there = folder.is_dir();
     let done = put(&library, &name, force, folder, examiner);
     if done.is_err() && !was_there {
-        // It is empty, or somebody else has put something there meanwhile.
+        // This fails if another process has put a file into the folder in the meantime.
         let _ = fs::remove_dir(folder);
     }
     done
 }
 
-/// The library that is meant by a file, a folder or an archive.
+/// Finds the library that a file, folder or archive contains.
 fn library(source: &Path) -> Result<Library> {
     let plain = |file: PathBuf| Library { shown: file.clone(), file, _unpacked: None };
     let fail = |text: String, help: &str| Err(refused(source, &Reason::new("no-library", text, help)));
@@ -164,7 +168,7 @@ fn library(source: &Path) -> Result<Library> {
     }
 }
 
-/// Copies a library into the folder, tries it there, and gives it its name.
+/// Copies a library into the folder, tries it there, and renames it to its final name.
 fn put(library: &Library, name: &str, force: bool, folder: &Path, examiner: &mut Examiner) -> Result<String> {
     let copy = staged(&library.file, folder)?;
     let examined = examiner.examine(&copy);
@@ -188,14 +192,16 @@ fn put(library: &Library, name: &str, force: bool, folder: &Path, examiner: &mut
     tell(&examined, &target);
     if let Some(by) = hiding(&target, &id, examiner) {
         let text = format!("{} has the same id and is searched first: what was installed is not used", by.display());
-        report::warning(&Error::new("E302", text).help("remove that one, or its folder from TATU_PLUGIN_PATH"));
+        report::warning(
+            &Error::new("E302", text).help("remove that plugin, or remove its folder from TATU_PLUGIN_PATH"),
+        );
     }
     Ok(text)
 }
 
-/// Passes on what was reported of a plugin that can be loaded.
+/// Prints the remarks about a plugin that can be loaded.
 fn tell(examined: &Examined, to: &Path) {
-    // It was another file's name when it was tried.
+    // The remarks contain the temporary name under which the plugin was tried.
     let from = examined.file.display().to_string();
     for remark in examined.report.iter().flat_map(|r| &r.remarks) {
         let text = remark.text.replace(&from, &to.display().to_string());
@@ -203,7 +209,8 @@ fn tell(examined: &Examined, to: &Path) {
     }
 }
 
-/// A copy of a library in the folder, under a name that nobody opens: it is whole before it gets its own.
+/// Copies a library into the folder under a name that is never opened, so that only a complete file gets the final
+/// name.
 fn staged(file: &Path, folder: &Path) -> Result<TempPath> {
     make_folder(folder).map_err(|e| unwritten(folder, &e))?;
     let fail = |e: io::Error| unwritten(folder, &e);
@@ -221,7 +228,7 @@ fn staged(file: &Path, folder: &Path) -> Result<TempPath> {
     Ok(copy.into_temp_path())
 }
 
-/// Makes the folder, which others may read.
+/// Creates the folder, readable by all users.
 fn make_folder(folder: &Path) -> io::Result<()> {
     if folder.is_dir() {
         return Ok(());
@@ -232,8 +239,8 @@ fn make_folder(folder: &Path) -> io::Result<()> {
     builder.recursive(true).create(folder)
 }
 
-/// The installed file that makes room for a new one, with its version; `None`: there is none. An error if one is in the
-/// way.
+/// Returns the installed file that a new one replaces, with its version, or `None` if there is none. Fails if a file
+/// must not be replaced.
 fn replaceable(
     new: &Examined,
     id: &str,
@@ -252,7 +259,7 @@ fn replaceable(
             Some(other) => Err(error(format!("it is the plugin `{other}`"))
                 .help(format!("rename your library, or remove that plugin: `tatu plugin install --remove {other}`"))),
             None if force => Ok(old.map(|(f, e)| (f.clone(), version(e)))),
-            None => Err(error("it is no plugin that can be loaded".into()).help("`--force` replaces it")),
+            None => Err(error("it is not a plugin that can be loaded".into()).help("`--force` replaces it")),
         };
     }
     match old {
@@ -269,7 +276,7 @@ fn replaceable(
     }
 }
 
-/// What is installed, as far as it can be told without opening it.
+/// Returns the installed plugins. They are opened only where libraries cannot be read.
 fn installed(folder: &Path, examiner: &mut Examiner) -> Vec<(PathBuf, Examined)> {
     let entries = fs::read_dir(folder).into_iter().flatten();
     let mut files: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
@@ -282,13 +289,14 @@ fn installed(folder: &Path, examiner: &mut Examiner) -> Vec<(PathBuf, Examined)>
     files.into_iter().map(look).collect()
 }
 
-/// The file that hides an installed one, as a program without a scene sees it.
+/// Returns the file that hides an installed one in a program without a scene.
 fn hiding(target: &Path, id: &str, examiner: &mut Examiner) -> Option<PathBuf> {
     let folders = folders::look(&searched(None, &Sources::default(), &[]).ok()?);
     examiner.hidden_by(target, id, &folders)
 }
 
-/// Removes an installed plugin by its id, or by its name if it has none that can be read; what was done.
+/// Removes an installed plugin by its id, or by its name if its id cannot be read; returns a message about what was
+/// done.
 fn remove(id: &str, folder: &Path, examiner: &mut Examiner) -> Result<String> {
     let all = installed(folder, examiner);
     let wanted = Wanted::new(id);

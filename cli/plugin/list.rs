@@ -1,4 +1,4 @@
-//! `tatu plugin list`: all plugin files in search order, and what becomes of each.
+//! `tatu plugin list`: lists all plugin files in search order, and whether each is loaded.
 
 use std::{
     collections::BTreeMap,
@@ -25,7 +25,7 @@ pub struct List {
     /// `plugins`: load those in the folders that the scene names.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["plugins"])]
     pub allow: Vec<String>,
-    /// As a JSON array.
+    /// Print a JSON array.
     #[arg(long)]
     pub json: bool,
     /// Seconds of real time after which a plugin that has not started is given up; 0: never.
@@ -33,7 +33,7 @@ pub struct List {
     pub watchdog: f64,
 }
 
-/// Prints the list; each file is opened in a process of its own.
+/// Prints the list; each file is opened in a separate process.
 pub fn list(args: &List) -> ExitCode {
     let searched = match searched(args.scene.as_deref(), &Sources::default(), &args.allow) {
         Ok(all) => all,
@@ -60,13 +60,13 @@ pub fn list(args: &List) -> ExitCode {
 
 fn rows(folders: &[Folder], examiner: &mut Examiner) -> Vec<Value> {
     let mut rows = Vec::new();
-    // By id, the file that is loaded.
+    // The file that is loaded for each id.
     let mut loaded: BTreeMap<String, PathBuf> = BTreeMap::new();
     for folder in folders {
         for file in &folder.candidates {
             rows.push(row(folder, file, &mut loaded, examiner));
         }
-        // In folders that somebody named for plugins, other libraries are most likely meant to be some.
+        // In a folder that the user names for plugins, a library with another name is most likely meant to be one.
         if folder.source != Source::Built {
             let is_library = |f: &&PathBuf| names::name(f).ends_with(std::env::consts::DLL_SUFFIX);
             for file in folder.others.iter().filter(is_library) {
@@ -110,7 +110,7 @@ fn row(folder: &Folder, file: &Path, loaded: &mut BTreeMap<String, PathBuf>, exa
     })
 }
 
-/// A row with the reason beside the state.
+/// Returns a row for display, with the reason after the state.
 fn for_people(row: &Value) -> Value {
     let mut row = row.clone();
     let why = row["reason"]["text"].as_str().map(str::to_owned);

@@ -1,4 +1,4 @@
-//! The libraries and symbols that a library needs, looked for as the loader of Linux does (ld.so(8)), without loading any.
+//! Finds the libraries and symbols that a library needs, as the Linux loader does (ld.so(8)), without loading any.
 
 use std::{
     collections::{BTreeMap, BTreeSet, HashMap, HashSet},
@@ -14,28 +14,28 @@ use super::{
     reason::{Reason, some},
 };
 
-/// Longer files are not read.
+/// Maximum size of a file that is read, in bytes.
 const MOST_BYTES: u64 = 1 << 30;
-/// The list of libraries that `ldconfig` writes.
+/// The cache file that `ldconfig` writes.
 const CACHE: &str = "/etc/ld.so.cache";
-/// How many names a sentence has.
+/// Maximum number of names in a message.
 const FEW: usize = 4;
 
-/// A library that is needed.
+/// A library that another one needs.
 pub struct Need {
     pub name: String,
-    /// Which library of the chain needs it; `None`: the plugin itself.
+    /// The library that needs it; `None` for the plugin itself.
     pub by: Option<PathBuf>,
     pub found: Option<PathBuf>,
 }
 
-/// Finds libraries, and reads each file once.
+/// Finds libraries; reads each file only once.
 pub struct Loader {
     cached: HashMap<String, Vec<PathBuf>>,
     environment: Vec<PathBuf>,
     usual: Vec<PathBuf>,
     read: HashMap<PathBuf, Option<Rc<Elf>>>,
-    /// Names that this program and its libraries have.
+    /// The symbols that this program and its libraries export.
     program: Option<Rc<HashSet<String>>>,
 }
 
@@ -58,7 +58,7 @@ impl Loader {
         Loader { cached, environment, usual: usual.collect(), read: HashMap::new(), program: None }
     }
 
-    /// What a file is; `None`: no library that this program could load.
+    /// Returns the contents of a file, or `None` if it is not a library that this program could load.
     pub fn elf(&mut self, file: &Path) -> Option<Rc<Elf>> {
         if let Some(known) = self.read.get(file) {
             return known.clone();
@@ -70,13 +70,14 @@ impl Loader {
         read
     }
 
-    /// All libraries that a file needs, in the order in which the loader finds them, and what they are.
+    /// Returns all libraries that a file needs, directly or indirectly, in the loader's order, and their contents.
     pub fn needs(&mut self, file: &Path, own: &Elf) -> (Vec<Need>, Vec<Rc<Elf>>) {
         let (mut needs, mut libraries) = (Vec::new(), Vec::new());
         let mut known: BTreeSet<String> = BTreeSet::new();
         let rpath = |e: &Elf, file: &Path| if e.runpath.is_empty() { expanded(&e.rpath, file) } else { Vec::new() };
         let runpath = expanded(&own.runpath, file);
-        // Of whom: its file, what it needs, its folders, and those that it hands down.
+        // Each entry has the library, the names it needs, its own folders, and the folders that its dependencies
+        // inherit.
         let mut open = std::collections::VecDeque::from([(None, own.needed.clone(), runpath, rpath(own, file))]);
         while let Some((by, names, runpath, rpath)) = open.pop_front() {
             for name in names.into_iter().filter(|n| known.insert(n.clone())).collect::<Vec<_>>() {
@@ -93,12 +94,12 @@ impl Loader {
         (needs, libraries)
     }
 
-    /// The file that the loader takes for a name.
+    /// Returns the file that the loader uses for a name.
     fn find(&mut self, name: &str, runpath: &[PathBuf], rpath: &[PathBuf]) -> Option<(PathBuf, Rc<Elf>)> {
         let files: Vec<PathBuf> = if name.contains('/') {
             vec![PathBuf::from(name)]
         } else {
-            // Folders of the older kind count only where there are none of the newer.
+            // RPATH folders are used only if there are no RUNPATH folders.
             let older = if runpath.is_empty() { rpath } else { &[] };
             let folders = older.iter().chain(&self.environment).chain(runpath);
             let first = folders.map(|f| f.join(name));
@@ -111,7 +112,7 @@ impl Loader {
         })
     }
 
-    /// The names that this program and its own libraries have: the loader looks there, too.
+    /// Returns the symbols that this program and its libraries export, which the loader also considers.
     fn program(&mut self) -> Rc<HashSet<String>> {
         if let Some(known) = &self.program {
             return known.clone();
@@ -126,7 +127,7 @@ impl Loader {
         self.program.insert(Rc::new(names)).clone()
     }
 
-    /// What the loader would refuse a library for: a library, a version of one or a symbol that is missing.
+    /// Returns the library, version or symbol whose absence would make the loader fail.
     pub fn lacks(&mut self, file: &Path, own: &Elf, needs: &[Need], libraries: &[Rc<Elf>]) -> Option<Reason> {
         if let Some(need) = needs.iter().find(|n| n.found.is_none()) {
             return Some(missing_library(file, need));
@@ -154,7 +155,7 @@ impl Loader {
             ),
         };
         let cpp = missing.iter().any(|n| n.starts_with("_Z") || n.starts_with("__cxa_") || n.starts_with("__gxx_"));
-        // Libraries that are often forgotten.
+        // Libraries that authors often forget to link.
         let usual = [("libm.so.6", "-lm"), ("libz.so.1", "-lz"), ("libstdc++.so.6", "-lstdc++")];
         let option = usual.iter().find(|(library, _)| {
             let found = self.find(library, &[], &[]);
@@ -188,7 +189,7 @@ fn missing_library(file: &Path, need: &Need) -> Reason {
     let help = if !need.name.contains('/') && beside.is_file() {
         let folder = folder.display();
         format!(
-            "it lies in {folder}, where the loader does not look: link with `-Wl,-rpath,'$ORIGIN'`, \
+            "it is in {folder}, where the loader does not look: link with `-Wl,-rpath,'$ORIGIN'`, \
              or set LD_LIBRARY_PATH={folder}"
         )
     } else {
@@ -202,7 +203,7 @@ fn missing_library(file: &Path, need: &Need) -> Reason {
     Reason::new("missing-library", text, help)
 }
 
-/// A version of a library that is newer than what is here: the plugin was built on a newer system.
+/// Returns the first required version that a library here does not define: the plugin was built on a newer system.
 fn missing_version(own: &Elf, libraries: &[Rc<Elf>]) -> Option<Reason> {
     let of = |name: &str| libraries.iter().find(|l| l.soname.as_deref() == Some(name));
     let (name, version, library) = own.needs_versions.iter().find_map(|(name, version)| {
@@ -218,7 +219,7 @@ fn missing_version(own: &Elf, libraries: &[Rc<Elf>]) -> Option<Reason> {
     Some(Reason::new("old-library", text, "build it on this system or on an older one, or update this system"))
 }
 
-/// Folders of a library with what stands for its own place filled in.
+/// Replaces the variables, such as `$ORIGIN`, in the folders of a library.
 fn expanded(folders: &[String], file: &Path) -> Vec<PathBuf> {
     let real = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
     let origin = real.parent().unwrap_or(Path::new("/")).display().to_string();
@@ -233,12 +234,12 @@ fn expanded(folders: &[String], file: &Path) -> Vec<PathBuf> {
     folders.iter().map(fill).collect()
 }
 
-/// Names and paths of a list that `ldconfig` has written, in the form of glibc 2.2 and later.
+/// Parses the names and paths in an `ldconfig` cache, in the format of glibc 2.2 and later.
 fn entries(bytes: &[u8]) -> Vec<(String, PathBuf)> {
     const MAGIC: &[u8] = b"glibc-ld.so.cache1.1";
     const HEADER: usize = 48;
     const ENTRY: usize = 24;
-    // An older list may stand before it; places in the newer one count from its own beginning.
+    // A cache in an older format may precede it; offsets are relative to the newer one.
     let Some(start) = bytes.windows(MAGIC.len()).position(|w| w == MAGIC) else { return Vec::new() };
     let all = &bytes[start..];
     let number = |at: usize| all.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_ne_bytes);

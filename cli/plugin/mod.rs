@@ -1,4 +1,11 @@
-//! `tatu plugin`: work on the folder of a plugin, as `tatu new plugin` makes it. One file or folder per subcommand.
+//! `tatu plugin`: one file per subcommand, and shared code.
+//!
+//! - [`check`], [`why`], [`install`], [`list`]: the subcommands;
+//! - `answer`: finds the file that a name refers to, and whether it is loaded; `show`: prints that;
+//! - `examine`: collects everything known about a file; `file`: its type; `elf`: what its library needs and exports;
+//!   `loader`: finds the libraries and symbols that it needs; `probe`: opens it in a separate process;
+//! - `folders`: the folders that are searched; `names`: names of files; `archive`: unpacks archives; `reason`: why a
+//!   file is not loaded, and what to do.
 
 mod answer;
 mod archive;
@@ -55,7 +62,7 @@ pub enum PluginCommand {
 }
 
 impl PluginCommand {
-    /// Runs it.
+    /// Runs the subcommand.
     pub fn run(self) -> ExitCode {
         match self {
             PluginCommand::Build(args) => code(build::build(&args)),

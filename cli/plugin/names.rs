@@ -1,4 +1,4 @@
-//! Names of plugins' files: what was asked for, what a file is called, and whether both mean the same.
+//! Names of plugin files: compares the name that was given with those of files.
 
 use std::{
     env::consts::{DLL_PREFIX, DLL_SUFFIX},
@@ -10,36 +10,36 @@ use tatu_core::{
     plugins::{Search, Source},
 };
 
-/// Endings of libraries and of what is taken for one, here or on other systems.
+/// Suffixes of libraries, and of files mistaken for them, on all systems.
 const ENDINGS: [&str; 9] = [".so", ".dylib", ".dll", ".a", ".o", ".lib", ".rlib", ".bundle", ".pyd"];
 
-/// What was asked for: an id, or the name of a library in one of its forms.
+/// The plugin that is searched for: an id, or the name of a library in any form.
 pub struct Wanted {
-    /// As it was given.
+    /// The text that was given.
     pub text: String,
-    /// What the name comes to: `hello`.
+    /// The base name, such as `hello`.
     core: String,
 }
 
 impl Wanted {
     pub fn new(text: &str) -> Self {
-        // Of an id the last part, which is what its file is mostly called.
+        // The last part of an id, which is usually the base name of the file.
         let last = if Self::is_id(text) { text.rsplit('.').next().unwrap_or(text) } else { text };
         Wanted { text: text.to_owned(), core: core(last) }
     }
-    /// Whether a text is an id rather than the name of a file: it has a `.`, and no ending that a library has.
+    /// Returns whether a text is an id and not a file name: it contains a `.`, but has no suffix of a library.
     pub fn is_id(text: &str) -> bool {
         text.contains('.') && without_ending(&text.to_lowercase()).is_none()
     }
-    /// How the file of such a plugin is called: `libtatu_hello.so`.
+    /// Returns the expected file name, such as `libtatu_hello.so`.
     pub fn file(&self) -> String {
         right(&self.core)
     }
-    /// Whether a file's name means this one, rightly spelt or not.
+    /// Returns whether a file name refers to this plugin, even if it is not spelled correctly.
     pub fn is_meant_by(&self, file: &Path) -> bool {
         !self.core.is_empty() && core(&name(file)) == self.core
     }
-    /// The name that is spelt nearly so, if there is one.
+    /// Returns the file with the most similar name, if there is one.
     pub fn near<'a>(&self, files: impl IntoIterator<Item = &'a Path>) -> Option<&'a Path> {
         let all: Vec<(String, &Path)> = files.into_iter().map(|f| (core(&name(f)), f)).collect();
         let found = nearest(&self.core, all.iter().map(|(c, _)| c.as_str()))?;
@@ -47,22 +47,22 @@ impl Wanted {
     }
 }
 
-/// The last part of a path, as text.
+/// Returns the last component of a path, as text.
 pub fn name(file: &Path) -> String {
     file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-/// Whether the name of a file is that of a plugin on this system.
+/// Returns whether a file name is that of a plugin on this system.
 pub fn is_right(file: &Path) -> bool {
     Search::default().may_be_plugin(file, Source::User)
 }
 
-/// How a file should be called: `libtatu_hello.so` for `hello.so`.
+/// Returns the expected file name: `libtatu_hello.so` for `hello.so`.
 pub fn should_be(file: &Path) -> String {
     right(&core(&name(file)))
 }
 
-/// How files of plugins are called: `libtatu_NAME.so`.
+/// Returns the pattern of plugin file names: `libtatu_NAME.so`.
 pub fn form() -> String {
     right("NAME")
 }
@@ -71,7 +71,7 @@ fn right(core: &str) -> String {
     format!("{DLL_PREFIX}tatu_{}{DLL_SUFFIX}", if core.is_empty() { "NAME" } else { core })
 }
 
-/// Without the ending of a library, or of what stands for one; also without the version behind it: `libx.so.1.2`.
+/// Removes the suffix of a library, and a version after it, as in `libx.so.1.2`.
 fn without_ending(name: &str) -> Option<&str> {
     let plain = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.');
     let versioned = plain.ends_with(".so") && name[plain.len()..].starts_with('.');
@@ -79,7 +79,7 @@ fn without_ending(name: &str) -> Option<&str> {
     ENDINGS.iter().find_map(|e| name.strip_suffix(e))
 }
 
-/// A name without what systems, compilers and habits put around it: `hello` for `libtatu_hello.so.1`, `tatu-hello`.
+/// Returns the base name without conventional prefixes and suffixes: `hello` for `libtatu_hello.so.1` and `tatu-hello`.
 fn core(name: &str) -> String {
     let name = name.to_lowercase().replace('-', "_");
     let stem = without_ending(&name).unwrap_or(&name);

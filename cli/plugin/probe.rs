@@ -1,5 +1,4 @@
-//! Opens a plugin in a process of its own, so that one that crashes, ends the program or never returns is reported and not
-//! suffered.
+//! Opens a plugin in a separate process, so that it can be reported if it crashes, ends the process or never returns.
 
 use std::{
     ffi::OsString,
@@ -20,23 +19,23 @@ use tatu_core::{
 use super::reason::Reason;
 use crate::{report, search::searched, watchdog::Watchdog};
 
-/// Bytes that are read of what a plugin prints.
+/// Maximum number of bytes read from the output of a plugin.
 const MOST_BYTES: u64 = 1 << 20;
-/// How long the process may take beyond the limit of its own watchdog.
+/// Time that the process may take beyond the limit of its own watchdog.
 const GRACE: Duration = Duration::from_secs(3);
 
-/// Seconds that a plugin may take.
+/// Parses a time limit, in s.
 pub fn limit(text: &str) -> Result<f64, String> {
     let found = text.parse().ok().filter(|s: &f64| (0.0..=1e6).contains(s));
     found.ok_or_else(|| "expected a number of seconds, from 0 to 1000000".into())
 }
 
-/// What the process says.
+/// The output of the process.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Report {
     tatu_probe: u32,
     pub plugin: Option<About>,
-    /// Kinds of what it offers, with how many.
+    /// The kinds of extensions that it offers, with their numbers.
     pub offers: Vec<(String, usize)>,
     pub remarks: Vec<Remark>,
     pub notes: Vec<String>,
@@ -52,7 +51,7 @@ pub struct About {
     pub abi: (u16, u16),
 }
 
-/// What was reported of it.
+/// A warning or error about the plugin.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Remark {
     pub code: String,
@@ -60,10 +59,11 @@ pub struct Remark {
     pub help: String,
 }
 
-/// The process itself: loads the file and nothing else, and prints what became of it.
+/// Runs in the separate process: loads only this file, and prints the result.
 pub fn run(file: &Path, limit: f64) -> ExitCode {
     #[cfg(unix)]
-    // SAFETY: a structure of two numbers. A crash is reported, and leaves no file.
+    // SAFETY: the pointer is that of a temporary structure, which lives until `setrlimit` has returned. A limit of 0
+    // prevents core files.
     unsafe {
         libc::setrlimit(libc::RLIMIT_CORE, &libc::rlimit { rlim_cur: 0, rlim_max: 0 });
     }
@@ -82,7 +82,7 @@ pub fn run(file: &Path, limit: f64) -> ExitCode {
     let mut remarks: Vec<Remark> = registry.refused.iter().map(remark).collect();
     remarks.extend(registry.end().iter().map(remark));
     let said = Report { tatu_probe: 1, plugin, offers, remarks, notes };
-    // What the plugin printed may not end with a line.
+    // The output of the plugin may end without a newline.
     report::out!("\n{}", serde_json::to_string(&said).unwrap_or_default());
     ExitCode::SUCCESS
 }
@@ -112,15 +112,15 @@ fn offers(r: &Registry) -> Vec<(String, usize)> {
     all.into_iter().filter(|(_, n)| *n > 0).map(|(kind, n)| (kind.to_owned(), n)).collect()
 }
 
-/// Tries a file: what it offers, or why it cannot be loaded.
+/// Tries a file; returns what it offers, or why it cannot be loaded.
 pub fn probe(file: &Path, limit: f64) -> Result<Report, Reason> {
     let untried = |what: &str, e: std::io::Error| {
         Reason::new("untried", format!("it cannot be tried: {what}: {e}"), "free some memory and space, and try again")
     };
-    // A name without a folder would be looked for where libraries of the system are.
-    let file = std::path::absolute(file).map_err(|e| untried("the working folder is gone", e))?;
+    // The loader would search a name without a folder in the system's folders.
+    let file = std::path::absolute(file).map_err(|e| untried("the working folder no longer exists", e))?;
     let exe = std::env::current_exe().map_err(|e| untried("this program does not know its own file", e))?;
-    // Files and not pipes: what the plugin starts may hold them open for longer than it lives.
+    // Temporary files instead of pipes: a process that the plugin starts may keep a pipe open after the plugin's end.
     let open = || tempfile::tempfile().map_err(|e| untried("no temporary file can be made", e));
     let (mut out, mut err) = (open()?, open()?);
     let duplicate = |f: &File| f.try_clone().map(Stdio::from).map_err(|e| untried("no temporary file can be made", e));
@@ -144,10 +144,10 @@ pub fn probe(file: &Path, limit: f64) -> Result<Report, Reason> {
     }
 }
 
-/// Waits for the process; `None`: it had to be ended.
+/// Waits for the process; returns `None` if it had to be killed.
 fn wait(child: &mut Child, limit: f64) -> std::io::Result<Option<ExitStatus>> {
     let begin = Instant::now();
-    // With a limit of 0 it may take for ever.
+    // A limit of 0 means no limit.
     let most = Duration::try_from_secs_f64(limit).ok().filter(|d| !d.is_zero()).map(|d| d + GRACE);
     let mut pause = Duration::from_millis(1);
     loop {
@@ -166,22 +166,22 @@ fn wait(child: &mut Child, limit: f64) -> std::io::Result<Option<ExitStatus>> {
 
 fn text(file: &mut File) -> String {
     let mut bytes = Vec::new();
-    // What is said last counts.
+    // Only the end of the output is read.
     let length = file.metadata().map_or(0, |m| m.len());
     if file.seek(SeekFrom::Start(length.saturating_sub(MOST_BYTES))).is_ok() {
-        // What cannot be read has not been said.
+        // If reading fails, the output counts as missing.
         let _ = file.take(MOST_BYTES).read_to_end(&mut bytes);
     }
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// Why the process could not load it, as it says.
+/// Returns why the process could not load the plugin, from its report.
 fn refusal(report: &Report, file: &Path) -> Reason {
     let Some(first) = report.remarks.iter().find(|r| r.code == "E301").or(report.remarks.first()) else {
         return Reason::new("rejected", "it cannot be loaded", "ask the author of the plugin");
     };
     let text = first.text.strip_prefix(&format!("cannot load the plugin {}: ", file.display())).unwrap_or(&first.text);
-    // What the sentence is about, for programs; people read the sentence.
+    // The kind, for programs, is derived from the beginning of the sentence.
     let kind = [
         ("it was built for ABI", "other-abi"),
         ("it needs", "missing-service"),
@@ -195,10 +195,10 @@ fn refusal(report: &Report, file: &Path) -> Reason {
     Reason::new(kind, text, first.help.clone())
 }
 
-/// Why the process ended before it could say anything, from its end and what it wrote as it ended.
+/// Returns why the process ended without a report, from its exit status and error output.
 fn end(ended: Option<ExitStatus>, err: &str, limit: f64) -> Reason {
     let fault = |code: &str| err.lines().find_map(|l| l.split_once(&format!("error[{code}]: ")).map(|(_, text)| text));
-    // "... in `tatu_plugin.init` of plugin `x`, FILE (HELP)": what it is about is known.
+    // In "... in `tatu_plugin.init` of plugin `x`, FILE (HELP)", only the function is needed.
     let place = |text: &str| match text.find("while the library") {
         Some(_) => "in one of its constructors, while it is loaded".to_owned(),
         None => match text.find(" in `").map(|at| &text[at + 1..]) {

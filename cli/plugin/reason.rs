@@ -4,14 +4,14 @@ use std::{fmt, path::Path};
 
 use serde_json::{Value, json};
 
-/// What is wrong with a file, and a way out.
+/// What is wrong with a file, and what to do about it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reason {
-    /// One word for programs, stable: `missing-library`.
+    /// A stable identifier for programs, such as `missing-library`.
     pub kind: &'static str,
-    /// What is wrong, about the file as "it".
+    /// What is wrong; the file is called "it".
     pub text: String,
-    /// What to do.
+    /// Advice to the user.
     pub help: String,
 }
 
@@ -24,7 +24,7 @@ impl Reason {
         json!({ "kind": self.kind, "text": self.text, "help": self.help })
     }
 
-    /// The same about a file whose name was another one when this was found.
+    /// Replaces the file's path in the texts, for a file that was examined under a different name.
     pub fn renamed(mut self, from: &Path, to: &Path) -> Self {
         let [from, to] = [from, to].map(|p| p.display().to_string());
         self.text = self.text.replace(&from, &to);
@@ -39,7 +39,7 @@ impl fmt::Display for Reason {
     }
 }
 
-/// Names in a sentence: "`a`, `b` and 3 more".
+/// Formats names for a sentence: "`a`, `b` and 3 more".
 pub fn some(names: &[impl AsRef<str>], most: usize) -> String {
     let shown: Vec<String> = names.iter().take(most).map(|n| format!("`{}`", n.as_ref())).collect();
     match (shown.split_last(), names.len().saturating_sub(most)) {

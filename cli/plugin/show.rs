@@ -1,4 +1,4 @@
-//! What `tatu plugin why` has found out, for people and for programs.
+//! Prints the result of `tatu plugin why` as text or JSON.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use super::{
 };
 use crate::report;
 
-/// Prints the folders, the files, and as the last thing the sentence that it comes to.
+/// Prints the folders, then the files, and finally the verdict.
 pub fn print(answer: &Answer) {
     report::out!("{} is searched for in these folders, in this order:", answer.what);
     for (i, folder) in answer.folders.iter().enumerate() {
@@ -35,14 +35,14 @@ pub fn print(answer: &Answer) {
     }
 }
 
-/// The files that it is about in one of the folders.
+/// Returns the matching files in one of the folders.
 fn found_in(answer: &Answer, folder: usize) -> Vec<&Path> {
     let folder = &answer.folders[folder];
     let all = answer.files.iter().map(|(e, _)| e.file.as_path());
     all.filter(|f| folder.candidates.iter().chain(&folder.others).any(|c| same_entry(c, f))).collect()
 }
 
-/// What is known of a file, in lines with a word before each.
+/// Prints what is known about a file, one property per line.
 fn about(examined: &Examined, hidden_by: Option<&Path>) {
     report::out!("\n{}", examined.file.display());
     let line = |word: &str, text: String| report::out!("  {word:<10} {text}");
@@ -56,7 +56,7 @@ fn about(examined: &Examined, hidden_by: Option<&Path>) {
         let drafts: Vec<String> = examined.drafts.iter().map(|d| format!(", draft {d}")).collect();
         line("built for", format!("ABI {major}.{minor}{}", drafts.concat()));
     }
-    // What libraries need in turn is only of interest where it is missing.
+    // Indirect dependencies are shown only if they are missing.
     for (i, need) in examined.needs.iter().filter(|n| n.by.is_none() || n.found.is_none()).enumerate() {
         let found = need.found.as_ref().map_or("not found".to_owned(), |f| f.display().to_string());
         let by = need.by.as_ref().map_or(String::new(), |by| format!(", which {} needs", by.display()));
@@ -77,11 +77,11 @@ fn about(examined: &Examined, hidden_by: Option<&Path>) {
         line("hidden by", by.display().to_string());
     }
     if !READS {
-        line("note", "on this system a library is not read before it is opened, in a process of its own".into());
+        line("note", "on this system a library is not read before it is opened, in a separate process".into());
     }
 }
 
-/// The same for programs.
+/// Returns the result as JSON.
 pub fn json(answer: &Answer) -> Value {
     let folders = answer.folders.iter().enumerate().map(|(i, f)| f.json(&found_in(answer, i)));
     let files = answer.files.iter().map(|(e, hidden_by)| e.json(hidden_by.as_deref()));

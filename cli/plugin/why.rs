@@ -1,4 +1,4 @@
-//! `tatu plugin why`: why a plugin is loaded, or why not.
+//! `tatu plugin why`: explains why a plugin is loaded, or why it is not.
 
 use std::{path::PathBuf, process::ExitCode};
 
@@ -19,7 +19,7 @@ pub struct Why {
     /// `plugins`: load those in the folders that the scene names.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["plugins"])]
     pub allow: Vec<String>,
-    /// As a JSON object.
+    /// Print a JSON object.
     #[arg(long)]
     pub json: bool,
     /// Seconds of real time after which a plugin that has not started is given up; 0: never.
@@ -37,7 +37,7 @@ const EXAMPLES: &str = "Examples:
 
 Exit code 0: it is loaded; 1: it is not.";
 
-/// Explains; exit code 0 if it is loaded, 1 if not, 2 if the scene cannot be read.
+/// Prints the explanation; the exit code is 0 if the plugin is loaded, 1 if not, and 2 if the scene cannot be read.
 pub fn why(args: &Why) -> ExitCode {
     if let Some(file) = &args.probe {
         return probe::run(file, args.watchdog);

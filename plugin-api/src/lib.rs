@@ -38,7 +38,7 @@
 //! # fn main() {}
 //! ```
 
-/// The example of the README compiles.
+/// Compiles the example of the README as a documentation test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,6 +1,6 @@
 //! The project's reading schemas, from the folder `schemas/`, which sensors and their readers share.
 
-/// The text of each file, in TOML.
+/// The contents of each file, in TOML.
 pub const FILES: &[&str] = &[
     include_str!("../schemas/gps.toml"),
     include_str!("../schemas/color_image.toml"),

@@ -116,7 +116,7 @@ fn short(x: f64) -> String {
     format!("{:?}", if near { rounded } else { x })
 }
 
-/// Formats a text for TOML.
+/// Formats a string for TOML.
 fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }

@@ -132,7 +132,8 @@ fn command(r: &Registry, c: &CommandEntry) -> Json {
     })
 }
 
-/// Returns parameters with name, type, unit, range, default and text; `in_files`: also the key in scene files.
+/// Returns the parameters with name, type, unit, range, default and text. If `in_files`, also returns the key in scene
+/// files.
 fn parameters(all: &[Declared], in_files: bool) -> Vec<Json> {
     all.iter()
         .map(|p| {

@@ -9,7 +9,7 @@ use tatu_render::Picture;
 pub fn write(path: &Path, picture: &Picture) -> Result<(), Error> {
     encode(picture).and_then(|bytes| write_whole(path, &bytes)).map_err(|e| {
         let error = Error::new("E105", format!("cannot write {}: {e}", path.display()));
-        error.help("is the folder there, and writable?")
+        error.help("does the folder exist, and is it writable?")
     })
 }
 

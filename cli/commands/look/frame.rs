@@ -51,7 +51,7 @@ impl<'a> Image<'a> {
     }
 }
 
-/// Draws a reading that has images; `None`: it has none.
+/// Draws a reading that has images; returns `None` if it has none.
 pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     let depth = reading.field("depth_image.depth").and_then(|f| Image::of(f, 1));
     let color = reading.field("color_image.rgb").and_then(|f| Image::of(f, 3));

@@ -14,7 +14,7 @@ const FOV: f64 = 0.7;
 const EDGE: [f64; 3] = [0.95, 0.75, 0.1];
 const SIGHT: [f64; 3] = [0.9, 0.2, 0.15];
 
-/// Draws a reading of a nearest point; `None`: the reading is of another kind.
+/// Draws the reading of a proximity sensor; returns `None` for readings of other kinds.
 pub fn draw(world: &World, reading: &Reading) -> Result<Option<Canvas>, String> {
     let (Some([detected, ..]), Some([distance, ..]), Some([x, y, z])) =
         (ints(reading, "proximity.detected"), reading.floats("proximity.distance"), reading.floats("proximity.point"))

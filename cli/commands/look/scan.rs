@@ -14,7 +14,7 @@ const BEAM: RGBColor = RGBColor(205, 222, 240);
 const POINT: RGBColor = RGBColor(200, 40, 40);
 const SENSOR: RGBColor = RGBColor(40, 44, 52);
 
-/// Plots a reading with distances along beams; `None`: it has none.
+/// Plots a reading with distances along beams; returns `None` if it has none.
 pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     let (Some(distances), Some(angles)) = (reading.floats("range_scan.distance"), reading.floats("range_scan.angle"))
     else {
@@ -51,7 +51,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
         f64::from(SIDE) / 2.0 - scale * (low.0 + high.0) / 2.0,
         f64::from(ABOVE) + f64::from(SIDE) / 2.0 - scale * (low.1 + high.1) / 2.0,
     );
-    // Left of the sensor is left in the picture.
+    // A point to the left of the sensor is on the left in the picture.
     let at = |angle: f64, d: f64| (middle.0 - scale * d * angle.sin(), middle.1 - scale * d * angle.cos());
 
     if !layered {

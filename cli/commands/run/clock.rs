@@ -22,7 +22,8 @@ impl Clock {
         Clock { began: Instant::now(), steps: Histogram::new_with_max(LONGEST, DIGITS).ok() }
     }
 
-    /// Makes a step, or waits at the barrier; if `step` returns true it was a step, and its duration is recorded.
+    /// Calls `step`, which makes a step or waits at the barrier. If it returns true, it made a step, whose duration is
+    /// recorded.
     pub fn step(&mut self, step: impl FnOnce() -> bool) -> bool {
         let begin = Instant::now();
         let done = step();
@@ -44,7 +45,7 @@ pub struct Times {
 }
 
 impl Times {
-    /// Returns the median, 99th percentile and maximum of step durations, s; null if there was no step.
+    /// Returns the median, 99th percentile and maximum of step durations in s, or null if there was no step.
     pub fn step(&self) -> Value {
         let Some(steps) = self.steps.as_ref().filter(|steps| !steps.is_empty()) else { return Value::Null };
         let seconds = |nanoseconds: u64| nanoseconds as f64 * 1e-9;

@@ -24,8 +24,8 @@ fn text(path: &Path) -> IoResult<String> {
 pub struct Keys(Vec<(f64, String)>);
 
 impl Keys {
-    /// Reads a file; empty lines and lines beginning with `#` are skipped. Errors: E105 if it cannot be read, E102 if a
-    /// line is not a time and a key.
+    /// Reads a file. Empty lines and lines beginning with `#` are skipped. Fails with E105 if the file cannot be read,
+    /// and with E102 if a line is not a time and a key.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text =
             text(path).map_err(|e| Error::new("E105", format!("cannot read the keys {}: {e}", path.display())))?;

@@ -180,7 +180,7 @@ fn no_scene() -> Error {
         .help("give a scene file: `tatu run SCENE`; to run a script without one: `tatu run --script FILE --stand-ins`")
 }
 
-/// Reports why a replay may differ from the recorded run.
+/// Warns if a replay may differ from the recorded run.
 fn told_of(log: &file::Log, registry: &Registry) {
     for text in log.header.differences(registry) {
         let error = Error::new("E117", format!("the replay may differ: {text}"));
@@ -242,8 +242,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         let moved = clock.step(|| {
             match &mut reload {
                 None => drop(world.step()),
-                // At the barrier, where time stands still: after services have released the world, before anything
-                // moves.
+                // Reloading happens at the barrier, after services have released the world and before the next step.
                 Some(reload) if world.barrier() => {
                     let told = reload.look(&world);
                     reloads += told.taken;
@@ -254,7 +253,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
             }
             world.steps() != before
         });
-        // A stop may be requested between two steps; while time stands still there are none.
+        // A stop may be requested between two steps; while the simulation is paused, no steps are made.
         begun = !moved;
         pass(args, &world, &bar, &mut trace, watchdog, begun, false);
         if !begun {
@@ -279,8 +278,8 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         let text =
             format!("the replay came out differently: hash {now:016x} after {done} steps, the log has {then:016x}");
         report::lost(&Error::new("E504", text).help(
-            "replay it with the program, the plugins and the files that the run had; runs with `--allow`, `--reload` or \
-             threads of services that act on other things than commands cannot be repeated",
+            "replay it with the program, the plugins and the files of the original run; a run cannot be repeated if \
+             it used `--allow` or `--reload`, or if threads of a service acted other than by commands",
         ));
     }
     let objects = objects(&world, &hash);
@@ -333,7 +332,8 @@ fn strict() -> Result<(), Error> {
     }
 }
 
-/// After a pass: prints log lines, and writes the line of the trace. `idle`: time stood still, and no step was made.
+/// Prints log lines and writes the line of the trace after a pass. `idle` is set if the simulation was paused and no
+/// step was made.
 fn pass(
     args: &Run,
     world: &World,

@@ -38,8 +38,8 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// Creates the pace requested on the command line; takes over the terminal if needed. E105: there is no terminal,
-    /// or the keys cannot be read.
+    /// Creates the pace requested on the command line, and takes over the terminal if needed. Fails with E105 if there
+    /// is no terminal or the keys cannot be read.
     pub fn new(args: &Run, world: &World) -> Result<Self, Error> {
         let mut keys = args.keys.as_deref().map(Keys::read).transpose()?.unwrap_or_default();
         // A run that continues from a snapshot has received earlier keys already.
@@ -74,7 +74,7 @@ impl Pace {
             if interrupted.load(Ordering::Relaxed) {
                 return false;
             }
-            // During a pause scripts are still called from time to time, and keys wait.
+            // During a pause, scripts are still called from time to time, and keys are held back.
             if world.phase() == Phase::Paused {
                 self.from = (Instant::now(), world.time());
                 std::thread::sleep(SLICE);

@@ -95,7 +95,7 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
         known = learned;
         tried = script.sources(&known, registry);
         if round == ROUNDS {
-            // The last result was not tried yet: the actual run tries it.
+            // The sources found last have not been tried yet; the actual run will try them.
             best = None;
         }
     }
@@ -141,7 +141,7 @@ impl Known {
         }
         let objects = alike(all.split_off(OWN.min(all.len())));
         let lacks = [FaultKind::Runtime, FaultKind::BadArgument, FaultKind::MissingObject];
-        // Values are added only when the objects are settled.
+        // Values are added only once the set of objects no longer changes.
         let settled = above == self.above && objects == self.objects;
         if settled && faults.iter().any(|f| lacks.contains(&f.kind)) {
             values.extend(world.missed_values());
@@ -162,7 +162,7 @@ pub fn told(world: &World) -> Vec<Value> {
 
 /// The script, and the scene that it is put into.
 struct Script {
-    /// The scene's path, next to the script, where its modules are searched.
+    /// The scene's path, in the script's folder, so that the script's modules are searched there.
     scene: PathBuf,
     file: PathBuf,
     text: Vec<u8>,
@@ -193,7 +193,7 @@ impl Script {
     }
 
     fn scene(&self, known: &Known, registry: &Registry) -> String {
-        // The nearest kind of scripts in scenes; threads are recognized from the text.
+        // The kind of scene script that is closest; threaded scripts are recognized by their source.
         let kinds: &[&str] = match self.kind {
             ScriptKind::Main => &["main"],
             ScriptKind::AddOn => &["addon", "customization"],
@@ -230,7 +230,7 @@ fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: 
     let at = [0.3 + 0.2 * column as f64, 0.2 * line as f64, 0.05];
     let kind = match s.kind.as_str() {
         schema if schema.contains('/') && registry.sensor(schema, &BTreeMap::new()).is_ok() => "sensor",
-        // The kind of sensor or actuator is not known.
+        // The kind of sensor or actuator is unknown.
         "sensor" | "actuator" => "dummy",
         kind if KINDS.iter().any(|(k, _)| *k == kind) => kind,
         _ => "dummy",
@@ -247,7 +247,7 @@ fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: 
     if kind == "sensor" {
         let _ = writeln!(out, "sensor = {}", quoted(&s.kind));
     }
-    // An old dialect, so that it does not change the order of scripts.
+    // An old dialect, so that this script does not change the order of the others.
     if s.script {
         out.push_str("[object.script]\ntext = \"\"\nlanguage = \"lua\"\ndialect = \"3.2\"\n");
     }
@@ -268,7 +268,7 @@ fn alike(mut all: Vec<StandIn>) -> Vec<StandIn> {
     all
 }
 
-/// Formats a text, valid in both TOML and JSON.
+/// Formats a string so that it is valid in both TOML and JSON.
 fn quoted(text: &str) -> String {
     json!(text).to_string()
 }

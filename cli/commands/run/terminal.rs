@@ -29,7 +29,7 @@ pub enum Button {
 pub struct Terminal(());
 
 impl Terminal {
-    /// Switches the terminal to raw mode. E105: there is no terminal.
+    /// Switches the terminal to raw mode. Fails with E105 if there is no terminal.
     pub fn open() -> Result<Self, Error> {
         let none = |why: String| {
             Error::new("E105", format!("--interactive needs a terminal: {why}"))

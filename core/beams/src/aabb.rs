@@ -13,8 +13,8 @@ pub(super) struct Aabb {
 /// Tolerance added to every bound, in metres: far above rounding errors, and too small to slow the search.
 pub(super) const SLACK: f64 = 1e-9;
 
-/// Returns the minimum and the maximum coordinates of a form in the world; `None` for an unbounded form, or if they are
-/// not finite.
+/// Returns the minimum and the maximum coordinates of a form in the world frame, or `None` if the form is unbounded or
+/// they are not finite.
 pub fn bounds(form: &Form, pose: &Isometry3<f64>) -> Option<[Vector3<f64>; 2]> {
     let around = Aabb::of_form(form, pose).filter(Aabb::is_real)?;
     Some([around.low, around.high])
@@ -34,7 +34,7 @@ impl Aabb {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
-    /// Returns the bounding box of a form in the world; `None` for an unbounded form.
+    /// Returns the bounding box of a form in the world frame, or `None` for an unbounded form.
     pub fn of_form(form: &Form, pose: &Isometry3<f64>) -> Option<Self> {
         let rotation = pose.rotation.to_rotation_matrix();
         let rotation = rotation.matrix();
@@ -64,7 +64,7 @@ impl Aabb {
         Self { low: centre.coords - half, high: centre.coords + half }
     }
 
-    /// Whether the box is non-empty and its corners are finite.
+    /// Returns whether the box is non-empty and its corners are finite.
     pub fn is_real(&self) -> bool {
         (0..3).all(|i| self.low[i] <= self.high[i] && self.low[i].is_finite() && self.high[i].is_finite())
     }

@@ -136,7 +136,7 @@ impl Hit {
         primitive: 0,
     };
 
-    /// Whether something is seen.
+    /// Returns whether something is seen.
     pub fn is_some(&self) -> bool {
         self.distance < f64::INFINITY
     }

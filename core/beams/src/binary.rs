@@ -62,7 +62,7 @@ impl Cut {
         (((centre[self.axis] - self.low) * self.per_metre) as usize).min(BINS - 1)
     }
 
-    /// Returns the cheapest cut; `None` if all centres coincide.
+    /// Returns the cheapest cut, or `None` if all centres coincide.
     fn best(items: &[u32], boxes: &[Aabb], centres: &Aabb) -> Option<Self> {
         let mut best: Option<(f64, Self)> = None;
         for axis in 0..3 {
@@ -77,7 +77,7 @@ impl Cut {
                 let bin = &mut bins[cut.bin(&aabb.centre())];
                 *bin = (bin.0.merge(aabb), bin.1 + 1);
             }
-            // From the right: the cost of the second part if it begins at a bin.
+            // From right to left: the cost of the second part if it begins at this bin.
             let mut after = [0.0; BINS];
             let mut part = (Aabb::EMPTY, 0);
             for i in (1..BINS).rev() {

@@ -27,7 +27,8 @@ pub(super) struct Candidates {
     targets: ArrayVec<u32, MOST>,
 }
 
-/// Returns the region that a beam searches at most; `None` for other volumes and if the far limit is not finite.
+/// Returns a region that contains everything a beam can see, or `None` for other volumes and if the far limit is not
+/// finite.
 fn space(beam: &Beam) -> Option<Aabb> {
     let is_ball = matches!(beam.volume, Volume::Ray | Volume::Cone { .. });
     let origin = &beam.world_from_beam.translation.vector;
@@ -38,7 +39,7 @@ fn space(beam: &Beam) -> Option<Aabb> {
 }
 
 /// Returns how many of the first beams start at nearly the same point and skip the same group, and the region they
-/// search; `None` if they are too few.
+/// search; or `None` if they are too few.
 pub(super) fn group(beams: &[Beam]) -> Option<(usize, Aabb)> {
     let first = beams.first()?;
     let mut all = space(first)?;
@@ -58,7 +59,7 @@ pub(super) fn group(beams: &[Beam]) -> Option<(usize, Aabb)> {
 }
 
 impl Candidates {
-    /// Returns the wanted targets in a region; `None` if they are too many.
+    /// Returns the wanted targets in a region, or `None` if they are too many.
     pub fn of(tree: &Tree, boxes: &[Aabb], space: &Aabb, wanted: impl Fn(u32) -> bool) -> Option<Self> {
         let mut targets = ArrayVec::new();
         if !tree.within(space, |target| !wanted(target) || targets.try_push(target).is_ok()) {
@@ -70,7 +71,7 @@ impl Candidates {
         Some(Candidates { quads, targets })
     }
 
-    /// Does the same as [`Tree::walk`], with numbers of targets.
+    /// Like [`Tree::walk`], but passes the numbers of targets to `visit`.
     pub fn walk(&self, probe: &Probe, limit: f64, mut visit: impl FnMut(u32, f64) -> f64) {
         walk(&self.quads, self.quads.len(), probe, limit, |place, limit| visit(self.targets[place], limit));
     }

@@ -99,8 +99,8 @@ impl CylinderSide {
         (best.0 <= self.cone.sight.far - 2.0 * TOLERANCE).then_some(best)
     }
 
-    /// Looks for the nearest point of the convex solid that this side belongs to, if it is on the side and a tangent
-    /// plane proves it nearest.
+    /// Searches for the nearest point of the convex solid that this side belongs to, if that point is on the side and a
+    /// tangent plane proves that it is the nearest.
     ///
     /// The solid lies behind each of its tangent planes, so the part of a plane in the cone is at least as near as the
     /// part of the solid in the cone. At the nearest point of the solid both distances are equal. The search looks for

@@ -65,7 +65,7 @@ fn rim(cone: &Cone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, b
         let split = |p: &Vector3<f64>| (axis.dot(p), (p - axis * axis.dot(p)).norm());
         let excess = |p: &Vector3<f64>| cone.excess(split(p).0, split(p).1);
         let (height, width) = split(&point);
-        // The squared equation also holds on the mirror image of the cone.
+        // The squared equation is also satisfied on the mirror image of the cone.
         if height * cone.cos < 0.0 && cone.cos.abs() > 1e-12 {
             return;
         }
@@ -81,7 +81,7 @@ fn rim(cone: &Cone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, b
     roots(&quartic, |t| offer(2.0 * libm::atan(t)));
     roots(&reversed, |t| offer(2.0 * libm::atan2(1.0_f64, t)));
 
-    // |p| = near.
+    // Points on the near limit: |p| = near.
     let cos = (best.near * best.near - even) / swing;
     if cos.abs() <= 1.0 {
         for angle in [libm::acos(cos), -libm::acos(cos)] {

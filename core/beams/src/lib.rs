@@ -1,8 +1,8 @@
 //! Sensor beams against the detectable surfaces of the scene, independent of the physics engine.
 //!
-//! The crate has the geometry of rays and volume beams against every [`Form`](tatu_geometry::Form), and the trees that
-//! make casting fast. What a sensor derives from a hit, and which objects are detectable, is decided elsewhere. Begin
-//! with [`BeamScene`]; the geometry of a cone and a flat face is in `planar`.
+//! The crate contains the geometry of rays and volume beams against every [`Form`](tatu_geometry::Form), and the trees
+//! that make casting fast. Other crates decide what a sensor derives from a hit, and which objects are detectable.
+//! Begin with [`BeamScene`]; the geometry of a cone and a flat face is in `planar`.
 //!
 //! ```
 //! use nalgebra::Isometry3;
@@ -54,8 +54,8 @@ pub use bundle::{BundleCast, BundleHits, RayBundle};
 pub use grid::{Grid, GridCast, GridImage, Light, View, Want, color_of};
 pub use scene::{BeamScene, Target};
 
-/// Returns the length of a two-dimensional vector, in metres. `hypot` of the C library also guards against overflow of
-/// the squares, and takes ten times as long.
+/// Returns the length of a two-dimensional vector, in metres. The C library's `hypot` also guards against overflow of
+/// the squares, but takes ten times as long.
 pub(crate) fn length(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()
 }

@@ -23,13 +23,13 @@ impl Nearest {
         Self { distance: f64::INFINITY, point: Vector3::zeros(), near, reach }
     }
 
-    /// Considers a point that lies on the face and in the cone; it is taken if it is nearer and within the distance
-    /// limits.
+    /// Considers a point that lies on the face and in the cone; it becomes the best if it is nearer and within the
+    /// distance limits.
     pub fn offer(&mut self, point: Vector3<f64>) {
         self.offer_at(point.norm(), point);
     }
 
-    /// Does the same as [`offer`](Self::offer) with a distance that is known exactly.
+    /// Like [`offer`](Self::offer), but with a distance that is known exactly.
     pub fn offer_at(&mut self, distance: f64, point: Vector3<f64>) {
         if distance >= self.near && distance <= self.reach && distance < self.distance {
             self.distance = distance;
@@ -183,7 +183,8 @@ pub(super) fn edge(cone: &Cone, a: &Vector3<f64>, b: &Vector3<f64>, best: &mut N
     }
     let at = |t: f64| a + along * t;
 
-    // The nearest point of the edge: if it counts, it is the best candidate; if it is too far, so is the whole edge.
+    // The nearest point of the edge: if it counts, it is the best candidate; if it is too far away, so is the whole
+    // edge.
     let closest = at((-a.dot(&along) / length_squared).clamp(0.0, 1.0));
     let least = closest.norm();
     if least > best.reach || least >= best.distance {

@@ -26,9 +26,9 @@ pub(super) enum Probe {
 const NARROWEST: f64 = 1e-9;
 
 impl Probe {
-    /// Returns one piece of the beam in the frame of the world; `None` if its limits exclude everything.
+    /// Returns one piece of the beam in the world frame, or `None` if its limits exclude everything.
     pub fn new(beam: &Beam, piece: usize) -> Option<Self> {
-        // At a right angle or more there is no limit; just below, the cosine is still positive.
+        // At a right angle or more there is no limit. Just below a right angle, the cosine is still positive.
         let cos_incidence = if beam.max_incidence < FRAC_PI_2 { libm::cos(beam.max_incidence.max(0.0)) } else { 0.0 };
         let sight = Sight {
             origin: beam.world_from_beam.translation.vector.into(),

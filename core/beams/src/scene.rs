@@ -26,7 +26,7 @@ pub struct Target {
     pub object: u64,
     /// Group compared with [`Beam::skip_group`]; for example the model that the target belongs to.
     pub group: u32,
-    /// Pose of the form in the world.
+    /// Pose of the form in the world frame.
     pub world_from_target: Isometry3<f64>,
     /// The form.
     pub form: Form,
@@ -53,7 +53,7 @@ pub struct BeamScene {
     pub(super) trees: Vec<Option<Arc<MeshTree>>>,
     /// The meshes in use, by address. Holding the mesh keeps its address from being reused.
     pub(super) meshes: HashMap<usize, (Arc<Mesh>, Arc<MeshTree>)>,
-    /// Bounding box of each target in the world; empty for an unbounded form.
+    /// Bounding box of each target in the world frame; empty for an unbounded form.
     boxes: Vec<Aabb>,
     /// Targets with an unbounded form, tested for every beam.
     pub(super) unbounded: Vec<u32>,
@@ -172,7 +172,7 @@ impl BeamScene {
         beams.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each(|(beams, hits)| self.cast_here(beams, hits));
     }
 
-    /// Does the same as [`cast`](Self::cast) on the current thread.
+    /// Like [`cast`](Self::cast), but on the current thread.
     pub fn cast_here(&self, beams: &[Beam], hits: &mut [Hit]) {
         let mut done = 0;
         while done < beams.len() {
@@ -189,7 +189,7 @@ impl BeamScene {
         }
     }
 
-    /// Collects the targets in a region, except those of the group to skip; `None` if there are too many.
+    /// Collects the targets in a region, except those of the group to skip; returns `None` if there are too many.
     fn near(&self, space: &Aabb, skip_group: Option<u32>) -> Option<Candidates> {
         Candidates::of(&self.top, &self.boxes, space, |index| skip_group != Some(self.targets[index as usize].group))
     }
@@ -199,7 +199,7 @@ impl BeamScene {
         self.cast_among(beam, None)
     }
 
-    /// Casts a beam against the candidates near it if they are known, or else against all targets.
+    /// Casts a beam against the candidates near it, or against all targets if no candidates are known.
     fn cast_among(&self, beam: &Beam, near: Option<&Candidates>) -> Hit {
         let mut best: Option<(Found, u32)> = None;
         for piece in 0..convex::pieces(&beam.volume) {
@@ -266,7 +266,8 @@ impl BeamScene {
         (self.box_of(index, pose), self.ball_of(index, pose))
     }
 
-    /// Returns the bounding box of a target; empty for an unbounded form, and if the pose or the size is not finite.
+    /// Returns the bounding box of a target, which is empty for an unbounded form and if the pose or the size is not
+    /// finite.
     fn box_of(&self, index: usize, pose: &Isometry3<f64>) -> Aabb {
         let aabb = match &self.trees[index] {
             Some(tree) => tree.aabb.moved(pose),

@@ -39,7 +39,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// Returns the nearer of two hits; among equal ones, that with the lower primitive.
+    /// Returns the nearer of two hits; if they are equally near, the one with the lower primitive.
     pub fn nearer(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         match (a, b) {
             (Some(x), Some(y)) => Some(if (y.distance, y.primitive) < (x.distance, x.primitive) { y } else { x }),
@@ -96,7 +96,7 @@ impl Cone {
         if !self.wide() && along < 0.0 {
             return false;
         }
-        // sin(half_angle - angle) >= 0 is accurate near the edge, unlike a comparison of cosines.
+        // sin(half_angle - angle) >= 0 is accurate near the surface of the cone, unlike a comparison of cosines.
         self.excess(along, (p - self.sight.axis * along).norm()) >= 0.0 || self.half_angle >= PI - 1e-12
     }
 

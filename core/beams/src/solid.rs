@@ -1,4 +1,4 @@
-//! Cones against each analytic form: its surfaces, and a shortcut if nothing restricts the nearest point.
+//! Cones against each analytic form: its surfaces, and a shortcut if no limit affects the nearest point.
 
 use nalgebra::Vector3;
 use tatu_geometry::Form;

@@ -137,13 +137,13 @@ impl<'a> View<'a> {
         if (first - self.centre).dot(side) >= 0.0 {
             return Some(first);
         }
-        // side . (p - centre) = even + swing cos(turn - lean)
+        // Solve side . (p - centre) = even + swing cos(turn - lean).
         let even = side.dot(&(self.ahead * (d * libm::cos(spread)) - self.centre));
         let (x, y) = (side.dot(&self.beside), side.dot(&self.ahead.cross(&self.beside)));
         let swing = d * libm::sin(spread) * crate::length(x, y);
         let width = libm::acos(-even / swing);
         let lean = libm::atan2(y, x);
-        // If no point of the circle is on that side, NaN results, which fails the cone test.
+        // If no point of the circle is on that side, the result is NaN, which fails the cone test.
         let turn = if lean >= 0.0 { lean - width } else { lean + width };
         let point = self.at(d, spread, turn);
         (turn.is_finite() && self.cone.contains(&point)).then_some(point)

@@ -41,7 +41,7 @@ impl Quad {
         }
         quad
     }
-    /// Returns, for each box, whether it overlaps another one.
+    /// Returns, for each box, whether it overlaps the given one.
     fn meets(&self, other: &Aabb) -> [bool; 4] {
         let mut out = [true; 4];
         for i in 0..3 {
@@ -72,7 +72,7 @@ impl Quad {
             |x| x.sqrt() - SLACK,
         )
     }
-    /// Returns the same bounds, but infinity for boxes beyond the limit and those that a volume misses. `misses`
+    /// Like `distances`, but returns infinity for boxes beyond the limit and those that a volume misses. `misses`
     /// receives the centre of a box, relative to the origin, and half of its size.
     #[inline(always)]
     fn bounds(
@@ -119,7 +119,8 @@ impl Slabs {
         }
     }
 
-    /// Returns, for each box, a lower bound of the distance at which the ray is in it; infinity if the ray misses it.
+    /// Returns, for each box, a lower bound of the distance at which the ray is in it, or infinity if the ray misses
+    /// it.
     #[inline(always)]
     fn bounds<S: Simd>(&self, simd: S, quad: &Quad) -> [f64; 4] {
         let (mut enter, mut leave) = (f64x4::splat(simd, self.near), f64x4::splat(simd, f64::INFINITY));
@@ -147,11 +148,11 @@ pub(super) struct Tree {
     built_area: f64,
     /// Position of each quad: four times the index of its parent, plus the lane. [`NOWHERE`] for the first.
     parents: Vec<u32>,
-    /// Position of the leaf of each item, encoded likewise.
+    /// Position of each item's leaf, encoded in the same way.
     leaves: Vec<u32>,
 }
 
-/// Position of what is not in the tree.
+/// Position of items and quads that are not in the tree.
 const NOWHERE: u32 = u32::MAX;
 
 impl Tree {
@@ -244,7 +245,7 @@ impl Tree {
         }
     }
 
-    /// Whether the tree contains an item.
+    /// Returns whether the tree contains an item.
     pub fn holds(&self, item: u32) -> bool {
         self.leaves.get(item as usize).is_some_and(|place| *place != NOWHERE)
     }
@@ -264,7 +265,7 @@ impl Tree {
         &self.quads
     }
 
-    /// Whether the refitted tree has become so loose that rebuilding pays off.
+    /// Returns whether the refitted tree has become so loose that rebuilding pays off.
     pub fn worn(&self) -> bool {
         self.area > 1.5 * self.built_area
     }
@@ -289,14 +290,14 @@ impl Tree {
         true
     }
 
-    /// Calls `visit` with each index into `order` whose box may hold a point within the limit, nearer boxes first.
+    /// Calls `visit` with each index into `order` whose box may contain a point within the limit, nearer boxes first.
     ///
     /// `visit` receives the limit and returns it, lowered to the best distance so far.
     pub fn walk(&self, probe: &Probe, limit: f64, visit: impl FnMut(usize, f64) -> f64) {
         walk(&self.quads, 1, probe, limit, visit);
     }
 
-    /// Does the same as [`walk`](Self::walk) with bounds computed by the caller.
+    /// Like [`walk`](Self::walk), but with bounds computed by the caller.
     #[inline(always)]
     pub fn walk_by(
         &self,
@@ -371,7 +372,7 @@ fn walk_by(
             }
             let (child, mut at) = ((bound, quad.first[lane], quad.count[lane]), stack.len());
             stack.push(child);
-            // At most three moves, which is cheaper than a call of a library function.
+            // At most three elements are moved, which is cheaper than calling a library function.
             while at > bottom && stack[at - 1].0 < bound {
                 stack[at] = stack[at - 1];
                 at -= 1;

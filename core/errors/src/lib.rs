@@ -208,7 +208,7 @@ impl Fault {
             count: 1,
         }
     }
-    /// Whether two faults are of the same kind, with the same message at the same place.
+    /// Returns whether two faults have the same kind, message and place.
     pub fn same_as(&self, other: &Fault) -> bool {
         self.kind == other.kind
             && self.message == other.message

@@ -45,7 +45,7 @@ pub enum Form {
         /// Half of the length of the straight part, in metres.
         half_length: f64,
     },
-    /// A triangle mesh. In physics a `convex` mesh is solid, any other is hollow.
+    /// A triangle mesh. In physics, a `convex` mesh is solid, and any other mesh is hollow.
     Mesh {
         /// The triangles, shared between copies.
         mesh: Arc<Mesh>,

@@ -6,8 +6,8 @@ use tatu_geometry::Part;
 
 use super::convert;
 
-/// Returns the ends of the shortest line from one solid to another, in the world frame; `None`: they are farther apart
-/// than `limit`, m. If they overlap, both ends are the same point of the first one.
+/// Returns the ends of the shortest line from one solid to the other, in the world frame, or `None` if they are farther
+/// apart than `limit`, m. If they overlap, both ends are the same point of the first one.
 pub fn closest(
     a: (&Isometry3<f64>, &[Part]),
     b: (&Isometry3<f64>, &[Part]),

@@ -46,8 +46,8 @@ pub(super) fn mass(m: &MassProps) -> MassProperties {
     MassProperties::with_inertia_matrix(vector(&m.com.coords), m.mass, columns)
 }
 
-/// Returns rapier's shape and its pose in the part's frame. `None`: no solid can be made of the form, because it is a
-/// mesh without triangles or has sizes that are not positive.
+/// Returns rapier's shape and its pose in the part's frame, or `None` if the form has no solid, because it is a mesh
+/// without triangles or has sizes that are not positive.
 pub(crate) fn shape(form: &Form) -> Option<(SharedShape, Pose)> {
     let sized = |sizes: &[f64]| sizes.iter().all(|s| s.is_finite() && *s > 0.0);
     match form {
@@ -66,7 +66,7 @@ pub(crate) fn shape(form: &Form) -> Option<(SharedShape, Pose)> {
     }
 }
 
-/// Rotates rapier's cylinders, which stand along y, to stand along z.
+/// Returns the rotation from rapier's cylinders, which are along y, to cylinders along z.
 fn y_to_z() -> Pose {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     Pose { translation: Vector::ZERO, rotation: Rotation::from_xyzw(half, 0.0, 0.0, half) }

@@ -1,9 +1,9 @@
 //! The physics engine behind a trait.
 //!
-//! Only values cross this interface (SI units, f64, world frame unless stated otherwise), so that another engine could
-//! replace `rapier` without changes to scenes, hashes or scripts. Which objects of a scene become bodies and joints is
-//! decided by the scene's dynamics, not here. Ids are dense, start at 0 and are assigned in order of creation; an
-//! engine never reuses the id of a removed body or joint.
+//! Only values cross this interface (SI units, f64, world frame unless stated otherwise), so that a different engine
+//! could replace `rapier` without changes to scenes, hashes or scripts. The scene's dynamics decide which objects
+//! become bodies and joints. Ids are dense, start at 0 and are assigned in order of creation; an engine never reuses
+//! the id of a removed body or joint.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 
@@ -52,7 +52,8 @@ pub struct MassProps {
 /// their high bytes do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Respond {
-    /// Low byte: within the tree. High byte: with everything else. 0: it collides with nothing.
+    /// The low byte applies within the tree, the high byte to all other bodies. If it is 0, the body collides with
+    /// nothing.
     pub mask: u16,
     /// Number of the mechanism that the body is part of.
     pub tree: u32,
@@ -61,7 +62,7 @@ pub struct Respond {
 /// Description of a body to create.
 #[derive(Debug, Clone)]
 pub struct BodyDesc {
-    /// Pose of the body in the world.
+    /// Pose of the body in the world frame.
     pub pose: Isometry3<f64>,
     /// The way it moves.
     pub motion: Motion,
@@ -75,7 +76,8 @@ pub struct BodyDesc {
     pub parts: Vec<Part>,
     /// Coulomb friction coefficient. A pair's friction is the product of both (V-REP's rule with Bullet).
     pub friction: f64,
-    /// 0: no bounce, 1: bounces back to the same height. A pair's restitution is the product of both (Bullet's rule).
+    /// 0 means no bounce, 1 means a bounce to the same height. A pair's restitution is the product of both (Bullet's
+    /// rule).
     pub restitution: f64,
     /// Its collision mask.
     pub respond: Respond,
@@ -95,7 +97,7 @@ pub struct Surface {
     /// Axis in the body's frame with its own friction coefficient, as for rollers and skates.
     pub axis: Option<Vector3<f64>>,
     /// Rotation of that axis about the contact normal, which points out of the body, rad. If the axis is the axle of a
-    /// wheel, this is the angle of the rollers on its rim, wherever the wheel touches.
+    /// wheel, this is the angle of the rollers on its rim, at any point of contact.
     pub axis_angle: f64,
     /// Friction coefficient of a pair along that axis.
     pub axis_friction: f64,
@@ -107,10 +109,10 @@ pub struct Surface {
     pub material: u32,
 }
 
-/// Friction and restitution of a pair of materials, which override those of the bodies.
+/// Friction and restitution of a pair of materials; they override those of the bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MaterialPair {
-    /// Their numbers, in any order.
+    /// Numbers of the two materials, in any order.
     pub materials: (u32, u32),
     /// Coulomb friction coefficient.
     pub friction: f64,
@@ -186,7 +188,8 @@ pub struct JointDesc {
     pub geared: bool,
 }
 
-/// A coupling of two joints of one mechanism: `position = ratio * leader's position + offset`. Each loads the other.
+/// A coupling of two joints of one mechanism: `position = ratio * leader's position + offset`. Forces act in both
+/// directions.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Gear {
     /// The joint that follows.
@@ -384,12 +387,12 @@ pub trait Engine: Send + Sync {
     fn add_body(&mut self, desc: &BodyDesc) -> BodyId;
     /// Removes a body and the joints on it. An unknown id is ignored.
     fn remove_body(&mut self, body: BodyId);
-    /// Adds a joint. `None` if a body is unknown or both are the same.
+    /// Adds a joint. Returns `None` if a body is unknown or both are the same.
     fn add_joint(&mut self, desc: &JointDesc) -> Option<JointId>;
     /// Removes a joint. An unknown id is ignored.
     fn remove_joint(&mut self, joint: JointId);
     /// Sets the drive of a joint. Cheap if nothing changes. A drive without force, or with a number that is not finite,
-    /// counts as [`Drive::Free`]; only limits may be infinite.
+    /// is treated as [`Drive::Free`]; only limits may be infinite.
     fn drive(&mut self, joint: JointId, drive: Drive);
     /// Replaces all couplings of joints. Couplings of joints that are not in one mechanism in reduced form, created
     /// with `geared`, are ignored.
@@ -408,31 +411,32 @@ pub trait Engine: Send + Sync {
     /// Sets the rest position of a joint's spring, rad or m.
     fn set_rest(&mut self, joint: JointId, rest: f64);
     /// Places a body. Dynamic bodies keep their velocities. Kinematic bodies move there at constant velocity during the
-    /// next [`Engine::advance`] and push what is in their way; [`Engine::pose`] returns the new pose at once.
+    /// next [`Engine::advance`] and push bodies in their way; [`Engine::pose`] returns the new pose at once.
     fn set_pose(&mut self, body: BodyId, pose: &Isometry3<f64>);
     /// Sets the velocities of a dynamic body.
     fn set_twist(&mut self, body: BodyId, twist: &Twist);
     /// Adds a force (N) and a torque (N m) in the world frame, at the centre of mass, for the next [`Engine::advance`].
     fn push(&mut self, body: BodyId, force: Vector3<f64>, torque: Vector3<f64>);
-    /// Advances by a number of physics steps. Forces added before act in all of them. Runs in the rayon pool of the
+    /// Advances by a number of physics steps. Forces added beforehand act in all of them. Runs in the rayon pool of the
     /// calling thread (`pool.install`); results do not depend on the number of threads, bit for bit.
     fn advance(&mut self, steps: u32) {
         self.advance_with(steps, None);
     }
-    /// Like `advance`, with `before`, if given, called before each step.
+    /// Like `advance`, but calls `before`, if given, before each step.
     fn advance_with(&mut self, steps: u32, mut before: Option<&mut BeforeStep<'_>>) {
         for step in 0..steps {
             self.advance_part(step, steps, before.as_deref_mut());
         }
     }
-    /// Runs one of the `steps` steps of an advance, counted from 0. All of them in order are equal, bit for bit, to one
-    /// [`Engine::advance_with`]. Between them, everything may be read, and drives and pairs may be changed.
+    /// Runs one of the `steps` steps of an advance, counted from 0. Running all of them in order gives the same result,
+    /// bit for bit, as one [`Engine::advance_with`]. Between them, everything may be read, and drives and pairs may be
+    /// changed.
     fn advance_part(&mut self, step: u32, steps: u32, before: Option<&mut BeforeStep<'_>>);
-    /// Sets the contact parameters of a pair from the next step on; `None`: computed from its bodies.
+    /// Sets the contact parameters of a pair from the next step on, or removes them if `rule` is `None`.
     fn set_pair(&mut self, a: BodyId, b: BodyId, rule: Option<PairRule>);
-    /// Returns the pose of a body in the world.
+    /// Returns the pose of a body in the world frame.
     fn pose(&self, body: BodyId) -> Isometry3<f64>;
-    /// Returns the velocities of a body; zero for static bodies.
+    /// Returns the velocities of a body, which are zero for static bodies.
     fn twist(&self, body: BodyId) -> Twist;
     /// Returns the centre of mass of a body, world frame, m.
     fn centre_of_mass(&self, body: BodyId) -> Point3<f64>;

@@ -62,7 +62,7 @@ const CONTACT_SOFTNESS: (f64, f64) = (120.0, 5.0);
 const STATIC_CONTACT_SOFTNESS: (f64, f64) = (240.0, 5.0);
 
 /// Maximum natural frequency of a contact, as a fraction of the rate of sub-steps; twice as much with fixed bodies. At
-/// a fraction of 0.3 ten stacked boxes stand still, at 0.6 they rock for ever.
+/// a fraction of 0.3, ten stacked boxes do not move; at 0.6, they rock for ever.
 const CONTACT_SHARE: f64 = 0.15;
 
 /// Mass ratio of the bodies of a joint above which iterations are added.
@@ -100,7 +100,7 @@ impl Rapier {
 }
 
 impl Rapier {
-    /// Returns the friction of a pair given by its own rule or by its materials, if any.
+    /// Returns the friction of a pair according to its own rule or its materials, if either is set.
     fn met(&self, a: BodyId, b: BodyId) -> Option<f64> {
         let rule = self.tables.pairs.get(&(a.min(b), a.max(b))).and_then(|r| r.friction);
         let material = |id| self.tables.surfaces.get(&id).map_or(0, |s| s.material);
@@ -162,7 +162,7 @@ impl Engine for Rapier {
         self.prepare_for_joint(desc.b, uneven);
         let held = reduced.map_or_else(
             || {
-                // A joint that cannot be in reduced form would close a loop.
+                // A joint that cannot be in reduced form closes a loop.
                 let form = if desc.form == JointForm::Reduced { JointForm::Loop } else { desc.form };
                 let desc = JointDesc { form, ..desc.clone() };
                 Held::Impulse(self.world.insert_impulse_joint(a.handle, b.handle, joints::build(&desc, frames, zero)))
@@ -259,7 +259,7 @@ impl Engine for Rapier {
             self.tables.surfaces.remove(&body);
         } else if self.tables.surfaces.insert(body, surface) != Some(surface) {
             self.watch_pairs(body);
-            // A belt that starts must move what sleeps on it.
+            // Wake bodies resting on a belt when it starts.
             let handle = self.record(body).map(|r| r.handle);
             handle.into_iter().for_each(|h| self.wake_touching(h));
         }
@@ -385,7 +385,7 @@ impl Engine for Rapier {
         let Some(record) = self.record(body) else {
             return Isometry3::identity();
         };
-        // A kinematic body is at the pose that was set, even if the engine has not moved it there yet.
+        // The pose of a kinematic body is the one that was set, even if the engine has not moved the body there yet.
         let ahead = self.tables.moving.get(&body);
         convert::pose_back(&record.body_pose(ahead.map_or(self.world.bodies[record.handle].position(), |(_, to)| to)))
     }

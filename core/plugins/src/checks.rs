@@ -12,7 +12,7 @@ use crate::{texts, units};
 const KINDS: &[u32] =
     &[TATU_BOOL, TATU_I64, TATU_F64, TATU_TEXT, TATU_BYTES, TATU_F64S, TATU_LIST, TATU_MAP, TATU_FUNC, TATU_OBJECT];
 
-/// Returns the errors in declarations, one sentence each. `in_files`: whether they are keys of scene files.
+/// Returns the errors in declarations, one sentence each. `in_files` is set if the keys occur in scene files.
 pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
     let mut out = Vec::new();
     let mut keys = BTreeSet::new();
@@ -56,7 +56,7 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
         {
             match p.choices.is_empty() {
                 true => say(format!("has an invalid default: {e}")),
-                false => say(format!("has a default that is none of its choices: {e}")),
+                false => say(format!("has a default that is not one of its choices: {e}")),
             }
         }
         if !p.choices.is_empty() && !any && !matches!(p.kind, TATU_TEXT | TATU_BYTES) {
@@ -74,7 +74,7 @@ const MORE_UNITS: &[&str] = &[
     "F", "H",
 ];
 
-/// Returns the message about an unknown unit, if it is unknown.
+/// Returns a message if the unit of a parameter is unknown.
 fn unknown_unit(p: &Declared) -> Option<String> {
     let known = |u: &str| u.is_empty() || units::is_known(u) || MORE_UNITS.contains(&u);
     let unit = p.unit.as_deref().filter(|u| !known(u))?;

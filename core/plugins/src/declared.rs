@@ -19,7 +19,7 @@ pub struct Declared {
     pub key: String,
     /// `TATU_BOOL` .. `TATU_OBJECT`
     pub kind: u32,
-    /// Number of elements of an array; 0: any.
+    /// Number of elements of an array; 0 for any number.
     pub count: u32,
     /// `TATU_PARAM_*`
     pub flags: u32,
@@ -33,9 +33,9 @@ pub struct Declared {
     pub fallback: Value,
     /// Whether the default could not be read; `fallback` is then nil.
     pub unreadable_default: bool,
-    /// Allowed texts; empty: all.
+    /// Allowed texts; if empty, all are allowed.
     pub choices: Vec<String>,
-    /// Declared keys of a table; empty: any keys.
+    /// Declared keys of a table; if empty, all keys are allowed.
     pub keys: Vec<Declared>,
     /// Whether some of the keys were not read, because there are too many or they are nested too deeply.
     pub keys_cut: bool,
@@ -47,12 +47,12 @@ impl Declared {
     /// # Safety
     /// `list` must be null or a null-terminated list of valid tables.
     pub(super) unsafe fn read_list(list: *const *const tatu_param) -> Vec<Declared> {
-        // SAFETY: the caller guarantees that the list and its tables are valid.
+        // SAFETY: the caller guarantees that the list and its tables are valid during this call; they are copied.
         unsafe { tables::list(list).into_iter().map(|(_, p)| Self::read(&p, 0, &mut 0)).collect() }
     }
-    /// Reads the keys of a table; also returns whether some were left out, since a declaration may refer to itself.
+    /// Reads the keys of a table. Also returns whether some were left out, since a declaration may refer to itself.
     unsafe fn read_keys(list: *const *const tatu_param, depth: u32, read: &mut u32) -> (Vec<Declared>, bool) {
-        // SAFETY: the caller guarantees that the list is valid.
+        // SAFETY: the caller guarantees that the list is valid during this call.
         let all = unsafe { tables::list(list) };
         if all.is_empty() {
             return (Vec::new(), false);
@@ -61,7 +61,7 @@ impl Declared {
         if depth > DEEPEST_KEYS || *read > MOST_KEYS {
             return (Vec::new(), true);
         }
-        // SAFETY: the caller guarantees that the tables of the list are valid.
+        // SAFETY: the caller guarantees that the tables of the list are valid during this call.
         let keys: Vec<_> = all.into_iter().map(|(_, p)| unsafe { Self::read(&p, depth, read) }).collect();
         let cut = keys.iter().any(|k| k.keys_cut);
         (keys, cut)
@@ -94,7 +94,7 @@ impl Declared {
             }
         }
     }
-    /// Returns whether it may be left out.
+    /// Returns whether the parameter may be omitted.
     pub fn optional(&self) -> bool {
         self.flags & TATU_PARAM_OPTIONAL != 0 || self.fallback != Value::Nil
     }
@@ -264,7 +264,7 @@ fn shown(key: &Value) -> String {
     name(key).map_or_else(|| describe(key), |k| format!("`{}`", k.chars().take(40).collect::<String>()))
 }
 
-/// Returns a number without fraction as an integer.
+/// Returns a number without a fraction as an integer.
 fn whole(f: f64) -> Option<i64> {
     // Beyond 2^53 floats have no fraction; the limit is just below 2^63, beyond which an `i64` cannot hold them.
     (f.fract() == 0.0 && f.abs() < 9.2e18).then_some(f as i64)

@@ -1,4 +1,4 @@
-//! Drafts of extensions and services: one of another draft is reported as such, not as unknown.
+//! Drafts of extensions and services: reports one in a different draft as such, not as unknown.
 
 use std::{
     ffi::{CStr, CString},
@@ -39,14 +39,14 @@ fn split(id: &str) -> Option<(&str, u32)> {
     Some((name, draft.parse().ok()?))
 }
 
-/// Returns "built for draft 9 of `tatu.sensor`, this host has draft 4", if the id is a known one in another draft.
+/// Returns "built for draft 9 of `tatu.sensor`, this host has draft 4", if the id is a known one in a different draft.
 pub fn other_draft(id: &str) -> Option<String> {
     let (name, draft) = split(id)?;
     let ours = EXTENSIONS.iter().chain(&SERVICES).filter_map(|c| split(c.to_str().ok()?)).find(|(n, _)| *n == name)?.1;
     (ours != draft).then(|| format!("built for draft {draft} of `{name}`, this host has draft {ours}"))
 }
 
-/// Describes what a plugin offers in other drafts than the host's; `offers` asks it for an id.
+/// Describes what a plugin offers in drafts other than the host's; `offers` asks the plugin for an id.
 pub fn offered(offers: impl Fn(&CStr) -> bool) -> Vec<String> {
     let mut out = Vec::new();
     for id in EXTENSIONS.iter().filter(|id| !offers(id)) {
@@ -58,8 +58,8 @@ pub fn offered(offers: impl Fn(&CStr) -> bool) -> Vec<String> {
     out
 }
 
-/// Looks for a misspelt extension id in a library that offers nothing; returns it with the nearest id that exists, or
-/// an empty text.
+/// Searches a library that offers nothing for a misspelt extension id. Returns it with the most similar valid id, or an
+/// empty text.
 pub fn misspelt(library: &Path) -> String {
     let Ok(bytes) = read_plain(library, MOST_BYTES) else { return String::new() };
     let known: Vec<&str> = EXTENSIONS.iter().chain(&SERVICES).filter_map(|id| id.to_str().ok()).collect();

@@ -21,11 +21,12 @@ const REBUILD: &str = "build it for this processor and system";
 /// Size of a file's header, bytes.
 const HEADER: usize = 64;
 
-/// Checks a file's headers. Files of formats other than ELF are left to their loaders, which fail cleanly.
+/// Checks the headers of an ELF file. On systems with ELF libraries, other files are refused; on other systems, the
+/// loader checks the format.
 pub fn check(path: &Path) -> Result<(), Unfit> {
     let no = |text: String, help| Err(Unfit { text, help });
     let unread = |e: std::io::Error| Unfit { text: format!("it cannot be read: {e}"), help: AGAIN };
-    // Opening a pipe would wait for somebody who writes to it.
+    // Opening a pipe would block until a process writes to it.
     let about = std::fs::metadata(path).map_err(unread)?;
     if !about.is_file() {
         let what = if about.is_dir() { "a folder" } else { "a pipe, socket or device" };
@@ -44,7 +45,7 @@ pub fn check(path: &Path) -> Result<(), Unfit> {
     }
     if !elf_system || header.len() > 5 && header[4..6] != [2, 1] {
         return match elf_system && cfg!(all(target_pointer_width = "64", target_endian = "little")) {
-            true => no("it is an ELF file of another word size or byte order".into(), REBUILD),
+            true => no("it is an ELF file with a different word size or byte order".into(), REBUILD),
             false => Ok(()),
         };
     }
@@ -57,14 +58,14 @@ pub fn check(path: &Path) -> Result<(), Unfit> {
     };
     match (machine, ours) {
         (Some(m), Some(ours)) if m != ours => {
-            no(format!("it is built for another processor (ELF machine {m}, this one is {ours})"), REBUILD)
+            no(format!("it is built for a different processor (ELF machine {m}, this one is {ours})"), REBUILD)
         }
         _ if whole(&mut file, &header, have) == Some(true) => Ok(()),
         _ => no(format!("the file is truncated: it has {have} bytes, fewer than its headers state"), AGAIN),
     }
 }
 
-/// Returns whether a file of `have` bytes contains everything that its headers declare; `None`: the headers are
+/// Returns whether a file of `have` bytes contains everything that its headers declare, or `None` if the headers are
 /// truncated. Offsets are those of 64-bit little-endian ELF.
 fn whole(file: &mut File, header: &[u8], have: u64) -> Option<bool> {
     let (first, size, count) = (number(header, 32, 8)?, number(header, 54, 2)?, number(header, 56, 2)?);

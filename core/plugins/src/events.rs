@@ -8,7 +8,7 @@ use crate::Declared;
 pub const GATHERED: &[&str] = &["collision", "separation", "contact"];
 /// Events for services that list none.
 pub const FOR_SERVICES: &[&str] = &["started", "paused", "resumed", "stopped", "fault"];
-/// Stands for all events except those in `GATHERED`.
+/// Denotes all events except those in `GATHERED`.
 pub const ALL: &str = "*";
 
 /// Returns whether a subscription to `wanted` includes the event `name`.

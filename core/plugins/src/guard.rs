@@ -1,14 +1,14 @@
 //! Thread and process state that plugins must leave unchanged.
 //!
-//! The thread state consists of floating-point mode and direction flag. After a library built with `-ffast-math` has
-//! been loaded, everything else on that thread computes different results; with the direction flag set, memory copies
-//! run backwards. The process state consists of the locale (with a decimal comma, numbers can no longer be parsed), the
-//! working folder, signal actions, standard output and standard error.
+//! The thread state consists of the floating-point mode and the direction flag. After a library built with
+//! `-ffast-math` has been loaded, all other code on that thread computes different results; with the direction flag
+//! set, memory copies run backwards. The process state consists of the locale (with a decimal comma, numbers can no
+//! longer be parsed), the working folder, signal actions, standard output and standard error.
 //!
 //! Changes are undone and the plugin is reported. Reading the mode is cheap, so it is checked around every outermost
 //! call, and the direction flag around every call. Locale and x87 control word ([`ProcessState`]) are checked after
-//! loading, after creating instances, and once per stage; what takes system calls (`process`) likewise, but only in one
-//! stage out of 64.
+//! loading, after creating instances, and once per stage. State that requires system calls (`process`) is checked at
+//! the same points, but only in one stage out of 64.
 
 mod process;
 
@@ -38,7 +38,8 @@ mod register {
     }
     pub fn write(mode: u64) {
         let mode = mode as u32;
-        // SAFETY: the value was read from the register, so no reserved bit is set.
+        // SAFETY: `mode` lives until the instruction has read its 4 bytes; its value was read from the register, so no
+        // reserved bit is set.
         unsafe { asm!("ldmxcsr [{}]", in(reg) &raw const mode, options(nostack, readonly, preserves_flags)) };
     }
     /// Returns the control word of the x87 floating-point unit, which C's `long double` uses.
@@ -49,7 +50,7 @@ mod register {
         now
     }
     pub fn write_old(word: u16) {
-        // SAFETY: the value was read from the register.
+        // SAFETY: `word` lives until the instruction has read its 2 bytes, and was read from the register.
         unsafe { asm!("fldcw [{}]", in(reg) &raw const word, options(nostack, readonly, preserves_flags)) };
     }
 }
@@ -63,12 +64,12 @@ mod register {
     #[inline]
     pub fn read() -> u64 {
         let now: u64;
-        // SAFETY: reads a register that is accessible to every program.
+        // SAFETY: the instruction reads a register that is accessible to every program.
         unsafe { asm!("mrs {}, fpcr", out(reg) now, options(nomem, nostack, preserves_flags)) };
         now
     }
     pub fn write(mode: u64) {
-        // SAFETY: the value was read from the register.
+        // SAFETY: the instruction writes a value that was read from the same register.
         unsafe { asm!("msr fpcr, {}", in(reg) mode, options(nomem, nostack, preserves_flags)) };
     }
     pub fn read_old() -> u16 {
@@ -96,11 +97,12 @@ mod register {
 #[inline]
 pub fn clear_direction() -> bool {
     let flags: u64;
-    // SAFETY: reads the flags through the stack, and clears the direction flag, as compiled code expects.
+    // SAFETY: the instructions read the flags through the stack, which they leave unchanged, and clear the direction
+    // flag, as compiled code expects.
     unsafe { core::arch::asm!("pushfq", "pop {}", "cld", out(reg) flags) };
     flags & 0x400 != 0
 }
-/// Returns `false`: this processor has no direction flag.
+/// Returns `false`, because this processor has no direction flag.
 #[cfg(not(target_arch = "x86_64"))]
 #[inline]
 pub fn clear_direction() -> bool {
@@ -129,8 +131,8 @@ thread_local! {
     static SAID: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
 }
 
-/// Calls a function without an error object, and returns the errors that were logged on this thread meanwhile. The host
-/// reports them, with the name of the function.
+/// Calls a function without an error object, and returns the errors that were logged on this thread during the call.
+/// The host reports them, with the name of the function.
 pub fn capture_errors<T>(f: impl FnOnce() -> T) -> (T, Vec<String>) {
     let outer = SAID.replace(Some(Vec::new()));
     let done = f();
@@ -148,7 +150,7 @@ pub fn say(text: &str) -> bool {
     })
 }
 
-/// Calls a plugin; returns what it changed of the thread state, which has been restored.
+/// Calls a plugin; returns which part of the thread state it changed, after restoring that state.
 #[inline]
 pub fn watched<T>(f: impl FnOnce() -> T) -> (T, Option<&'static str>) {
     let before = Mode::now();
@@ -179,8 +181,8 @@ pub fn end_if_child() {
     }
 }
 
-/// Ends a forked copy: it has only one thread, would wait for the others for ever, and could write to the program's
-/// files.
+/// Ends a forked copy of the process: it has only one thread, would wait for the others for ever, and could write to
+/// the program's files.
 #[cold]
 fn end_child() {
     #[cfg(unix)]
@@ -219,7 +221,7 @@ impl ProcessState {
         changed.extend(self.process.restore());
         (!changed.is_empty()).then(|| changed.join(" and "))
     }
-    /// Like `restore`, for the parts that need no system call.
+    /// Like `restore`, but only for the parts that need no system call.
     pub fn restore_quickly(&self) -> Option<&'static str> {
         let mut changed = self.mode.restore();
         if register::read_old() != self.old {
@@ -250,8 +252,8 @@ pub const HELP: &str = "it was put back; build the plugin without `-ffast-math`,
 
 #[cfg(unix)]
 fn with_locale<T>(f: impl FnOnce(Option<&CStr>) -> T) -> T {
-    // SAFETY: a null argument only queries the locale. The text belongs to the C library and is valid until the next
-    // change, so it is not kept.
+    // SAFETY: a null argument only queries the locale. The returned text belongs to the C library and is valid until
+    // the next change, so it is used only during `f`.
     unsafe {
         let text = libc::setlocale(libc::LC_ALL, std::ptr::null());
         f((!text.is_null()).then(|| CStr::from_ptr(text)))

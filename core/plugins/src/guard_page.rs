@@ -1,9 +1,9 @@
-//! Read-only copies of bytes that end where a page begins that cannot be accessed: a plugin that reads past the end of
-//! what it was given, or writes to it, crashes there, and [`blame`] says what it had in hand.
+//! Read-only copies of bytes that end at a guard page: a plugin that reads past the end of a copy, or writes to it,
+//! crashes at that access, and [`blame`] names the copy.
 
 use std::ffi::c_void;
 
-/// A read-only copy before an inaccessible page; unmapped on drop.
+/// A read-only copy that ends at an inaccessible page; it is unmapped on drop.
 #[derive(Debug)]
 pub struct Guarded {
     first: *const u8,
@@ -14,8 +14,8 @@ pub struct Guarded {
 }
 
 impl Guarded {
-    /// Copies `bytes`. `label` names them in [`blame`]. The copy is aligned to the largest power of 2, at most a page,
-    /// that divides their number.
+    /// Copies `bytes`. [`blame`] reports `label` for this copy. The copy is aligned to the largest power of 2, at most
+    /// a page, that divides its length.
     pub fn new(bytes: &[u8], label: &str) -> Self {
         #[cfg(unix)]
         {
@@ -29,13 +29,13 @@ impl Guarded {
             Guarded { first: copy.as_ptr(), _bytes: copy }
         }
     }
-    /// The first byte.
+    /// Returns a pointer to the first byte.
     pub fn first(&self) -> *const u8 {
         self.first
     }
 }
 
-/// A copy as [`Guarded`] has it, for the rest of the process.
+/// Makes a copy as in [`Guarded`] that stays mapped until the process ends.
 pub fn before_guard(bytes: &[u8], label: &str) -> *const c_void {
     let guarded = Guarded::new(bytes, label);
     let first = guarded.first.cast();
@@ -43,8 +43,8 @@ pub fn before_guard(bytes: &[u8], label: &str) -> *const c_void {
     first
 }
 
-/// What an access to this address is, and to which label; may be called in a signal handler. `None`: it is
-/// none of these copies.
+/// Returns the kind of access that `address` implies, and the label of the copy, or `None` if the address belongs to no
+/// copy. Signal handlers may call this.
 pub fn blame(address: usize) -> Option<(&'static str, &'static [u8])> {
     #[cfg(unix)]
     return mapped::blame(address);
@@ -62,12 +62,13 @@ mod mapped {
         sync::atomic::{AtomicPtr, AtomicUsize, Ordering::Acquire, Ordering::Release},
     };
 
-    /// Copies that can exist at once and be named; those beyond have no label.
+    /// Maximum number of copies with a label at the same time; further copies have none.
     const MOST: usize = 4096;
-    /// Bytes of a label.
+    /// Size of a label, in bytes.
     const LABEL: usize = 120;
 
-    /// What a signal handler finds: the first byte of a mapping (0: none), where its guard begins and ends, its label.
+    /// The data of a copy for signal handlers: the start of its mapping (0 if the slot is free), start and end of its
+    /// guard page, and its label.
     struct Slot {
         begin: AtomicUsize,
         guard: AtomicUsize,
@@ -92,18 +93,18 @@ mod mapped {
 
     impl Mapping {
         pub fn new(bytes: &[u8], label: &str) -> (Self, *const u8) {
-            // SAFETY: a call without pointers.
+            // SAFETY: `sysconf` takes no pointers and has no preconditions.
             let page = usize::try_from(unsafe { libc::sysconf(libc::_SC_PAGESIZE) }).unwrap_or(4096);
             let data = bytes.len().div_ceil(page).max(1) * page;
-            // SAFETY: a new mapping of pages that nothing else uses.
+            // SAFETY: without an address and a file, `mmap` creates a new mapping, which no other code uses.
             let begin = unsafe {
                 let flags = libc::MAP_PRIVATE | libc::MAP_ANONYMOUS;
                 libc::mmap(ptr::null_mut(), data + page, libc::PROT_READ | libc::PROT_WRITE, flags, -1, 0)
             };
             assert!(begin != libc::MAP_FAILED, "no memory for guard pages");
             let first = begin.cast::<u8>().wrapping_add(data - bytes.len());
-            // SAFETY: the mapping has `data` writable bytes, of which the last `bytes.len()` are filled; then the
-            // protection of the whole mapping is set.
+            // SAFETY: the mapping has `data` writable bytes, of which the last `bytes.len()` are filled from `bytes`;
+            // both stay valid during the calls. The ranges whose protection is set are inside the mapping.
             unsafe {
                 ptr::copy_nonoverlapping(bytes.as_ptr(), first, bytes.len());
                 libc::mprotect(begin, data, libc::PROT_READ);
@@ -120,7 +121,7 @@ mod mapped {
                 SLOTS[slot].end.store(0, Release);
                 SLOTS[slot].begin.store(0, Release);
             }
-            // SAFETY: this mapping's own pages, once.
+            // SAFETY: `begin` and `bytes` are those of this mapping, which is unmapped only here.
             unsafe { libc::munmap(self.begin, self.bytes) };
         }
     }
@@ -131,14 +132,15 @@ mod mapped {
         let slot = &SLOTS[index];
         let mut room = slot.label.load(Acquire);
         if room.is_null() {
-            // Kept for later labels of this slot, and for a handler that may be reading it.
+            // The buffer is never freed: later labels of this slot reuse it, and a signal handler may be reading it.
             room = Box::into_raw(Box::new([0; LABEL]));
             slot.label.store(room, Release);
         }
         let mut bytes = [0; LABEL];
         let n = label.len().min(LABEL - 1);
         bytes[..n].copy_from_slice(&label.as_bytes()[..n]);
-        // SAFETY: this slot's own room, which is never freed.
+        // SAFETY: `room` points to this slot's own buffer, which is never freed; the slot is not visible to `blame`
+        // until `end` is stored.
         unsafe { *room = bytes };
         slot.guard.store(guard, Release);
         slot.end.store(end, Release);
@@ -152,7 +154,8 @@ mod mapped {
         };
         let slot = SLOTS.iter().find(holds)?;
         let room = slot.label.load(Acquire);
-        // SAFETY: never freed, and the thread that filled it has stored its end since.
+        // SAFETY: `room` points to a buffer that is never freed, and its label was written before `end` was stored,
+        // which `holds` has read.
         let label: &'static [u8; LABEL] = unsafe { room.as_ref()? };
         let n = label.iter().position(|b| *b == 0).unwrap_or(LABEL);
         let what = if address < slot.guard.load(Acquire) { "a write to" } else { "an access past the end of" };
@@ -170,7 +173,7 @@ mod tests {
         let first = guarded.first().addr();
         assert_eq!(blame(first + 3), Some(("an access past the end of", b"argument `name`".as_slice())));
         assert_eq!(blame(first), Some(("a write to", b"argument `name`".as_slice())));
-        // SAFETY: three bytes that live as long as the copy.
+        // SAFETY: `first` points to the three bytes of the copy, which lives until the end of the test.
         assert_eq!(unsafe { std::slice::from_raw_parts(guarded.first(), 3) }, b"abc");
         drop(guarded);
         assert_eq!(blame(first), None);

@@ -7,7 +7,8 @@ use std::{
 
 use crate::state_block::GUARD;
 
-/// Size of a guard, words: enough for mistaking a force for a wrench, or one element for a few.
+/// Size of a guard, words: large enough to detect that a plugin wrote a wrench where a force was expected, or a few
+/// elements instead of one.
 const GUARD_WORDS: usize = 72;
 
 /// Plain numeric types, for which every bit pattern is valid.
@@ -81,7 +82,8 @@ impl<T: Number> DerefMut for Guarded<T> {
         if self.n == 0 {
             return &mut [];
         }
-        // SAFETY: as in `deref`; in addition, `self` is borrowed exclusively.
+        // SAFETY: `fill` made room for `n` elements after the first guard, and every bit pattern is a valid `T`; `self`
+        // is borrowed exclusively.
         unsafe { std::slice::from_raw_parts_mut(self.first_mut(), self.n) }
     }
 }

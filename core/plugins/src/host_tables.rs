@@ -41,7 +41,7 @@ struct OwnHost {
     raw: tatu_host,
     shared: Weak<Shared>,
     holder: Holder,
-    /// Tables of which it gets so many bytes.
+    /// Tables that the plugin gets truncated, with their sizes in bytes.
     needs: Vec<(CString, u32)>,
 }
 
@@ -83,15 +83,16 @@ impl HostTables {
         }
         HostTables { shared: Arc::new(Shared { find, cut: false, keys: Mutex::new(interner) }) }
     }
-    /// Gives plugins that do not come with the program truncated copies of the tables that they need, as long as their
-    /// `needs` state. A read past the end of a copy crashes the process. For validators; has no effect on plugins that
-    /// are already loaded.
+    /// Makes later plugins that do not come with the program get truncated copies of the tables that they need, of the
+    /// size that their `needs` state. A read past the end of a copy crashes the process. Meant for validators; plugins
+    /// that are already loaded are not affected.
     pub fn cut_to_needs(&mut self) {
         if let Some(shared) = Arc::get_mut(&mut self.shared) {
             shared.cut = true;
         }
     }
-    /// Creates the host object for a plugin. `needs`: ids of tables, and how many bytes of each the plugin requires.
+    /// Creates the host object for a plugin. `needs` has ids of tables, and how many bytes of each table the plugin
+    /// requires.
     pub(crate) fn own(&self, plugin: &str, of_program: bool, needs: Vec<(CString, u32)>) -> *const tatu_host {
         let raw = tatu_host {
             size: size_of::<tatu_host>() as u32,
@@ -118,7 +119,7 @@ impl HostTables {
             k.refused.clear();
         }
     }
-    /// Describes the tables of other drafts that were requested since then.
+    /// Describes the tables in other drafts that were requested since then.
     pub(crate) fn refused_drafts(&self) -> Vec<String> {
         let Ok(keys) = self.shared.keys.lock() else { return Vec::new() };
         keys.refused.iter().filter_map(|id| drafts::other_draft(id)).collect()
@@ -131,20 +132,20 @@ impl HostTables {
     pub fn key(&self, number: u32) -> Option<String> {
         self.shared.keys.lock().ok()?.keys.get(number as usize).cloned()
     }
-    /// Returns the number of a key, by the host pointer that a plugin holds; `None` for null.
+    /// Returns the number of a key, given the host pointer that a plugin has, or `None` if that is null.
     ///
     /// # Safety
     /// `host` must be null or a pointer made by [`HostTables`].
     pub unsafe fn number_at(host: *const tatu_host, key: &str) -> Option<u32> {
-        // SAFETY: the caller guarantees that `host` is valid.
+        // SAFETY: the caller guarantees that `host` is null or was made by `HostTables`, which never frees it.
         Some(unsafe { own(host) }?.shared.upgrade()?.number(key))
     }
-    /// Returns the plugin of a host pointer; `None` for null.
+    /// Returns the plugin that a host pointer was given to, or `None` if the pointer is null.
     ///
     /// # Safety
     /// As for [`number_at`](Self::number_at).
     pub unsafe fn holder_at(host: *const tatu_host) -> Option<&'static Holder> {
-        // SAFETY: the caller guarantees that `host` is valid.
+        // SAFETY: the caller guarantees that `host` is null or was made by `HostTables`, which never frees it.
         Some(&unsafe { own(host) }?.holder)
     }
 }
@@ -156,10 +157,10 @@ impl Shared {
 }
 
 unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *const c_void {
-    // SAFETY: the header requires `host` to be the pointer that the plugin was given.
+    // SAFETY: the header requires `host` to be the pointer that the plugin was given, which is never freed.
     let Some(own) = (unsafe { own(host) }).filter(|_| !id.is_null()) else { return std::ptr::null() };
     let Some(shared) = own.shared.upgrade() else { return std::ptr::null() };
-    // SAFETY: not null, and the header requires a NUL-terminated string.
+    // SAFETY: `id` is not null, and the header requires it to be a NUL-terminated string that is valid during the call.
     let id = unsafe { CStr::from_ptr(id) };
     let found = (shared.find)(id);
     if found.is_null() {
@@ -169,22 +170,22 @@ unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *cons
         }
     }
     match own.needs.iter().find(|(need, bytes)| need.as_c_str() == id && *bytes > 0) {
-        // SAFETY: a table of the host, which begins with its size.
+        // SAFETY: `found` points to one of the host's own tables, which are never freed and begin with their size.
         Some((_, bytes)) if !found.is_null() => unsafe { cut(found, *bytes, id) },
         _ => found,
     }
 }
 
-/// A copy of the first bytes of a table, whose `size` says so; never given back.
+/// Copies the first bytes of a table and stores their number as its `size`. The copy is never freed.
 ///
 /// # Safety
-/// `table` is one of the host's, which begins with its size.
+/// `table` must point to one of the host's own tables, which begin with their size.
 unsafe fn cut(table: *const c_void, bytes: u32, id: &CStr) -> *const c_void {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that `table` points to a table that begins with its size.
     let size = unsafe { *table.cast::<u32>() };
-    // Fields do not end within a pointer.
+    // Round down, so that the table does not end within a pointer.
     let bytes = bytes.min(size) & !7;
-    // SAFETY: at most as many bytes as the table has.
+    // SAFETY: `bytes` is at most the size of the table, which is never freed.
     let mut copy = unsafe { std::slice::from_raw_parts(table.cast::<u8>(), bytes as usize) }.to_vec();
     copy.splice(..4.min(copy.len()), bytes.to_ne_bytes());
     guard_page::before_guard(&copy, &format!("the {bytes} bytes of `{}` that `needs` states", id.to_string_lossy()))

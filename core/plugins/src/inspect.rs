@@ -1,13 +1,14 @@
-//! What a validator of plugins may watch and replace at the ABI. Ordinary runs have no inspector.
+//! The hooks through which a validator of plugins can observe and change calls at the ABI. Ordinary runs have no
+//! inspector.
 
 use tatu_plugin_api::abi::*;
 
 use crate::{CommandEntry, SensorKind};
 
-/// Watches calls into plugins. Every method does nothing by default. Methods are called on the thread of the call.
+/// Observes calls into plugins. Every method does nothing by default, and is called on the thread of the call.
 pub trait Inspector: Send + Sync {
-    /// Runs the function of a command, once, with this frame. Arguments may be moved to other memory for the time of
-    /// the call; they are as the command declares them.
+    /// Runs the function of a command exactly once, with this frame. The arguments conform to the command's
+    /// declaration; they may be moved to other memory during the call.
     fn command(
         &self,
         command: &CommandEntry,
@@ -17,15 +18,16 @@ pub trait Inspector: Send + Sync {
         let _ = command;
         run(frame)
     }
-    /// A command of this plugin failed with this status; neither it nor a service that it called gave a reason.
+    /// Called if a command failed with this status, and neither it nor a service that it called gave a reason.
     fn gave_no_reason(&self, command: &CommandEntry, status: tatu_status) {
         let _ = (command, status);
     }
-    /// A sensor has just filled this table in its `beams`, from a stack frame directly below the table.
+    /// Called after a sensor has filled this table in its `beams` function, whose stack frame was directly below the
+    /// table.
     fn beams(&self, kind: &SensorKind, beams: &tatu_beams) {
         let _ = (kind, beams);
     }
-    /// The `load` of an instance of this plugin (an index of the registry) is about to get these bytes, which `save`
+    /// Called before `load` of an instance of this plugin (an index of the registry) gets the given bytes, which `save`
     /// wrote, and this version.
     fn loads(&self, plugin: usize, bytes: &mut Vec<u8>, version: &mut u32) {
         let _ = (plugin, bytes, version);

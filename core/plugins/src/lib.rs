@@ -1,7 +1,7 @@
 //! Plugins: finding and loading them, and everything they offer.
 //!
 //! - `search`: folders and files in which plugins are searched, the user's own last;
-//! - `load`: opens one and copies its tables; `elf`, `drafts`: reasons to reject it;
+//! - `load`: opens a plugin and copies its tables; `elf`, `drafts`: reasons to reject it;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
 //! - [`HostTables`]: the host's functions, which plugins request by id, and interned keys;
 //! - [`thread_grant`]: use of instances on several threads;

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{HostTables, border::answer};
 
-/// Remarks on plugins that are loaded nevertheless.
+/// Remarks on plugins that do not prevent loading them.
 #[derive(Default)]
 pub struct Remarks {
     /// Warnings.
@@ -33,11 +33,11 @@ fn open_library(file: &Path) -> Result<Library, libloading::Error> {
     #[cfg(unix)]
     {
         use libloading::os::unix::{Library as Unix, RTLD_LOCAL, RTLD_NOW};
-        // SAFETY: loading a plugin runs the library's constructors; the user chose to trust it.
+        // SAFETY: loading a library runs its constructors, which may do anything; the user has chosen to trust it.
         unsafe { Unix::open(Some(file), RTLD_NOW | RTLD_LOCAL) }.map(Library::from)
     }
     #[cfg(not(unix))]
-    // SAFETY: as above.
+    // SAFETY: loading a library runs its constructors, which may do anything; the user has chosen to trust it.
     unsafe {
         Library::new(file)
     }
@@ -73,13 +73,13 @@ pub struct Loaded {
     raw: tatu_plugin_t,
     /// The host tables that the plugin holds pointers to.
     _host: Arc<HostTables>,
-    /// The watch for its shutdown.
+    /// The watch of the plugin's shutdown.
     watch: Arc<Watch>,
 }
 
 // SAFETY: the tables do not change after loading, and functions are called only on the threads that the header permits.
 unsafe impl Send for Loaded {}
-// SAFETY: as for `Send`.
+// SAFETY: the tables do not change after loading, and functions are called only on the threads that the header permits.
 unsafe impl Sync for Loaded {}
 
 impl Loaded {
@@ -95,7 +95,7 @@ impl Loaded {
     ) -> Result<Self> {
         let home = ProcessState::now();
         watch.subject(&path.display().to_string());
-        // The index is out of range, because the plugin has none yet.
+        // The index is out of range, because the plugin has no index yet.
         let outside = watch.enter(Call::Load, usize::MAX, 0);
         let opened = Self::open_watched(path, search, host, watch, remarks);
         guard::end_if_child();
@@ -135,7 +135,8 @@ impl Loaded {
                 }
             }
         })?;
-        // SAFETY: the contract requires the symbol to be a constant of this type.
+        // SAFETY: the contract requires the symbol to be a constant of this type; it belongs to the library, which is
+        // never unloaded.
         let descriptor: *const tatu_plugin_t =
             unsafe { library.get::<*const tatu_plugin_t>(b"tatu_plugin\0").map(|s| s.try_as_raw_ptr()) }
                 .ok()
@@ -161,10 +162,10 @@ impl Loaded {
         if let Some(lack) = tables::lacking(raw.size, &needed) {
             return Err(fail(format!("its descriptor `tatu_plugin` {lack}"), tables::HELP));
         }
-        // SAFETY: the contract requires the strings of the descriptor to be null or NUL-terminated; they live as long
-        // as the library. Likewise below.
+        // SAFETY: the contract requires the strings of the descriptor to be null or NUL-terminated; they belong to the
+        // library, which is never unloaded. This also applies below.
         let text = |p| unsafe { tables::text(p) };
-        // SAFETY: as above.
+        // SAFETY: `raw.id` is null or NUL-terminated, and belongs to the library, which is never unloaded.
         let id = unsafe { tables::label(raw.id) }.filter(|s| !s.is_empty()).ok_or_else(|| {
             fail("its id is empty".into(), "give `tatu_plugin.id` a name of your own, such as \"org.example.gripper\"")
         })?;
@@ -185,8 +186,8 @@ impl Loaded {
         host.forget_refused();
         if let Some(init) = raw.init {
             watch.enter(Call::Init, usize::MAX, 0);
-            // SAFETY: `init` belongs to the library; `own` is never freed, the tables live as long as `_host`, and `me`
-            // and the error object through the call.
+            // SAFETY: `init` belongs to the library, which is never unloaded; `own` is never freed, and the tables live
+            // as long as `_host`. `me` and the error object live until the call has returned.
             let status = unsafe { answer(init(own, &mut me, error.raw()), false, error.raw()) };
             watch.enter(Call::Extension, usize::MAX, 0);
             if status < 0 {
@@ -240,9 +241,11 @@ impl Loaded {
     }
 
     fn check_needs(raw: &tatu_plugin_t, host: &HostTables, path: &Path, remarks: &mut Remarks) -> Result<(), Unmet> {
-        // SAFETY: the contract requires `needs` to be null or a null-terminated list of tables.
+        // SAFETY: the contract requires `needs` to be null or a null-terminated list of tables; it belongs to the
+        // library, which is never unloaded.
         for (_, need) in unsafe { tables::list(raw.needs) } {
-            // SAFETY: the contract requires `id` to be null or NUL-terminated.
+            // SAFETY: the contract requires `id` to be null or NUL-terminated; it belongs to the library, which is
+            // never unloaded.
             let id = unsafe { tables::text(need.id) };
             let Some(unmet) = unmet(id.as_deref(), &need, host) else { continue };
             if need.optional == 0 {
@@ -260,11 +263,12 @@ impl Loaded {
         if theirs.is_null() {
             return Ok(());
         }
-        // SAFETY: not null, and the contract requires the extension of this id to be such a table.
+        // SAFETY: `theirs` is not null, and the contract requires the extension with this id to be such a table; it
+        // belongs to the library, which is never unloaded.
         unsafe { compare_layouts(theirs) }.map(drop)
     }
 
-    /// Returns the table of one of its extensions, or null.
+    /// Returns the table of one of the plugin's extensions, or null.
     pub fn extension<T>(&self, id: &std::ffi::CStr) -> *const T {
         // SAFETY: `f` belongs to the library, which is never unloaded; `me` is the plugin's own pointer, and `id` is
         // NUL-terminated.
@@ -272,11 +276,13 @@ impl Loaded {
     }
 }
 
-/// Ids of the tables that a plugin needs, and how many bytes of each.
+/// Returns the ids of the tables that a plugin needs, and the number of bytes of each.
 fn needs_of(raw: &tatu_plugin_t) -> Vec<(CString, u32)> {
-    // SAFETY: a null-terminated list of tables, by the contract.
+    // SAFETY: the contract requires `needs` to be null or a null-terminated list of tables; it belongs to the library,
+    // which is never unloaded.
     let all = unsafe { tables::list(raw.needs) };
-    // SAFETY: NUL-terminated, by the contract.
+    // SAFETY: `id` is not null, and the contract requires it to be NUL-terminated; it belongs to the library, which is
+    // never unloaded.
     let id = |need: &tatu_need| (!need.id.is_null()).then(|| unsafe { CStr::from_ptr(need.id) }.to_owned());
     all.iter().filter_map(|(_, need)| Some((id(need)?, need.bytes))).collect()
 }
@@ -307,7 +313,7 @@ fn unmet(id: Option<&str>, need: &tatu_need, host: &HostTables) -> Option<Unmet>
         let why = drafts::other_draft(id).unwrap_or_else(|| "which this host does not offer".into());
         return Some(Unmet { what: format!("`{id}`"), why, newer_host: false });
     }
-    // SAFETY: `table` is one of the host's own tables, which begin with their size.
+    // SAFETY: `table` points to one of the host's own tables, which are never freed and begin with their size.
     let size = unsafe { *table.cast::<u32>() };
     (need.bytes > size).then(|| Unmet {
         what: format!("{} bytes of `{id}`", need.bytes),
@@ -317,12 +323,13 @@ fn unmet(id: Option<&str>, need: &tatu_need, host: &HostTables) -> Option<Unmet>
 }
 
 impl Loaded {
-    /// Shuts the plugin down, once, and returns the errors. No instance is left, since worlds hold the registry, which
-    /// holds this.
+    /// Shuts the plugin down, at most once, and returns the errors. All instances have been destroyed, since worlds
+    /// hold the registry, which holds this.
     pub fn end(&mut self) -> Vec<Error> {
         let Some(shutdown) = self.raw.shutdown.take() else { return Vec::new() };
         let home = ProcessState::now();
-        // SAFETY: `shutdown` belongs to the library and is called once: it was taken out of the table.
+        // SAFETY: `shutdown` belongs to the library, which is never unloaded, and `self.me` is its own pointer. It is
+        // called only once, since it was taken out of the table.
         let run = || unsafe { shutdown(self.me) };
         self.watch.subject(&format!("{} ({})", self.id, self.path.display()));
         let before = self.watch.enter(Call::Shutdown, usize::MAX, 0);

@@ -12,10 +12,10 @@ use super::{
 /// Maximum number of names of a command, since its number and the name's share one word.
 pub(super) const MOST_NAMES: usize = 255;
 
-const SPACE: &str = "give it a name space of its own: `mine.name`";
+const SPACE: &str = "give it a separate name space, such as `mine.name`";
 
 impl Registry {
-    /// Returns the owner of a command or constant; `usize::MAX`: the command whose names are being read.
+    /// Returns the owner of a command or constant, or `usize::MAX` for the command whose names are being read.
     fn owner(&self, name: &str) -> Option<usize> {
         let command = self.names.get(name).map(|(id, _)| self.commands.get(*id as usize - 1));
         let command = command.map(|c| c.map_or(usize::MAX, |c| c.plugin));
@@ -39,7 +39,7 @@ impl Registry {
             return Some(match self.plugins.get(owner).filter(|_| owner != plugin) {
                 None => (
                     format!("it offers the command `{name}` twice; the first one is used"),
-                    "give each a name of its own",
+                    "give each a different name",
                 ),
                 Some(other) => (format!("its command `{name}` is already offered by `{}`", other.id), SPACE),
             });
@@ -110,7 +110,7 @@ impl Registry {
                 self.plugins[other].id
             );
             Error::new("E310", text)
-                .help("nothing, if this is intended; else give it a name space of its own: `mine.name`")
+                .help("do nothing if this is intended; otherwise give it a separate name space, such as `mine.name`")
         };
         let told: Vec<Error> = found.into_iter().map(tell).collect();
         self.refused.extend(told);

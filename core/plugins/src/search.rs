@@ -43,7 +43,7 @@ pub struct Search {
     pub built: Vec<String>,
     /// If set, libraries are opened as copies in this folder, so that their files can be overwritten while in use.
     pub copies: Option<Arc<Copies>>,
-    /// The one file that is opened, whatever it is called and wherever it lies: somebody wants to know what becomes of it.
+    /// The only file that is opened, whatever its name and folder; used to test a single plugin.
     pub only: Option<PathBuf>,
 }
 
@@ -63,7 +63,8 @@ impl Copies {
         })?;
         Ok(Copies { folder, made: AtomicUsize::new(0) })
     }
-    /// Copies a file under a unique name, because the loader would take a library of the same name for the first one.
+    /// Copies a file under a unique name, because the loader would return the first library for a second one of the
+    /// same name.
     pub fn copy(&self, file: &Path) -> std::io::Result<PathBuf> {
         let number = self.made.fetch_add(1, Ordering::Relaxed);
         let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
@@ -91,19 +92,19 @@ impl Search {
         Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), ..Search::default() }
     }
 
-    /// Adds a folder that a scene names; the user's own stays the last one.
+    /// Adds a folder that a scene names, before the user's own folder.
     pub fn add_scene_folder(&mut self, folder: PathBuf) {
         let at = self.folders.iter().position(|(_, s)| *s == Source::User).unwrap_or(self.folders.len());
         self.folders.insert(at, (folder, Source::Scene));
     }
 
-    /// Adds the user's own folder, which is searched last: what is installed there takes no plugin's place.
+    /// Adds the user's own folder, which is searched last, so that it cannot hide plugins in other folders.
     pub fn add_user_folder(&mut self, folder: PathBuf) {
         self.folders.push((folder, Source::User));
     }
 
-    /// Returns whether a file comes with the program; other plugins are blamed first in case of conflict. If the
-    /// program's plugins are unknown, these are all except those of a scene.
+    /// Returns whether a file comes with the program; in case of a conflict, other plugins are reported. If the
+    /// program's plugins are unknown, all plugins except those of a scene count as such.
     pub fn is_of_program(&self, file: &Path) -> bool {
         let known = || file.file_name().and_then(|n| n.to_str()).and_then(stem).is_some_and(|s| self.is_built(s));
         !self.is_of_scene(file) && !self.lies_in(file, Source::User) && (self.built.is_empty() || known())
@@ -153,7 +154,7 @@ impl Search {
         out
     }
 
-    /// Whether a file of this name is opened in a folder of this kind.
+    /// Returns whether a file with this name is opened in a folder of this kind.
     pub fn may_be_plugin(&self, path: &Path, source: Source) -> bool {
         let Some(name) = path.file_name().and_then(|n| n.to_str()) else { return false };
         stem(name).is_some_and(|stem| source != Source::Built || self.is_built(stem))

@@ -5,7 +5,7 @@ use std::{
     ops::{Deref, DerefMut},
 };
 
-/// The guard word around memory that plugins write to: unlikely as a number, a pointer or a text.
+/// The guard word around memory that plugins write to; it is unlikely to occur as a number, a pointer or a text.
 pub const GUARD: u64 = 0x5EED_A11A_D0E5_7A7C;
 /// Number of guard words on each side: enough to catch small overruns.
 pub const GUARD_WORDS: usize = 8;
@@ -24,7 +24,7 @@ impl StateBlock {
         block
     }
 
-    /// Returns the pointer to pass to plugins; null if the block is empty.
+    /// Returns the pointer to pass to plugins, which is null if the block is empty.
     #[inline]
     pub fn place(&self) -> *mut c_void {
         if self.0.len() == 2 * GUARD_WORDS {
@@ -75,7 +75,7 @@ mod tests {
         let mut block = StateBlock::new(12);
         assert_eq!((block.len(), block.is_whole()), (2, true));
         for beside in [-1, 2] {
-            // SAFETY: the words before and after the block belong to its guards.
+            // SAFETY: the words before and after the block belong to its guards, which live as long as `block`.
             unsafe { block.place().cast::<u64>().offset(beside).write(1) };
             assert!(!block.is_whole());
             block.mend();

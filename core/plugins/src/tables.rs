@@ -15,7 +15,8 @@ pub unsafe trait Table: Copy {}
 macro_rules! table {
     ($($t:ty),*) => {
         $(
-            // SAFETY: a mirror of a table in the header; a test compares sizes and offsets.
+            // SAFETY: the type mirrors a table in the header, which begins with its size; a test compares sizes and
+            // offsets.
             unsafe impl Table for $t {}
         )*
     };
@@ -58,7 +59,7 @@ pub unsafe fn read<T: Table>(from: *const T) -> Option<T> {
     if from.is_null() {
         return None;
     }
-    // SAFETY: the caller guarantees that the table has `size` bytes; at most so many are copied, and zeros are valid
+    // SAFETY: the caller guarantees that the table has `size` bytes; at most that many are copied, and zeros are valid
     // for the rest. Fields have 8 bytes or are pairs of 4-byte fields, so rounding down never splits a pointer.
     unsafe {
         let size = (*from.cast::<u32>()) as usize;
@@ -112,7 +113,7 @@ pub fn lacking(size: u32, required: &[Required]) -> Option<String> {
 /// # Safety
 /// `list` must be null or a null-terminated array of pointers to tables that are valid for [`read`].
 pub unsafe fn list<T: Table>(list: *const *const T) -> Vec<(*const T, T)> {
-    // SAFETY: the caller guarantees that the list and its tables are valid.
+    // SAFETY: the caller guarantees that the list and its tables are valid during this call; the tables are copied.
     unsafe { pointers(list).into_iter().filter_map(|p| read(p).map(|t| (p, t))).collect() }
 }
 
@@ -126,7 +127,8 @@ pub unsafe fn pointers<T>(list: *const *const T) -> Vec<*const T> {
         return out;
     }
     for i in 0..65536 {
-        // SAFETY: no null was found before index `i`, so it is within the array.
+        // SAFETY: no null pointer was found before index `i`, so the element is within the array, which the caller
+        // guarantees to be valid during this call.
         let p = unsafe { *list.add(i) };
         if p.is_null() {
             break;
@@ -141,7 +143,7 @@ pub unsafe fn pointers<T>(list: *const *const T) -> Vec<*const T> {
 /// # Safety
 /// `s` must be null or NUL-terminated.
 pub unsafe fn text(s: *const c_char) -> Option<String> {
-    // SAFETY: `s` is not null, and the caller guarantees that it is NUL-terminated.
+    // SAFETY: `s` is not null, and the caller guarantees that it is NUL-terminated and valid during this call.
     (!s.is_null()).then(|| texts::clean(&unsafe { CStr::from_ptr(s) }.to_string_lossy()).into_owned())
 }
 
@@ -150,6 +152,6 @@ pub unsafe fn text(s: *const c_char) -> Option<String> {
 /// # Safety
 /// `s` must be null or NUL-terminated.
 pub unsafe fn label(s: *const c_char) -> Option<String> {
-    // SAFETY: `s` is not null, and the caller guarantees that it is NUL-terminated.
+    // SAFETY: `s` is not null, and the caller guarantees that it is NUL-terminated and valid during this call.
     (!s.is_null()).then(|| texts::label(unsafe { CStr::from_ptr(s) }.to_bytes()))
 }

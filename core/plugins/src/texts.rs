@@ -5,7 +5,7 @@ use std::{borrow::Cow, fmt::Write};
 /// Maximum size of one part of an error text, bytes.
 pub const MOST_BYTES: usize = 16 << 10;
 
-/// Room for what the host adds to a truncated text, so that it is not truncated again.
+/// Space for text that the host adds to a truncated text, so that it is not truncated again.
 const SLACK: usize = 1 << 10;
 
 /// Returns whether a character controls a terminal, or reorders the text after it.
@@ -51,7 +51,7 @@ pub(crate) fn of_error(bytes: &[u8]) -> Vec<u8> {
     if bytes.len() <= MOST_BYTES + SLACK {
         return clean_bytes(bytes).into_owned();
     }
-    // Back to the start of a character, which has at most four bytes.
+    // Go back to the start of a character, which has at most four bytes.
     let begins = |at: &usize| bytes[*at] & 0xC0 != 0x80;
     let at = (MOST_BYTES - 3..=MOST_BYTES).rev().find(begins).unwrap_or(MOST_BYTES);
     let mut out = clean_bytes(&bytes[..at]).into_owned();
@@ -80,8 +80,8 @@ pub fn label(bytes: &[u8]) -> String {
 /// The hint for an invalid name.
 pub(super) const HELP: &str = "use letters, digits, `_` and dots: `mine.name`";
 
-/// Returns why a name is invalid, if it is. The name must come from [`label`], in which a backslash marks what cannot
-/// be displayed.
+/// Returns why a name is invalid, or `None` if it is valid. The name must come from [`label`], in which a backslash
+/// marks what cannot be displayed.
 pub(super) fn flaw(name: &str) -> Option<&'static str> {
     match name {
         "" => Some("is empty"),
@@ -117,7 +117,7 @@ mod tests {
         let text = format!("{}{}", "x".repeat(MOST_BYTES - 1), "ö".repeat(2000));
         let cut = String::from_utf8(of_error(text.as_bytes())).unwrap();
         assert_eq!(cut, format!("{}... (4000 more bytes are left out)", "x".repeat(MOST_BYTES - 1)));
-        // A truncated text is not truncated again when the host prefixes it.
+        // A truncated text is not truncated again when the host adds a prefix.
         let longer = format!("plugin `x` failed: {cut}");
         assert_eq!(of_error(longer.as_bytes()), longer.as_bytes());
         assert!(of_error(&[0x80; 40000]).len() < MOST_BYTES + 100);

@@ -24,6 +24,6 @@ impl<T> ThreadGrant<T> {
     }
 }
 
-// SAFETY: the caller of `ThreadGrant::new` guarantees that the plugins permit calls from this thread, and that nothing
-// else changes what the value refers to.
+// SAFETY: the caller of `ThreadGrant::new` guarantees that the plugins permit calls from this thread, and that no other
+// thread changes anything that the value refers to.
 unsafe impl<T> Send for ThreadGrant<T> {}

@@ -1,6 +1,7 @@
-//! Units in scene files: keys carry their unit; inside, everything is in SI units and radians.
+//! Units in scene files: keys carry their unit; internally, all values are in SI units and radians.
 
-/// Returns how the keys of scene files express a unit: suffix, and factor to SI. The first one is the one to suggest.
+/// Returns the suffixes by which the keys of scene files express a unit, with factors to SI. The first one is suggested
+/// in messages.
 pub fn suffixes(unit: &str) -> &'static [(&'static str, f64)] {
     const DEG: f64 = std::f64::consts::PI / 180.0;
     match unit {
@@ -59,7 +60,7 @@ pub fn factor(written: &str, key: &str, unit: Option<&str>) -> Option<f64> {
     suffixes(unit.unwrap_or("")).iter().find(|(s, _)| *s == rest).map(|(_, f)| *f)
 }
 
-/// Returns whether a written key is the parameter with a wrong unit (`range_cm`), or without one.
+/// Returns whether a written key is the parameter with a wrong unit (`range_cm`), or without the unit that it needs.
 pub fn wrong_unit(written: &str, key: &str, unit: Option<&str>) -> bool {
     const KNOWN: &[&str] = &[
         "", "_m", "_cm", "_mm", "_km", "_in", "_ft", "_deg", "_rad", "_s", "_ms", "_us", "_kg", "_g", "_hz", "_khz",

@@ -84,7 +84,7 @@ calls! {
 }
 
 impl Call {
-    /// Returns its name in the header: "tatu_sensor.measure".
+    /// Returns the function's name in the header, such as "tatu_sensor.measure".
     pub fn text(self) -> &'static str {
         Self::TEXTS[self as usize]
     }
@@ -101,8 +101,8 @@ thread_local! {
     static HERE: Cell<*const Watch> = const { Cell::new(ptr::null()) };
 }
 
-/// Returns the watch whose plugin call runs on this thread; null: none. Signal handlers may call this. Only
-/// [`Watches::running`] may use the pointer, since the watch may no longer exist.
+/// Returns the watch whose plugin call runs on this thread, or null if there is none. Signal handlers may call this.
+/// Only [`Watches::running`] may use the pointer, since the watch may no longer exist.
 pub fn here() -> *const Watch {
     HERE.get()
 }
@@ -112,7 +112,7 @@ pub fn here() -> *const Watch {
 pub struct ScriptPlace(usize, usize);
 
 impl ScriptPlace {
-    /// Creates it from the function of the script's language and the data to pass to it.
+    /// Stores the function of the script's language, and the data to pass to it.
     pub fn new(place: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_error)>, data: *mut c_void) -> Self {
         ScriptPlace(place.map_or(0, |f| f as usize), data as usize)
     }
@@ -125,8 +125,8 @@ impl ScriptPlace {
             return None;
         }
         let mut error = ErrorSlot::new();
-        // SAFETY: the number was made from a function pointer of this type in `new`; the caller guarantees that the
-        // script exists.
+        // SAFETY: the number was made in `new` from a pointer to a function of this type, in a library that is never
+        // unloaded; the caller guarantees that the script exists.
         unsafe {
             let place: unsafe extern "C" fn(*mut c_void, *mut tatu_error) = std::mem::transmute(self.0);
             place(self.1 as *mut c_void, error.fresh());
@@ -155,7 +155,7 @@ pub struct Watch {
     script: [AtomicUsize; 2],
     /// Names of objects, by slot.
     names: Arc<Mutex<BTreeMap<u32, String>>>,
-    /// Name of the file or model being loaded or built, which has no index yet, or of the service whose turn it is.
+    /// Name of the file or model being loaded or built, which has no index yet, or of the service that has its turn.
     subject: Mutex<String>,
 }
 
@@ -169,7 +169,7 @@ impl Watch {
     pub fn is_idle(&self) -> bool {
         self.now.load(Relaxed) & ((1 << COUNT) - 1) == 0
     }
-    /// Returns the innermost running call; `None`: none is running.
+    /// Returns the innermost running call, or `None` if none is running.
     pub fn call(&self) -> Option<Call> {
         Call::ALL[self.call_number()]
     }
@@ -182,7 +182,7 @@ impl Watch {
     pub fn plugin(&self) -> usize {
         (self.now.load(Relaxed) >> OBJECT) as usize & ((1 << PLUGIN) - 1)
     }
-    /// Returns the slot of the call's object; 0: none.
+    /// Returns the slot of the call's object, or 0 if it has none.
     pub fn slot(&self) -> u32 {
         (self.now.load(Relaxed) & ((1 << OBJECT) - 1)) as u32
     }
@@ -221,7 +221,7 @@ impl Watch {
         self.script[1].store(place.1, Relaxed);
         before
     }
-    /// Marks the running call as active: it waits for something outside, but checks whether the run is to end.
+    /// Marks the running call as active: it waits for an external event, but checks whether the run is to end.
     pub fn waits(&self) {
         let now = self.now.load(Relaxed);
         self.note(now, now);
@@ -237,14 +237,14 @@ impl Watch {
             names.insert(slot, name);
         }
     }
-    /// Returns the name of an object, if known; slot 0: the current subject.
+    /// Returns the name of an object, if it is known. For slot 0, returns the current subject.
     pub fn name_of(&self, slot: u32) -> Option<String> {
         if slot == 0 {
             return self.subject.lock().ok().map(|s| s.clone()).filter(|s| !s.is_empty());
         }
         self.names.lock().ok()?.get(&slot).cloned()
     }
-    /// Sets the name of the file or model that is being loaded or built, or of the service whose turn it is.
+    /// Sets the name of the file or model that is being loaded or built, or of the service that has its turn.
     pub fn subject(&self, name: &str) {
         if let Ok(mut subject) = self.subject.lock() {
             name.clone_into(&mut subject);
@@ -272,7 +272,7 @@ pub struct Stuck {
 /// Number of attempts, a millisecond apart, to take a lock whose holder may never release it.
 const TRIES: usize = 100;
 
-/// Takes a lock that a stuck or crashed thread may hold; `None`: it is not released in time.
+/// Takes a lock that a stuck or crashed thread may hold; returns `None` if it is not released in time.
 pub fn peek<T>(of: &Mutex<T>) -> Option<MutexGuard<'_, T>> {
     for _ in 0..TRIES {
         match of.try_lock() {
@@ -284,7 +284,7 @@ pub fn peek<T>(of: &Mutex<T>) -> Option<MutexGuard<'_, T>> {
     None
 }
 
-/// Returns whether a watch is used outside the list.
+/// Returns whether a watch is referenced outside the list.
 fn is_used(watch: &Arc<Watch>) -> bool {
     Arc::strong_count(watch) > 1
 }
@@ -373,7 +373,7 @@ impl Watches {
         (word & ((1 << COUNT) - 1) != 0).then(|| self.describe(&watch, word))
     }
 
-    /// Returns the call running on the thread whose [`here`] this is; `None`: none.
+    /// Returns the call running on the thread whose [`here`] this is, or `None` if there is none.
     pub fn running(&self, here: *const Watch) -> Option<Stuck> {
         let watch = peek(&self.0.all)?.iter().find(|w| ptr::eq(Arc::as_ptr(w), here))?.clone();
         let word = watch.now.load(Relaxed);
@@ -418,7 +418,7 @@ mod tests {
         watches.guard(Duration::from_millis(40), move |s| tell.send(s).unwrap()).unwrap();
         let outer = bad.enter(Call::ScriptCall, 0, 7);
         bad.enter(Call::Command, 1, 7);
-        // The other world keeps calling and returning, within a call that lasts.
+        // The other world keeps calling and returning, while this call lasts.
         good.enter(Call::ScriptCall, 0, 3);
         let stuck = loop {
             let inner = good.enter(Call::Command, 1, 3);

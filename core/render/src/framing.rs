@@ -7,7 +7,8 @@ use tatu_scene::{Data, visible_parts};
 
 use super::Camera;
 
-/// Direction from which a scene without a camera is viewed: the front right and above.
+/// Direction from the target to the camera, for a scene without a camera: the camera is behind, to the right and above,
+/// if the front is +x. Not normalized.
 const FROM: [f64; 3] = [-0.55, -0.65, 0.5];
 /// Scale of the margin around the visible shapes.
 const ROOM: f64 = 1.05;

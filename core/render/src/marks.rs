@@ -19,7 +19,7 @@ pub(super) struct Mark {
 /// A line segment in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
-    /// Its ends in the world, in metres; if they coincide, a dot is drawn.
+    /// Its ends in the world frame, in metres; if they coincide, a dot is drawn.
     pub ends: [Point3<f64>; 2],
     /// Red, green and blue, each 0 to 1.
     pub color: [f64; 3],
@@ -30,7 +30,7 @@ pub struct Line {
 /// Width of the curve of a graph, in pixels.
 const CURVE_WIDTH: f64 = 2.5;
 
-/// Returns the marks of all drawings, curves and lines, at their current positions in the world.
+/// Returns the marks of all drawings, curves and lines, at their current positions in the world frame.
 pub(super) fn all(scene: &Scene, figures: &Figures, camera: &Camera, lines: &[Line]) -> Vec<Mark> {
     let mut pen = Pen { camera, marks: Vec::new(), color: [0.0; 3] };
     for d in figures.drawings.values() {
@@ -126,7 +126,7 @@ impl Pen<'_> {
     }
 }
 
-/// Returns a rotation that brings the z axis to a direction; the identity if the direction is zero.
+/// Returns a rotation from the z axis to a direction, or the identity if the direction is zero.
 fn turned(to: &Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::rotation_between(&Vector3::z(), to).unwrap_or_else(|| {
         let back = if to.z < 0.0 { std::f64::consts::PI } else { 0.0 };

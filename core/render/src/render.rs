@@ -220,7 +220,7 @@ fn is_solid(seen: &Seen) -> bool {
     matches!(seen.what, What::Floor | What::Solid(..))
 }
 
-/// Whether two samples lie on the same smooth surface.
+/// Returns whether two samples lie on the same smooth surface.
 fn alike(a: &Seen, b: &Seen) -> bool {
     let same = match (a.what, b.what) {
         (What::Solid(i, _), What::Solid(k, _)) => i == k,

@@ -99,7 +99,7 @@ impl Stage {
         best
     }
 
-    /// Whether a solid is within `far` of a point in a direction. Marks cast no shadows.
+    /// Returns whether a solid is within `far` of a point in a direction. Marks cast no shadows.
     pub fn blocked(&self, from: &Point3<f64>, direction: &Unit<Vector3<f64>>, far: f64) -> bool {
         self.solids.cast_one(&ray(from, direction, 0.0, far)).is_some()
     }
@@ -111,7 +111,7 @@ impl Stage {
         }
     }
 
-    /// Whether the grid is drawn on a surface: on planes, and on surfaces in the plane z = 0 that face up.
+    /// Returns whether the grid is drawn on a surface: on planes, and on surfaces in the plane z = 0 that face up.
     pub fn has_grid(&self, seen: &Seen) -> bool {
         match seen.what {
             What::Floor => true,

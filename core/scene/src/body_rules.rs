@@ -4,8 +4,8 @@ use tatu_physics::Motion;
 
 use super::{Data, Scene};
 
-/// Returns how a shape's body moves; `None`: it needs no body. A shape that only carries joints of dynamic shapes needs
-/// one, for the joints to attach to.
+/// Returns how a shape's body moves, or `None` if it needs no body. A shape that only carries joints of dynamic shapes
+/// needs one, so that the joints can be attached to it.
 pub(super) fn motion_of(scene: &Scene, slot: u32) -> Option<Motion> {
     let shape = scene.get(slot)?.shape()?;
     match shape.dynamic {
@@ -39,7 +39,7 @@ fn carries_tie(scene: &Scene, slot: u32) -> bool {
         .any(|tie| scene.children(*tie).iter().any(|c| tie_of(scene, *c).is_some_and(|(above, _)| above == slot)))
 }
 
-/// Returns whether something above can move it: a dynamic shape, or a joint.
+/// Returns whether an object above it, a dynamic shape or a joint, can move it.
 fn is_carried(scene: &Scene, slot: u32) -> bool {
     let mut at = scene.get(slot).map_or(0, |o| o.parent);
     while let Some(o) = scene.get(at) {

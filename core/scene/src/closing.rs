@@ -17,7 +17,8 @@ const CLOSED: (f64, f64) = (1e-3, 1e-2);
 const STARTS: usize = 8;
 const STEPS: usize = 60;
 
-/// A degree of freedom: its axis in the world at the joint's current position, and how far it can move from there.
+/// A degree of freedom: its axis in the world frame at the joint's current position, and how far it can move from
+/// there.
 struct Freedom {
     origin: Vector3<f64>,
     axis: Vector3<f64>,
@@ -121,7 +122,8 @@ fn least(chains: &[Chain; 2], reach: f64) -> Gap {
     };
     let mut best: Option<(f64, Gap)> = None;
     for start in 0..STARTS {
-        // Starts from the current positions, then from positions spread over a turn or the reach of the loop.
+        // The search starts from the current positions, then from positions spread over a turn or the reach of the
+        // loop.
         let spread = |i: usize| ((start * (2 * i + 3)) % STARTS) as f64 / STARTS as f64 - 0.5;
         let from = |(i, f): (usize, &&Freedom)| match start {
             0 => 0.0,
@@ -159,7 +161,7 @@ fn least(chains: &[Chain; 2], reach: f64) -> Gap {
     best.map_or((Vector3::zeros(), Vector3::zeros()), |(_, left)| left)
 }
 
-/// Returns the world axes along which most of a vector lies.
+/// Returns the names of the world axes along which most of a vector lies.
 fn axes(v: &Vector3<f64>) -> String {
     let named: Vec<&str> =
         ["x", "y", "z"].into_iter().zip(v.iter()).filter(|(_, x)| x.abs() > 0.1 * v.norm()).map(|(n, _)| n).collect();
@@ -178,7 +180,7 @@ impl Scene {
             return None;
         }
         let ((above_one, root_one), (above_other, root_other)) = (ties(self, one)?, ties(self, other)?);
-        // A floating body can move to wherever it must.
+        // A floating body can move to any required pose.
         if root_one != root_other {
             return None;
         }

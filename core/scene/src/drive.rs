@@ -103,7 +103,7 @@ impl Drive {
             _ => Ok(Some(drive)),
         }
     }
-    /// Returns it as a table; empty: no drive.
+    /// Returns the drive as a table, which is empty if there is no drive.
     pub fn to_value(drive: Option<&Drive>) -> Value {
         let Some(d) = drive else { return Value::Map(Vec::new()) };
         let texts = |all: &[String]| Value::List(all.iter().map(Value::text).collect());

@@ -1,4 +1,4 @@
-//! The solids of a shape: what is drawn and hit by beams, what collides, and the default mass.
+//! The solids of a shape: those that are drawn and hit by beams, those that collide, and the default mass.
 
 use std::sync::Arc;
 
@@ -7,7 +7,8 @@ use tatu_geometry::{Form, Mesh, Part};
 
 use super::{Primitive, Shape};
 
-/// Returns the form of a primitive with the full extents `size`; `None`: a mesh that is missing, or a compound.
+/// Returns the form of a primitive with the full extents `size`, or `None` for a mesh that is missing, and for a
+/// compound.
 fn form(primitive: Primitive, size: Vector3<f64>, (mesh, convex): (Option<&Arc<Mesh>>, bool)) -> Option<Form> {
     Some(match primitive {
         Primitive::Box => Form::Box { half: size / 2.0 },
@@ -32,7 +33,7 @@ pub fn visible_parts(shape: &Shape) -> Vec<Part> {
     form(shape.primitive, shape.size, (shape.mesh.as_ref(), shape.convex)).map(whole).into_iter().collect()
 }
 
-/// Returns a part that is the whole shape.
+/// Returns a part that consists of the whole shape.
 fn whole(form: Form) -> Part {
     Part { pose: Isometry3::identity(), form, friction: None, color: None }
 }
@@ -116,13 +117,14 @@ fn part_inertia(form: &Form, m: f64) -> Matrix3<f64> {
             diagonal(side, side, m * r2 / 2.0)
         }
         Form::Capsule { radius, half_length } => {
-            // Approximated by a cylinder of the full length, to within a few percent. Used only if no inertia is given.
+            // The capsule is approximated by a cylinder of the full length, to within a few percent. This is used only
+            // if no inertia is given.
             let (r2, l) = (radius * radius, 2.0 * (half_length + radius));
             let side = m * (3.0 * r2 + l * l) / 12.0;
             diagonal(side, side, m * r2 / 2.0)
         }
         Form::Mesh { mesh, .. } => {
-            // Approximated by the bounding box. Used only if no inertia is given.
+            // The mesh is approximated by its bounding box. This is used only if no inertia is given.
             let (mut low, mut high) =
                 (Point3::from(Vector3::repeat(f64::MAX)), Point3::from(Vector3::repeat(f64::MIN)));
             for v in &mesh.vertices {

@@ -54,8 +54,8 @@ pub fn pose_to_array(p: &Isometry3<f64>) -> [f64; 7] {
     [t.x, t.y, t.z, q.x, q.y, q.z, q.w]
 }
 
-/// Converts 7 numbers to a pose; the quaternion is normalised. `None`: a number is not finite, or the quaternion is
-/// zero.
+/// Converts 7 numbers to a pose, with a normalised quaternion. Returns `None` if a number is not finite, or if the
+/// quaternion is zero.
 pub fn pose_from_array(a: &[f64; 7]) -> Option<Isometry3<f64>> {
     let q = Quaternion::new(a[6], a[3], a[4], a[5]);
     let finite = a.iter().all(|x| x.is_finite()) && q.norm() > 1e-12;

@@ -1,5 +1,5 @@
 //! Checks of a scene's mechanics before a run: impossible bodies, joints between very different masses, grippers too
-//! weak for what they hold, steps too long for contacts.
+//! weak for the objects between their fingers, steps too long for contacts.
 
 use std::collections::BTreeMap;
 

@@ -44,7 +44,7 @@ pub(super) fn forms(scene: &Scene) -> BTreeMap<u32, JointForm> {
         let form = match scene.get(root).and_then(|o| o.shape()).map(|s| s.joint_solver) {
             // Coordinates can be coupled only in reduced form.
             _ if coupled.contains(&root) => JointForm::Reduced,
-            // In reduced coordinates, a body that is moved by hand has no velocity.
+            // In reduced coordinates, a body that is moved from outside has no velocity.
             _ if motion_of(scene, root) == Some(Motion::Kinematic) => JointForm::Impulse,
             Some(JointSolver::Reduced) => JointForm::Reduced,
             Some(JointSolver::Impulse) => JointForm::Impulse,

@@ -32,7 +32,7 @@ impl Moves {
         if self.noted[at] > self.seen.load(Relaxed) {
             return;
         }
-        // A follower that has fallen this far behind must visit all objects instead.
+        // A follower that is this far behind must visit all objects instead.
         if self.list.len() >= FEWEST.max(2 * self.noted.len()) {
             self.gone += self.list.len() as u64;
             self.list.clear();
@@ -41,8 +41,8 @@ impl Moves {
         self.noted[at] = self.gone + self.list.len() as u64;
     }
 
-    /// Returns the shapes that have moved since a position in the list; `None`: unknown. `last` holds that position and
-    /// is set to the current one; it belongs to a single scene.
+    /// Returns the shapes that have moved since a position in the list, or `None` if they are not known. `last`
+    /// contains that position and is set to the current one; it belongs to a single scene.
     pub fn since(&self, last: &mut u64) -> Option<&[u32]> {
         let end = self.gone + self.list.len() as u64;
         self.seen.store(end, Relaxed);

@@ -47,13 +47,13 @@ impl NameIndex {
         users.into_iter().flat_map(move |u| u.all.range((suffix, 0)..=(suffix, u32::MAX))).map(|(_, slot)| *slot)
     }
 
-    /// Returns the only object with this alias; `None`: there is none, or several.
+    /// Returns the only object with this alias, or `None` if there are none or several.
     pub fn only(&self, alias: &str) -> Option<u32> {
         let users = self.0.get(alias).filter(|u| u.all.len() == 1)?;
         users.all.first().map(|(_, slot)| *slot)
     }
 
-    /// Returns the smallest number that is free for all these aliases; -1: no number is needed.
+    /// Returns the smallest number that is free for all these aliases, or -1 if no number is needed.
     pub fn free<'a>(&mut self, aliases: impl Iterator<Item = &'a str> + Clone) -> i32 {
         for alias in aliases.clone() {
             let Some(users) = self.0.get_mut(alias) else { continue };

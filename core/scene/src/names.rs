@@ -90,7 +90,7 @@ impl Scene {
         let (pattern, sibling, index) = split_index(part)?;
         let wild = pattern.contains(['*', '?']);
         let fits = |o: &Object| if wild { matches(&pattern, &o.alias) } else { o.alias == pattern };
-        // Proceeds level by level and stops early, because matches are mostly near the base.
+        // The search proceeds level by level and stops early, because matches are mostly near the base.
         let mut level = vec![base];
         let mut left = index;
         while !level.is_empty() {
@@ -135,7 +135,7 @@ impl Scene {
         self.index.named(alias, suffix).find(|s| !is_script(s))
     }
 
-    /// Returns the only object with this alias; `None`: there is none, or several.
+    /// Returns the only object with this alias, or `None` if there are none or several.
     pub fn only(&self, alias: &str) -> Option<u32> {
         self.index.only(alias)
     }

@@ -1,4 +1,4 @@
-//! Poses of objects: reading them, setting them by hand, and keeping them up to date.
+//! Poses of objects: reading them, setting them from outside, and keeping them up to date.
 
 use nalgebra::Isometry3;
 
@@ -18,7 +18,8 @@ impl Scene {
             None => Isometry3::identity(),
         }
     }
-    /// Returns the frame of an object's children: its own frame, moved by the joint if it is one. 0: the world's.
+    /// Returns the frame of an object's children, which is its own frame, moved by the joint if it is one. For 0,
+    /// returns the world frame.
     pub fn frame(&self, slot: u32) -> Isometry3<f64> {
         let world = self.world(slot);
         let is_joint = self.places.links.get(slot as usize).is_some_and(|l| l.joint);
@@ -29,7 +30,8 @@ impl Scene {
     pub fn parent_frame(&self, slot: u32) -> Isometry3<f64> {
         self.frame(self.places.links.get(slot as usize).map_or(0, |l| l.parent))
     }
-    /// Returns the world pose of an object at the last barrier; `None`: it did not exist yet, or there was no barrier.
+    /// Returns the world pose of an object at the last barrier, or `None` if it did not exist yet or there was no
+    /// barrier.
     pub fn before(&self, slot: u32) -> Option<Isometry3<f64>> {
         self.places.before(slot)
     }
@@ -55,7 +57,8 @@ impl Scene {
         let frame = self.parent_frame(slot);
         self.set_local(slot, frame.inverse() * world);
     }
-    /// Recomputes the world poses of an object and all its descendants from local poses; 0: of everything.
+    /// Recomputes the world poses of an object and all its descendants, or of all objects if `slot` is 0, from local
+    /// poses.
     pub fn refresh(&mut self, slot: u32) {
         let mut walk = std::mem::take(&mut self.walk);
         match slot {
@@ -82,7 +85,7 @@ impl Scene {
         }
     }
 
-    /// Makes the world pose of an object stored from now on.
+    /// Stores the world pose of an object from now on.
     pub(super) fn keep(&mut self, slot: u32) {
         let at = slot as usize;
         if self.places.links.get(at).is_some_and(|l| l.hangs) {
@@ -91,8 +94,8 @@ impl Scene {
             self.places.links[at].hangs = false;
         }
     }
-    /// Lets an object hang (see `transforms`) if it has no children and no reader tracks it; otherwise makes its world
-    /// pose stored. The stored pose must equal the one computed from its parent's, to the last bit.
+    /// Makes an object hang (see `transforms`) if it has no children and no reader tracks it; otherwise stores its
+    /// world pose. The stored pose must equal the one computed from its parent's, to the last bit.
     pub(super) fn hang(&mut self, slot: u32) {
         let Some(o) = self.get(slot) else { return };
         let watched = matches!(o.data, Data::Shape(_) | Data::Script) || !o.children.is_empty();
@@ -140,7 +143,7 @@ mod tests {
         assert_eq!(s.world(frame), at(3.0) * at(0.5));
         assert_eq!(s.before(frame), Some(old));
         assert_eq!(s.before(base), Some(at(1.0)));
-        // Whatever its new parent, its pose at the last barrier does not change.
+        // The pose at the last barrier does not change when the object gets a new parent.
         s.set_local(frame, at(0.75));
         assert_eq!((s.world(frame), s.before(frame)), (at(3.0) * at(0.75), Some(old)));
         let here = s.world(frame);
@@ -166,7 +169,7 @@ mod tests {
         assert_eq!(s.before(made), None, "nor is it after a move");
         s.note_places();
         assert_eq!(s.before(made), Some(s.world(made)));
-        // A barrier without moves since the previous one makes current poses the previous ones.
+        // After a barrier without moves since the previous one, the current poses are the previous ones.
         s.set_local(base, at(2.0));
         s.note_places();
         assert_eq!(s.before(frame), Some(at(2.0) * at(0.5)));

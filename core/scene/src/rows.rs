@@ -36,13 +36,13 @@ pub struct RowInfo {
     pub of: Of,
     /// `TATU_BOOL` .. `TATU_OBJECT`.
     pub kind: u32,
-    /// Number of elements of an array; 0: any.
+    /// Number of elements of an array; 0 for any number.
     pub count: u32,
     /// Unit.
     pub unit: Option<&'static str>,
     /// The time at which a change takes effect.
     pub change: Change,
-    /// Allowed texts; empty: all.
+    /// Allowed texts; if empty, all are allowed.
     pub choices: &'static [&'static str],
     /// Description, one sentence, with the default.
     pub text: &'static str,
@@ -224,11 +224,11 @@ rows! {
 }
 
 impl Row {
-    /// Returns the row of an interned key; `Row::None`: it is not one of the core's.
+    /// Returns the row of an interned key, or `Row::None` if it is not one of the core's.
     pub fn of(prop: u32) -> Row {
         BY_NUMBER.get(prop as usize).copied().unwrap_or(Row::None)
     }
-    /// Returns its description.
+    /// Returns the row's description.
     pub fn info(self) -> &'static RowInfo {
         &ROWS[self as usize]
     }
@@ -259,7 +259,7 @@ impl RowInfo {
     }
 }
 
-/// Returns the rows that objects of a kind have (`None`: the world).
+/// Returns the rows that objects of a kind have, or those of the world if `kind` is `None`.
 pub fn rows_of(kind: Option<i32>) -> impl Iterator<Item = &'static RowInfo> {
     ROWS.iter().skip(1).filter(move |r| match (r.of, kind) {
         (Of::World, None) => true,

@@ -100,7 +100,7 @@ impl Transforms {
         self.known = false;
     }
 
-    /// Records the pose of an object before it is moved, gets another parent, or starts or stops hanging.
+    /// Records the pose of an object before it is moved, gets a different parent, or starts or stops hanging.
     #[inline]
     pub fn note(&mut self, slot: u32) {
         let at = slot as usize;
@@ -110,7 +110,8 @@ impl Transforms {
         }
     }
 
-    /// Returns the world pose of an object at the last barrier; `None`: it did not exist yet, or there was no barrier.
+    /// Returns the world pose of an object at the last barrier, or `None` if it did not exist yet or there was no
+    /// barrier.
     pub fn before(&self, slot: u32) -> Option<Isometry3<f64>> {
         let link = self.links.get(slot as usize)?;
         let unknown = !self.known || link.new && link.noted == self.now;

@@ -21,7 +21,7 @@ impl Handle {
     pub fn slot(self) -> u32 {
         tatu_slot(self.0)
     }
-    /// Returns the generation; 0: any object in the slot.
+    /// Returns the generation; if it is 0, the handle means any object in the slot.
     pub fn generation(self) -> u64 {
         self.0 >> 20
     }
@@ -43,13 +43,13 @@ pub struct Scene {
     /// The poses of all objects.
     pub(super) places: Transforms,
     free: VecDeque<u32>,
-    /// Slots that hold an object, to iterate over objects without visiting free slots.
+    /// Slots that contain an object, to iterate over objects without visiting free slots.
     taken: BTreeSet<u32>,
     roots: Vec<u32>,
     /// All objects, parents before children, one tree after the other; rebuilt when the tree changes.
     order: Vec<u32>,
     next_uid: u64,
-    /// Incremented with every change of the tree, or of what the engine and the beams are built from.
+    /// Incremented with every change of the tree, or of the data that the engine and the beams are built from.
     pub shape_version: u64,
     /// Incremented when something becomes visible or hidden.
     #[serde(skip)]
@@ -98,7 +98,7 @@ impl Default for Scene {
 }
 
 impl Scene {
-    /// Adds an object below `parent` (0: the world). Returns its slot; `None`: all are taken.
+    /// Adds an object below `parent` (0 for the world). Returns its slot, or `None` if all slots are taken.
     pub fn add(&mut self, parent: u32, alias: &str, local: Isometry3<f64>, data: Data) -> Option<u32> {
         // A slot is reused only if many are free, so that an outdated handle in a script rarely refers to a new object.
         let slot = if self.free.len() >= FREE_NUMBERS {
@@ -180,8 +180,8 @@ impl Scene {
         self.siblings_mut(parent).push(slot);
     }
 
-    /// Moves an object below another one, keeping its world pose. `false`: the new parent is a descendant of the
-    /// object.
+    /// Moves an object below a different parent, keeping its world pose. Returns `false` if the new parent is a
+    /// descendant of the object.
     pub fn set_parent(&mut self, slot: u32, parent: u32) -> bool {
         let mut up = parent;
         while up != 0 {
@@ -222,7 +222,7 @@ impl Scene {
         true
     }
 
-    /// Updates the flags in its link after a change of an object's data.
+    /// Updates the flags in an object's link after a change of the object's data.
     pub(super) fn note_kind(&mut self, slot: u32) {
         let Some(o) = self.slots[slot as usize].object.as_ref() else { return };
         let link = &mut self.places.links[slot as usize];
@@ -259,7 +259,7 @@ impl Scene {
         self.order = order;
     }
 
-    /// Returns an object and all its descendants, breadth first; 0: everything.
+    /// Returns an object and all its descendants, breadth first, or all objects if `base` is 0.
     pub fn tree(&self, base: u32) -> Vec<u32> {
         let mut out = if base == 0 { self.roots.clone() } else { vec![base] };
         let mut at = 0;
@@ -286,7 +286,7 @@ impl Scene {
     pub fn roots(&self) -> &[u32] {
         &self.roots
     }
-    /// Returns the children of an object; 0: of the world.
+    /// Returns the children of an object, or of the world if `slot` is 0.
     pub fn children(&self, slot: u32) -> &[u32] {
         if slot == 0 { &self.roots } else { self.get(slot).map_or(&[], |o| &o.children) }
     }
@@ -302,14 +302,14 @@ impl Scene {
     pub fn get_mut(&mut self, slot: u32) -> Option<&mut Object> {
         self.slots.get_mut(slot as usize).and_then(|s| s.object.as_mut())
     }
-    /// Returns the handle of the object in a slot; 0: there is none.
+    /// Returns the handle of the object in a slot, or 0 if there is none.
     pub fn id(&self, slot: u32) -> tatu_object {
         match self.places.links.get(slot as usize) {
             Some(link) if link.there => link.generation << 20 | u64::from(slot),
             _ => 0,
         }
     }
-    /// Returns the slot of a handle, if its object still exists; otherwise the name that it had, if known.
+    /// Returns the slot of a handle if its object still exists, and otherwise the name that the object had, if known.
     pub fn resolve(&self, id: tatu_object) -> Result<u32, Option<&str>> {
         let handle = Handle(id);
         let slot = handle.slot();
@@ -330,7 +330,7 @@ impl Scene {
         }
     }
 
-    /// Returns the nearest model base at or above an object; 0: none.
+    /// Returns the nearest model base at or above an object, or 0 if there is none.
     pub fn model_of(&self, slot: u32) -> u32 {
         let mut at = slot;
         while at != 0 {
@@ -341,7 +341,7 @@ impl Scene {
         }
         0
     }
-    /// Returns the scripts of an object, in order of slots; 0: all scripts.
+    /// Returns the scripts of an object in order of slots, or all scripts if `owner` is 0.
     pub fn scripts(&self, owner: u32) -> Vec<u32> {
         self.slots()
             .filter(|(_, o)| matches!(o.data, Data::Script) && (owner == 0 || o.parent == owner))
@@ -363,7 +363,7 @@ mod tests {
         assert_eq!(scene.world(script), scene.world(body));
     }
 
-    /// A handle stored by a script is not reused for as many removals as the reference promises.
+    /// A handle stored by a script stays unused for as many removals as the reference promises.
     #[test]
     fn numbers_come_again_late_and_in_order() {
         let mut scene = Scene::default();

@@ -1,7 +1,7 @@
 //! The core of Tatu: a world that owns the scene and the physics step, with plugins around it. It names no plugin.
 //!
 //! Where to begin: [`World`] runs a [`document::Document`] with the kinds and commands that a [`plugins::Registry`]
-//! offers; `step/mod.rs` holds the order of one step. The other crates of the core are re-exported here, so a program
+//! offers; `step/mod.rs` defines the order of one step. The other crates of the core are re-exported here, so a program
 //! needs only this one.
 //!
 //! ```no_run

@@ -20,7 +20,7 @@ pub struct WorldRef<'a>(*mut tatu_world, PhantomData<&'a ()>);
 
 impl WorldRef<'_> {
     /// # Safety
-    /// `'a` ends no later than the plugin's call that `world` was given to.
+    /// `'a` must end no later than the plugin's call that `world` was given to.
     pub unsafe fn new(world: *mut tatu_world) -> Self {
         WorldRef(world, PhantomData)
     }
@@ -40,7 +40,7 @@ impl<'a> Lent<'a> {
     pub const EMPTY: Lent<'static> = Lent(tatu_str { ptr: core::ptr::null(), len: 0 }, PhantomData);
 
     /// # Safety
-    /// `raw` is empty, or points to the number of bytes it states, which live for `'a`.
+    /// `raw` must be empty, or point to the number of bytes that it states, which live for `'a`.
     pub unsafe fn new(raw: tatu_str) -> Self {
         Lent(raw, PhantomData)
     }
@@ -84,13 +84,13 @@ impl<'a> LentCStr<'a> {
     /// The null pointer: no text.
     pub const NULL: LentCStr<'static> = LentCStr(core::ptr::null(), PhantomData);
 
-    /// Returns the text; `None` for null.
+    /// Returns the text, or `None` for null.
     pub fn get(self) -> Option<&'a CStr> {
         // SAFETY: a pointer that is not null was made from a `CStr` borrowed for `'a`, or was passed over the ABI,
         // which guarantees the same.
         (!self.0.is_null()).then(|| unsafe { CStr::from_ptr(self.0) })
     }
-    /// Returns the text as UTF-8; invalid bytes are replaced. Empty for null.
+    /// Returns the text as UTF-8, with invalid bytes replaced; it is empty for null.
     pub fn text(self) -> std::borrow::Cow<'a, str> {
         self.get().map_or("".into(), CStr::to_string_lossy)
     }
@@ -125,7 +125,7 @@ impl<'a> ValueRef<'a> {
     /// Views an array of raw values as a slice.
     ///
     /// # Safety
-    /// `ptr` points to `n` values, valid for `'a` with everything that they point to; or `n` is 0.
+    /// `ptr` must point to `n` values that, with everything that they point to, are valid for `'a`, unless `n` is 0.
     pub unsafe fn slice(ptr: *const tatu_value, n: usize) -> &'a [ValueRef<'a>] {
         if ptr.is_null() || n == 0 {
             return &[];

@@ -22,7 +22,7 @@ pub type tatu_object = u64;
 /// The lowest 20 bits of a [`tatu_object`], its slot: the handle that scripts see.
 pub const TATU_SLOT_BITS: tatu_object = 1048575;
 
-/// Returns the slot of an object, without its generation: the handle that scripts see; 0 for no object.
+/// Returns the slot of an object, without its generation: the handle that scripts see, or 0 for no object.
 pub const fn tatu_slot(object: tatu_object) -> u32 {
     (object & TATU_SLOT_BITS) as u32
 }
@@ -172,8 +172,8 @@ mod layouts {
         &raw const TABLE.0
     }
 
-    /// Compares this side's layouts with those of another side in Rust. `Ok(false)`: they cannot be compared, because
-    /// `abi_stable` differs.
+    /// Compares this side's layouts with those of another side in Rust. Returns `Ok(false)` if they cannot be compared,
+    /// because `abi_stable` differs.
     ///
     /// # Safety
     /// `other` must point to a table made by [`table`] in some build of this crate.
@@ -208,7 +208,8 @@ mod tests {
 
     #[test]
     fn layouts_agree_with_themselves_and_tell_a_stranger() {
-        // SAFETY: both tables come from `layout_table`, or are copies of it with valid pointers.
+        // SAFETY: both arguments point to tables that come from `layout_table`, or to copies of it with valid pointers;
+        // they live until the end of the test.
         unsafe {
             assert_eq!(compare_layouts(layout_table()), Ok(true));
             let stranger = tatu_rust_layout { abi_stable: c"0.0.1".as_ptr(), ..std::ptr::read(layout_table()) };

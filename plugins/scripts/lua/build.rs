@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .define("STRCACHE_N", "1")
         .define("STRCACHE_M", "1")
         .define("strspn", "tatu_lua_strspn")
-        // Fused multiply-add would give other results on processors that have it.
+        // Fused multiply-add would give different results on processors that have it.
         .flag_if_supported("-ffp-contract=off")
         .flag_if_supported("-fno-common");
     for header in HEADERS {
@@ -92,8 +92,8 @@ fn changed(lua: &Path) -> Result<PathBuf, Box<dyn Error>> {
     Ok(folder)
 }
 
-/// Returns the folder of `lua-src`. It runs cargo on a package that depends on nothing else: without the network, cargo
-/// could not resolve the whole workspace, because some of its dependencies need not be present.
+/// Returns the folder of `lua-src`. It runs cargo on a package that depends on nothing else: without a network
+/// connection, cargo could not resolve the whole workspace, because some of its dependencies need not be present.
 fn sources() -> Result<PathBuf, Box<dyn Error>> {
     let package = Path::new(&env::var("OUT_DIR")?).join("find-lua");
     fs::create_dir_all(package.join("src"))?;

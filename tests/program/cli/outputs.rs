@@ -31,9 +31,10 @@ fn a_full_disk_is_told() {
         assert_eq!(code, Some(1), "{args:?}\n{err}");
         assert!(err.contains("cannot write standard output: No space left on device"), "{args:?}\n{err}");
     }
-    for (option, words) in
-        [("--trace", "the trace /dev/full ends here"), ("--log", "the input log /dev/full ends here")]
-    {
+    for (option, words) in [
+        ("--trace", "the trace /dev/full cannot be continued"),
+        ("--log", "the input log /dev/full cannot be continued"),
+    ] {
         let done = place.run(&["--seconds", "100", option, "/dev/full"]);
         assert!(done.code != 0 && done.err.contains(words), "{option}: {}\n{}", done.code, done.err);
     }

@@ -117,7 +117,7 @@ fn a_changed_script_takes_over_the_global_variables() {
     held.steps(1);
     let (summary, ended) = held.end();
     let ended = ended.good();
-    tells(&ended, &["A.lua of /A (state kept)", "E306", "A.lua:2", "the old one goes on"]);
+    tells(&ended, &["A.lua of /A (state kept)", "E306", "A.lua:2", "the old version stays in use"]);
     assert_eq!(ended.err.matches("E306").count(), 1, "{}", ended.err);
     let lines = place.lines("t.jsonl");
     // The counter and the table continue at 20; the local variable of the text is new.

@@ -74,7 +74,7 @@ fn a_plugin_that_is_loaded_is_told_by_name_id_and_file() {
     );
     assert!(lines[2].ends_with("debug/plugins (beside the program): not there"), "{out}");
     assert!(
-        lines[3].contains("deps (built with the program): ") && lines[3].ends_with(" plugins of other names"),
+        lines[3].contains("deps (built with the program): ") && lines[3].ends_with(" plugins with different names"),
         "{out}"
     );
     assert!(lines[5].ends_with(".data/tatu/plugins (your own, for `tatu plugin install`): not there"), "{out}");

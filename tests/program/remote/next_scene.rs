@@ -72,7 +72,7 @@ fn a_scene_that_cannot_be_opened_is_refused_and_the_present_one_goes_on() {
             assert!(client.comes_to("running"));
         }
         for (file, words) in [
-            ("bad.toml", "bad.toml:3: there is no kind of object `nonsense`"),
+            ("bad.toml", "bad.toml:3: unknown object kind `nonsense`"),
             ("cut.ttt", "cut.ttt"),
             ("none.toml", "none.toml"),
         ] {

@@ -299,7 +299,7 @@ fn a_plugin_runs_stages_and_is_refused_those_that_run() {
         end
         function sysCall_actuation()
             refused('requested from within itself: the step -> actuate -> /child -> actuate', 1, 0)
-            refused('there is no stage 9', 9, 0)
+            refused('unknown stage 9', 9, 0)
             refused('finite time', 2, 0 / 0)
             refused('finite time', 2, -1)
             refused('at most 100 s', 2, 1e6)
@@ -322,7 +322,7 @@ fn two_main_scripts_are_refused_where_the_second_stands() {
     let one = main_script("", "4.9");
     let other = one.replace("\"driver\"", "\"other\"");
     let done = Place::scene(&format!("{one}{other}")).tatu(&["check", "scene.toml"]);
-    done.refused(&["E118", "scene.toml:", "a second main script, beside the one of `driver`", "at most one"]);
+    done.refused(&["E118", "scene.toml:", "there is already a main script, that of `driver`", "at most one"]);
     let unknown = one.replace("\"main\"", "\"mian\"");
     Place::scene(&unknown).tatu(&["check", "scene.toml"]).refused(&["E102", "`mian`", "did you mean `main`?"]);
 }

@@ -364,7 +364,7 @@ fn a_pause_that_nobody_can_lift_ends_the_run_and_says_so() {
     let done = Place::scene(&watcher("A", script)).run(&["--steps", "50"]).good();
     // The pause is requested in the fourth step; the fifth is the last before the pause.
     assert_eq!(done.json()["steps"], 5);
-    done.tells(&["suspended", "nobody could lift the pause"]);
+    done.tells(&["suspended", "nothing can resume it"]);
 }
 
 /// A command in C that adds a script to an object.

@@ -58,8 +58,8 @@ fn one_by_one(scene: &BeamScene, cast: &BundleCast<'_>) -> Vec<(Beam, Hit)> {
     beams.map(|beam| (beam, scene.cast_one(&beam))).collect()
 }
 
-/// Returns the number of rays that differ, and of those that also differ from rays up to 0.1 mm beside them, so that
-/// silhouettes are not the cause.
+/// Returns the number of rays that differ, and the number of those that also differ from every ray up to 0.1 mm away,
+/// which excludes silhouettes as the cause.
 fn compare(scene: &BeamScene, cast: &BundleCast<'_>, dice: &mut Dice) -> (usize, usize) {
     let found = cast_at(simd::level(), scene, cast);
     let (mut edges, mut wrong) = (0, 0);

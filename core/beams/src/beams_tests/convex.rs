@@ -96,8 +96,8 @@ fn at(volume: Volume, near: f64, far: f64) -> Beam {
 
 #[test]
 fn ends_of_pyramids_and_cylinders_are_flat() {
-    // A plate perpendicular to the axis is seen up to the height of the far end, although its rim in the volume is
-    // farther away.
+    // A plate perpendicular to the axis is visible up to the height of the far end, although its edge inside the volume
+    // is farther away than that.
     let plate = Form::Box { half: Vector3::new(0.02, 0.02, 0.0) };
     let pyramid = Volume::Pyramid { x_near: 0.2, y_near: 0.2, x_far: 2.0, y_far: 1.0 };
     let cylinder = Volume::Cylinder { radius_near: 0.1, radius_far: 1.0 };

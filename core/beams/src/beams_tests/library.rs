@@ -1,4 +1,4 @@
-//! Tests of rays against parry, the library of the physics engine, which implements the same with its own shapes.
+//! Tests of rays against parry, the collision library of the physics engine, which implements ray casts independently.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d::{
@@ -59,7 +59,7 @@ fn pose(p: &Isometry3<f64>) -> Pose {
     Pose { translation: vector(&p.translation.vector), rotation: Rotation::from_xyzw(q.x, q.y, q.z, q.w) }
 }
 
-/// Returns parry's shape and its rotation: its cylinders stand along y, ours along z.
+/// Returns parry's shape and its rotation: parry's cylinders are along y, ours along z.
 fn shape(form: &Form) -> (SharedShape, Pose) {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let y_to_z = Pose { translation: Vector::ZERO, rotation: Rotation::from_xyzw(half, 0.0, 0.0, half) };
@@ -77,7 +77,8 @@ fn shape(form: &Form) -> (SharedShape, Pose) {
     (shape, Pose::IDENTITY)
 }
 
-/// Returns the nearest surface according to parry, from inside and outside; infinity: none.
+/// Returns the distance to the nearest surface according to parry, from inside and outside, or infinity if there is
+/// none.
 fn by_parry(shapes: &[(SharedShape, Pose)], beam: &Isometry3<f64>, far: f64) -> f64 {
     let ray = Ray::new(vector(&beam.translation.vector), vector(&(beam.rotation * Vector3::z())));
     let hits = shapes.iter().filter_map(|(shape, pose)| shape.cast_ray(pose, &ray, far, false));
@@ -109,7 +110,7 @@ fn rays_meet_what_parry_says_they_meet() {
             if hit.distance == theirs || (hit.distance - theirs).abs() < SAME {
                 continue;
             }
-            // At a silhouette, a ray slightly beside it must hit what the other library reports.
+            // At a silhouette, a slightly displaced ray must hit what parry reports.
             let beside = (0..8).any(|k| {
                 let turn = f64::from(k) * std::f64::consts::FRAC_PI_4;
                 let shift = Vector3::new(turn.cos(), turn.sin(), 0.0) * 1e-5;

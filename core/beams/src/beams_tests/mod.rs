@@ -1,5 +1,5 @@
-//! Tests of beams against references that share no code with them: dense sampling, closed-form solutions, another
-//! library.
+//! Tests of beams against references that share no code with them: dense sampling, closed-form solutions, and a
+//! different library.
 
 mod brute;
 mod bundles;
@@ -108,7 +108,7 @@ fn check_minimum(form: &Form, beam: &Beam, pose: Isometry3<f64>, grid: usize, di
     }
     assert!((hit.point.coords.norm() - hit.distance).abs() < 1e-8, "{}", story());
     assert!((hit.normal.norm() - 1.0).abs() < 1e-9 && hit.normal.dot(&hit.point.coords) < 1e-9, "{}", story());
-    // The hit must be on the surface, with a normal that is outward when turned back.
+    // The hit must be on the surface, and its normal must point outward after it is flipped back.
     let to_form = pose.inverse() * beam.world_from_beam;
     let place = to_form * hit.point;
     assert!(off_surface(form, &place).abs() < 1e-8, "off the surface: {}", story());

@@ -39,7 +39,7 @@ fn a_target_that_moves_alone_is_seen_where_it_is() {
     scene.set(crowd(&mut dice, 300, 6.0));
     for round in 0..200 {
         let index = (dice.unit() * 300.0) as usize;
-        // Sometimes far away, or at an invalid position.
+        // Some targets are far away, or at an invalid position.
         let mut pose = dice.pose(if round % 10 == 0 { 30.0 } else { 6.0 });
         if round % 17 == 3 {
             pose.translation.vector.x = f64::NAN;

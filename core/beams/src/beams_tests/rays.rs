@@ -49,7 +49,8 @@ fn rays_stop_at_the_surface() {
             for k in 0..1600 {
                 let (p, normal) = patch(f64::from(k % 40) / 39.0, f64::from(k / 40) / 39.0);
                 let (p, normal) = (to_beam * p, to_beam * normal);
-                // Unless the angle is grazing, a surface point 1 mm beside the ray implies a crossing within 2 cm.
+                // Unless the angle is grazing, a surface point 1 mm from the ray implies that the ray crosses the
+                // surface within 2 cm.
                 let near_ray = p.xy().coords.norm() < 1e-3 && p.z > 0.05 && normal.z.abs() > 0.3;
                 assert!(!near_ray || hit.distance < p.z + 0.02, "{p:?} {hit:?}");
             }
@@ -95,7 +96,7 @@ fn limits_hold_for_rays() {
     beam.faces = Faces::FRONT;
     assert!(!cast_on(ball.clone(), place, &beam).is_some());
     beam.near = 0.0;
-    // With an offset of 0.6 from the centre, the ray meets the ball at an incidence of asin(0.6).
+    // The ray passes the centre at a distance of 0.6, so it meets the ball at an incidence of asin(0.6).
     let aside = Isometry3::translation(0.6, 0.0, 3.0);
     beam.max_incidence = 0.6_f64.asin() + 1e-6;
     assert!((cast_on(ball.clone(), aside, &beam).distance - 2.2).abs() < 1e-9);

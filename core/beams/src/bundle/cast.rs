@@ -18,7 +18,7 @@ use crate::{BeamScene, simd::dispatch, tree::Quad};
 /// to the tolerance: a few rounding errors of 6e-8 each in a rotation, divided by 3e-5 m.
 const BLUR: f32 = 2.5e-7 / 3e-5;
 
-/// Casts a part of a bundle.
+/// Casts the rays of a part of a bundle.
 pub(super) fn part(scene: &BeamScene, level: Level, cast: &BundleCast<'_>, index: usize, hits: BundleHits<'_>) {
     let part = &cast.bundle.parts()[index];
     let pose = &cast.world_from_sensor;
@@ -41,7 +41,7 @@ struct Walk<'a> {
     origin: Vector3<f64>,
 }
 
-/// A ball as seen from the sensor, to be tested against many cones at once.
+/// A target's bounding ball as seen from the sensor, to be tested against many cones at once.
 struct Disc {
     centre: [f32; 3],
     /// Cosine and sine of the angle between the centre and the rim, times the distance of the centre.
@@ -113,7 +113,7 @@ fn walk<S: Simd>(
 }
 
 impl Walk<'_> {
-    /// Returns the distance beyond which nothing matters any more.
+    /// Returns the largest distance at which a hit could still change the result.
     #[inline(always)]
     fn reach<S: Simd>(&self, simd: S, seen: &Seen) -> f64 {
         f64::from(seen.group_far.load(simd).reduce_max()) * (1.0 + 1e-5) + 1e-5
@@ -285,8 +285,7 @@ impl Meet<'_> {
             |d, best| {
                 let (span, more) = form.span(simd, d);
                 let mut any = false;
-                // First the points where rays enter; then, for rays whose entry does not count, the points where they
-                // leave.
+                // Test the entry points first; then, for rays whose entry does not count, the exit points.
                 let (mut t, mut leaving) = (span.enter, M::splat(simd, false));
                 let mut open = span.valid;
                 for end in 0..2 {

@@ -62,8 +62,8 @@ fn put<T>(all: &mut [T], at: usize, value: T) {
 
 /// Recomputes in 64 bits the distance of a surface that is known to be hit.
 ///
-/// If the ray misses or hits another part of the target in 64 bits, it passes close to an edge, and the 32-bit result
-/// is kept.
+/// If in 64 bits the ray misses the target, or hits a different part of it, the ray passes close to an edge, and the
+/// 32-bit result is kept.
 #[cold]
 fn again(
     scene: &BeamScene,

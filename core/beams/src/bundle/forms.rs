@@ -1,7 +1,7 @@
 //! 16 rays against each analytic form, in the form's frame.
 //!
 //! A ray is inside a convex solid over one interval: it enters through a front face and leaves through a back face. A
-//! form reports only this interval and, on request, which part of the surface is at its ends and at what angle.
+//! form reports only this interval and, on request, which part of the surface is hit at its ends and at what angle.
 
 use fearless_simd::prelude::*;
 

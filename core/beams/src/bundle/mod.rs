@@ -67,7 +67,7 @@ impl BeamScene {
         }
     }
 
-    /// Like `cast_bundle`, with the registers of a given level.
+    /// Like `cast_bundle`, but with registers of the given level.
     pub(super) fn cast_bundle_at(&self, level: fearless_simd::Level, cast: &BundleCast<'_>, hits: BundleHits<'_>) {
         hits.check(cast.bundle.len());
         let mut rest = hits;

@@ -9,7 +9,7 @@ use super::{
     query::BundleCast,
 };
 
-/// Stands for no target.
+/// Denotes that there is no target.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// The nearest hits of a packet so far.

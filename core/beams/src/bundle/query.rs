@@ -5,7 +5,7 @@ use nalgebra::Isometry3;
 use super::pack::RayBundle;
 use crate::Faces;
 
-/// A query: what all rays of a bundle see.
+/// A query that casts all rays of a bundle.
 ///
 /// A ray sees the same as a [`Beam`](crate::Beam) with [`Volume::Ray`](crate::Volume::Ray) and the same limits. Up to
 /// 100 m, distances differ by less than 1e-4 m, except for rays that pass an edge by less than that.

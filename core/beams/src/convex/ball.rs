@@ -58,8 +58,8 @@ struct View<'a> {
 
 impl<'a> View<'a> {
     fn new(space: &'a Convex, centre: &Vector3<f64>, radius: f64) -> Self {
-        // At its exact centre a sphere is equally far in all directions; a negligible displacement avoids the special
-        // case.
+        // From its exact centre, a sphere is equally far in all directions; a negligible displacement avoids the
+        // special case.
         let least = 1e-10 * radius;
         let centre = if centre.norm() < least { space.sight.axis * least } else { *centre };
         let away = centre.norm();
@@ -117,7 +117,7 @@ impl<'a> View<'a> {
             offer(middle - toward * width);
             offer(middle + toward * width);
             for other in &planes[..i] {
-                // Where the circle crosses the other plane.
+                // The points where the circle crosses the other plane.
                 let along = plane.normal.cross(&other.normal);
                 let Some(along) = along.try_normalize(1e-9) else { continue };
                 let down = along.cross(&plane.normal);
@@ -130,7 +130,7 @@ impl<'a> View<'a> {
         best
     }
 
-    /// Whether points at a distance pass all limits except the volume.
+    /// Returns whether points at a distance satisfy all limits except the volume.
     fn counts(&self, d: f64) -> bool {
         let sight = &self.space.sight;
         let size = self.away + self.radius;
@@ -155,7 +155,8 @@ impl<'a> View<'a> {
         if inside(&start) {
             return Some(start);
         }
-        // The arcs behind the planes begin and end at crossings, unless the whole circle is behind them.
+        // The arcs behind the planes begin and end where the circle crosses a plane, unless the whole circle is behind
+        // them.
         for plane in planes {
             let (x, y) = (plane.normal.dot(&self.beside[0]), plane.normal.dot(&self.beside[1]));
             let turn = libm::atan2(y, x);

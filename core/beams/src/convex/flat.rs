@@ -36,8 +36,7 @@ pub(crate) fn flat(
     for plane in &space.planes {
         face.clip(plane);
     }
-    // Takes the nearest point of a polygon that contains the region; while the point is outside the region, it is cut
-    // off.
+    // Repeatedly takes the nearest point of a polygon that contains the region; a point outside the region is cut off.
     let mut point = face.nearest()?;
     for _ in 0..CUTS {
         let place = face.place(&point);
@@ -101,7 +100,7 @@ impl Face {
         self.foot + self.u * x.x + self.v * x.y
     }
 
-    /// Returns a plane that separates a point outside the volume or the rim from the region; `None` if the point is
+    /// Returns a plane that separates a point outside the volume or the rim from the region, or `None` if the point is
     /// inside.
     fn outside(&self, space: &Convex, rim: Option<Rim>, place: &Vector3<f64>) -> Option<Half> {
         let rim = rim.and_then(|rim| {
@@ -133,7 +132,7 @@ impl Face {
         self.corners = out;
     }
 
-    /// Returns the point nearest to the foot.
+    /// Returns the point nearest to the foot of the perpendicular.
     fn nearest(&self) -> Option<Vector2<f64>> {
         let corners = &self.corners;
         let n = corners.len();

@@ -1,9 +1,9 @@
 //! Convex volumes (pyramids, cylinders and flat sectors) against every form.
 //!
-//! A volume is the intersection of half-spaces and of a round side if it has one. The nearest point of a flat face in
-//! it is found by clipping the face; a round side is approximated from outside by tangent planes at the points that
+//! A volume is the intersection of half-spaces and, in some cases, of a round side. The nearest point of a flat face in
+//! it is found by clipping the face. A round side is approximated from outside by tangent planes at the points that
 //! turn out to be outside, so each step's distance is a lower bound and the final point is in the volume. Spheres have
-//! a closed form of their own, and sides of cylinders use a search over one angle.
+//! a separate closed form, and the sides of cylinders use a search over one angle.
 
 mod ball;
 mod flat;
@@ -83,14 +83,14 @@ pub(super) fn pieces(volume: &Volume) -> usize {
 fn arcs(angle: f64, gap: f64) -> (usize, usize) {
     let sides = if gap > 0.0 { 2 } else { 1 };
     let width = (angle - gap.max(0.0)).max(0.0) / sides as f64;
-    // At most a full turn; a NaN angle makes one piece, in which nothing is found.
+    // At most a full turn. A NaN angle gives one piece, in which nothing is found.
     (((width / WIDEST).ceil() as usize).clamp(1, 4), sides)
 }
 
 impl Convex {
-    /// Returns one piece of a volume, in the frame of the beam; `None` if it is empty or its sizes are invalid.
-    // Never inlined: otherwise the compiler hoists part of it above the match on the volume. A ray would then compute
-    // with fields of other variants, mostly denormal numbers, which takes a fifth of its time.
+    /// Returns one piece of a volume, in the frame of the beam, or `None` if it is empty or its sizes are invalid.
+    /// Never inlined: otherwise the compiler hoists part of it above the match on the volume. A ray would then compute
+    /// with fields of other variants, mostly denormal numbers, which would take a fifth of its time.
     #[inline(never)]
     pub fn new(sight: &Sight, volume: &Volume, piece: usize) -> Option<Self> {
         let (near, far) = (sight.near, sight.far);
@@ -195,7 +195,7 @@ impl Convex {
         out
     }
 
-    /// Returns a plane with the volume behind it and the point more than `slack` in front of it, if there is one.
+    /// Returns a plane that has the volume behind it and the point more than `slack` in front of it, if there is one.
     pub fn cut(&self, p: &Vector3<f64>, slack: f64) -> Option<Half> {
         let side = self.side.map(|side| side.touching(p));
         let planes = self.planes.iter().copied().chain(side);
@@ -203,12 +203,13 @@ impl Convex {
         (worst.excess(p) > slack).then_some(worst)
     }
 
-    /// Whether a sphere certainly misses the volume. False does not mean that they meet.
+    /// Returns whether a sphere certainly misses the volume. False does not mean that they meet.
     pub fn misses_ball(&self, centre: &Vector3<f64>, radius: f64) -> bool {
         self.cut(centre, radius).is_some() || centre.norm() - radius > self.size
     }
 
-    /// Whether a box certainly misses the volume; `centre` is relative to the origin, `half` is half its size.
+    /// Returns whether a box certainly misses the volume; `centre` is relative to the origin, `half` is half of its
+    /// size.
     pub fn misses_box(&self, centre: &Vector3<f64>, half: &Vector3<f64>) -> bool {
         let beyond = |plane: &Half| plane.excess(centre) > plane.normal.abs().dot(half) + SLACK;
         self.planes.iter().any(beyond) || self.side.is_some_and(|side| beyond(&side.touching(centre)))

@@ -15,7 +15,7 @@ const WIDEST: usize = 128;
 /// Maximum number of halvings, after which the samples are closer than rounding.
 const DEEPEST: usize = 44;
 
-/// The side of a cylinder, together with the volume in the frame of the cylinder.
+/// The side of a cylinder, and the volume in the frame of the cylinder.
 pub(super) struct Side<'a> {
     pub space: &'a Convex,
     pub radius: f64,
@@ -82,8 +82,8 @@ impl Side<'_> {
         }
     }
 
-    /// Returns a lower bound of the distance of all points that count within `half_width` of an angle; `None` if none
-    /// counts.
+    /// Returns a lower bound of the distance of all points that count within `half_width` of an angle, or `None` if no
+    /// point counts.
     fn bound(&self, middle: f64, half_width: f64) -> Option<f64> {
         let sight = &self.space.sight;
         // The strip lies halfway between the chord and the tangent of its arc.
@@ -130,7 +130,8 @@ fn segment(space: &Convex, start: &Vector3<f64>, way: &Vector3<f64>, reach: f64)
         }
     }
     if let Some(side) = &space.side {
-        // Inside the round side, and on the right side of its tip if it widens: |across|^2 <= (radius + rise along)^2.
+        // Inside the round side, and on the correct side of its tip if it widens: |across|^2 <= (radius + rise
+        // along)^2.
         let (a0, a1) = (side.axis.dot(start), side.axis.dot(way));
         let (c0, c1) = (start - side.axis * a0, way - side.axis * a1);
         let (r0, r1) = (side.radius + side.rise * a0, side.rise * a1);

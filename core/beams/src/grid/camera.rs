@@ -42,7 +42,7 @@ pub(super) struct Camera {
 pub(super) const MOST: u32 = 16_384;
 
 impl Camera {
-    /// Creates a camera; `None` if it cannot see anything: no pixels, no range or a pose that is not finite.
+    /// Creates a camera, or returns `None` if it cannot see anything: no pixels, no range or a pose that is not finite.
     pub fn new(grid: &Grid, world_from_sensor: &Isometry3<f64>) -> Option<Self> {
         let half = 0.5 * f64::from(grid.columns);
         let (perspective, scale) = match grid.view {
@@ -104,7 +104,7 @@ impl Camera {
         Line { a, b, c: c - a * column - b * row }
     }
 
-    /// Whether a plane shows its front.
+    /// Returns whether a plane shows its front.
     pub fn sees_front(&self, normal: &Vector3<f64>, height: f64) -> bool {
         if self.perspective { height < 0.0 } else { normal.z < 0.0 }
     }
@@ -120,7 +120,8 @@ impl Camera {
         }
     }
 
-    /// Whether a sphere in the view frame is certainly outside the image. False does not mean that it is visible.
+    /// Returns whether a sphere in the view frame is certainly outside the image. False does not mean that it is
+    /// visible.
     pub fn misses(&self, centre: &Vector3<f64>, radius: f64) -> bool {
         let r = radius * (1.0 + 1e-9);
         let h = self.homogeneous(centre);
@@ -137,11 +138,12 @@ impl Camera {
             || centre.z - r > self.far
     }
 
-    /// Returns a part of the image that contains the convex hull of points of the view frame; `None` if it is empty.
+    /// Returns a part of the image that contains the convex hull of points of the view frame, or `None` if that part is
+    /// empty.
     pub fn bounds(&self, points: &[Vector3<f64>]) -> Option<Bounds> {
         let (mut z_low, mut z_high) = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        // One bit for each side plane that all points are beyond.
+        // One bit for each side plane; it is set if all points are beyond that plane.
         let mut beyond = 15;
         let (right, up) = (0.5 * self.columns as f64, 0.5 * self.rows as f64);
         for point in points {

@@ -53,7 +53,7 @@ pub(super) struct Groups {
     pub radius: [f64; ROW],
     /// Axis of the cone of normals: all normals are within an angle of it.
     pub axis: [[f64; ROW]; 3],
-    /// Sine of that angle; 2 if it is a right angle or more.
+    /// Sine of the angle of the cone of normals; 2 if the angle is a right angle or more.
     pub sine: [f64; ROW],
     /// Ranges of vectors as (first, end); empty for padding.
     pub sixteens: [(u32, u32); ROW],
@@ -125,8 +125,8 @@ impl Groups {
     }
 }
 
-/// Whether a surface is closed and all its connected pieces face outward: each edge occurs once in each direction, and
-/// each piece encloses a positive volume. Corners at the same position count as one.
+/// Returns whether a surface is closed and all its connected pieces face outward: each edge occurs once in each
+/// direction, and each piece encloses a positive volume. Corners at the same position count as one.
 fn closed(mesh: &Mesh, kept: &[Triangle]) -> bool {
     if kept.len() != mesh.triangles.len() {
         return false;

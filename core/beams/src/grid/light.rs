@@ -11,7 +11,7 @@ pub struct Light {
     pub headlight: f32,
     /// Contribution of a distant lamp to a surface that faces it, 0 to 1.
     pub sun: f32,
-    /// Unit vector towards that lamp, in the world.
+    /// Unit vector towards the distant lamp, in the world frame.
     pub sun_direction: [f32; 3],
     /// Red, green and blue of pixels that see nothing, each 0 to 1.
     pub sky: [f32; 3],
@@ -38,14 +38,14 @@ impl Light {
 }
 
 pub(super) fn byte(x: f32) -> u8 {
-    // NaN becomes 0.
+    // A NaN becomes 0.
     (x * 255.0 + 0.5) as u8
 }
 
 /// Returns the colour of a matt surface, each channel 0 to 255.
 ///
-/// `normal` (on the side of the camera) and `to_camera` are unit vectors in the world. `sunlit` is 0 in shadow and 1 in
-/// sunlight.
+/// `normal` (on the side of the camera) and `to_camera` are unit vectors in the world frame. `sunlit` is 0 in shadow
+/// and 1 in sunlight.
 pub fn color_of(
     light: &Light,
     surface: [f32; 3],

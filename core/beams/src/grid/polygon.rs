@@ -28,7 +28,7 @@ impl Polygon {
     }
 }
 
-/// Returns the edge function from one corner to the next; corners are as [`Camera::homogeneous`] returns them.
+/// Returns the edge function from one corner to the next; the corners are results of [`Camera::homogeneous`].
 ///
 /// It is exactly the negative of the edge function in the opposite direction. Corners behind the camera need no special
 /// treatment.
@@ -44,7 +44,7 @@ pub(super) fn plane(camera: &Camera, view_from_form: &ViewFrom, faces: Faces, id
     let front = camera.sees_front(&normal, height);
     if if front { faces.front } else { faces.back } {
         let w = camera.plane(&normal, height);
-        // Only the part in front of the camera and within its range.
+        // Draw only the part in front of the camera and within its range.
         let seen = Line { c: w.c - f64::from(camera.w_nothing), ..w };
         if [w.a, w.b, w.c].iter().all(|x| x.is_finite()) {
             out.push(Polygon { edges: ArrayVec::from_iter([Edge(seen)]), w, rows: (0, camera.rows), id });
@@ -123,7 +123,7 @@ impl ViewFrom {
         })
     }
 
-    /// Whether the near plane clips nothing that is in the image, for a form within a box around its origin.
+    /// Returns whether the near plane clips nothing that is in the image, for a form within a box around its origin.
     pub fn clear(&self, camera: &Camera, half: &Vector3<f64>, bounds: &Bounds) -> bool {
         if bounds.clear {
             return true;

@@ -59,7 +59,7 @@ impl Want {
     /// All outputs.
     pub const ALL: Self = Self { color: true, cosine: true, normal: true, object: true, primitive: true };
 
-    /// Whether the visible surface must be stored for each pixel.
+    /// Returns whether the visible surface must be stored for each pixel.
     pub(super) fn visibility(&self) -> bool {
         *self != Self::DEPTH
     }

@@ -14,7 +14,7 @@ pub(super) type U<S> = u32x16<S>;
 /// Padding rows that blocks may overlap at the end; their contents are not used.
 const SPARE_ROWS: usize = 8;
 
-/// Number that stands for no surface.
+/// Denotes that no surface is visible.
 pub(super) const NOBODY: u32 = u32::MAX;
 
 /// Buffers of a band, reused from frame to frame.
@@ -24,7 +24,8 @@ pub(super) struct Buffer {
     id: Vec<u32>,
 }
 
-/// The rows from `first` to before `end` of an image. `ID` selects whether the number of the visible surface is stored.
+/// The rows of an image from `first` to just before `end`. `ID` selects whether the number of the visible surface is
+/// stored.
 pub(super) struct Raster<'a, const ID: bool> {
     pub first: usize,
     pub end: usize,
@@ -46,7 +47,7 @@ pub(super) struct Offer<S: Simd> {
 }
 
 impl<'a, const ID: bool> Raster<'a, ID> {
-    /// Prepares the rows from `first` to before `end`, in which nothing is seen yet.
+    /// Prepares the rows from `first` to just before `end`, in which nothing is seen yet.
     pub fn new(buffer: &'a mut Buffer, camera: &Camera, (first, end): (usize, usize)) -> Self {
         let stride = camera.columns.next_multiple_of(WIDE) + WIDE;
         let (used, size) = ((end - first) * stride, (end - first + SPARE_ROWS) * stride);

@@ -24,7 +24,7 @@ impl BeamScene {
         self.draw(cast, image, simd::level(), None);
     }
 
-    /// Does the same as [`render`](Self::render) with a given instruction set and number of rows per band.
+    /// Like [`render`](Self::render), but with a given instruction set and number of rows per band.
     #[cfg(test)]
     pub(super) fn render_by(&self, cast: &GridCast<'_>, image: &mut GridImage, level: Level, rows: usize) {
         self.draw(cast, image, level, Some(rows));

@@ -43,7 +43,7 @@ pub(super) struct Face<'a> {
 }
 
 impl Face<'_> {
-    /// Draws the rows from `rows.0` to before `rows.1`.
+    /// Draws the rows from `rows.0` to just before `rows.1`.
     #[inline(always)]
     pub fn draw<S: Simd, const ID: bool>(&self, simd: S, raster: &mut Raster<'_, ID>, rows: (usize, usize)) {
         for row in rows.0.max(raster.first)..rows.1.min(raster.end) {
@@ -74,7 +74,7 @@ impl Face<'_> {
         let id = U::splat(simd, self.id);
         let mut column = low;
         while column < high {
-            // Recomputed in double precision every 16 pixels.
+            // The value is recomputed in double precision every 16 pixels.
             let w = climb + (base + self.w.a * column as f64) as f32;
             let w = least(greatest(w, least_w), most_w);
             let inside = lanes.simd_lt((high - column) as f32);

@@ -77,7 +77,7 @@ impl<'a> Triangles<'a> {
         self.mesh.groups.len()
     }
 
-    /// Returns those of some groups that may be visible, as ranges of vectors (first, end) for each band.
+    /// Returns those of the given groups that may be visible, as ranges of vectors (first, end) for each band.
     pub fn look(&self, level: Level, groups: Range<usize>, bands: Bands) -> Vec<Vec<(u32, u32)>> {
         let mut seen = vec![Vec::with_capacity(groups.len() * ROW / bands.count()); bands.count()];
         dispatch!(level, simd => self.look_with(simd, &self.mesh.groups[groups], bands, &mut seen));
@@ -97,7 +97,7 @@ impl<'a> Triangles<'a> {
             let placed = |i: usize| x * m[(i, 0)] + y * m[(i, 1)] + z * m[(i, 2)] + t[i];
             let (cx, cy, cz) = (placed(0), placed(1), placed(2));
             let mut out = (cz + r).simd_lt(camera.near) | (cz - r).simd_gt(camera.far);
-            // Which side the groups show.
+            // Find the side that each group shows.
             let toward =
                 if camera.perspective { [x - eye.x, y - eye.y, z - eye.z] } else { [eye.x, eye.y, eye.z].map(number) };
             let [tx, ty, tz] = toward;
@@ -112,7 +112,7 @@ impl<'a> Triangles<'a> {
             if !self.faces.front {
                 out |= (-turn).simd_gt(limit);
             }
-            // The bounding box of the sphere, in pixels.
+            // Compute the bounding box of the sphere, in pixels.
             let whole = (cz - r).simd_lt(1e-6) & mask64x8::splat(simd, camera.perspective);
             let (front, behind) = if camera.perspective { (one / (cz - r), one / (cz + r)) } else { (one, one) };
             let range = |c: D<S>, middle: f64, count: usize| {
@@ -126,7 +126,7 @@ impl<'a> Triangles<'a> {
                 (whole.select(nothing, clamped(low)), whole.select(count, clamped(high)))
             };
             let (columns, rows) = (range(cx, middle.0, camera.columns), range(cy, middle.1, camera.rows));
-            // Compared as whole pixels.
+            // Compare whole pixels.
             let empty = |(low, high): (D<S>, D<S>)| low.trunc().simd_ge(high.trunc());
             out |= empty(columns) | empty(rows);
             let mut left = !out.to_bitmask() & 0xff;
@@ -234,7 +234,7 @@ impl<'a> Triangles<'a> {
         let parts = f64::from(PARTS);
         let middle = camera.middle();
         let points = [0, 1, 2].map(|k| self.view_from_mesh.point(&sixteen.corner(k, lane)));
-        // In sub-pixel steps, relative to the first pixel.
+        // Position of each corner in sub-pixel steps, relative to the first pixel.
         let place: [Vector3<f64>; 3] = std::array::from_fn(|k| {
             let [x, y, _] = placed[k];
             if !x.is_nan() {

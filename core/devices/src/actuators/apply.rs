@@ -1,4 +1,5 @@
-//! Batches of actuators by kind: motions and commands in, wrenches and efforts out, converted to pushes for the engine.
+//! Applies actuators in batches by kind: passes motions and commands to the plugins, and converts the wrenches and
+//! efforts that they return to forces on the engine's bodies.
 
 use tatu_physics::{Engine, Push};
 use tatu_plugin_api::abi::*;
@@ -28,11 +29,11 @@ pub struct ApplyFailure {
 /// The inputs of an advance with actuators.
 #[derive(Clone, Copy)]
 pub struct Acts<'a> {
-    /// The scene, which does not change meanwhile.
+    /// The scene, which does not change during the advance.
     pub scene: &'a Scene,
     /// The registry of plugins.
     pub registry: &'a Registry,
-    /// Velocity of an object that no body carries.
+    /// Returns the velocity of an object that no body carries.
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
     /// Simulation time, s.
     pub time: f64,
@@ -75,11 +76,11 @@ fn batches(actuators: &Actuators, dynamics: &Dynamics, around: &Acts<'_>, every_
     out
 }
 
-/// Calls the kinds that are called once per advance; their pushes act for all of `dt`.
+/// Calls the kinds that are called once per advance; the forces that they apply act for all of `dt`.
 pub fn per_step(actuators: &mut Actuators, dynamics: &mut Dynamics, around: &Acts<'_>, dt: f64) -> Vec<ApplyFailure> {
     let (mut failed, mut pushes) = (Vec::new(), Vec::new());
     for batch in batches(actuators, dynamics, around, false) {
-        let asked = Asked { registry: around.registry, watch: around.watch, engine: dynamics.engine() };
+        let asked = ApplyContext { registry: around.registry, watch: around.watch, engine: dynamics.engine() };
         apply(actuators, &batch, &asked, (around.time, dt), &mut pushes, &mut failed);
     }
     for p in pushes {
@@ -101,7 +102,7 @@ pub struct SubSteps<'a> {
 }
 
 impl<'a> SubSteps<'a> {
-    /// Collects the actuators of a world; `None`: there are none, so the engine needs no callback.
+    /// Collects the actuators of a world; returns `None` if there are none, so that the engine needs no callback.
     pub fn new(
         actuators: &'a mut Actuators,
         (registry, watch): (&'a Registry, &'a Watch),
@@ -117,29 +118,30 @@ impl<'a> SubSteps<'a> {
         Some(SubSteps { actuators, registry, watch, batches, time: around.time, dt, failed: Vec::new() })
     }
 
-    /// Adds the pushes for one engine step.
+    /// Adds the forces and torques for one engine step.
     pub fn before(&mut self, engine: &dyn Engine, step: u32, out: &mut Vec<Push>) {
         let when = (self.time + f64::from(step) * self.dt, self.dt);
         for batch in &mut self.batches {
-            let asked = Asked { registry: self.registry, watch: self.watch, engine };
+            let asked = ApplyContext { registry: self.registry, watch: self.watch, engine };
             apply(self.actuators, batch, &asked, when, out, &mut self.failed);
             batch.seats.retain(|s| !self.actuators.devices[s.device].off);
         }
     }
 }
 
-/// The context of a call with a batch.
-struct Asked<'a> {
+/// The registry, the watchdog's record and the engine, for calls into a kind of actuator.
+struct ApplyContext<'a> {
     registry: &'a Registry,
     watch: &'a Watch,
     engine: &'a dyn Engine,
 }
 
-/// Calls a kind once, and converts its outputs to pushes. `when`: simulation time, and duration until the next call, s.
+/// Calls a kind once, and converts its outputs to forces and torques. `when` is the simulation time and the duration
+/// until the next call, s.
 fn apply(
     actuators: &mut Actuators,
     batch: &Batch,
-    &Asked { registry, watch, engine }: &Asked<'_>,
+    &ApplyContext { registry, watch, engine }: &ApplyContext<'_>,
     when: (f64, f64),
     pushes: &mut Vec<Push>,
     failed: &mut Vec<ApplyFailure>,
@@ -166,8 +168,8 @@ fn apply(
     let mut error = ErrorSlot::new();
     let me = registry.plugins[info.plugin].me;
     let before = watch.enter_batch(Call::Apply, info.plugin, devices[seats[0].device].slot, seats.len());
-    // SAFETY: all arrays in `table` have one entry per actuator of the batch and live through the call; the instances
-    // are alive and used by no other call.
+    // SAFETY: `me` and the arrays in `table` live until the call has returned; each array has one entry per actuator of
+    // the batch. The instances are alive and used by no other call.
     let run = || info.raw.apply.map_or(TATU_OK, |f| unsafe { answer(f(me, &table, error.raw()), false, error.raw()) });
     let (status, moved) = guard::watched(run);
     watch.leave(before);

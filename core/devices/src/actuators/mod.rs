@@ -20,7 +20,7 @@ pub use apply::{Acts, ApplyFailure, SubSteps, per_step};
 
 /// The instance of an actuator.
 pub struct Actuator {
-    /// Handle of its object; the generation tells it apart from a later object in the same slot.
+    /// Handle of its object; the generation distinguishes it from a later object in the same slot.
     pub object: tatu_object,
     /// Its slot in the scene.
     pub slot: u32,
@@ -51,7 +51,7 @@ impl Actuators {
     pub fn device(&self, object: tatu_object) -> Option<&Actuator> {
         self.devices.iter().find(|d| d.object == object)
     }
-    /// Returns its index in the list.
+    /// Returns the actuator's index in the list.
     pub fn index(&self, object: tatu_object) -> Option<usize> {
         self.devices.iter().position(|d| d.object == object)
     }

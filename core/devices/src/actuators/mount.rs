@@ -78,7 +78,7 @@ impl Mount {
         mount
     }
 
-    /// Returns its current motion.
+    /// Returns the mount's current motion.
     pub fn motion(&self, engine: &dyn Engine) -> Motion {
         let base = self.carrier.map_or(Isometry3::identity(), |body| engine.pose(body));
         let state = self.hinge.map(|h| (h, engine.joint_state(h.joint)));
@@ -94,8 +94,8 @@ impl Mount {
         Motion { pose, twist, joint: state.map_or(self.still, |(_, s)| [s.position, s.velocity]) }
     }
 
-    /// Converts a wrench on the mount and an effort of its joint to forces on bodies. `Err`: which of them has nothing
-    /// to act on.
+    /// Converts a wrench on the mount and an effort of its joint to forces on bodies. Returns an error if there is no
+    /// body or joint to act on.
     pub fn pushes(
         &self,
         engine: &dyn Engine,
@@ -108,7 +108,7 @@ impl Mount {
         let force = Vector3::new(wrench[0], wrench[1], wrench[2]);
         let torque = Vector3::new(wrench[3], wrench[4], wrench[5]);
         match self.carrier {
-            // Zero pushes are left out, because a push would wake the body.
+            // Zero forces are left out, because applying one would wake the body.
             _ if *wrench == [0.0; 6] => {}
             Some(body) => {
                 let arm = at.translation.vector - engine.centre_of_mass(body).coords;

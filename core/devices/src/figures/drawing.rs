@@ -44,7 +44,7 @@ impl Form {
             [Points, Lines, Triangles, TrianglePoints, QuadPoints, DiscPoints, CubePoints, SpherePoints, LineStrip];
         Self::NAMES.iter().position(|n| *n == name).map(|i| all[i])
     }
-    /// Returns its name.
+    /// Returns the form's name.
     pub fn name(self) -> &'static str {
         Self::NAMES[self as usize]
     }
@@ -109,7 +109,7 @@ impl Drawing {
             items: VecDeque::new(),
         })
     }
-    /// Returns the description as a table, without items.
+    /// Returns the description of the drawing as a table, without its items.
     pub fn entries(&self) -> Value {
         map([
             ("form", Value::text(self.form.name())),
@@ -128,7 +128,7 @@ impl Drawing {
         let (points, normal) = self.form.layout();
         3 * (points + usize::from(normal)) + self.extra
     }
-    /// Transforms an item by `by`.
+    /// Applies a transform to an item.
     fn moved(&self, item: &[f64], by: &Isometry3<f64>) -> Vec<f64> {
         let (points, normal) = self.form.layout();
         let mut out = item.to_vec();
@@ -139,8 +139,8 @@ impl Drawing {
         }
         out
     }
-    /// Adds items, one after the other, given in world coordinates; `frame` is the parent's pose. Returns how many were
-    /// added, which excludes items too close to others and those that do not fit.
+    /// Adds items, one after the other, given in world coordinates; `frame` is the parent's pose. Returns the number of
+    /// items added: those too close to existing ones are left out, and those that do not fit.
     pub fn add(&mut self, items: &[f64], frame: &Isometry3<f64>) -> Result<usize, Refusal> {
         let stride = self.stride();
         if items.is_empty() || !items.len().is_multiple_of(stride) || !items.iter().all(|x| x.is_finite()) {

@@ -1,7 +1,7 @@
 //! Figures for people to look at: graphs over time, and drawings in space.
 //!
 //! - [`Figures`]: all graphs and drawings of a world;
-//! - [`Drawing`]: items in space, on an object or in the world.
+//! - [`Drawing`]: items in space, attached to an object or to the world.
 //!
 //! Figures have no effect on objects. Graphs are cleared when a run starts and keep their contents when it stops;
 //! drawings are removed when it stops, unless they are persistent.

@@ -10,8 +10,8 @@ use super::plan::{BeamPlan, look_along};
 pub(super) struct Aims {
     /// Origin and direction of each ray in its sensor's frame, sensor by sensor.
     rays: Guarded<[f64; 6]>,
-    /// For each sensor of the batch, a pointer to its first ray, as passed to the plugin; null: its rays are not aimed.
-    /// Empty: no sensor of the batch is aimed.
+    /// For each sensor of the batch, a pointer to its first ray, as passed to the plugin, or null if its rays are not
+    /// aimed. Empty if no sensor of the batch is aimed.
     pub places: Vec<*mut f64>,
     /// Poses of the rays in their sensor's frame, once they have been taken.
     turned: Vec<Isometry3<f64>>,
@@ -51,8 +51,8 @@ impl Aims {
         self.rays.is_whole()
     }
 
-    /// Returns the next `n` rays as they are aimed now; `None`: one of them has an origin that is not finite, or a
-    /// direction that is not a unit vector.
+    /// Returns the next `n` rays as they are currently aimed, or `None` if an origin is not finite or a direction is
+    /// not a unit vector.
     pub fn take(&mut self, n: usize) -> Option<&[Isometry3<f64>]> {
         let begin = self.turned.len();
         let own = &self.rays[begin..begin + n];

@@ -77,7 +77,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Returns the limits of a sensor, unless others are requested for this measurement.
+    /// Returns the limits given for this measurement, or else those of the sensor.
     pub fn of(plan: &BeamPlan, once: Option<Limits>) -> Self {
         let BeamPlan { faces, max_incidence, occlude, .. } = *plan;
         once.unwrap_or(Limits { faces, max_incidence, reach: f64::INFINITY, occlude })
@@ -225,7 +225,7 @@ impl Casts {
         let (mut distance, mut point, mut normal) = (&mut distance[..], &mut point[..], &mut normal[..]);
         let (mut object, mut primitive) = (&mut object[..], &mut primitive[..]);
         let mut at = 0;
-        // Grouped by what they look at, which is usually the same for all.
+        // Grouped by set of targets, which is usually the same for all sensors.
         let mut jobs: Vec<(&BeamScene, Vec<(BundleCast<'_>, BundleHits<'_>)>)> = Vec::new();
         for Fan { sensor, look } in bundles.iter().copied() {
             let plan = plan(sensor);

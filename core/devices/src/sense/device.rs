@@ -141,8 +141,8 @@ impl Device {
         self.noise.iter_mut().for_each(|n| n.drop_held());
     }
 
-    /// Returns whether it is due at this time, which it is at most once in a period of its rate. Periods are counted
-    /// from time 0, so that they do not drift.
+    /// Returns whether the sensor is due at this time, which is the case at most once per period of its rate. Periods
+    /// are counted from time 0, so that they do not drift.
     pub fn is_due(&mut self, time: f64) -> bool {
         if self.off || self.explicit {
             return false;
@@ -154,17 +154,17 @@ impl Device {
         std::mem::replace(&mut self.period, now) != now
     }
 
-    /// Returns whether it measures in every step, with readings that are visible at once.
+    /// Returns whether the sensor measures in every step, with readings that are visible at once.
     pub(super) fn is_steady(&self) -> bool {
         !self.off && !self.explicit && self.rate <= 0.0 && !self.is_delayed()
     }
 
-    /// Returns whether its readings become visible later than they are measured.
+    /// Returns whether the sensor's readings become visible later than they are measured.
     pub(super) fn is_delayed(&self) -> bool {
         self.noise.as_ref().is_some_and(|noise| noise.delays())
     }
 
-    /// Takes out the visible reading before a measurement and makes room for the new one, if readings are delayed.
+    /// If readings are delayed, takes out the visible one before a measurement, to make room for the new one.
     pub(super) fn keep_shown(&mut self) -> Option<noise::HeldReading> {
         let noise = self.noise.as_ref().filter(|n| n.delays())?;
         let newest = noise.newest();
@@ -183,8 +183,8 @@ impl Device {
         noise.apply(noise::Measured { kind, seed: *seed, drawn, time: *time, fields, spans }, pool);
     }
 
-    /// After a measurement, if readings are delayed: holds the new reading back, and makes the newest that is old
-    /// enough visible.
+    /// If readings are delayed, holds the new one back after a measurement, and makes the newest one that is old enough
+    /// visible.
     pub(super) fn put_back(&mut self, shown: Option<noise::HeldReading>) {
         let (Some(shown), Some(noise)) = (shown, &mut self.noise) else { return };
         let (now, fields) = (self.time, std::mem::replace(&mut self.fields, shown.fields));
@@ -219,8 +219,8 @@ impl Device {
         let is_bad = |i: usize| {
             let (first, n) = self.layout.spans[i];
             let at = self.fields[first..].as_ptr();
-            // SAFETY: the layout reserves `n` elements of this type at the field's first word, and every bit pattern is
-            // a valid number.
+            // SAFETY: the pointer is to the field's first word, where the layout reserves `n` elements of this type;
+            // the borrow of `self` keeps them alive, and every bit pattern is a valid number.
             unsafe {
                 match kind.fields[i].elem {
                     TATU_ELEM_F64 => std::slice::from_raw_parts(at.cast::<f64>(), n).iter().any(|x| x.is_nan()),
@@ -236,7 +236,8 @@ impl Device {
     pub fn value(&self, kind: &SensorKind, field: usize) -> Value {
         let (first, n) = self.layout.spans[field];
         let bytes = self.fields[first..].as_ptr();
-        // SAFETY: as in `not_a_number`.
+        // SAFETY: the pointer is to the field's first word, where the layout reserves `n` elements of this type; the
+        // borrow of `self` keeps them alive, and every bit pattern is a valid number.
         unsafe {
             match kind.fields[field].elem {
                 TATU_ELEM_F64 => Value::Floats(std::slice::from_raw_parts(bytes.cast(), n).to_vec()),
@@ -285,7 +286,8 @@ pub struct Layout {
     pads: Vec<Pad>,
 }
 
-/// Bytes behind the last element of a field, in the word that holds it. They are 0 unless the plugin writes there.
+/// The bytes after the last element of a field, in the word that contains it. They are 0 unless the plugin writes
+/// there.
 #[derive(Debug, PartialEq)]
 struct Pad {
     field: usize,
@@ -295,7 +297,8 @@ struct Pad {
 }
 
 impl Pad {
-    /// Behind `bytes` bytes of a field that begins at a word; `None`: they fill their words.
+    /// Returns the padding after a field of `bytes` bytes that begins at a word, or `None` if the field fills its
+    /// words.
     fn new(field: usize, first: usize, bytes: usize) -> Option<Self> {
         let used = bytes % 8;
         if used == 0 && bytes > 0 {

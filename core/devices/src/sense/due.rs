@@ -1,7 +1,6 @@
 //! Selection of the sensors that measure in a step.
 //!
-//! Most sensors measure in every step: they are listed once and not asked again whether they are due. The others are
-//! asked in each step.
+//! Most sensors measure in every step: they are listed once and not checked again. The others are checked in each step.
 
 use std::rc::Rc;
 
@@ -40,8 +39,8 @@ impl Sensing {
         self.rolls.get(kind).cloned().unwrap_or_default()
     }
 
-    /// Fills `turn` with those that are due at this time, among the next devices in `roll.others` from index `from` on.
-    /// Returns how many were checked. It also releases their delayed readings that are old enough.
+    /// Fills `turn` with the devices that are due at this time, among the next ones in `roll.others` from index `from`
+    /// on. Returns how many were checked. Also releases their delayed readings that are old enough.
     pub fn due(&mut self, roll: &Roll, from: usize, time: f64, turn: &mut Turn) -> usize {
         turn.clear();
         let some = roll.others.get(from..).unwrap_or_default();
@@ -50,7 +49,8 @@ impl Sensing {
             let d = &mut self.devices[*i];
             if !d.off {
                 d.release(time);
-                // If that was its last delayed reading, it may now measure in every step, so the lists must be rebuilt.
+                // If the device has released its last delayed reading, it may now measure in every step, so the lists
+                // must be rebuilt.
                 self.listed &= !d.is_steady();
             }
             if d.is_due(time) {

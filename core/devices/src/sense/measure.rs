@@ -42,15 +42,15 @@ pub struct Moment {
     pub step: u64,
 }
 
-/// A job: which sensors measure, and when.
+/// A job: the sensors that measure, and the time.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
-    /// Their kind.
+    /// Index of the kind of these sensors.
     pub kind: usize,
     /// Indices of [`Sensing::devices`], ascending.
     pub devices: &'a [usize],
-    /// Positions in `devices` at which a new batch begins. They do not depend on the number of threads, and neither
-    /// does which sensors fail together.
+    /// Positions in `devices` at which a new batch begins. They do not depend on the number of threads, so the sensors
+    /// that fail together do not either.
     pub cuts: &'a [usize],
     /// Options for all of them.
     pub options: &'a MeasureOptions,
@@ -63,7 +63,7 @@ pub struct Job<'a> {
 pub struct MeasureOptions {
     /// The only object that is visible, if set.
     pub only: Option<tatu_object>,
-    /// Limits in place of their own.
+    /// Limits that replace those of the sensors, if set.
     pub limits: Option<Limits>,
 }
 
@@ -73,7 +73,7 @@ pub struct Around<'a> {
     pub scene: &'a Scene,
     /// The registry of plugins.
     pub registry: &'a Registry,
-    /// Velocity of an object.
+    /// Returns the velocity of an object.
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
     /// The watchdog's record of plugin calls.
     pub watch: &'a Watch,
@@ -91,7 +91,7 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
 }
 
 impl<'a> Job<'a> {
-    /// Returns the devices between the cuts.
+    /// Returns the groups of devices between the cuts.
     fn shares(&self) -> impl Iterator<Item = &'a [usize]> {
         let ends = self.cuts.iter().copied().chain([self.devices.len()]);
         let (devices, mut begin) = (self.devices, 0);
@@ -188,7 +188,7 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
     failed
 }
 
-/// Fails the whole batch if its function wrote outside the list of statuses.
+/// Fails the whole batch if the plugin's function wrote outside the list of statuses.
 fn beside_status(call: Call, s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<MeasureFailure> {
     if s.status.is_whole() {
         return Vec::new();
@@ -251,13 +251,13 @@ fn hand_over(
     error.fresh();
     // SAFETY: `batch.status` points to the scratch buffer, which has one status per instance.
     let before = unsafe { std::slice::from_raw_parts(batch.status, batch.n as usize) };
-    // Statuses of earlier failures, which are rare.
+    // Remember the statuses of earlier failures, which are rare.
     let known = if before.iter().any(|s| *s < 0) { before.to_vec() } else { Vec::new() };
     let first = job.devices.first().map_or(0, |i| all[*i].slot);
     let before = around.watch.enter_batch(call, kind_info.plugin, first, job.devices.len());
     // The check covers only the call, since the floating-point mode belongs to the thread that measures.
-    // SAFETY: all arrays in `batch` have one entry per sensor and live through the call; the instances are alive and
-    // used by no other call.
+    // SAFETY: `me` and the arrays in `batch` live until the call has returned; each array has one entry per sensor. The
+    // instances are alive and used by no other call.
     let (told, moved) = guard::watched(|| unsafe { function(me, batch, error.raw()) });
     around.watch.leave(before);
     let mut told = error.answer(told, false);

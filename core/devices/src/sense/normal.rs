@@ -1,9 +1,9 @@
 //! The inverse of the standard normal distribution function.
 //!
 //! It is the variant PPND16 of Wichura, "Algorithm AS 241: The percentage points of the normal distribution", Applied
-//! Statistics 37 (1988), 477-484: rational functions, accurate to about 1 in 10^16. Besides the four operations and the
-//! square root, which are the same on every processor, it needs a logarithm for the tails (15 % of the numbers), which
-//! is taken from the `libm` crate for that reason.
+//! Statistics 37 (1988), 477-484: rational functions, accurate to about 1 in 10^16. Apart from the four basic
+//! operations and the square root, which give the same results on every processor, it needs a logarithm for the tails
+//! (15 % of the numbers), which is taken from the `libm` crate so that it also gives the same results.
 
 #![allow(clippy::excessive_precision, reason = "the coefficients, digit by digit as printed")]
 
@@ -17,7 +17,7 @@ pub(super) fn quantile(p: f64) -> f64 {
 pub(super) fn quantiles(all: &mut [f64]) {
     let mut tails = [0u32; BLOCK + 1];
     for block in all.chunks_mut(BLOCK) {
-        // Free of branches, so that the compiler can vectorise it.
+        // This loop has no branches, so that the compiler can vectorise it.
         let mut n = 0;
         let mut kept = [0.0; BLOCK];
         for (i, p) in block.iter_mut().enumerate() {
@@ -127,7 +127,7 @@ const F: [f64; 8] = [
 mod tests {
     use super::*;
 
-    /// The distribution function: Phi(z) = erfc(-z / sqrt 2) / 2.
+    /// Returns the standard normal distribution function at `z`: Phi(z) = erfc(-z / sqrt 2) / 2.
     fn phi(z: f64) -> f64 {
         libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2) / 2.0
     }

@@ -95,7 +95,7 @@ impl BeamPlan {
     /// Asks an instance for its beams, and checks them.
     ///
     /// # Safety
-    /// `data` must be a live instance of this kind, and no borrow of its world may be held.
+    /// `data` must point to a live instance of this kind, and no borrow of its world may be active.
     pub unsafe fn ask(data: *mut c_void, kind: &SensorKind, inspector: Option<&dyn Inspector>) -> Result<Self, String> {
         let Some(ask) = kind.raw.beams else { return Ok(Self::NONE) };
         let raw = tatu_beams {
@@ -115,13 +115,13 @@ impl BeamPlan {
             without: 0,
             reserved3: 0,
         };
-        /// The table between two guards.
+        /// The table for the plugin, between two guards that reveal writes out of bounds.
         #[repr(C)]
         struct Room([u64; 8], tatu_beams, [u64; 8]);
         let mut room = Room([GUARD; 8], raw, [GUARD; 8]);
         let mut error = ErrorSlot::new();
-        // SAFETY: the caller guarantees that `data` is a live instance; `room` and `error` live through the call. The
-        // header declares the function as `[setup]`, so it may be called here.
+        // SAFETY: the caller guarantees that `data` points to a live instance; `room` and `error` live until the call
+        // has returned. The header declares the function as `[setup]`, so it may be called here.
         if unsafe { answer(ask(data, &mut room.1, error.raw()), false, error.raw()) } < 0 {
             return Err(error.text());
         }
@@ -177,7 +177,7 @@ impl BeamPlan {
     }
 }
 
-/// Returns a volume with flat sides, or why its sizes are invalid.
+/// Returns a volume with flat sides, or an error if its sizes are invalid.
 fn volume(raw: &tatu_beams) -> Result<Volume, String> {
     let [a, b, c, d, ..] = raw.dims;
     let all = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite() && *x >= 0.0);
@@ -204,8 +204,8 @@ fn rays(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
     if raw.directions.is_null() {
         return Err("rays without directions".into());
     }
-    // SAFETY: `directions` is not null, and the contract requires it to hold 3 numbers per ray; `count` was limited to
-    // `MAX_RAYS`.
+    // SAFETY: `directions` is not null, and the contract requires it to point to 3 numbers per ray that stay valid
+    // after the call; `count` was limited to `MAX_RAYS`.
     let all: &[[f64; 3]] = unsafe { std::slice::from_raw_parts(raw.directions.cast(), raw.count[0] as usize) };
     let unit = |d: &[f64; 3]| (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1.0).abs() < 1e-6;
     match all.iter().position(|d| !unit(d)) {
@@ -246,7 +246,8 @@ fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
     Ok(Some(Grid { columns, rows, view, near: raw.near_m, far: raw.far_m }))
 }
 
-/// Maximum number of rays of a sensor; more is assumed to be an error, and would read beyond the plugin's memory.
+/// Maximum number of rays of a sensor. A larger number is assumed to be an error, which could lead to reads beyond the
+/// plugin's memory.
 const MAX_RAYS: u32 = 1 << 24;
 
 /// Maximum number of pixels along one side of an image.
@@ -262,7 +263,7 @@ pub(super) fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
 #[derive(Debug, Default)]
 pub struct Bundle(Option<RayBundle>);
 
-/// It is derived from the directions, which are compared anyway.
+/// The bundle is derived from the directions, which are compared anyway.
 impl PartialEq for Bundle {
     fn eq(&self, _: &Self) -> bool {
         true

@@ -54,7 +54,7 @@ impl Key {
 const UNIT: f64 = 1.0 / (1u64 << 53) as f64;
 
 /// SplitMix64: Steele, Lea, Flood, "Fast splittable pseudorandom number generators", 2014. Keys are split as described
-/// there, each with its own increment.
+/// there, each with a different increment.
 fn mixed(x: u64) -> u64 {
     finished(x.wrapping_add(0x9E37_79B9_7F4A_7C15))
 }
@@ -65,7 +65,7 @@ fn finished(x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// Returns the table for a batch whose instances have these keys; valid as long as they are.
+/// Returns the table for a batch whose instances have these keys; it must not be used after `keys` is dropped.
 pub(super) fn table(keys: &[Key]) -> tatu_random {
     tatu_random {
         size: size_of::<tatu_random>() as u32,
@@ -77,8 +77,8 @@ pub(super) fn table(keys: &[Key]) -> tatu_random {
 }
 
 unsafe extern "C" fn uniform(table: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64) {
-    // SAFETY: the header requires `table` to be the table of the plugin's batch, and `out` to be null or to have room
-    // for `n` numbers.
+    // SAFETY: the header requires `table` to be the table of the plugin's batch, whose keys live during the call, and
+    // `out` to be null or to have room for `n` numbers.
     unsafe {
         fill(table, i, n, out, |key, out| {
             (0..n).zip(out).for_each(|(k, x)| *x = key.uniform(first.wrapping_add(k)));
@@ -87,7 +87,8 @@ unsafe extern "C" fn uniform(table: *const tatu_random, i: u32, first: u64, n: u
 }
 
 unsafe extern "C" fn normal(table: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64) {
-    // SAFETY: as in `uniform`.
+    // SAFETY: the header requires `table` to be the table of the plugin's batch, whose keys live during the call, and
+    // `out` to be null or to have room for `n` numbers.
     unsafe { fill(table, i, n, out, |key, out| key.normals(first, out)) }
 }
 
@@ -176,11 +177,11 @@ mod tests {
         // SAFETY: the table and its keys are alive, and `out` has room for 10 numbers.
         unsafe { table.normal.unwrap()(&table, 1, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out, many[3..13]);
-        // SAFETY: as above.
+        // SAFETY: the table and its keys are alive, and `out` has room for 10 numbers.
         unsafe { table.uniform.unwrap()(&table, 1, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out[0], key.uniform(20));
-        // An instance that does not exist draws nothing.
-        // SAFETY: as above.
+        // For an instance that does not exist, nothing is written.
+        // SAFETY: the table and its keys are alive, and `out` has room for 10 numbers.
         unsafe { table.normal.unwrap()(&table, 2, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out[0], key.uniform(20));
     }

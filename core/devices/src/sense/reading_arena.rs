@@ -45,7 +45,8 @@ impl DerefMut for ReadingBuffer {
     #[inline]
     fn deref_mut(&mut self) -> &mut [u64] {
         let at = UnsafeCell::raw_get(self.shelf.as_ptr()).wrapping_add(self.first as usize);
-        // SAFETY: as in `deref`; in addition, `self` is borrowed exclusively.
+        // SAFETY: `first + len` words are within the chunk, which the `Rc` keeps alive. The arena hands out each word
+        // to a single buffer, which is borrowed exclusively here.
         unsafe { std::slice::from_raw_parts_mut(at, self.len as usize) }
     }
 }

@@ -25,7 +25,7 @@ pub struct Sensing {
     pub(super) rolls: Vec<Rc<Roll>>,
     /// A reusable turn for a sensor that is measured on request.
     pub(super) alone: Turn,
-    /// The scene in which beams and images are cast.
+    /// The targets of beams and images.
     pub targets: Targets,
     /// The version of the scene's settings that all devices have applied.
     settled: Option<u64>,
@@ -63,7 +63,7 @@ impl Sensing {
     /// Applies the scene's current settings, such as rates and noise, to all devices.
     pub fn settle(&mut self, scene: &Scene, registry: &Registry) {
         let settled = self.settled.replace(scene.sensor_version) == Some(scene.sensor_version);
-        // Paths may refer to other objects if the tree has changed.
+        // Paths may refer to different objects if the tree has changed.
         if settled && (self.chosen.is_none() || self.chosen == Some(scene.shape_version)) {
             return;
         }
@@ -90,7 +90,7 @@ impl Sensing {
         }
         self.by_slot[slot] = index as u32 + 1;
     }
-    /// Returns the layout of one of the last sensors, if it is equal.
+    /// Returns the layout of one of the most recently added sensors, if it is equal.
     pub fn like(&self, layout: &Layout) -> Option<Rc<Layout>> {
         let last = self.devices.iter().rev().take(LOOK_BACK).map(|d| &d.layout);
         last.into_iter().find(|l| ***l == *layout).cloned()

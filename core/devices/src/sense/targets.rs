@@ -1,4 +1,4 @@
-//! The scene in which beams and images are cast, updated as objects move.
+//! The targets of beams and images, updated as objects move.
 
 use ::tatu_beams::{BeamScene, Target};
 use nalgebra::Isometry3;

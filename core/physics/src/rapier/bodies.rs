@@ -119,8 +119,8 @@ impl Rapier {
                 continue;
             };
             match (respond::responds(old, new), respond::responds_by_groups(old, new)) {
-                // The groups would let them collide, so one of the two needs the filter. The older body gets it, which
-                // is usually the base of a robot, so that its wheels touch the floor without a filter.
+                // The collision groups would let them collide, so one of the two needs the filter. The older body gets
+                // it, which is usually the base of a robot, so that its wheels touch the floor without a filter.
                 (false, true) => self.filter(other, false),
                 (true, false) => tree.wide = true,
                 _ => {}
@@ -135,7 +135,7 @@ impl Rapier {
         self.tables.trees.insert(new.tree, tree);
     }
 
-    /// Enables the mask filter for a body; `low_too` if it must also see pairs that share only low bits.
+    /// Enables the mask filter for a body. If `low_too` is set, the groups also pass pairs that share only low bits.
     fn filter(&mut self, id: BodyId, low_too: bool) {
         let Some(&BodyRecord { handle, respond, .. }) = self.record(id) else {
             return;
@@ -162,7 +162,7 @@ impl Rapier {
         self.set_hooks(id, |h| h | ActiveHooks::MODIFY_SOLVER_CONTACTS);
     }
 
-    /// Disables the filter for the contacts of a body, unless something else needs it.
+    /// Disables the filter for the contacts of a body, unless it is needed for a different reason.
     pub(super) fn unwatch_contacts(&mut self, id: BodyId) {
         let Tables { surfaces, pairs, partings, .. } = &self.tables;
         let in_pair = |(a, b): &(BodyId, BodyId)| *a == id || *b == id;
@@ -175,7 +175,7 @@ impl Rapier {
         }
     }
 
-    /// Returns whether its friction with another body may exceed the maximum.
+    /// Returns whether the body's friction with some other body may exceed the maximum.
     fn may_stick(&self, id: BodyId) -> bool {
         let colliders = self.record(id).map(|r| self.world.bodies[r.handle].colliders());
         let mut colliders = colliders.into_iter().flatten().filter_map(|c| self.world.colliders.get(*c));
@@ -237,10 +237,10 @@ impl Rapier {
         self.tables.moving.entry(body).or_insert((from, pose)).1 = pose;
     }
 
-    /// Prepares a body for a joint. It stays awake, since a wheel that creeps along under its motor is slower than any
-    /// threshold. If the joint connects bodies of very different mass, an iteration is added for its contacts and
-    /// joints in each sub-step: a 16 kg chassis on a 0.25 kg caster converges slowly, and would tilt by 0.4 degrees
-    /// instead of 0.3.
+    /// Prepares a body for a joint. The body stays awake, since a wheel that creeps along under its motor may be slower
+    /// than any threshold. If the joint connects bodies of very different mass, an iteration is added for its contacts
+    /// and joints in each sub-step: a 16 kg chassis on a 0.25 kg caster converges slowly, and would otherwise tilt by
+    /// 0.4 degrees instead of 0.3.
     pub(super) fn prepare_for_joint(&mut self, body: BodyId, uneven: bool) {
         let Some(Some(record)) = self.tables.bodies.get_mut(body.0 as usize) else {
             return;
@@ -271,7 +271,7 @@ impl Rapier {
         }
     }
 
-    /// Freezes a body where it is; it is reported later.
+    /// Freezes a body at its current pose; it is reported later.
     pub(super) fn freeze(&mut self, body: BodyId) {
         let Some(&BodyRecord { handle, .. }) = self.record(body) else {
             return;

@@ -1,7 +1,7 @@
 //! Contacts of cylinders are recomputed in every step.
 //!
-//! Parry keeps the points of a contact while the two bodies have rotated by less than 1 degree, and rapier for longer
-//! if the smaller one has hardly moved. On the mantle of a cylinder the points rotate with it: the floor then presses
+//! Parry keeps the points of a contact until the two bodies have rotated by 1 degree, and rapier keeps them longer if
+//! the smaller one has hardly moved. On the curved side of a cylinder, the points rotate with it: the floor then pushes
 //! behind the axle, and a can that rolls at 0.02 m/s is accelerated to 0.17 m/s, as if it rolled down a slope of half a
 //! degree.
 
@@ -21,7 +21,7 @@ use tatu_geometry::Form;
 struct Forgets;
 
 /// Returns a hook that keeps rapier from reusing contacts over several steps, which it does only for colliders without
-/// hooks. This hook is called for sensor colliders only, and there are none.
+/// hooks. The hook itself is called only for sensor colliders, which this engine does not use.
 pub(super) fn hooks(form: &Form) -> ActiveHooks {
     match form {
         Form::Cylinder { .. } => ActiveHooks::FILTER_INTERSECTION_PAIR,

@@ -1,4 +1,4 @@
-//! Drives over time: changes are passed on to rapier's joints.
+//! Drives over time: passes changes on to rapier's joints.
 
 use rapier3d::math::Pose;
 
@@ -50,7 +50,7 @@ impl Rapier {
             };
             let was_free = joint.data.motor_axes.is_empty();
             joints::apply(&mut joint.data, record);
-            // The rest depends only on masses and frames.
+            // Everything else depends only on masses and frames.
             if record.drive == Drive::Free || !was_free || record.reduced().is_some() {
                 continue;
             }
@@ -108,7 +108,7 @@ impl Rapier {
             let row = record.driven().and_then(|j| self.world.impulse_joints.get(j));
             let (Some(axis), Some(row)) = (record.kind.free_axis(), row) else { continue };
             let motor = row.data.motors[axis as usize];
-            // It stays on the torque-speed line until it is faster than its target.
+            // The joint stays on the torque-speed line until it is faster than its target.
             let beyond = (motor.target_vel - state.velocity) * state.effort > 0.0;
             record.at_limit = match record.at_limit {
                 true => joints::wanted(record).is_none_or(|w| (w - state.velocity) * state.effort > 0.0),

@@ -10,8 +10,9 @@ const ALONG: usize = 2;
 const ABOUT: usize = 5;
 
 /// Fraction of a coupling's error that is corrected per step. Rapier would correct all of it in each sub-step, before
-/// contacts and also in the pass without friction. Light geared fingers then push what they hold back and forth until
-/// it slips through. Fingers of 15 g hold 0.2 kg at fractions from 0.2 to 0.5, and lose it at 0.9 and at 0.05.
+/// contacts and even in the pass without friction. Light geared fingers would then push the object between them back
+/// and forth until it slips through. Fingers of 15 g hold 0.2 kg at fractions from 0.2 to 0.5, and lose it at 0.9 and
+/// at 0.05.
 const MADE_UP: f64 = 0.2;
 
 /// Returns the index of the driven degree of freedom of a joint, and that of its coordinate: a screw slides before it
@@ -25,7 +26,7 @@ pub(super) fn coordinate(kind: JointKind) -> (usize, usize) {
 }
 
 impl Rapier {
-    /// Sets all of rapier's couplings anew: which ones there are, and the error to correct in this step.
+    /// Replaces all of rapier's couplings, and sets the error to correct in this step.
     pub(super) fn couple(&mut self) {
         let changed = std::mem::take(&mut self.tables.joints_changed);
         if !changed && self.tables.gears.is_empty() && !self.tables.screws {
@@ -73,7 +74,7 @@ impl Rapier {
     }
 }
 
-/// Couples one coordinate to another. Each is given by its link, the degree of freedom in it, and its index.
+/// Couples two coordinates. Each is given by its link, the degree of freedom in the link, and its index.
 fn add(
     multibody: &mut Multibody,
     (link1, dof1, axis1): (usize, usize, usize),

@@ -29,7 +29,7 @@ struct Touch {
 }
 
 impl Surface {
-    /// Returns whether it needs constraints of its own.
+    /// Returns whether the surface needs separate constraints.
     fn grips(&self) -> bool {
         self.axis.is_some() || self.rolling_friction > 0.0 || self.spinning_friction > 0.0
     }

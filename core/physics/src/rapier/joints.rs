@@ -23,10 +23,10 @@ const NEVER_REACHED: f64 = 1e6;
 /// unless limited by its maximum velocity. V-REP's controller has the same: P = 0.1 at steps of 5 ms.
 const SETTLE_TIME: f64 = 0.05;
 
-/// Stiffness of joints, as natural frequency (Hz) and damping ratio. With rapier's defaults (1 MHz, 1) a joint corrects
-/// its whole error in each sub-step; at steps of 10 ms, a two-wheeled robot then chatters about its caster and drifts
-/// by 70 mm in 4 m. With these values a joint corrects about 40 %, the robot stands still, and the two sides of a joint
-/// stay within 0.5 mm of each other. Half the frequency, or a third of the damping ratio, would also do.
+/// Stiffness of joints, as natural frequency (Hz) and damping ratio. With rapier's defaults (1 MHz, 1), a joint
+/// corrects its whole error in each sub-step; at steps of 10 ms, a two-wheeled robot then chatters about its caster and
+/// drifts by 70 mm in 4 m. With these values, a joint corrects about 40 %, the robot stands still, and the two sides of
+/// a joint stay within 0.5 mm of each other. Half the frequency, or a third of the damping ratio, would also work.
 const SOFTNESS: (f64, f64) = (400.0, 5.0);
 
 /// Maximum number of iterations added for one joint. A weight at the end of a light pole would need hundreds.
@@ -56,13 +56,13 @@ pub(super) fn build(desc: &JointDesc, frames: (Pose, Pose), zero: f64) -> Generi
     };
     let mut joint = GenericJoint::new(JointAxesMask::LOCKED_FIXED_AXES & !freed);
     (joint.local_frame1, joint.local_frame2) = frames;
-    // Whether the two bodies collide is determined by their masks.
+    // The bodies' masks decide whether they collide.
     joint.contacts_enabled = true;
     if desc.form == JointForm::Impulse {
         joint.softness = SpringCoefficients::new(SOFTNESS.0, SOFTNESS.1);
         // Limits on a locked axis add no constraint between bodies that are not in reduced form, but keep the joint off
-        // rapier's SIMD path. That path is taken only from 64 joints on and solves the joints of a robot in another
-        // order, so its motion would depend on the number of other joints.
+        // rapier's SIMD path. Rapier uses that path only for 64 or more joints, and it solves a robot's joints in a
+        // different order, so the motion of a robot would depend on the number of other joints.
         joint.limit_axes |= JointAxesMask::LIN_X;
         joint.coupled_axes |= JointAxesMask::LIN_X;
     }
@@ -89,7 +89,7 @@ pub(super) fn kind_of(joint: &GenericJoint) -> JointKind {
     }
 }
 
-/// Replaces a drive with NaN or infinite numbers, or without force, by no drive.
+/// Returns the drive, or no drive if it has NaN or infinite numbers or no force.
 pub(super) fn sane(drive: Drive) -> Drive {
     let good = match drive {
         Drive::Free => true,
@@ -149,7 +149,7 @@ fn weakened(motor: JointMotor, record: &JointRecord) -> JointMotor {
     let (no_load, speed) = (record.passive.no_load_speed, record.speed);
     let wanted = wanted(record).unwrap_or(motor.target_vel);
     let direction = 1.0f64.copysign(wanted - speed);
-    // A braking motor has its full limit.
+    // A braking motor keeps its full limit.
     if direction * speed < 0.0 {
         return motor;
     }
@@ -171,7 +171,7 @@ pub(super) fn folded(record: &JointRecord) -> f64 {
     if limit > record.passive.friction && !record.at_limit { record.passive.friction } else { 0.0 }
 }
 
-/// Returns the velocity that a drive aims for; `None`: it has none.
+/// Returns the velocity that a drive aims for, or `None` if it has none.
 pub(super) fn wanted(record: &JointRecord) -> Option<f64> {
     match record.drive {
         Drive::Velocity { target, .. } => Some(target),
@@ -200,8 +200,8 @@ pub(super) fn iterations(frames: (Pose, Pose), a: &RigidBody, b: &RigidBody) -> 
     };
     let (of_a, of_b) = (mobility(a, frame_a.translation), mobility(b, frame_b.translation));
     let q = (of_a.0 + of_b.0) / (of_a.1 + of_b.1);
-    // NaN for bodies without inertia. Below 1.01, as for a wheel on a chassis, the first iteration leaves less than 1
-    // %.
+    // The ratio is NaN for bodies without inertia. Below 1.01, as for a wheel on a chassis, the first iteration leaves
+    // less than 1 %.
     if q.is_nan() || q < 1.01 { 0 } else { (6.0 * (q - 1.0)).ceil().min(MOST_ITERATIONS) as usize }
 }
 
@@ -233,7 +233,7 @@ pub(super) fn position(kind: JointKind, frame_a: &Pose, frame_b: &Pose) -> f64 {
     match kind {
         JointKind::Revolute | JointKind::Screw(_) => {
             let q = frame_a.rotation.inverse() * frame_b.rotation;
-            // nalgebra's `atan2` gives the same result on every system, unlike the standard library's.
+            // nalgebra's `atan2` gives the same result on every system; the standard library's does not.
             wrap_angle(2.0 * nalgebra::RealField::atan2(q.z, q.w))
         }
         JointKind::Prismatic => (frame_b.translation - frame_a.translation).dot(frame_a.rotation * Vector::Z),

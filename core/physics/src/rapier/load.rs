@@ -1,5 +1,6 @@
-//! Loads of joints, from the momentum of all bodies below: mechanisms in reduced form do not provide the forces in
-//! their joints. The force that a joint exerts is the change of momentum minus gravity, pushes and contacts.
+//! Loads of joints, computed from the momentum of all bodies below, because mechanisms in reduced form do not provide
+//! the forces in their joints. The force that a joint exerts is the change of momentum minus gravity, pushes and
+//! contacts.
 
 use rapier3d::{dynamics::RigidBody, geometry::PairContacts, math::Vector};
 
@@ -7,7 +8,7 @@ use super::{records::Sum, report, state::Rapier};
 use crate::{BodyId, JointId, Wrench, convert};
 
 impl Rapier {
-    /// Records the bodies below each measured joint before a step, with their momentum and the pushes on them.
+    /// Records the bodies below each measured joint before a step, with their momentum and the forces applied to them.
     pub(super) fn weigh(&mut self) {
         let mut measured = std::mem::take(&mut self.tables.measured);
         measured.retain(|m| self.tables.joints.get(m.joint.0 as usize).is_some_and(Option::is_some));
@@ -33,7 +34,7 @@ impl Rapier {
             let force = (now.0 - before.momentum.0) / dt - before.pushes.0 - contacts.0;
             let moment = (now.1 - before.momentum.1) / dt - before.pushes.1 - contacts.1;
             let origin = self.joint_frames(record).0.translation;
-            // The joint exerts this force on the bodies below, which exert the opposite on it.
+            // The joint exerts this force on the bodies below, which exert the opposite force on it.
             m.wrench = Some(Wrench {
                 force: -convert::vector_back(force),
                 torque: -convert::vector_back(moment - origin.cross(force)),

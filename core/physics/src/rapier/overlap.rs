@@ -21,7 +21,7 @@ const PARTING_SPEED: f64 = 0.2;
 /// Minimum depth at which bodies of one mechanism count as overlapping by design, m.
 const FITTED: f64 = 1e-4;
 
-/// Time in which a pair without joints must have separated by at least a tenth of the distance at that speed, s.
+/// Time in which a pair without joints must have separated by at least a tenth of the distance at `PARTING_SPEED`, s.
 const PATIENCE_S: f64 = 0.1;
 
 /// A collider that may overlap others.

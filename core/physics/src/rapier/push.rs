@@ -8,7 +8,7 @@ use rapier3d::{
 use super::state::{Rapier, finite};
 use crate::{Motion, Push, convert};
 
-/// The forces on a body before a push, which act in all steps of the advance.
+/// The forces on a body before the forces of a single step are added to them; they act in all steps of the advance.
 pub(super) struct Before {
     handle: RigidBodyHandle,
     force: Vector,
@@ -22,7 +22,7 @@ impl Before {
 }
 
 impl Rapier {
-    /// Adds pushes. The result must be passed to [`Rapier::take_back`] after the step.
+    /// Adds forces and torques for one step. The result must be passed to [`Rapier::take_back`] after the step.
     pub(super) fn push_for_a_step(&mut self, pushes: &[Push]) -> Vec<Before> {
         let mut old = Vec::with_capacity(pushes.len());
         for push in pushes {

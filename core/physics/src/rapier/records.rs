@@ -149,13 +149,13 @@ pub(super) struct Measured {
     pub joint: JointId,
     /// All bodies below it, in order of ids.
     pub bodies: Vec<BodyId>,
-    /// Momentum before the step, N s, and its moment about the world's origin, N m s; and the pushes, N and N m.
+    /// Momentum of these bodies before the step, and the forces applied to them; `None` before the first step.
     pub before: Option<Sum>,
     /// Load in the last step.
     pub wrench: Option<Wrench>,
 }
 
-/// Momentum and pushes, each with its moment about the world's origin.
+/// Momentum (N s) and applied forces (N), each with its moment about the world's origin (N m s, N m).
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Sum {
     pub momentum: (Vector, Vector),
@@ -183,11 +183,11 @@ pub(super) type Partings = BTreeMap<(BodyId, BodyId), Parting>;
 /// The state of a pair that is being separated.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Parting {
-    /// Depth of overlap that is left alone, m.
+    /// Overlap depth that is not corrected, m.
     pub fit: f64,
     /// Whether joints hold the two together.
     pub held: bool,
-    /// Depth at the last check whether they separate, m, and the time since then, s.
+    /// Depth when separation was last checked, m, and the time since then, s.
     pub asked: (f64, f64),
 }
 

@@ -1,7 +1,7 @@
 //! Joints in reduced coordinates: rapier's multibodies, which compute only the degrees of freedom of each joint.
 //!
-//! - A mechanism on a static body is attached to an anchor of its own, a fixed body without shapes, because rapier
-//!   solves all joints below one root together, at a cost that grows with the cube of their number.
+//! - A mechanism on a static body is attached to a separate anchor, a fixed body without shapes, because rapier solves
+//!   all joints below one root together, at a cost that grows with the cube of their number.
 //! - A drive is a constraint between the two links. Rapier iterates over the constraints once in each sub-step, so an
 //!   arm of many joints would sag. Most of the effort of a drive in one step is therefore applied as a force in the
 //!   next ([`Reduced::carried`]), and the constraint has to find only the difference.
@@ -33,8 +33,9 @@ const FAST_TURN: f64 = 0.005;
 /// Time for which sub-steps stay halved afterwards, s: longer than half a swing of a 50 m pendulum.
 const FAST_FOR_S: f64 = 10.0;
 
-/// Mechanisms count as at rest, and sub-steps are no longer halved, once no joint has been faster than this fraction of
-/// that speed for `CALM_FOR_S` (s). A swing is also slow at its turning points, but only briefly.
+/// Mechanisms are considered to be at rest, and sub-steps are no longer halved, once no joint has been faster than this
+/// fraction of the speed at which halving begins for `CALM_FOR_S` (s). A swing is also slow at its turning points, but
+/// only briefly.
 const CALM: f64 = 0.05;
 const CALM_FOR_S: f64 = 1.0;
 
@@ -42,7 +43,8 @@ const CALM_FOR_S: f64 = 1.0;
 const SLOW_SPRING: f64 = 0.1;
 
 impl Rapier {
-    /// Adds a joint in reduced form. `None`: it would close a loop, which rapier cannot do in this form.
+    /// Adds a joint in reduced form. Returns `None` if it would close a loop, which rapier does not support in this
+    /// form.
     pub(super) fn add_reduced(&mut self, desc: &JointDesc, data: GenericJoint) -> Option<Reduced> {
         let (a, b) = (*self.record(desc.a)?, *self.record(desc.b)?);
         let anchored = a.motion == Motion::Static;
@@ -97,7 +99,7 @@ impl Rapier {
         if joint.anchored && !others.into_iter().any(|o| o.parent == joint.parent) {
             self.world.remove_body(joint.parent);
         }
-        // Bodies that were attached keep their motion.
+        // Bodies that have been attached keep their motion.
         self.tables.moved.extend([record.bodies.0, record.bodies.1]);
     }
 
@@ -121,7 +123,7 @@ impl Rapier {
         }
     }
 
-    /// Moves the anchors along with the static body that they stand for.
+    /// Moves the anchors along with the static body that they represent.
     pub(super) fn move_anchors(&mut self, body: crate::BodyId, pose: &Pose) {
         for record in self.tables.joints.iter().flatten() {
             if let (true, Some(reduced)) = (record.bodies.0 == body, record.reduced().filter(|r| r.anchored)) {
@@ -130,7 +132,7 @@ impl Rapier {
         }
     }
 
-    /// Recomputes positions and velocities of joints in all mechanisms of which a body was placed, thrown or attached.
+    /// Recomputes positions and velocities of joints in all mechanisms with a body that was placed, thrown or attached.
     pub(super) fn find_coordinates(&mut self) {
         if self.tables.moved.is_empty() {
             return;
@@ -172,8 +174,8 @@ impl Rapier {
         self.world.integration_parameters.num_solver_iterations = if fast { 2 * usual } else { usual };
     }
 
-    /// Applies as forces what drives exerted in the last step. The result must be passed to [`Rapier::take_back`] after
-    /// the step.
+    /// Applies the efforts of drives in the last step as forces. The result must be passed to [`Rapier::take_back`]
+    /// after the step.
     pub(super) fn carry_drives(&mut self) -> Vec<Before> {
         let mut old = Vec::new();
         for id in &self.tables.driven {
@@ -207,7 +209,7 @@ impl Rapier {
         old
     }
 
-    /// Records what drives exerted in this step.
+    /// Records the efforts of drives in this step.
     pub(super) fn note_drives(&mut self) {
         let substep = self.substep();
         let world = &self.world;
@@ -236,7 +238,7 @@ impl Rapier {
     }
 }
 
-/// Returns the limit of a drive that determines its own effort; `None` for other drives.
+/// Returns the limit of a drive that determines its own effort, or `None` for other drives.
 fn limit(drive: Drive) -> Option<f64> {
     match drive {
         Drive::Velocity { max_force, slip: 0.0, .. } => Some(max_force),
@@ -246,7 +248,7 @@ fn limit(drive: Drive) -> Option<f64> {
 }
 
 fn find_coordinates_of(multibody: &mut Multibody, bodies: &mut RigidBodySet) {
-    // Also determines whether the root is dynamic.
+    // This also determines whether the root is dynamic.
     multibody.forward_kinematics(bodies, true);
     let links = multibody.num_links();
     let mut velocities = vec![0.0; multibody.ndofs()];
@@ -274,7 +276,7 @@ fn find_coordinates_of(multibody: &mut Multibody, bodies: &mut RigidBodySet) {
                 let coordinates = link.joint().coords();
                 let now = joints::position(kind, &frame_a, &frame_b);
                 (way[0], velocities[first]) = match kind {
-                    // Keeps the number of whole turns.
+                    // Keep the number of whole turns.
                     JointKind::Revolute => {
                         (wrap_angle(now - coordinates[5]), (child.angvel() - parent.angvel()).dot(axis))
                     }

@@ -18,8 +18,8 @@ pub(super) fn contacts(world: &PhysicsWorld, out: &mut Vec<Contact>) {
         };
         out.extend(rigid.solver_manifolds().iter().filter_map(|m| contact(world, pair, m)));
     }
-    // Rapier's order of pairs depends on the past. This is a total order without allocation; contacts of equal bodies
-    // are sorted by place.
+    // Rapier's order of pairs depends on earlier steps. This is a total order without allocation; contacts of the same
+    // pair of bodies are sorted by position.
     out.sort_unstable_by(|l, r| {
         let place = |c: &Contact| [c.point.x, c.point.y, c.point.z, c.force];
         let places = place(l).into_iter().zip(place(r));
@@ -45,17 +45,17 @@ pub(super) struct Face {
     pub radius: f64,
 }
 
-/// Returns the face of a contact manifold; `None`: the two bodies do not touch.
+/// Returns the face of a contact manifold, or `None` if the two bodies do not touch.
 pub(super) fn face(world: &PhysicsWorld, pair: &ContactPair, face: &ContactManifold) -> Option<Face> {
-    // Normal impulses are sums over the sub-steps, those of friction are from the last one.
+    // Normal impulses are sums over the sub-steps; friction impulses are from the last sub-step.
     let step = world.integration_parameters.dt;
     let substep = step / world.integration_parameters.num_solver_iterations as f64;
     let body = |c: ColliderHandle| {
         let handle = world.colliders.get(c)?.parent()?;
         Some((handle, world.bodies.get(handle)?))
     };
-    // Rapier finds contacts before it moves the bodies, and reuses them while these move little. The arm from the
-    // centre of mass of a dynamic body stays valid.
+    // Rapier finds contacts before it moves the bodies, and reuses them while the bodies move little. The vector from
+    // the centre of mass of a dynamic body to the contact stays valid.
     let (a, b) = (body(pair.collider1)?, body(pair.collider2)?);
     let (on_first, arm_of) = if a.1.is_dynamic() { (true, a.1) } else { (false, b.1) };
     let in_mechanism = [a.0, b.0].iter().any(|h| world.multibody_joints.rigid_body_link(*h).is_some());

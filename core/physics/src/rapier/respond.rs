@@ -1,6 +1,6 @@
 //! V-REP's respond masks, implemented by rapier's collision groups and, where these do not suffice, by a filter.
 //!
-//! A group cannot express "only within this tree". The groups therefore hold the high bytes, which are the whole rule
+//! A group cannot express "only within this tree". The groups therefore contain the high bytes, which decide alone
 //! between trees, and the filter runs only for bodies of trees in which the low bytes decide otherwise for some pair.
 
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use rapier3d::{
 use super::records::Partings;
 use crate::{BodyId, MaterialPair, PairRule, Respond, Surface, convert};
 
-/// The data of a collider that the filter needs, kept in its user data: body id, tree and mask.
+/// The data of a collider that the filter needs, stored in its user data: body id, tree and mask.
 #[derive(Clone, Copy)]
 pub(super) struct Tag {
     pub body: u32,
@@ -32,7 +32,7 @@ impl Tag {
     }
 }
 
-/// Maximum friction of a pair, as in Bullet. A higher one adds nothing but a torque that keeps a wheel of friction 100
+/// Maximum friction of a pair, as in Bullet. A higher one would only add a torque that keeps a wheel of friction 100
 /// from turning on the spot.
 pub(super) const MOST_FRICTION: f64 = 10.0;
 
@@ -55,8 +55,8 @@ pub(super) fn groups(mask: u16, low_too: bool) -> InteractionGroups {
     InteractionGroups::new(group, group, InteractionTestMode::And)
 }
 
-/// The filter: masks, then materials and surfaces, then pair rules. All are part of the engine's state, so the filter
-/// gives the same answer on every thread and after a restore.
+/// Filters contacts by masks, then applies materials and surfaces, then pair rules. All of these are part of the
+/// engine's state, so the filter gives the same answer on every thread and after a restore.
 pub(super) struct PairFilter<'a> {
     pub pairs: &'a BTreeMap<(BodyId, BodyId), PairRule>,
     pub surfaces: &'a BTreeMap<BodyId, Surface>,
@@ -85,7 +85,7 @@ pub(super) fn of_materials(pairs: &[MaterialPair], a: u32, b: u32) -> Option<&Ma
 
 impl PhysicsHooks for PairFilter<'_> {
     fn filter_contact_pair(&self, pair: &PairFilterContext) -> Option<SolverFlags> {
-        // A filter also replaces rapier's own rule that one of the two bodies must be dynamic.
+        // A filter also replaces rapier's own rule that at least one of the two bodies must be dynamic.
         let dynamic = |body: Option<RigidBodyHandle>| body.is_some_and(|b| pair.bodies[b].is_dynamic());
         if !dynamic(pair.rigid_body1) && !dynamic(pair.rigid_body2) {
             return None;
@@ -115,7 +115,7 @@ impl PhysicsHooks for PairFilter<'_> {
             *face.friction = pair.friction;
             *face.restitution = pair.restitution.unwrap_or(*face.restitution);
         }
-        // The second body is to move over the first one as the belts do.
+        // The second body must move over the first one at the speed of the belts.
         let belt = |s: Option<&Surface>, h: Option<RigidBodyHandle>| match (s, h.and_then(|h| bodies.get(h))) {
             (Some(s), Some(body)) => body.position().rotation * convert::vector(&s.velocity),
             _ => Vector::ZERO,

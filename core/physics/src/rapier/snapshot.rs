@@ -21,7 +21,7 @@ pub(super) fn write(world: &PhysicsWorld, tables: &Tables) -> Vec<u8> {
 pub(super) fn read(bytes: &[u8]) -> Result<(PhysicsWorld, Tables), String> {
     let (head, rest) = bytes.split_at_checked(HEAD.len()).ok_or("physics snapshot: too short")?;
     if head != HEAD {
-        return Err("physics snapshot: written by another engine or version".to_string());
+        return Err("the physics snapshot was written by a different engine or version".to_string());
     }
     let (sum, state) = rest.split_first_chunk::<8>().ok_or("physics snapshot: too short")?;
     // Rapier relies on the indices in its state, so damage must be detected before it is read.

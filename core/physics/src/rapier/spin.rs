@@ -40,7 +40,7 @@ impl Rapier {
         spun
     }
 
-    /// Advances the spin of these bodies by the rest of the step.
+    /// Advances the spin of the given bodies by the rest of the step.
     pub(super) fn spin_on(&mut self, spun: Vec<RigidBodyHandle>) {
         let dt = 0.5 * self.world.integration_parameters.dt;
         for handle in spun {
@@ -51,7 +51,7 @@ impl Rapier {
     }
 }
 
-/// Returns the angular velocity after `dt`, s; `None`: it does not change.
+/// Returns the angular velocity after `dt`, s, or `None` if it does not change.
 fn spun_for(body: &RigidBody, dt: f64) -> Option<Vector> {
     let mass = &body.mass_properties().local_mprops;
     let axes = body.position().rotation * mass.principal_inertia_local_frame;

@@ -81,7 +81,7 @@ pub(super) struct Tables {
     pub(super) friction_rule: FrictionRule,
     /// Friction constraints between bodies with special surfaces and what they touch.
     pub(super) grips: Grips,
-    /// Pairs of bodies, lower id first, with contact parameters of their own.
+    /// Pairs of bodies, lower id first, with separate contact parameters.
     pub(super) pairs: BTreeMap<(BodyId, BodyId), PairRule>,
     /// Bodies that were created since the last step, and collide.
     pub(super) fresh: Vec<BodyId>,

@@ -43,7 +43,7 @@ fn sphere(radius: f64) -> Vec<Part> {
     part(Form::Sphere { radius })
 }
 
-/// Describes a free body in a tree of its own that collides with everything.
+/// Describes a free body in a separate tree that collides with everything.
 fn body(pose: Isometry3<f64>, mass: MassProps, parts: Vec<Part>) -> BodyDesc {
     BodyDesc {
         pose,

@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{JointDesc, JointKind};
 
-/// Returns the position at which rapier's angle is 0, rad; 0 if its own range suffices.
+/// Returns the position at which rapier's angle is 0, rad. It is 0 if rapier's range suffices.
 pub(super) fn zero(desc: &JointDesc) -> f64 {
     match (desc.kind, desc.limits) {
         (JointKind::Revolute, Some((low, high))) if low < -PI || high > PI => match high - low > TAU {
@@ -35,12 +35,12 @@ pub(super) fn turned(frame: Pose, zero: f64) -> Pose {
     if zero == 0.0 { frame } else { frame * Pose::from_rotation(Rotation::from_axis_angle(Vector::Z, zero)) }
 }
 
-/// Returns a position within half a turn of that at creation, as far as it is known.
+/// Returns a position within half a turn of the one at creation, as far as it is known.
 pub(super) fn near(desc: &JointDesc, zero: f64) -> f64 {
     if desc.limits.is_some() && desc.position.is_finite() { desc.position } else { zero }
 }
 
-/// Returns whether it may turn more than once.
+/// Returns whether the joint may turn more than once.
 pub(super) fn is_wide(record: &JointRecord) -> bool {
     record.kind == JointKind::Revolute && record.limits.is_some_and(|(low, high)| high - low > TAU)
 }
@@ -52,7 +52,7 @@ impl JointRecord {
         if is_wide(self) {
             return self.zero + angle + ((self.near - self.zero - angle) / TAU).round() * TAU;
         }
-        // Adding 0 is avoided, to keep the bits of the angle.
+        // Do not add 0, which could change the bits of the angle.
         if self.zero == 0.0 { angle } else { self.zero + angle }
     }
 }
@@ -70,7 +70,7 @@ impl Rapier {
             if let Some(Some(record)) = self.tables.joints.get_mut(id.0 as usize) {
                 record.near = position;
             }
-            // Coordinates in reduced form count turns themselves.
+            // Coordinates in reduced form already include whole turns.
             let (Held::Impulse(handle), Some((low, high))) = (held, limits) else { continue };
             let Some(joint) = self.world.impulse_joints.get_mut(handle, false) else { continue };
             let turns = position - angle;

@@ -21,7 +21,7 @@ pub(super) struct Velocity {
 }
 
 impl Velocity {
-    /// Returns the velocity of the point of the body that is at this point of the world, m/s.
+    /// Returns the velocity of the body's material point at a position in the world frame, m/s.
     pub fn at(&self, point: Vector) -> Vector {
         self.linear + self.angular.cross(point - self.centre)
     }
@@ -81,8 +81,8 @@ impl Rapier {
     }
 }
 
-/// Returns the angular velocity of a rotation in `dt`, s. `linearized`: number of sub-steps of a body in impulse form,
-/// for which rapier turns a body by twice the arc tangent of half the intended angle.
+/// Returns the angular velocity of a rotation that takes `dt` s. For a body in impulse form, `linearized` is the number
+/// of sub-steps: in each, rapier turns such a body by twice the arc tangent of half the intended angle.
 fn rate(turn: Rotation, dt: f64, linearized: Option<f64>) -> Vector {
     let q = if turn.w < 0.0 { -turn } else { turn };
     let axis = Vector::new(q.x, q.y, q.z);
@@ -90,7 +90,7 @@ fn rate(turn: Rotation, dt: f64, linearized: Option<f64>) -> Vector {
     if sine < 1e-300 {
         return Vector::ZERO;
     }
-    // nalgebra's functions give the same results on every system, unlike the standard library's.
+    // nalgebra's functions give the same results on every system; the standard library's do not.
     let half = nalgebra::RealField::atan2(sine, q.w);
     let angle = match linearized {
         Some(n) => 2.0 * n * nalgebra::ComplexField::tan(half / n),

@@ -10,7 +10,7 @@ use crate::{
     watchdog::Call,
 };
 
-/// An error object and the texts that it points to. Both are boxed, so pointers to them stay valid when it is moved.
+/// An error object and the texts that it points to. Both are boxed, so pointers to them stay valid when this is moved.
 pub struct ErrorSlot {
     raw: Box<tatu_error>,
     texts: Box<Texts>,
@@ -50,7 +50,7 @@ impl ErrorSlot {
         });
         ErrorSlot { raw, texts }
     }
-    /// Clears it and returns its raw form.
+    /// Clears the object and returns a pointer to it.
     pub fn fresh(&mut self) -> *mut tatu_error {
         self.raw.ctx = (&raw mut *self.texts).cast();
         self.raw.code = TATU_OK;
@@ -58,32 +58,32 @@ impl ErrorSlot {
         self.raw.line = 0;
         self.raw()
     }
-    /// Returns its raw form.
+    /// Returns a pointer to the object.
     pub fn raw(&mut self) -> *mut tatu_error {
         &raw mut *self.raw
     }
-    /// Fills it with an error.
+    /// Stores an error in the object.
     pub fn set(&mut self, status: tatu_status, text: &str) {
         let error = self.fresh();
-        // SAFETY: `error` points to this object, which is live.
+        // SAFETY: `error` points to this object, which is alive during the call; `say` copies the text.
         unsafe { say(error, status, raw(text.as_bytes())) };
     }
-    /// Returns a copy of its contents.
+    /// Returns a copy of the object's contents.
     pub fn said(&self) -> Said {
-        // SAFETY: the object is live, and its texts are in `self.texts`.
+        // SAFETY: `self.raw` and the texts that it points to, in `self.texts`, live as long as `self`.
         unsafe { Said::of(&self.raw) }
     }
     /// Like [`answer`], for the function that was given this object.
     pub fn answer(&mut self, status: tatu_status, may_wait: bool) -> tatu_status {
-        // SAFETY: the object is live.
+        // SAFETY: `self.raw()` points to this object, which is alive during the call.
         unsafe { answer(status, may_wait, self.raw()) }
     }
     /// Like [`name_plugin`], for this object.
     pub fn name_plugin(&mut self, status: tatu_status, plugin: &str, call: Call) {
-        // SAFETY: the object is live.
+        // SAFETY: `self.raw()` points to this object, which is alive during the call.
         unsafe { name_plugin(status, self.raw(), plugin, call) };
     }
-    /// Returns whether it holds an error.
+    /// Returns whether the object contains an error.
     pub fn has_said(&self) -> bool {
         self.raw.code != TATU_OK
     }
@@ -116,9 +116,10 @@ impl Said {
     /// Copies the contents of an error object.
     ///
     /// # Safety
-    /// `error` must be an error object of the host whose texts are alive.
+    /// `error` must be an error object of the host, whose texts are alive.
     pub unsafe fn of(error: &tatu_error) -> Self {
-        // SAFETY: the caller guarantees that the texts are alive.
+        // SAFETY: the caller guarantees that the texts that `error` points to are alive during this call; they are
+        // copied.
         let part = |s| Some(unsafe { crate::border::text(s) }.into_owned()).filter(|s| !s.is_empty());
         Said {
             text: part(error.text),
@@ -139,10 +140,10 @@ pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error
     if status == TATU_OK || status == TATU_WAIT && may_wait || (TATU_ERR_MEMORY..0).contains(&status) {
         return status;
     }
-    // SAFETY: the caller guarantees that `error` is live.
+    // SAFETY: the caller guarantees that `error` points to a live object during this call.
     unsafe {
         let text = match status {
-            // The message counts, whatever the number means.
+            // The status does not matter if there is a message.
             ..0 if (*error).code != TATU_OK => return TATU_ERR,
             ..0 => format!("failed with status {status}, which this host does not know: the plugin may be newer"),
             _ => format!("broke the contract: it returned the status {status}, which is not defined for this call"),
@@ -152,8 +153,8 @@ pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error
     TATU_ERR
 }
 
-/// Adds the plugin and its function to an error, if the error is the plugin's own. An error of a script that it ran has
-/// a position in a text and is left unchanged.
+/// Adds the plugin and its function to an error, if the error is the plugin's own. An error of a script that the plugin
+/// ran has a position in the script, and is left unchanged.
 ///
 /// # Safety
 /// `error` must point to a live error object of the host.
@@ -194,13 +195,13 @@ pub unsafe fn copy(from: *const tatu_error, to: *mut tatu_error) {
 }
 
 unsafe extern "C" fn say(error: *mut tatu_error, code: tatu_status, text: tatu_str) {
-    // SAFETY: the header requires `error` to be the object passed to the plugin, whose `ctx` points to its `Texts`, and
-    // `text` to be valid during the call.
+    // SAFETY: the header requires `error` to be the live object that was passed to the plugin; its `ctx` points to its
+    // `Texts`. `text` must be valid during the call.
     unsafe {
         let Some(e) = error.as_mut().filter(|e| !e.ctx.is_null()) else { return };
         let texts = &mut *e.ctx.cast::<Texts>();
         e.code = if code < 0 { code } else { TATU_ERR };
-        // The text may be one of the object's own, so it is copied before that is overwritten.
+        // The text may be one of the object's own, so it is copied before the object is overwritten.
         let new = texts::of_error(bytes(text));
         texts.text = new;
         e.text = raw(&texts.text);
@@ -209,7 +210,8 @@ unsafe extern "C" fn say(error: *mut tatu_error, code: tatu_status, text: tatu_s
 }
 
 unsafe extern "C" fn add(error: *mut tatu_error, part: u32, text: tatu_str, line: u64) {
-    // SAFETY: as in `say`.
+    // SAFETY: the header requires `error` to be the live object that was passed to the plugin; its `ctx` points to its
+    // `Texts`.
     unsafe {
         let Some(e) = error.as_mut().filter(|e| !e.ctx.is_null()) else { return };
         let texts = &mut *e.ctx.cast::<Texts>();

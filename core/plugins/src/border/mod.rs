@@ -6,12 +6,12 @@ use tatu_plugin_api::abi::*;
 
 pub use error_object::{ErrorSlot, Said, answer, copy as copy_error, name_plugin};
 
-/// Returns the bytes of an ABI text; empty for null.
+/// Returns the bytes of an ABI text; a null text is empty.
 ///
 /// # Safety
 /// `s` must point to `len` bytes that are valid for `'a`, or be empty.
 pub unsafe fn bytes<'a>(s: tatu_str) -> &'a [u8] {
-    // SAFETY: the caller guarantees that `s` is valid for `'a`.
+    // SAFETY: the caller guarantees that `s` points to `len` bytes that are valid for `'a`.
     unsafe { Lent::new(s) }.bytes()
 }
 
@@ -20,7 +20,7 @@ pub unsafe fn bytes<'a>(s: tatu_str) -> &'a [u8] {
 /// # Safety
 /// As for [`bytes`].
 pub unsafe fn text<'a>(s: tatu_str) -> std::borrow::Cow<'a, str> {
-    // SAFETY: the caller guarantees that `s` is valid for `'a`.
+    // SAFETY: the caller guarantees that `s` points to `len` bytes that are valid for `'a`.
     String::from_utf8_lossy(unsafe { bytes(s) })
 }
 
@@ -34,9 +34,9 @@ pub fn raw(s: &[u8]) -> tatu_str {
 /// # Safety
 /// `error` must be null or point to a live error object of the host.
 pub unsafe fn say(error: *mut tatu_error, status: tatu_status, text: &str) -> tatu_status {
-    // SAFETY: the caller guarantees that `error` is null or points to a live object.
+    // SAFETY: the caller guarantees that `error` is null or points to a live object during this call.
     if let Some(say) = unsafe { error.as_ref() }.and_then(|e| e.say) {
-        // SAFETY: `error` is live and is the object that `say` belongs to; the text is copied.
+        // SAFETY: `error` points to a live object, and `say` is its own function, which copies the text.
         unsafe { say(error, status, raw(text.as_bytes())) };
     }
     status

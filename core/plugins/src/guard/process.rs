@@ -107,11 +107,11 @@ mod unix {
         (ask(&raw mut about) == 0).then_some((about.st_dev, about.st_ino))
     }
     fn folder() -> Identity {
-        // SAFETY: the path is NUL-terminated, and `about` points to a `stat`.
+        // SAFETY: the path is a NUL-terminated constant, and `about` points to a `stat` that lives during the call.
         identity(|about| unsafe { libc::stat(c".".as_ptr(), about) })
     }
     fn output(fd: RawFd) -> Identity {
-        // SAFETY: `about` points to a `stat`.
+        // SAFETY: `about` points to a `stat` that lives during the call; any descriptor is accepted.
         identity(|about| unsafe { libc::fstat(fd, about) })
     }
 
@@ -144,7 +144,7 @@ mod unix {
             let mut out = Vec::new();
             if folder() != self.folder {
                 if let Some(home) = &self.kept.folder {
-                    // SAFETY: `home` is an open folder.
+                    // SAFETY: `home` owns a descriptor of an open folder, which stays open during the call.
                     unsafe { libc::fchdir(home.as_raw_fd()) };
                 }
                 out.push("the working folder of the process".to_owned());
@@ -152,7 +152,8 @@ mod unix {
             for (i, (fd, name)) in OUTPUTS.into_iter().enumerate() {
                 if output(fd) != self.outputs[i] {
                     if let Some(own) = &self.kept.outputs[i] {
-                        // SAFETY: `own` is an open file; `fd` is replaced by a duplicate of it.
+                        // SAFETY: `own` owns an open descriptor, which stays open during the call; `fd` is replaced by
+                        // a duplicate of it.
                         unsafe { libc::dup2(own.as_raw_fd(), fd) };
                     }
                     out.push(format!("{name} (closed or exchanged)"));
@@ -161,7 +162,8 @@ mod unix {
             for (i, (signal, name)) in SIGNALS.into_iter().enumerate() {
                 let was = &self.signals[i];
                 if !same(&action(signal), was) {
-                    // SAFETY: `was` was returned by `sigaction` for this signal.
+                    // SAFETY: `was` points to an action that lives during the call and was returned by `sigaction` for
+                    // this signal.
                     unsafe { libc::sigaction(signal, was, std::ptr::null_mut()) };
                     out.push(format!("what {name} does"));
                 }

@@ -35,7 +35,7 @@ impl Registry {
     /// # Safety
     /// The plugin must have been started, and its tables must be valid.
     pub(super) unsafe fn add_actuators(&mut self, plugin: usize) {
-        // SAFETY: the caller guarantees that the tables are valid.
+        // SAFETY: the caller guarantees that the tables are valid; they belong to a library that is never unloaded.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_actuator>(TATU_ACTUATOR)) else {
                 return;

@@ -20,22 +20,22 @@ impl Registry {
             let Some(knows) = l.raw.knows_dialect else { return Ok(()) };
             let (me, mut slot) = (self.plugins[l.plugin].me, ErrorSlot::new());
             let subject = format!("the dialect `{dialect}`");
-            // SAFETY: `knows` is from a plugin that is never unloaded, `me` is that plugin's own pointer, and text and
-            // error object live through the call.
+            // SAFETY: `knows` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The text
+            // and the error object live until the call has returned.
             let ask = || unsafe { answer(knows(me, raw(dialect.as_bytes()), slot.raw()), false, slot.raw()) };
             let status = self.watched(l.plugin, Call::KnowsDialect, &subject, ask)?;
             if status >= 0 {
                 return Ok(());
             }
             let text = slot.text();
-            // A refusal explains itself; anything else is an error of the plugin.
+            // A refusal gives its own reason; any other text is an error of the plugin.
             if text.starts_with("panicked") || text.starts_with("broke the contract") {
                 let (id, call) = (&self.plugins[l.plugin].id, Call::KnowsDialect.text());
                 return Err(Error::new("E111", format!("{subject}: plugin `{id}` {text} [{call}]")));
             }
             said.get_or_insert((i, text));
         }
-        // Without languages nothing can be checked, nor run.
+        // Without languages, no dialect can be checked, and no script can run.
         let Some((i, text)) = said else { return Ok(()) };
         let id = &self.languages[i].id;
         Err(Error::new("E122", format!("there is no dialect `{dialect}` of the language `{id}`")).expected(text))

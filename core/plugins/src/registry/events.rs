@@ -7,7 +7,7 @@ use crate::{Declared, events::EventInfo, tables};
 
 impl Registry {
     pub(super) unsafe fn add_events(&mut self, plugin: usize) {
-        // SAFETY: the plugin has been started, and the contract requires its tables to be valid.
+        // SAFETY: the plugin has been started and is never unloaded, and the contract requires its tables to be valid.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_event>(TATU_EVENT)) else {
                 return;
@@ -23,7 +23,7 @@ impl Registry {
                 }
                 if self.events.iter().any(|e| e.name == name) {
                     let text = format!("its event `{name}` is declared already; the first declaration counts");
-                    self.refuse(plugin, text, "give each a name of its own");
+                    self.refuse(plugin, text, "give each a different name");
                     continue;
                 }
                 self.events.push(EventInfo {

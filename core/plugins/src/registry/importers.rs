@@ -16,7 +16,7 @@ const HEAD: usize = 4096;
 
 impl Registry {
     pub(super) unsafe fn add_importers(&mut self, plugin: usize) {
-        // SAFETY: the plugin has been started, and the contract requires its tables to be valid.
+        // SAFETY: the plugin has been started and is never unloaded, and the contract requires its tables to be valid.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_importer>(TATU_IMPORTER)) else {
                 return;
@@ -52,9 +52,9 @@ impl Registry {
         })
     }
 
-    /// Chooses the importer of a file: the one most confident by the file's first bytes. Among equals it is the one
-    /// that `[providers]` names for the suffix, then one with the file's suffix, then the one with the lowest id. If
-    /// none is confident, the suffix decides.
+    /// Chooses the importer of a file: the one most confident by the file's first bytes. If several are equally
+    /// confident, it is the one that `[providers]` names for the suffix, then one with the file's suffix, then the one
+    /// with the lowest id. If none is confident, the suffix decides.
     pub fn importer_of(
         &self,
         file: &Path,
@@ -80,7 +80,7 @@ impl Registry {
         };
         tied.sort_by_key(|(n, _, suffix)| (!named(*n), !suffix, &self.importers[*n].id));
         let Some(first) = tied.first().map(|t| t.0) else { return failed.into_iter().next().map_or(Ok(None), Err) };
-        // There is nothing to note if it is the one named, or the only one with the suffix.
+        // No note is needed if it is the one that was named, or the only one with the suffix.
         let alike = |(n, _, suffix): &(usize, u32, bool)| (named(*n), *suffix) == (named(first), tied[0].2);
         let ids: Vec<_> = tied.iter().filter(|t| alike(t)).map(|(n, _, _)| self.importers[*n].id.as_str()).collect();
         let tie = (ids.len() > 1).then(|| {
@@ -99,7 +99,7 @@ impl Registry {
             return Ok(sure);
         }
         let broke = format!("plugin `{}` broke the contract: it returned {sure} in {}", plugin.id, Call::Sniff.text());
-        Err(Error::new("E111", format!("{subject}: {broke}")).expected("how sure it is, 0 to 100"))
+        Err(Error::new("E111", format!("{subject}: {broke}")).expected("a confidence from 0 to 100"))
     }
 
     /// Returns the error that no importer reads a file.

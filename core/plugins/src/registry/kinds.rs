@@ -1,10 +1,10 @@
-//! Detection of a script's kind by its text.
+//! Detection of a script's kind from its source.
 
 use super::Registry;
 
 impl Registry {
-    /// Returns the kind of script that a text appears to be, by the first matching mark of its language; `None`:
-    /// unknown.
+    /// Returns the kind that a script appears to be, by the first mark of its language that matches, or `None` if none
+    /// does.
     pub fn kind_of_script(&self, language: usize, text: &[u8]) -> Option<&str> {
         let language = &self.languages.get(language)?.id;
         let mark = self.kind_marks.iter().find(|m| m.language == *language && m.fits(text))?;

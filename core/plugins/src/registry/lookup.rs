@@ -29,7 +29,7 @@ impl Registry {
         providers: &BTreeMap<String, String>,
     ) -> Result<Option<usize>> {
         let plugin = |claim: &(usize, usize)| self.plugins[claim.1].id.as_str();
-        // A provider may be the id of the thing itself, which does not select a plugin.
+        // The provider may be the id itself, which does not select a plugin.
         if let Some(wanted) = providers.get(id).filter(|w| *w != id) {
             return Ok(claims.iter().find(|c| plugin(c) == wanted).map(|c| c.0));
         }
@@ -54,8 +54,8 @@ impl Registry {
             self.unknown("E107", "model", id, &known)
         })
     }
-    /// Returns the index of a kind of sensor by id or by schema. For a schema it is the provider's, the only one, or
-    /// the first.
+    /// Returns the index of a kind of sensor by id or by schema. For a schema, it is the kind that `[providers]`
+    /// selects, otherwise the only one, or the first one.
     pub fn sensor(&self, id_or_schema: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
         let of_id = |id: &str| -> Vec<(usize, usize)> {
             self.sensors.iter().enumerate().filter(|(_, s)| s.id == id).map(|(i, s)| (i, s.plugin)).collect()
@@ -104,7 +104,7 @@ impl Registry {
         })
     }
 
-    /// Returns the rejected file that most likely contains something of that name: one whose error mentions it, one
+    /// Returns the rejected file that most likely contains something with this name: one whose error mentions it, one
     /// with a similar name, or the only one.
     fn closest(&self, name: &str) -> Option<&(PathBuf, String)> {
         let named = |(_, why): &&(PathBuf, String)| why.contains(&format!("`{name}`"));
@@ -123,7 +123,7 @@ impl Registry {
         let mut text = format!("there is no {what} `{name}`");
         if let Some((file, why)) = self.closest(name) {
             let file = file.display().to_string();
-            // The reason usually names the file already.
+            // The reason usually contains the file name already.
             let why = if why.contains(&file) { why.clone() } else { format!("{file}: {why}") };
             text += &format!("; the closest match was rejected: {why}");
         }

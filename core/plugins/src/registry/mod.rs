@@ -69,7 +69,7 @@ pub struct Registry {
     /// Errors found when the tables of all plugins were first read, which are not reported again when one of them is
     /// reloaded.
     known: Vec<String>,
-    /// Files that could not be loaded, or only in part, and why: candidates when something is not found.
+    /// Files that could not be loaded, or only in part, and the reasons; they are suggested if a name is not found.
     closest: Vec<(PathBuf, String)>,
     /// Notes about loaded plugins.
     pub notes: Vec<String>,
@@ -82,7 +82,7 @@ pub struct Registry {
     /// The plugins. The field is last, since everything above must be dropped before them.
     pub plugins: Vec<Arc<Plugin>>,
     host: Arc<HostTables>,
-    /// Watches calls into plugins, if this is no ordinary run.
+    /// Observes calls into plugins; ordinary runs have none.
     pub inspector: Option<Arc<dyn Inspector>>,
     /// Incremented when commands are replaced.
     pub generation: u64,
@@ -91,7 +91,8 @@ pub struct Registry {
 // SAFETY: the tables do not change after loading. Plugin functions are called only on the threads that the header
 // permits; `ThreadGrant` moves instances between threads.
 unsafe impl Send for Registry {}
-// SAFETY: as for `Send`.
+// SAFETY: the tables do not change after loading. Plugin functions are called only on the threads that the header
+// permits; `ThreadGrant` moves instances between threads.
 unsafe impl Sync for Registry {}
 
 impl Registry {
@@ -115,7 +116,7 @@ impl Registry {
         }
         for (folder, _) in missing(Source::Environment) {
             let text = format!("TATU_PLUGIN_PATH names the folder {}, which does not exist", folder.display());
-            refused.push(Error::new("E311", text).help("it is a list of folders, as PATH is"));
+            refused.push(Error::new("E311", text).help("it is a list of folders, like PATH"));
         }
         for file in search.misnamed() {
             let text = format!("{} is a library, but its name is not a plugin's", file.display());
@@ -137,13 +138,16 @@ impl Registry {
                         Error::new(
                             "E302",
                             format!(
-                                "two plugins are called `{}`: {} is used, {} is not",
+                                "two plugins have the id `{}`: {} is used, {} is not",
                                 new.id,
                                 old.path.display(),
                                 new.path.display()
                             ),
                         )
-                        .help("remove one, or give the copy an id of its own; the folder that is searched first wins"),
+                        .help(
+                            "remove one, or give the copy a different id; the plugin in the folder that is searched \
+                               first is used",
+                        ),
                     ),
                     None => plugins.push(Arc::new(new)),
                 },
@@ -222,8 +226,8 @@ impl Registry {
         self.known = self.refused.iter().map(|e| e.text.clone()).collect();
     }
 
-    /// Shuts all plugins down, once no world uses them, and returns the errors. Dropping the registry does the same but
-    /// discards them.
+    /// Shuts all plugins down after all worlds have been dropped, and returns the errors. Dropping the registry does
+    /// the same but discards them.
     pub fn end(mut self) -> Vec<Error> {
         let mut out = Vec::new();
         for plugin in self.plugins.iter_mut().rev() {
@@ -237,7 +241,7 @@ impl Registry {
         self.search.is_of_program(&self.plugins[plugin].path)
     }
 
-    /// Returns the host tables passed to its plugins.
+    /// Returns the host tables passed to the plugins.
     pub fn host(&self) -> &HostTables {
         &self.host
     }
@@ -248,12 +252,12 @@ impl Registry {
         self.closest.push((p.path.clone(), text.clone()));
         self.refused.push(Error::new("E303", text).help(help));
     }
-    /// Reports that a name is claimed twice; returns whether the second claim is kept. If both are of the same plugin,
-    /// only the first one is; between two plugins, a scene chooses.
+    /// Reports that a name is claimed twice; returns whether the second claim is kept. Within a plugin, only the first
+    /// claim is kept; between two plugins, the scene chooses.
     fn is_own(&mut self, plugin: usize, what: &str, id: &str, claimed: &[usize]) -> bool {
         if claimed.contains(&plugin) {
-            let help = "give each an id of its own";
-            self.refuse(plugin, format!("it offers the {what} `{id}` twice; the first one is used"), help);
+            let help = "give each a different id";
+            self.refuse(plugin, format!("it offers the {what} `{id}` twice; the first is used"), help);
             return false;
         }
         if let Some(other) = claimed.first() {
@@ -266,7 +270,7 @@ impl Registry {
     }
 
     /// Calls a plugin while there is no world. The call is recorded for the watchdog, and floating-point mode and
-    /// locale are restored; changing them is an error. `subject` is what is being built.
+    /// locale are restored; changing them is an error. `subject` names the thing that is being built.
     pub fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
         let home = ProcessState::now();
         self.setup.subject(subject);

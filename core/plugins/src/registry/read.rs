@@ -22,7 +22,7 @@ use crate::{
 pub const MOST_ELEMENTS: u64 = 1 << 28;
 
 impl Registry {
-    /// Returns the id of something that a plugin offers, if all required fields are set; otherwise reports the plugin.
+    /// Returns the id of an item that a plugin offers, if all required fields are set; otherwise reports the plugin.
     pub(super) unsafe fn named(
         &mut self,
         plugin: usize,
@@ -31,7 +31,8 @@ impl Registry {
         size: u32,
         needed: &[Required],
     ) -> Option<String> {
-        // SAFETY: the contract requires `id` to be null or NUL-terminated.
+        // SAFETY: the contract requires `id` to be null or NUL-terminated; it belongs to a library that is never
+        // unloaded.
         let id = unsafe { tables::label(id) }.filter(|id| !id.is_empty());
         let lack = tables::lacking(size, needed).or_else(|| id.is_none().then(|| "has an empty `id`".to_owned()));
         let flaw = id.as_deref().and_then(texts::flaw).map(|flaw| format!("has an invalid name: it {flaw}"));
@@ -56,7 +57,8 @@ impl Registry {
 
     /// Returns file suffixes, without invalid ones. An empty suffix, which every name ends with, is invalid.
     pub(super) unsafe fn suffixes(&mut self, plugin: usize, whose: &str, list: *const *const c_char) -> Vec<String> {
-        // SAFETY: the contract requires `list` to be null or a null-terminated list of strings.
+        // SAFETY: the contract requires `list` to be null or a null-terminated list of strings; it belongs to a library
+        // that is never unloaded.
         let mut all = unsafe { labels(list) };
         all.retain(|suffix| {
             let Some(flaw) = texts::flaw(suffix) else { return true };
@@ -66,10 +68,11 @@ impl Registry {
         all
     }
 
-    /// Returns the life functions of something: all of them, none, or only a state block, which needs no functions.
-    /// `None`: they are incomplete, and the plugin has been reported.
+    /// Returns the life functions of an item: all of them, none, or only a state block, which needs no functions. If
+    /// they are incomplete, reports the plugin and returns `None`.
     pub(super) unsafe fn life(&mut self, plugin: usize, whose: &str, life: *const tatu_life) -> Option<tatu_life> {
-        // SAFETY: the contract requires `life` to be null or a valid table.
+        // SAFETY: the contract requires `life` to be null or a valid table; it belongs to a library that is never
+        // unloaded.
         let Some(life) = (unsafe { tables::read(life) }) else { return Some(NO_LIFE) };
         let lack = match tables::lacking(life.size, &tables::required!(life, tatu_life: create, destroy)) {
             None => return Some(life),
@@ -81,7 +84,7 @@ impl Registry {
     }
 
     pub(super) unsafe fn add_sensors(&mut self, plugin: usize) {
-        // SAFETY: the plugin has been started, and the contract requires its tables to be valid; likewise below.
+        // SAFETY: the plugin has been started and is never unloaded, and the contract requires its tables to be valid.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_sensor>(TATU_SENSOR)) else {
                 return;
@@ -122,7 +125,7 @@ impl Registry {
                          which it does not have",
                         f.name
                     );
-                    self.refuse(plugin, text, "name another field of the sensor in full: `schema.field`");
+                    self.refuse(plugin, text, "write the full name of a field from a different schema: `schema.field`");
                     continue;
                 }
                 if let Some((f, (flaw, help))) = fields.iter().find_map(|f| Some((f, field_flaw(f)?))) {
@@ -144,7 +147,7 @@ impl Registry {
                     let Some(preset) = self.named(plugin, &what, p.id, p.size, &needed) else { continue };
                     if presets.iter().any(|p| p.id == preset) {
                         let text = format!("its sensor `{id}` has the preset `{preset}` twice; the first one is used");
-                        self.refuse(plugin, text, "give each an id of its own");
+                        self.refuse(plugin, text, "give each a different id");
                         continue;
                     }
                     presets.push(PresetInfo {
@@ -170,7 +173,7 @@ impl Registry {
     }
 
     pub(super) unsafe fn add_models(&mut self, plugin: usize) {
-        // SAFETY: as in `add_sensors`.
+        // SAFETY: the plugin has been started and is never unloaded, and the contract requires its tables to be valid.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_model>(TATU_MODEL)) else { return };
             self.offered(plugin, TATU_MODEL, ext.size, &tables::required!(ext, tatu_ext_model: models));
@@ -195,7 +198,7 @@ impl Registry {
     }
 
     pub(super) unsafe fn add_languages(&mut self, plugin: usize) {
-        // SAFETY: as in `add_sensors`.
+        // SAFETY: the plugin has been started and is never unloaded, and the contract requires its tables to be valid.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_script>(TATU_SCRIPT)) else {
                 return;
@@ -225,7 +228,7 @@ impl Registry {
     }
 
     pub(super) unsafe fn add_commands(&mut self, plugin: usize) {
-        // SAFETY: as in `add_sensors`.
+        // SAFETY: the plugin has been started and is never unloaded, and the contract requires its tables to be valid.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_command>(TATU_COMMAND)) else {
                 return;
@@ -242,7 +245,7 @@ impl Registry {
             if !ext.per_world.is_null() {
                 match self.life(plugin, "instance per world", ext.per_world) {
                     Some(life) => self.world_lives.push((plugin, life)),
-                    // Its commands would be called without their instance.
+                    // The commands would be called without their instance.
                     None => return,
                 }
             }
@@ -337,7 +340,7 @@ unsafe fn labels(list: *const *const c_char) -> Vec<String> {
     unsafe { tables::pointers(list).into_iter().filter_map(|s| tables::label(s)).collect() }
 }
 
-/// Returns why a field is invalid, and a hint, if it is.
+/// Returns the reason that a field is invalid, and a hint, or `None` if it is valid.
 fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
     if let Some(flaw) = texts::flaw(&f.name) {
         return Some((format!("has an invalid name: it {flaw}"), "call it `schema.field`"));
@@ -345,7 +348,7 @@ fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
     if !f.name.contains('.') {
         return Some(("has no schema before its name".into(), "call it `schema.field`"));
     }
-    // Dimensions that an instance determines are checked when there is one.
+    // Dimensions that an instance determines are checked once the instance exists.
     let open = |d: u32| d == 0 || (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) || d >= TATU_DIM_COLUMNS;
     let fixed = f.dims.iter().filter(|d| !open(**d)).map(|d| u64::from(*d));
     let elements = fixed.fold(1u64, u64::saturating_mul);

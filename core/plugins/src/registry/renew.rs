@@ -1,8 +1,8 @@
-//! Creating a registry in which one plugin is replaced by another version of itself.
+//! Creates a registry in which a plugin is replaced by a different version of it.
 //!
 //! Worlds, documents and scripts hold indices into the registry. Everything therefore keeps its index: additions come
-//! last, and a version that lacks something of the old one is rejected. Only commands may be missing: calling them by
-//! their old id returns an error.
+//! last, and a version that lacks something that the old one has is rejected. Only commands may be missing: calling
+//! them by their old id returns an error.
 
 use std::sync::Arc;
 
@@ -13,14 +13,16 @@ use super::{CommandEntry, NameEntry, Plugin, Registry};
 use crate::load::Remarks;
 
 unsafe extern "C" fn vanished(frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: the host calls this like any command: with a live frame that holds its own error object.
+    // SAFETY: the host calls this as it calls any command, with a frame that lives during the call and points to its
+    // own live error object.
     unsafe {
         let text = "the plugin was reloaded, and its new version has no such command";
         crate::border::say((*frame).error, TATU_ERR_GONE, text)
     }
 }
 
-/// Sorts a new list in the order of the old one, with additions at the end. `Err`: an entry that is missing.
+/// Sorts a new list in the order of the old one, with additions at the end. Returns an entry as the error if it is
+/// missing in the new list.
 fn in_order<T>(old: &[T], new: Vec<T>, same: impl Fn(&T, &T) -> bool) -> Result<Vec<T>, &T> {
     let mut new: Vec<Option<T>> = new.into_iter().map(Some).collect();
     let mut out = Vec::with_capacity(new.len());
@@ -42,7 +44,7 @@ impl Registry {
         let file = old.path.display();
         if new.id != old.id {
             let text = format!("the plugin {file} has changed its id to `{}`; it was `{}`", new.id, old.id);
-            return Err(Error::new("E305", text).help("give it its id back, or restart the run"));
+            return Err(Error::new("E305", text).help("restore its id, or restart the run"));
         }
         let mut plugins = self.plugins.clone();
         plugins[plugin] = Arc::new(new);
@@ -58,7 +60,7 @@ impl Registry {
         }
         registry.take_places(self).map_err(|lost| {
             Error::new("E305", format!("the new version of {file} no longer offers {lost}"))
-                .expected("everything but commands to be still there")
+                .expected("a new version that still offers everything except commands")
                 .help("restart the run to continue without it")
         })?;
         registry.generation = self.generation + 1;

@@ -10,7 +10,7 @@ use crate::{Declared, events::FOR_SERVICES, tables};
 
 impl Registry {
     pub(super) unsafe fn add_services(&mut self, plugin: usize) {
-        // SAFETY: the plugin has been started, and the contract requires its tables to be valid.
+        // SAFETY: the plugin has been started and is never unloaded, and the contract requires its tables to be valid.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_service>(TATU_SERVICE)) else {
                 return;

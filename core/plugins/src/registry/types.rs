@@ -70,7 +70,7 @@ pub struct Model {
     pub text: String,
     /// Its parameters.
     pub params: Vec<Declared>,
-    /// Its category in lists; empty: none.
+    /// Its category in lists; may be empty.
     pub category: String,
     /// Objects that others can be attached to.
     pub slots: Vec<String>,
@@ -116,7 +116,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// Returns its name in lists and on pages.
+    /// Returns the status as a name for lists and pages.
     pub fn name(self) -> &'static str {
         match self {
             Status::Full => "full",
@@ -134,8 +134,8 @@ impl NameEntry {
     }
 }
 
-/// Parses the numbers of a version such as "4.10.0". A text that is not a version has none, and counts as older than
-/// all.
+/// Parses the numbers of a version such as "4.10.0". For a text that is not a version, the result is empty, which is
+/// older than any version.
 pub fn version(dialect: &[u8]) -> Vec<u32> {
     let text = String::from_utf8_lossy(dialect);
     text.split('.').map_while(|part| part.trim().parse().ok()).collect()
@@ -159,7 +159,7 @@ pub struct CommandEntry {
     pub status: Status,
     /// What is missing or differs.
     pub notes: String,
-    /// Its subject, one word; empty: not given.
+    /// Its subject, one word; may be empty.
     pub subject: String,
     /// The hint for callers that cannot wait.
     pub no_wait: Option<String>,
@@ -172,7 +172,7 @@ pub struct CommandEntry {
 }
 
 impl CommandEntry {
-    /// Its first name.
+    /// Returns the command's first name.
     pub fn name(&self) -> &str {
         self.names.first().map_or("", |n| n.name.as_str())
     }
@@ -186,15 +186,15 @@ pub struct Constant {
     pub raw: tatu_value,
 }
 
-/// A script text that a plugin provides for a language.
+/// A script source that a plugin provides for a language.
 pub struct Prelude {
     /// Index of the plugin.
     pub plugin: usize,
     /// Language.
     pub language: String,
-    /// Module name; "": runs in every new state.
+    /// Module name; if it is empty, the prelude runs in every new state.
     pub module: String,
-    /// Its text.
+    /// Its source.
     pub text: Vec<u8>,
 }
 
@@ -268,17 +268,17 @@ pub struct Choice {
 }
 
 impl Importer {
-    /// Returns whether a file's name ends with one of its suffixes.
+    /// Returns whether a file's name ends with one of the importer's suffixes.
     pub(super) fn has_suffix(&self, file: &Path) -> bool {
         let name = file.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
         self.suffixes.iter().any(|s| !s.is_empty() && name.ends_with(&s.to_lowercase()))
     }
 
-    /// Returns its confidence that it can read the file, 0 to 100.
+    /// Returns the importer's confidence that it can read the file, 0 to 100.
     pub(super) fn sniff(&self, me: *mut c_void, head: &[u8]) -> u32 {
         let head = crate::border::raw(head);
-        // SAFETY: `f` is from a plugin that is never unloaded, `me` is that plugin's own pointer, and the bytes live
-        // through the call.
+        // SAFETY: `f` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The bytes live
+        // until the call has returned.
         self.raw.sniff.map_or(0, |f| unsafe { f(me, head) })
     }
 }
@@ -291,7 +291,7 @@ pub struct KindMark {
     pub kind: String,
     /// The word.
     pub word: String,
-    /// Whether the last line must begin with the word; otherwise it may be a name anywhere in the text.
+    /// Whether the last line must begin with the word; otherwise it may be a name anywhere in the source.
     pub last: bool,
 }
 

@@ -39,7 +39,7 @@ impl<'a> Builder<'a> {
     pub fn object(&mut self, kind: &str, parent: Option<usize>, alias: &str) -> Result<usize> {
         let Some((_, number)) = KINDS.iter().find(|(n, _)| *n == kind) else {
             let known: Vec<_> = KINDS.iter().map(|(n, _)| *n).collect();
-            return Err(Error::new("E102", format!("there is no kind of object `{kind}`"))
+            return Err(Error::new("E102", format!("unknown object kind `{kind}`"))
                 .expected(format!("one of {}", known.join(", ")))
                 .nearest(kind, known));
         };
@@ -127,7 +127,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Sets the unique name of an object of the scene itself: its alias, or its alias with `#n`. It has no effect in
-    /// models and the like, which can be placed several times: their objects get a common number.
+    /// models, imports and scenes used as models, which can be placed several times; their objects get a common number.
     fn name(&mut self, object: usize, value: &Value) -> Result {
         let spec = &mut self.document.objects[object];
         let name = if let Value::Text(t) = value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
@@ -142,8 +142,8 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Sets a setting of the world, such as `scene.dt`, or `scene.data`; in SI units. It is always checked, but takes
-    /// effect only if the scene itself is being built.
+    /// Sets a setting of the world, such as `scene.dt`, or `scene.data`; in SI units. The value is always checked, but
+    /// takes effect only if the scene itself is being built.
     pub(super) fn setting(&mut self, key: &str, value: Value, whole: bool) -> Result {
         let short = key.strip_prefix("scene.").unwrap_or(key);
         if short == "data" {
@@ -232,7 +232,7 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Checks a noise text against the sensor's fields, and returns it with full field names.
+    /// Checks a noise declaration against the sensor's fields, and returns it with full field names.
     fn noise(&self, object: usize, text: &str) -> Result<Value> {
         let lacks = || Error::new("E104", "noise is set before the kind of the sensor").help("call `device` first");
         let kind = self.sensor_kind(object).ok_or_else(lacks)?;
@@ -240,8 +240,8 @@ impl<'a> Builder<'a> {
         Ok(Value::text(read.to_toml()))
     }
 
-    /// Converts a value of a scene file according to the meaning of its key. `Err`: the error, and its position within
-    /// the item.
+    /// Converts a value of a scene file according to the meaning of its key. An error includes its position within the
+    /// item.
     pub(super) fn value_of(
         &self,
         object: usize,
@@ -267,7 +267,7 @@ impl<'a> Builder<'a> {
             let last = self.document.meshes.len();
             let lost = crate::part_meshes(value).into_iter().find(|n| *n as usize > last);
             if let Some(n) = lost {
-                return Err(Error::new("E102", format!("a part names mesh {n}; there are {last}")));
+                return Err(Error::new("E102", format!("a part refers to mesh {n}, but the last mesh is {last}")));
             }
         }
         let blank = Document {
@@ -285,7 +285,8 @@ impl<'a> Builder<'a> {
             .map_err(|e| Error::new("E102", format!("`{}`: {}", row.info().short(), e.1)))
     }
 
-    /// Sets the kind of a sensor (by id, or by a schema, which stands for its provider) or of an actuator.
+    /// Sets the kind of a sensor or actuator by id. For a sensor, the id may also be a schema, which selects its
+    /// provider.
     pub fn device(&mut self, object: usize, kind_or_schema: &str) -> Result {
         let providers: &BTreeMap<_, _> = &self.document.settings.providers;
         let Some(spec) = self.document.objects.get_mut(object) else {
@@ -330,7 +331,7 @@ impl<'a> Builder<'a> {
         if script.kind == MAIN
             && let Some(o) = self.document.objects.iter().find(|o| o.scripts.iter().any(|s| s.kind == MAIN))
         {
-            return Err(Error::new("E118", format!("a second main script, beside the one of `{}`", o.alias))
+            return Err(Error::new("E118", format!("there is already a main script, that of `{}`", o.alias))
                 .expected("at most one script of kind `main` in a scene: it alone runs the stages of a step")
                 .help("make one of them `child`"));
         }
@@ -343,8 +344,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Turns the objects from index `first` on into a model placed at `placement`; returns its base. `None`: there are
-    /// no objects.
+    /// Turns the objects from index `first` on into a model placed at `placement`; returns its base, or `None` if there
+    /// are no objects.
     pub(super) fn placed(&mut self, first: usize, placement: Isometry3<f64>, made: Made) -> Option<usize> {
         let base = self.document.objects.get_mut(first)?;
         base.placement = placement;

@@ -14,7 +14,7 @@ use tatu_plugins::{
 use super::{
     Builder, Made, Report,
     import_files::{MOST_BYTES, Source},
-    plugin_builder::{Asked, Failed, run},
+    plugin_builder::{BuildCall, Failed, run},
     sources::Sources,
 };
 
@@ -74,10 +74,10 @@ impl Builder<'_> {
         let outer = std::mem::replace(&mut self.group, group);
         let from = Source { name: Some(shown.clone()), folder: Some(folder), roots, whole: import.whole };
         let me = registry.plugins[info.plugin].me;
-        let asked = Asked { plugin: info.plugin, call: Call::Import, subject: &format!("the import of {shown}") };
+        let asked = BuildCall { plugin: info.plugin, call: Call::Import, subject: &format!("the import of {shown}") };
         let done = run(self, asked, from, (&info.params, import.params), parent, |table, params, error| {
-            // SAFETY: `f` is from a plugin that is never unloaded; the bytes, the table, the parameters and the error
-            // object live through the call.
+            // SAFETY: `f` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The bytes,
+            // the table, the parameters and the error object live until the call has returned.
             info.raw.load.map_or(0, |f| unsafe { f(me, border::raw(import.bytes), table, params, error) })
         });
         self.group = outer;
@@ -89,7 +89,7 @@ impl Builder<'_> {
 }
 
 /// Returns the error of a failed import: the host's refusal or the plugin's message, at the file and line that the
-/// plugin gives. Without a file name, it is the imported file itself.
+/// plugin gives. If the plugin gives no file name, it is the imported file itself.
 fn told((id, who): (&str, &str), file: &Path, bytes: &[u8], from: Option<&Place>, failed: Failed) -> Error {
     let (refused, slot) = match failed {
         Failed::Breach(e) => return e,
@@ -107,10 +107,10 @@ fn told((id, who): (&str, &str), file: &Path, bytes: &[u8], from: Option<&Place>
     };
     let place = match named {
         None => Place { file: file.to_owned(), line, column: 1, span: span(bytes, line) },
-        // The contents of another file are not at hand, so only the line is known.
+        // The contents of other files are not available here, so only the line is known.
         Some(named) => Place { file: file.with_file_name(named), line, column: 1, span: 0..0 },
     };
-    // An error without a place in the file may be the plugin's own.
+    // An error without a line may be the plugin's own.
     let (line, who) = if line > 0 { (format!(":{line}"), String::new()) } else { (String::new(), format!(" [{who}]")) };
     let error = Error::new("E120", format!("cannot import {}{line}: {text}{who}", place.file.display()));
     let wanted = from.filter(|p| p.line > 0).map(|p| format!("imported in {}:{}", p.file.display(), p.line));

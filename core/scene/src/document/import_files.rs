@@ -22,8 +22,8 @@ pub(super) struct Source {
 pub(super) const MOST_BYTES: u64 = 1 << 28;
 
 impl Source {
-    /// Reads a file relative to the source; `None`: it does not exist, and the plugin may try another name. Leaving the
-    /// permitted folders by `..`, by an absolute path or by a link is an error.
+    /// Reads a file relative to the source; returns `None` if it does not exist, so that the plugin may try a different
+    /// name. Leaving the permitted folders by `..`, by an absolute path or by a link is an error.
     pub fn read(&self, name: &str, sources: &Sources) -> Result<Option<Vec<u8>>> {
         let Some(folder) = &self.folder else { return Ok(None) };
         let wanted = folder.join(name);
@@ -37,7 +37,7 @@ impl Source {
             let roots: Vec<_> = self.roots.iter().map(|r| format!("`{}`", shown(r))).collect();
             Error::new("E105", format!("the file `{name}` lies outside of the folders that may be read"))
                 .expected(format!("a file below {}", roots.join(" or ")))
-                .help("move it there, or describe the scene in a file above both")
+                .help("move it there, or put the scene file into a folder that contains both")
         };
         let Ok(path) = real(&wanted) else {
             // Whether a file exists must not be revealed, so a name outside the folders is refused in any case.

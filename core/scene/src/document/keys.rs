@@ -13,7 +13,7 @@ use toml_edit::{Item, TableLike};
 
 use crate::drive;
 
-/// The text of a file, to find lines and columns.
+/// The contents of a scene file, used to find lines and columns.
 pub struct Text<'a> {
     /// The file.
     pub file: &'a Path,

@@ -21,7 +21,7 @@ pub struct Beside<'a> {
 }
 
 impl Document {
-    /// Creates a document of an object with all its descendants; 0: of the whole tree.
+    /// Creates a document of an object with all its descendants, or of the whole tree if `base` is 0.
     pub fn of_scene(scene: &Scene, base: u32, settings: Settings, beside: &Beside<'_>) -> Document {
         let mut document = Document { settings, ..Default::default() };
         if base == 0 {
@@ -184,7 +184,7 @@ mod tests {
                 assert_eq!(get(&scene, old, row).ok(), get(&again, new, row).ok(), "{row:?}");
             }
         }
-        // A part of the tree as a document of its own.
+        // Part of the tree as a separate document.
         let part = Document::of_scene(&scene, b, Settings::default(), &beside);
         assert_eq!((part.objects.len(), part.objects[0].parent, part.objects[1].parent), (2, None, Some(0)));
     }

@@ -60,7 +60,7 @@ pub const NORMAL: u8 = 1;
 pub struct ScriptSpec {
     /// Index of its language.
     pub language: usize,
-    /// Its dialect; empty: the scene's, or determined from the text.
+    /// Its dialect; if empty, the scene's dialect, or the one inferred from the source.
     pub dialect: String,
     /// "child", "threaded", "customization", "main"; for scripts from outside: "addon", "sandbox".
     pub kind: String,
@@ -68,15 +68,15 @@ pub struct ScriptSpec {
     pub priority: u8,
     /// Whether its actuation and sensing may run in parallel with those of other scripts.
     pub side_by_side: bool,
-    /// The file it came from, if any, for messages.
+    /// The file it was read from, if any, for messages.
     pub name: String,
-    /// Its text.
+    /// Its source.
     pub text: Vec<u8>,
 }
 
 impl ScriptSpec {
-    /// Describes a script from outside a document, of kind "addon" or "sandbox"; its dialect is determined from its
-    /// text.
+    /// Describes a script from outside a document, of kind "addon" or "sandbox"; its dialect is inferred from its
+    /// source.
     pub fn outside(language: usize, kind: &str, name: String, text: Vec<u8>) -> Self {
         let kind = kind.to_owned();
         ScriptSpec { language, dialect: String::new(), kind, priority: NORMAL, side_by_side: false, name, text }
@@ -116,7 +116,8 @@ pub struct ObjectSpec {
 }
 
 impl ObjectSpec {
-    /// Returns the suffix of its unique name, if it is an object of the scene itself and the file specifies the name.
+    /// Returns the suffix of the object's unique name, if the object belongs to the scene itself and the file specifies
+    /// the name.
     fn told_suffix(&self) -> Option<i32> {
         let (_, name) = self.rows.iter().rev().find(|(r, _)| *r == Row::Name).filter(|_| self.group == 0)?;
         let Value::Text(name) = name else { return None };
@@ -186,7 +187,7 @@ pub struct Document {
     pub(crate) describe: bool,
     /// Index of the objects by alias.
     pub(crate) names: names::Names,
-    /// Number of groups so far.
+    /// The last group number; see [`ObjectSpec::group`].
     groups: usize,
     /// Number of scenes read as models so far.
     scenes_within: usize,
@@ -201,13 +202,13 @@ impl Document {
         self.groups
     }
 
-    /// Creates the live tree that it describes; also returns the slot of each object.
+    /// Creates the live tree that the document describes; also returns the slot of each object.
     pub fn instantiate(&self) -> (Scene, Vec<u32>) {
         let mut scene = Scene::default();
         scene.friction_pairs.clone_from(&self.settings.friction_pairs);
         let slots = self.plant(&mut scene, 0);
-        // Names are assigned in file order, so that the first of equal ones keeps its plain name: object by object in
-        // the scene itself, group by group in models.
+        // Names are assigned in file order, so that the first of equal ones keeps its plain name: one object at a time
+        // in the scene itself, and one group at a time in models.
         let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (i, spec) in self.objects.iter().enumerate().filter(|(_, o)| o.group > 0) {
             members.entry(spec.group).or_default().push(i);
@@ -237,8 +238,8 @@ impl Document {
         (scene, slots)
     }
 
-    /// Adds the objects to a tree below `above` (0: the world), with only their aliases as names. Returns the slot of
-    /// each object, 0 if the tree is full.
+    /// Adds the objects to a tree below `above` (0 for the world), with only their aliases as names. Returns the slot
+    /// of each object, or 0 if the tree is full.
     pub fn plant(&self, scene: &mut Scene, above: u32) -> Vec<u32> {
         let mut slots = Vec::with_capacity(self.objects.len());
         for spec in &self.objects {
@@ -249,7 +250,7 @@ impl Document {
                 TATU_KIND_SENSOR => Data::Sensor(SensorData::new(spec.device.as_ref().map_or(usize::MAX, |d| d.kind))),
                 TATU_KIND_ACTUATOR => Data::Actuator(ActuatorData {
                     kind: spec.device.as_ref().map_or(usize::MAX, |d| d.kind),
-                    // Filled in when its device is created.
+                    // They are filled in when the device is created.
                     commands: Vec::new(),
                 }),
                 TATU_KIND_FORCE_SENSOR => Data::ForceSensor(Box::default()),
@@ -262,9 +263,9 @@ impl Document {
             let parent = spec.parent.and_then(|p| slots.get(p).copied()).unwrap_or(above);
             let slot = scene.add(parent, &spec.alias, Isometry3::identity(), data).unwrap_or(0);
             slots.push(slot);
-            // Names are assigned by the caller, all together.
+            // The caller assigns names to all objects together.
             for (row, value) in spec.rows.iter().filter(|(r, _)| *r != Row::Name) {
-                // Cannot fail: it was checked when the document was built.
+                // This cannot fail: the value was checked when the document was built.
                 let _ = crate::set(scene, slot, *row, value);
             }
             self.fill_parts(scene, slot);
@@ -284,7 +285,7 @@ impl Document {
         }
     }
 
-    /// Checks what concerns several properties: shapes without what their form requires.
+    /// Checks constraints between properties: shapes that lack what their form requires.
     fn check(&self) -> Result {
         self.settings.check()?;
         for spec in self.objects.iter().filter(|o| o.kind == tatu_plugin_api::abi::TATU_KIND_SHAPE) {

@@ -41,12 +41,13 @@ impl Names {
         self.told.get(&(alias.to_owned(), suffix)).copied()
     }
 
-    /// Returns the only object with this alias; `None`: there is none, or several.
+    /// Returns the only object with this alias, or `None` if there are none or several.
     pub fn only(&self, alias: &str) -> Option<usize> {
         self.scene.only(alias).map(|slot| slot as usize - 1)
     }
 
-    /// Finds an object by a path that consists only of aliases; `None`: it does not exist, or the path contains more.
+    /// Finds an object by a path that consists only of aliases. Returns `None` if it does not exist, or if the path has
+    /// other parts.
     pub fn find(&self, from: Option<usize>, path: &str) -> Option<usize> {
         if path.contains([':', '#']) {
             return None;
@@ -62,7 +63,7 @@ impl Names {
     }
 }
 
-/// Returns the suffix of a unique name: -1 for `b`, n for `b#n`. `None`: it is not a name with this alias.
+/// Returns the suffix of a unique name, -1 for `b` and n for `b#n`, or `None` if it is not a name with this alias.
 pub fn suffix_of(name: &str, alias: &str) -> Option<i32> {
     match name.strip_prefix(alias)? {
         "" => Some(-1),

@@ -26,7 +26,7 @@ pub struct Override {
 }
 
 impl Override {
-    /// Parses "PATH.KEY=VALUE"; the value is TOML, otherwise a text.
+    /// Parses "PATH.KEY=VALUE". The value is parsed as TOML; if it is not valid TOML, it is a text.
     pub fn parse(text: &str) -> Result<Self> {
         let wrong = || {
             Error::new("E102", format!("`{text}` is not a setting"))
@@ -74,7 +74,7 @@ pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usiz
         if let Some(told) = document.names.told(path) {
             return Ok(told);
         }
-        // An alias that only one object has is its unique name, if the object is not part of a group.
+        // An alias that only one object has is that object's unique name, if the object is not part of a group.
         if let Some(one) = document.names.only(path).filter(|i| document.objects.get(*i).is_some_and(|o| o.group == 0))
         {
             return Ok(one);
@@ -98,7 +98,8 @@ pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usiz
     })
 }
 
-/// Applies overrides in order. `Some`: one of them is a parameter of a model, which must be rebuilt with it.
+/// Applies overrides in order. If one of them is a parameter of a model, which must be rebuilt with it, returns that
+/// parameter.
 pub(super) fn apply(
     document: &mut Document,
     registry: &Registry,

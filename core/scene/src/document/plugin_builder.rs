@@ -40,8 +40,8 @@ pub(super) enum Failed {
     Said(ErrorSlot),
 }
 
-/// The plugin function that is called.
-pub(super) struct Asked<'a> {
+/// A call of a plugin's build or import function.
+pub(super) struct BuildCall<'a> {
     pub plugin: usize,
     pub call: Call,
     /// What is being built, for messages.
@@ -76,11 +76,11 @@ fn run_model(builder: &mut Builder<'_>, model: usize, params: &[(String, Value)]
     let folder = builder.document.file.as_ref().and_then(|f| f.parent().map(PathBuf::from));
     let source = Source { name: None, roots: folder.iter().cloned().collect(), folder, whole: false };
     let me = registry.plugins[info.plugin].me;
-    let asked = Asked { plugin: info.plugin, call: Call::Build, subject: &format!("the model `{}`", info.id) };
+    let asked = BuildCall { plugin: info.plugin, call: Call::Build, subject: &format!("the model `{}`", info.id) };
     let first = builder.document.objects.len();
     let done = run(builder, asked, source, (&info.params, params), parent, |table, params, error| {
-        // SAFETY: `f` is from a plugin that is never unloaded; the table, the parameters and the error object live
-        // through the call.
+        // SAFETY: `f` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The table, the
+        // parameters and the error object live until the call has returned.
         info.raw.build.map_or(TATU_OK, |f| unsafe { f(me, table, params, error) })
     });
     let plugin = &registry.plugins[info.plugin].id;
@@ -107,7 +107,7 @@ fn run_model(builder: &mut Builder<'_>, model: usize, params: &[(String, Value)]
 /// Calls a plugin function that writes to the builder, with its parameters and defaults filled in.
 pub(super) fn run(
     builder: &mut Builder<'_>,
-    asked: Asked<'_>,
+    asked: BuildCall<'_>,
     source: Source,
     (declared, params): (&[Declared], &[(String, Value)]),
     parent: Option<usize>,
@@ -142,7 +142,7 @@ pub(super) fn run(
         describe: builder_describes.then_some(describe),
     };
     let mut slot = ErrorSlot::new();
-    // SAFETY: `slot` is the host's own error object, which lives through the call.
+    // SAFETY: `slot` is the host's own error object, which lives until the call has returned.
     let answered = registry.watched(asked.plugin, asked.call, asked.subject, || unsafe {
         answer(call(&table, raw.as_ptr().cast(), slot.raw()), false, slot.raw())
     });
@@ -157,8 +157,8 @@ pub(super) fn run(
 
 /// Runs one function of the builder table. The first error is kept until the end of the build.
 fn with<T>(table: Option<&tatu_builder>, f: impl FnOnce(&Build, &mut Builder<'_>) -> Result<T>) -> Option<T> {
-    // SAFETY: the header requires the table to be the one passed to the plugin, made by `run`, whose build lives
-    // through the plugin's call.
+    // SAFETY: the header requires the table to be the one passed to the plugin, which `run` made; its build lives until
+    // the plugin's call has returned.
     let build = unsafe { &*table?.ctx.cast::<Build<'_, '_>>() };
     let mut guard = build.builder.try_borrow_mut().ok()?;
     match f(build, &mut guard) {
@@ -180,7 +180,7 @@ fn clean(text: LentCStr<'_>) -> String {
 /// Returns the index of an object given by its number in the build. The builder checks whether it exists.
 fn index(build: &Build, object: u32) -> Result<usize> {
     match object {
-        0 => Err(Error::new("E110", "object 0 of a build is the place where the model is put, and cannot be changed")),
+        0 => Err(Error::new("E110", "object 0 of a build stands for the place of the model, and cannot be changed")),
         n => Ok(build.first + n as usize - 1),
     }
 }
@@ -221,7 +221,8 @@ unsafe extern "C" fn mesh(
         with(t, |_, _| Err::<(), _>(Error::new("E111", text)));
         return 0;
     }
-    // SAFETY: not null, and the header requires 3 numbers per point and per triangle, valid during the call.
+    // SAFETY: both pointers are not null, and the header requires 3 numbers per point and per triangle, valid during
+    // the call.
     let (points, triangles) = unsafe {
         (
             std::slice::from_raw_parts(points.cast::<[f64; 3]>(), n_points as usize),
@@ -254,7 +255,7 @@ extern "C" fn script(
             b.registry.language(if language.is_empty() { &name } else { &language }, &b.document.settings.providers)?;
         let kind = if kind.is_empty() { "child".into() } else { kind };
         if !SCRIPT_KINDS.contains(&kind.as_str()) {
-            let error = Error::new("E102", format!("a script of kind `{kind}`"));
+            let error = Error::new("E102", format!("unknown script kind `{kind}`"));
             return Err(error.expected(SCRIPT_KINDS.join(", ")));
         }
         b.registry.check_dialect(Some(language), &dialect)?;
@@ -303,12 +304,12 @@ extern "C" fn file<'a>(t: Option<&'a tatu_builder>, relative: Lent<'_>, out: Opt
         let Some(bytes) = build.source.read(&name, &b.document.sources)? else { return Ok(None) };
         let mut files = build.files.borrow_mut();
         files.push(bytes);
-        // The bytes of a vector stay in place when the vector of vectors grows.
+        // The bytes of each inner vector stay in place when the outer vector grows.
         Ok(files.last().map(|b| tatu_plugins::border::raw(b)))
     });
     match (read.flatten(), out) {
         (Some(bytes), Some(out)) => {
-            // SAFETY: `files` of the build owns the bytes, and lives as long as the table.
+            // SAFETY: `files` of the build owns the bytes, which are not changed, and lives as long as the table.
             *out = unsafe { Lent::new(bytes) };
             TATU_OK
         }

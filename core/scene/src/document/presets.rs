@@ -37,8 +37,8 @@ pub struct Setting {
     pub value: Value,
 }
 
-/// Parses the settings of a preset, in order. Its lines have not been parsed before, so errors in them are reported
-/// here, with their lines.
+/// Parses the settings of a preset, in order. Errors in its lines are reported here, with their line numbers, since the
+/// preset has not been parsed before.
 pub fn settings(registry: &Registry, kind: &SensorKind, id: &str) -> Result<Vec<Setting>> {
     let Some(preset) = kind.presets.iter().find(|p| p.id == id) else {
         let known: Vec<&str> = kind.presets.iter().map(|p| p.id.as_str()).collect();

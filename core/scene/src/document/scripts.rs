@@ -48,7 +48,7 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
                 "dialect" => (dialect, dialect_at) = (value, text_of.value(table, key)),
                 "kind" if SCRIPT_KINDS.contains(&value.as_str()) => kind = value,
                 "kind" => {
-                    let error = wrong(format!("a script of kind `{value}`"));
+                    let error = wrong(format!("unknown script kind `{value}`"));
                     return Err(error.expected(SCRIPT_KINDS.join(", ")).nearest(&value, SCRIPT_KINDS.iter().copied()));
                 }
                 "priority" => match PRIORITIES.iter().position(|p| *p == value) {
@@ -78,7 +78,7 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
         }
         (None, Some(text)) => (b.document.objects[owner].alias.clone(), text),
         _ => {
-            return Err(Error::new("E104", "a script has neither `file` nor `text`, or both")
+            return Err(Error::new("E104", "a script must have either `file` or `text`, not both")
                 .expected("`file` or `text`")
                 .at(Some(place)));
         }
@@ -94,14 +94,14 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
         .map_err(|e| e.at(Some(place)))
 }
 
-/// Returns the language of a script text that names none: the only one loaded; `None`: no language is loaded. Several
-/// are an error.
+/// Returns the language of a script that names none: the only one that is loaded, or `None` if none is loaded. Fails if
+/// there are several.
 fn only_language(languages: &[Language]) -> Result<Option<&str>> {
     let ids: BTreeSet<&str> = languages.iter().map(|l| l.id.as_str()).collect();
     if ids.len() < 2 {
         return Ok(ids.first().copied());
     }
     let ids: Vec<_> = ids.iter().map(|id| format!("`{id}`")).collect();
-    Err(Error::new("E109", "a script text does not name its language, and there are several")
+    Err(Error::new("E109", "a script without a file does not name its language, and there are several languages")
         .expected(format!("`language = ...`, one of {}", ids.join(", "))))
 }

@@ -24,7 +24,7 @@ impl ServiceOverride {
     pub fn with_text(id: &str, key: &str, text: &str) -> Self {
         ServiceOverride { id: id.to_owned(), params: vec![(key.to_owned(), Item::Value(text.into()))] }
     }
-    /// Parses an override; values are TOML, otherwise texts.
+    /// Parses an override. A value is parsed as TOML; if it is not valid TOML, it is a text.
     pub fn parse(text: &str) -> Result<Self> {
         let (id, rest) = text.split_once(':').unwrap_or((text, ""));
         let mut params = Vec::new();

@@ -43,7 +43,7 @@ impl FrictionPair {
     fn parse(value: &Value) -> Result<Self> {
         let wrong = || {
             Error::new("E102", "`friction_pairs`: not a pair of materials")
-                .expected("two materials, friction, and restitution if it matters")
+                .expected("two materials, a friction coefficient, and optionally a restitution coefficient")
                 .help("for instance `friction_pairs = [[\"rubber\", \"ice\", 0.1]]`")
         };
         let number = |v: Option<&Value>| match v {
@@ -91,7 +91,7 @@ pub struct Settings {
     pub origin: [f64; 3],
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Default dialect of scripts; empty: determined from their text.
+    /// Default dialect of scripts; if empty, inferred from their source.
     pub dialect: String,
     /// Chosen providers, by schema, language or id.
     pub providers: BTreeMap<String, String>,
@@ -133,7 +133,7 @@ pub const LONGEST: f64 = 100.0;
 const MOST_PHYSICS_STEPS: f64 = 100_000.0;
 
 impl Settings {
-    /// Checks what concerns several settings.
+    /// Checks constraints between several settings.
     pub(super) fn check(&self) -> Result {
         let steps = (self.dt / self.physics_dt).ceil();
         if steps <= MOST_PHYSICS_STEPS {
@@ -198,7 +198,7 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
     .collect()
 }
 
-/// Returns all settings that `[scene]` can hold, by key, with their current values.
+/// Returns all settings that `[scene]` can contain, by key, with their current values.
 pub(super) fn values(settings: &Settings) -> Vec<(&'static str, Value)> {
     let rule = FRICTION_RULES.iter().find(|(_, r)| *r == settings.friction_rule).map_or("product", |(name, _)| name);
     let mut all = vec![

@@ -21,7 +21,7 @@ pub(super) fn followers(scene: &Scene) -> Vec<(u32, u32)> {
 }
 
 impl Scene {
-    /// Returns the joints whose leader does not exist or is not a joint: their path, and the name of the leader.
+    /// Returns the joints whose leader does not exist or is not a joint, by path, and the name of the leader.
     pub fn lost_followers(&self) -> Vec<(String, String)> {
         let found = followers(self);
         let lost = self.slots().filter_map(|(slot, o)| {
@@ -44,7 +44,7 @@ pub(crate) fn geared(scene: &Scene) -> Vec<(u32, u32)> {
         .collect()
 }
 
-/// Sets the targets of followers; kinematic ones are placed there. Joints whose drive has changed are added to
+/// Sets the targets of followers; kinematic followers are placed there. Joints whose drive has changed are added to
 /// `drives`.
 pub(super) fn update(scene: &mut Scene, followers: &[(u32, u32)], drives: &mut Vec<u32>) {
     for (slot, master) in followers {
@@ -52,7 +52,7 @@ pub(super) fn update(scene: &mut Scene, followers: &[(u32, u32)], drives: &mut V
         // A joint that moves no body has no velocity of its own, so its target velocity is used.
         let (position, velocity) = (m.position, if m.id.is_some() { m.velocity } else { m.target_velocity });
         let Some(Data::Joint(j)) = scene.get_mut(*slot).map(|o| &mut o.data) else { continue };
-        // The engine couples the two.
+        // The engine couples the two joints.
         if j.follow.geared && j.dynamic {
             continue;
         }

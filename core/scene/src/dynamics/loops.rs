@@ -36,7 +36,7 @@ fn carrier(scene: &Scene, slot: u32) -> Option<(BodyId, Isometry3<f64>)> {
 }
 
 impl Scene {
-    /// Returns the dummies whose link does not exist or is not a dummy: their path, and the name of the link.
+    /// Returns the dummies whose link does not exist or is not a dummy, by path, and the name of the link.
     pub fn lost_links(&self) -> Vec<(String, String)> {
         let lost = self.slots().filter_map(|(slot, o)| {
             let Data::Dummy(Some(link)) = &o.data else { return None };

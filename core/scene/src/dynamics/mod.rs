@@ -1,11 +1,11 @@
 //! The mapping between objects and the engine's bodies and joints: creating them, advancing time, and copying states
 //! back.
 //!
-//! - here: an advance of the engine; `state`: the engine, and the mapping;
+//! - this module: an advance of the engine; `state`: the engine, and the mapping;
 //! - `settle`: creates bodies and joints from objects; `mass`: their mass and surface; `loops`: loops closed by linked
 //!   dummies; `follow`: joints that follow others;
 //! - `targets`: drives of joints, and smooth position targets; `force_sensors`: measurements of force sensors;
-//! - `pose_writeback`: copying states back.
+//! - `pose_writeback`: copies states back.
 
 mod follow;
 mod force_sensors;
@@ -28,9 +28,9 @@ use crate::{
     tree::Scene,
 };
 
-/// Speed that hardly anything on a robot exceeds, m/s.
+/// Speed above which a body is reported, m/s; hardly any part of a robot moves faster.
 const FAST: f64 = 100.0;
-/// Distance that hardly anything on a robot travels, m.
+/// Distance from its start beyond which a body is reported, m; hardly any part of a robot travels farther.
 const FAR: f64 = 1000.0;
 
 impl Dynamics {
@@ -39,9 +39,10 @@ impl Dynamics {
         self.drives.push(slot);
     }
 
-    /// Marks that an object was placed by hand. It and the bodies below it are moved there before the next step.
+    /// Marks that an object was placed from outside the engine. The object and the bodies below it are moved there
+    /// before the next step.
     pub fn moved(&mut self, slot: u32) {
-        // A script that scans may turn the same joint hundreds of times.
+        // A script may turn the same joint hundreds of times in a row.
         if self.moved.last() != Some(&slot) {
             self.moved.push(slot);
         }
@@ -64,7 +65,7 @@ impl Dynamics {
         }
     }
 
-    /// Passes to the engine what was set by hand since the last step, so that both agree.
+    /// Passes to the engine what was set from outside since the last step, so that both agree.
     pub fn prepare(&mut self, scene: &mut Scene) {
         self.settle(scene);
         follow::update(scene, &self.followers, &mut self.drives);
@@ -144,8 +145,8 @@ impl Dynamics {
         self.engine.advance_part(part, steps, Some(&mut ask));
     }
 
-    /// Sets whether scripts are called between the engine steps of an advance, so that their pushes act in a single
-    /// step.
+    /// Sets whether scripts are called between the engine steps of an advance, so that the forces they apply act in a
+    /// single step.
     pub fn set_between(&mut self, between: bool) {
         self.between = between;
     }

@@ -39,8 +39,8 @@ impl Dynamics {
         }
     }
 
-    /// Like `copy_back`, for every object. From then on, the world poses of objects without a body or other reason to
-    /// store them are computed on demand.
+    /// Like `copy_back`, but for every object. Afterwards, world poses of objects that need not store them, such as
+    /// those without a body, are computed on demand.
     fn copy_all(&mut self, scene: &mut Scene) {
         for record in &self.joints {
             if let Some(Data::Joint(joint)) = scene.get_mut(record.tie).map(|o| &mut o.data) {
@@ -67,7 +67,7 @@ impl Dynamics {
     fn list_carried(&mut self, scene: &Scene) {
         let list = &mut self.pose_writeback.list;
         list.clear();
-        // If an object has several joints in the engine, the last one counts.
+        // If an object has several joints in the engine, the last one is used.
         let joints: BTreeMap<u32, JointId> = self.joints.iter().map(|j| (j.tie, j.id)).collect();
         let mut walk: Vec<(u32, u32, bool)> = scene.roots().iter().rev().map(|s| (*s, 0, false)).collect();
         while let Some((slot, parent, moves)) = walk.pop() {
@@ -88,7 +88,7 @@ impl Dynamics {
 }
 
 impl Joint {
-    /// Takes over its state from the engine.
+    /// Copies the state of the engine's joint.
     fn take(&mut self, state: &JointState) {
         (self.position, self.velocity, self.effort) = (state.position, state.velocity, state.effort);
         self.rotation = state.rotation;

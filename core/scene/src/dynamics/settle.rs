@@ -66,7 +66,8 @@ impl Dynamics {
                 forget(scene, slot);
             }
         }
-        // Infinite forms come last, because the engine's tree of bounding boxes places anything added after them badly.
+        // Infinite forms are added last, because the engine's tree of bounding boxes is unbalanced by forms added after
+        // them.
         let mut endless = Vec::new();
         scene.visit(|scene, slot| match scene.get(slot).and_then(|o| o.shape()).is_some_and(is_endless) {
             true => endless.push(slot),

@@ -14,9 +14,9 @@ pub(super) struct BodyRecord {
     pub(super) uid: u64,
     pub(super) version: u64,
     pub(super) motion: Motion,
-    /// Initial position in the world, m.
+    /// Initial position in the world frame, m.
     pub(super) start: Vector3<f64>,
-    /// Whether it was found far away or very fast.
+    /// Whether the body has been reported as too far away or too fast.
     pub(super) stray: bool,
 }
 
@@ -100,7 +100,7 @@ pub(super) enum From {
 pub(super) struct Carried {
     /// Robot by robot, parents before children, without objects whose world pose is computed on demand.
     pub(super) list: Vec<Place>,
-    /// The version of the tree for which the list was built; 0: none.
+    /// The version of the tree for which the list was built; 0 if it was not built.
     pub(super) listed: u64,
     /// The version of the tree for which all objects were last visited: after a change of the tree, stored poses may
     /// differ in the last bits from those computed from the parents'.
@@ -108,11 +108,11 @@ pub(super) struct Carried {
 }
 
 impl Carried {
-    /// Returns the part that a snapshot contains.
+    /// Returns the part of this that a snapshot contains.
     pub fn whole(&self) -> u64 {
         self.whole
     }
-    /// Restores from a snapshot.
+    /// Restores this from a snapshot.
     pub fn after(whole: u64) -> Self {
         Carried { whole, ..Carried::default() }
     }
@@ -184,7 +184,7 @@ impl Dynamics {
         postcard::to_stdvec(&all).unwrap_or_default()
     }
 
-    /// Restores a state. If it fails, nothing has changed.
+    /// Restores a state. If it fails, nothing is changed.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
         type Tables = (Vec<BodyRecord>, (Vec<JointRecord>, Vec<LoopRecord>), (Vec<u32>, Vec<u32>));
         type Pairs = Vec<(u32, u32)>;
@@ -226,15 +226,15 @@ impl Dynamics {
     pub fn set_twist(&mut self, body: BodyId, twist: &Twist) {
         self.engine.set_twist(body, twist);
     }
-    /// Adds a force (N) and a torque (N m) in the world frame, requested by a script or a service: for the next advance
-    /// or, during one, for the next engine step.
+    /// Adds a force (N) and a torque (N m) in the world frame, requested by a script or a service. They act during the
+    /// next advance or, if one is running, during the next engine step.
     pub fn ask_push(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
         match self.between {
             true => self.pushes.push(Push { body, force, torque }),
             false => self.engine.push(body, force, torque),
         }
     }
-    /// Adds a force (N) and a torque (N m) in the world frame, for the next advance or the rest of the current one.
+    /// Adds a force (N) and a torque (N m) in the world frame for the next advance, or for the rest of the current one.
     pub fn push(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
         self.engine.push(body, force, torque);
     }

@@ -13,8 +13,8 @@ use crate::{
     tree::Scene,
 };
 
-/// Returns the target of position control in a physics step. A target beyond the limits would press against them
-/// permanently and cause jitter, so it is clamped.
+/// Returns the target of position control in a physics step. The target is clamped to the limits: beyond them, it would
+/// press against them permanently and cause jitter.
 fn target_of(j: &Joint, part: u32, steps: u32) -> f64 {
     let share = f64::from(part + 1) / f64::from(steps);
     let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
@@ -106,8 +106,8 @@ impl Dynamics {
         }
     }
 
-    /// Passes the drives of joints to the engine in the `part`-th of `steps` physics steps: of those whose drive has
-    /// changed, and of those whose target still moves.
+    /// Passes the drives of joints to the engine in the `part`-th of `steps` physics steps: those that have changed,
+    /// and those whose target still moves.
     pub(super) fn apply_drives(&mut self, scene: &mut Scene, part: u32, steps: u32) {
         let mut drives = std::mem::take(&mut self.drives);
         for slot in drives.drain(..) {
@@ -130,9 +130,9 @@ impl Dynamics {
         self.share_drives(scene, part, steps);
     }
 
-    /// Drives joints that are geared to each other as one, wherever the motor is. The engine transmits forces between
-    /// them by single constraints, which are the more accurate the less they transmit. A motor of the follower moves
-    /// with the leader's; a follower without a motor gets a share of the leader's.
+    /// Drives joints that are geared to each other as one, whichever of them has the motor. The engine transmits forces
+    /// between them by single constraints, which are more accurate the less they transmit. A motor of the follower
+    /// moves with the leader's; a follower without a motor gets a share of the leader's.
     fn share_drives(&mut self, scene: &Scene, part: u32, steps: u32) {
         for (slot, leader) in &self.geared {
             let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());
@@ -161,13 +161,13 @@ impl Dynamics {
         let is_free = |slot: u32| joint(slot).is_some_and(|j| j.control == Control::Free && j.follow.factor != 0.0);
         let (l, follows) = (joint(leader)?, self.geared.iter().any(|(slot, _)| *slot == leader));
         let motor = is_held(l) || l.control == Control::Force;
-        // A motor with slip yields to its full load, so it is not shared.
+        // A motor with slip yields under its full load, so it is not shared.
         let yields = l.slip != 0.0 || l.passive.no_load_speed != 0.0;
         let others = self.geared.iter().filter(|(slot, l)| *l == leader && is_free(*slot)).count();
         (motor && !yields && !follows && is_free(slot)).then(|| 1.0 / (others + 1) as f64)
     }
 
-    /// Adds to the efforts of leaders' motors what acted on their followers.
+    /// Adds to the efforts of leaders' motors the efforts that acted on their followers.
     pub(super) fn sum_efforts(&mut self, scene: &mut Scene) {
         for (slot, leader) in &self.geared {
             if self.share_of(scene, *slot, *leader).is_none() {

@@ -48,7 +48,7 @@ impl Transform {
         let all = [Self::Raw, Self::Derivative, Self::Integral, Self::Cumulative];
         if name.is_empty() { Some(Self::Raw) } else { Self::NAMES.iter().position(|n| *n == name).map(|i| all[i]) }
     }
-    /// Returns its name.
+    /// Returns the transformation's name.
     pub fn name(self) -> &'static str {
         Self::NAMES[self as usize]
     }
@@ -63,7 +63,7 @@ pub struct StreamSpec {
     pub unit: String,
     /// Red, green, blue, 0 to 1; `None`: a default colour.
     pub color: Option<[f64; 3]>,
-    /// Path of the object that the number belongs to; empty: a script sets the number.
+    /// Path of the object that the number belongs to; if empty, a script sets the number.
     pub of: String,
     /// The number: "x", "speed", "joint.position", `object.world_pose[2]`, or a field of a reading.
     pub data: String,
@@ -119,7 +119,7 @@ impl StreamSpec {
             hidden: keys.flag("hidden")? || self.hidden,
         })
     }
-    /// Returns it as a table.
+    /// Returns the description as a table.
     pub fn to_value(&self) -> Value {
         map([
             ("name", Value::text(&self.name)),
@@ -179,7 +179,7 @@ impl CurveSpec {
         }
         Ok(CurveSpec { name, unit: keys.text("unit")?, color: keys.color("color")?, axes })
     }
-    /// Returns it as a table.
+    /// Returns the description as a table.
     pub fn to_value(&self) -> Value {
         let axes = ["x", "y", "z"].into_iter().zip(&self.axes).map(|(key, axis)| match axis {
             Axis::Stream(name) => (key, Value::text(name)),
@@ -194,7 +194,7 @@ impl CurveSpec {
     }
 }
 
-/// Parses the description of a copy of a curve: its name (empty: chosen automatically), and the number of the curve.
+/// Parses the description of a copy of a curve: its name (chosen automatically if empty), and the number of the curve.
 pub fn keys_of(value: &Value) -> Result<(String, i64), Refusal> {
     let keys = Keys::new("a copy", value, &["name", "curve"])?;
     match keys.count("curve", 1..=i64::from(u32::MAX))? {

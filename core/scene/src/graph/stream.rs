@@ -47,7 +47,7 @@ impl Stream {
         let (spec, color) = (std::mem::take(&mut self.spec), self.color);
         *self = Stream { color, ..Stream::new(self.id, spec, color, 0) };
     }
-    /// Adds a sample; `None`: there is no number.
+    /// Adds a sample; `number` is `None` if it is missing.
     pub fn take(&mut self, time: f64, number: Option<f64>) {
         let value = number.filter(|x| x.is_finite()).and_then(|x| self.transformed(time, x));
         self.values.push_back(value.unwrap_or(f64::NAN));

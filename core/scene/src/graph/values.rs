@@ -38,7 +38,7 @@ impl<'a> Keys<'a> {
     pub fn wrong<T>(&self, key: &str, expected: &str) -> Result<T, Refusal> {
         Err(Refusal(TATU_ERR_ARGUMENT, format!("{}: `{key}` must be {expected}", self.what)))
     }
-    /// Returns a text; empty if the key is missing.
+    /// Returns a text, which is empty if the key is missing.
     pub fn text(&self, key: &str) -> Result<String, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(String::new()),
@@ -63,7 +63,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, &format!("a whole number from {} to {}", range.start(), range.end())),
         }
     }
-    /// Returns a list of non-empty texts; empty if the key is missing.
+    /// Returns a list of non-empty texts, which is empty if the key is missing.
     pub fn texts(&self, key: &str) -> Result<Vec<String>, Refusal> {
         let text = |v: &Value| match v {
             Value::Text(t) if !t.is_empty() => String::from_utf8(t.clone()).ok(),
@@ -77,7 +77,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "a list of texts"),
         }
     }
-    /// Returns a list of finite numbers; empty if the key is missing.
+    /// Returns a list of finite numbers, which is empty if the key is missing.
     pub fn numbers(&self, key: &str) -> Result<Vec<f64>, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(Vec::new()),
@@ -86,7 +86,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "a list of finite numbers"),
         }
     }
-    /// Returns an object; 0 if the key is missing.
+    /// Returns an object, or 0 if the key is missing.
     pub fn object(&self, key: &str) -> Result<tatu_object, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(0),
@@ -94,7 +94,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "an object"),
         }
     }
-    /// Returns a boolean; `false` if the key is missing.
+    /// Returns a boolean, or `false` if the key is missing.
     pub fn flag(&self, key: &str) -> Result<bool, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(false),
@@ -112,7 +112,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "red, green and blue, each from 0 to 1"),
         }
     }
-    /// Returns a text (as `Err`) or a number; `None` if the key is missing.
+    /// Returns a text (as `Err`) or a number, or `None` if the key is missing.
     pub fn text_or_number(&self, key: &str) -> Result<Option<Result<f64, String>>, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(None),

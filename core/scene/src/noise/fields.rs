@@ -73,7 +73,7 @@ fn shape(info: &FieldInfo) -> &[u32] {
 
 fn nothing(info: &FieldInfo, declared: Option<&schemas::SchemaField>, components: usize) -> Option<Vec<f64>> {
     let Some(words) = info.nothing.as_ref().or_else(|| Some(&declared?.nothing)) else {
-        // Without a schema of the project: infinity cannot be a measured value, and integers use 0.
+        // Without a schema of the project, floats use infinity, which cannot be a measured value, and integers use 0.
         return Some(vec![if matches!(info.elem, TATU_ELEM_F64 | TATU_ELEM_F32) { f64::INFINITY } else { 0.0 }]);
     };
     let number = |word: &str| if matches!(word, "infinity" | "inf") { Some(f64::INFINITY) } else { word.parse().ok() };
@@ -82,7 +82,7 @@ fn nothing(info: &FieldInfo, declared: Option<&schemas::SchemaField>, components
 }
 
 impl Meant<'_> {
-    /// Checks that another field has an element for each of this one's.
+    /// Checks that a different field has an element for each element of this one.
     pub fn same_shape(&self, other: &Meant<'_>) -> Result<(), Wrong> {
         if shape(self.info) == shape(other.info) {
             return Ok(());
@@ -90,7 +90,7 @@ impl Meant<'_> {
         Err(wrong(format!("`{}` differs in shape from `{}`", other.info.name, self.info.name)))
     }
 
-    /// Checks that another field can mark valid elements of this one: one mark per element, per row, or for all.
+    /// Checks that a different field can mark valid elements of this one: one mark per element, per row, or for all.
     pub fn is_valid_by(&self, other: &Meant<'_>) -> Result<(), Wrong> {
         if other.info.name == self.info.name {
             return Err(wrong("`valid` names the field itself"));

@@ -31,7 +31,7 @@ pub struct FieldNoise {
     pub sigma: Vec<Vec<f64>>,
     /// The field that is the variable of the polynomial; `None`: the value itself.
     pub of: Option<String>,
-    /// Half width of uniform noise. Here and below: one number for all components, or one per component.
+    /// Half width of uniform noise. Here and below, there is one number for all components, or one per component.
     pub uniform: Vec<f64>,
     /// Half width of a uniform offset that is drawn once per run.
     pub shift: Vec<f64>,
@@ -96,8 +96,8 @@ const OUTLIERS: &[&str] = &["probability", "sigma", "uniform"];
 const LONGEST: f64 = 10.0;
 
 impl NoiseSpec {
-    /// Parses the text of a table, or `none`. If the kind is given, field names may be short, and everything is checked
-    /// against the kind.
+    /// Parses a table in TOML form, or `none`. If the kind is given, field names may be short, and everything is
+    /// checked against the kind.
     pub fn parse(text: &str, kind: Option<&SensorKind>) -> Read<Self> {
         if matches!(text.trim(), "" | "none") {
             return Ok(NoiseSpec { none: true, ..Default::default() });
@@ -176,8 +176,8 @@ impl NoiseSpec {
         Ok(())
     }
 
-    /// Returns the combination of this declaration with an earlier one, which it overrides field by field; `None`: no
-    /// noise at all.
+    /// Returns the combination of this declaration with an earlier one, which it overrides field by field, or `None` if
+    /// there is no noise at all.
     pub fn over(self, before: Option<&NoiseSpec>) -> Option<NoiseSpec> {
         if self.none {
             return None;
@@ -189,7 +189,7 @@ impl NoiseSpec {
         (out.latency.is_some() || !out.fields.is_empty()).then_some(out)
     }
 
-    /// Formats it as text for [`parse`](Self::parse).
+    /// Formats the declaration as TOML, for [`parse`](Self::parse).
     pub fn to_toml(&self) -> String {
         let mut out = String::new();
         if let Some(s) = self.latency {

@@ -14,7 +14,7 @@ pub struct Wrong {
 }
 
 impl Wrong {
-    /// Returns the error with its line number, for a text that is not from a file.
+    /// Returns the error with its line number, for TOML that is not from a file.
     pub fn in_text(self, text: &str) -> Error {
         let Some(span) = self.span else { return self.error };
         let line = text.as_bytes()[..span.start.min(text.len())].iter().filter(|b| **b == b'\n').count() + 1;

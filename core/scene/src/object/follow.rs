@@ -1,8 +1,8 @@
-//! The rule by which a joint follows another one.
+//! The rule by which a joint follows a leader.
 
 use serde::{Deserialize, Serialize};
 
-/// The rule by which a joint follows another one.
+/// The rule by which a joint follows a leader.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 pub struct Follow {

@@ -1,7 +1,7 @@
 //! Objects: the properties that every object has, and those of each kind.
 //!
-//! - here: common properties, shapes, joints and devices; `follow`: joints that follow others; `course`: position
-//!   targets;
+//! - this module: common properties, shapes, joints and devices; `follow`: joints that follow a leader; `course`:
+//!   position targets;
 //! - `force_sensor`: force sensors; `views`: cameras, lights and paths.
 
 use std::{collections::BTreeMap, sync::Arc};
@@ -25,7 +25,7 @@ pub(crate) use follow::is_curve;
 pub use force_sensor::{ForceSensor, MOST_SAMPLES};
 pub use views::{Camera, LIGHT_FORMS, Light, LightForm, Path};
 
-/// An object of the scene. What a step needs of a device's object comes first, so that it fits in one cache line.
+/// An object of the scene. The data that a step needs for a device comes first, so that it fits in one cache line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[repr(C)]
 pub struct Object {
@@ -81,7 +81,7 @@ pub enum Data {
 }
 
 impl Object {
-    /// Returns its kind: `TATU_KIND_*`.
+    /// Returns the object's kind, a `TATU_KIND_*`.
     pub fn kind(&self) -> i32 {
         match self.data {
             Data::Shape(_) => TATU_KIND_SHAPE,
@@ -97,23 +97,23 @@ impl Object {
             Data::Path(_) => TATU_KIND_PATH,
         }
     }
-    /// Returns its name among its siblings; changed by [`Scene::set_name`](crate::Scene::set_name).
+    /// Returns the object's name among its siblings; [`Scene::set_name`](crate::Scene::set_name) changes it.
     pub fn alias(&self) -> &str {
         &self.alias
     }
-    /// Returns the number of its unique name: -1 for `alias`, n for `alias#n`.
+    /// Returns the number of the object's unique name: -1 for `alias`, n for `alias#n`.
     pub fn suffix(&self) -> i32 {
         self.suffix
     }
-    /// Returns its unique name.
+    /// Returns the object's unique name.
     pub fn name(&self) -> String {
         if self.suffix < 0 { self.alias.clone() } else { format!("{}#{}", self.alias, self.suffix) }
     }
-    /// Returns it as a shape, if it is one.
+    /// Returns the object as a shape, if it is one.
     pub fn shape(&self) -> Option<&Shape> {
         if let Data::Shape(s) = &self.data { Some(s) } else { None }
     }
-    /// Returns it as a joint, if it is one.
+    /// Returns the object as a joint, if it is one.
     pub fn joint(&self) -> Option<&Joint> {
         if let Data::Joint(j) = &self.data { Some(j) } else { None }
     }
@@ -142,7 +142,7 @@ impl Primitive {
         let all = [Box, Sphere, Cylinder, Capsule, Plane, Mesh, Compound];
         PRIMITIVES.iter().position(|p| *p == name).map(|i| all[i])
     }
-    /// Returns its name.
+    /// Returns the primitive's name.
     pub fn name(self) -> &'static str {
         PRIMITIVES[self as usize]
     }
@@ -163,7 +163,7 @@ pub struct ShapePart {
     pub friction: Option<f64>,
     /// Number of its mesh in the document, from 1, if it has the form `mesh`; otherwise 0.
     pub mesh_number: u32,
-    /// That mesh; not stored in snapshots.
+    /// The mesh with this number; not stored in snapshots.
     #[serde(skip)]
     pub mesh: Option<Arc<Mesh>>,
     /// Whether the convex hull of the mesh is used.
@@ -249,7 +249,7 @@ impl Default for Shape {
 }
 
 impl Object {
-    /// Returns whether pictures show it: it is visible and on one of the layers that are shown.
+    /// Returns whether pictures show the object: it is visible and on one of the layers that are shown.
     pub fn is_visible(&self) -> bool {
         self.visible && self.layer & SHOWN_LAYERS != 0
     }
@@ -259,7 +259,7 @@ impl Object {
 const SHOWN_LAYERS: u32 = 0xFF;
 
 impl Shape {
-    /// Returns whether beams see it. Planes, which are mostly floors, are not seen unless the scene asks for it.
+    /// Returns whether beams see the shape. Planes, which are mostly floors, are not seen unless the scene requests it.
     pub fn is_detectable(&self) -> bool {
         self.detectable.unwrap_or(self.primitive != Primitive::Plane)
     }
@@ -279,7 +279,7 @@ impl JointType {
     pub fn parse(name: &str) -> Option<Self> {
         [Self::Revolute, Self::Prismatic, Self::Spherical].into_iter().find(|t| t.name() == name)
     }
-    /// Returns its name in scene files.
+    /// Returns the type's name in scene files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Revolute => "revolute",
@@ -304,7 +304,7 @@ impl JointSolver {
     pub fn parse(name: &str) -> Self {
         [Self::Reduced, Self::Impulse].into_iter().find(|s| s.name() == name).unwrap_or_default()
     }
-    /// Returns its name in scene files.
+    /// Returns the solver's name in scene files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -326,7 +326,7 @@ pub enum Control {
     Spring,
 }
 
-/// A joint; in rad and N m, or in m and N. What changes in each step fits in one cache line.
+/// A joint, in rad and N m or in m and N. The data that changes in each step fits in one cache line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 #[repr(C, align(64))]
@@ -387,11 +387,11 @@ impl Default for Joint {
 }
 
 impl Joint {
-    /// Returns the translation along its axis per radian, m; 0 if it is not a screw.
+    /// Returns the translation along the joint's axis per radian, m, which is 0 if it is not a screw.
     pub fn lead_per_radian(&self) -> f64 {
         if self.kind == JointType::Revolute { self.lead / std::f64::consts::TAU } else { 0.0 }
     }
-    /// Returns the transformation of its children's frame at its current position.
+    /// Returns the transformation of the frame of the joint's children at its current position.
     pub fn motion(&self) -> Isometry3<f64> {
         match self.kind {
             JointType::Revolute => Isometry3::from_parts(
@@ -444,6 +444,6 @@ impl SensorData {
 pub struct ActuatorData {
     /// Index of its kind in the registry.
     pub kind: usize,
-    /// Its commands, one number for each that its kind declares. They are live, and reset on stop like everything else.
+    /// Its commands, one number for each that its kind declares. They change during a run, and a stop resets them.
     pub commands: Vec<f64>,
 }

@@ -156,7 +156,7 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
     })
 }
 
-/// Reads the numbers of a row into `out`. Returns how many there are; `None`: the row has none, or they do not fit.
+/// Reads the numbers of a row into `out`. Returns their number, or `None` if the row has none or they do not fit.
 pub fn numbers(scene: &Scene, slot: u32, row: Row, out: &mut [f64]) -> Option<usize> {
     fn put(out: &mut [f64], from: &[f64]) -> Option<usize> {
         out.get_mut(..from.len())?.copy_from_slice(from);

@@ -29,7 +29,7 @@ pub fn is_drive(row: Row) -> bool {
     matches!(row, Row::TargetVelocity | Row::TargetPosition | Row::MaxForce | Row::MaxVelocity | Row::Slip)
 }
 
-/// Sets a live row that consists of numbers; `None`: it is not such a row, use [`set`].
+/// Sets a live row that consists of numbers; returns `None` for other rows, which [`set`] sets.
 pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<Result<Changed, Refusal>> {
     if !v.iter().all(|x| x.is_finite()) {
         return Some(refuse(TATU_ERR_ARGUMENT, format!("`{}`: expected finite numbers", row.info().key)));

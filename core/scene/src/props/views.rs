@@ -87,12 +87,14 @@ impl Path {
             (Row::PathPoints, Value::Floats(v)) if v.len() % 7 == 0 && v.iter().all(|x| x.is_finite()) => {
                 self.points.clone_from(v);
             }
-            (Row::PathPoints, _) => return refuse(TATU_ERR_ARGUMENT, "points of a path must be 7 finite numbers each"),
+            (Row::PathPoints, _) => {
+                return refuse(TATU_ERR_ARGUMENT, "points of a path must have 7 finite numbers each");
+            }
             (Row::PathRounding, Value::Floats(v)) if v.len() % 3 == 0 && v.iter().all(|x| x.is_finite()) => {
                 self.rounding.clone_from(v);
             }
             (Row::PathRounding, _) => {
-                return refuse(TATU_ERR_ARGUMENT, "a rounding must be 3 finite numbers for each point");
+                return refuse(TATU_ERR_ARGUMENT, "a rounding must have 3 finite numbers for each point");
             }
             (Row::PathClosed, Value::Bool(b)) => self.closed = *b,
             _ => return Ok(None),

@@ -23,13 +23,14 @@ pub(crate) use results::check_results;
 
 use crate::cell::{Caller, CallersRoom, Function, Owner, Wait, WorldCell, parse_wait};
 
-/// Writes values as results, up to the capacity of the frame. `Err`: the arena is full.
+/// Writes values as results, up to the capacity of the frame. Fails if the arena is full.
 pub(crate) fn give_results(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> Result<(), tatu_status> {
     let mut arena = world.run.calls.arena.borrow_mut();
     f.n_results = 0;
     for value in values.iter().take(f.results_cap as usize) {
         let raw = value.to_raw(&mut *arena).ok_or(TATU_ERR_SPACE)?;
-        // SAFETY: `n_results < results_cap`, the length of the array at `results`.
+        // SAFETY: `f.results` points to an array of `results_cap` values that lives during the call, and `n_results <
+        // results_cap`.
         unsafe { *f.results.add(f.n_results as usize) = raw };
         f.n_results += 1;
     }
@@ -41,7 +42,8 @@ pub(crate) static CALL_API: tatu_call_api =
     tatu_call_api { size: size_of::<tatu_call_api>() as u32, reserved: 0, alloc: Some(alloc), wait: Some(wait) };
 
 unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
-    // SAFETY: the contract requires `call` to be null or a running call, whose `world` is the one it belongs to.
+    // SAFETY: the contract requires `call` to be null or to point to the frame of a running call, whose `world` is the
+    // world that it belongs to.
     let world = unsafe { call.as_ref().map(|call| WorldRef::new(call.world)) };
     let world = world.map(|world| WorldCell::admit(world, Function::looks("call.alloc")));
     let Some(Ok(world)) = world else { return std::ptr::null_mut() };
@@ -49,9 +51,11 @@ unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
 }
 
 unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: tatu_str, resume: u64) -> tatu_status {
-    // SAFETY: the contract requires `call` to be null or a running call, and `name` to be valid during this one.
+    // SAFETY: the contract requires `call` to be null or to point to the frame of a running call that nothing else uses
+    // meanwhile, and `name` to be valid during this call.
     let (Some(call), name) = (unsafe { (call.as_mut(), bytes(name)) }) else { return TATU_ERR_ARGUMENT };
-    // SAFETY: `world` is the world that the running call belongs to.
+    // SAFETY: `call.world` points to the world that the running call belongs to, which lives until the call has
+    // returned.
     let world = match WorldCell::admit(unsafe { WorldRef::new(call.world) }, Function::acts("call.wait")) {
         Ok(world) => world,
         Err(status) => return status,
@@ -78,13 +82,14 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
     }
 }
 
-/// Calls a command. The caller provides the frame's arrays, command, alias and wait token; the rest is filled in here.
-/// `resume`: the resume value of a wait that has ended, or 0.
+/// Calls a command. The caller provides the frame's arrays, command, alias and wait token; this function fills in the
+/// rest. `resume` is the resume value of a wait that has ended, or 0.
 ///
 /// # Safety
-/// `frame` must point to a frame whose arrays are valid for the whole call.
+/// `frame` must point to a frame that, with its arrays, is valid until the call has returned.
 pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resume: u64) -> tatu_status {
-    // SAFETY: the caller guarantees that `frame` points to a valid frame.
+    // SAFETY: the caller guarantees that `frame` points to a frame that is valid until the call has returned; nothing
+    // else uses it here.
     let f = unsafe { &mut *frame };
     f.n_results = 0;
     let calls = &world.run.calls;
@@ -138,8 +143,8 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     } else {
         calls.caller.set(Caller { kind: TATU_CALLER_NATIVE, ..caller });
         let outer = world.border.watch.command(f.command);
-        // SAFETY: `call` is from a plugin that is never unloaded, the frame is valid, and no borrow of the world is
-        // held.
+        // SAFETY: `call` is from a plugin that is never unloaded, the frame is valid until it returns, and no borrow of
+        // the world is active.
         let mut run = |frame: *mut tatu_call| unsafe { call(frame) };
         let cross = || match &world.model.registry.inspector {
             None => run(frame),
@@ -150,7 +155,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         status
     };
     drop(level);
-    // SAFETY: the frame is still valid; the plugin's use of it has ended.
+    // SAFETY: the caller guarantees that the frame is still valid, and the plugin has stopped using it.
     let f = unsafe { &mut *frame };
     f.error = error;
     if !callers.give_back(f) {
@@ -162,7 +167,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         );
     }
     if !calls.arena.try_borrow().is_ok_and(|arena| arena.is_whole_since(mark)) {
-        // The results are released as well, so that the caller is not blamed for the same damage.
+        // The results are released as well, so that the caller is not blamed for the damage that this command did.
         if let Ok(mut arena) = calls.arena.try_borrow_mut() {
             arena.release(mark);
         }
@@ -187,7 +192,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     }
 }
 
-/// Fails a command that wrote out of bounds; it has no results.
+/// Fails a command that wrote out of bounds; its results are discarded.
 #[cold]
 fn broken(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, text: &str) -> tatu_status {
     f.n_results = 0;
@@ -229,7 +234,8 @@ fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller
 ///
 /// `room` is used for up to `FEW` arguments that are single numbers; others go into the arena.
 fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: &mut Room) -> tatu_status {
-    // SAFETY: the contract of `call_command` requires the frame's `args` to point to `n_args` values.
+    // SAFETY: the contract of `call_command` requires the frame's `args` to point to `n_args` values that live during
+    // the call.
     let args = unsafe { ValueRef::slice(f.args, f.n_args as usize) };
     let as_it_is = |(i, p): (usize, &Declared)| match args.get(i) {
         Some(a) => is_exact(p, *a),
@@ -247,8 +253,8 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: 
         f.args = room.as_ptr();
         return TATU_OK;
     }
-    // Names with old behaviour truncate numbers, as they did when scripts were written for them.
-    // SAFETY: the dialect is owned by the calling script's instance, which lives through the call.
+    // For old-style names, numbers are truncated, as when scripts were written for them.
+    // SAFETY: the text is owned by the calling script's instance, which lives until the call has returned.
     let dialect = unsafe { bytes(f.caller_dialect) };
     let old = |n: &NameEntry| n.until.is_some() && !dialect.is_empty() && n.instead_of_error(dialect).is_some();
     let cuts = entry.names.get(f.alias as usize).is_some_and(|n| n.on_error.is_some()) || entry.names.iter().any(old);
@@ -266,11 +272,11 @@ const FEW: usize = 8;
 type Room = [tatu_value; FEW];
 
 /// Converts an argument that has the right type, or is a number that can be converted without checks. Returns `false`
-/// if it needs more.
+/// if it needs more work.
 fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bool {
     let Some(a) = a.copied() else { return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil };
     let raw = a.raw();
-    // SAFETY: `i` is used only if the tag is `TATU_I64`; every bit pattern is a valid `i64`.
+    // SAFETY: every bit pattern is a valid `i64`; the value is used only if the tag is `TATU_I64`.
     let int = unsafe { raw.u.i };
     *out = match (p.kind, a.tag()) {
         _ if is_exact(p, a) => raw,
@@ -330,7 +336,7 @@ fn convert_args(
             let value = given.to_value().map_err(|e| format!("{}: {}", name(), e.text()))?;
             let value = match value {
                 Value::Float(x) if cuts && matches!(p.kind, TATU_I64 | TATU_OBJECT) => Value::Float(x.trunc()),
-                // For old-style names every number is true, including 0.
+                // For old-style names, every number is true, even 0.
                 Value::Float(_) | Value::Int(_) if cuts && p.kind == TATU_BOOL => Value::Bool(true),
                 other => other,
             };
@@ -343,17 +349,19 @@ fn convert_args(
     if room.is_null() {
         return Err(space());
     }
-    // SAFETY: `alloc` returned room for `n` values, aligned to 16 bytes, which does not overlap `out`.
+    // SAFETY: `room` points to `n` values in the arena, aligned to 16 bytes, which stay allocated until the call has
+    // returned and do not overlap `out`.
     unsafe { std::ptr::copy_nonoverlapping(out.as_ptr(), room, n) };
     Ok((room, n as u32))
 }
 
-/// Adds the command's name to its error. An old-style name logs it and returns its own values instead.
+/// Adds the command's name to its error. For an old-style name, logs the error and returns the values of that name
+/// instead.
 #[cold]
 fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: tatu_status) -> tatu_status {
     let plugin = &world.model.registry.plugins[entry.plugin];
     let name = entry_name(entry, f.alias);
-    // SAFETY: both are error objects that the host made and that live through the call.
+    // SAFETY: both pointers are to error objects that the host made, and that live until the call has returned.
     let text = unsafe {
         if (*f.error).code == TATU_OK {
             let last = world.run.calls.last.borrow_mut().raw();
@@ -366,7 +374,7 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
                 if let Some(inspector) = &world.model.registry.inspector {
                     inspector.gave_no_reason(entry, status);
                 }
-                "failed and gave no reason".to_owned()
+                "failed without giving a reason".to_owned()
             }
             _ => said(f.error).text.unwrap_or_default(),
         }
@@ -378,11 +386,11 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
         }
         // If a command calls itself, its name is added once.
         _ if text.starts_with(&format!("{name}: ")) => text,
-        // The failure has a place of its own, in a function it called or a file it read.
+        // The failure has its own position, in a function that the command called or a file that it read.
         _ if line > 0 && file.is_some() => format!("{name}: {}:{line}: {text}", file.unwrap_or_default()),
         _ => format!("{name}: {text}"),
     };
-    // SAFETY: the dialect is owned by the calling script's instance, which lives through the call.
+    // SAFETY: the text is owned by the calling script's instance, which lives until the call has returned.
     let dialect = unsafe { bytes(f.caller_dialect) };
     let old = entry.names.get(f.alias as usize).and_then(|n| n.instead_of_error(dialect));
     match old {
@@ -399,7 +407,8 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
             *world.run.calls.blame.borrow_mut() = Some((text.clone(), plugin.id.clone()));
             say(f.error, status, &text);
             if let Some(help) = help {
-                // SAFETY: `f.error` is the host's own error object of this call; `add` copies the text.
+                // SAFETY: `f.error` points to the host's own error object of this call, which lives until the call has
+                // returned; `add` copies the text.
                 unsafe { (*f.error).add.map(|add| add(f.error, TATU_PART_HELP, border::raw(help.as_bytes()), 0)) };
             }
             status

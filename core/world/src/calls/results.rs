@@ -2,19 +2,20 @@
 
 use tatu_plugin_api::{abi::*, safe::MAX_DEPTH};
 
-/// Checks that there are no more results than there is room for, each of a known type, and empties spans without an
-/// address. Values nested in lists are checked by their readers.
+/// Checks that the results fit and are of known types, and empties spans without an address. Values nested in lists are
+/// checked by their readers.
 pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
     if f.n_results > f.results_cap {
         return Err(format!("broke the contract: {} results where there is room for {}", f.n_results, f.results_cap));
     }
     for i in 0..f.n_results as usize {
-        // SAFETY: `i < n_results <= results_cap`, the length of the array at `results`.
+        // SAFETY: `f.results` points to an array of `results_cap` values that lives during the call, and `i < n_results
+        // <= results_cap`.
         let v = unsafe { &mut *f.results.add(i) };
         if v.tag > TATU_OBJECT {
             return Err(format!("broke the contract: result {} has the unknown type {}", i + 1, v.tag));
         }
-        // SAFETY: these tags have the member `s`.
+        // SAFETY: for these tags, `s` is the active member of the union.
         if (TATU_TEXT..=TATU_MAP).contains(&v.tag) && unsafe { v.u.s.ptr.is_null() } {
             v.u.s.len = 0;
         }
@@ -22,11 +23,12 @@ pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks values inside lists, maps and spans of a command's results. It is done now because the plugin is no longer
-/// known when they are read.
+/// Checks values inside lists, maps and spans of a command's results. This is done immediately, because the plugin is
+/// no longer known when they are read.
 pub(super) fn check_nested(f: &tatu_call) -> Result<(), String> {
     for i in 0..f.n_results as usize {
-        // SAFETY: `i < n_results`, and `check_results` has checked that so many fit.
+        // SAFETY: `f.results` points to an array that lives during the call, and `check_results` has checked that it
+        // has at least `n_results` values.
         let v = unsafe { &*f.results.add(i) };
         if (TATU_TEXT..=TATU_MAP).contains(&v.tag)
             && let Some(flaw) = span_flaw(v, 0)
@@ -49,13 +51,13 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
         TATU_MAP => 2 * size_of::<tatu_value>() as u64,
         _ => 1,
     };
-    // SAFETY: the caller passes only values whose tag has the member `s`.
+    // SAFETY: the caller passes only values for whose tag `s` is the active member of the union.
     let (ptr, len) = unsafe { (v.u.s.ptr, v.u.s.len) };
     if len.checked_mul(each).is_none_or(|bytes| bytes > LARGEST) {
         return Some(format!("has {len} elements: at most {} MB can be passed", LARGEST >> 20));
     }
     if len > 0 && !(ptr as u64).is_multiple_of(each.min(8)) {
-        return Some("lies at an address that is not aligned to its elements".into());
+        return Some("is at an address that is not aligned to its elements".into());
     }
     if !matches!(v.tag, TATU_LIST | TATU_MAP) || len == 0 {
         return None;
@@ -67,14 +69,14 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
         return Some(format!("nests deeper than {MAX_DEPTH}: it may contain itself"));
     }
     let n = if v.tag == TATU_MAP { 2 * len } else { len } as usize;
-    // SAFETY: the contract requires a span to hold `len` values (two per pair of a map); address, alignment and size
-    // were checked above.
+    // SAFETY: the contract requires a span to contain `len` values (two per pair of a map) that live until the call has
+    // returned; address, alignment and size were checked above.
     let values = unsafe { std::slice::from_raw_parts(ptr.cast::<tatu_value>(), n) };
     for (i, inner) in values.iter().enumerate() {
         let is_key = v.tag == TATU_MAP && i % 2 == 0;
         let flaw = match inner.tag {
             tag if tag > TATU_OBJECT => Some(format!("holds a value of the unknown type {tag}")),
-            // SAFETY: the tag `TATU_F64` has the member `f`.
+            // SAFETY: the tag is `TATU_F64`, so `f` is the active member of the union.
             TATU_F64 if is_key && unsafe { inner.u.f.is_nan() } => {
                 Some("holds a map with a key that is not a number".into())
             }

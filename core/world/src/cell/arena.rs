@@ -12,7 +12,7 @@ use tatu_plugins::state_block::GUARD;
 
 /// Minimum size of a chunk, bytes.
 const CHUNK: usize = 64 * 1024;
-/// Maximum size of all blocks in use, bytes. Each is rounded up to 16 and takes 16 more for its guard.
+/// Maximum size of all blocks in use, bytes. Each is rounded up to a multiple of 16 and takes 16 more for its guard.
 const LIMIT: usize = 256 * 1024 * 1024;
 /// Number of guards that do not count towards the limit, so that 256 blocks of 1 MB fit.
 const FREE_GUARDS: usize = 4096;
@@ -59,8 +59,8 @@ impl Arena {
         first.wrapping_add(at).cast()
     }
 
-    /// Returns whether the guards of all blocks allocated since the mark are intact. Checks the current chunk only:
-    /// more than one is involved only if a call allocated a lot.
+    /// Returns whether the guards of all blocks allocated since the mark are intact. Only the current chunk is checked;
+    /// more than one chunk is involved only if a call allocated a lot.
     pub fn is_whole_since(&self, mark: u64) -> bool {
         let (chunk, used) = ((mark >> 32) as usize, (mark & 0xFFFF_FFFF) as usize);
         let begin = if chunk == self.chunk { used } else { 0 };
@@ -93,7 +93,7 @@ impl Arena {
     }
 }
 
-/// The guard word after a block of `block` words. No byte of it is likely to be written by accident.
+/// Returns the guard word after a block of `block` words. A plugin is unlikely to write this value by accident.
 fn guard(block: usize) -> u128 {
     u128::from(GUARD) << 64 | u128::from(block as u64 ^ GUARD)
 }
@@ -101,7 +101,8 @@ fn guard(block: usize) -> u128 {
 impl Room for Arena {
     fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]> {
         let at = NonNull::new(self.alloc(8 * n))?;
-        // SAFETY: `alloc` returned `8 * n` bytes, 16-byte aligned, which are not handed out again before a release.
+        // SAFETY: `at` points to `8 * n` bytes, 16-byte aligned, which live as long as the arena and are not handed out
+        // again before a release.
         Some(unsafe { std::slice::from_raw_parts_mut(at.cast().as_ptr(), n) })
     }
 }
@@ -151,15 +152,17 @@ mod tests {
         let place = a.alloc(32);
         a.alloc(1);
         assert!(a.is_whole_since(mark) && a.is_whole_since(0));
-        // SAFETY: byte 32 is the first one of the guard, within the chunk.
+        // SAFETY: byte 32 after `place` is the first one of the guard, within the chunk, which lives as long as the
+        // arena.
         unsafe { place.add(32).write(0) };
         assert!(!a.is_whole_since(mark) && !a.is_whole_since(0));
         a.release(mark);
         assert!(a.is_whole_since(mark) && a.is_whole_since(0));
-        // This block gets a chunk of its own.
+        // A block of this size gets a separate chunk.
         let place = a.alloc(CHUNK);
         assert!(a.is_whole_since(mark));
-        // SAFETY: byte `CHUNK` is the first one of the guard, within the chunk.
+        // SAFETY: byte `CHUNK` after `place` is the first one of the guard, within the chunk, which lives as long as
+        // the arena.
         unsafe { place.add(CHUNK).write(0) };
         assert!(!a.is_whole_since(mark));
     }

@@ -13,7 +13,7 @@ pub(crate) struct Border {
     pub watch: Arc<Watch>,
     /// The process and thread state that plugins must leave unchanged.
     pub home: RefCell<ProcessState>,
-    /// Plugins called since the quick check of `home`, as a bit mask; bit 63 stands for all plugins from 63 on.
+    /// Plugins called since the quick check of `home`, as a bit mask; bit 63 represents all plugins from 63 on.
     pub called: Cell<u64>,
     /// Plugins called since the full check of `home`, as a bit mask, and the number of quick checks.
     pub called_lately: Cell<u64>,

@@ -21,19 +21,20 @@ pub(crate) fn said(error: *const tatu_error) -> Said {
 /// Copies an error object of a call, whose slot the next call reuses.
 pub(crate) fn kept(error: *const tatu_error) -> ErrorSlot {
     let mut kept = ErrorSlot::new();
-    // SAFETY: `error` is as in `said`; `kept` is a live slot of its own.
+    // SAFETY: `error` points to an `ErrorSlot` that the host made for this call and that outlives it; `kept` is a
+    // separate slot that is alive.
     unsafe { border::copy_error(error, kept.fresh()) };
     kept
 }
 
 /// Checks the status that a plugin returned against the error object it was given: see [`border::answer`].
 pub(crate) fn answer(error: *mut tatu_error, status: tatu_status, may_wait: bool) -> tatu_status {
-    // SAFETY: `error` is as in `say`.
+    // SAFETY: `error` is null or points to an `ErrorSlot` that the host made for this call and that outlives it.
     unsafe { border::answer(status, may_wait, error) }
 }
 
 /// Names the plugin in an error object of a call: see [`border::name_plugin`].
 pub(crate) fn name_plugin(error: *mut tatu_error, status: tatu_status, plugin: &str, call: Call) {
-    // SAFETY: `error` is as in `say`.
+    // SAFETY: `error` is null or points to an `ErrorSlot` that the host made for this call and that outlives it.
     unsafe { border::name_plugin(status, error, plugin, call) };
 }

@@ -22,9 +22,9 @@ pub(crate) struct Calls {
     /// The current caller.
     pub caller: Cell<Caller>,
     pub depth: Cell<u32>,
-    /// Error objects, one per depth, made when first needed; their addresses are stable.
+    /// Error objects, one per depth, created when first needed; their addresses are stable.
     slots: RefCell<Vec<ErrorSlot>>,
-    /// Room for results, one per depth, made likewise.
+    /// Space for results, one per depth, created when first needed.
     results: RefCell<Vec<ResultsRoom>>,
     /// Status and text of the last refusal by a host function.
     pub last: RefCell<ErrorSlot>,
@@ -43,7 +43,7 @@ pub(crate) struct Caller {
     pub object: tatu_object,
     pub script: tatu_object,
     pub dialect: tatu_str,
-    /// The service on whose behalf the call is made, counted from 1; 0: none.
+    /// The service on whose behalf the call is made, counted from 1; 0 if there is none.
     pub service: u32,
 }
 
@@ -57,7 +57,7 @@ impl Caller {
         service: 0,
     };
 
-    /// Returns the caller that stands for a service of the session, counted from 1.
+    /// Returns the caller that represents a service of the session, counted from 1.
     pub fn remote(service: u32) -> Caller {
         Caller { kind: TATU_CALLER_REMOTE, service, ..Caller::HOST }
     }
@@ -87,7 +87,7 @@ impl Calls {
         slots[depth as usize].fresh()
     }
 
-    /// Returns the room for the results of a command at a depth.
+    /// Returns the space for the results of a command at a depth.
     #[inline]
     pub fn results_at(&self, depth: u32) -> *mut tatu_value {
         let mut results = self.results.borrow_mut();
@@ -97,7 +97,7 @@ impl Calls {
         results[depth as usize].first()
     }
 
-    /// Enters one more call across the plugin ABI. `None`: the limit is reached.
+    /// Enters one more call across the plugin ABI; returns `None` if the limit is reached.
     pub fn enter(&self) -> Option<Depth<'_>> {
         let depth = self.depth.get();
         if depth >= MAX_DEPTH {

@@ -58,7 +58,7 @@ impl Clock {
         self.step.set(self.step.get() + 1);
         self.count_pass();
     }
-    /// Counts a pass that was left out; time does not advance.
+    /// Counts a pass that was skipped; time does not advance.
     pub fn skip(&self) {
         self.step.set(self.step.get() + 1);
         self.count_pass();

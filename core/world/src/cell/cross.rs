@@ -9,8 +9,9 @@ use super::WorldCell;
 const CHECKS: u32 = 64;
 
 impl WorldCell {
-    /// Calls a function of a plugin on behalf of an object (0: none). Every call of a single function goes through
-    /// here: it is recorded for the watchdog, and the floating-point mode is restored after the outermost one.
+    /// Calls a function of a plugin on behalf of an object, or of none if `slot` is 0. Every call of a single function
+    /// goes through here: it is recorded for the watchdog, and the floating-point mode is restored after the outermost
+    /// one.
     ///
     /// Reading the mode takes about 10 ns, ten times as long as the record. Commands called by scripts are therefore
     /// checked one by one only after a change has been found.
@@ -40,17 +41,17 @@ impl WorldCell {
         let within = self.border.called.get() | own;
         self.border.called.set(earlier | within);
         if let Some(what) = moved {
-            // Calls nested in this one have been checked already if there was a suspicion before.
+            // If the mode was already suspicious, calls nested in this one have been checked themselves.
             let suspects = if self.border.suspicious.replace(true) { own } else { within };
             self.blame(suspects, what, call.text(), self.border.watch.name_of(slot));
         }
         done
     }
-    /// Like `cross`, for a function without an error object; also returns what it logged as errors.
+    /// Like `cross`, but for a function without an error object; also returns what it logged as errors.
     pub fn cross_capturing<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> (T, Vec<String>) {
         guard::capture_errors(|| self.cross_watched(plugin, call, slot, f))
     }
-    /// Like `cross`, and reports what the function logs as errors (such as a panic) as faults of the plugin.
+    /// Like `cross`, but also reports the errors that the function logs (such as a panic) as faults of the plugin.
     pub fn cross_quietly<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
         let (done, heard) = self.cross_capturing(plugin, call, slot, f);
         for said in heard {
@@ -62,8 +63,8 @@ impl WorldCell {
         }
         done
     }
-    /// Checks after a stage what would take too long to check after each call: the locale and the x87 control word.
-    /// Blames the plugins called since the last check.
+    /// Checks the locale and the x87 control word after a stage, since checking them after each call would take too
+    /// long. Blames the plugins called since the last check.
     pub fn restore_process_state(&self, stage: &str) {
         let called = self.border.called.take();
         if let Some(what) = self.border.home.borrow().restore_quickly() {
@@ -76,7 +77,8 @@ impl WorldCell {
             self.restore_process("the last steps");
         }
     }
-    /// Like `restore_process_state`, for what needs system calls: the working folder, signal handlers, standard output.
+    /// Like `restore_process_state`, but for state that requires system calls: the working folder, signal handlers,
+    /// standard output.
     pub fn restore_process(&self, place: &str) {
         let called = self.border.called_lately.take();
         if let Some(what) = self.border.home.borrow().restore() {
@@ -87,14 +89,14 @@ impl WorldCell {
     fn blame(&self, suspects: u64, what: &str, place: &str, object: Option<String>) {
         let plugins = &self.model.registry.plugins;
         let mut all: Vec<usize> = (0..plugins.len()).filter(|i| suspects & 1 << (*i).min(63) != 0).collect();
-        // The program's own plugins are tested for this, so any others are suspected first.
+        // The program's own plugins are tested for this, so other plugins are suspected first.
         if all.iter().any(|i| !self.model.registry.is_of_program(*i)) {
             all.retain(|i| !self.model.registry.is_of_program(*i));
         }
         let ids: Vec<&str> = all.iter().map(|i| plugins[*i].id.as_str()).collect();
         let who = match ids.as_slice() {
             [one] => format!("plugin `{one}`"),
-            [] => "a plugin, in a thread of its own,".to_owned(),
+            [] => "a plugin, in a separate thread,".to_owned(),
             many => format!("one of the plugins `{}`", many.join("`, `")),
         };
         let mut fault = Fault::new(FaultKind::Plugin, format!("{who} changed {what} in {place}"));

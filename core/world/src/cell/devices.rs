@@ -49,8 +49,8 @@ impl Devices {
         self.next_instance.set(id + 1);
         id
     }
-    /// Returns an id for an instance that replaces another. It is from the upper half, so that a reload leaves the ids
-    /// of later instances unchanged.
+    /// Returns an id for an instance that replaces an existing one. It is from the upper half, so that a reload leaves
+    /// the ids of later instances unchanged.
     pub fn new_replacement(&self) -> u64 {
         let id = self.next_replacement.get();
         self.next_replacement.set(id + 1);

@@ -39,7 +39,7 @@ pub(crate) struct Bus {
 }
 
 impl Bus {
-    /// Clears what the previous run left, except the subscriptions.
+    /// Clears the data of the previous run, except the subscriptions.
     pub fn begin(&self) {
         self.queue.borrow_mut().clear();
         self.touching.borrow_mut().clear();
@@ -50,7 +50,7 @@ impl Bus {
         let own = name == "message" && self.now.try_borrow().is_ok_and(|n| n.as_deref() == Some(name));
         !own && self.subscriptions.try_borrow().is_ok_and(|s| s.iter().any(|s| covers(&s.name, name)))
     }
-    /// Returns whether there is any subscription.
+    /// Returns whether there are any subscriptions.
     pub fn has_listeners(&self) -> bool {
         self.subscriptions.try_borrow().is_ok_and(|s| !s.is_empty())
     }

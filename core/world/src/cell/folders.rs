@@ -63,7 +63,7 @@ impl Refused {
 
 /// A file in one of the folders.
 struct Found<'a> {
-    /// Its path, for messages and for plugins that open it by path.
+    /// Its path, for messages, and for plugins that open it by path.
     path: PathBuf,
     dir: &'a Dir,
     /// Its path relative to `dir`, without links.
@@ -79,7 +79,7 @@ impl Folders {
         Folders { working: Folder::new(working), scene, chosen: RefCell::default() }
     }
 
-    /// Makes this absolute path the folder for files, in place of the working folder.
+    /// Makes the folder at this absolute path the folder for files, in place of the working folder.
     pub fn choose(&self, folder: PathBuf) {
         *self.chosen.borrow_mut() = Some(Folder::new(folder));
     }
@@ -89,7 +89,7 @@ impl Folders {
         self.find(name, mode, |found| Ok(found.path))
     }
 
-    /// Opens a regular file. `mode`: `TATU_FILE_*` bits.
+    /// Opens a regular file; `mode` has `TATU_FILE_*` bits.
     pub fn open(&self, name: &Path, mode: u32) -> Result<fs::File, Refused> {
         self.find(name, mode, |found| {
             if mode & TATU_FILE_FOLDERS != 0
@@ -119,8 +119,8 @@ impl Folders {
         let roots: Vec<&Folder> = std::iter::once(here).chain(scene).collect();
         let mut refused = None;
         for root in &roots {
-            // A chosen folder must contain all of its files; without one, a path may lead from one folder into the
-            // other.
+            // A chosen folder must contain all of its files. Without one, a path may lead from one of the two folders
+            // into the other.
             let among = if chosen.is_some() { std::slice::from_ref(root) } else { roots.as_slice() };
             match locate(&normal(&root.path.join(name)), among, writes, mode & TATU_FILE_FOLDERS != 0) {
                 Ok(Some(found)) => return f(found),
@@ -132,7 +132,8 @@ impl Folders {
     }
 }
 
-/// Finds a path in one of the folders. `None`: it does not exist, or its name alone shows that it is in none of them.
+/// Finds a path in one of the folders. Returns `None` if it does not exist, or if its name alone shows that it is in
+/// none of them.
 fn locate<'a>(
     full: &Path,
     among: &[&'a Folder],
@@ -193,7 +194,7 @@ fn options(mode: u32) -> cap_std::fs::OpenOptions {
         options.write(true).create_new(has(TATU_FILE_NEW));
         options.create(!has(TATU_FILE_UPDATE)).truncate(!has(TATU_FILE_UPDATE) && !has(TATU_FILE_NEW));
     }
-    // Opening a pipe that has no other end would block the run. Non-blocking, it opens and is refused afterwards.
+    // Opening a pipe without a writer would block the run. In non-blocking mode it opens, and is refused afterwards.
     #[cfg(unix)]
     cap_std::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK | libc::O_NOCTTY);
     options

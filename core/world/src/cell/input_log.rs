@@ -1,12 +1,12 @@
 //! The input log: everything that entered a world from outside while it ran.
 //!
-//! A world is a function of its document and of this log. Each [`Record`] gives the barrier (step) and the position
-//! within it at which something was done; [`World::feed`](crate::World::feed) repeats it in another world of the same
-//! document.
+//! A world is a function of its document and of this log. Each [`Record`] contains the barrier (step), and the position
+//! within it, at which an input happened; [`World::feed`](crate::World::feed) repeats it in a different world with the
+//! same document.
 //!
-//! The log contains the commands that services call, their requests, and what the program puts in, such as keys. It
-//! does not contain whether a call succeeded, since a replay has the same outcome. What a service changes through
-//! tables other than `commands` and `session` is not recorded.
+//! The log contains the commands that services call, their requests, and inputs of the program, such as keys. It does
+//! not contain whether a call succeeded, since a replay has the same outcome. Changes that a service makes through
+//! tables other than `commands` and `session` are not recorded.
 
 use std::sync::Arc;
 
@@ -39,18 +39,18 @@ pub enum Input {
     Request(u32),
     /// An input such as a key.
     Event {
-        /// Its kind: "key".
+        /// Its kind, such as "key".
         kind: String,
         /// Its content.
         text: String,
     },
-    /// Scripts were called while time stood still.
+    /// Scripts were called while the simulation was paused.
     Pass,
-    /// A plugin read something from the outside during a step, such as a socket.
+    /// A plugin read something from outside during a step, such as data from a socket.
     Observed {
         /// The kind of observation.
         kind: String,
-        /// What was read.
+        /// The data that was read.
         text: String,
     },
 }
@@ -132,7 +132,8 @@ pub struct Replay {
     records: Arc<[Record]>,
     /// Index of the next input to repeat.
     next: usize,
-    /// Index from which to search for the next observation: plugins ask for observations where they made them.
+    /// Index from which to search for the next observation. Plugins request observations at the point where they were
+    /// made.
     observed: usize,
     /// Index from which to search for the next result of a client function.
     functions: usize,

@@ -61,14 +61,14 @@ pub(crate) fn put_in(world: &WorldCell, kind: &str, text: &str) {
     world.run.outside.log.borrow_mut().push(step, String::new(), 0, Input::Event { kind, text });
 }
 
-/// Records what a plugin read from the outside world.
+/// Records what a plugin read from outside.
 pub(crate) fn observe(world: &WorldCell, kind: &str, text: &str) {
     let (kind, text) = (kind.to_owned(), text.to_owned());
     let step = world.state.clock.step.get();
     world.run.outside.log.borrow_mut().push(step, String::new(), 0, Input::Observed { kind, text });
 }
 
-/// Returns what a plugin read at this point of the replayed run. Outer `None`: this run is not a replay.
+/// Returns what a plugin read at this point of the replayed run. The outer `None` means that this run is not a replay.
 pub(crate) fn observed(world: &WorldCell, kind: &str) -> Option<Option<String>> {
     let step = world.state.clock.step.get();
     let found = world.run.outside.replay.borrow_mut().as_mut().map(|r| r.next_observed(step, kind))?;

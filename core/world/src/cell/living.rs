@@ -11,7 +11,7 @@ thread_local! {
     static LAST: Cell<*const tatu_world> = const { Cell::new(NONE) };
 }
 
-/// Its address stands for "no world". Plugins cannot pass it by accident, unlike null, so one comparison suffices.
+/// Its address denotes "no world". Unlike null, plugins cannot pass it by accident, so one comparison suffices.
 static NOBODY: u8 = 0;
 const NONE: *const tatu_world = (&raw const NOBODY).cast();
 

@@ -17,7 +17,7 @@ use super::swap::Swap;
 pub(crate) struct Model {
     pub registry: Swap<Registry>,
     pub document: Swap<Document>,
-    /// Handle of each object of the document; 0: it was not created.
+    /// Handle of each object of the document, or 0 if it was not created.
     pub origins: RefCell<Vec<tatu_object>>,
     pub settings: RefCell<Settings>,
     /// The scene at the start of the run.

@@ -50,7 +50,7 @@ pub(crate) struct Outside {
     pub epoch: Cell<i64>,
     /// Files that scripts or plugins have asked to read since the start.
     pub opened: RefCell<BTreeSet<String>>,
-    /// Loads another scene when one is requested. `None`: the program runs only this one.
+    /// Loads a different scene when one is requested. `None`: the program runs only this one.
     pub scene_reader: RefCell<Option<SceneReader>>,
     /// The scene to load next, if one was requested.
     pub next_scene: RefCell<Option<NextScene>>,
@@ -98,7 +98,7 @@ impl Default for Outside {
 }
 
 impl Outside {
-    /// Handles an input: sets a clock if it is one for clocks, otherwise keeps it for plugins.
+    /// Handles an input: if it sets a clock, sets it; otherwise keeps it for plugins.
     pub fn take_in(&self, kind: &str, text: &str) {
         match kind {
             "clock" => self.clock.set(text.parse().ok()),
@@ -132,7 +132,7 @@ impl Outside {
         self.bus.begin();
         self.tell("started", Value::Nil);
     }
-    /// Publishes an event whose payload is already at hand.
+    /// Publishes an event whose payload has already been created.
     pub fn tell(&self, name: &str, payload: Value) {
         self.publish(name, || payload);
     }
@@ -151,7 +151,7 @@ impl Outside {
             self.bus.push(name, payload);
         }
     }
-    /// Whether an event has subscribers.
+    /// Returns whether an event has subscribers.
     pub fn wants(&self, name: &str) -> bool {
         self.bus.wants(name) || self.services_want(name)
     }

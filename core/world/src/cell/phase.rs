@@ -21,9 +21,9 @@ pub enum Phase {
     First = TATU_PHASE_FIRST as isize,
     /// Any pass between the first and the last ones.
     Running = TATU_PHASE_RUNNING as isize,
-    /// A pause was requested; time stands still after this pass.
+    /// A pause was requested; simulation time does not advance after this pass.
     LastBeforePause = TATU_PHASE_LAST_BEFORE_PAUSE as isize,
-    /// Time stands still.
+    /// The simulation is paused.
     Paused = TATU_PHASE_PAUSED as isize,
     /// The first pass after a pause.
     FirstAfterPause = TATU_PHASE_FIRST_AFTER_PAUSE as isize,
@@ -72,8 +72,8 @@ mod tests {
         out
     }
 
-    // tests/facts/call-order.md, 1: stop requested, pause requested, pause at script error:
-    // from the first step there is a normal one between.
+    // See tests/facts/call-order.md, section 1, for a stop, a pause, and a pause at a script error. After the first
+    // step, there is one ordinary step in between.
     #[test]
     fn requests_take_as_many_passes_as_observed() {
         use Phase::*;

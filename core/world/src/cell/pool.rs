@@ -10,13 +10,13 @@ thread_local! {
     static OWN: RefCell<Option<Arc<ThreadPool>>> = const { RefCell::new(None) };
 }
 
-/// Returns a pool of `threads` threads for a world of the calling thread, which is one of them: it does its own share
-/// of the work without a hand-over, with warm caches.
+/// Returns a pool of `threads` threads for a world of the calling thread. That thread is one of them: it does its share
+/// of the work without a handover, and with warm caches.
 ///
-/// A world never computes in a pool of several threads that another thread also uses: the engine blocks until its tasks
-/// in the pool are done, and two worlds blocking in one pool of two threads would deadlock. Single-threaded worlds of a
-/// thread never compute at the same time, so they share its pool. A thread can belong to only one pool for its
-/// lifetime; if it already belongs to a pool of another size, a pool of other threads is made.
+/// A world never computes in a pool of several threads that a different thread also uses: the engine blocks until its
+/// tasks in the pool are done, and two worlds blocking in one pool of two threads would deadlock. Single-threaded
+/// worlds of a thread never compute at the same time, so they share its pool. A thread can belong to only one pool for
+/// its lifetime; if it already belongs to a pool of a different size, a pool of other threads is created.
 pub(crate) fn of(threads: usize) -> Result<Arc<ThreadPool>> {
     let threads = threads.max(1);
     OWN.with_borrow_mut(|own| {

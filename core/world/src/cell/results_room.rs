@@ -1,26 +1,26 @@
-//! Room for the results of a command: always the host's own memory, with guards on both sides. A command that writes
-//! out of bounds is then blamed itself, and does not damage what its caller keeps next to its own array.
+//! Space for the results of a command: always the host's own memory, with guards on both sides. If a command writes out
+//! of bounds, it is blamed itself, and the memory next to its caller's array is not damaged.
 
 use std::ptr::null_mut;
 
 use tatu_plugin_api::abi::*;
 use tatu_plugins::state_block::GUARD;
 
-/// Maximum number of results a command has room for; fewer if its caller has less room.
+/// Maximum number of results that a command has space for; fewer if its caller has less space.
 const MOST: usize = 64;
-/// Guard values on each side; the rear ones suffice if a command takes the room to be twice as large.
+/// Number of guard values on each side; the rear ones suffice if a command assumes that the space is twice as large.
 const FRONT: usize = 2;
 const BACK: usize = MOST + 8;
 
-/// The room of one call. It is a `Vec` because its buffer stays in place when it is moved. Nothing borrows the buffer
-/// while the command writes.
+/// The space for the results of one call. It is a `Vec` because its buffer stays in place when it is moved. No
+/// reference to the buffer exists while the command writes.
 pub(crate) struct ResultsRoom(Vec<tatu_value>);
 
-/// The caller's array, set aside while the command writes to the host's.
+/// The caller's array, which is set aside while the command writes to the host's.
 pub(crate) struct CallersRoom {
     results: *mut tatu_value,
     cap: u32,
-    /// The host's array; null: the command writes to the caller's.
+    /// The host's array, or null if the command writes to the caller's.
     own: *mut tatu_value,
 }
 
@@ -31,28 +31,29 @@ impl ResultsRoom {
     pub fn new() -> Self {
         ResultsRoom(vec![GUARDS; FRONT + MOST + BACK])
     }
-    /// Returns the place of the first result.
+    /// Returns a pointer to the first result.
     pub fn first(&mut self) -> *mut tatu_value {
         self.0.as_mut_ptr().wrapping_add(FRONT)
     }
 }
 
 impl CallersRoom {
-    /// Redirects the frame's results to `own`, with the capacity that the caller provides. A caller with room for more
-    /// than `MOST` keeps its own array, without guards.
+    /// Redirects the frame's results to `own`, with the capacity that the caller provides. If that is more than `MOST`,
+    /// the caller's array is used directly, without guards.
     #[inline]
     pub fn put_aside(f: &mut tatu_call, own: *mut tatu_value) -> CallersRoom {
         let fits = f.results_cap as usize <= MOST;
         let room = CallersRoom { results: f.results, cap: f.results_cap, own: if fits { own } else { null_mut() } };
         if fits {
             f.results = own;
-            // SAFETY: `own` has `MOST + BACK` values from its first result, and `cap <= MOST`.
+            // SAFETY: `own` points to `MOST + BACK` values that live during the call, and `cap <= MOST`.
             unsafe { own.add(room.cap as usize).write(GUARDS) };
         }
         room
     }
 
-    /// Restores the caller's array and copies the results into it. Returns whether the command stayed within its room.
+    /// Restores the caller's array and copies the results into it. Returns whether the command stayed within the space
+    /// for its results.
     #[inline]
     #[must_use]
     pub fn give_back(self, f: &mut tatu_call) -> bool {
@@ -60,8 +61,9 @@ impl CallersRoom {
         if self.own.is_null() {
             return true;
         }
-        // SAFETY: `own` is the first result of a room with `FRONT` guards before and `MOST + BACK` values after it. The
-        // caller's array has room for `cap` values and does not overlap the room.
+        // SAFETY: `own` points to the first result of a space with `FRONT` guards before it and `MOST + BACK` values
+        // after it, which live as long as the world. The caller's array has room for `cap` values, lives during the
+        // call, and does not overlap that space.
         unsafe {
             let whole = is_guard(self.own.sub(1)) && is_guard(self.own.add(self.cap as usize));
             if !whole {
@@ -72,7 +74,7 @@ impl CallersRoom {
             if n > 0 {
                 self.results.copy_from_nonoverlapping(self.own, n);
             }
-            // A later command may count a result without writing it: it must not see the result of this command.
+            // A later command may count a result without writing it, and then must not return a result of this command.
             for i in 0..n {
                 self.own.add(i).write(GUARDS);
             }
@@ -82,10 +84,10 @@ impl CallersRoom {
 }
 
 /// # Safety
-/// `at` must point to an initialised value of a room.
+/// `at` must point to an initialised value.
 #[inline]
 unsafe fn is_guard(at: *const tatu_value) -> bool {
-    // SAFETY: the caller guarantees that `at` is valid; all members of the payload union are plain data, and every bit
-    // pattern is a valid `u64`.
+    // SAFETY: the caller guarantees that `at` points to an initialised value; all members of the payload union are
+    // plain data, and every bit pattern is a valid `u64`.
     unsafe { (*at).tag == GUARDS.tag && (*at).reserved == GUARDS.reserved && (*at).u.u == GUARD }
 }

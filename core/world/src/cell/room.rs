@@ -13,7 +13,7 @@ impl WorldCell {
             room => room,
         }
     }
-    /// Refuses `what`, because it would exceed the limit.
+    /// Refuses to store `what`, because it would exceed the limit.
     pub fn no_room(&self, what: &str) -> tatu_status {
         let text = format!(
             "{what} of the scene would take more than {} MB, the memory that its scripts may use: remove some, or raise \
@@ -22,7 +22,7 @@ impl WorldCell {
         );
         self.run.calls.refuse(TATU_ERR_SPACE, &text)
     }
-    /// Returns an error if there is no room for custom data of an object; slot 0: of the world.
+    /// Returns an error if custom data of an object, or of the world if `slot` is 0, would exceed the limit.
     pub fn check_notes(&self, scene: &Scene, slot: u32, value: &Value) -> Result<(), tatu_status> {
         let fits = self.state.noted.has_room(scene, slot, bytes_of(value), self.store_room());
         if fits { Ok(()) } else { Err(self.no_room("custom data")) }

@@ -17,10 +17,10 @@ use super::{
 /// Scripts, calls of commands, services, log lines and faults.
 pub(crate) struct Run {
     pub scripts: RefCell<Scripts>,
-    /// The callbacks that any script has had, so that the others need no search.
+    /// The callbacks that at least one script has had; no script needs to be searched for the others.
     pub callback_mask: CallbackMask,
     pub calls: Calls,
-    /// The running stages, outermost first, and who asked for each.
+    /// The running stages, outermost first, and who requested each.
     pub stages: RefCell<Vec<(u32, Cow<'static, str>)>>,
     /// Services, the input log, and the log being replayed.
     pub outside: Outside,
@@ -30,7 +30,7 @@ pub(crate) struct Run {
     pub stand_ins: StandIns,
     pub faults: RefCell<Vec<Fault>>,
     pub lines: Lines,
-    /// Total bytes of the lines kept; `u64::MAX`: the limit was exceeded, and this has been reported.
+    /// Total bytes of the stored lines. `u64::MAX` means that the limit was exceeded, and that this has been reported.
     pub line_bytes: Cell<u64>,
     pub pool: Arc<rayon::ThreadPool>,
 }

@@ -1,8 +1,9 @@
-//! Checks of which host functions a plugin may use during which call. Every host function that takes a world makes
-//! them.
+//! Checks which host functions a plugin may use during which call. Every host function that takes a world makes these
+//! checks.
 //!
 //! A world belongs to the thread that created it. A pointer that is not the address of a living world of this thread is
-//! refused before it is read: either a plugin uses it on a thread of its own, or kept it after its world had ended.
+//! refused before it is read: either a plugin uses it on its own thread, or it kept the pointer after the world had
+//! ended.
 
 use std::{
     collections::BTreeSet,
@@ -41,9 +42,9 @@ impl Function {
 /// The host functions that a call may use. Each level includes the previous ones.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Scope {
-    /// Only functions that need no world.
+    /// Functions that need no world.
     Nothing,
-    /// Also functions that change nothing.
+    /// Functions that change nothing.
     Look,
     /// All functions.
     Act,
@@ -62,7 +63,7 @@ static SCOPES: [Scope; Call::ALL.len()] = {
 
 const fn scope(call: Option<Call>) -> Scope {
     match call {
-        // These run in parallel on any thread, in the middle of a stage.
+        // These calls run in parallel on any thread, in the middle of a stage.
         Some(Call::Aim | Call::Measure | Call::Finish | Call::Apply) | None => Scope::Nothing,
         // A snapshot, a restore or a change of parameters must change nothing else; otherwise the run could not
         // continue from it.
@@ -94,8 +95,9 @@ pub(crate) fn enlist(world: &WorldCell) {
 }
 
 impl WorldCell {
-    /// Returns the world behind an ABI pointer, whatever call is running; used directly by the log. `None`: no world of
-    /// this thread has that address. On a thread that runs scripts in parallel, it is the thread's own worker.
+    /// Returns the world behind an ABI pointer, whatever call is running, or `None` if no world of this thread has that
+    /// address. Only the log uses this directly. On a thread that runs scripts in parallel, the result is the thread's
+    /// own worker.
     #[inline]
     pub fn at<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
         let world = ptr.cast::<WorldCell>().cast_const();
@@ -106,7 +108,7 @@ impl WorldCell {
         }
         match script_worker::of_this_thread() {
             None if living::has(ptr) => {
-                // SAFETY: the list contains only worlds that are alive on this thread.
+                // SAFETY: `world` is in the list, which contains only worlds that are alive on this thread.
                 unsafe { world.as_ref() }
             }
             None => None,
@@ -115,8 +117,8 @@ impl WorldCell {
         }
     }
 
-    /// Like `at`, for a host function: the running call must allow it. `Err`: the status, whose message has been
-    /// recorded.
+    /// Like `at`, but for a host function: the running call must allow it. If it does not, records a message and
+    /// returns the status.
     #[inline]
     pub fn admit<'a>(world: WorldRef<'a>, function: Function) -> Result<&'a WorldCell, tatu_status> {
         let Some(cell) = Self::at(world.ptr()) else { return Err(refuse_stranger(world.ptr(), function.name)) };
@@ -148,7 +150,7 @@ fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
     world.run.calls.refuse(TATU_ERR_BUSY, &text)
 }
 
-/// Breaches of the contract that belong to no world. Each is kept once, and the first world to check takes them as
+/// Breaches of the contract that belong to no world. Each is stored once, and the first world to check takes them as
 /// faults of its run.
 static STRANGERS: Mutex<Strangers> = Mutex::new(Strangers { known: BTreeSet::new(), pending: Vec::new() });
 static ANY_STRANGER: AtomicBool = AtomicBool::new(false);
@@ -156,13 +158,13 @@ static ANY_STRANGER: AtomicBool = AtomicBool::new(false);
 const MOST_STRANGERS: usize = 16;
 
 struct Strangers {
-    /// Those found since the last world was created.
+    /// Breaches found since the last world was created.
     known: BTreeSet<String>,
-    /// Those not reported yet.
+    /// Breaches that have not been reported yet.
     pending: Vec<String>,
 }
 
-/// Records a breach of the contract outside any call that a world knows of. The next run that checks reports it once.
+/// Records a breach of the contract that happened outside any recorded call. The next run that checks reports it once.
 pub fn breach(text: String) {
     if let Ok(mut all) = STRANGERS.lock()
         && all.known.len() < MOST_STRANGERS
@@ -211,8 +213,8 @@ mod caller {
             fn backtrace(frames: *mut *mut c_void, n: c_int) -> c_int;
         }
         let mut frames = [std::ptr::null_mut(); 32];
-        // SAFETY: `frames` has room for 32 addresses; `dladdr` accepts any address, and the file name it returns lives
-        // as long as its library is loaded.
+        // SAFETY: `frames` has room for 32 addresses and lives during the calls. `dladdr` accepts any address, and the
+        // file name that it returns lives as long as its library is loaded.
         unsafe {
             let n = backtrace(frames.as_mut_ptr(), 32).clamp(0, 32) as usize;
             frames[..n].iter().find_map(|at| {

@@ -9,7 +9,7 @@ pub struct ScriptSummary {
     pub object: String,
     /// "child", "customization", "main", ...
     pub kind: String,
-    /// The dialect chosen for the script; empty: it could not be loaded.
+    /// The dialect chosen for the script; empty if it could not be loaded.
     pub dialect: String,
     /// Number of calls, by callback.
     pub calls: BTreeMap<String, u64>,
@@ -27,7 +27,7 @@ pub(crate) struct CallCounts {
 
 #[derive(Debug)]
 struct Count {
-    /// The language's id of the callback; 0: no current id.
+    /// The language's id of the callback, or 0 if it has none at present.
     id: u32,
     calls: u64,
     name: String,

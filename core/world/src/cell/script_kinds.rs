@@ -41,8 +41,8 @@ macro_rules! callbacks {
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub(crate) enum Callback { $(#[doc = $when] $name),* }
 
-        /// Their names in the ABI, in the order of [`Callback`]. `init` is not among them: it is called before any
-        /// other is looked up.
+        /// The names of the callbacks in the ABI, in the order of [`Callback`]. `init` is not among them: it is called
+        /// before any other one is looked up.
         pub(crate) const CALLBACKS: &[&str] = &[$($text),*];
     };
 }
@@ -79,7 +79,7 @@ impl CallbackMask {
         let bits = numbers.iter().enumerate().filter(|(_, n)| **n != 0).map(|(i, _)| 1 << i);
         self.0.set(bits.fold(self.0.get(), |all, bit| all | bit));
     }
-    /// Records the kind of a script that was added; `late`: while the world ran.
+    /// Records the kind of a script that was added; `late` is set if the world was running.
     pub(crate) fn note_kind(&self, kind: Kind, late: bool) {
         let bits = if kind == Kind::Main { Self::DRIVER } else { 0 } | if late { Self::LATE } else { 0 };
         self.0.set(self.0.get() | bits);
@@ -97,7 +97,7 @@ impl CallbackMask {
 
 const _: () = assert!(CALLBACKS.len() <= 30);
 
-/// The language's ids of a script's callbacks, indexed by [`Callback`]; 0: not defined.
+/// The language's ids of a script's callbacks, indexed by [`Callback`]; 0 if it is not defined.
 pub(crate) type CallbackIds = [u32; CALLBACKS.len()];
 
 /// The order in which scripts are called: see `script_order`.
@@ -105,9 +105,9 @@ pub(crate) type CallbackIds = [u32; CALLBACKS.len()];
 pub(crate) enum Order {
     /// Each tree from its root down, parents first.
     ParentsFirst,
-    /// By kind of script; within a kind, each tree from the leaves up.
+    /// Grouped by kind of script; within a kind, each tree from the leaves up.
     ByKind,
-    /// By depth in the whole scene, deepest first.
+    /// Ordered by depth in the whole scene, deepest first.
     #[default]
     DeepestFirst,
 }

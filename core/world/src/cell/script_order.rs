@@ -24,7 +24,7 @@ type Place = (usize, usize);
 pub(crate) fn sort(scripts: &mut [Rc<Script>], scene: &Scene, order: Order) {
     let owner = |s: &Script| scene.get(s.slot).map_or(0, |o| o.parent);
     let class = |s: &Script| match s.kind {
-        // A driver calls the other scripts and is not called itself.
+        // A main script calls the other scripts and is not called itself.
         Kind::Main => 0,
         Kind::Child if order != Order::DeepestFirst && s.threaded.get() => 1,
         Kind::Child => 2,
@@ -43,7 +43,7 @@ pub(crate) fn sort(scripts: &mut [Rc<Script>], scene: &Scene, order: Order) {
     });
 }
 
-/// Places by depth, deepest first, then by hierarchy.
+/// Returns places by depth, deepest first, then by hierarchy.
 fn by_depth(scene: &Scene) -> BTreeMap<u32, Place> {
     let mut places = BTreeMap::new();
     let (mut level, mut depth) = (scene.roots().to_vec(), 0);
@@ -60,7 +60,7 @@ fn by_depth(scene: &Scene) -> BTreeMap<u32, Place> {
     places
 }
 
-/// Places tree by tree, parents before or after their children; siblings by priority, then by hierarchy.
+/// Returns places tree by tree, parents before or after their children; siblings by priority, then by hierarchy.
 fn by_tree(
     scripts: &[Rc<Script>],
     scene: &Scene,

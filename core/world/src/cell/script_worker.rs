@@ -42,8 +42,8 @@ impl ScriptWorker {
         cell.border.watch = world.border.watch.beside(&world.model.registry.watches);
         cell.worker = Some(Box::new(WorkerView::new()));
         let cell = Box::new(cell);
-        // Parts that workers do not read from the world stay borrowed for ever, so that services which try to use them
-        // refuse.
+        // Parts of the cell that workers do not read from the world stay borrowed for ever, so that services which try
+        // to use them are refused.
         std::mem::forget((
             cell.state.scene.borrow_mut(),
             cell.state.dynamics.borrow_mut(),
@@ -81,7 +81,7 @@ impl ScriptWorker {
     /// # Safety
     /// The world that was passed to `begin` must be alive and must not change during the call.
     pub unsafe fn enter<T>(&self, f: impl FnOnce(&WorldCell, &WorkerView) -> T) -> Option<T> {
-        /// Restores the previous worker, also on unwinding.
+        /// Restores the previous worker, even on unwinding.
         struct Inside(*const WorldCell);
         impl Drop for Inside {
             fn drop(&mut self) {
@@ -114,21 +114,22 @@ impl ScriptWorker {
 }
 
 impl WorldCell {
-    /// Borrows a part of the world for reading. `None`: a caller further up the stack holds it mutably.
+    /// Borrows a part of the world for reading; returns `None` if a caller further up the stack has borrowed it
+    /// mutably.
     #[inline]
     pub fn see<T>(&self, part: impl Fn(&WorldCell) -> &RefCell<T>) -> Option<PartRef<'_, T>> {
         match &self.worker {
             None => part(self).try_borrow().ok().map(PartRef::Own),
-            // SAFETY: `ScriptWorker::enter` guarantees that the world is alive and unchanged while its workers run, so
-            // shared references to its parts are sound.
+            // SAFETY: `ScriptWorker::enter` guarantees that the world that the pointer refers to is alive and unchanged
+            // while its workers run, so shared references to its parts are sound.
             Some(worker) => unsafe {
                 worker.world().cast::<WorldCell>().as_ref().map(|w| PartRef::Shared(&*part(w).as_ptr()))
             },
         }
     }
 
-    /// In a worker, sets a number of a joint's drive, applied after all scripts of the stage have run. `Err` says why
-    /// it is refused.
+    /// In a worker, sets a number of a joint's drive, to be applied after all scripts of the stage have run. Returns
+    /// the reason as an error if it is refused.
     pub fn set_later(&self, slot: u32, row: Row, x: f64) -> Result<(), String> {
         let joint = self.see(|w| &w.state.scene).filter(|s| s.is_joint(slot)).map(|s| s.id(slot));
         match (&self.worker, joint.filter(|_| is_drive(row))) {

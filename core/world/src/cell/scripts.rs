@@ -26,14 +26,14 @@ pub(crate) struct Script {
     pub name: String,
     pub text: Rc<[u8]>,
     pub wanted_dialect: String,
-    /// Instance id; 0: no instance.
+    /// Instance id, or 0 if there is no instance.
     pub id: Cell<u64>,
     pub data: Cell<*mut c_void>,
     /// The chosen dialect; the text is owned by the instance.
     pub dialect: Cell<tatu_str>,
     /// `TATU_SCRIPT_*`, from its language.
     pub traits: Cell<u32>,
-    /// Whether it runs as a thread of its own.
+    /// Whether it runs as a separate thread.
     pub threaded: Cell<bool>,
     pub initialised: Cell<bool>,
     /// Whether it was added while the world ran; until it has begun, it comes after all others.
@@ -42,7 +42,7 @@ pub(crate) struct Script {
     pub cleaned: Cell<bool>,
     /// Whether it ended itself.
     pub ended: Cell<bool>,
-    /// Whether it is no longer called: its text could not be loaded, it exceeded its budget, or it failed and is
+    /// Whether it is no longer called: its source could not be loaded, it exceeded its budget, or it failed and is
     /// silenced.
     pub dead: Cell<bool>,
     /// The turns of actuation and of sensing in which it was last called.
@@ -62,7 +62,7 @@ pub(crate) struct Script {
 pub(crate) struct Scripts {
     /// All scripts, in the order in which they were added.
     pub list: Vec<Rc<Script>>,
-    /// All scripts in calling order, for the tree version `sorted_at`; 0: to be rebuilt.
+    /// All scripts in calling order, for the tree version `sorted_at`; 0 if it must be rebuilt.
     pub sorted: Rc<[Rc<Script>]>,
     pub sorted_at: u64,
     /// How often the stages of actuation and of sensing have begun.
@@ -70,7 +70,7 @@ pub(crate) struct Scripts {
     pub order: Order,
 }
 
-/// A request of a script; the strongest last.
+/// A request of a script to end, weakest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum ExitRequest {
     Nothing,
@@ -129,7 +129,7 @@ impl Script {
         !self.data.get().is_null() && !self.dead.get()
     }
 
-    /// Returns the language's id of a callback; 0: the script does not define it.
+    /// Returns the language's id of a callback, or 0 if the script does not define it.
     pub fn number(&self, callback: Callback) -> u32 {
         self.callbacks.get()[callback as usize]
     }

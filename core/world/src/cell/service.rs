@@ -74,8 +74,8 @@ impl Running {
             state: state.place(),
             session,
         };
-        // SAFETY: `f` is the plugin's `create` for this kind; `info`, `data` and `error` are local and live through the
-        // call, as does everything that `info` points to.
+        // SAFETY: `f` is the `create` function of a plugin that is never unloaded. `info`, the data that it points to,
+        // `data` and `error` live until the call has returned.
         let run = || unsafe {
             let status = kind.life.create.map_or(TATU_OK, |f| f(plugin.me, &info, &mut data, error.raw()));
             answer(status, false, error.raw())
@@ -98,7 +98,8 @@ impl Running {
     pub fn stop(&self, registry: &Registry) -> Result {
         let kind = self.info(registry);
         let Some(stop) = kind.life.destroy else { return Ok(()) };
-        // SAFETY: `data` was made by `create` of the same kind, and a service is stopped once.
+        // SAFETY: `self.data` was made by the `create` function of the same kind, and is not used after this single
+        // call.
         let run = || unsafe { stop(self.data) };
         let done = registry.watched(kind.plugin, Call::Stop, &self.subject, run);
         done.map_err(|e| if e.code == "E111" { Error { code: "E323", ..e } } else { e })
@@ -108,22 +109,22 @@ impl Running {
         &registry.services[self.kind]
     }
 
-    /// Returns its name in messages, with its plugin.
+    /// Returns the service's name in messages, with its plugin.
     pub fn name(&self, registry: &Registry) -> String {
         format!("{} (plugin `{}`)", self.subject, registry.plugins[self.info(registry).plugin].id)
     }
 
-    /// Returns whether commands that it calls may wait.
+    /// Returns whether commands that the service calls may wait.
     pub fn can_wait(&self, registry: &Registry) -> bool {
         !self.off.get() && self.info(registry).raw.resume.is_some()
     }
 
-    /// Returns whether it offers functions of its clients to commands.
+    /// Returns whether the service offers functions of its clients to commands.
     pub fn gives_functions(&self, registry: &Registry) -> bool {
         !self.off.get() && self.info(registry).raw.call_func.is_some()
     }
 
-    /// Returns whether it subscribes to an event.
+    /// Returns whether the service subscribes to an event.
     pub fn wants(&self, registry: &Registry, name: &str) -> bool {
         self.info(registry).events.iter().any(|wanted| covers(wanted, name))
     }

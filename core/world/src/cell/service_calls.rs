@@ -25,7 +25,7 @@ impl Running {
         done
     }
 
-    /// Calls a function of one of its clients. The caller releases the arena memory of the results.
+    /// Calls a function of one of the service's clients. The caller releases the arena memory of the results.
     pub fn call_func(&self, world: &WorldCell, local: u32, f: &mut tatu_call) -> tatu_status {
         let kind = self.info(&world.model.registry);
         let Some(call) = kind.raw.call_func else { return TATU_ERR_UNSUPPORTED };
@@ -33,8 +33,8 @@ impl Running {
         (f.world, f.caller_kind) = (world.raw(), TATU_CALLER_HOST);
         (f.caller, f.caller_object, f.caller_script) = (0, 0, 0);
         let error = f.error;
-        // SAFETY: `call` is from the function table of a plugin that is never unloaded, and `self.data` is the instance
-        // that it created. The frame lives through the call, and no borrow of the world is held.
+        // SAFETY: `call` is from a plugin that is never unloaded, and `self.data` points to the instance that it
+        // created. The frame lives until the call has returned, and no borrow of the world is active.
         let status =
             world.cross(kind.plugin, Call::ServiceFunc, 0, || unsafe { call(self.data, world.raw(), local, f) });
         f.error = error;
@@ -67,8 +67,8 @@ impl Running {
         Some(out)
     }
 
-    /// Runs a call with an error object. A failed call is reported and switches the service off. `None`: it is switched
-    /// off already, or the call depth is exhausted.
+    /// Runs a call with an error object. A failed call is reported and switches the service off. Returns `None` if the
+    /// service is switched off already, or the limit of nested calls is reached.
     fn ask(
         &self,
         world: &WorldCell,
@@ -94,8 +94,8 @@ impl Running {
     pub fn barrier(&self, world: &WorldCell) -> bool {
         let step = world.state.clock.step.get();
         let answer = self.ask(world, Call::Barrier, |raw, data, error| {
-            // SAFETY: `f` is from the table of a loaded plugin, `data` is its instance, `error` lives through the call,
-            // and no borrow of the world is held.
+            // SAFETY: `f` is from a plugin that is never unloaded, and `data` points to the instance that it created.
+            // `error` lives until the call has returned, and no borrow of the world is active.
             raw.barrier.map_or(TATU_GO, |f| unsafe { f(data, world.raw(), step, error) })
         });
         answer == Some(TATU_HOLD)
@@ -104,7 +104,8 @@ impl Running {
     /// Notifies the service that the world is about to end; it sees the world for the last time.
     pub fn last(&self, world: &WorldCell) {
         self.ask(world, Call::Last, |raw, data, error| {
-            // SAFETY: as in `barrier`.
+            // SAFETY: `f` is from a plugin that is never unloaded, and `data` points to the instance that it created.
+            // `error` lives until the call has returned, and no borrow of the world is active.
             raw.last.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), error) })
         });
     }
@@ -117,7 +118,8 @@ impl Running {
         let payload = lay([payload]);
         self.ask(world, Call::Event, |service, data, error| {
             let name = raw(name.as_bytes());
-            // SAFETY: as in `barrier`; `name` and `payload` live through the call.
+            // SAFETY: `f` is from a plugin that is never unloaded, and `data` points to the instance that it created.
+            // `name`, `payload` and `error` live until the call has returned, and no borrow of the world is active.
             service.event.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), name, payload.0.as_ptr(), error) })
         });
     }
@@ -125,12 +127,13 @@ impl Running {
     /// Passes on the result of a command that waited.
     pub fn resume(&self, world: &WorldCell, token: u64, status: tatu_status, frame: &tatu_call) {
         self.ask(world, Call::ServiceResume, |service, data, error| {
-            // SAFETY: as in `barrier`; the frame lives through the call.
+            // SAFETY: `f` is from a plugin that is never unloaded, and `data` points to the instance that it created.
+            // The frame and `error` live until the call has returned, and no borrow of the world is active.
             service.resume.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), token, status, frame, error) })
         });
     }
 
-    /// Reports a failure and switches the service off. `how` begins with a verb or with a colon.
+    /// Reports a failure and switches the service off. `how` begins with a verb or a colon.
     fn switch_off(&self, world: &WorldCell, call: Call, how: &str) {
         self.off.set(true);
         let info = self.info(&world.model.registry);

@@ -36,12 +36,12 @@ impl SessionCell {
     /// Wakes a session that sleeps at its barrier; may be called from any thread.
     ///
     /// # Safety
-    /// `session` must be null or point to a living session of this host.
+    /// `session` must be null or point to a session of this host that is alive.
     pub unsafe fn wake(session: *mut tatu_session) {
         let cell = session.cast::<SessionCell>().cast_const();
         if !cell.is_null() {
-            // SAFETY: the caller guarantees that the pointer is to a living session. Only `wake`, which is `Sync`, is
-            // borrowed.
+            // SAFETY: the caller guarantees that the pointer is to a session that is alive during the call. Only
+            // `wake`, which is `Sync`, is borrowed.
             let wake: &Wake = unsafe { &(*cell).wake };
             wake.wake();
         }
@@ -49,9 +49,11 @@ impl SessionCell {
     /// Returns the session behind an ABI pointer.
     ///
     /// # Safety
-    /// `session` must be null or point to a living session of this host, and the call must be on the session's thread.
+    /// `session` must be null or point to a session of this host that is alive for `'a`, and the call must be on the
+    /// session's thread.
     pub unsafe fn of<'a>(session: *mut tatu_session) -> Option<&'a SessionCell> {
-        // SAFETY: the caller guarantees that the pointer is null or valid on this thread.
+        // SAFETY: the caller guarantees that the pointer is null, or is to a session of this thread that is alive for
+        // `'a`.
         unsafe { session.cast::<SessionCell>().cast_const().as_ref() }
     }
     /// Returns the living worlds, in the order in which they joined.

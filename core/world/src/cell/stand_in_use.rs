@@ -1,4 +1,4 @@
-//! Creates a stand-in when a script asks for an object that does not exist, and turns it into the kind that its use
+//! Creates a stand-in when a script looks up an object that does not exist, and turns it into the kind that its use
 //! implies.
 
 use tatu_plugin_api::abi::*;
@@ -46,7 +46,8 @@ pub(crate) fn begin(world: &WorldCell, values: &[String]) {
 }
 
 /// Returns the object with a path or unique name, creating it if it does not exist. `from` is the object that "."
-/// refers to and under which objects with unique names are created. `None`: not a name, or too many stand-ins.
+/// refers to and under which objects with unique names are created. Returns `None` if `name` is not a valid name, or if
+/// there are too many stand-ins.
 pub(crate) fn find_or_make(world: &WorldCell, from: u32, name: &str) -> Option<tatu_object> {
     let mut scene = world.state.scene.try_borrow_mut().ok()?;
     let scene = &mut *scene;
@@ -68,7 +69,7 @@ pub(crate) fn find_or_make(world: &WorldCell, from: u32, name: &str) -> Option<t
         Some((alias, n)) => (alias, n.parse().unwrap_or(-1)),
         None => (name, -1),
     };
-    // Smaller suffixes are created first, so that the object gets the suffix that was asked for.
+    // Smaller suffixes are created first, so that the object gets the requested suffix.
     for _ in -1..suffix.clamp(-1, 63) + 1 {
         stand_ins.add(scene, from, &alias.replace('/', "_"))?;
         if let Some(slot) = scene.find_name(name) {
@@ -94,8 +95,8 @@ fn make_part(stand_ins: &StandIns, scene: &mut Scene, at: u32, part: &str) -> Op
     None
 }
 
-/// Notes that an object was used as a kind of object, or as a sensor with a schema. Returns whether it is of that kind
-/// now.
+/// Records that an object was used as a kind of object, or as a sensor with a schema. Returns whether it now has that
+/// kind.
 pub(crate) fn becomes(world: &WorldCell, object: tatu_object, kind: &str) -> bool {
     if !world.run.stand_ins.is_on() {
         return false;
@@ -117,7 +118,7 @@ pub(crate) fn becomes(world: &WorldCell, object: tatu_object, kind: &str) -> boo
     scene.change_kind(slot, data)
 }
 
-/// Notes that a property of another kind of object was accessed. Returns whether the object is of that kind now.
+/// Records that a property of a different kind of object was accessed. Returns whether the object now has that kind.
 pub(crate) fn becomes_by_row(world: &WorldCell, object: tatu_object, row: Row) -> bool {
     match row.info().of {
         Of::Kind(kind) if world.run.stand_ins.is_on() => becomes(world, object, kind_name(kind)),

@@ -1,9 +1,9 @@
-//! Stand-ins: objects created because scripts ask for them in a run without a scene of its own.
+//! Stand-ins: objects created because scripts look them up, in a run without a scene.
 //!
-//! They are off unless [`World::make_stand_ins`](crate::run::World::make_stand_ins) was called. After that, an object
-//! that a script asks for and that does not exist is created as a dummy. A dummy that is used as another kind becomes
-//! that kind if the host can change it in a live world. The list of what was learned keeps its order, so that the next
-//! run's document can contain it from the start: a sensor, for example, must exist when the world is created.
+//! They are off unless [`World::make_stand_ins`](crate::run::World::make_stand_ins) was called. If it was, an object
+//! that a script looks up and that does not exist is created as a dummy. A dummy that is used as a different kind
+//! becomes that kind if the host can change it in a live world. The list of stand-ins keeps its order, so that the next
+//! run's document can contain them from the start: a sensor, for example, must exist when the world is created.
 
 use std::{
     cell::{Cell, RefCell},
@@ -14,40 +14,40 @@ use nalgebra::Isometry3;
 use tatu_plugin_api::abi::*;
 use tatu_scene::{Data, Scene};
 
-/// Kind of an object whose use has not shown more.
+/// Kind of an object whose use has not shown its actual kind.
 const UNKNOWN: &str = "dummy";
 /// Maximum number of objects that are created.
 const MOST: usize = 2000;
 
-/// A stand-in for an object that a script asked for and that does not exist.
+/// A stand-in for an object that a script looked up and that does not exist.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StandIn {
-    /// Index of the parent stand-in in the list; `None`: the world.
+    /// Index of the parent stand-in in the list, or `None` for the world.
     pub parent: Option<usize>,
     /// Its alias.
     pub alias: String,
-    /// The number after `#` in its unique name; -1: none.
+    /// The number after `#` in its unique name, or -1 if it has none.
     pub suffix: i32,
-    /// A kind of object ("joint"), or a schema if it was read as a sensor ("pose/1"). "dummy": unknown.
+    /// A kind of object ("joint"), or a schema if it was read as a sensor ("pose/1"). "dummy" if it is unknown.
     pub kind: String,
-    /// Whether a script of its own was asked for.
+    /// Whether a script attached to it was requested.
     pub script: bool,
 }
 
 impl StandIn {
-    /// Returns its unique name.
+    /// Returns the stand-in's unique name.
     pub fn name(&self) -> String {
         if self.suffix < 0 { self.alias.clone() } else { format!("{}#{}", self.alias, self.suffix) }
     }
 }
 
-/// Something that was asked for in passing and should be created only if it is really missed: see
-/// [`World::wishes`](crate::run::World::wishes).
+/// Something that a script requested although it may do without, such as a parent or a child by number. It should be
+/// created only if the script cannot continue without it: see [`World::wishes`](crate::run::World::wishes).
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wish {
     /// The parent of a stand-in.
     Parent,
-    /// A child of a kind; empty: of any kind.
+    /// A child of a kind, or of any kind if it is empty.
     Child(String),
     /// Its script.
     Script,
@@ -59,7 +59,7 @@ pub(crate) struct StandIns {
     on: Cell<bool>,
     list: RefCell<Vec<(tatu_object, StandIn)>>,
     wishes: RefCell<BTreeSet<(tatu_object, Wish)>>,
-    /// Names of values that were asked for and do not exist.
+    /// Names of values that were requested and do not exist.
     missed: RefCell<BTreeSet<String>>,
     values: RefCell<BTreeSet<String>>,
 }
@@ -74,7 +74,8 @@ impl StandIns {
         self.on.set(true);
         *self.list.borrow_mut() = list;
     }
-    /// Notes the kind that an object is used as. Returns `false` if it is not a stand-in or its kind is already known.
+    /// Records the kind that an object is used as. Returns `false` if it is not a stand-in or its kind is already
+    /// known.
     pub fn learn(&self, object: tatu_object, kind: &str) -> bool {
         let Ok(mut list) = self.list.try_borrow_mut() else { return false };
         let Some((_, stand_in)) = list.iter_mut().find(|(o, s)| *o == object && s.kind == UNKNOWN) else {
@@ -83,11 +84,11 @@ impl StandIns {
         kind.clone_into(&mut stand_in.kind);
         true
     }
-    /// Returns the stand-ins with what is known of them, in the order in which they were asked for.
+    /// Returns the stand-ins with what is known about them, in the order in which they were requested.
     pub fn list(&self) -> Vec<StandIn> {
         self.list.borrow().iter().map(|(_, s)| s.clone()).collect()
     }
-    /// Returns whether this run provides a value; if not, notes that it was asked for.
+    /// Returns whether this run provides a value; if not, records that it was requested.
     pub fn has_value(&self, name: &str) -> bool {
         let has = self.values.borrow().contains(name);
         if !has && self.missed.borrow().len() < MOST {
@@ -95,16 +96,16 @@ impl StandIns {
         }
         has
     }
-    /// Returns the names of values that were asked for and do not exist.
+    /// Returns the names of values that were requested and do not exist.
     pub fn missed(&self) -> Vec<String> {
         self.missed.borrow().iter().cloned().collect()
     }
-    /// Returns what was asked for in passing, by index into the list.
+    /// Returns the recorded wishes, each with the index of its object in the list.
     pub fn wishes(&self) -> Vec<(usize, Wish)> {
         let (list, wishes) = (self.list.borrow(), self.wishes.borrow());
         wishes.iter().filter_map(|(o, w)| Some((list.iter().position(|(id, _)| id == o)?, w.clone()))).collect()
     }
-    /// Notes something that was asked for in passing.
+    /// Records a wish about an object.
     pub fn wish(&self, object: tatu_object, wish: Wish) {
         self.wishes.borrow_mut().insert((object, wish));
     }

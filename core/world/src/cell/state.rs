@@ -52,7 +52,7 @@ impl State {
             Due::Poll => true,
         }
     }
-    /// Returns the velocity of an object: the engine's if the engine moves it, otherwise from its motion in the last
+    /// Returns the velocity of an object: from the engine if the engine moves it, otherwise from its motion in the last
     /// step.
     pub fn twist(&self, scene: &Scene, dynamics: &Dynamics, slot: u32) -> [f64; 6] {
         let Some(o) = scene.get(slot) else { return [0.0; 6] };

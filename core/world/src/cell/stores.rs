@@ -1,8 +1,7 @@
 //! Limits on what scripts and plugins may store in a world: signals, drawings, custom data, queued events, logged
 //! lines.
 //!
-//! A script's own memory has a budget that does not include what it stores in the world. Each of these stores has the
-//! same limit.
+//! The memory budget of a script does not include what it stores in the world. Each of these stores has the same limit.
 
 use std::{cell::Cell, collections::BTreeMap, ops::Deref};
 
@@ -89,7 +88,7 @@ impl FromIterator<((u32, Vec<u8>), Signal)> for Signals {
 pub(crate) struct Noted(Cell<u64>);
 
 impl Noted {
-    /// Returns whether `more` bytes fit as the custom data of an object; slot 0: of the world.
+    /// Returns whether `more` bytes fit as the custom data of an object, or of the world if `slot` is 0.
     pub fn has_room(&self, scene: &Scene, slot: u32, more: u64, room: u64) -> bool {
         let sum = self.0.get() + more;
         self.0.set(sum);

@@ -7,8 +7,8 @@ use std::{
     sync::Arc,
 };
 
-/// A shared value that can be replaced while references to previous values are alive: all of them are kept until this
-/// is dropped. Reading costs as much as through an `Arc`.
+/// A shared value that can be replaced while references to previous values are alive: all values are kept until this is
+/// dropped. Reading costs as much as through an `Arc`.
 pub(crate) struct Swap<T> {
     now: Cell<NonNull<T>>,
     kept: RefCell<Vec<Arc<T>>>,
@@ -37,7 +37,8 @@ impl<T> Swap<T> {
 impl<T> Deref for Swap<T> {
     type Target = T;
     fn deref(&self) -> &T {
-        // SAFETY: `now` points into an `Arc` in `kept`, which only grows, so the value lives as long as `self`.
+        // SAFETY: `now` points into an `Arc` in `kept`, which only grows, so the value lives as long as `self`; it is
+        // never modified.
         unsafe { self.now.get().as_ref() }
     }
 }

@@ -1,7 +1,7 @@
-//! The interior of a world: four owners, with each of their parts in a `RefCell` of its own.
+//! The interior of a world: four owners, each of whose parts is in a separate `RefCell`.
 //!
-//! Plugins call back while they are called. Code that calls a plugin which may call back holds no borrow; a host
-//! function borrows one part, acts, and releases it.
+//! Plugins call back into the host while they are called. Code that calls a plugin which may call back holds no borrow;
+//! a host function borrows one part, acts, and releases it.
 
 use std::{cell::RefCell, sync::Arc};
 
@@ -24,9 +24,9 @@ pub(crate) struct WorldCell {
     pub devices: Devices,
     pub run: Run,
     pub border: Border,
-    /// Cells of the threads that run scripts in parallel, made when first needed.
+    /// Cells of the threads that run scripts in parallel, created when first needed.
     pub workers: RefCell<Vec<ScriptWorker>>,
-    /// Set if this cell is such a worker: its view of the world.
+    /// If this cell is such a worker, its view of the world.
     pub worker: Option<Box<WorkerView>>,
 }
 
@@ -81,7 +81,7 @@ impl WorldCell {
     pub fn instance_info(&self, owner: tatu_object, key: &str) -> tatu_instance {
         self.instance_again(owner, key, self.devices.new_instance())
     }
-    /// Like `instance_info`, for an instance that replaces another, with a given id.
+    /// Like `instance_info`, but for an instance that replaces an existing one, with a given id.
     pub fn instance_again(&self, owner: tatu_object, key: &str, id: u64) -> tatu_instance {
         tatu_instance {
             size: size_of::<tatu_instance>() as u32,

@@ -22,7 +22,7 @@ const MOST: usize = 10_000;
 /// borrowed.
 pub(crate) fn deliver(world: &WorldCell) {
     let bus = &world.run.outside.bus;
-    // If a handler requests a stage, this is called again; the outer delivery then takes care of the new events.
+    // If a handler requests a stage, this is called again; the outer delivery then handles the new events.
     if bus.queue.borrow().is_empty() || bus.now.borrow().is_some() {
         return;
     }
@@ -77,7 +77,7 @@ fn call(world: &WorldCell, id: u64, handler: tatu_func, name: &str, payload: &Va
     };
     let mut room = Room::new();
     let mut frame = room.frame(&args);
-    // SAFETY: the frame and its arrays live through the call.
+    // SAFETY: the frame and its arrays are local and live until the call has returned.
     let status = unsafe { scripts::call_func(world, handler, &mut frame) };
     if status < 0 {
         bus.unsubscribe(id);

@@ -35,8 +35,8 @@ pub(crate) fn note_devices(cell: &WorldCell) {
     *cell.model.initial_devices.borrow_mut() = sensors.chain(actuators).collect();
 }
 
-/// Replaces all devices by those that existed at the start, including those of objects removed since, with the
-/// parameters they had then. The scene must have been restored already.
+/// Replaces all devices by those that existed at the start, including those of objects that have been removed, with the
+/// parameters at the start. The scene must have been restored already.
 pub(crate) fn remake_devices(cell: &WorldCell) {
     end_devices(cell);
     for (slot, spec) in std::mem::take(&mut *cell.model.initial_devices.borrow_mut()) {
@@ -66,7 +66,7 @@ pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, plac
     let what = kind_name(object_kind);
     let (params, commands) = (filled(info.params, &device.params), filled(info.commands, &device.params));
     let all = info.params.iter().zip(&params).chain(info.commands.iter().zip(&commands));
-    // The commands of an actuator that is reset are in the scene already.
+    // When an actuator is reset, its commands are in the scene already.
     let known = |d: &Declared| object_kind == TATU_KIND_ACTUATOR && place.is_none() && info.commands.contains(d);
     if let Some((p, _)) = { all }.find(|(p, v)| **v == Value::Nil && !p.optional() && !known(p)) {
         let key = tatu_plugins::units::written(&p.key, p.unit.as_deref());

@@ -43,7 +43,8 @@ pub(crate) fn create_sensor(
 pub(crate) fn end_sensor(world: &WorldCell, sensor: Device) {
     let kind = &world.model.registry.sensors[sensor.kind];
     if let Some(destroy) = kind.life.destroy {
-        // SAFETY: `data` was made by this kind's `create` and is destroyed once: the device is consumed.
+        // SAFETY: `sensor.data` was made by this kind's `create` function, from a plugin that is never unloaded. It is
+        // destroyed only once, since `sensor` is consumed.
         world.cross_quietly(kind.plugin, Call::Destroy, sensor.slot, || unsafe { destroy(sensor.data) });
     }
 }
@@ -52,7 +53,7 @@ pub(crate) fn end_sensor(world: &WorldCell, sensor: Device) {
 pub(crate) fn ask_layout(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Layout>, String> {
     let kind = &world.model.registry.sensors[kind];
     let inspector = world.model.registry.inspector.as_deref();
-    // SAFETY: `data` is a live instance of this kind, and the caller holds no borrow of the world.
+    // SAFETY: `data` points to a live instance of this kind, and the caller holds no borrow of the world.
     let asked = world.cross(kind.plugin, Call::Beams, slot, || unsafe { BeamPlan::ask(data, kind, inspector) });
     let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
     let layout = Layout::new(plan, kind)?;
@@ -78,7 +79,8 @@ pub(crate) fn create_actuator(
 pub(crate) fn end_actuator(world: &WorldCell, actuator: Actuator) {
     let kind = &world.model.registry.actuators[actuator.kind];
     if let Some(destroy) = kind.life.destroy {
-        // SAFETY: `data` was made by this kind's `create` and is destroyed once: the device is consumed.
+        // SAFETY: `actuator.data` was made by this kind's `create` function, from a plugin that is never unloaded. It
+        // is destroyed only once, since `actuator` is consumed.
         world.cross_quietly(kind.plugin, Call::Destroy, actuator.slot, || unsafe { destroy(actuator.data) });
     }
 }
@@ -91,8 +93,8 @@ impl Instance {
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         let p = &cell.model.registry.plugins[plugin];
         if let Some(create) = life.create {
-            // SAFETY: `create` is from a plugin that is never unloaded; `info`, `data` and `error` live through the
-            // call, the state block as long as the instance.
+            // SAFETY: `create` is from a plugin that is never unloaded. `info`, `data` and `error` live until the call
+            // has returned, and the state block lives as long as the instance.
             let made = || unsafe { answer(create(p.me, &info, &mut data, error.raw()), false, error.raw()) };
             if cell.cross(plugin, Call::Create, 0, made) < 0 {
                 let (why, call) = (error.text(), Call::Create.text());
@@ -109,7 +111,8 @@ impl Instance {
         let Some(end_run) = life.end_run else { return false };
         let p = &cell.model.registry.plugins[plugin];
         let mut error = ErrorSlot::new();
-        // SAFETY: `data` is what `create` made, and `error` lives through the call; no borrow of the world is held.
+        // SAFETY: `self.data` was made by `create` and is alive, `error` lives until the call has returned, and no
+        // borrow of the world is active.
         let ended = || unsafe { answer(end_run(p.me, self.data, cell.raw(), error.raw()), false, error.raw()) };
         if cell.cross(plugin, Call::EndRun, 0, ended) >= 0 {
             return true;
@@ -122,7 +125,8 @@ impl Instance {
     /// Ends the instance.
     pub fn end(self, cell: &WorldCell, plugin: usize) {
         if let Some(destroy) = self.destroy {
-            // SAFETY: `data` was made by `create` and is destroyed once: `self` is consumed.
+            // SAFETY: `self.data` was made by `create`, from a plugin that is never unloaded. It is destroyed only
+            // once, since `self` is consumed.
             cell.cross_quietly(plugin, Call::Destroy, 0, || unsafe { destroy(self.data) });
         }
     }

@@ -1,6 +1,6 @@
 //! Instances of plugins in a world: created, configured, saved and ended.
 //!
-//! - here: what all instances have in common; `kinds`: instances of sensors, actuators and command plugins;
+//! - this module: what all instances have in common; `kinds`: instances of sensors, actuators and command plugins;
 //! - `devices`: instances from the document, and those that a stop restores;
 //! - `save`: the saved state of an instance.
 
@@ -57,8 +57,8 @@ pub(crate) fn make(
     let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
     if let Some(create) = life.create {
         let me = world.model.registry.plugins[plugin].me;
-        // SAFETY: `create` is from a plugin that is never unloaded; `info`, what it points to, `data` and `error` live
-        // through the call.
+        // SAFETY: `create` is from a plugin that is never unloaded. `info`, the data that it points to, `data` and
+        // `error` live until the call has returned.
         let made = || unsafe { answer(create(me, &info, &mut data, error.raw()), false, error.raw()) };
         if world.cross(plugin, Call::Create, slot, made) < 0 {
             return Err(format!("{} [{}]", error.text(), Call::Create.text()));
@@ -85,8 +85,8 @@ pub(crate) fn takes_changes(life: &tatu_life, declared: &[Declared], at: usize) 
     life.configure.is_some() && !rebuilds && at < 64
 }
 
-/// Passes all parameters to an instance, of which the one at `at` has changed. Returns `false` if it must be recreated
-/// instead. No part of the world may be borrowed.
+/// Passes all parameters to an instance after the one at `at` has changed. Returns `false` if the instance must be
+/// recreated instead. No part of the world may be borrowed.
 pub(crate) fn configure(
     world: &WorldCell,
     of: Living,
@@ -99,7 +99,8 @@ pub(crate) fn configure(
     let Some(_level) = world.run.calls.enter() else { return Err("calls nest too deep".to_owned()) };
     let (raw, _room) = laid(params);
     let mut error = ErrorSlot::new();
-    // SAFETY: `of.data` is a live instance of the plugin; values and error object live through the call.
+    // SAFETY: `of.data` points to a live instance of the plugin, which is never unloaded; the values and the error
+    // object live until the call has returned.
     let run = || unsafe {
         answer(configure(of.data, raw.as_ptr(), raw.len() as u32, 1 << at, error.raw()), false, error.raw())
     };

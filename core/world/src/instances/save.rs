@@ -16,11 +16,11 @@ use crate::cell::{InstanceImage, WorldCell};
 /// An instance whose state could not be saved.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Missed {
-    /// Its owner, such as "the script of /Robot"; empty: the world.
+    /// Its owner, such as "the script of /Robot"; empty for the world.
     pub object: String,
     /// Its plugin.
     pub plugin: String,
-    /// The reason: what part of it cannot be saved.
+    /// The reason, which names the part that cannot be saved.
     pub reason: String,
 }
 
@@ -34,17 +34,17 @@ impl std::fmt::Display for Missed {
 }
 
 unsafe extern "C" fn write(writer: *const tatu_writer, bytes: *const c_void, n: u64) {
-    // SAFETY: `writer` was made by `save_instance`, whose vector lives through the call and is not used otherwise
-    // meanwhile.
+    // SAFETY: the contract requires `writer` to point to the table that `save_instance` made; its vector lives until
+    // the plugin's call has returned, and nothing else uses it meanwhile.
     let out = unsafe { &mut *(*writer).ctx.cast::<Vec<u8>>() };
     if !bytes.is_null() {
-        // SAFETY: the contract requires `bytes` to point to `n` bytes.
+        // SAFETY: the contract requires `bytes` to point to `n` bytes that are valid during this call; they are copied.
         out.extend_from_slice(unsafe { std::slice::from_raw_parts(bytes.cast(), n as usize) });
     }
 }
 
-/// Saves the state of an instance. `Err` is the reason why that is not possible; it is reported as a fault only if the
-/// plugin panicked or broke the contract. No part of the world may be borrowed.
+/// Saves the state of an instance. The error is the reason why that is not possible; it is reported as a fault only if
+/// the plugin panicked or broke the contract. No part of the world may be borrowed.
 pub(crate) fn save_instance(
     world: &WorldCell,
     of: &Living,
@@ -64,7 +64,8 @@ pub(crate) fn save_instance(
         write: Some(write),
     };
     let mut error = ErrorSlot::new();
-    // SAFETY: `of.data` is a live instance of the plugin; the writer and its vector live through the call.
+    // SAFETY: `of.data` points to a live instance of the plugin, which is never unloaded; the writer and its vector
+    // live until the call has returned.
     let status = world.cross(of.plugin, Call::Save, of.slot, || unsafe { save(of.data, &writer, error.raw()) });
     if error.answer(status, false) == TATU_OK {
         return Ok(image);
@@ -95,7 +96,8 @@ pub(crate) fn load_instance(
         inspector.loads(of.plugin, saved.to_mut(), &mut version);
     }
     let mut error = ErrorSlot::new();
-    // SAFETY: `of.data` is a live instance of the plugin; the bytes and the error object live through the call.
+    // SAFETY: `of.data` points to a live instance of the plugin, which is never unloaded; the bytes and the error
+    // object live until the call has returned.
     let run = || unsafe { answer(load(of.data, raw(&saved), version, error.raw()), false, error.raw()) };
     if world.cross(of.plugin, Call::Restore, of.slot, run) < 0 {
         let plugin = &world.model.registry.plugins[of.plugin].id;

@@ -40,7 +40,7 @@ fn is_known(world: &WorldCell, data: &str) -> bool {
         || world.model.registry.sensors.iter().flat_map(|s| &s.fields).any(|f| f.name == key)
 }
 
-/// Returns the current number `data` of an object; `None`: it has no such number, or a sensor has not measured yet.
+/// Returns the current number `data` of an object, or `None` if it has no such number or a sensor has not measured yet.
 pub fn number(world: &WorldCell, scene: &Scene, graph: u32, of: &str, data: &str) -> Option<f64> {
     let slot = scene.find(graph, of)?;
     match data {

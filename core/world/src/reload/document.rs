@@ -1,7 +1,7 @@
 //! Applying the differences between two documents to a running world.
 //!
-//! Objects are matched by their place in the tree. Only what differs between the two documents is set, so everything
-//! else stays as physics and scripts have left it. Added and removed objects require a restart.
+//! Objects are matched by their place in the tree. Only properties that differ between the two documents are set, so
+//! that everything else stays as physics and scripts have left it. Adding or removing objects requires a restart.
 
 use std::{collections::BTreeMap, path::PathBuf, rc::Rc, sync::Arc};
 
@@ -80,7 +80,7 @@ fn same_kind(a: &ObjectSpec, b: &ObjectSpec) -> bool {
 
 impl World {
     /// Applies the differences between a document and the world's current one, between two steps: properties,
-    /// parameters, scripts. The report names changes that require a restart.
+    /// parameters, scripts. The report lists changes that require a restart.
     pub fn take_document(&self, new: Arc<Document>) -> ReloadReport {
         let cell: &WorldCell = self.cell();
         let old = cell.model.document.shared();
@@ -182,7 +182,7 @@ impl World {
         keys
     }
 
-    /// Calls `f` with the running scene, and with the one that a stop restores.
+    /// Calls `f` for the running scene, and for the one that a stop restores.
     fn each_scene(&self, mut f: impl FnMut(&mut Scene)) {
         let cell: &WorldCell = self.cell();
         f(&mut cell.state.scene.borrow_mut());
@@ -269,7 +269,7 @@ impl World {
             Err(why) => {
                 let text = format!("{path} cannot be created with its new parameters: {why}");
                 let error = Error::new("E402", text).at(new.place.clone());
-                told.warnings.push(error.help("the old one goes on; correct the file"));
+                told.warnings.push(error.help("correct the file; until then, the old version stays in use"));
             }
         }
         keys
@@ -316,7 +316,7 @@ impl World {
         told
     }
 
-    /// Replaces the text of a script, and adds the result to the report.
+    /// Replaces the source of a script, and adds the result to the report.
     fn exchange(&self, script: &Rc<Script>, spec: &ScriptSpec, what: &str, told: &mut ReloadReport) {
         let cell: &WorldCell = self.cell();
         match script.renewed(cell, Some(spec)) {
@@ -337,7 +337,8 @@ impl World {
     }
 }
 
-/// Replaces the text of a script between two calls into it. `Err`: the text cannot be loaded, or the script is running.
+/// Replaces the source of a script between two calls into it. Fails if the source cannot be loaded, or if the script is
+/// running.
 pub(crate) fn change_script(cell: &WorldCell, script: &Rc<Script>, text: Vec<u8>) -> Result<(), Error> {
     if script.depth.get() > 0 {
         return Err(Error::new("E305", "a script cannot be replaced while it runs"));

@@ -1,4 +1,4 @@
-//! Replacing the instances of a plugin by those of another version of it.
+//! Replaces the instances of a plugin by those of a different version of it.
 
 use std::{rc::Rc, sync::Arc};
 
@@ -48,8 +48,8 @@ impl Made {
     }
 }
 
-/// Passes the saved state of the old instance to a new one; the state block is passed to `block`. `Err`: why the new
-/// instance starts from scratch.
+/// Passes the saved state of the old instance to a new one, and the state block to `block`. On failure, returns why the
+/// new instance starts from scratch.
 fn hand_over(
     cell: &WorldCell,
     of: &Living,
@@ -96,8 +96,8 @@ fn info(cell: &WorldCell, slot: u32, id: u64) -> tatu_instance {
 
 impl World {
     /// Reloads the file of a plugin between two steps: all its instances are replaced by those of the new version,
-    /// which take over the old state where both versions agree. `Err`: the new version is rejected, and nothing has
-    /// changed.
+    /// which take over the old state where both versions agree. If the new version is rejected, returns an error and
+    /// changes nothing.
     ///
     /// A plugin with a running service cannot be reloaded, because the service holds addresses within it.
     pub fn reload_plugin(&self, plugin: usize) -> Result<ReloadReport> {
@@ -125,8 +125,8 @@ impl World {
         Ok(told)
     }
 
-    /// Recreates the instance of a sensor or actuator with other parameters, and hands its state over. `Ok(Some)`: why
-    /// the state could not be handed over.
+    /// Recreates the instance of a sensor or actuator with different parameters, and passes its state to the new one.
+    /// If the state could not be passed on, returns the reason.
     pub(super) fn remake_device(&self, slot: u32, params: Vec<Value>) -> Result<Option<String>, String> {
         let cell: &WorldCell = self.cell();
         let object = cell.state.scene.borrow().id(slot);

@@ -5,9 +5,8 @@
 //! - `document`: applies the differences between two documents;
 //! - `instances`: replaces the instances of a plugin.
 //!
-//! A new version with an error is rejected as a whole, and the old one stays. Everything else remains unaffected: ids
-//! of instances, seeds and all orders stay the same. Reloading is off unless a run asks for it, since such a run
-//! depends on when files are written.
+//! A new version with an error is rejected as a whole, and the old one stays. Ids of instances, seeds and all orders
+//! stay the same. Reloading is off unless a run requests it, since such a run depends on when files are written.
 
 mod document;
 mod instances;

@@ -42,7 +42,7 @@ impl Watcher {
         Watcher { files: BTreeMap::new(), looked: None }
     }
 
-    /// Watches a file from now on; `content`: its contents, if they have been read already.
+    /// Watches a file from now on; `content` is its contents, if they have been read already.
     pub fn watch(&mut self, file: &Path, content: Option<&[u8]>) {
         let known = self.files.entry(file.to_owned()).or_default();
         if let Some(bytes) = content {
@@ -53,8 +53,8 @@ impl Watcher {
         }
     }
 
-    /// Returns the files whose contents differ from the last known; each change is reported once. Checks the disk at
-    /// most ten times a second. Files that do not exist are watched until they do.
+    /// Returns the files whose contents have changed since they were last known; each change is reported once. Checks
+    /// the disk at most ten times a second. Files that do not exist are watched until they do.
     pub fn changed(&mut self) -> Vec<PathBuf> {
         if self.looked.is_some_and(|l| l.elapsed() < PAUSE) {
             return Vec::new();

@@ -1,7 +1,7 @@
 //! The run of a world, from its start to its end.
 //!
 //! ```text
-//! start             a pass of the stopped world, `beforeSimulation`; the scene is saved; phase first
+//! start             a pass before the run, with `beforeSimulation`; the scene is saved; phase first
 //! step, step, ...   one pass each
 //! request_stop      the pass that follows is an ordinary one
 //! step              running
@@ -34,8 +34,8 @@ impl World {
         self.cell.state.phase.get()
     }
 
-    /// Runs a pass of a stopped world, in which scripts that live as long as the world are called. Does nothing if it
-    /// is running.
+    /// Runs a pass while the simulation is stopped, in which scripts that live as long as the world are called. Does
+    /// nothing if it is running.
     pub fn idle(&self) {
         if !self.cell.running() {
             self.cell.state.rested.set(true);
@@ -43,8 +43,8 @@ impl World {
         }
     }
 
-    /// Starts the world: time is 0, and the states of child scripts are created; their first callbacks run in the first
-    /// step. A world that has had no pass while stopped gets one first.
+    /// Starts the simulation: time is 0, and the states of child scripts are created; their first callbacks run in the
+    /// first step. If there was no pass while the simulation was stopped, one comes first.
     pub fn start(&self) {
         let cell = &self.cell;
         if cell.running() {
@@ -83,14 +83,14 @@ impl World {
     /// Runs one pass; returns whether the world is still running.
     ///
     /// In a session, services have their turns first and may hold the world; this then sleeps until they release it. If
-    /// a stop is requested meanwhile or the session is interrupted, there is no pass: see
+    /// a stop is requested in the meantime or the session is interrupted, there is no pass: see
     /// [`stop_requested`](Self::stop_requested). The passes after a requested stop follow with the next calls.
     pub fn step(&self) -> bool {
         if self.barrier() { self.step_on() } else { self.cell.running() }
     }
 
-    /// Does what precedes the next pass, without the pass itself; returns `false` if there is to be no pass. It serves
-    /// to replay a run that was ended within a barrier.
+    /// Does everything that precedes the next pass, but not the pass itself; returns `false` if there is to be no pass.
+    /// It is used to replay a run that was ended within a barrier.
     pub fn barrier(&self) -> bool {
         if self.cell.state.over.replace(false) {
             self.finish();
@@ -131,8 +131,8 @@ impl World {
         self.cell.run.outside.interactive.set(on);
     }
 
-    /// Lets services request another scene: see [`next_scene`](Self::next_scene). `read` loads it (an empty path means
-    /// the current scene); if that fails, the service gets the error and this world continues.
+    /// Lets services request a different scene: see [`next_scene`](Self::next_scene). `read` loads it (an empty path
+    /// means the current scene); if that fails, the service gets the error and this world continues.
     pub fn take_scenes(&self, read: impl Fn(&Path) -> Result<Arc<Document>> + 'static) {
         *self.cell.run.outside.scene_reader.borrow_mut() = Some(Rc::new(read));
     }
@@ -142,7 +142,7 @@ impl World {
         self.cell.run.outside.next_scene.borrow_mut().take()
     }
 
-    /// Makes the current process state, such as signal handlers, the one that plugins must leave unchanged. To be
+    /// Makes the current process state, such as signal handlers, the one that plugins must leave unchanged. It must be
     /// called after the program has changed it.
     pub fn take_process_anew(&self) {
         self.cell.border.home.borrow_mut().take_process_anew();
@@ -158,8 +158,8 @@ impl World {
         self.cell.stop_requested()
     }
 
-    /// Requests a stop and carries it out: scripts see the end coming, clean up and end, and the scene is restored to
-    /// its state at the start.
+    /// Requests a stop and carries it out: scripts are notified of the end, clean up and end, and the scene is restored
+    /// to its state at the start.
     pub fn stop(&self) {
         if self.cell.running() {
             self.request_stop();
@@ -170,7 +170,7 @@ impl World {
     }
 
     /// Adds a script that is not part of the document, of kind "addon" or "sandbox". It lives as long as the world and
-    /// is called after all others. Returns its slot, or an error if it has another kind or no slot is free.
+    /// is called after all others. Returns its slot, or an error if it has a different kind or no slot is free.
     pub fn attach(&self, spec: &ScriptSpec) -> Result<u32> {
         let kinds = OUTSIDE_KINDS;
         if !kinds.contains(&spec.kind.as_str()) {
@@ -205,8 +205,8 @@ impl World {
     }
 }
 
-/// Carries custom data over to the restored scene, except data under tags that begin with a control character, where
-/// plugins keep their own.
+/// Carries custom data over to the restored scene, except data under tags that begin with a control character, which
+/// are reserved for plugins.
 fn leave(then: &mut BTreeMap<Vec<u8>, Vec<u8>>, now: &BTreeMap<Vec<u8>, Vec<u8>>) {
     let free = |tag: &[u8]| tag.first().is_none_or(|c| !c.is_ascii_control());
     then.retain(|tag, _| !free(tag));
@@ -246,7 +246,7 @@ fn go_back(cell: &WorldCell, mut initial: Scene) {
 }
 
 impl World {
-    /// Returns a property of an object, by path or unique name, and key; `None`: it does not exist.
+    /// Returns a property of an object, given by path or unique name, or `None` if it does not exist.
     pub fn property(&self, path: &str, key: &str) -> Option<Value> {
         let scene = self.cell.state.scene.borrow();
         let row = rows::ROWS.iter().position(|r| r.key == key)?;
@@ -254,8 +254,8 @@ impl World {
     }
 }
 
-/// Reports parts of the document's sources that are not supported. Each run reports them as faults, so that no result
-/// passes for that of the complete scene.
+/// Reports parts of the document's sources that are not supported. Each run reports them as faults, so that its results
+/// are not mistaken for those of the complete scene.
 fn report_lacks(world: &WorldCell) {
     let settings = &world.model.document.settings;
     settings.lacks.iter().for_each(|text| world.report(Fault::new(FaultKind::Unsupported, text.as_str())));

@@ -43,7 +43,7 @@ impl World {
         Self::with_threads(document, registry, 1)
     }
 
-    /// Like `new`, with a number of threads, which does not affect the results.
+    /// Like `new`, but with a number of threads, which does not affect the results.
     pub fn with_threads(document: Arc<Document>, registry: Arc<Registry>, threads: usize) -> Result<Self> {
         let pool = pool_of(threads)?;
         let settings = document.settings.clone();
@@ -73,7 +73,8 @@ impl World {
         Ok(world)
     }
 
-    /// Returns mechanical problems of the scene, such as what is impossible or hard to simulate, one sentence each.
+    /// Returns mechanical problems of the scene, such as parts that are impossible or hard to simulate, one sentence
+    /// each.
     pub fn mechanics(&self) -> Vec<String> {
         tatu_scene::mechanics(&self.cell.state.scene.borrow(), &self.cell.model.settings.borrow())
     }
@@ -98,8 +99,8 @@ impl World {
         Ok(())
     }
 
-    /// Ends the part of command plugin instances that serves scripts of the run; the rest stays. Instances that cannot
-    /// separate the two are recreated.
+    /// Ends the part of command plugin instances that serves scripts of the run; the rest is kept. Instances that
+    /// cannot separate the two are recreated.
     fn renew_instances(&self) -> Result {
         let cell = &self.cell;
         for (plugin, life) in &cell.model.registry.world_lives {
@@ -127,8 +128,8 @@ impl World {
         }
     }
 
-    /// Sets the folder in which scripts open files and may write them, in place of the working folder. E105: it is not
-    /// a folder.
+    /// Sets the folder in which scripts open files and may write them, in place of the working folder. Fails with E105
+    /// if it is not a folder.
     pub fn open_files_in(&self, folder: &Path) -> Result {
         let folder = match folder.canonicalize() {
             Ok(folder) if folder.is_dir() => folder,
@@ -138,14 +139,14 @@ impl World {
         self.cell.run.folders.choose(folder);
         Ok(())
     }
-    /// Creates a stand-in for each object that scripts ask for and that does not exist, and turns dummies into the kind
-    /// that their use implies. The named values, such as parameters of scripts, exist with neutral contents. It serves
-    /// runs without a scene of their own and must be called before the start.
+    /// Creates a stand-in for each object that scripts look up and that does not exist, and turns dummies into the kind
+    /// that their use implies. The named values, such as parameters of scripts, exist with neutral contents. Meant for
+    /// runs without a scene; must be called before the start.
     pub fn make_stand_ins(&self, values: &[String]) {
         let cell = &self.cell;
         cell::begin_stand_ins(cell, values);
     }
-    /// Returns the names of values that were asked for and do not exist, in order.
+    /// Returns the names of values that were requested and do not exist, in order.
     pub fn missed_values(&self) -> Vec<String> {
         self.cell.run.stand_ins.missed()
     }
@@ -155,8 +156,9 @@ impl World {
         self.cell.run.stand_ins.list()
     }
 
-    /// Returns what was asked for in passing and does not exist, by index into [`stand_ins`](Self::stand_ins): the
-    /// parent of an object, or a child by number. Scripts usually ask for these to find where the tree ends.
+    /// Returns what scripts requested although it does not exist and they may do without it: the parent of an object,
+    /// or a child by number, each with the index of the object in [`stand_ins`](Self::stand_ins). Scripts usually
+    /// request these to find where the tree ends.
     pub fn wishes(&self) -> Vec<(usize, Wish)> {
         self.cell.run.stand_ins.wishes()
     }
@@ -178,13 +180,13 @@ impl World {
     pub fn input_log_mut(&self) -> std::cell::RefMut<'_, InputLog> {
         self.cell.run.outside.log.borrow_mut()
     }
-    /// Adds an external input at the current barrier, before the next step, and records it in the input log. For a key,
-    /// `kind` is "key" and `text` its character or name; plugins that know the kind read it. "clock" (s since the
-    /// start) and "epoch" (Unix time in s) set the time that clocks show.
+    /// Adds an external input at the current barrier, before the next step, and records it in the input log. If `kind`
+    /// is "key", it is a key press, and `text` is its character or name. "clock" (seconds since the start) and "epoch"
+    /// (Unix time in seconds) set the clocks that scripts and plugins read. Other kinds are passed to plugins.
     pub fn put_in(&self, kind: &str, text: &str) {
         cell::put_in(&self.cell, kind, text);
     }
-    /// Attaches an input log, whose inputs are repeated, each at its barrier. Must be called before the start.
+    /// Attaches an input log; each of its inputs is repeated at its barrier. Must be called before the start.
     pub fn feed(&self, records: Arc<[Record]>) {
         barrier::log::attach(&self.cell, records);
     }
@@ -236,12 +238,12 @@ impl World {
         let bases = scene.slots().map(|(s, _)| s).filter(|s| scene.is_model_base(*s));
         bases.filter_map(|s| Some((paths.remove(&s)?, pose_to_array(&scene.world(s))))).collect()
     }
-    /// Returns the world as a document for a scene file, which starts in the current state. It does not contain
-    /// velocities or the internal state of scripts and devices.
+    /// Returns a document for a scene file that starts in the current state. It does not contain velocities or the
+    /// internal state of scripts and devices.
     pub fn to_document(&self) -> Document {
         crate::state::save::document_of(&self.cell, 0)
     }
-    /// Returns the observable state of an object, by path or unique name; `None`: it does not exist.
+    /// Returns the observable state of an object, given by path or unique name, or `None` if it does not exist.
     pub fn observe(&self, path: &str) -> Option<Observed> {
         let cell = &self.cell;
         let scene = cell.state.scene.borrow();
@@ -286,9 +288,9 @@ pub struct Observed {
     pub pose: [f64; 7],
     /// Velocity in the world frame: m/s, rad/s.
     pub twist: [f64; 6],
-    /// For a joint: position, velocity, effort.
+    /// Position, velocity and effort of a joint; `None` for other objects.
     pub joint: Option<[f64; 3]>,
-    /// For a sensor: its fields.
+    /// Fields of a sensor; `None` for other objects.
     pub reading: Option<Vec<(String, Value)>>,
 }
 

@@ -61,14 +61,14 @@ impl World {
         sensing.devices.iter().filter(|d| scene.get(d.slot).is_some()).map(|d| scene.path(d.slot)).collect()
     }
 
-    /// Returns the path of an object by its slot, as given in fields of readings; `None`: it does not exist.
+    /// Returns the path of an object, given its slot as stored in fields of readings, or `None` if it does not exist.
     pub fn path_of(&self, slot: i64) -> Option<String> {
         let scene = self.cell().state.scene.borrow();
         let slot = u32::try_from(slot).ok().filter(|s| *s != 0)?;
         scene.get(slot).map(|_| scene.path(slot))
     }
 
-    /// Returns the last reading of a sensor, by path or unique name; `None`: it does not exist.
+    /// Returns the last reading of a sensor, given by path or unique name, or `None` if it does not exist.
     pub fn reading(&self, path: &str) -> Option<Reading> {
         let cell = self.cell();
         let (scene, sensing) = (cell.state.scene.borrow(), cell.devices.sensing.borrow());

@@ -12,7 +12,7 @@ use crate::cell::Record;
 /// Returns a new world of a document in which the inputs of a log have been repeated, `step` steps after its start. It
 /// is before the barrier of that step; the rest of the log stays attached and is repeated as the world continues.
 ///
-/// A stop in the log may end the run earlier: compare [`World::steps`].
+/// A stop in the log may end the run earlier; compare [`World::steps`] with `step`.
 pub fn replay_to(document: Arc<Document>, registry: Arc<Registry>, log: &[Record], step: u64) -> Result<World> {
     let world = World::new(document, registry)?;
     world.feed(log.into());

@@ -44,7 +44,7 @@ impl Session {
         Ok(session)
     }
 
-    /// Adds a world: from now on services have a turn before each of its steps. It leaves when it is dropped.
+    /// Adds a world: from now on, services have a turn before each of its steps. The world leaves when it is dropped.
     pub fn join(&self, world: &World) {
         let handle = &world.cell().run.outside.handle;
         let mut worlds = self.cell.worlds.borrow_mut();
@@ -57,14 +57,14 @@ impl Session {
         }
     }
 
-    /// Sets a flag that ends every wait at the barrier, for example when a signal sets it. While a world is held, the
-    /// flag is checked ten times a second.
+    /// Sets a flag that ends every wait at the barrier; a signal handler, for example, can set it. While a world is
+    /// held, the flag is checked ten times a second.
     pub fn interrupt_by(&self, flag: Arc<AtomicBool>) {
         *self.cell.interrupt.borrow_mut() = flag;
     }
 
-    /// Lets services take turns in a stopped world until one requests a start; returns `true` then. Returns `false` if
-    /// one requested another scene or the end, if the session was interrupted, or if no service is left.
+    /// Lets services take turns before the simulation runs until one requests a start, and then returns `true`. Returns
+    /// `false` if one requests a different scene or the end, if the session is interrupted, or if no service is left.
     pub fn wait_for_start(&self, world: &World) -> bool {
         session::rest(world.cell(), &self.cell)
     }

@@ -6,16 +6,16 @@ use super::World;
 use crate::state::{self, Snapshot};
 
 impl World {
-    /// Captures everything that determines the future, between two steps. The header names what could not be saved. The
-    /// run continues unaffected.
+    /// Captures everything that determines the future of the run, between two steps. The header lists what could not be
+    /// saved. The run continues unaffected.
     pub fn snapshot(&self) -> Result<Snapshot> {
         state::take(self.cell())
     }
 
     /// Restores a snapshot in a new world of the snapshot's document.
     ///
-    /// An incomplete snapshot is refused unless `allow_partial` is set; what it lacks is then as at the start of a run.
-    /// If this fails, the world is in a mixed state and must be dropped.
+    /// An incomplete snapshot is refused unless `allow_partial` is set; the missing parts are then as at the start of a
+    /// run. If this fails, the world is in a mixed state and must be dropped.
     pub fn restore(&self, snapshot: &Snapshot, allow_partial: bool) -> Result {
         let cell = self.cell();
         state::restore::check(cell, snapshot, allow_partial)?;
@@ -41,10 +41,11 @@ impl World {
             return Ok(());
         }
         let text = format!(
-            "the replay reached another state at step {}: hash {hash:016x}, then {:016x}",
+            "the replay reached a different state at step {}: hash {hash:016x}, then {:016x}",
             snapshot.head.step, snapshot.head.hash
         );
-        Err(Error::new("E504", text)
-            .help("something in the run depends on more than scene and seed: files that scripts read, or a plugin"))
+        Err(Error::new("E504", text).help(
+            "the run depends on something besides the scene and the seed: a file that a script reads, or a plugin",
+        ))
     }
 }

@@ -1,4 +1,4 @@
-//! Answers of callbacks, and the end of scripts that ask for it or fail.
+//! Answers of callbacks, and the end of scripts that request it or fail.
 //!
 //! An answer is a map with the key `cmd`: "cleanup" ends the script, "restart" ends it and starts it again in the next
 //! stage. This is done only when no call into the script is running, because calls into a script can be nested.
@@ -29,8 +29,8 @@ impl Script {
         if frame.n_results == 0 {
             return None;
         }
-        // SAFETY: the call has just returned, and its results were checked; they stay in the frame's array until the
-        // next call.
+        // SAFETY: `frame.results` points to `n_results` values that the call, which has just returned, has written and
+        // the host has checked; they stay in the frame's array until the next call.
         let first = unsafe { ValueRef::slice(frame.results, frame.n_results as usize) }.first()?;
         let answer = first.to_value().ok().filter(|v| matches!(v, Value::Map(_)))?;
         match entry(&answer, "cmd") {

@@ -10,20 +10,20 @@ use crate::{
     cell::{MAX_DEPTH, Script, WorldCell},
 };
 
-/// Room for the results of a call.
+/// Space for the results of a call.
 pub(crate) struct Room([tatu_value; 64]);
 
 impl Room {
     pub fn new() -> Self {
         Room([ValueRef::NIL.raw(); 64])
     }
-    /// Returns a frame with these arguments, whose results go into this room.
+    /// Returns a frame with these arguments, whose results are written to this space.
     pub fn frame(&mut self, args: &[tatu_value]) -> tatu_call {
         tatu_call { results: self.0.as_mut_ptr(), results_cap: self.0.len() as u32, ..function_frame(args) }
     }
 }
 
-/// Returns an empty frame with these arguments and no room for results.
+/// Returns an empty frame with these arguments and no space for results.
 pub(crate) fn function_frame(args: &[tatu_value]) -> tatu_call {
     tatu_call {
         size: size_of::<tatu_call>() as u32,
@@ -46,7 +46,7 @@ pub(super) fn enter(
     enter_with_error(world, script, call, frame, std::ptr::null_mut(), f)
 }
 
-/// Calls a function of a script's language; the frame carries `carried`, an error object for it to read, or null.
+/// Calls a function of a script's language. `carried` is an error object that the function can read, or null.
 pub(super) fn enter_with_error(
     world: &WorldCell,
     script: &Rc<Script>,
@@ -109,9 +109,10 @@ pub(crate) fn owner_of_func(world: &WorldCell, func: tatu_func) -> Option<(Rc<Sc
 /// Calls a function reference.
 ///
 /// # Safety
-/// `frame` must point to a frame whose arrays are valid for the whole call.
+/// `frame` must point to a frame that, with its arrays, is valid until the call has returned.
 pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller guarantees that `frame` points to a valid frame.
+    // SAFETY: the caller guarantees that `frame` points to a frame that is valid until the call has returned; nothing
+    // else uses it here.
     let f = unsafe { &mut *frame };
     let Some((script, local)) = owner_of_func(world, func) else {
         f.n_results = 0;
@@ -119,19 +120,20 @@ pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut t
         return say(f.error, TATU_ERR_GONE, "the function's script has ended");
     };
     let Some(call) = script.raw(&world.model.registry).call_func else { return TATU_ERR_UNSUPPORTED };
-    // SAFETY: `call` is from a plugin that is never unloaded, `data` is the script's live instance (`is_there`), and
-    // frame and error object live through the call.
+    // SAFETY: `call` is from a plugin that is never unloaded, and `data` points to the script's live instance
+    // (`is_there`). The frame and the error object live until the call has returned.
     enter(world, &script, Call::CallFunc, f, |data, frame, budget, used, error| unsafe {
         call(data, local, frame, budget, used, error)
     })
 }
 
-/// Calls a function of a script by its own name.
+/// Calls a function of a script, given by the name that the script uses.
 ///
 /// # Safety
-/// `frame` must point to a frame whose arrays are valid for the whole call.
+/// `frame` must point to a frame that, with its arrays, is valid until the call has returned.
 pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller guarantees that `frame` points to a valid frame.
+    // SAFETY: the caller guarantees that `frame` points to a frame that is valid until the call has returned; nothing
+    // else uses it here.
     let f = unsafe { &mut *frame };
     f.n_results = 0;
     let refuse = |f: &mut tatu_call, status, text: &str| {
@@ -148,7 +150,8 @@ pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], fr
         let text = format!("the script `{}` has no function `{}`", script.name, String::from_utf8_lossy(name));
         return refuse(f, TATU_ERR_MISSING, &text);
     };
-    // SAFETY: as in `call_func`.
+    // SAFETY: `call` is from a plugin that is never unloaded, and `data` points to the script's live instance. The
+    // frame and the error object live until the call has returned.
     let status = enter(world, &script, Call::ScriptCall, f, |data, frame, budget, used, error| unsafe {
         call(data, id, frame, budget, used, error)
     });
@@ -162,7 +165,8 @@ pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], fr
 pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func> {
     let (script, local) = owner_of_func(world, func)?;
     let keep = script.raw(&world.model.registry).keep_func?;
-    // SAFETY: `keep` is from a plugin that is never unloaded, and the script's instance is live (`owner_of_func`).
+    // SAFETY: `keep` is from a plugin that is never unloaded, and `script.data` points to a live instance
+    // (`owner_of_func`).
     let keep = || unsafe { keep(script.data.get(), local) };
     let kept = world.cross_quietly(script.plugin(world), Call::KeepFunc, script.slot, keep);
     (kept != 0).then_some(script.id.get() << 32 | u64::from(kept))
@@ -172,7 +176,8 @@ pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func>
 pub(crate) fn drop_func(world: &WorldCell, func: tatu_func) {
     let Some((script, local)) = owner_of_func(world, func) else { return };
     if let Some(drop) = script.raw(&world.model.registry).drop_func {
-        // SAFETY: as in `keep_func`.
+        // SAFETY: `drop` is from a plugin that is never unloaded, and `script.data` points to a live instance
+        // (`owner_of_func`).
         let drop = || unsafe { drop(script.data.get(), local) };
         world.cross_quietly(script.plugin(world), Call::DropFunc, script.slot, drop);
     }

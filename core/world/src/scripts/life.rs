@@ -10,7 +10,7 @@
 //! | scene is back | | `afterSimulation` |
 //! | end of the world | | `cleanup` |
 //!
-//! A driver (a script of kind `main`) is called before the others, and requests the stages in which they act.
+//! A driver (a script of kind `main`) is called before the other scripts, and requests the stages in which they act.
 
 use std::rc::Rc;
 
@@ -20,8 +20,8 @@ use super::answers::entry;
 use crate::cell::{Callback, Kind, Phase, Script, Scripts, WorldCell};
 
 impl Scripts {
-    /// Creates the states of scripts that have none yet and loads their texts: of child scripts and the driver if
-    /// `of_run`, otherwise of the others.
+    /// Creates the states of scripts that have none yet and loads their sources: of child scripts and the driver if
+    /// `of_run` is set, otherwise of all others.
     pub fn begin(world: &WorldCell, of_run: bool) {
         let (mut i, mut any) = (0, of_run);
         while let Some(script) = Self::nth(world, i) {
@@ -36,7 +36,7 @@ impl Scripts {
         }
     }
 
-    /// Calls the scripts in a pass of a stopped world.
+    /// Runs the `nonSimulation` callbacks while the simulation is stopped.
     pub fn idle(world: &WorldCell) {
         Self::begin(world, false);
         Self::each_called(world, |script| {
@@ -67,7 +67,7 @@ impl Scripts {
         script.ask_callback(world, number, &[])
     }
 
-    /// Runs a script from outside once, up to its `init`, and removes it without another call.
+    /// Runs a script from outside the document once, up to its `init`, and removes it without another call.
     pub fn run_once(world: &WorldCell, slot: u32) {
         Self::ask_first(world, slot, "init");
         let script = world.run.scripts.borrow().by_slot(slot);
@@ -104,7 +104,7 @@ impl Scripts {
         hold
     }
 
-    /// Runs actuation: a new script begins first, and waits that have ended resume before its own callback.
+    /// Runs actuation: a new script begins first, and ended waits are resumed before the script's own callback.
     pub fn actuate(world: &WorldCell) {
         Self::not_yet(world, TATU_STAGE_ACTUATE);
         Self::each_in_turn(world, Callback::Actuation, |script| script.actuate(world, &[]));
@@ -122,8 +122,8 @@ impl Scripts {
         turn.set(turn.get() + 1);
     }
 
-    /// Calls those child scripts below an object that a running stage has not called yet, in their order. Returns how
-    /// many.
+    /// Calls, in order, those child scripts below an object that a running stage has not called yet. Returns their
+    /// number.
     pub fn call_below(world: &WorldCell, above: u32, stage: u32, args: &[tatu_value]) -> u32 {
         let runs = world.run.stages.try_borrow().is_ok_and(|s| s.iter().any(|(running, _)| *running == stage));
         if !runs || ![TATU_STAGE_ACTUATE, TATU_STAGE_REACT].contains(&stage) {
@@ -153,7 +153,8 @@ impl Scripts {
         n
     }
 
-    /// Calls a callback for the start, each pass or the end of a pause: the driver's first, then all others'.
+    /// Calls a callback for the start, each pass or the end of a pause: first the driver's, then those of all other
+    /// scripts.
     pub fn pause(world: &WorldCell, callback: Callback) {
         if let Some(driver) = Self::driver(world) {
             driver.run_if_begun(world, callback, &[]);
@@ -211,7 +212,7 @@ impl Script {
         }
     }
 
-    /// Calls `f` with the script if stages call it. If it was added while the world ran, it begins first.
+    /// Calls `f` with the script if stages call it. If it was added while the simulation ran, it begins first.
     pub(super) fn called(self: &Rc<Self>, world: &WorldCell, f: impl Fn(&Rc<Self>)) {
         self.begin_if_late(world);
         if self.kind != Kind::Main && self.is_there(world) {
@@ -226,7 +227,7 @@ impl Script {
         }
     }
 
-    /// Runs its actuation, once per turn of the stage.
+    /// Runs the script's actuation, once per turn of the stage.
     fn actuate(self: &Rc<Self>, world: &WorldCell, args: &[tatu_value]) {
         if self.takes_turn(world, TATU_STAGE_ACTUATE) {
             self.make_ready(world);
@@ -235,7 +236,7 @@ impl Script {
         }
     }
 
-    /// Runs its sensing, once per turn of the stage.
+    /// Runs the script's sensing, once per turn of the stage.
     fn react(self: &Rc<Self>, world: &WorldCell, args: &[tatu_value]) {
         if self.takes_turn(world, TATU_STAGE_REACT) {
             self.make_ready(world);
@@ -255,7 +256,7 @@ impl Script {
 
     /// Runs one pass of the driver: first `init`, then its callbacks, which request the stages, and in the last pass
     /// `cleanup`. A driver that could not be loaded or that exceeded its budget runs no stage: steps are counted, but
-    /// time stands still.
+    /// simulation time does not advance.
     pub fn drive(self: &Rc<Self>, world: &WorldCell) {
         if !self.is_there(world) {
             return;
@@ -271,7 +272,7 @@ impl Script {
     }
 }
 
-/// Index of a stage among those that call scripts.
+/// Returns the index of a stage among those that call scripts.
 pub(super) fn turn_of(stage: u32) -> usize {
     usize::from(stage != TATU_STAGE_ACTUATE)
 }

@@ -1,10 +1,10 @@
 //! The scripts of a world in a step: their callbacks, waits and functions.
 //!
-//! - `life`: the life cycle, from the first pass of a stopped world to its end;
+//! - `life`: the life cycle, from the first pass before a run to the end of the world;
 //! - `script`: one script's callbacks and waits; `answers`: requests in the answers of callbacks;
 //! - `parallel_scripts`: scripts that run on several threads at once;
 //! - `enter`: the common path into a script's language, with budget, caller and errors;
-//! - `reload`: replacing the text of a running script;
+//! - `reload`: replacing the source of a running script;
 //! - `snapshot`: scripts in snapshots.
 
 mod answers;
@@ -37,13 +37,13 @@ impl Scripts {
         }
     }
 
-    /// Adds a script that belongs to an object (0: to none). Returns the slot of its own object; `None`: no slot is
-    /// free, or its kind is unknown.
+    /// Adds a script that belongs to an object, or to none if `owner` is 0. Returns the slot of the script's own
+    /// object, or `None` if no slot is free or its kind is unknown.
     pub fn add(world: &WorldCell, owner: u32, spec: &ScriptSpec) -> Option<u32> {
         let kind = Kind::parse(&spec.kind)?;
         let local = nalgebra::Isometry3::identity();
         let mut scene = world.state.scene.try_borrow_mut().ok()?;
-        // In files where scripts are objects, the name is an alias; otherwise it is that of a text file or of the
+        // In files where scripts are objects, the name is an alias; otherwise it is the name of a source file or of the
         // owner.
         let is_owners = scene.get(owner).is_some_and(|o| o.alias() == spec.name);
         let is_own = is_alias(&spec.name) && !spec.name.contains('.') && !is_owners;
@@ -90,7 +90,7 @@ impl Scripts {
         world.run.scripts.try_borrow().ok()?.list.iter().find(|s| s.kind == Kind::Main).cloned()
     }
 
-    /// Returns all scripts in calling order, as of now; scripts added while the world ran come last.
+    /// Returns all scripts in the current calling order; scripts added while the simulation ran come last.
     fn in_order(world: &WorldCell) -> Rc<[Rc<Script>]> {
         let (Ok(mut scripts), Ok(scene)) = (world.run.scripts.try_borrow_mut(), world.state.scene.try_borrow()) else {
             return Rc::default();
@@ -109,7 +109,7 @@ impl Scripts {
         all.into()
     }
 
-    /// Chooses the order of the world: that of the first of its languages that has one.
+    /// Chooses the order of the world: that of the first language that has one.
     fn choose_order(world: &WorldCell) {
         let all = world.run.scripts.borrow().list.clone();
         let modern = all.iter().any(|s| s.traits.get() & TATU_SCRIPT_MODERN != 0);
@@ -133,8 +133,7 @@ impl Scripts {
         }
     }
 
-    /// Like `each_called`, for a stage that calls a callback; runs of consecutive scripts that permit it run in
-    /// parallel.
+    /// Like `each_called`, but for a stage that calls a callback; consecutive scripts that permit it run in parallel.
     fn each_in_turn(world: &WorldCell, callback: Callback, f: impl Fn(&Rc<Script>)) {
         let order = Self::in_order(world);
         let mut rest = 0..order.len();
@@ -156,7 +155,7 @@ impl Scripts {
         }
     }
 
-    /// Like `each_has`, with one argument.
+    /// Like `each_has`, but with one argument.
     pub fn tell(world: &WorldCell, callback: Callback, payload: &Value) {
         if Self::any_has(world, callback) {
             Self::with_payload(world, payload, |payload| {
@@ -182,7 +181,7 @@ impl Scripts {
         });
     }
 
-    /// Calls a callback of the scripts that define it, in order or in reverse, until one answers with a map.
+    /// Calls a callback of the scripts that define it, in order or in reverse order, until one answers with a map.
     pub fn ask(world: &WorldCell, callback: Callback, payload: &Value, last_first: bool) -> Option<Value> {
         let mut all = Self::in_order(world).to_vec();
         if last_first {
@@ -244,7 +243,7 @@ impl Scripts {
             gone
         };
         for script in gone {
-            // The object is gone but the state is not yet, so the script can still close its files.
+            // The object no longer exists, but the state still does, so the script can close its files.
             if script.initialised.get() && !script.dead.get() && !script.cleaned.get() && !script.data.get().is_null() {
                 script.run_callback(world, script.number(Callback::Cleanup), &[]);
             }

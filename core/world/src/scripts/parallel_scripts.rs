@@ -1,12 +1,12 @@
 //! Scripts that run in parallel, on all threads of the world.
 //!
-//! A scene may permit this for a script (`side_by_side = true`). Its actuation and sensing then see the world in the
-//! state it had when the first of them was called, and what they set is applied in script order after all of them have
-//! run. They can therefore run in any order and on several threads. The same rules hold with a single thread, so the
-//! number of threads has no influence on the results.
+//! A scene may permit this for a script (`side_by_side = true`). The script's actuation and sensing then see the world
+//! in the state it had when the first of these scripts was called, and their changes are applied in script order after
+//! all of them have run. They can therefore run in any order and on several threads. The same rules hold with a single
+//! thread, so the number of threads has no influence on the results.
 //!
-//! A script that cannot run in parallel at present (it has not begun, it waits, its language does not support it) runs
-//! by itself after the others.
+//! A script that cannot run in parallel at present (it has not begun, it waits, or its language does not support it)
+//! runs alone after the others.
 
 use std::{
     rc::Rc,
@@ -28,7 +28,7 @@ const CHUNK: usize = 32;
 
 /// Returns how many of the next scripts may run in parallel.
 pub(super) fn how_many(world: &WorldCell, order: &[Rc<Script>]) -> usize {
-    // Stand-ins are created as scripts ask for objects, which needs the world itself.
+    // Stand-ins are created as scripts look up objects, which needs the world itself.
     if world.run.stand_ins.is_on() {
         return 0;
     }
@@ -85,8 +85,8 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
                 for (i, worker) in taken[..workers].iter().enumerate().skip(1) {
                     // SAFETY: only scripts whose language declares `TATU_LANGUAGE_SIDE_BY_SIDE` are called
                     // (`is_ready`), and a worker calls only commands that declare `TATU_COMMAND_SIDE_BY_SIDE`. A script
-                    // is used only by the thread that has taken its chunk, a worker only by the thread that it is
-                    // passed to, and the borrows above keep the world unchanged.
+                    // is used only by the thread that has taken its chunk, and a worker only by the thread that it is
+                    // passed to. The borrows above keep the world unchanged until all threads are done.
                     let mut granted = unsafe { ThreadGrant::new((stage, worker)) };
                     scope.spawn(move |_| {
                         let (stage, worker) = granted.get();
@@ -162,7 +162,8 @@ fn set_drives(world: &WorldCell, effects: &[DeferredEffect]) -> usize {
 impl Stage<'_> {
     /// Runs chunks of scripts in a worker: first its own, then chunks that other workers have not taken.
     fn work(&self, own: usize, worker: &ScriptWorker) {
-        // SAFETY: `run` holds shared borrows of all parts of the world that workers read, until all threads are done.
+        // SAFETY: the world that `worker` refers to is alive and unchanged during the call: `run` holds shared borrows
+        // of all parts that workers read, until all threads are done.
         let run = || unsafe {
             worker.enter(|cell, worker| {
                 for i in (own..self.chunks.len()).chain(0..own) {
@@ -202,8 +203,8 @@ impl Stage<'_> {
         script.ask_and(cell, number, &[], |status, error| {
             let kept = kept(error);
             let blame = cell.run.calls.blame.borrow_mut().take();
-            // The drives it set come before the failure, which may lead to its clean-up: the clean-up must override
-            // them.
+            // The drives that it set come before the failure, which may lead to its clean-up: the clean-up must
+            // override them.
             worker.end_script();
             worker.note(DeferredEffect::Failed(at, status, Box::new((kept, blame))));
         });
@@ -215,8 +216,9 @@ impl Stage<'_> {
 
     /// Returns whether a script can run in parallel now.
     fn is_ready(&self, cell: &WorldCell, script: &Script) -> bool {
-        // SAFETY: no wait begins or ends while scripts run in parallel, so the list is not modified. The `RefCell`'s
-        // borrow count is bypassed because several threads read at once, and the count is not atomic.
+        // SAFETY: `as_ptr` points to the list of waits, which lives as long as the world and is not modified, since no
+        // wait begins or ends while scripts run in parallel. The `RefCell`'s borrow count is bypassed because several
+        // threads read at once, and the count is not atomic.
         let waits = || unsafe { (*self.world.run.calls.waits.as_ptr()).any_of(Owner::Script(script.id.get())) };
         script.kind != Kind::Main
             && script.initialised.get()

@@ -1,4 +1,4 @@
-//! Replacing a running script by one with a new text, or with another version of its language.
+//! Replaces a running script by one with a new source, or with a different version of its language.
 
 use std::rc::Rc;
 
@@ -10,7 +10,7 @@ use crate::{
     instances::{Living, load_instance},
 };
 
-/// The state that an instance saved, or the reason why it could not.
+/// The state that an instance saved, or the reason why it could not be saved.
 pub(crate) type Written = Result<InstanceImage, String>;
 
 /// The fate of a script's state when it is replaced.
@@ -18,14 +18,15 @@ pub(crate) type Written = Result<InstanceImage, String>;
 pub(crate) enum Handed {
     /// The new script continues with the state of the old one.
     Kept,
-    /// The new script starts from scratch, because there was no state to hand over.
+    /// The new script starts from scratch, because there was no state to pass on.
     Begun,
     /// The new script starts from scratch, for this reason.
     Reset(String),
 }
 
 impl Scripts {
-    /// Returns the scripts of a language's plugin, with the state that each saved; `None`: it has not begun, or failed.
+    /// Returns the scripts of a language's plugin, with the state that each saved, or `None` for a script that has not
+    /// begun or has failed.
     pub fn written(world: &WorldCell, plugin: usize) -> Vec<(Rc<Script>, Option<Written>)> {
         let all = world.run.scripts.borrow().list.clone();
         let of_plugin = all.into_iter().filter(|s| s.plugin(world) == plugin);
@@ -37,8 +38,8 @@ impl Scripts {
         world.run.scripts.borrow().list.iter().filter(|s| s.kind >= Kind::Addon).cloned().collect()
     }
 
-    /// Replaces a script by another and hands the state over. The caller must still [end](Script::end_replaced) the old
-    /// one.
+    /// Replaces a script by a new one and passes the state on. The caller must still [end](Script::end_replaced) the
+    /// old one.
     pub fn replace(world: &WorldCell, old: &Rc<Script>, new: &Rc<Script>, image: Option<Written>) -> Handed {
         if let Some(place) = world.run.scripts.borrow_mut().list.iter_mut().find(|s| Rc::ptr_eq(s, old)) {
             *place = new.clone();
@@ -67,7 +68,7 @@ fn line_of(text: &[u8], line: usize) -> std::ops::Range<usize> {
 }
 
 impl Script {
-    /// Returns its description, with this text.
+    /// Returns the script's description, with the given source.
     pub fn spec(&self, text: Vec<u8>) -> ScriptSpec {
         ScriptSpec {
             side_by_side: self.side_by_side,
@@ -80,7 +81,7 @@ impl Script {
         }
     }
 
-    /// Returns its saved state; `None`: it has none.
+    /// Returns the script's saved state, or `None` if it has none.
     pub fn written(&self, world: &WorldCell) -> Option<Written> {
         let lives = self.initialised.get() && !self.dead.get() && !self.data.get().is_null();
         // Event handlers belong to the state that registered them.
@@ -89,8 +90,8 @@ impl Script {
         lives.then(|| if listens { why() } else { self.save(world) })
     }
 
-    /// Creates a script to replace this one: begun if this one has begun, and not yet in the list. `Err`: its text
-    /// cannot be loaded, and nothing has changed.
+    /// Creates a script to replace this one. The new script has begun if this one has, and it is not in the list yet.
+    /// If its source cannot be loaded, this fails and changes nothing.
     pub fn renewed(&self, world: &WorldCell, spec: Option<&ScriptSpec>) -> Result<Rc<Script>> {
         let default = world.model.settings.borrow().dialect.clone();
         let own = self.spec(self.text.to_vec());
@@ -106,17 +107,19 @@ impl Script {
                 column: 1,
                 span: line_of(&new.text, line as usize),
             });
-            return Err(Error::new("E306", text).at(place).help("the old one goes on; correct the file"));
+            return Err(Error::new("E306", text)
+                .at(place)
+                .help("correct the file; until then, the old version stays in use"));
         }
         if self.data.get().is_null() {
-            // It was loaded only to check it; it begins when this one would have.
+            // The script was loaded only to check it; it begins when this one would have begun.
             new.destroy(world);
         }
         Ok(new)
     }
 
-    /// Loads the state before `init`, which the language accepts if the text means the same; otherwise runs `init` and
-    /// lets the language take what fits.
+    /// Loads the state before `init`, which the language accepts if the sources are equivalent; otherwise runs `init`
+    /// and lets the language restore the parts that fit.
     fn take_over(self: &Rc<Self>, world: &WorldCell, image: &InstanceImage) -> Handed {
         let load = || {
             let life = &world.model.registry.languages[self.language].life;
@@ -148,7 +151,7 @@ impl Script {
         self.end(world);
     }
 
-    /// Returns the path of its owner.
+    /// Returns the path of the script's owner.
     pub fn owner(&self, world: &WorldCell) -> String {
         self.owner_path(world)
     }

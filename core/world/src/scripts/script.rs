@@ -23,7 +23,7 @@ impl Script {
             && world.see(|w| &w.state.scene).is_some_and(|s| s.get(self.slot).is_some())
     }
 
-    /// Returns the index of its language's plugin.
+    /// Returns the index of the plugin of the script's language.
     pub(super) fn plugin(&self, world: &WorldCell) -> usize {
         world.model.registry.languages[self.language].plugin
     }
@@ -32,21 +32,21 @@ impl Script {
         &registry.languages[self.language].raw
     }
 
-    /// Creates its state and loads its text. An error is reported, and the script never runs.
+    /// Creates the script's state and loads its source. An error is reported, and the script never runs.
     pub(super) fn begin(&self, world: &WorldCell) {
         if let Err((status, mut error)) = self.try_begin(world, world.devices.new_instance()) {
             self.fail(world, status, error.raw());
         }
     }
 
-    /// Like `begin`, with a given instance id. `Err`: the script is dead, and nothing has been reported.
+    /// Like `begin`, but with a given instance id. If it fails, the script is dead, and nothing has been reported.
     pub(super) fn try_begin(&self, world: &WorldCell, number: u64) -> Result<(), (tatu_status, ErrorSlot)> {
         let language = &world.model.registry.languages[self.language];
         let plugin = &world.model.registry.plugins[language.plugin];
         let (owner, key) = {
             let scene = world.state.scene.borrow();
             let at = scene.get(self.slot).map_or(0, |o| o.parent);
-            // Counts the earlier scripts of the same object.
+            // Count the earlier scripts of the same object.
             let scripts = world.run.scripts.borrow();
             let before = scripts.list.iter().take_while(|s| s.slot != self.slot);
             let number = before.filter(|s| scene.get(s.slot).is_some_and(|o| o.parent == at)).count();
@@ -56,7 +56,8 @@ impl Script {
         self.id.set(info.id);
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         world.run.calls.caller.set(self.as_caller(world));
-        // SAFETY: `create` is from a plugin that is never unloaded; `info`, `data` and `error` live through the call.
+        // SAFETY: `create` is from a plugin that is never unloaded. `info`, `data` and `error` live until the call has
+        // returned.
         let create =
             || language.life.create.map_or(TATU_ERR, |f| unsafe { f(plugin.me, &info, &mut data, error.raw()) });
         {
@@ -84,7 +85,8 @@ impl Script {
         let mut chosen = raw(&[]);
         let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
         let load = || {
-            // SAFETY: `data` is the instance that `create` made; the texts and the error object live through the call.
+            // SAFETY: `data` points to the instance that `create` made. The texts, `chosen` and the error object live
+            // until the call has returned.
             language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) })
         };
         let status = world.cross(language.plugin, Call::ScriptLoad, self.slot, load);
@@ -99,11 +101,11 @@ impl Script {
             text.ptr.addr() <= chosen.ptr.addr() && chosen.ptr.addr() < text.ptr.addr() + text.len as usize
         };
         if chosen.len > 0 && [text, name, dialect].into_iter().any(is_within) {
-            let what = "returned a dialect in `chosen` that lies within its arguments; it must own this text";
+            let what = "returned a dialect in `chosen` that points into its arguments; it must own this text";
             self.breach(world, Call::ScriptLoad, what);
         }
         self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
-        // SAFETY: `data` is a live instance of the language.
+        // SAFETY: `data` points to a live instance of the language, whose plugin is never unloaded.
         let traits = || language.raw.traits.map_or(0, |f| unsafe { f(data) });
         let traits = world.cross_quietly(language.plugin, Call::ScriptTraits, self.slot, traits);
         let known = TATU_SCRIPT_SILENT | TATU_SCRIPT_MODERN | TATU_SCRIPT_THREADED;
@@ -117,16 +119,17 @@ impl Script {
         let traits = if traits & !known == 0 { traits } else { 0 };
         self.traits.set(traits);
         self.threaded.set(traits & TATU_SCRIPT_THREADED != 0);
-        // SAFETY: the text is owned by the instance, which was just created and is alive.
+        // SAFETY: the text is owned by the instance, which was just created and lives until it has been copied.
         *self.told.dialect.borrow_mut() = unsafe { tatu_plugins::border::text(self.dialect.get()) }.into_owned();
         self.told.renumber();
         Ok(())
     }
 
-    /// Returns the order that its language requires in a world with this dialect, if any.
+    /// Returns the order that the script's language requires in a world with this dialect, if any.
     pub(super) fn order_of(&self, world: &WorldCell, dialect: &str, modern: bool) -> Option<Order> {
         let order = self.raw(&world.model.registry).order?;
-        // SAFETY: `data` is a live instance of the language; the text lives through the call.
+        // SAFETY: `self.data` points to a live instance of the language, whose plugin is never unloaded. The text lives
+        // until the call has returned.
         let order = || unsafe { order(self.data.get(), raw(dialect.as_bytes()), modern.into()) };
         match world.cross_quietly(self.plugin(world), Call::ScriptOrder, self.slot, order) {
             0 => None,
@@ -142,7 +145,8 @@ impl Script {
         let Some(place) = self.raw(&world.model.registry).place.filter(|_| !self.data.get().is_null()) else { return };
         let mut error = ErrorSlot::new();
         let raw = error.fresh();
-        // SAFETY: `data` is a live instance of the language, checked above; the error object lives through the call.
+        // SAFETY: `self.data` points to a live instance of the language, as checked above. The error object lives until
+        // the call has returned.
         world
             .cross_quietly(self.plugin(world), Call::ScriptPlace, self.slot, || unsafe { place(self.data.get(), raw) });
         let said = error.said();
@@ -150,7 +154,7 @@ impl Script {
         fault.line = Some(said.line).filter(|line| *line > 0);
     }
 
-    /// Reports that its language returned something invalid; `what` begins with a verb.
+    /// Reports that the script's language returned something invalid; `what` begins with a verb.
     fn breach(&self, world: &WorldCell, call: Call, what: &str) {
         let id = &world.model.registry.plugins[self.plugin(world)].id;
         let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{id}` {what} [{}]", call.text()));
@@ -164,7 +168,7 @@ impl Script {
         self.initialise_and(world, || {});
     }
 
-    /// Like `initialise`, with `then` called after `init` if that succeeded.
+    /// Like `initialise`, but calls `then` after `init` if that succeeded.
     pub(super) fn initialise_and(self: &Rc<Self>, world: &WorldCell, then: impl FnOnce()) {
         self.initialised.set(true);
         let init = self.find(world, TATU_FIND_CALLBACK, b"init");
@@ -190,7 +194,8 @@ impl Script {
         if self.data.get().is_null() || self.dead.get() {
             return 0;
         }
-        // SAFETY: `data` is a live instance of the language; the name lives through the call.
+        // SAFETY: `self.data` points to a live instance of the language, whose plugin is never unloaded. The name lives
+        // until the call has returned.
         let find = || self.raw(&world.model.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) });
         let id = world.cross_quietly(self.plugin(world), Call::ScriptFind, self.slot, find);
         if how == TATU_FIND_CALLBACK {
@@ -238,7 +243,8 @@ impl Script {
         let mut room = enter::Room::new();
         let mut frame = room.frame(args);
         frame.flags = if world.worker.is_some() { TATU_CALL_SIDE_BY_SIDE } else { 0 };
-        // SAFETY: `data` is the script's live instance; frame and error object live through the call.
+        // SAFETY: `data` points to the script's live instance. The frame and the error object live until the call has
+        // returned.
         let status =
             enter::enter(world, self, Call::ScriptCall, &mut frame, |data, frame, budget, used, error| unsafe {
                 call(data, id, frame, budget, used, error)
@@ -253,7 +259,7 @@ impl Script {
         answer
     }
 
-    /// Resumes waits of this script that have ended: the commands are called again, and their results are passed to the
+    /// Resumes ended waits of this script: the commands are called again, and their results are passed to the
     /// coroutine.
     pub(super) fn resume_waits(self: &Rc<Self>, world: &WorldCell) {
         let owner = Owner::Script(self.id.get());
@@ -267,7 +273,7 @@ impl Script {
             let mut frame = room.frame(&[]);
             (frame.command, frame.alias, frame.wait_token) = (wait.command, wait.alias, wait.token);
             world.run.calls.caller.set(self.as_caller(world));
-            // SAFETY: the frame and its arrays live through the call.
+            // SAFETY: the frame and its arrays are local and live until the call has returned.
             let status = unsafe { call_command(world, &mut frame, wait.resume) };
             world.run.calls.caller.set(Caller::HOST);
             if status != TATU_WAIT {
@@ -280,8 +286,8 @@ impl Script {
     pub(super) fn resume(self: &Rc<Self>, world: &WorldCell, token: u64, failed: tatu_status, done: &tatu_call) {
         let Some(resume) = self.raw(&world.model.registry).resume else { return };
         let mut room = enter::Room::new();
-        // SAFETY: `done.results` holds `n_results` values of the command that has returned, valid until the frame's
-        // room is dropped.
+        // SAFETY: `done.results` points to `n_results` values of the command that has returned; they are valid until
+        // the space for the frame's results is dropped.
         let results = unsafe { std::slice::from_raw_parts(done.results, done.n_results as usize) };
         let mut frame = room.frame(results);
         // The call below reuses the slot of the command's error object, so its contents are copied.
@@ -294,7 +300,8 @@ impl Script {
             &mut frame,
             carried,
             |data, frame, budget, used, error| {
-                // SAFETY: `data` is the script's live instance; frame and error objects live through the call.
+                // SAFETY: `data` points to the script's live instance. The frame and the error objects live until the
+                // call has returned.
                 unsafe { resume(data, token, failed.min(0), frame, budget, used, error) }
             },
         );
@@ -313,7 +320,7 @@ impl Script {
         self.destroy(world);
     }
 
-    /// Destroys its instance.
+    /// Destroys the script's instance.
     pub(super) fn destroy(&self, world: &WorldCell) {
         let data = self.data.replace(std::ptr::null_mut());
         if data.is_null() {
@@ -323,7 +330,8 @@ impl Script {
         self.dialect.set(raw(&[]));
         self.id.set(0);
         if let Some(destroy) = world.model.registry.languages[self.language].life.destroy {
-            // SAFETY: `data` was made by `create` and is destroyed once: it has been replaced by null.
+            // SAFETY: `data` was made by `create`, from a plugin that is never unloaded. It is destroyed only once,
+            // since it has been replaced by null.
             world.cross_quietly(self.plugin(world), Call::Destroy, self.slot, || unsafe { destroy(data) });
         }
     }
@@ -343,8 +351,8 @@ impl Script {
         }
     }
 
-    /// Reports an error of the script, once per place. Scripts of some dialects and scripts from outside are silenced
-    /// afterwards.
+    /// Reports an error of the script, once per place. Scripts of some dialects, and scripts from outside the document,
+    /// are silenced afterwards.
     pub(super) fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
         let fault = self.fault(world, status, error);
         if status == TATU_ERR_BUDGET {
@@ -358,14 +366,14 @@ impl Script {
     pub(crate) fn fault(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) -> Fault {
         let kind = FaultKind::of(status);
         let Said { text, help, file, traceback, line } = said(error);
-        let mut fault = Fault::new(kind, text.unwrap_or_else(|| "failed and gave no reason".into()));
+        let mut fault = Fault::new(kind, text.unwrap_or_else(|| "failed without giving a reason".into()));
         let language = &world.model.registry.plugins[self.plugin(world)].id;
         if fault.message.starts_with(&format!("plugin `{language}` ")) {
             (fault.kind, fault.code) = (FaultKind::Plugin, FaultKind::Plugin.code());
         }
         fault.script = Some(self.name.clone());
         if let Ok(scene) = world.state.scene.try_borrow() {
-            // Scripts from outside have no owner.
+            // Scripts from outside the document have no owner.
             fault.object = scene.get(self.slot).filter(|o| o.parent != 0).map(|o| scene.path(o.parent));
         }
         (fault.help, fault.traceback) = (help, traceback);

@@ -12,7 +12,7 @@ use crate::{
 #[derive(Serialize, Deserialize)]
 pub struct ScriptImage {
     pub slot: u32,
-    /// Instance id; 0: it had no state.
+    /// Instance id, or 0 if it had no state.
     pub id: u64,
     pub initialised: bool,
     pub dead: bool,
@@ -57,7 +57,7 @@ impl Scripts {
         out
     }
 
-    /// Ends the scripts that are not in `slots`. They are not cleaned up: that was done before the snapshot.
+    /// Ends the scripts that are not in `slots`. They are not cleaned up, since that was done before the snapshot.
     pub fn end_others(world: &WorldCell, slots: &[u32]) {
         let (keep, gone) = std::mem::take(&mut world.run.scripts.borrow_mut().list)
             .into_iter()
@@ -78,7 +78,7 @@ impl Scripts {
             let refused = |why: &str| {
                 let path = script.owner_path(world);
                 Error::new("E503", format!("the script of {path} cannot be restored: {why}"))
-                    .help("replay the run to that step: a new world of the scene, stepped until then")
+                    .help("replay the run up to that step, in a new world with the same scene")
             };
             if script.id.get() != image.id {
                 return Err(refused("it was recreated during the run"));
@@ -111,7 +111,7 @@ impl Scripts {
 }
 
 impl Script {
-    /// Returns the state that its language saves. A script that is not initialised or is dead has none.
+    /// Returns the state that the script's language saves. A script that is not initialised or is dead has none.
     pub(super) fn save(&self, world: &WorldCell) -> Result<InstanceImage, String> {
         if !self.initialised.get() || self.dead.get() || self.data.get().is_null() {
             return Ok(InstanceImage::default());

@@ -6,7 +6,7 @@ use crate::cell::{Calls, Function, WorldCell};
 
 /// The parts of the world that every host function may use: the message of a refusal, and memory to lend.
 ///
-/// A function that calls no plugin takes a context of its own, with an answer and the parts of the world that it needs;
+/// A function that calls no plugin takes a separate context, with an answer and the parts of the world that it needs;
 /// see [`with`]. A function that may call a plugin takes the whole world.
 #[derive(Clone, Copy)]
 pub(super) struct Answer<'a> {
@@ -32,13 +32,13 @@ pub(super) fn on<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a
     })
 }
 
-/// Like `on`, for a function that changes nothing and that parallel scripts may use.
+/// Like `on`, but for a function that changes nothing and that parallel scripts may use.
 #[inline]
 pub(super) fn here<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a WorldCell) -> Done) -> tatu_status {
     WorldCell::admit(world, function).and_then(f).err().unwrap_or(TATU_OK)
 }
 
-/// Calls `f` with a context, which holds the parts of the world that the function uses.
+/// Calls `f` with a context, which contains the parts of the world that the function uses.
 pub(super) fn with<'a, C: From<&'a WorldCell>>(
     world: WorldRef<'a>,
     function: Function,
@@ -47,17 +47,17 @@ pub(super) fn with<'a, C: From<&'a WorldCell>>(
     on(world, function, |world| f(world.into()))
 }
 
-/// Returns the world for a function without a status; `None` if the function is refused.
+/// Returns the world for a function that returns no status, or `None` if the function is refused.
 pub(super) fn here_now<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a WorldCell> {
     WorldCell::admit(world, function).ok()
 }
 
-/// Like `here_now`; also `None` on a thread that runs scripts in parallel.
+/// Like `here_now`, but also returns `None` on a thread that runs scripts in parallel.
 pub(super) fn alone<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a WorldCell> {
     here_now(world, function).filter(|cell| cell.worker.is_none())
 }
 
-/// Returns an argument or a place for a result; null is refused.
+/// Returns an argument or a place for a result, and refuses null.
 #[inline]
 pub(super) fn place<'a, T>(answer: impl Into<Answer<'a>>, what: &str, given: Option<T>) -> Result<T, tatu_status> {
     given.ok_or_else(|| refuse_null(answer, what))
@@ -76,10 +76,10 @@ pub(super) fn needs<'a, T>(answer: impl Into<Answer<'a>>, what: &str, pointer: *
     }
 }
 
-/// Returns a list of `n` elements given by a caller; null is refused unless `n` is 0.
+/// Returns a list of `n` elements given by a caller, and refuses null unless `n` is 0.
 ///
 /// # Safety
-/// `pointer` must be null or point to `n` elements that stay valid and unchanged for the whole call.
+/// `pointer` must be null or point to `n` elements that stay valid and unchanged for `'a`.
 pub(super) unsafe fn list_of<'a, T>(
     answer: impl Into<Answer<'a>>,
     what: &str,
@@ -90,11 +90,12 @@ pub(super) unsafe fn list_of<'a, T>(
         return Ok(&[]);
     }
     needs(answer, what, pointer)?;
-    // SAFETY: the pointer is not null, so the caller guarantees that it points to `n` valid elements.
+    // SAFETY: the pointer is not null, so the caller guarantees that it points to `n` elements that stay valid and
+    // unchanged for `'a`.
     Ok(unsafe { std::slice::from_raw_parts(pointer, n as usize) })
 }
 
-/// Like `list_of`, for a list to write to.
+/// Like `list_of`, but for a list to write to.
 ///
 /// # Safety
 /// As for [`list_of`]; in addition, nothing else may use the elements during the call.
@@ -108,15 +109,16 @@ pub(super) unsafe fn room_of<'a, T>(
         return Ok(&mut []);
     }
     needs(answer, what, pointer)?;
-    // SAFETY: the pointer is not null, so the caller guarantees that it points to `n` elements that are not aliased.
+    // SAFETY: the pointer is not null, so the caller guarantees that it points to `n` elements that stay valid and are
+    // not aliased for `'a`.
     Ok(unsafe { std::slice::from_raw_parts_mut(pointer, n as usize) })
 }
 
 /// Checks that a frame has the full size, and that its arrays are not null.
 #[inline]
 pub(super) fn needs_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_call) -> Done {
-    // SAFETY: `frame` is null or points to a frame, whose first field is its size; other fields are read only if the
-    // size includes them.
+    // SAFETY: `frame` is null or points to a frame that is valid during the call and begins with its size; other fields
+    // are read only if the size includes them.
     let fits = unsafe {
         !frame.is_null()
             && (*frame).size as usize >= size_of::<tatu_call>()
@@ -130,7 +132,8 @@ pub(super) fn needs_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_
 pub(super) fn refuse_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_call) -> tatu_status {
     let text = match frame.is_null() {
         true => "expected a frame, found null",
-        // SAFETY: not null, and every frame begins with its size.
+        // SAFETY: `frame` is not null here, and points to a frame that is valid during the call and begins with its
+        // size.
         false if (unsafe { (*frame).size } as usize) < size_of::<tatu_call>() => {
             "the size of the frame is that of no version of `tatu_call`"
         }
@@ -144,7 +147,7 @@ pub(super) fn passed(status: tatu_status) -> Done {
     if status == TATU_OK { Ok(()) } else { Err(status) }
 }
 
-/// Refuses because a caller further up the stack holds a part of the world.
+/// Refuses a call because a caller further up the stack has borrowed a part of the world.
 pub(super) fn busy<'a>(answer: impl Into<Answer<'a>>) -> tatu_status {
     let answer = answer.into();
     let text = match answer.beside {
@@ -154,7 +157,7 @@ pub(super) fn busy<'a>(answer: impl Into<Answer<'a>>) -> tatu_status {
     answer.calls.refuse(TATU_ERR_BUSY, text)
 }
 
-/// Returns the slot of an object given by a caller, or the refusal.
+/// Returns the slot of an object given by a caller, or refuses the call.
 pub(super) fn slot<'a>(
     answer: impl Into<Answer<'a>>,
     scene: &tatu_scene::Scene,
@@ -180,7 +183,8 @@ pub(super) fn slot<'a>(
 /// `out` must be null or have room for `cap` elements.
 pub(super) unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: Option<&mut u32>) -> Done {
     if !out.is_null() {
-        // SAFETY: the caller guarantees that `out` has room for `cap` elements; it does not overlap the host's list.
+        // SAFETY: the caller guarantees that `out` points to `cap` elements that are valid during the call; they do not
+        // overlap the host's list.
         unsafe { std::ptr::copy_nonoverlapping(all.as_ptr(), out, all.len().min(cap as usize)) };
     }
     if let Some(n) = n {
@@ -197,7 +201,8 @@ pub(super) fn lend<'a>(answer: impl Into<Answer<'a>>, text: &[u8]) -> Result<Len
     if room.is_null() {
         return Err(TATU_ERR_SPACE);
     }
-    // SAFETY: `room` has `text.len()` bytes, which the arena keeps until the plugin's call returns or releases a mark.
+    // SAFETY: `room` points to `text.len()` bytes in the arena, which are kept until the plugin's call returns or
+    // releases a mark.
     unsafe {
         std::ptr::copy_nonoverlapping(text.as_ptr(), room, text.len());
         Ok(Lent::new(tatu_str { ptr: room.cast(), len: text.len() as u64 }))
@@ -212,7 +217,7 @@ pub(super) fn give<'a>(answer: impl Into<Answer<'a>>, value: &Value, out: Option
     let out = place(answer, "a place for the value", out)?;
     match value.to_raw(&mut *arena) {
         Some(raw) => {
-            // SAFETY: `raw` points into the arena, which keeps it until the plugin's call returns or releases a mark.
+            // SAFETY: `raw` points into the arena, which is kept until the plugin's call returns or releases a mark.
             *out = unsafe { ValueRef::new(raw) };
             Ok(())
         }

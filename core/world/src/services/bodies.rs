@@ -33,7 +33,7 @@ extern "C" fn twist(w: WorldRef<'_>, object: tatu_object, out: Option<&mut [f64;
     })
 }
 
-/// Returns the body of a dynamic shape, with mass and inertia; it is created now if the shape is new.
+/// Returns the body of a dynamic shape, with mass and inertia; if the shape is new, the body is created first.
 fn body(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
     match body_now(world, object) {
         Err(TATU_ERR_ARGUMENT) if stand_in_use::becomes(world, object, kind_name(TATU_KIND_SHAPE)) => {
@@ -57,7 +57,7 @@ fn body_now(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_statu
     })
 }
 
-/// Returns three numbers, zeros for null; `None` if one is not finite.
+/// Returns three numbers, which are zeros for null, or `None` if one is not finite.
 fn three(v: Option<&[f64; 3]>) -> Option<Vector3<f64>> {
     let v = v.copied().unwrap_or_default();
     v.iter().all(|x| x.is_finite()).then(|| Vector3::from(v))
@@ -168,7 +168,7 @@ unsafe extern "C" fn frictions(
     }
 }
 
-/// Returns the contacts of a shape, or (0) of all shapes, converted by `show`.
+/// Returns the contacts of a shape, or of all shapes if `object` is 0, converted by `show`.
 fn contacts_of<T>(
     context: &Context<'_>,
     object: tatu_object,

@@ -59,7 +59,8 @@ extern "C" fn describe(w: WorldRef<'_>, id: u32) -> *const tatu_command {
 }
 
 unsafe extern "C" fn call(w: WorldRef<'_>, frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: the header requires `frame` to be null or valid, with its arrays, for the whole call.
+    // SAFETY: the header requires `frame` to be null or to point to a frame that, with its arrays, is valid for the
+    // whole call.
     unsafe {
         here(w, Function::acts("commands.call"), |world| {
             needs_frame(world, frame)?;
@@ -78,11 +79,11 @@ extern "C" fn constant<'a>(w: WorldRef<'a>, name: Lent<'_>, out: Option<&mut Val
         let name = name.text();
         match world.model.registry.constants.get(name.as_ref()) {
             Some(c) => {
-                // SAFETY: the value belongs to the registry, which outlives the borrow of the world.
+                // SAFETY: the value belongs to a plugin of the registry, which is never unloaded.
                 *out = unsafe { ValueRef::new(c.raw) };
                 Ok(())
             }
-            // Scripts often ask for names just to test whether they exist, so no message is recorded.
+            // Scripts often look up names only to test whether they exist, so no message is recorded.
             None => Err(TATU_ERR_MISSING),
         }
     })
@@ -153,7 +154,10 @@ extern "C" fn retain(w: WorldRef<'_>, func: tatu_func, kept: Option<&mut tatu_fu
             *kept = f;
             Ok(())
         }
-        None => Err(world.run.calls.refuse(TATU_ERR_GONE, "the function is gone: its call or its script has ended")),
+        None => Err(world
+            .run
+            .calls
+            .refuse(TATU_ERR_GONE, "the function no longer exists: its call or its script has ended")),
     })
 }
 
@@ -164,7 +168,8 @@ extern "C" fn drop_func(w: WorldRef<'_>, func: tatu_func) {
 }
 
 unsafe extern "C" fn call_func(w: WorldRef<'_>, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: the header requires `frame` to be null or valid, with its arrays, for the whole call.
+    // SAFETY: the header requires `frame` to be null or to point to a frame that, with its arrays, is valid for the
+    // whole call.
     unsafe {
         on(w, Function::acts("commands.call_func"), |world| {
             needs_frame(world, frame)?;

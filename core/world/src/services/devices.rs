@@ -84,7 +84,7 @@ pub(super) fn read(world: &WorldCell, slot: u32, prop: tatu_prop) -> Result<Valu
     found.ok_or_else(|| missing(world, &scene, slot, prop))
 }
 
-/// Checks a value against its declaration. A list of one number is accepted as a number.
+/// Checks a value against its declaration. A list of one number is accepted as that number.
 fn checked(world: &WorldCell, declared: &Declared, prop: tatu_prop, value: Value) -> Result<Value, tatu_status> {
     let value = match value {
         Value::Floats(v) if v.len() == 1 && declared.kind != TATU_F64S => Value::Float(v[0]),
@@ -145,7 +145,7 @@ impl Stop {
 /// Slot, full handle and name of a device's object.
 type Whose<'a> = (u32, tatu_object, &'a str);
 
-/// Changes a parameter of a sensor. If it is live, it is passed to the instance, which is then asked for its beams;
+/// Changes a parameter of a sensor. A live parameter is passed to the instance, which is then asked for its beams;
 /// otherwise the instance is recreated. No borrow is held while the plugin is called.
 fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize), value: Value) -> Result<(), Stop> {
     let (slot, ..) = whose;
@@ -165,7 +165,7 @@ fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize)
     }
     let layout = match ask_layout(world, kind, slot, data) {
         Ok(layout) => layout,
-        // The instance accepted the value but has no valid beams for it: it is recreated with the previous parameters.
+        // The instance accepted the value, but its beams are invalid: it is recreated with the previous parameters.
         Err(why) => return new_sensor(world, whose, kind, old).and(Err(Stop::Refused(why))),
     };
     let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
@@ -177,7 +177,8 @@ fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize)
     Ok(())
 }
 
-/// Sets several parameters of a sensor at once and recreates it, because one by one they might contradict each other.
+/// Sets several parameters of a sensor at once and recreates it, because they might contradict each other if set one by
+/// one.
 pub(super) fn write_params(world: &WorldCell, object: tatu_object, new: Vec<(usize, Value)>) -> Done {
     let (slot, owner, name) = {
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
@@ -197,13 +198,13 @@ pub(super) fn write_params(world: &WorldCell, object: tatu_object, new: Vec<(usi
 fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, params: Vec<Value>) -> Result<(), Stop> {
     let mut instance = world.instance_info(owner, name);
     if let Some(old) = world.devices.sensing.try_borrow().map_err(|_| Stop::Busy)?.device(slot) {
-        // It is still the same sensor, so its random numbers continue, even if it was renamed.
+        // This is still the same sensor, so its random numbers continue, even if it was renamed.
         instance.seed = old.seed;
     }
     let mut made = create_sensor(world, kind, slot, instance, params).map_err(Stop::Refused)?;
     let old = {
         let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
-        // The settings in the scene are applied before it measures.
+        // The settings in the scene must be applied before the sensor measures.
         sensing.unsettle();
         let place = sensing.devices.iter_mut().find(|d| d.slot == slot);
         place.map(|d| {
@@ -216,7 +217,7 @@ fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, pa
     Ok(())
 }
 
-/// Like `set_of_sensor`, for an actuator, which has no beams.
+/// Like `set_of_sensor`, but for an actuator, which has no beams.
 fn set_of_actuator(
     world: &WorldCell,
     (slot, owner, name): Whose<'_>,

@@ -54,7 +54,7 @@ extern "C" fn subscribe(w: WorldRef<'_>, name: Lent<'_>, handler: tatu_func, id:
         let name = name.text();
         check(world, &name)?;
         if scripts::owner_of_func(world, handler).is_none() {
-            return Err(world.run.calls.refuse(TATU_ERR_GONE, "the function is gone: its script has ended"));
+            return Err(world.run.calls.refuse(TATU_ERR_GONE, "the function no longer exists: its script has ended"));
         }
         let given = world.run.outside.bus.subscribe(&name, handler).ok_or_else(|| busy(world))?;
         if let Some(id) = id {

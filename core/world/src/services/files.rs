@@ -75,8 +75,8 @@ fn makes_sense(mode: u32) -> bool {
         && (has(TATU_FILE_WRITE | TATU_FILE_APPEND) || !has(TATU_FILE_FOLDERS))
 }
 
-/// Records the name of a file that is opened for reading. Its contents are not part of the input log, so the user of a
-/// log can be warned.
+/// Records the name of a file that is opened for reading. The contents are not part of the input log, so that users of
+/// a log can be warned.
 fn note(outside: &Outside, name: &str, mode: u32) {
     if mode & TATU_FILE_READ != 0 {
         outside.opened.borrow_mut().insert(name.to_owned());

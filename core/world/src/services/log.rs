@@ -1,8 +1,8 @@
 //! `tatu.host.log`: log lines, and the message of a refusal.
 //!
-//! Lines name the plugin they come from. The program's own plugins do so themselves; lines of other plugins are
-//! prefixed with the plugin's id, which is found through the host pointer on any thread. What scripts print, and lines
-//! for status bars and consoles, are left unchanged.
+//! Lines name the plugin that they come from. The program's own plugins do so themselves; lines of other plugins are
+//! prefixed with the plugin's id, which can be found through the host pointer on any thread. Output of scripts, and
+//! lines for status bars and consoles, are left unchanged.
 
 use std::borrow::Cow;
 
@@ -20,13 +20,14 @@ pub static TABLE: tatu_host_log = tatu_host_log {
 
 unsafe extern "C" fn write(host: *const tatu_host, w: WorldRef<'_>, level: u32, line: Lent<'_>) {
     let line = line.text();
-    // SAFETY: the header requires `host` to be null or the host pointer that the plugin was given.
+    // SAFETY: the header requires `host` to be null or the host pointer that the plugin was given, which is never
+    // freed.
     let host = unsafe { HostTables::holder_at(host) };
     let Some(world) = WorldCell::at(w.ptr()) else { return outside(host, level, &clean(&line)) };
     match level {
         _ if prints(world) => world.log(level, &line),
         TATU_LOG_ERROR..=TATU_LOG_DEBUG => world.log(level, &signed(host, Some(world), &line)),
-        // The program's own plugins pass on what scripts print; other plugins must not control the terminal.
+        // The program's own plugins pass on the output of scripts; other plugins must not control the terminal.
         TATU_LOG_STATUS..=TATU_LOG_CONSOLE_CLEAR if host.is_some_and(|h| h.of_program) => world.log(level, &line),
         TATU_LOG_STATUS | TATU_LOG_CLEAR => world.log(level, &clean(&line)),
         // The line consists of a title, NUL, and the text.
@@ -61,7 +62,7 @@ fn signed<'a>(holder: Option<&Holder>, world: Option<&WorldCell>, line: &'a str)
 
 /// Logs a line that belongs to no world.
 fn outside(holder: Option<&Holder>, level: u32, line: &str) {
-    // A captured error is reported by the host, once, with the plugin and the function.
+    // The host reports a captured error once, with the plugin and the function.
     if level == TATU_LOG_ERROR && guard::say(line) {
         return;
     }

@@ -75,7 +75,7 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
             let Some(s) = script else { return Err(world.run.calls.refuse(TATU_ERR_GONE, "the script has ended")) };
             Ok(match row {
                 Row::ScriptLanguage => Value::text(&world.model.registry.languages[s.language].id),
-                // SAFETY: the dialect is owned by the script's instance, which is alive.
+                // SAFETY: the text is owned by the script's instance, which is alive until the text has been copied.
                 Row::ScriptDialect => Value::text(unsafe { tatu_plugins::border::bytes(s.dialect.get()) }),
                 Row::ScriptKind => Value::text(&s.kind_name),
                 Row::ScriptName => Value::text(&s.name),
@@ -176,7 +176,7 @@ fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Re
             _ => None,
         }
     };
-    // Other objects do not have such rows, which is reported when the row is set.
+    // Other objects do not have such rows; this is reported when the row is set.
     let (Some(kind), Value::Text(text)) = (kind, &value) else { return Ok(value) };
     let text = String::from_utf8_lossy(text);
     let refuse = |e: tatu_errors::Error| {
@@ -287,7 +287,7 @@ pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_p
     write(world, object, prop, value)
 }
 
-/// In a parallel script, sets a number of a joint's drive, applied after all of them have run.
+/// In a parallel script, sets a number of a joint's drive, to be applied after all scripts of the stage have run.
 fn set_later(world: &WorldCell, object: tatu_object, row: Row, x: f64) -> Done {
     let slot = {
         let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;

@@ -68,7 +68,8 @@ extern "C" fn sense_now(w: WorldRef<'_>, sensor: tatu_object, only: tatu_object)
 unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tatu_look) -> tatu_status {
     on(w, Function::acts("readings.look"), |world| {
         needs(world, "a look", look)?;
-        // SAFETY: not null, and the header requires it to have at least all fields of the first version.
+        // SAFETY: `look` is not null, and the header requires it to point to at least the fields of the first version,
+        // valid during the call.
         let look = unsafe { &*look };
         let (near, slant) = (look.far_m >= 0.0, (0.0..=PI).contains(&look.max_incidence));
         let faces = Faces { front: look.flags & TATU_BEAMS_NO_FRONT == 0, back: look.flags & TATU_BEAMS_NO_BACK == 0 };
@@ -109,7 +110,8 @@ fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Opti
     }
     let turn = {
         let mut sensing = world.devices.sensing.borrow_mut();
-        // The forms it sees are cached by number, which a change of the scene may have invalidated.
+        // The forms that the sensor sees are cached by number; a change of the scene may have invalidated these
+        // numbers.
         sensing.settle(&world.state.scene.borrow(), &world.model.registry);
         sensing.alone(i)
     };
@@ -134,7 +136,8 @@ unsafe extern "C" fn describe(w: WorldRef<'_>, sensor: tatu_object, index: u32, 
         let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
         let d = &sensing.devices[i];
         let kind = &world.model.registry.sensors[d.kind];
-        // The plugin's own declaration is used, with the size that the plugin knew: it may be older than this host.
+        // The plugin's own declaration is used, with the size that the plugin was built with: it may be older than this
+        // host.
         // SAFETY: the list belongs to the plugin, which is never unloaded, and was checked when the plugin was loaded.
         let declared = unsafe { tables::list(kind.raw.fields) }.into_iter().nth(index as usize);
         let Some((_, mut told)) = declared else {
@@ -142,8 +145,8 @@ unsafe extern "C" fn describe(w: WorldRef<'_>, sensor: tatu_object, index: u32, 
             return Err(world.run.calls.refuse(TATU_ERR_MISSING, &text));
         };
         told.dims = d.layout.plan.shape(told.dims);
-        // SAFETY: the header requires `out` to be as large as its `size`, which may be less than the host's; no more
-        // than that is written.
+        // SAFETY: the header requires `out` to point to memory of the size that its `size` states, valid during the
+        // call. That may be less than the host's struct; no more than that is written.
         unsafe {
             let size = (*out).size.min(size_of::<tatu_field>() as u32);
             std::ptr::copy_nonoverlapping((&raw const told).cast::<u8>(), out.cast::<u8>(), size as usize);

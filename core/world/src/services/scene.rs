@@ -39,7 +39,8 @@ pub static TABLE: tatu_host_scene = tatu_host_scene {
 };
 
 unsafe extern "C" fn prop(host: *const tatu_host, key: LentCStr<'_>) -> tatu_prop {
-    // SAFETY: the header requires `host` to be null or the host pointer that the plugin was given.
+    // SAFETY: the header requires `host` to be null or the host pointer that the plugin was given, which is never
+    // freed.
     key.get().and_then(|key| unsafe { HostTables::number_at(host, &key.to_string_lossy()) }).unwrap_or(0)
 }
 
@@ -143,7 +144,7 @@ unsafe extern "C" fn set_f64_many(
     }
 }
 
-/// Returns the frame of an object given by a caller: 0 is the world, a joint stands for its moving frame.
+/// Returns the frame of an object given by a caller: 0 is the world frame, and a joint means its moving frame.
 fn frame_of(world: &WorldCell, scene: &Scene, frame: tatu_object) -> Result<Isometry3<f64>, tatu_status> {
     if frame == 0 {
         return Ok(Isometry3::identity());
@@ -259,7 +260,7 @@ extern "C" fn create(
                 return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
             }
             None => {
-                return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no kind of object `{kind}`")));
+                return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown object kind `{kind}`")));
             }
         };
         let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
@@ -278,7 +279,10 @@ extern "C" fn create(
                 world.tell_object("object_added", &scene, s);
                 Ok(())
             }
-            None => Err(world.run.calls.refuse(TATU_ERR_SPACE, "the world already holds a million objects, the limit")),
+            None => Err(world
+                .run
+                .calls
+                .refuse(TATU_ERR_SPACE, "the world already has a million objects, which is the limit")),
         }
     })
 }

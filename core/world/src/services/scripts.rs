@@ -109,7 +109,7 @@ extern "C" fn add(
         let (dialect, kind) = (dialect.text().into_owned(), kind.text().into_owned());
         world.model.registry.check_dialect(Some(language), &dialect).map_err(|e| refuse(e.text))?;
         if !["child", "customization", "threaded"].contains(&kind.as_str()) {
-            return Err(refuse(format!("a script of kind `{kind}`; expected child, threaded or customization")));
+            return Err(refuse(format!("unknown script kind `{kind}`; expected child, threaded or customization")));
         }
         let (name, text) = (name.text().into_owned(), source.bytes().to_vec());
         let spec = ScriptSpec {

@@ -43,10 +43,10 @@ extern "C" fn request(w: WorldRef<'_>, what: u32) -> tatu_status {
             TATU_REQUEST_PAUSE | TATU_REQUEST_START => {
                 return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, "the simulation is stopped"));
             }
-            _ => return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}"))),
+            _ => return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown request {what}"))),
         }
         crate::cell::remote_request(world, what);
-        // A start after a request for another scene applies to that scene.
+        // If a different scene has been requested, the start applies to that scene.
         if what == TATU_REQUEST_START
             && let Some(next) = &mut *world.run.outside.next_scene.borrow_mut()
         {
@@ -59,7 +59,8 @@ extern "C" fn request(w: WorldRef<'_>, what: u32) -> tatu_status {
 }
 
 unsafe extern "C" fn wake(session: *mut tatu_session) {
-    // SAFETY: the header requires `session` to be null or the living session that the plugin was given.
+    // SAFETY: the header requires `session` to be null or the session that the plugin was given, which is alive during
+    // the call.
     unsafe { SessionCell::wake(session) };
 }
 
@@ -69,8 +70,8 @@ unsafe extern "C" fn worlds(
     cap: u32,
     n: Option<&mut u32>,
 ) -> tatu_status {
-    // SAFETY: the header requires `session` to be null or the living session that the plugin was given, on its thread,
-    // and `out` to be null or to have room for `cap` pointers.
+    // SAFETY: the header requires `session` to be null or the session that the plugin was given, alive and on its own
+    // thread, and `out` to be null or to point to `cap` pointers that are valid during the call.
     unsafe {
         let Some(session) = SessionCell::of(session) else { return TATU_ERR_ARGUMENT };
         fill(&session.worlds(), out, cap, n).err().unwrap_or(TATU_OK)
@@ -83,9 +84,10 @@ extern "C" fn client(w: WorldRef<'_>, client: u64) -> tatu_status {
             world.run.outside.client.set(client);
             Ok(())
         }
-        _ => {
-            Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, "only a service has clients, and only during its barrier"))
-        }
+        _ => Err(world
+            .run
+            .calls
+            .refuse(TATU_ERR_UNSUPPORTED, "only a service can name a client, and only during its barrier")),
     })
 }
 
@@ -189,7 +191,7 @@ extern "C" fn put_in(w: WorldRef<'_>, kind: Lent<'_>, what: Lent<'_>) -> tatu_st
 extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>) -> tatu_status {
     on(w, Function::acts("session.open"), |world| {
         let Some(read) = world.run.outside.scene_reader.borrow().clone() else {
-            let text = "this program runs only one scene; `tatu serve` and `tatu open` can switch to another";
+            let text = "this program runs only one scene; `tatu serve` and `tatu open` can switch to a different one";
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         };
         let file = PathBuf::from(file.text().into_owned());
@@ -209,10 +211,10 @@ extern "C" fn run(w: WorldRef<'_>, stage: u32, dt: f64) -> tatu_status {
 
 fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
     let Some(stage) = Stage::of(stage) else {
-        return world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no stage {stage}"));
+        return world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown stage {stage}"));
     };
     if !(dt.is_finite() && dt >= 0.0) {
-        return world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("a stage takes a finite time, not {dt} s"));
+        return world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("a stage needs a finite time, not {dt} s"));
     }
     if dt > LONGEST {
         let text = format!("a stage takes at most {LONGEST} s, as a step does, not {dt} s");
@@ -224,7 +226,7 @@ fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
     }
 }
 
-/// Formats an error as one sentence, with its place and its help.
+/// Formats an error as one sentence, with its place and its hint.
 fn one_line(e: &Error) -> String {
     let place = e.place.as_ref().map_or(String::new(), |p| format!("{}:{}: ", p.file.display(), p.line));
     let help = e.help.as_ref().map_or(String::new(), |h| format!(" ({h})"));

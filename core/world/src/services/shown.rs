@@ -1,4 +1,4 @@
-//! Data for views: the declared properties of an object, the visible parts of a shape, texts of scripts.
+//! Data for views: the declared properties of an object, the visible parts of a shape, sources of scripts.
 
 use tatu_geometry::Form;
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -19,8 +19,8 @@ fn map<const N: usize>(entries: [(&str, Value); N]) -> Value {
     Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
 }
 
-/// Describes a declared property or parameter for views. `prefix`: the kind of device, which precedes the device's own
-/// keys.
+/// Describes a declared property or parameter for views. `prefix` is the kind of device, which precedes the keys of the
+/// device.
 fn told(p: &Declared, prefix: &str, settable: bool) -> Value {
     let choices = p.choices.iter().map(Value::text).collect();
     let key = if prefix.is_empty() { p.key.clone() } else { format!("{prefix}.{}", p.key) };

@@ -21,7 +21,7 @@ impl<'a> From<&'a WorldCell> for Context<'a> {
     }
 }
 
-/// Finds the shortest distance between any shape of one list and any of another. An empty second list stands for all
+/// Finds the shortest distance between any shape of one list and any shape of the other. An empty second list means all
 /// other shapes.
 #[allow(clippy::too_many_arguments, reason = "the contract's")]
 pub(super) unsafe extern "C" fn closest(

@@ -1,4 +1,4 @@
-//! Whole parts of a scene: copied, loaded from a file, saved to one, with their sensors, actuators and scripts.
+//! Parts of a scene with their sensors, actuators and scripts: copied, loaded from a file, or saved to one.
 
 use std::{
     io::Error,
@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// Copies objects with their world poses. The parent of a copy is the copy of the original's parent, if that is copied
-/// too, otherwise none.
+/// too; otherwise it has none.
 pub(super) unsafe extern "C" fn copy(
     w: WorldRef<'_>,
     objects: *const tatu_object,
@@ -135,7 +135,7 @@ pub(super) extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, base: tatu_object
         let written =
             document::write(&document_of(world, base), &world.model.registry, &document::folder_beside(&path));
         let written = written.map_err(|e| fail(e.text))?;
-        // The path or its folder may have become a link meanwhile, so it is resolved again.
+        // The path or its folder may have become a link in the meantime, so it is resolved again.
         let whole = |path: &Path, bytes: &[u8]| {
             let path = world.run.folders.resolve(path, TATU_FILE_WRITE).map_err(|why| Error::other(why.text()))?;
             write_whole(&path, bytes)
@@ -144,7 +144,7 @@ pub(super) extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, base: tatu_object
     })
 }
 
-/// Checks that no caller further up the stack holds a part of the world.
+/// Checks that no caller further up the stack has borrowed a part of the world.
 fn free(world: &WorldCell) -> Result<(), tatu_status> {
     let busy_now = world.state.scene.try_borrow_mut().is_err()
         || world.devices.sensing.try_borrow_mut().is_err()
@@ -155,7 +155,7 @@ fn free(world: &WorldCell) -> Result<(), tatu_status> {
 }
 
 fn full(world: &WorldCell) -> tatu_status {
-    world.run.calls.refuse(TATU_ERR_SPACE, "the world already holds a million objects, the limit")
+    world.run.calls.refuse(TATU_ERR_SPACE, "the world already has a million objects, which is the limit")
 }
 
 /// Adds scripts to an object, except main scripts, of which a scene has only one.

@@ -1,13 +1,13 @@
-//! The barrier before a step. Time stands still while these are done, in this order:
+//! The barrier before a step. Simulation time does not advance while these are done, in this order:
 //!
-//! 1. Commands that waited on behalf of services and whose waits have ended are called again, and their services
-//!    notified.
+//! 1. Ended waits of commands that services have called are resumed, and the services are notified.
 //! 2. Recorded calls are repeated, in a replay.
-//! 3. Services take turns, in order of their ids, until all of them release the world and there is no pause; while time
-//!    stands still, scripts get a pass after each round.
+//! 3. Services take turns, in order of their ids, until all of them release the world and the pause, if any, ends.
 //!
-//! The order matters for replays: what happens once per step comes first; what depends on when messages arrive comes
-//! last and is recorded.
+//! During a pause, scripts get a pass after each round of turns.
+//!
+//! The order matters for replays: actions that happen once per step come first; actions that depend on when messages
+//! arrive come last and are recorded.
 
 use std::time::{Duration, Instant};
 
@@ -31,8 +31,8 @@ const LONG: Duration = Duration::from_secs(5);
 const START: u32 = 1 << TATU_REQUEST_START;
 const QUIT: u32 = 1 << TATU_REQUEST_QUIT;
 
-/// Prepares a pass; returns `false` if there is to be none: the world is not started, a stop has just been requested,
-/// or time stands still.
+/// Prepares a pass. Returns `false` if no pass follows: the simulation is not started or is paused, or a stop has just
+/// been requested.
 pub(crate) fn before_step(world: &WorldCell) -> bool {
     if !world.running() {
         return false;
@@ -61,14 +61,14 @@ pub(crate) fn before_step(world: &WorldCell) -> bool {
     world.state.phase.get() != Phase::Paused
 }
 
-/// Runs one pass of a paused world without services; ends the run if nothing could end the pause.
+/// Runs one pass of a paused simulation without services; ends the run if nothing could end the pause.
 fn stand(world: &WorldCell) {
     let addons = world.run.scripts.try_borrow().is_ok_and(|s| s.any_addon_waits());
     if addons || world.run.outside.interactive.get() {
         return log::stand(world);
     }
-    let text = "the simulation was paused and nobody could lift the pause: no service, no add-on, no interactive session. \
-                The run ends here";
+    let text = "the simulation was paused, and nothing can resume it: there is no service, no add-on and no \
+                interactive session. The run ends here";
     world.log(TATU_LOG_WARNING, text);
     world.state.requests.set(world.state.requests.get() | 1 << TATU_REQUEST_STOP);
 }
@@ -102,12 +102,12 @@ fn pass(world: &WorldCell, session: &SessionCell) {
     }
 }
 
-/// Reports which service holds a session for long, once per session and service. `holder`: which one has held it so
-/// far, and since when.
+/// Reports a service that holds a session for a long time, once per session and service. `holder` is the service that
+/// has held it so far, and since when.
 ///
 /// The message goes to the program's own log, since the world's lines appear only after the step. It is not a warning:
 /// a service holds a session as long as a client wants it, for example while a user inspects a variable, and the host
-/// cannot tell when nobody is waiting any more. A warning would fail correct runs under `--strict`.
+/// cannot tell when the client has stopped waiting. A warning would fail correct runs under `--strict`.
 fn tell_holder(session: &SessionCell, by: Option<usize>, holder: &mut Option<(usize, Instant)>) {
     let Some(i) = by else { return *holder = None };
     let since = match *holder {
@@ -121,8 +121,8 @@ fn tell_holder(session: &SessionCell, by: Option<usize>, holder: &mut Option<(us
     }
 }
 
-/// Lets services take turns in a stopped world, until one requests a start (`true`), another scene or the end
-/// (`false`).
+/// Lets services take turns while the simulation is stopped. Returns `true` when one requests a start, and `false` when
+/// one requests a different scene or the end.
 pub(crate) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
     world.state.requests.set(world.state.requests.get() & QUIT);
     while !session.interrupted() && session.any_service() {
@@ -180,8 +180,8 @@ struct Ended {
     error: ErrorSlot,
 }
 
-/// Resumes commands that waited on behalf of services. All of them are called first and their services notified
-/// afterwards, so that calls which the services make in response come later, as they do in a replay.
+/// Resumes commands that waited on behalf of services. All of them are called first, and their services are notified
+/// afterwards, so that calls which the services make in response come later, as in a replay.
 fn resume_waits(world: &WorldCell) {
     let due = world.run.calls.waits.borrow_mut().take_remote(|due| world.state.is_over(due));
     if due.is_empty() {
@@ -195,7 +195,7 @@ fn resume_waits(world: &WorldCell) {
         let mut frame = room.frame(&[]);
         (frame.command, frame.alias, frame.wait_token) = (wait.command, wait.alias, wait.token);
         world.run.calls.caller.set(Caller::remote(number));
-        // SAFETY: the frame and its arrays live through the call.
+        // SAFETY: the frame and its arrays are local and live until the call has returned.
         let status = unsafe { call_command(world, &mut frame, wait.resume) };
         world.run.calls.caller.set(Caller::HOST);
         if status != TATU_WAIT {

@@ -61,7 +61,7 @@ pub struct AddonEntry {
     pub name: String,
     /// Its script file.
     pub file: PathBuf,
-    /// The version that it was written for; empty: determined from its text.
+    /// The version that it was written for; if empty, it is inferred from its source.
     pub dialect: String,
     /// The options that it was started with.
     pub options: Vec<(String, String)>,
@@ -208,9 +208,9 @@ impl Writer {
         self.line(&record_json(record))?;
         self.flush()
     }
-    /// Writes the last line. `steps`: number of steps done; `begun`: whether the barrier after them had begun;
-    /// `opened`: files that were read during the run and are not in the log; `hash`: the world's total hash after the
-    /// last step.
+    /// Writes the last line. `steps` is the number of steps done, and `begun` says whether the barrier after them had
+    /// begun. `opened` lists files that were read during the run and are not in the log. `hash` is the world's total
+    /// hash after the last step.
     pub fn end(mut self, steps: u64, begun: bool, opened: &[String], hash: u64) -> Result {
         let mut line = json!({ "end": steps, "begun": begun, "hash": format!("{hash:016x}") });
         if !opened.is_empty() {
@@ -229,7 +229,7 @@ impl Writer {
         self.file.flush().map_err(|e| self.failed(&e))
     }
     fn failed(&self, e: &std::io::Error) -> Error {
-        Error::new("E105", format!("the input log {} ends here: {e}", self.path.display()))
+        Error::new("E105", format!("the input log {} cannot be continued: {e}", self.path.display()))
     }
 }
 
@@ -266,7 +266,7 @@ pub struct Log {
     pub header: Header,
     /// The external inputs, in order.
     pub records: Vec<Record>,
-    /// Number of steps of the run; `None`: it was killed.
+    /// Number of steps of the run, or `None` if it was killed.
     pub end: Option<u64>,
     /// Whether the run ended within the barrier after its last step, so that the inputs of that barrier belong to it.
     pub begun: bool,
@@ -289,7 +289,7 @@ impl Log {
 /// files itself.
 pub(crate) const MOST_OWN: u64 = 4 << 30;
 
-/// Reads a log. E105: the file cannot be read; E116: it is not an input log, or it is damaged.
+/// Reads a log. Fails with E105 if the file cannot be read, and with E116 if it is not an input log or is damaged.
 pub fn read(path: &Path) -> Result<Log> {
     let bytes = tatu_plugin_api::safe::read_plain(path, MOST_OWN)
         .map_err(|e| Error::new("E105", format!("cannot read the input log {}: {e}", path.display())))?;
@@ -321,7 +321,8 @@ pub fn read(path: &Path) -> Result<Log> {
         let text = match line {
             1 => "the header of the input log is damaged: it was edited, or bytes in it were changed".to_owned(),
             n => format!(
-                "the input log is damaged at line {n}: it was changed, or lines before it are missing or in another order"
+                "the input log is damaged at line {n}: it was changed, or lines before it are missing or in a \
+                 different order"
             ),
         };
         wrong(line, text)
@@ -361,7 +362,7 @@ pub(crate) fn to_bytes(records: &[Record]) -> Vec<u8> {
     records.iter().flat_map(|r| format!("{}\n", record_json(r)).into_bytes()).collect()
 }
 
-/// Reads records written by `to_bytes`; `None`: they are damaged.
+/// Reads records written by `to_bytes`; returns `None` if they are damaged.
 pub(crate) fn from_bytes(bytes: &[u8]) -> Option<Vec<Record>> {
     let lines = bytes.split(|b| *b == b'\n').filter(|l| !l.is_empty());
     lines.map(|l| record(&serde_json::from_slice(l).ok()?)).collect()

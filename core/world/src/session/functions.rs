@@ -1,6 +1,6 @@
 //! Functions of clients, which services pass to commands as arguments. The result of a call is recorded in the input
-//! log, after the inputs that its client made meanwhile. A replay repeats those inputs and takes the result from the
-//! log.
+//! log, after the inputs that the client made during the call. A replay repeats those inputs and takes the result from
+//! the log.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
@@ -41,9 +41,10 @@ fn service_of(world: &WorldCell, func: tatu_func) -> Option<std::rc::Rc<cell::Ru
 /// Calls a function of a client.
 ///
 /// # Safety
-/// `frame` must point to a frame whose arrays are valid for the whole call.
+/// `frame` must point to a frame that, with its arrays, is valid until the call has returned.
 pub(crate) unsafe fn call(world: &WorldCell, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller guarantees that `frame` points to a valid frame.
+    // SAFETY: the caller guarantees that `frame` points to a frame that is valid until the call has returned; nothing
+    // else uses it here.
     let f = unsafe { &mut *frame };
     f.n_results = 0;
     let Some(level) = world.run.calls.enter() else {
@@ -78,10 +79,12 @@ fn now(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call) -> tat
         return status;
     }
     let found = if status < 0 {
-        // SAFETY: `f.error` is the host's own error object of this call.
+        // SAFETY: `f.error` points to the host's own error object of this call, which lives until the call has
+        // returned.
         json!({ "status": status, "error": said(f.error).text.unwrap_or_default() })
     } else {
-        // SAFETY: the results have been checked: `n_results` values within the capacity of the array.
+        // SAFETY: `f.results` points to an array that lives during the call; it has been checked that `n_results`
+        // values are within its capacity.
         let results = unsafe { ValueRef::slice(f.results, f.n_results as usize) };
         results.iter().map(|v| json::write(&v.to_value().unwrap_or_default())).collect::<Json>()
     };
@@ -89,7 +92,7 @@ fn now(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call) -> tat
     status
 }
 
-/// Repeats the inputs that its client made meanwhile, and returns the recorded result.
+/// Repeats the inputs that the client made during the call, and returns the recorded result.
 fn again(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
     let step = world.state.clock.step.get();
     let place = world.run.outside.replay.borrow().as_ref().and_then(|r| r.place_of(step, kind));

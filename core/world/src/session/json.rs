@@ -33,7 +33,7 @@ fn float(x: f64) -> Json {
     if x.is_finite() { json!(x) } else { json!({ "bits": format!("{:016x}", x.to_bits()) }) }
 }
 
-/// Converts the output of [`write`] back to a value; `None`: it is not such output.
+/// Converts the output of [`write`] back to a value; returns `None` if it is not such output.
 pub(super) fn read(json: &Json) -> Option<Value> {
     Some(match json {
         Json::Null => Value::Nil,

@@ -1,4 +1,4 @@
-//! Requests, passes while time stands still, and the replay of an input log.
+//! Requests, passes during a pause, and the replay of an input log.
 
 use std::sync::Arc;
 
@@ -40,8 +40,8 @@ pub(crate) fn apply(world: &WorldCell, what: u32) {
     }
 }
 
-/// Runs a pass of scripts while time stands still, if any script would notice. It is recorded, because the number of
-/// such passes depends on real time.
+/// Runs a pass of scripts while the simulation is paused, if any script could notice it. The pass is recorded, because
+/// the number of such passes depends on real time.
 pub(crate) fn stand(world: &WorldCell) {
     let notices = Scripts::any_has(world, Callback::Suspended);
     if notices {
@@ -86,7 +86,7 @@ fn feed_one(world: &WorldCell, record: Record) {
         }
         Input::Event { kind, text } => put_in(world, &kind, &text),
         Input::Pass => stand(world),
-        // The code that made the observation asks for it when it is its turn.
+        // The code that made the observation requests it at that point.
         Input::Observed { .. } => {}
         Input::Call { name, args, waits } => match world.model.registry.command(&name) {
             None => {
@@ -104,8 +104,8 @@ fn feed_one(world: &WorldCell, record: Record) {
                 let mut room = Room::new();
                 let mut frame = room.frame(&args);
                 (frame.command, frame.alias, frame.wait_token) = (command, alias, u64::from(waits));
-                // SAFETY: the frame and its arrays live through the call. Its status is ignored: the original run
-                // passed it to the client.
+                // SAFETY: the frame and its arrays are local and live until the call has returned. The status is
+                // ignored: the original run passed it to the client.
                 unsafe { call_command(world, &mut frame, 0) };
                 world.run.calls.arena.borrow_mut().release(mark);
             }

@@ -3,8 +3,8 @@
 use tatu_scene::document::{Document, ObjectSpec};
 use xxhash_rust::xxh3::Xxh3;
 
-/// Returns a hash of everything that determines how a document runs. Seed and overrides are included, names and places
-/// of files are not.
+/// Returns a hash of everything that determines how a document runs, including seed and overrides, but not names and
+/// places of files.
 pub fn fingerprint(document: &Document) -> u64 {
     let mut h = Xxh3::new();
     let mut put = |text: String| {

@@ -41,9 +41,9 @@ pub struct Head {
     pub time: f64,
     /// Total state hash.
     pub hash: u64,
-    /// Instances whose state could not be saved; empty: the snapshot is complete.
+    /// Instances whose state could not be saved; if empty, the snapshot is complete.
     pub missed: Vec<Missed>,
-    /// External inputs up to this step, for a replay; empty: there were none.
+    /// External inputs up to this step, for a replay; empty if there were none.
     pub log: Vec<u8>,
 }
 
@@ -77,7 +77,7 @@ impl Snapshot {
         postcard::from_bytes(bytes).map_err(|e| damaged(format!("its part `{name}` cannot be read: {e}")))
     }
 
-    /// Converts it to bytes, for [`Snapshot::from_bytes`].
+    /// Converts the snapshot to bytes, for [`Snapshot::from_bytes`].
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let body = postcard::to_stdvec(&(&self.head, &self.sections))
             .map_err(|e| Error::new("E501", format!("the snapshot cannot be written: {e}")))?;
@@ -89,7 +89,7 @@ impl Snapshot {
         Ok(out)
     }
 
-    /// Reads a snapshot from bytes. Truncated or modified bytes, and those of another format, are refused.
+    /// Reads a snapshot from bytes. Truncated or modified bytes, and those of a different format, are refused.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let rest = bytes.strip_prefix(MAGIC).ok_or_else(|| {
             Error::new("E501", "this is not a snapshot")
@@ -127,7 +127,7 @@ impl Snapshot {
         })
     }
 
-    /// Refuses a snapshot of another scene, with other plugins, or from another version of the program.
+    /// Refuses a snapshot of a different scene, with different plugins, or from a different version of the program.
     pub fn check(&self, document: &Document, registry: &Registry) -> Result {
         let own = env!("CARGO_PKG_VERSION");
         if self.head.tatu != own {
@@ -135,10 +135,11 @@ impl Snapshot {
             return Err(Error::new("E502", text).help("write it again with this version of the program"));
         }
         if self.head.document != fingerprint(document) {
-            return Err(Error::new("E502", "the snapshot is of another scene, or of this one before it was changed")
-                .expected(
-                    "the same scene file, scripts, `--seed`, `--set` and `--script` as in the run that wrote it",
-                ));
+            return Err(Error::new(
+                "E502",
+                "the snapshot is of a different scene, or of this one before it was changed",
+            )
+            .expected("the same scene file, scripts, `--seed`, `--set` and `--script` as in the run that wrote it"));
         }
         let here = plugins(registry);
         if self.head.plugins == here {
@@ -151,10 +152,10 @@ impl Snapshot {
             (Some(l), Some(n)) if l.0 == n.0 => format!("plugin {} was there, now it is {}", show(l), n.1),
             (Some(l), _) => format!("plugin {} was there, and is missing now", show(l)),
             (None, Some(n)) => format!("plugin {} was not there", show(n)),
-            (None, None) => "plugins were found in another order".to_owned(),
+            (None, None) => "plugins were found in a different order".to_owned(),
         };
         let text = format!("the snapshot was written with other plugins: {what}");
-        Err(Error::new("E502", text).help("run with the plugins of that time, or write the snapshot again"))
+        Err(Error::new("E502", text).help("run with the same plugins as then, or write the snapshot again"))
     }
 }
 

@@ -19,7 +19,7 @@ impl Hash {
     pub fn subtree(&self, path: &str) -> u64 {
         self.subtrees([path])[0]
     }
-    /// Like `subtree`, for several objects in one pass.
+    /// Like `subtree`, but for several objects in one pass.
     pub fn subtrees<'a>(&self, paths: impl IntoIterator<Item = &'a str>) -> Vec<u64> {
         let mut all = Vec::new();
         let mut number = std::collections::BTreeMap::new();

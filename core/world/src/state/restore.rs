@@ -21,19 +21,20 @@ use crate::{
 };
 fn refused(what: impl std::fmt::Display, why: impl std::fmt::Display) -> Error {
     Error::new("E503", format!("{what} cannot be restored: {why}"))
-        .help("replay the run to that step: a new world of the scene, stepped until then")
+        .help("replay the run up to that step, in a new world with the same scene")
 }
 
-/// Checks that a snapshot fits the world, that it is complete unless `allow_partial`, and that the world is new.
+/// Checks that a snapshot fits the world, that the world is new, and, unless `allow_partial` is set, that the snapshot
+/// is complete.
 pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) -> Result {
     snapshot.check(&cell.model.document, &cell.model.registry)?;
     if let Some(first) = snapshot.head.missed.first().filter(|_| !allow_partial) {
         let error = Error::new("E503", format!("the snapshot is not complete: {first}"));
-        return Err(error.help("replay the run to its step instead"));
+        return Err(error.help("replay the run up to that step instead"));
     }
     if cell.running() || cell.state.clock.step.get() != 0 {
         return Err(
-            Error::new("E503", "a world that has run cannot be restored from a snapshot").help("make a new one")
+            Error::new("E503", "a world that has run cannot be restored from a snapshot").help("make a new world")
         );
     }
     Ok(())
@@ -98,7 +99,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
                 return Err(refused(&what, "its parameters were changed during the run"));
             }
             if d.fields.len() != image.fields.len() {
-                return Err(damaged(format!("{what} has fields of another size")));
+                return Err(damaged(format!("{what} has fields of a different size")));
             }
             (d.kind, d.data)
         };
@@ -183,9 +184,9 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
         .collect();
     cell.run.calls.waits.borrow_mut().restore(image.waits);
     *cell.run.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
-    // The run that wrote the snapshot has already reported what a start reports.
+    // The run that wrote the snapshot has already reported the lines of the start.
     cell.run.lines.hold().clear();
-    // The scene in which beams are cast is rebuilt from the restored one.
+    // The targets of beams are rebuilt from the restored scene.
     cell.devices.sensing.borrow_mut().forget_scene();
     Ok(())
 }
@@ -203,8 +204,8 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
     Ok(())
 }
 
-/// Restores the state of services; that of services that are not running is dropped. A world that is not in a session
-/// keeps the states until it joins one.
+/// Restores the state of services; the states of services that are not running are dropped. A world that is not in a
+/// session keeps the states until it joins one.
 pub(crate) fn services(cell: &WorldCell) -> Result {
     let Some(session) = cell.run.outside.session() else { return Ok(()) };
     for (id, image) in std::mem::take(&mut *cell.run.outside.saved_services.borrow_mut()) {

@@ -9,9 +9,9 @@ use tatu_scene::{
 
 use crate::cell::WorldCell;
 
-/// Returns a document of an object and all its descendants, or of everything (0): objects, devices with their
-/// parameters, and scripts of the scene with their texts. It does not contain velocities or the internal state of
-/// scripts and devices.
+/// Returns a document of an object and all its descendants, or of all objects if `base` is 0: objects, devices with
+/// their parameters, and scripts of the scene with their sources. It does not contain velocities or the internal state
+/// of scripts and devices.
 pub(crate) fn document_of(cell: &WorldCell, base: u32) -> Document {
     let mut settings = cell.model.settings.borrow().clone();
     settings.allow.clear();

@@ -13,12 +13,12 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let path = target(path)?;
     let before = match fs::metadata(&path) {
         Ok(m) if m.is_file() => Some(m.permissions()),
-        Ok(_) => return Err(Error::new(ErrorKind::InvalidInput, "something is there that is not a plain file")),
+        Ok(_) => return Err(Error::new(ErrorKind::InvalidInput, "the path exists, but is not a plain file")),
         Err(e) if e.kind() == ErrorKind::NotFound => None,
         Err(e) => return Err(e),
     };
     if before.as_ref().is_some_and(fs::Permissions::readonly) {
-        return Err(Error::new(ErrorKind::PermissionDenied, "the file that is there is read-only"));
+        return Err(Error::new(ErrorKind::PermissionDenied, "the existing file is read-only"));
     }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut part = builder().tempfile_in(folder)?;
@@ -39,7 +39,7 @@ fn target(path: &Path) -> Result<PathBuf> {
             Err(_) => return Ok(path),
         }
     }
-    Err(Error::new(ErrorKind::InvalidInput, "the link leads to itself"))
+    Err(Error::new(ErrorKind::InvalidInput, "the link refers to itself"))
 }
 
 /// Configures temporary files: a unique name, so that two runs do not share one, and the permissions of a new file.

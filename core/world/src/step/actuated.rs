@@ -16,7 +16,7 @@ pub(super) fn advance(
 ) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
     dynamics.prepare(scene);
     world.border.note_called(actuators.devices.iter().map(|d| world.model.registry.actuators[d.kind].plugin));
-    // Called only for actuators that no body carries.
+    // This is called only for actuators that no body carries.
     let scene_now: &Scene = scene;
     let twist = |slot: u32| world.state.twist_by_motion(scene_now, slot);
     let time = world.state.clock.time.get() + world.state.clock.so_far();
@@ -51,7 +51,7 @@ pub(super) fn advance(
     (lost, failed)
 }
 
-/// Like `advance`, for one step of the engine: the `part`-th, from 0.
+/// Like `advance`, but for one step of the engine: the `part`-th, from 0.
 pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
     let (mut scene, mut dynamics, mut actuators) =
         (world.state.scene.borrow_mut(), world.state.dynamics.borrow_mut(), world.devices.actuators.borrow_mut());
@@ -80,7 +80,8 @@ pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, 
     ) {
         None => world.run.install(|| dynamics.advance_part(scene, dt, part, None)),
         Some(mut substeps) => {
-            // SAFETY: as in `advance`.
+            // SAFETY: the header declares `apply` as `[parallel]`, so it may run on another thread; this thread waits
+            // until the pool's thread is done, so nothing is shared.
             let mut granted = unsafe { ThreadGrant::new(&mut substeps) };
             let lost = world.run.install(|| {
                 let substeps = granted.get();

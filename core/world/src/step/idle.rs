@@ -1,11 +1,11 @@
-//! Passes in which time stands still: of a stopped world, and of a paused one.
+//! Passes in which simulation time does not advance: while it is stopped or paused.
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::barrier::barrier;
 use crate::cell::{Callback, Phase, Scripts, WorldCell};
 
-/// Runs a pass of a stopped world.
+/// Runs a pass while the simulation is stopped.
 pub(crate) fn idle(world: &WorldCell) {
     barrier(world);
     Scripts::idle(world);
@@ -22,7 +22,7 @@ pub(super) fn suspend(world: &WorldCell) {
     world.restore_process_state("the beginning of a pause");
 }
 
-/// Runs a pass of a paused world. A script that requests a start ends the pause with this pass.
+/// Runs a pass while the simulation is paused. A script that requests a start ends the pause with this pass.
 pub(crate) fn paused(world: &WorldCell) {
     barrier(world);
     Scripts::pause(world, Callback::Suspended);
@@ -33,7 +33,7 @@ pub(crate) fn paused(world: &WorldCell) {
     }
 }
 
-/// Ends a pause: time advances again in the next pass.
+/// Resumes the simulation: time advances again in the next pass.
 pub(crate) fn lift(world: &WorldCell) {
     world.state.requests.set(world.state.requests.get() & !(1 << TATU_REQUEST_PAUSE | 1 << TATU_REQUEST_START));
     if world.state.phase.get() == Phase::Paused {

@@ -1,7 +1,7 @@
 //! One pass of a world.
 //!
 //! ```text
-//! barrier   removed objects are ended, added ones join; time stands still
+//! barrier   removed objects are ended, added ones join; simulation time does not advance
 //! actuate   scripts act: callbacks, waits that have ended
 //! physics   actuators push, the engine advances dt; poses are copied back
 //! sense     due sensors: beams, batches by kind, readings

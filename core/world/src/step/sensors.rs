@@ -70,7 +70,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &
         let mut sensing = world.devices.sensing.borrow_mut();
         if let Some(d) = sensing.devices.iter_mut().find(|d| d.slot == f.slot) {
             d.off = true;
-            // Its previous measurement is not a current reading.
+            // The previous measurement is not a current reading.
             d.forget();
             d.fields.fill(0);
             sensing.relist();

@@ -50,8 +50,8 @@ impl Drop for Running<'_> {
     }
 }
 
-/// Runs a stage now; `who` requests it. `Err`: it is running already (the message shows the chain of requests), or a
-/// caller further up holds a part of the world.
+/// Runs a stage now; `who` requests it. Fails if the stage is running already (the message shows the chain of
+/// requests), or if a caller further up the stack has borrowed a part of the world.
 pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'static, str>>) -> Result<(), String> {
     let who = who.into();
     {
@@ -64,7 +64,7 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
             let name = stage.name();
             return Err(format!("the stage `{name}` was requested from within itself: {chain}{who} -> {name}"));
         }
-        // The request came from within a measure or apply, which may call nothing but the log.
+        // The request was made during a measure or apply call, which may call only the log.
         if world.state.scene.try_borrow_mut().is_err() || world.devices.sensing.try_borrow_mut().is_err() {
             return Err(format!("the stage `{}` cannot run from within this call", stage.name()));
         }

@@ -138,13 +138,13 @@ fn question(world: &WorldCell, slot: u32, part: Part) -> Option<Value> {
     let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
     let mut way = j.target_position - j.position;
     if j.limits.is_none() && j.kind == JointType::Revolute {
-        // The shorter way around.
+        // Take the shorter way around.
         way = tatu_geometry::wrap_angle(way);
     }
     let first = part.number == 0 && world.state.phase.get() == Phase::First;
     let mut map = part.entries();
     map.extend([
-        // The field's value for joints that physics moves.
+        // The value of this field for joints that physics moves.
         of("mode", Value::Int(5)),
         of("first", Value::Bool(first)),
         of("handle", Value::Int(slot.into())),

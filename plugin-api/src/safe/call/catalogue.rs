@@ -48,14 +48,14 @@ impl World<'_> {
 }
 
 /// # Safety
-/// `p` is null, or a NUL-terminated text.
+/// `p` must be null, or a NUL-terminated text that is valid during the call.
 unsafe fn text(p: *const c_char) -> String {
-    // SAFETY: `p` is not null here, and the caller guarantees that it is NUL-terminated.
+    // SAFETY: `p` is not null here, and the caller guarantees that it is NUL-terminated and valid during the call.
     if p.is_null() { String::new() } else { unsafe { CStr::from_ptr(p) }.to_string_lossy().into_owned() }
 }
 
 /// # Safety
-/// `first` is null, or a list that ends with a null pointer and lives for `'a`.
+/// `first` must be null, or a list that ends with a null pointer and lives for `'a`.
 unsafe fn list<'a, T>(first: *const *const T) -> &'a [*const T] {
     if first.is_null() {
         return &[];

@@ -26,7 +26,7 @@ impl<'a> World<'a> {
     pub fn remove_figure(&self, graph: tatu_object, id: i64) -> Result {
         self.check(service!(self.figures.change)(self.raw(), graph, id, None))
     }
-    /// Appends a number to a stream, or items to a drawing; no numbers: empties it. Returns how many were accepted.
+    /// Appends numbers to a stream, or items to a drawing; without numbers, clears it. Returns how many were accepted.
     pub fn put_figure(&self, graph: tatu_object, id: i64, numbers: &[f64]) -> Result<u64> {
         let (n, mut taken) = (numbers.len() as u64, 0);
         let put = service!(self.figures.put);
@@ -34,7 +34,7 @@ impl<'a> World<'a> {
         self.check(unsafe { put(self.raw(), graph, id, numbers.as_ptr(), n, Some(&mut taken)) })?;
         Ok(taken)
     }
-    /// Records a sample of a graph at a time, s; graph 0: of all graphs that record by themselves.
+    /// Records a sample of a graph at a time, s, or, if `graph` is 0, of all graphs that record by themselves.
     pub fn record_graph(&self, graph: tatu_object, time: f64) -> Result {
         self.check(service!(self.figures.record)(self.raw(), graph, time))
     }
@@ -44,37 +44,38 @@ impl<'a> World<'a> {
         // SAFETY: `fill` passes a buffer with room for `cap` elements.
         self.fill(|out, cap, n| unsafe { list(self.raw(), graph, what, out, cap, n) })
     }
-    /// Returns a figure as a map, with its data if `numbers` is set; valid until the current call returns.
+    /// Returns a figure as a map, with its data if `numbers` is set; the map is valid until the current call returns.
     pub fn figure(&self, graph: tatu_object, id: i64, numbers: bool) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL;
         self.check(service!(self.figures.get)(self.raw(), graph, id, u32::from(numbers), Some(&mut value)))?;
         Ok(value)
     }
-    /// Returns the `index`-th visible part of a shape as a map, see `tatu_host_figures.part`; `None` past the last one.
+    /// Returns the `index`-th visible part of a shape as a map, see `tatu_host_figures.part`, or `None` past the last
+    /// one.
     pub fn part(&self, shape: tatu_object, index: u32) -> Result<Option<ValueRef<'a>>> {
         let mut out = ValueRef::NIL;
         let status = service!(self.figures.part)(self.raw(), shape, index, Some(&mut out));
         self.found(status, out)
     }
-    /// Returns the `index`-th property of an object as a map, see `tatu_host_scene.row`; `None` past the last one.
+    /// Returns the `index`-th property of an object as a map, see `tatu_host_scene.row`, or `None` past the last one.
     pub fn row(&self, object: tatu_object, index: u32) -> Result<Option<ValueRef<'a>>> {
         let mut out = ValueRef::NIL;
         let status = service!(self.scene.row)(self.raw(), object, index, Some(&mut out));
         self.found(status, out)
     }
-    /// Returns the `index`-th model that plugins provide, as a map of `id` and `text`; `None` past the last one.
+    /// Returns the `index`-th model that plugins provide, as a map of `id` and `text`, or `None` past the last one.
     pub fn model(&self, index: u32) -> Result<Option<ValueRef<'a>>> {
         let mut out = ValueRef::NIL;
         let status = service!(self.scene.model)(self.raw(), index, Some(&mut out));
         self.found(status, out)
     }
-    /// Returns the text of a script.
+    /// Returns the source of a script.
     pub fn script_text(&self, script: tatu_object) -> Result<Vec<u8>> {
         let mut out = ValueRef::NIL;
         self.check(service!(self.scripts.text)(self.raw(), script, Some(&mut out)))?;
         Ok(out.as_bytes().unwrap_or_default().to_vec())
     }
-    /// Replaces the text of a script.
+    /// Replaces the source of a script.
     pub fn change_script(&self, script: tatu_object, text: &[u8]) -> Result {
         self.check(service!(self.scripts.change)(self.raw(), script, text.into()))
     }
@@ -98,7 +99,7 @@ impl<'a> World<'a> {
     pub fn is_interrupted(&self) -> bool {
         self.host().session.and_then(|s| s.interrupted).is_some_and(|f| f(self.raw()) != 0)
     }
-    /// Requests that the program open another scene; empty: this one again.
+    /// Requests that the program open a different scene, or the current one again if `file` is empty.
     pub fn open_scene(&self, file: &str) -> Result {
         self.check(service!(self.session.open)(self.raw(), file.into()))
     }

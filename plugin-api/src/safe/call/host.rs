@@ -31,17 +31,18 @@ pub struct Host {
 // SAFETY: the tables are immutable and live until shutdown; the header states for each function which threads may call
 // it, and the wrappers keep to that.
 unsafe impl Send for Host {}
-// SAFETY: as for `Send`: shared access only reads the immutable tables.
+// SAFETY: the tables are immutable and live until shutdown, so shared access from several threads only reads them.
 unsafe impl Sync for Host {}
 
 impl Host {
     /// # Safety
-    /// `raw` is null, or points to a host that lives until the plugin's shutdown.
+    /// `raw` must be null, or point to a host that lives until the plugin's shutdown.
     pub unsafe fn new(raw: *const tatu_host) -> Option<Self> {
-        // SAFETY: the caller guarantees that `raw` is null or a live host.
+        // SAFETY: the caller guarantees that `raw` is null or points to a host that lives until shutdown.
         let service = unsafe { raw.as_ref() }?.service?;
         let find = |id: &CStr| {
-            // SAFETY: `service` belongs to the host `raw`, and `id` is NUL-terminated.
+            // SAFETY: `service` belongs to the host `raw`, which lives until shutdown, and `id` is NUL-terminated and
+            // outlives the call.
             unsafe { service(raw, id.as_ptr()) }
         };
         // SAFETY: `service` returns null or a table that lives as long as the host and begins with its size.
@@ -122,7 +123,7 @@ impl Host {
 /// Returns a table of the host, if the host has it and it is at least as large as this crate's.
 ///
 /// # Safety
-/// `table` is null, or lives as long as the host and begins with its size.
+/// `table` must be null, or live as long as the host and begin with its size.
 unsafe fn table<T>(table: *const c_void) -> Option<&'static T> {
     // SAFETY: the caller guarantees that `table` is null or begins with its size; it is used as a `T` only if it is
     // large enough.

@@ -6,9 +6,9 @@ use crate::safe::{Fail, Result, Value, ValueRef, World, call::shared_world::serv
 /// The outcome of a call.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Called {
-    /// It has finished, with these results.
+    /// The command has finished, with these results.
     Done(Vec<Value>),
-    /// It finishes later; [`Service::resume`](crate::safe::Service::resume) will receive its token.
+    /// The command finishes later; [`Service::resume`](crate::safe::Service::resume) will receive its token.
     Waits,
 }
 
@@ -64,7 +64,8 @@ pub(crate) fn call(
     let here = mark(world.raw());
     let out = match function(world.raw(), &mut frame) {
         TATU_WAIT => Ok(Called::Waits),
-        // SAFETY: `frame.error` is null or the host's error of this call, which is copied at once.
+        // SAFETY: `frame.error` is null or points to the host's error of this call, which lives until the next call and
+        // is copied at once.
         status if status < 0 => Err(unsafe { Fail::read(status, frame.error) }),
         _ => {
             let results = results.iter().take(frame.n_results as usize);

@@ -53,7 +53,8 @@ impl<P: Plugin> DerefMut for Call<'_, P> {
 /// Types that a command can return as a result: numbers, booleans, texts, lists of numbers, a [`Value`], and references
 /// to these.
 pub trait Return {
-    /// Converts to the ABI form; data that it points to is stored in `room`. `None`: out of memory.
+    /// Converts to the ABI form, and stores data that it points to in `room`. Returns `None` if there is not enough
+    /// memory.
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value>;
 }
 impl<T: Return + ?Sized> Return for &T {
@@ -139,7 +140,8 @@ impl Return for [u8] {
     }
 }
 
-/// Allocates memory of a call, 8-byte aligned and valid until its results have been read; null: out of memory.
+/// Allocates memory of a call, 8-byte aligned and valid until its results have been read. Returns null if there is not
+/// enough memory.
 pub(crate) fn alloc(call: &mut tatu_call, bytes: usize) -> *mut u8 {
     // SAFETY: the table `api` lives as long as the call, and `call` is that call's frame.
     unsafe { call.api.as_ref().and_then(|a| a.alloc).map_or(null_mut(), |f| f(call, bytes as u64).cast()) }
@@ -149,7 +151,8 @@ struct CallRoom<'a>(&'a mut tatu_call);
 
 impl Room for CallRoom<'_> {
     fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]> {
-        // SAFETY: `alloc` returns null or 8-byte aligned memory of this size, which belongs to this call alone.
+        // SAFETY: `alloc` returns null or a pointer to 8-byte aligned memory of this size, which belongs to this call
+        // alone and lives until its results have been read.
         unsafe { given(alloc(self.0, 8 * n), n) }
     }
 }
@@ -167,19 +170,19 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
         // SAFETY: the host passes a world that is valid during the call, and `'a` is the call.
         unsafe { World::new(self.raw.world, &self.started.host) }
     }
-    /// Returns the index of the name by which the command was called; 0: the first.
+    /// Returns the index of the name by which the command was called; 0 is the first one.
     pub fn alias(&self) -> u32 {
         self.raw.alias
     }
-    /// Returns the object that the calling script belongs to; 0: none.
+    /// Returns the object that the calling script belongs to, or 0 if there is none.
     pub fn caller_object(&self) -> tatu_object {
         self.raw.caller_object
     }
-    /// Returns the calling script; 0: none.
+    /// Returns the calling script, or 0 if there is none.
     pub fn caller_script(&self) -> tatu_object {
         self.raw.caller_script
     }
-    /// Returns the calling script's dialect; empty: none.
+    /// Returns the calling script's dialect, which is empty if there is none.
     pub fn caller_dialect(&self) -> &'a [u8] {
         // SAFETY: the host keeps the text valid during the call, and `'a` is the call.
         unsafe { bytes_of(self.raw.caller_dialect) }
@@ -190,7 +193,7 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
         // SAFETY: the host passes `n_args` values, valid during the call, and `'a` is the call.
         unsafe { ValueRef::slice(self.raw.args, self.raw.n_args as usize) }
     }
-    /// Returns argument `i`; nil if it is missing.
+    /// Returns argument `i`, or nil if it is missing.
     pub fn arg(&self, i: usize) -> ValueRef<'a> {
         self.args().get(i).copied().unwrap_or(ValueRef::NIL)
     }
@@ -231,7 +234,8 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
     pub fn ret(&mut self, value: impl Return) {
         match value.to_raw(&mut CallRoom(self.raw)) {
             Some(v) if self.raw.n_results < self.raw.results_cap => {
-                // SAFETY: `results` has room for `results_cap` values, and `n_results` is below that.
+                // SAFETY: `results` points to an array of `results_cap` values that lives during the call, and
+                // `n_results` is below that.
                 unsafe { *self.raw.results.add(self.raw.n_results as usize) = v };
                 self.raw.n_results += 1;
             }
@@ -270,18 +274,19 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn can_wait(&self) -> bool {
         self.0.raw.wait_token != 0
     }
-    /// Returns the word passed to the wait that has just ended; 0: the command was called for the first time. The
-    /// arguments are gone by then: store what you need in the instance, under that word. If the script has ended there
-    /// is no further call, so discard stale entries.
+    /// Returns the word passed to the wait that has just ended, or 0 if the command is called for the first time. The
+    /// arguments are no longer available then: store what you need in the instance, under that word. If the script
+    /// ends, the command is not called again, so discard stale entries.
     pub fn resumed(&self) -> u64 {
         self.0.raw.resume
     }
     fn wait(&mut self, until: u32, value: f64, name: &str, resume: u64) -> Result<Outcome> {
         let call = &mut *self.0.raw;
-        // SAFETY: the table `api` lives as long as the call; `call` is its frame, and its error is null or live.
+        // SAFETY: the table `api` lives as long as the call, `call` is its frame, and its error is null or points to a
+        // live object.
         unsafe {
             let wait = call.api.as_ref().and_then(|a| a.wait);
-            let wait = wait.ok_or_else(|| Fail::unsupported("this host cannot wait"))?;
+            let wait = wait.ok_or_else(|| Fail::unsupported("this host does not support commands that wait"))?;
             match wait(call, until, value, text_raw(name), resume) {
                 status if status < 0 => Err(Fail::read(status, call.error)),
                 _ => Ok(Outcome::Waiting),
@@ -300,7 +305,7 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn wait_signal(&mut self, name: &str, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_SIGNAL, 0.0, name, resume)
     }
-    /// Waits until the next step, to check a condition in each. As with all waits, the word must not be 0.
+    /// Waits until the next step; used to check a condition in each step. As with all waits, the word must not be 0.
     pub fn wait_poll(&mut self, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_POLL, 0.0, "", resume)
     }
@@ -323,37 +328,37 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn call_func(&mut self, func: tatu_func, args: &[Value]) -> Result<Vec<Value>> {
         let world = self.world();
         let call = service!(world.commands.call_func);
-        // SAFETY: `outgoing::call` passes a complete frame.
+        // SAFETY: `outgoing::call` passes a complete frame that lives during the call.
         let call = |world: WorldRef<'_>, frame: &mut tatu_call| unsafe { call(world, func, frame) };
         outgoing::call(&world, tatu_call::empty(), args, call).map(Called::done)
     }
 }
 
 /// # Safety
-/// `user` points to a [`Run`] of the plugin, and `raw` is a live call of the host.
+/// `user` must point to a [`Run`] of the plugin, and `raw` to the frame of a running call.
 pub(crate) unsafe extern "C" fn alone<P: Plugin>(raw: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller guarantees that `user` is a `Run<P>`.
+    // SAFETY: the caller guarantees that `user` points to a `Run<P>` and `raw` to the frame of a running call.
     unsafe { enter(raw, |run: &Run<P>, call| run(call)) }
 }
 
 /// # Safety
-/// `user` points to a [`RunShared`] of the plugin, and `raw` is a live call of the host.
+/// `user` must point to a [`RunShared`] of the plugin, and `raw` to the frame of a running call.
 pub(crate) unsafe extern "C" fn shared<P: Plugin>(raw: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller guarantees that `user` is a `RunShared<P>`.
+    // SAFETY: the caller guarantees that `user` points to a `RunShared<P>` and `raw` to the frame of a running call.
     unsafe { enter(raw, |run: &RunShared<P>, call: &mut Call<'_, P>| run(&mut call.0)) }
 }
 
 /// Runs a command.
 ///
 /// # Safety
-/// `user` points to an `R`, and `raw` is a live call of the host.
+/// `user` must point to an `R`, and `raw` to the frame of a running call.
 #[inline(always)]
 unsafe fn enter<P: Plugin, R>(
     raw: *mut tatu_call,
     f: impl FnOnce(&R, &mut Call<'_, P>) -> Result<Outcome>,
 ) -> tatu_status {
-    // SAFETY: the host passes a live call, `self_` as made by `init`, and `user` as declared, both of which live until
-    // shutdown.
+    // SAFETY: `raw` points to the frame of a running call. Its `self_` was made by `init` and its `user` is the
+    // declared one; both live until shutdown.
     let (raw, started, run) = unsafe { (&mut *raw, &*(*raw).self_.cast::<Started<P>>(), &*(*raw).user.cast::<R>()) };
     guard::run(raw.error, || {
         let mut call = Call(SharedCall { raw, started, overflow: false });

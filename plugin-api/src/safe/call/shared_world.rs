@@ -63,7 +63,8 @@ impl<'a> SharedWorld<'a> {
     #[cold]
     fn refusal(&self, status: tatu_status) -> Fail {
         match self.host.log.and_then(|l| l.last_error) {
-            // SAFETY: `last` returns null or an error of the host that lives until the next one; it is copied at once.
+            // SAFETY: `last` returns null or a pointer to an error of the host that lives until the next one; it is
+            // copied at once.
             Some(last) => unsafe { Fail::read(status, last(self.raw)) },
             None => Fail::with_code(status, "refused"),
         }
@@ -93,7 +94,7 @@ impl<'a> SharedWorld<'a> {
     pub fn f64s<const N: usize>(&self, object: tatu_object, prop: Prop) -> Result<[f64; N]> {
         let mut out = [0.0; N];
         let get = service!(self.scene.get_f64);
-        // SAFETY: `out` has room for the `N` numbers requested.
+        // SAFETY: `out` points to `N` numbers, which live during the call.
         self.check(unsafe { get(self.raw, object, prop.0, out.as_mut_ptr(), N as u32) })?;
         Ok(out)
     }
@@ -115,7 +116,7 @@ impl<'a> SharedWorld<'a> {
         // SAFETY: the pointer and the count are those of the slice `values`.
         self.check(unsafe { set(self.raw, object, prop.0, values.as_ptr(), values.len() as u32) })
     }
-    /// Returns the pose in a frame (0: world): x y z, quaternion x y z w.
+    /// Returns the pose in a frame, or in the world frame if `frame` is 0: x y z, quaternion x y z w.
     pub fn pose(&self, object: tatu_object, frame: tatu_object) -> Result<[f64; 7]> {
         let mut out = [0.0; 7];
         self.check(service!(self.scene.pose)(self.raw, object, frame, Some(&mut out)))?;
@@ -133,14 +134,15 @@ impl<'a> SharedWorld<'a> {
     pub fn reading(&self, sensor: tatu_object, field: Prop) -> Result<Reading> {
         let mut view = tatu_field_view { ptr: std::ptr::null(), len: 0, elem: 0, dims: [0; 3], time: 0.0, sequence: 0 };
         self.check(service!(self.readings.field)(self.raw, sensor, field.0, Some(&mut view)))?;
-        // SAFETY: `view` was filled by the host just now, and nothing has been measured since.
+        // SAFETY: the host has just filled `view`, whose pointers are valid until the next measurement; the data is
+        // copied at once.
         Ok(unsafe { Reading::of(&view) })
     }
-    /// Returns name and shape of a sensor's `index`-th field, for this sensor; `None` past the last one.
+    /// Returns name and shape of a sensor's `index`-th field, for this sensor, or `None` past the last one.
     pub fn field_of(&self, sensor: tatu_object, index: u32) -> Option<(&'a str, [u32; 3])> {
         let describe = self.host.readings.and_then(|t| t.describe)?;
         let mut field = tatu_field { size: size_of::<tatu_field>() as u32, ..tatu_field::empty() };
-        // SAFETY: `field` is as large as its `size` states.
+        // SAFETY: `field` lives during the call and is as large as its `size` states.
         if unsafe { describe(self.raw, sensor, index, &mut field) } < 0 || field.name.is_null() {
             return None;
         }

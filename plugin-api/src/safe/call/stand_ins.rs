@@ -7,8 +7,8 @@ use crate::abi::*;
 use crate::safe::SharedWorld;
 
 impl SharedWorld<'_> {
-    /// Requests a stand-in for an object that was not found by path or unique name; `kind` may be empty (any). `None`
-    /// in runs without stand-ins.
+    /// Requests a stand-in for an object that was not found by path or unique name; an empty `kind` means any. Returns
+    /// `None` in runs without stand-ins.
     pub fn stand_in(&self, from: tatu_object, name: &str, kind: &str) -> Option<tatu_object> {
         let kind = CString::new(kind).ok()?;
         let kind = if kind.is_empty() { LentCStr::NULL } else { kind.as_c_str().into() };
@@ -23,7 +23,7 @@ impl SharedWorld<'_> {
         let used = self.host().stand_ins.and_then(|t| t.used);
         used.is_some_and(|f| f(self.raw(), object, kind.as_c_str().into()) >= 0)
     }
-    /// Returns whether missing objects are created when a script looks them up by name: in runs of scripts without
+    /// Returns whether missing objects are created when a script looks them up by name, as in runs of scripts without
     /// their scene.
     pub fn makes_stand_ins(&self) -> bool {
         self.host().stand_ins.and_then(|t| t.made).is_some_and(|f| f(self.raw()) >= 0)
@@ -34,13 +34,13 @@ impl SharedWorld<'_> {
         let f = self.host().stand_ins.and_then(|t| t.value);
         f.is_some_and(|f| f(self.raw(), object, value.into()) >= 0)
     }
-    /// Reports that a script asked for the parent of an object that has none.
+    /// Reports that a script requested the parent of an object that has none.
     pub fn missed_parent(&self, object: tatu_object) {
         if let Some(f) = self.host().stand_ins.and_then(|t| t.parent) {
             f(self.raw(), object);
         }
     }
-    /// Reports that a script asked for a child of an object, of a kind (empty: any), that does not exist.
+    /// Reports that a script requested a child of an object that does not exist; an empty `kind` means any.
     pub fn missed_child(&self, object: tatu_object, kind: &str) {
         let Ok(kind) = CString::new(kind) else { return };
         let kind = if kind.is_empty() { LentCStr::NULL } else { kind.as_c_str().into() };
@@ -48,7 +48,7 @@ impl SharedWorld<'_> {
             f(self.raw(), object, kind);
         }
     }
-    /// Reports that a script asked for the script of an object that has none.
+    /// Reports that a script requested the script of an object that has none.
     pub fn missed_script(&self, object: tatu_object) {
         if let Some(f) = self.host().stand_ins.and_then(|t| t.script) {
             f(self.raw(), object);

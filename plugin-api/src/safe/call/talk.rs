@@ -8,7 +8,7 @@ use crate::safe::{
 };
 
 impl<'a> World<'a> {
-    /// Calls a callback in all scripts that define it, except in `except` (0: none); results are discarded.
+    /// Calls a callback in all scripts that define it, except in `except`, if it is not 0; results are discarded.
     pub fn broadcast(&self, callback: &str, args: &[ValueRef<'_>], except: tatu_object) -> Result {
         let (ptr, n) = (args.as_ptr().cast(), args.len() as u32);
         let broadcast = service!(self.scripts.broadcast);
@@ -25,7 +25,7 @@ impl<'a> World<'a> {
         Ok(n)
     }
 
-    /// Returns a signal; nil if it is not set.
+    /// Returns a signal, or nil if it is not set.
     pub fn signal(&self, kind: u32, name: &[u8]) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL;
         let status = service!(self.signals.get)(self.raw(), kind, name.into(), Some(&mut value));
@@ -35,7 +35,7 @@ impl<'a> World<'a> {
     pub fn set_signal(&self, kind: u32, name: &[u8], value: ValueRef<'_>) -> Result {
         self.check(service!(self.signals.set)(self.raw(), kind, name.into(), Some(&value)))
     }
-    /// Removes a signal, or all of a kind (empty name); returns how many there were.
+    /// Removes a signal, or all signals of a kind if `name` is empty; returns how many there were.
     pub fn clear_signal(&self, kind: u32, name: &[u8]) -> Result<u32> {
         Ok(service!(self.signals.clear)(self.raw(), kind, name.into()))
     }
@@ -46,7 +46,7 @@ impl<'a> World<'a> {
         Ok(self.found(status, name)?.map(|name| name.bytes().to_vec()))
     }
 
-    /// Returns the scripts of an object; 0: all.
+    /// Returns the scripts of an object, or all scripts if `owner` is 0.
     pub fn scripts(&self, owner: tatu_object) -> Result<Vec<tatu_object>> {
         let list = service!(self.scripts.list);
         // SAFETY: `fill` passes a buffer with room for `cap` elements.
@@ -55,7 +55,7 @@ impl<'a> World<'a> {
     /// Calls a function of a script; returns its results.
     pub fn call_function(&self, script: tatu_object, function: &str, args: &[Value]) -> Result<Vec<Value>> {
         let call = service!(self.scripts.call);
-        // SAFETY: `outgoing::call` passes a complete frame.
+        // SAFETY: `outgoing::call` passes a complete frame that lives during the call.
         let call = |world: WorldRef<'_>, frame: &mut tatu_call| unsafe { call(world, script, function.into(), frame) };
         outgoing::call(self, tatu_call::empty(), args, call).map(Called::done)
     }
@@ -77,7 +77,8 @@ impl<'a> World<'a> {
         Ok(out)
     }
 
-    /// Returns the options of a script that was started from outside, as a map of texts; empty for others.
+    /// Returns the options of a script that was started from outside the document, as a map of texts; it is empty for
+    /// other scripts.
     pub fn script_options(&self, script: tatu_object) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL;
         self.check(service!(self.scripts.options)(self.raw(), script, Some(&mut value)))?;
@@ -88,11 +89,11 @@ impl<'a> World<'a> {
     pub fn publish(&self, name: &str, payload: ValueRef<'_>) -> Result {
         self.check(service!(self.events.publish)(self.raw(), name.into(), Some(&payload)))
     }
-    /// Like [`publish`](Self::publish), for an owned value.
+    /// Like [`publish`](Self::publish), but for an owned value.
     pub fn publish_value(&self, name: &str, payload: &Value) -> Result {
         self.publish(name, Owned::default().value(payload))
     }
-    /// Subscribes a function of a script to the events of a name; returns the number of the subscription.
+    /// Subscribes a function of a script to the events with a name; returns the number of the subscription.
     pub fn subscribe(&self, name: &str, handler: tatu_func) -> Result<u64> {
         let (mut kept, mut id) = (0, 0);
         self.check(service!(self.commands.retain)(self.raw(), handler, Some(&mut kept)))?;

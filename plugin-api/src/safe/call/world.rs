@@ -34,7 +34,8 @@ impl<'a> Deref for World<'a> {
 
 impl<'a> World<'a> {
     /// # Safety
-    /// `world` is null or a world of `host`, and `'a` ends no later than the plugin's call that it was passed to.
+    /// `world` must be null or a world of `host`, and `'a` must end no later than the plugin's call that it was passed
+    /// to.
     pub unsafe fn new(world: *mut tatu_world, host: &'a Host) -> Self {
         // SAFETY: the caller guarantees the same as `WorldRef::new` requires.
         World(SharedWorld::new(unsafe { WorldRef::new(world) }, host))
@@ -75,7 +76,7 @@ impl<'a> World<'a> {
         // SAFETY: the pointer and the count are those of the slice `objects`.
         self.check(unsafe { remove(self.raw(), objects.as_ptr(), objects.len() as u32) })
     }
-    /// Lists objects below `base` (0: all); see the header for `kinds` and `flags`.
+    /// Lists objects below `base`, or all objects if it is 0; see the header for `kinds` and `flags`.
     pub fn list(&self, base: tatu_object, kinds: u32, flags: u32) -> Result<Vec<tatu_object>> {
         let list = service!(self.scene.list);
         // SAFETY: `fill` passes a buffer with room for `cap` elements.
@@ -90,15 +91,15 @@ impl<'a> World<'a> {
         self.check(unsafe { copy(self.raw(), from, n, out.as_mut_ptr()) })?;
         Ok(out)
     }
-    /// Loads a scene file, or a file that an importer reads, as child of `parent` (0: the world); returns its first
-    /// object. `file` is the path that [`World::file`] returned.
+    /// Loads a scene file, or a file that an importer reads, as a child of `parent`, or without a parent if that is 0;
+    /// returns its first object. `file` is the path that [`World::file`] returned.
     pub fn load(&self, file: &[u8], parent: tatu_object) -> Result<tatu_object> {
         let mut out = 0;
         self.check(service!(self.scene.load)(self.raw(), file.into(), parent, Some(&mut out)))?;
         Ok(out)
     }
-    /// Saves an object and all its descendants (0: the whole scene) as a scene file. `file` is the path that
-    /// [`World::file`] returned.
+    /// Saves an object and all its descendants, or the whole scene if `base` is 0, as a scene file. `file` is the path
+    /// that [`World::file`] returned.
     pub fn save(&self, file: &[u8], base: tatu_object) -> Result {
         self.check(service!(self.scene.save)(self.raw(), file.into(), base))
     }
@@ -117,15 +118,15 @@ impl<'a> World<'a> {
             out.resize(n as usize, T::default());
         }
     }
-    /// Measures a sensor now; `only`: detect only this object, 0: all.
+    /// Measures with a sensor now. If `only` is not 0, only that object is detected.
     pub fn sense_now(&self, sensor: tatu_object, only: tatu_object) -> Result {
         self.check(service!(self.readings.sense_now)(self.raw(), sensor, only))
     }
-    /// Measures a sensor now, with other limits; `size` of `look` is set here.
+    /// Measures with a sensor now, with other limits; this function sets `size` of `look`.
     pub fn look_through(&self, sensor: tatu_object, look: tatu_look) -> Result {
         let look = tatu_look { size: size_of::<tatu_look>() as u32, ..look };
         let look_through = service!(self.readings.look);
-        // SAFETY: `look` is as large as its `size` states.
+        // SAFETY: `look` lives during the call and is as large as its `size` states.
         self.check(unsafe { look_through(self.raw(), sensor, &look) })
     }
     /// Returns whether a script exists and outlives runs: its kind is neither "main" nor "child".
@@ -153,7 +154,7 @@ impl<'a> World<'a> {
     pub fn push(&self, object: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
         self.check(service!(self.bodies.push)(self.raw(), object, Some(force), Some(torque)))
     }
-    /// Returns the pairs of shapes in contact, of one shape or (0) of all.
+    /// Returns the pairs of shapes in contact, of one shape, or of all shapes if `object` is 0.
     pub fn contacts(&self, object: tatu_object) -> Result<Vec<Contact>> {
         let contacts = service!(self.bodies.contacts);
         // SAFETY: `fill` passes a buffer with room for `cap` elements.
@@ -169,8 +170,9 @@ impl<'a> World<'a> {
         Ok(numbers.as_chunks::<3>().0.to_vec())
     }
 
-    /// Returns the shortest segment from any shape of one list to any of another (empty: to any other shape), no longer
-    /// than `limit` if that is above 0: both ends, and the two shapes. `None`: no shapes are that close.
+    /// Returns the shortest segment from any shape of one list to any shape of the other: both ends, and the two
+    /// shapes. If `b` is empty, it means all other shapes. If `limit` is above 0, returns `None` if no shapes are that
+    /// close.
     pub fn closest(&self, a: &[tatu_object], b: &[tatu_object], limit: f64) -> Result<Option<Closest>> {
         let (mut points, mut pair) = ([0.0; 6], [0; 2]);
         let (ap, an, bp, bn) = (a.as_ptr(), a.len() as u32, b.as_ptr(), b.len() as u32);
@@ -190,8 +192,8 @@ impl<'a> World<'a> {
     pub fn request(&self, what: u32) -> Result {
         self.check(service!(self.session.request)(self.raw(), what))
     }
-    /// Returns the `index`-th input from outside since the start, except calls by services: its kind ("key") and its
-    /// text; `None` past the last one.
+    /// Returns the `index`-th input from outside since the start, except calls by services, as its kind ("key") and its
+    /// text, or `None` past the last one.
     pub fn input(&self, index: u64) -> Option<(String, String)> {
         let input = self.host().session?.input?;
         let (mut kind, mut text) = (Lent::EMPTY, Lent::EMPTY);

@@ -30,7 +30,8 @@ impl<'a> Drive<'a> {
     }
     /// Returns this instance's element of an array with one element per instance.
     fn own<T: Copy>(&self, array: *const T) -> T {
-        // SAFETY: the host's arrays have one element for each of the batch's `n` instances, and `i` is below `n`.
+        // SAFETY: `array` is one of the host's arrays, which are valid during the call and have one element for each of
+        // the batch's `n` instances; `i` is below `n`.
         unsafe { *array.add(self.i) }
     }
     /// Returns the simulation time, s.
@@ -45,11 +46,11 @@ impl<'a> Drive<'a> {
     pub fn actuator(&self) -> tatu_object {
         self.own(self.batch.actuator)
     }
-    /// Returns the mount's pose in the world: x y z, quaternion x y z w.
+    /// Returns the mount's pose in the world frame: x y z, quaternion x y z w.
     pub fn pose(&self) -> [f64; 7] {
         self.own(self.batch.pose.cast())
     }
-    /// Rotates a direction from the mount's frame to the world.
+    /// Rotates a direction from the mount's frame to the world frame.
     pub fn to_world(&self, v: [f64; 3]) -> [f64; 3] {
         let [_, _, _, x, y, z, w] = self.pose();
         let cross = |a: [f64; 3], b: [f64; 3]| {
@@ -63,7 +64,7 @@ impl<'a> Drive<'a> {
     pub fn twist(&self) -> [f64; 6] {
         self.own(self.batch.twist.cast())
     }
-    /// Returns position and velocity of the joint it is attached to: rad or m; 0 without one.
+    /// Returns position and velocity of the joint that it is attached to, in rad or m; both are 0 without a joint.
     pub fn joint(&self) -> [f64; 2] {
         self.own(self.batch.joint.cast())
     }
@@ -107,14 +108,15 @@ pub trait Actuator: Sized + Send + Sync + 'static {
     fn commands() -> Vec<Param>;
     /// Creates an instance. `world` is read-only.
     fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
-    /// Applies new values of live parameters: `changed` has a bit for each, in the order of declaration; the state is
-    /// kept. After an error the old values stay in effect. A parameter with [`Param::rebuilds`] is never passed here.
+    /// Applies new values of live parameters; `changed` has a bit for each parameter, in the order of declaration. The
+    /// state is kept. After an error, the old values stay in effect. A parameter with [`Param::rebuilds`] is never
+    /// passed here.
     fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
         let _ = (params, changed);
         Ok(Change::Rebuild)
     }
-    /// Saves for a snapshot what the output depends on besides parameters, commands and [`Actuator::STATE`]; most
-    /// actuators have nothing of that kind.
+    /// Saves, for a snapshot, the data on which the output depends besides parameters, commands and
+    /// [`Actuator::STATE`]; most actuators have none.
     fn save(&self) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
@@ -201,11 +203,12 @@ unsafe extern "C" fn apply<A: Actuator>(
         // The state is copied in and out, because the block itself belongs to the host.
         let mut state = vec![0.0; A::STATE];
         for i in 0..batch.n as usize {
-            // SAFETY: each array has one entry per instance, and `i` is below `n`. `data` was made by `create`;
-            // `command` has the declared number of values; the state block has the declared size and is 8-byte aligned.
+            // SAFETY: the arrays are valid during the call and have one entry per instance, and `i` is below `n`.
+            // `data` was made by `create`; `command` has the declared number of values; the state block has the
+            // declared size and is 8-byte aligned.
             unsafe {
                 let data = life::of::<Data<A>>(*batch.data.add(i));
-                // Null if the instance has no state.
+                // The pointer is null if the instance has no state.
                 let block = (*batch.state.add(i)).cast::<f64>();
                 if A::STATE > 0 {
                     std::ptr::copy_nonoverlapping(block, state.as_mut_ptr(), A::STATE);

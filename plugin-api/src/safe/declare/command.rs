@@ -59,12 +59,12 @@ impl<P: Plugin> Command<P> {
             run,
         }
     }
-    /// Adds another name.
+    /// Adds an alternative name.
     pub fn alias(mut self, name: impl Into<String>) -> Self {
         self.names.push(Name { name: name.into(), on_error: None, until: None });
         self
     }
-    /// Adds an old name: errors of calls by it are logged, and these values are returned instead.
+    /// Adds an old name. If a call by this name fails, the error is logged, and these values are returned instead.
     pub fn old_name(mut self, name: impl Into<String>, on_error: impl Into<Vec<Value>>) -> Self {
         self.names.push(Name { name: name.into(), on_error: Some(on_error.into()), until: None });
         self
@@ -74,12 +74,12 @@ impl<P: Plugin> Command<P> {
         self.names.iter_mut().filter(|n| n.on_error.is_some()).for_each(|n| n.until = Some(dialect.into()));
         self
     }
-    /// Marks it as partial; `notes` say what is missing.
+    /// Marks the command as partial; `notes` say what is missing.
     pub fn partial(mut self, notes: impl Into<String>) -> Self {
         (self.status, self.notes) = (Status::Partial, notes.into());
         self
     }
-    /// Marks it as a stub that returns a neutral value; `notes` give the reason.
+    /// Marks the command as a stub that returns a neutral value; `notes` give the reason.
     pub fn stub(mut self, notes: impl Into<String>) -> Self {
         (self.status, self.notes) = (Status::Stub, notes.into());
         self
@@ -89,18 +89,18 @@ impl<P: Plugin> Command<P> {
         self.notes = notes.into();
         self
     }
-    /// Sets its subject, one word, unless one is set already.
+    /// Sets the command's subject, one word, unless it is already set.
     pub fn subject(mut self, subject: &str) -> Self {
         if self.subject.is_empty() {
             self.subject = subject.into();
         }
         self
     }
-    /// Returns its first name.
+    /// Returns the command's first name.
     pub fn name(&self) -> &str {
         &self.names[0].name
     }
-    /// Returns whether it has an example.
+    /// Returns whether the command has an example.
     pub fn has_example(&self) -> bool {
         !self.example.is_empty()
     }
@@ -122,7 +122,7 @@ impl<P: Plugin> Command<P> {
         self.returns.push(param);
         self
     }
-    /// Sets its description, one sentence.
+    /// Sets the command's description, one sentence.
     pub fn text(mut self, text: impl Into<String>) -> Self {
         self.text = text.into();
         self

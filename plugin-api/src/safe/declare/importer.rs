@@ -22,7 +22,8 @@ pub trait Importer: Sized + 'static {
 
     /// Declares its parameters.
     fn params() -> Vec<Param>;
-    /// Returns the confidence, 0 to 100, that it can read a file that begins with `head`. 0: recognized by suffix only.
+    /// Returns the confidence, 0 to 100, that it can read a file that begins with `head`; 0 if it is recognized only by
+    /// its suffix.
     fn sniff(head: &[u8]) -> u32;
     /// Reads a file; the first object is the base. An error reports its line by `Fail::at("", line)`; malformed input
     /// must cause an error, never a crash.
@@ -51,7 +52,7 @@ pub(crate) fn table<I: Importer>(keep: &mut Keep) -> *const tatu_importer {
 }
 
 unsafe extern "C" fn sniff<I: Importer>(_: *mut c_void, head: tatu_str) -> u32 {
-    // SAFETY: the host keeps the bytes valid during the call.
+    // SAFETY: `head` points to bytes that the host keeps valid during the call.
     guard::quiet(|| I::sniff(unsafe { bytes_of(head) }))
 }
 

@@ -17,7 +17,7 @@ use crate::safe::{
     value::{fail::bytes_of, keep::Keep},
 };
 
-/// Limits of one call of a script; 0: no limit.
+/// Limits of one call of a script; 0 means no limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
     /// Instructions of the language's virtual machine.
@@ -29,9 +29,9 @@ pub struct Budget {
 /// The outcome of a call into a script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flow {
-    /// It returned.
+    /// The call returned.
     Done,
-    /// It is suspended in a command that waits; the host will resume the token of that wait.
+    /// The call is suspended in a command that waits; the host will resume the token of that wait.
     Waiting,
 }
 
@@ -53,23 +53,25 @@ impl<'a> Frame<'a> {
     }
     /// Returns the arguments.
     pub fn args(&self) -> &'a [ValueRef<'a>] {
-        // SAFETY: the host passes `n_args` values, valid during the call, and `'a` is the call.
+        // SAFETY: `self.raw.args` points to `n_args` values that are valid during the call, and `'a` is the call.
         unsafe { ValueRef::slice(self.raw.args, self.raw.n_args as usize) }
     }
     /// Adds a result.
     ///
     /// # Safety
-    /// Everything that `value` points to stays valid until the caller has read it.
+    /// Everything that `value` points to must stay valid until the caller has read it.
     pub unsafe fn push(&mut self, value: tatu_value) -> Result {
         if self.raw.n_results >= self.raw.results_cap {
             return Err(Fail::with_code(TATU_ERR_SPACE, "too many results"));
         }
-        // SAFETY: `results` has room for `results_cap` values, and `n_results` is below that.
+        // SAFETY: `results` points to an array of `results_cap` values that lives during the call, and `n_results` is
+        // below that.
         unsafe { *self.raw.results.add(self.raw.n_results as usize) = value };
         self.raw.n_results += 1;
         Ok(())
     }
-    /// Allocates memory that is valid until the caller has read the results, 8-byte aligned; null: out of memory.
+    /// Allocates memory that is valid until the caller has read the results, 8-byte aligned. Returns null if there is
+    /// not enough memory.
     pub fn alloc(&mut self, bytes: usize) -> *mut u8 {
         running::alloc(self.raw, bytes)
     }
@@ -86,16 +88,17 @@ pub trait Language: Sized + 'static {
     /// Suffixes of its files, such as ".lua".
     const SUFFIXES: &'static [&'static str];
 
-    /// Creates the state of a script, without a text. Keeping the world for later calls is unsafe; see [`World::new`].
+    /// Creates the state of a script, without its source. Keeping the world for later calls is unsafe; see
+    /// [`World::new`].
     fn create(world: &World<'_>, instance: Instance) -> Result<Self>;
-    /// Loads the text; `dialect` may be empty. Returns the dialect in use.
+    /// Loads the source; `dialect` may be empty. Returns the dialect in use.
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String>;
-    /// Returns the `TATU_SCRIPT_*` bits of a script whose text is loaded.
+    /// Returns the `TATU_SCRIPT_*` bits of a script whose source is loaded.
     fn traits(&self) -> u32 {
         0
     }
-    /// Returns the order of scripts, `TATU_ORDER_*`, in a world whose scene specifies this dialect, or if that is
-    /// empty, `_modern`: whether it has modern scripts or none; 0: deepest first.
+    /// Returns the order of scripts, `TATU_ORDER_*`, in a world whose scene specifies this dialect; if that is empty,
+    /// `_modern` states whether the world has modern scripts. 0 means deepest first.
     fn order(&self, _dialect: &str, _modern: bool) -> u32 {
         0
     }
@@ -104,11 +107,11 @@ pub trait Language: Sized + 'static {
     fn place(&self) -> Option<Fail> {
         None
     }
-    /// Returns a number for a callable; 0: there is none. `how` is `TATU_FIND_*`.
+    /// Returns a number for a callable, or 0 if there is none. `how` is one of `TATU_FIND_*`.
     fn find(&self, how: u32, name: &[u8]) -> u32;
     /// Calls a callable; `used` returns the number of instructions.
     fn call(&self, callable: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
-    /// Continues after a wait: the arguments are its results, unless it failed.
+    /// Continues after a wait. The arguments are the results of the command, unless it failed.
     fn resume(
         &self,
         token: u64,
@@ -124,12 +127,12 @@ pub trait Language: Sized + 'static {
     fn save(&self) -> Result<Vec<u8>> {
         Err(Fail::unsupported("this language cannot save the state of a script"))
     }
-    /// Restores data that `save` of `version` wrote; the text has been loaded, but has not run.
+    /// Restores data that `save` of `version` wrote. The source has been loaded, but has not run.
     fn restore(&self, bytes: &[u8], version: u32) -> Result<()> {
         let _ = (bytes, version);
         Err(Fail::unsupported("this language cannot restore the state of a script"))
     }
-    /// Retains a borrowed function: returns its permanent id; 0 if it does not exist any more.
+    /// Retains a borrowed function. Returns its permanent id, or 0 if it no longer exists.
     fn keep_func(&self, local: u32) -> u32;
     /// Releases a retained function.
     fn drop_func(&self, local: u32);
@@ -168,9 +171,9 @@ impl<L: Language> Life for Data<L> {
 /// Queries the script of a call that cannot return an error.
 ///
 /// # Safety
-/// `data` was made by `create` for this language, and is live.
+/// `data` must have been made by `create` for this language, and be alive.
 unsafe fn ask<L: Language, T: Default>(data: *mut c_void, ask: impl FnOnce(&L) -> T) -> T {
-    // SAFETY: the caller guarantees that `data` is a live `Data<L>`.
+    // SAFETY: the caller guarantees that `data` points to a live `Data<L>`.
     let script = unsafe { &life::of::<Data<L>>(data).language };
     guard::quiet(|| ask(script))
 }
@@ -204,7 +207,7 @@ unsafe extern "C" fn knows_dialect<L: Language>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: the host keeps the text valid during the call.
+        // SAFETY: `dialect` points to text that the host keeps valid during the call.
         let dialect = String::from_utf8_lossy(unsafe { bytes_of(dialect) });
         L::knows_dialect(&dialect)?;
         Ok(TATU_OK)
@@ -228,8 +231,8 @@ unsafe extern "C" fn load<L: Language>(
         let len = result.as_bytes().len() as u64;
         let mut kept = data.dialect.lock().map_err(|_| Fail::new("the script's state is unusable"))?;
         *kept = result;
-        // SAFETY: the host passes a valid place for the answer; the text lives in `data`, until the next call of `load`
-        // or the end of the instance.
+        // SAFETY: `chosen` points to a valid place for the answer. The text lives in `data`, until the next call of
+        // `load` or the end of the instance.
         unsafe { *chosen = tatu_str { ptr: kept.as_ptr().cast::<c_char>(), len } };
         Ok(TATU_OK)
     })

@@ -23,7 +23,7 @@ pub trait Model: Sized + 'static {
     /// Aliases of the objects to which other objects can be attached.
     const SLOTS: &'static [&'static str] = &[];
 
-    /// Category in lists: "mobile robots", "arms", "furniture"; empty: none.
+    /// Category in lists, such as "mobile robots", "arms" or "furniture"; may be empty.
     const CATEGORY: &'static str = "";
 
     /// Declares the model's parameters.
@@ -68,12 +68,12 @@ impl<'a> Builder<'a> {
         let (points, triangles) = (points.as_ptr().cast(), triangles.as_ptr().cast());
         // SAFETY: the pointers and counts are those of the slices, with 3 numbers per element.
         match self.raw.mesh.map_or(0, |f| unsafe { f(Some(self.raw), points, n, triangles, m) }) {
-            0 => Err(Fail::new("the host refused a mesh")),
+            0 => Err(Fail::new(format!("the host refused a mesh of {n} points and {m} triangles"))),
             id => Ok(id as i64),
         }
     }
-    /// Reads a file next to the source; the bytes are valid during the build. `None`: the file does not exist. A path
-    /// outside of the folders that may be read makes the build fail.
+    /// Reads a file next to the source; the bytes are valid during the build. Returns `None` if the file does not
+    /// exist. A path outside of the folders that may be read makes the build fail.
     pub fn file(&self, relative: &str) -> Option<&'a [u8]> {
         let mut out = Lent::EMPTY;
         let status = self.raw.file?(Some(self.raw), relative.into(), Some(&mut out));
@@ -84,19 +84,19 @@ impl<'a> Builder<'a> {
     pub fn setting(&self, key: &str, value: impl Into<Value>) -> Result {
         (Node { builder: *self, id: 0 }).set(key, value).map(drop)
     }
-    /// Returns whether a description of the source is requested: [`Builder::describe`].
+    /// Returns whether the host requests a description of the source by [`Builder::describe`].
     pub fn is_asked(&self) -> bool {
         self.raw.describe.is_some()
     }
-    /// Describes the content of the source: a map with texts as keys.
+    /// Describes the content of the source as a map with texts as keys.
     pub fn describe(&self, map: &Value) -> Result {
         let Some(f) = self.raw.describe else { return Ok(()) };
         match f(Some(self.raw), Some(&Owned::default().value(map))) {
-            status if status < 0 => Err(Fail::with_code(status, "the host refused the description")),
+            status if status < 0 => Err(Fail::with_code(status, "the host refused the description of the source")),
             _ => Ok(()),
         }
     }
-    /// Reports something about the source: `TATU_REPORT_*`.
+    /// Adds a report about the source; `severity` is one of `TATU_REPORT_*`.
     pub fn report(&self, severity: u32, node: Option<Node<'a>>, text: &str) {
         if let Some(f) = self.raw.report {
             f(Some(self.raw), severity, node.map_or(0, |n| n.id), text.into());
@@ -105,7 +105,7 @@ impl<'a> Builder<'a> {
 }
 
 impl<'a> Node<'a> {
-    /// Returns its number in this build.
+    /// Returns the object's number in this build.
     pub fn id(&self) -> u32 {
         self.id
     }
@@ -130,15 +130,15 @@ impl<'a> Node<'a> {
             _ => Ok(self),
         }
     }
-    /// Adds a script. `language` is its id; `dialect` may be "", to be inferred from the text; `kind` is "child",
-    /// "customization" or "main".
+    /// Adds a script. `language` is the id of its language; `dialect` may be "", to be inferred from the source `text`;
+    /// `kind` is "child", "customization" or "main".
     pub fn script(self, language: &str, dialect: &str, kind: &str, name: &str, text: &[u8]) -> Result<Self> {
         let [language, dialect, kind] = [language, dialect, kind].map(|s| CString::new(s).unwrap_or_default());
         let raw = self.builder.raw;
         let dialect = if dialect.is_empty() { LentCStr::NULL } else { dialect.as_c_str().into() };
         let (language, kind) = (language.as_c_str().into(), kind.as_c_str().into());
         match raw.script.map_or(0, |f| f(Some(raw), self.id, language, dialect, kind, name.into(), text.into())) {
-            0 => Err(Fail::new("the host refused a script")),
+            0 => Err(Fail::new(format!("the host refused the script `{name}`"))),
             _ => Ok(self),
         }
     }

@@ -41,11 +41,11 @@ impl<P: Plugin> Offer<P> {
         self.names.extend(command.names().map(str::to_owned));
         self.commands.push(command);
     }
-    /// Returns whether a command of this name has been added.
+    /// Returns whether a command with this name has been added.
     pub fn has_command(&self, name: &str) -> bool {
         self.names.contains(name)
     }
-    /// Sets the subject of the commands that `offers` adds, except of those that set their own.
+    /// Sets the subject of the commands that `offers` adds, except of those that already have one.
     pub fn subject(&mut self, subject: &str, offers: impl FnOnce(&mut Self)) {
         let before = self.commands.len();
         offers(self);
@@ -68,7 +68,8 @@ impl<P: Plugin> Offer<P> {
         let raw = self.keep.table(raw);
         self.constants.push(raw);
     }
-    /// Adds a text for a script language: module "" runs in every new script state, others are loaded by `require`.
+    /// Adds a source for a script language. If `module` is "", it runs in every new script state; otherwise `require`
+    /// loads it.
     pub fn prelude(&mut self, language: &str, module: &str, text: &str) {
         let text = bytes_raw(self.keep.own(text.as_bytes().to_vec()));
         let raw = tatu_prelude {
@@ -82,7 +83,7 @@ impl<P: Plugin> Offer<P> {
         self.preludes.push(raw);
     }
     /// Adds a word by which the kind of a script is recognized if nothing else states it: "main", "child", "threaded",
-    /// "customization", "add-on", "module". A script matches if a name in its text begins with the word or, with
+    /// "customization", "add-on", "module". A script matches if a name in its source begins with the word or, with
     /// `TATU_MARK_LAST_LINE` in `flags`, if its last line does. The first match wins.
     pub fn kind_mark(&mut self, language: &str, kind: &str, word: &str, flags: u32) {
         let raw = tatu_kind_mark {

@@ -21,11 +21,11 @@ pub trait PerWorld: Plugin {
 
     /// Creates the instance for a new world.
     fn world(&self, world: &World<'_>) -> Result<Self::World>;
-    /// Whether the instance lives on when a run ends, for scripts that do so too (customization scripts, add-ons); then
-    /// [`PerWorld::end_run`] is called. By default it is recreated.
+    /// Whether the instance outlives a run, for scripts that do so too (customization scripts, add-ons). If so,
+    /// [`Plugin::end_run`] is called; otherwise the instance is created again.
     const OUTLIVES_RUNS: bool = false;
-    /// Ends a run: its scripts have ended, and the scene will be reset next. Drops the state that belonged to them
-    /// ([`World::outlives_runs`]). After an error the instance is created again.
+    /// Called at the end of a run, after its scripts have ended and before the scene is reset. Must drop the state that
+    /// belonged to these scripts ([`World::outlives_runs`]). After an error, the instance is created again.
     fn end_run(&self, kept: &Self::World, world: &World<'_>) -> Result<()> {
         let _ = (kept, world);
         Ok(())
@@ -60,12 +60,12 @@ pub struct Instance {
     pub seed: u64,
 }
 
-/// How an instance applies new values of its parameters.
+/// The way in which an instance applies new values of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
-    /// It uses them from now on.
+    /// The instance uses them from now on.
     Taken,
-    /// It must be created again with them.
+    /// The instance must be created again with them.
     Rebuild,
 }
 
@@ -129,16 +129,16 @@ pub(crate) enum Function<P: Plugin> {
     Shared(RunShared<P>),
 }
 
-/// How completely a command is implemented.
+/// The degree to which a command is implemented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u32)]
 pub enum Status {
-    /// Fully.
+    /// The command works fully.
     #[default]
     Full = TATU_COMMAND_FULL,
-    /// Partly; its notes say what is missing.
+    /// The command works in part; its notes say what is missing.
     Partial = TATU_COMMAND_PARTIAL,
-    /// It accepts its arguments and returns a neutral value; the host reports it once per run.
+    /// The command accepts its arguments and returns a neutral value; the host reports it once per run.
     Stub = TATU_COMMAND_STUB,
 }
 
@@ -151,10 +151,10 @@ pub(crate) struct Name {
 /// The outcome of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Outcome {
-    /// It has finished, with its results.
+    /// The command has finished, with its results.
     #[default]
     Done,
-    /// It finishes later; see [`Call::wait_steps`] and the other waits.
+    /// The command finishes later; see [`Call::wait_steps`] and the other waits.
     Waiting,
 }
 

@@ -16,7 +16,7 @@ use crate::safe::{
 /// The form of the beams; they start at the sensor's origin and point along its +z axis.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Form {
-    /// None: the sensor measures its own motion only.
+    /// No beams: the sensor measures only its own motion.
     None,
     /// Rays along these unit vectors, in the sensor's frame.
     Rays(Vec<[f64; 3]>),
@@ -25,7 +25,7 @@ pub enum Form {
         /// Half of the opening angle, rad, 0 to pi.
         half_angle: f64,
     },
-    /// Another volume, `TATU_BEAMS_PYRAMID`, `_CYLINDER` or `_DISC`, with its numbers as in `tatu.h`.
+    /// A different volume, `TATU_BEAMS_PYRAMID`, `_CYLINDER` or `_DISC`, with its numbers as in `tatu.h`.
     Volume {
         /// Form of the volume, `TATU_BEAMS_*`.
         form: u32,
@@ -55,13 +55,13 @@ pub enum Form {
 /// The beams of a sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Beams {
-    /// Their form.
+    /// Form of the beams.
     pub form: Form,
     /// Nearest distance that is detected, m.
     pub near: f64,
     /// Farthest distance that is detected, m.
     pub far: f64,
-    /// Greatest angle between line of sight and surface normal, rad; pi/2: no limit.
+    /// Greatest angle between line of sight and surface normal, rad; pi/2 means no limit.
     pub max_incidence: f64,
     /// Whether beams ignore objects of the sensor's own model.
     pub skip_own_model: bool,
@@ -69,13 +69,13 @@ pub struct Beams {
     pub faces: (bool, bool),
     /// Whether visible objects are detected, as by a camera, instead of detectable ones.
     pub visible: bool,
-    /// Numbers to which [`TATU_DIM_OWN`] in shapes of fields refers; 0: there is no such field.
+    /// Numbers to which [`TATU_DIM_OWN`] in shapes of fields refers; 0 if there is no such field.
     pub own: [u32; 4],
     /// `TATU_IN_*`: inputs that this instance does not need; they are 0 or absent.
     pub without: u32,
     /// Whether a point found by a volume counts only if nothing is between it and the sensor.
     pub occlude: bool,
-    /// Their physical nature: a sum of `TATU_WAVES_*`.
+    /// Physical nature of the beams: a sum of `TATU_WAVES_*`.
     pub waves: u32,
     /// Whether they are rays that [`Sensor::aim`] moves and turns.
     pub aimed: bool,
@@ -100,7 +100,7 @@ impl Default for Beams {
     }
 }
 
-/// A preset: `(id, one sentence with the source of the numbers, lines of TOML as in a scene)`.
+/// A preset of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Preset {
     /// Id of the preset, such as "hokuyo_urg_04lx".
@@ -132,22 +132,23 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     const PRESETS: &'static [Preset] = &[];
     /// Creates an instance. `world` is read-only.
     fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
-    /// Applies new values of live parameters: `changed` has a bit for each, in the order of declaration. Its beams are
-    /// then requested again. After an error the old values stay in effect. A parameter with [`Param::rebuilds`] is
-    /// never passed here. (A snapshot of a run in which one was changed is restored by replay.)
+    /// Applies new values of live parameters; `changed` has a bit for each parameter, in the order of declaration. The
+    /// beams are then requested again. After an error, the old values stay in effect. A parameter with
+    /// [`Param::rebuilds`] is never passed here. (A snapshot of a run in which a parameter was changed is restored by
+    /// replay.)
     fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
         let _ = (params, changed);
         Ok(Change::Rebuild)
     }
-    /// Returns its beams.
+    /// Returns the sensor's beams.
     fn beams(&self) -> Result<Beams>;
     /// Number of values that each instance keeps between measurements: [`Readout::state`]. The host stores them, so
     /// they are part of snapshots and survive a reload; they are zero at first and after a reset.
     const STATE: usize = 0;
     /// Version of these values and of the data that [`Sensor::save`] writes; increase it when their meaning changes.
     const STATE_VERSION: u32 = 0;
-    /// Saves for a snapshot what a reading depends on besides parameters, [`Sensor::STATE`] and the beams; most sensors
-    /// have nothing of that kind.
+    /// Saves, for a snapshot, the data on which a reading depends besides parameters, [`Sensor::STATE`] and the beams;
+    /// most sensors have none.
     fn save(&self) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
@@ -164,8 +165,8 @@ pub trait Sensor: Sized + Send + Sync + 'static {
         let _ = (sample, rays);
         Ok(())
     }
-    /// Makes fields that depend on others consistent, after the noise that a scene declares has been applied to them.
-    /// Otherwise like [`Sensor::measure`]. It is not called without noise, so `measure` must fill all fields.
+    /// Makes fields that depend on others consistent, after the declared noise has been applied to them. Otherwise like
+    /// [`Sensor::measure`]. It is called only if there is noise, so `measure` must fill all fields.
     fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let _ = (sample, out);
         Ok(())

@@ -36,31 +36,32 @@ pub trait Service: Sized + 'static {
     /// Description, one sentence.
     const TEXT: &'static str;
 
-    /// Names of the events that [`event`](Self::event) receives; `*`: all except "collision", "separation" and
-    /// "contact", which are expensive. Empty: "started", "paused", "resumed", "stopped", "fault".
+    /// Names of the events that [`event`](Self::event) receives. `*` means all except "collision", "separation" and
+    /// "contact", which are expensive. An empty list means "started", "paused", "resumed", "stopped" and "fault".
     const EVENTS: &'static [&'static str] = &[];
 
     /// Declares its parameters.
     fn params() -> Vec<Param>;
     /// Starts the service. Dropping the value must join its threads.
     fn start(plugin: &Self::Plugin, host: &Host, session: Session, params: &Params<'_>) -> Result<Self>;
-    /// Takes its turn before a step, and while a world is stopped or paused: executes queued requests, and never
-    /// blocks. After an error or a panic the service is disabled.
+    /// Takes the service's turn before a step, and while a world is stopped or paused. It executes queued requests and
+    /// must never block. After an error or a panic, the service is disabled.
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<Answer>;
     /// Handles an event, one of [`EVENTS`](Self::EVENTS).
     fn event(&self, turn: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
         let _ = (turn, name, payload);
     }
     /// Calls a function that a client passed as an argument by [`Turn::function`]; returns its results. It may wait for
-    /// the client, polling [`World::is_interrupted`] every 50 ms; commands that the client calls meanwhile cannot wait.
+    /// the client, polling [`World::is_interrupted`] every 50 ms; commands that the client calls in the meantime cannot
+    /// wait.
     fn call_func(&self, turn: &Turn<'_>, local: u32, args: &[ValueRef<'_>]) -> Result<Vec<Value>> {
         let _ = (turn, local, args);
         Err(Fail::unsupported("this service does not pass functions of clients"))
     }
     /// Version of the data that [`Service::save`] writes; increase it when that changes.
     const STATE_VERSION: u32 = 0;
-    /// Saves its state concerning one world, for a snapshot. Most services have none, because clients are not part of a
-    /// snapshot.
+    /// Saves the service's state concerning one world, for a snapshot. Most services have none, because clients are not
+    /// part of a snapshot.
     fn save(&self) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
@@ -69,8 +70,8 @@ pub trait Service: Sized + 'static {
         let _ = version;
         if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
-    /// Takes its last turn, before the world ends. The world can be read but not changed; clients that wait for an
-    /// answer can still get one.
+    /// Takes the service's last turn, before the world ends. The world can be read but not changed; clients that wait
+    /// for an answer can still get one.
     fn last(&self, turn: &Turn<'_>) -> Result {
         let _ = turn;
         Ok(())
@@ -84,13 +85,13 @@ pub trait Service: Sized + 'static {
 /// A service's answer at the barrier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Answer {
-    /// Time may advance.
+    /// Simulation time may advance.
     Go,
-    /// Time stands still until the service is woken and returns `Go`.
+    /// Simulation time does not advance until the service is woken and returns `Go`.
     Hold,
 }
 
-/// A session, for use by the threads of a service. After the service has ended its functions do nothing.
+/// A session, for use by the threads of a service. After the service has ended, its functions do nothing.
 #[derive(Clone)]
 pub struct Session {
     /// Null once the service has ended.
@@ -102,7 +103,7 @@ impl Session {
     fn new(raw: *mut tatu_session, host: Host) -> Self {
         Session { raw: Arc::new(Mutex::new(raw.into())), host }
     }
-    /// Calls `f` with the session, which cannot end in the meanwhile; `None`: it has ended.
+    /// Calls `f` with the session, which cannot end during the call; returns `None` if it has ended.
     fn with<T>(&self, f: impl FnOnce(*mut tatu_session) -> T) -> Option<T> {
         let mut raw = self.raw.lock().unwrap_or_else(PoisonError::into_inner);
         let session = *raw.get_mut();
@@ -179,15 +180,15 @@ impl Turn<'_> {
         let all = all.unwrap_or_default();
         (all.iter().position(|w| *w == self.raw().ptr()).unwrap_or(0), all.len().max(1))
     }
-    /// Calls a command by any of its names. `token` 0: it must not wait; otherwise it may, and its end is reported to
-    /// [`Service::resume`] with this token.
+    /// Calls a command by any of its names. If `token` is 0, the command must not wait; otherwise it may, and its end
+    /// is reported to [`Service::resume`] with this token.
     pub fn call(&self, name: &str, args: &[Value], token: u64) -> Result<Called> {
         outgoing::call_by_name(&self.world, name, args, token)
     }
 }
 
 struct Data<S> {
-    /// The first field, so that the service is dropped before its session.
+    /// This is the first field, so that the service is dropped before its session.
     service: S,
     session: Ending,
 }
@@ -248,7 +249,7 @@ pub(crate) fn table<S: Service>(keep: &mut Keep) -> *const tatu_service {
 /// Runs a call that passes a world.
 ///
 /// # Safety
-/// `data` was made by `start` and is live; `world` belongs to the session, whose thread this is.
+/// `data` must have been made by `start` and be alive; `world` must belong to the session, on the session's thread.
 unsafe fn enter<S: Service>(
     data: *mut c_void,
     world: *mut tatu_world,
@@ -256,7 +257,8 @@ unsafe fn enter<S: Service>(
     f: impl FnOnce(&S, &Turn<'_>) -> Result<tatu_status>,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: the caller guarantees that `data` is a live `Data<S>` and that `world` is valid during the call.
+        // SAFETY: the caller guarantees that `data` points to a live `Data<S>` and that `world` is valid during the
+        // call.
         let (Data { service, session }, world) = unsafe {
             let data = life::of::<Data<S>>(data);
             (data, World::new(world, &data.session.0.host))
@@ -361,7 +363,8 @@ struct WorldRoom<'a>(&'a World<'a>);
 impl Room for WorldRoom<'_> {
     fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]> {
         let alloc = self.0.host().commands.and_then(|t| t.alloc)?;
-        // SAFETY: `alloc` returns null or 8-byte aligned memory of this size, which belongs to this call alone.
+        // SAFETY: `alloc` returns null or a pointer to 8-byte aligned memory of this size, which belongs to this call
+        // alone and lives until its results have been read.
         unsafe { given(alloc(self.0.raw(), 8 * n as u64).cast(), n) }
     }
 }

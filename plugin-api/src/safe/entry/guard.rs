@@ -24,16 +24,16 @@ pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status
     }
 }
 
-/// Like [`run`], for functions that a plugin puts into a table of the ABI itself, which no panic may leave. Functions
-/// of this crate's traits are guarded already.
+/// Like [`run`], but for functions that a plugin puts into a table of the ABI itself; no panic may leave them.
+/// Functions of this crate's traits are guarded already.
 ///
 /// # Safety
-/// `error` is null, or an error object of the host that is live during the call.
+/// `error` must be null, or point to an error object of the host that is alive during the call.
 pub unsafe fn guarded(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> tatu_status {
     run(error, f)
 }
 
-/// Runs `f` where no error can be returned: a panic is logged as an error, and the host reports the function that it
+/// Runs `f` where no error can be returned. A panic is logged as an error, and the host reports the function that it
 /// called.
 pub fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
     catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|panic| {
@@ -59,12 +59,12 @@ fn panic_text(panic: &(dyn Any + Send)) -> String {
     text.to_owned() + &PLACE.take()
 }
 
-/// Sends panic messages to `log`, the host's, instead of the terminal. Each library has a separate panic hook.
+/// Sends panic messages to the host's `log` instead of the terminal. Each library has a separate panic hook.
 pub fn set_panic_hook(log: impl Fn(u32, &str) + Send + Sync + 'static) {
     if LOG.set(Box::new(log)).is_ok() {
         std::panic::set_hook(Box::new(|info| {
             let place = info.location().map_or(String::new(), |at| format!(" at {}:{}", at.file(), at.line()));
-            // At the end of a thread its thread-locals may be destroyed already.
+            // When a thread ends, its thread-locals may have been destroyed already.
             let _ = PLACE.try_with(|last| last.replace(place));
             if let Some(log) = LOG.get() {
                 log(TATU_LOG_DEBUG, &format!("plugin {info}"));

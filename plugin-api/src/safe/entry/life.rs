@@ -65,7 +65,7 @@ pub(crate) fn table<L: Life>(state_bytes: usize) -> tatu_life {
 /// Returns the instance of a call.
 ///
 /// # Safety
-/// `data` was made by `create` of this type, and is not destroyed within `'a`.
+/// `data` must have been made by `create` of this type, and must not be destroyed within `'a`.
 pub(crate) unsafe fn of<'a, L: Life>(data: *mut c_void) -> &'a L {
     // SAFETY: the caller guarantees that `data` points to a live `L`.
     unsafe { &*data.cast::<L>() }
@@ -78,8 +78,8 @@ unsafe extern "C" fn create<L: Life>(
     error: *mut tatu_error,
 ) -> tatu_status {
     run(error, || {
-        // SAFETY: `me` was made by `init`; the host passes a valid description with the stated number of values, and a
-        // place for the pointer.
+        // SAFETY: `me` was made by `init` and lives until shutdown. The host passes a description that is valid during
+        // the call, with the stated number of values, and a place for the pointer.
         let (started, info, data) = unsafe {
             let (started, raw) = (&*me.cast::<Started<L::Plugin>>(), &*info);
             let info = Info {

@@ -27,8 +27,8 @@ use crate::safe::{
 
 /// The `data` that the host stores for a sensor: the sensor, and the directions of its beams.
 ///
-/// There may be thousands of sensors, and each step visits all: the data for a measurement come first, to occupy few
-/// cache lines.
+/// There may be thousands of sensors, and each step visits all of them: the data for a measurement comes first, to
+/// occupy few cache lines.
 #[repr(C, align(64))]
 struct Data<S: Sensor> {
     /// The declared fields, shared by all sensors of the kind.
@@ -200,8 +200,8 @@ unsafe extern "C" fn aim<S: Sensor>(
 ) -> tatu_status {
     let act = |sensor: &S, sample: &Sample<'_>, _: &mut Readout<'_>| {
         let sample = sample.before_the_cast();
-        // SAFETY: the rays belong to this instance alone, and a sample before the cast does not expose them, so the
-        // mutable slice is not aliased.
+        // SAFETY: the rays belong to this instance alone during the call, and a sample before the cast does not expose
+        // them, so the mutable slice is not aliased.
         match unsafe { sample.rays_to_aim() } {
             [] => Ok(()),
             rays => sensor.aim(&sample, rays),
@@ -214,17 +214,18 @@ unsafe extern "C" fn aim<S: Sensor>(
 /// Calls a function for each sensor of a batch, except those that have failed already.
 ///
 /// # Safety
-/// The batch is valid, and no other thread uses its instances.
+/// The batch must be valid during the call, and no other thread may use its instances.
 unsafe fn each<S: Sensor>(
     batch: *const tatu_sensor_batch,
     error: *mut tatu_error,
     act: impl Fn(&S, &Sample<'_>, &mut Readout<'_>) -> Result,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: the caller guarantees that the batch is valid.
+        // SAFETY: the caller guarantees that `batch` points to a batch that is valid during the call.
         let batch = unsafe { &*batch };
         for i in 0..batch.n as usize {
-            // SAFETY: the arrays have one entry per instance, and `i` is below `n`; `data` was made by `create`.
+            // SAFETY: the arrays are valid during the call and have one entry per instance, and `i` is below `n`;
+            // `data` was made by `create` and is alive.
             let (data, status) = unsafe { (life::of::<Data<S>>(*batch.data.add(i)), &mut *batch.status.add(i)) };
             if *status < 0 {
                 continue;

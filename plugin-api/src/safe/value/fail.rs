@@ -47,7 +47,7 @@ impl Fail {
         self.0.help = Some(text.into());
         self
     }
-    /// Adds the position in a text; lines are counted from 1.
+    /// Adds the position in a file; lines are counted from 1.
     pub fn at(mut self, file: impl Into<String>, line: u64) -> Self {
         self.0.file = Some((file.into(), line));
         self
@@ -81,10 +81,10 @@ impl Fail {
     /// Writes the error into the host's error object, if there is one; returns the code.
     ///
     /// # Safety
-    /// `error` is null or points to a live error of the host.
+    /// `error` must be null or point to a live error object of the host.
     pub unsafe fn write(&self, error: *mut tatu_error) -> tatu_status {
-        // SAFETY: the caller guarantees that `error` is null or live; the host's functions copy the texts passed to
-        // them.
+        // SAFETY: the caller guarantees that `error` is null or points to an object that is alive during the call; the
+        // host's functions copy the texts passed to them.
         unsafe {
             if let Some(say) = error.as_ref().and_then(|e| e.say) {
                 say(error, self.0.code, text_raw(&self.0.text));
@@ -107,9 +107,9 @@ impl Fail {
     /// Reads the host's error object.
     ///
     /// # Safety
-    /// `error` is null or points to a live error of the host.
+    /// `error` must be null or point to a live error object of the host.
     pub unsafe fn read(code: tatu_status, error: *const tatu_error) -> Self {
-        // SAFETY: the caller guarantees that `error` is null or live.
+        // SAFETY: the caller guarantees that `error` is null or points to an object that is alive during the call.
         let Some(e) = (unsafe { error.as_ref() }) else {
             return Self::with_code(code, "failed without a reason");
         };
@@ -155,13 +155,13 @@ pub(crate) fn bytes_raw(s: &[u8]) -> tatu_str {
 /// Returns the bytes of an ABI text.
 ///
 /// # Safety
-/// `s` points to `len` bytes that live for `'a`, or is empty.
+/// `s` must point to `len` bytes that live for `'a`, or be empty.
 pub unsafe fn bytes_of<'a>(s: tatu_str) -> &'a [u8] {
-    // SAFETY: the caller guarantees the same as `Lent::new` requires.
+    // SAFETY: the caller guarantees that `s` is empty or points to `len` bytes that live for `'a`.
     unsafe { Lent::new(s) }.bytes()
 }
 
 fn lossy<'a>(s: tatu_str) -> Cow<'a, str> {
-    // SAFETY: texts of an error object live as long as the object; the result is copied at once.
+    // SAFETY: `s` is a text of an error object and lives as long as the object; the result is copied at once.
     String::from_utf8_lossy(unsafe { bytes_of(s) })
 }

@@ -153,8 +153,8 @@ impl Field {
     pub fn shape(&self) -> [u32; 3] {
         self.dims
     }
-    /// Sets the shape, outermost dimension first; 0: the number of beams or pixels; [`TATU_DIM_ROWS`] and
-    /// [`TATU_DIM_COLUMNS`]: those of the image.
+    /// Sets the shape, outermost dimension first. 0 means the number of beams or pixels; [`TATU_DIM_ROWS`] and
+    /// [`TATU_DIM_COLUMNS`] mean those of the image.
     pub fn dims(mut self, dims: [u32; 3]) -> Self {
         self.dims = dims;
         self

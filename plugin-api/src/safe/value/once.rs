@@ -1,5 +1,5 @@
-//! Caches the lists that a type declares, so that they match what the host received even if the type later returns
-//! something else.
+//! Caches the lists that a type declares, so that they match the ones the host received even if the type later returns
+//! different ones.
 
 use std::{
     any::{Any, TypeId},
@@ -12,7 +12,7 @@ pub(crate) fn once<Key: 'static, T: Send + Sync + 'static>(make: impl FnOnce() -
     static LISTS: Mutex<BTreeMap<TypeId, Arc<dyn Any + Send + Sync>>> = Mutex::new(BTreeMap::new());
     let key = TypeId::of::<fn(Key) -> T>();
     let known = LISTS.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
-    // Called without the lock, because `make` may request another list.
+    // `make` is called without the lock, because it may request a different list.
     let list = known.unwrap_or_else(|| {
         let made: Arc<Arc<[T]>> = Arc::new(make().into());
         LISTS.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_insert(made).clone()

@@ -44,8 +44,8 @@ impl Value {
         Value::Text(s.as_ref().to_vec())
     }
 
-    /// Converts to the ABI form; the data that it points to is stored in `room`, and must not be read after `room` has
-    /// been dropped. `None`: there is no space left.
+    /// Converts to the ABI form, and stores data that it points to in `room`; it must not be read after `room` has been
+    /// dropped. Returns `None` if there is no space left.
     pub fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
         Some(match self {
             Value::Nil => raw_int(TATU_NIL, 0),
@@ -71,16 +71,16 @@ impl Value {
     }
 }
 
-/// Storage for data to which values point. Its contents do not move while they are used, whatever else is stored.
+/// Storage for data to which values point. Data that has been stored does not move.
 pub trait Room {
-    /// Allocates `n` words of 8 bytes; `None`: there is no space left.
+    /// Allocates `n` words of 8 bytes; returns `None` if there is no space left.
     fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]>;
 }
 
-/// Returns memory from the host as a slice; `None` for null.
+/// Returns memory from the host as a slice, or `None` for null.
 ///
 /// # Safety
-/// `at` is null, or 8-byte aligned with room for `n` words that nothing else uses within `'a`.
+/// `at` must be null, or 8-byte aligned with room for `n` words that nothing else uses within `'a`.
 pub(crate) unsafe fn given<'a>(at: *mut u8, n: usize) -> Option<&'a mut [MaybeUninit<u64>]> {
     // SAFETY: `at` is not null here, and the caller guarantees alignment, size and exclusive use.
     NonNull::new(at).map(|at| unsafe { std::slice::from_raw_parts_mut(at.cast().as_ptr(), n) })
@@ -196,8 +196,8 @@ impl<'a> ValueRef<'a> {
     }
     /// Returns the elements of a span, whose type `T` must match the tag.
     fn span<T>(self) -> &'a [T] {
-        // SAFETY: callers choose `T` by the tag, which guarantees that the member `s` is set and has elements of that
-        // type; they live for `'a`.
+        // SAFETY: callers choose `T` by the tag, which guarantees that `s` is the active member of the union and has
+        // elements of that type; they live for `'a`.
         unsafe {
             match self.raw().u.s {
                 s if s.ptr.is_null() || s.len == 0 => &[],
@@ -209,7 +209,7 @@ impl<'a> ValueRef<'a> {
     pub fn tag(self) -> u32 {
         self.raw().tag
     }
-    /// Returns whether it is nil.
+    /// Returns whether the value is nil.
     pub fn is_nil(self) -> bool {
         self.tag() == TATU_NIL
     }
@@ -233,7 +233,7 @@ impl<'a> ValueRef<'a> {
     pub fn as_bool(self) -> Option<bool> {
         (self.tag() == TATU_BOOL).then(|| self.bits() != 0)
     }
-    /// Returns whether scripts treat it as true: anything but nil and false.
+    /// Returns whether scripts treat the value as true, as they do all values except nil and false.
     pub fn truthy(self) -> bool {
         !self.is_nil() && self.as_bool() != Some(false)
     }
@@ -256,7 +256,7 @@ impl<'a> ValueRef<'a> {
     pub fn as_str(self) -> Option<Cow<'a, str>> {
         self.as_bytes().map(String::from_utf8_lossy)
     }
-    /// Returns the number of elements of an array, list or map.
+    /// Returns the number of elements of an array, list or map, or of bytes of a text or byte string; otherwise 0.
     pub fn len(self) -> usize {
         match self.tag() {
             TATU_F64S => self.span::<f64>().len(),
@@ -269,11 +269,11 @@ impl<'a> ValueRef<'a> {
             _ => 0,
         }
     }
-    /// Returns whether it has no elements.
+    /// Returns whether the value has no elements.
     pub fn is_empty(self) -> bool {
         self.len() == 0
     }
-    /// Returns element `i` of a numeric array, or of a list if it is a number.
+    /// Returns element `i` of a numeric array, or of a list if that element is a number.
     pub fn number(self, i: usize) -> Option<f64> {
         match self.tag() {
             TATU_F64S => self.span().get(i).copied(),
@@ -308,7 +308,7 @@ impl<'a> ValueRef<'a> {
     pub fn map(self) -> Option<&'a [[ValueRef<'a>; 2]]> {
         (self.tag() == TATU_MAP).then(|| self.span())
     }
-    /// Returns the value of a text key of a map.
+    /// Returns the value of a map's entry with a text key.
     pub fn get(self, key: &str) -> Option<ValueRef<'a>> {
         self.map()?.iter().find(|[k, _]| k.as_bytes() == Some(key.as_bytes())).map(|[_, v]| *v)
     }

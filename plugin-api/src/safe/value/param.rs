@@ -58,11 +58,11 @@ impl Param {
     pub fn bytes(key: &str) -> Self {
         Self::of(TATU_BYTES, key)
     }
-    /// Declares `count` numbers; 0: any number of them.
+    /// Declares `count` numbers, or any number of them if it is 0.
     pub fn floats(key: &str, count: u32) -> Self {
         Param { count, ..Self::of(TATU_F64S, key) }
     }
-    /// Declares `count` integers; 0: any number of them.
+    /// Declares `count` integers, or any number of them if it is 0.
     pub fn ints(key: &str, count: u32) -> Self {
         Param { count, ..Self::of(TATU_I64S, key) }
     }
@@ -70,7 +70,7 @@ impl Param {
     pub fn func(key: &str) -> Self {
         Self::of(TATU_FUNC, key)
     }
-    /// Declares a table with keys: any, unless [`Param::keys`] lists them.
+    /// Declares a table with keys; any keys are allowed, unless [`Param::keys`] lists them.
     pub fn map(key: &str) -> Self {
         Self::of(TATU_MAP, key)
     }
@@ -92,7 +92,7 @@ impl Param {
     pub fn any(key: &str) -> Self {
         Self { flags: TATU_PARAM_ANY, ..Self::of(TATU_NIL, key) }
     }
-    /// Sets its unit: "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz".
+    /// Sets the parameter's unit: "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz".
     pub fn unit(mut self, unit: &'static str) -> Self {
         self.unit = Some(unit);
         self
@@ -102,7 +102,7 @@ impl Param {
         (self.lowest, self.highest) = (lowest, highest);
         self
     }
-    /// Sets its default; it may then be left out, without [`Param::optional`].
+    /// Sets the parameter's default; it may then be omitted, without [`Param::optional`].
     pub fn default(mut self, value: impl Into<Value>) -> Self {
         self.fallback = value.into();
         self
@@ -112,7 +112,7 @@ impl Param {
         self.choices = choices;
         self
     }
-    /// Allows it to be left out, or nil.
+    /// Allows the parameter to be omitted, or nil.
     pub fn optional(mut self) -> Self {
         self.flags |= TATU_PARAM_OPTIONAL;
         self
@@ -122,12 +122,12 @@ impl Param {
         self.flags |= TATU_PARAM_REST | TATU_PARAM_OPTIONAL;
         self
     }
-    /// Makes a change of it create the instance again.
+    /// Makes a change of the parameter create the instance again.
     pub fn rebuilds(mut self) -> Self {
         self.flags |= TATU_PARAM_REBUILDS;
         self
     }
-    /// Sets its description, one sentence.
+    /// Sets the parameter's description, one sentence.
     pub fn text(mut self, text: impl Into<String>) -> Self {
         self.text = text.into();
         self
@@ -222,7 +222,7 @@ impl<'a> Params<'a> {
     pub fn new(values: &'a [ValueRef<'a>], declared: &'a [Param]) -> Self {
         Params { values, declared }
     }
-    /// Returns the value of a key; nil if it was not given.
+    /// Returns the value of a key, or nil if it was not given.
     pub fn get(&self, key: &str) -> Result<ValueRef<'a>> {
         let i = self.declared.iter().position(|p| p.key == key).ok_or_else(|| {
             Fail::new(format!("the plugin asks for its parameter `{key}`, which it does not declare"))

@@ -14,7 +14,7 @@ pub const MOST_BYTES: u64 = 256 << 20;
 pub fn open_plain(path: &Path, most: u64) -> io::Result<io::Take<File>> {
     check(&fs::metadata(path)?, most)?;
     let file = File::open(path)?;
-    // Another file may have been moved to this name in the meanwhile.
+    // In the meantime, a different file may have been moved to this name.
     check(&file.metadata()?, most)?;
     Ok(file.take(most))
 }
@@ -24,7 +24,7 @@ pub fn read_plain(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     read_opened(open_plain(path, most)?.into_inner(), most)
 }
 
-/// Like [`read_plain`], for an open file.
+/// Like [`read_plain`], but for an open file.
 pub(crate) fn read_opened(file: File, most: u64) -> io::Result<Vec<u8>> {
     let length = check(&file.metadata()?, most)?;
     let mut file = file.take(most);
@@ -35,7 +35,7 @@ pub(crate) fn read_opened(file: File, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Like [`read_plain`], as text; invalid UTF-8 is an error.
+/// Like [`read_plain`], but returns text; invalid UTF-8 is an error.
 pub fn read_plain_text(path: &Path, most: u64) -> io::Result<String> {
     let bytes = read_plain(path, most)?;
     String::from_utf8(bytes).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.utf8_error()))

@@ -22,7 +22,7 @@ enum Words {
 
 impl Reading {
     /// # Safety
-    /// `view` was filled by the host, and nothing has been measured since.
+    /// The host must have filled `view`, and nothing may have been measured since.
     pub(crate) unsafe fn of(view: &tatu_field_view) -> Self {
         let each = match view.elem {
             TATU_ELEM_F64 | TATU_ELEM_OBJECT => 8,
@@ -40,11 +40,12 @@ impl Reading {
             Words::Few(few) => few.as_mut_ptr(),
             Words::Many(many) => many.as_mut_ptr(),
         };
-        // SAFETY: the host's buffer has `len` elements of `each` bytes, and `to` has room for them.
+        // SAFETY: `view.ptr` points to `len` elements of `each` bytes, valid until the next measurement, and `to` has
+        // room for them.
         unsafe { std::ptr::copy_nonoverlapping(view.ptr.cast::<u8>(), to.cast::<u8>(), len * each) };
         Reading { elem: view.elem, dims: view.dims, time: view.time, sequence: view.sequence, len, words }
     }
-    /// Returns how often the sensor has been measured; 0: never, or not since a reset.
+    /// Returns how often the sensor has measured; 0 if it never has, or not since a reset.
     pub fn sequence(&self) -> u64 {
         self.sequence
     }
@@ -68,8 +69,8 @@ impl Reading {
             Words::Few(few) => &few[..],
             Words::Many(many) => many,
         };
-        // SAFETY: `of` copied `len` elements of the type that `elem` means, which callers match; any bit pattern is
-        // valid for these types, and words are sufficiently aligned.
+        // SAFETY: `words` live as long as `self`. `of` copied `len` elements of the type that `elem` states into them,
+        // which callers match. Any bit pattern is valid for these types, and words are sufficiently aligned.
         unsafe { std::slice::from_raw_parts(words.as_ptr().cast(), self.len) }
     }
     /// Returns the numbers, if they are 64-bit floats; otherwise an empty slice.
@@ -88,11 +89,11 @@ impl Reading {
     pub fn u16s(&self) -> &[u16] {
         self.slice(TATU_ELEM_U16)
     }
-    /// Returns the bytes, if they are bytes; otherwise an empty slice.
+    /// Returns the elements, if they are bytes; otherwise an empty slice.
     pub fn u8s(&self) -> &[u8] {
         self.slice(TATU_ELEM_U8)
     }
-    /// Returns the objects, if they are objects; otherwise an empty slice.
+    /// Returns the elements, if they are objects; otherwise an empty slice.
     pub fn objects(&self) -> &[tatu_object] {
         self.slice(TATU_ELEM_OBJECT)
     }

@@ -25,7 +25,7 @@ impl<'a> Sample<'a> {
     pub fn before_the_cast(&self) -> Sample<'a> {
         Sample { cast: false, ..*self }
     }
-    /// Returns this instance's element of an array with one element per instance; `None` if there is no such array.
+    /// Returns this instance's element of an array with one element per instance, or `None` if there is no such array.
     fn own<T: Copy>(&self, array: *const T) -> Option<T> {
         // SAFETY: the host's arrays are null or have one element per instance, and `i` is below `n`.
         (!array.is_null()).then(|| unsafe { *array.add(self.i) })
@@ -55,11 +55,11 @@ impl<'a> Sample<'a> {
     pub fn sensor(&self) -> tatu_object {
         self.own(self.batch.sensor).unwrap_or_default()
     }
-    /// Returns for each beam the distance, m; infinity: no hit. Requires `TATU_IN_DISTANCE`.
+    /// Returns for each beam the distance, m, or infinity if nothing was hit. Requires `TATU_IN_DISTANCE`.
     pub fn distances(&self) -> &'a [f64] {
         self.per_beam(self.batch.distance)
     }
-    /// Returns for each beam the point hit, sensor frame, m. Requires `TATU_IN_POINT`.
+    /// Returns for each beam the point that was hit, sensor frame, m. Requires `TATU_IN_POINT`.
     pub fn points(&self) -> &'a [[f64; 3]] {
         self.per_beam(self.batch.point.cast())
     }
@@ -67,7 +67,7 @@ impl<'a> Sample<'a> {
     pub fn normals(&self) -> &'a [[f64; 3]] {
         self.per_beam(self.batch.normal.cast())
     }
-    /// Returns for each beam the object hit. Requires `TATU_IN_OBJECT`.
+    /// Returns for each beam the object that was hit. Requires `TATU_IN_OBJECT`.
     pub fn objects(&self) -> &'a [tatu_object] {
         self.per_beam(self.batch.object)
     }
@@ -75,12 +75,12 @@ impl<'a> Sample<'a> {
     pub fn colors(&self) -> &'a [[u8; 3]] {
         self.per_beam(self.batch.color.cast())
     }
-    /// Returns for each beam the triangle or face hit. Requires `TATU_IN_PRIMITIVE`.
+    /// Returns for each beam the triangle or face that was hit. Requires `TATU_IN_PRIMITIVE`.
     pub fn primitives(&self) -> &'a [u32] {
         self.per_beam(self.batch.primitive)
     }
 
-    /// Returns for each pixel, the lowest row first, the depth along +z, m; infinity: no hit. Requires
+    /// Returns for each pixel, the lowest row first, the depth along +z, m, or infinity if nothing was hit. Requires
     /// `TATU_IN_DISTANCE`.
     pub fn depths(&self) -> &'a [f32] {
         self.per_pixel(self.batch.depth)
@@ -93,18 +93,18 @@ impl<'a> Sample<'a> {
     pub fn pixel_cosines(&self) -> &'a [f32] {
         self.per_pixel(self.batch.pixel_cosine)
     }
-    /// Returns for each pixel the object hit. Requires `TATU_IN_OBJECT`.
+    /// Returns for each pixel the object that was hit. Requires `TATU_IN_OBJECT`.
     pub fn pixel_objects(&self) -> &'a [tatu_object] {
         self.per_pixel(self.batch.pixel_object)
     }
 
-    /// Returns for each beam its origin and direction, in the sensor's frame; empty if they are not aimed.
+    /// Returns for each beam its origin and direction in the sensor's frame; empty if the beams are not aimed.
     pub fn rays(&self) -> &'a [[f64; 6]] {
-        // SAFETY: after the cast, rays are only read.
+        // SAFETY: after the cast, the rays are only read, so no mutable reference to them exists.
         if self.cast { unsafe { self.rays_to_aim() } } else { &[] }
     }
     /// # Safety
-    /// No other reference to the rays exists while the returned slice is used.
+    /// No other reference to the rays may exist while the returned slice is used.
     pub(crate) unsafe fn rays_to_aim(&self) -> &'a mut [[f64; 6]] {
         let rays = self.own(self.batch.rays).unwrap_or(std::ptr::null_mut());
         let ends = self.batch.first_beam;
@@ -133,21 +133,21 @@ impl<'a> Sample<'a> {
             unsafe { fill(random, self.i as u32, first, out.len() as u64, out.as_mut_ptr()) };
         }
     }
-    /// Fills `out` with uniform random numbers in [0, 1): those of this sensor's measurement from index `first` on.
+    /// Fills `out` with uniform random numbers in [0, 1), those of this sensor's measurement from index `first` on.
     pub fn uniform(&self, first: u64, out: &mut [f64]) {
         self.draw(|r| r.uniform, first, out);
     }
-    /// Fills `out` with normally distributed random numbers, mean 0, standard deviation 1.
+    /// Fills `out` with normally distributed random numbers with mean 0 and standard deviation 1.
     pub fn normal(&self, first: u64, out: &mut [f64]) {
         self.draw(|r| r.normal, first, out);
     }
 
-    /// Returns the sensor's pose in the world: x y z (m), quaternion x y z w. `None` without `TATU_IN_POSE` in its
-    /// inputs.
+    /// Returns the sensor's pose in the world frame: x y z (m), quaternion x y z w; or `None` without `TATU_IN_POSE` in
+    /// its inputs.
     pub fn pose(&self) -> Option<[f64; 7]> {
         self.own(self.batch.pose.cast())
     }
-    /// Returns the twist of its mount in the world frame: m/s, then rad/s. `None` without `TATU_IN_TWIST` in its
+    /// Returns the twist of its mount in the world frame: m/s, then rad/s; or `None` without `TATU_IN_TWIST` in its
     /// inputs.
     pub fn twist(&self) -> Option<[f64; 6]> {
         self.own(self.batch.twist.cast())
@@ -213,8 +213,8 @@ impl Readout<'_> {
     pub fn state(&mut self) -> &mut [f64] {
         self.state
     }
-    /// Field `k`, from 0 in the order of declaration, declared with [`Field::f64`]; empty if it has another type. By name:
-    /// [`fields!`](crate::fields).
+    /// Returns field `k`, from 0 in the order of declaration, declared with [`Field::f64`]; empty if it has a different
+    /// type.
     pub fn f64(&mut self, k: usize) -> &mut [f64] {
         self.of_number(k)
     }

@@ -5,7 +5,8 @@ use tatu_plugin_api::safe::{Actuator, Drive, Fail, Instance, Output, Param, Para
 /// The plugin; it has no state.
 pub struct Thrusters;
 
-/// A thruster. `SUBSTEP`: its direction follows the mount in each engine step, not only in each step of the world.
+/// A thruster. If `SUBSTEP` is set, its direction follows the mount in each engine step, not only in each step of the
+/// world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Thruster<const SUBSTEP: bool> {
     max_force: f64,
@@ -82,7 +83,7 @@ mod tests {
 
     #[test]
     fn a_lag_does_not_depend_on_the_length_of_steps() {
-        // Thrust and impulse of a step response: F (1 - e^(-t/tau)) and F (t - tau (1 - e^(-t/tau))).
+        // The thrust and the impulse of a step response are F (1 - e^(-t/tau)) and F (t - tau (1 - e^(-t/tau))).
         let (force, tau, t) = (8.0, 0.3, 1.2);
         for steps in [1, 7, 100] {
             let dt = t / f64::from(steps);

@@ -27,7 +27,7 @@ pub enum Gives {
 }
 
 impl Gives {
-    /// Returns what a failed call by an old name returns.
+    /// Returns the result of a failed call by an old name.
     pub fn on_error(self) -> [Value; 1] {
         if matches!(self, Gives::Int(_) | Gives::Float(_)) { MINUS } else { NIL }
     }

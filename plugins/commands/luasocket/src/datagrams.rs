@@ -15,7 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     offer.command(
         command("luasocket.bindDatagrams", |c, s, _| {
             let n = c.i64(0)?;
-            // Port 0 names no particular peer, so with `*` any permission is enough.
+            // Port 0 means no particular peer, so with `*` any permission suffices.
             let at = match (c.text(1)?.as_str(), port(c, 2)?) {
                 ("*", 0) if permission::any(&allowed(c)?) => Ok(SocketAddr::from(([0, 0, 0, 0], 0))),
                 _ => address(c, 1)?,

@@ -60,8 +60,9 @@ impl PerWorld for LuaSocket {
     }
     fn load(open: &Open, bytes: &[u8], version: u32) -> Result<()> {
         let last = bytes.try_into().ok().map(i64::from_le_bytes).filter(|_| version == Self::STATE_VERSION);
-        let last = last
-            .ok_or_else(|| Fail::unsupported("the saved state has an unknown format; it may be of another version"))?;
+        let last = last.ok_or_else(|| {
+            Fail::unsupported("the saved state has an unknown format; it may be of a different version")
+        })?;
         let mut sockets =
             open.sockets.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "its sockets are in use"))?;
         *sockets = Sockets::default();

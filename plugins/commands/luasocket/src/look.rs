@@ -1,4 +1,4 @@
-//! Access to the outside world: checks what is allowed, and records the result as an input of the run.
+//! Access to the outside: checks what is allowed, and records the result as an input of the run.
 
 use std::{cell::RefMut, io, net::SocketAddr};
 
@@ -25,7 +25,7 @@ const OPENS: [&str; 4] = ["luasocket.connect", "luasocket.listen", "luasocket.ac
 pub(crate) fn text(text: impl AsRef<str>) -> Value {
     Value::text(text.as_ref())
 }
-/// Returns nil and the text of an error.
+/// Returns nil and the message of an error.
 pub(crate) fn wrong(e: &io::Error) -> Vec<Value> {
     vec![Value::Nil, text(words(e))]
 }
@@ -45,7 +45,7 @@ pub(crate) fn allowed(c: &Ctx<'_>) -> Result<String> {
     Ok(c.world().get(0, c.plugin().allow)?.as_str().unwrap_or_default().into_owned())
 }
 
-/// Resolves argument `i` (a host) and the argument behind it (a port), if the run may reach that address.
+/// Resolves argument `i` (a host) and the argument after it (a port), if the run may reach that address.
 pub(crate) fn address(c: &Ctx<'_>, i: usize) -> Result<io::Result<SocketAddr>> {
     let (host, port) = (c.text(i)?, port(c, i + 1)?);
     let allowed = allowed(c)?;
@@ -115,7 +115,7 @@ pub(crate) fn give(c: &mut Ctx<'_>, values: Vec<Value>) {
     values.into_iter().for_each(|v| c.ret(v));
 }
 
-/// Builds a command that accesses the outside world.
+/// Builds a command that accesses the outside.
 pub(crate) fn command(
     name: &'static str,
     look: impl Fn(&Ctx<'_>, &mut Sockets, &dyn Fn() -> bool) -> Result<Vec<Value>> + Send + Sync + 'static,

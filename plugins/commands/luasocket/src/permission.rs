@@ -11,7 +11,7 @@ pub fn allows(allowed: &str, host: &str, at: SocketAddr) -> bool {
     })
 }
 
-/// Returns whether any address at all is allowed.
+/// Returns whether any address is allowed.
 pub fn any(allowed: &str) -> bool {
     places(allowed).next().is_some()
 }

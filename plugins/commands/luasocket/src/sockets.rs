@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// How long a call blocks before it checks whether the run is about to end.
+/// Maximum time for which a call blocks before it checks whether the run is about to end.
 const SLICE: Duration = Duration::from_millis(50);
 /// Pause between two polls of a non-blocking socket.
 const LOOK: Duration = Duration::from_millis(1);
@@ -19,7 +19,7 @@ const MOST_CONNECT: Duration = Duration::from_secs(120);
 /// Bytes per read from the operating system; the same as in LuaSocket.
 const BUFFER: usize = 8192;
 
-/// A connection, with the bytes it received that no call has read yet.
+/// A connection, and the bytes that it has received but that no call has read yet.
 pub struct Stream {
     stream: TcpStream,
     buffer: Vec<u8>,
@@ -29,7 +29,7 @@ pub struct Stream {
 pub enum Socket {
     /// A TCP connection.
     Stream(Stream),
-    /// A TCP listener, and a connection that `select` has accepted already.
+    /// A TCP listener, and a connection that `select` has already accepted.
     Listener(TcpListener, Option<TcpStream>),
     /// A UDP socket.
     Datagram(UdpSocket),
@@ -39,8 +39,8 @@ pub enum Socket {
 #[derive(Default)]
 pub struct Sockets {
     all: BTreeMap<i64, Socket>,
-    /// The last number given. Numbers are not reused, so a number kept from before a restore never means another
-    /// socket.
+    /// The last number that was assigned. Numbers are not reused, so a number kept from before a restore never refers
+    /// to a different socket.
     pub last: i64,
 }
 
@@ -51,7 +51,7 @@ pub struct Patience<'a> {
 }
 
 impl<'a> Patience<'a> {
-    /// Creates a deadline `seconds` from now; negative: none. `ends` returns whether the run is about to end.
+    /// Creates a deadline in `seconds`, or none if it is negative. `ends` returns whether the run is about to end.
     pub fn new(seconds: f64, ends: &'a dyn Fn() -> bool) -> Self {
         let end = (seconds >= 0.0).then(|| Instant::now() + Duration::from_secs_f64(seconds.min(1e6)));
         Patience { end, ends }
@@ -59,7 +59,7 @@ impl<'a> Patience<'a> {
     fn left(&self) -> Option<Duration> {
         self.end.map(|end| end.saturating_duration_since(Instant::now()))
     }
-    /// Sleeps for `most` at the longest; returns an error once the deadline has passed or the run is about to end.
+    /// Sleeps for at most `most`; returns an error once the deadline has passed or the run is about to end.
     pub fn sleep(&self, most: Duration) -> io::Result<()> {
         if (self.ends)() {
             return Err(ErrorKind::ConnectionAborted.into());
@@ -90,7 +90,7 @@ impl<'a> Patience<'a> {
 /// What a call to `receive` reads.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Want {
-    /// A line up to a line feed; the line feed and all carriage returns are left out.
+    /// A line up to a line feed; the line feed and all carriage returns are removed.
     Line,
     /// Everything, until the other end closes.
     All,
@@ -98,7 +98,7 @@ pub enum Want {
     Count(usize),
 }
 
-/// Returns LuaSocket's text for an error.
+/// Returns LuaSocket's message for an error.
 pub fn words(e: &io::Error) -> String {
     match e.kind() {
         ErrorKind::WouldBlock | ErrorKind::TimedOut => "timeout".into(),
@@ -165,7 +165,7 @@ impl Socket {
         Ok(Socket::Stream(Stream { stream, buffer: Vec::new() }))
     }
 
-    /// Returns whether the socket can be read (or written, if `write`) without blocking.
+    /// Returns whether the socket can be read (or written, if `write` is set) without blocking.
     fn is_ready(&mut self, write: bool) -> bool {
         let would_block = |r: io::Result<usize>| matches!(r, Err(e) if e.kind() == ErrorKind::WouldBlock);
         match self {

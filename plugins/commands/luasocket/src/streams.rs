@@ -10,8 +10,8 @@ use crate::{
     sockets::{self, Patience, Want, words},
 };
 
-/// How long a refused connection attempt delays a thread before the thread resumes in the next step. A program that was
-/// started just now needs some time until it listens, and scripts retry at once.
+/// Delay of a thread after a refused connection attempt, before the thread resumes in the next step. A program that has
+/// just been started needs some time until it listens, and scripts retry immediately.
 const REFUSED: Duration = Duration::from_millis(20);
 
 fn connect(c: &mut Ctx<'_>) -> Result<Outcome> {
@@ -161,7 +161,8 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     closing(offer);
 }
 
-/// Closing is not recorded as an input: a replay has no socket open, so closing does nothing there.
+/// Adds the command that closes a socket. It is not recorded as an input: a replay has no open socket, so closing does
+/// nothing there.
 fn closing(offer: &mut Offer<LuaSocket>) {
     offer.command(
         Command::new("luasocket.close", |c| {

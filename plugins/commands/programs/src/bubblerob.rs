@@ -1,9 +1,10 @@
 //! A substitute for `bubbleRobServer`, the program that steers the robot of V-REP's BubbleRob tutorial.
 //!
 //! A message is one or more packets: the bytes 59 and 57, two bytes with the length of the data, two with the number of
-//! packets that follow, all little-endian, and the data. A request holds the distance that the nose sensor measures (0:
-//! nothing detected) and the simulation time; the answer holds the velocities of the left and right wheels in rad/s;
-//! all are float32. The format and the steering were observed on the socket of CoppeliaRobotics/bubbleRobServer (2025).
+//! packets that follow, all little-endian, and the data. A request contains the distance that the nose sensor measures
+//! (0 if nothing is detected) and the simulation time; the answer contains the velocities of the left and right wheels
+//! in rad/s; all are float32. The format and the steering were observed on the socket of
+//! CoppeliaRobotics/bubbleRobServer (2025).
 
 use std::{
     io::{self, ErrorKind, Read, Write},
@@ -20,9 +21,9 @@ pub const NAME: &str = "bubbleRobServer";
 const HEADER: [u8; 2] = [59, 57];
 /// Speed of the wheels, rad/s.
 const SPEED: f32 = 7.0;
-/// How long the robot drives backwards after it detected something, s.
+/// Time for which the robot drives backwards after it has detected something, s.
 const BACK: f32 = 3.0;
-/// Interval at which the server checks whether its world is gone.
+/// Interval at which the server checks whether its world still exists.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Listens on a port of this machine and serves the first client that connects, until `ends` is set; returns the port.
@@ -132,7 +133,7 @@ mod tests {
         let mut answer = [0; 14];
         stream.read_exact(&mut answer).unwrap();
         assert_eq!(answer[6..].to_vec(), hex("00 00 e0 40 00 00 e0 40"));
-        // Bytes that are no message: the server closes the connection.
+        // These bytes are not a message, so the server closes the connection.
         stream.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
         assert!(matches!(stream.read(&mut answer), Ok(0) | Err(_)));
     }

@@ -63,7 +63,7 @@ fn launch(c: &Ctx<'_>, file: &str, args: &str) -> bool {
     if let Some(program) = program.as_ref().filter(|_| may_start) {
         match Process::new(program).args(args.split_whitespace()).current_dir(folder).spawn() {
             Ok(mut child) => {
-                // Wait for the child, so that it does not remain a zombie process.
+                // Wait for the child, so that it does not remain as a zombie process.
                 std::thread::spawn(move || child.wait());
                 return true;
             }

@@ -43,7 +43,7 @@ fn act(c: &mut Ctx<'_>) -> Result {
         let mut all = all(c)?;
         let of = all.of(window)?;
         let n = usize::try_from(n).ok().filter(|n| *n < of.nodes.len());
-        let n = n.ok_or_else(|| Fail::missing("the window has no widget of this number"))?;
+        let n = n.ok_or_else(|| Fail::missing("the window has no widget with this number"))?;
         let mut at = Some(n);
         while let Some(n) = at {
             if of.nodes[n].values.get("enabled") == Some(&json!(false)) {
@@ -96,7 +96,7 @@ fn act(c: &mut Ctx<'_>) -> Result {
             call(c, at, "on-editing-finished", &[x])
         }
         ("change", "combobox" | "tabs") => {
-            let x = json!(given.as_i64().ok_or_else(|| Fail::argument("expected a number from 0"))?);
+            let x = json!(given.as_i64().ok_or_else(|| Fail::argument("expected an index, counted from 0"))?);
             set(c, at, &[(if element == "tabs" { "current" } else { "index" }, x.clone())])?;
             call(c, at, "on-change", &[x])
         }

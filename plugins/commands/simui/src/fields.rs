@@ -20,9 +20,9 @@ enum Holds {
 use Holds::*;
 
 struct Field {
-    /// The part of the name behind `simUI.set` and `simUI.get`.
+    /// The part of the name after `simUI.set` and `simUI.get`.
     name: &'static str,
-    /// Elements that have this value; empty: all.
+    /// Elements that have this value; if empty, all have it.
     of: &'static [&'static str],
     key: &'static str,
     holds: Holds,
@@ -96,7 +96,7 @@ fn check(c: &Ctx<'_>, at: (i64, usize), f: &Field) -> Result {
     if f.of.is_empty() || f.of.contains(&element.as_str()) {
         return Ok(());
     }
-    Err(Fail::argument(format!("a {element} has no such value: {} has", f.of.join(" or "))))
+    Err(Fail::argument(format!("this value exists only for {}, not for a {element}", f.of.join(" or "))))
 }
 
 fn put(c: &mut Ctx<'_>, f: &'static Field) -> Result {
@@ -109,7 +109,7 @@ fn put(c: &mut Ctx<'_>, f: &'static Field) -> Result {
         Float => json!(c.f64(2)?),
     };
     set(c, at, &[(f.key, value.clone())])?;
-    // Changes made by scripts trigger the callback only if the script asked for that.
+    // Changes made by scripts trigger the callback only if the script requests it.
     if c.has(3) && !c.arg(3).truthy() && f.gets {
         acts::call_back(c, at, &[value])?;
     }

@@ -37,7 +37,7 @@ fn texts(c: &Ctx<'_>, i: usize) -> Vec<Json> {
 fn place(c: &Ctx<'_>, i: usize, len: usize) -> Result<usize> {
     let at = c.i64(i)?;
     let found = usize::try_from(at).ok().filter(|at| *at < len);
-    found.ok_or_else(|| Fail::argument(format!("there is no entry {at}: they are 0 to {}", len as i64 - 1)))
+    found.ok_or_else(|| Fail::argument(format!("there is no entry {at}; expected 0 to {}", len as i64 - 1)))
 }
 
 fn count(c: &Ctx<'_>, i: usize) -> Result<usize> {
@@ -253,7 +253,8 @@ fn tables(add: &mut Adds<'_>) {
             change(c, "rows", |c, rows| {
                 let (row, column) = (count(c, 2)?, count(c, 3)?);
                 let cell = cells(rows, row, column);
-                *cell.ok_or_else(|| Fail::argument(format!("the table has no cell {row}, {column}")))? =
+                *cell
+                    .ok_or_else(|| Fail::argument(format!("the table has no cell in row {row}, column {column}")))? =
                     json!(c.text(4)?);
                 Ok(())
             })
@@ -268,7 +269,8 @@ fn tables(add: &mut Adds<'_>) {
         |c| {
             let (mut rows, row, column) = (list(get(c, widget(c)?, "rows")?), count(c, 2)?, count(c, 3)?);
             let cell = cells(&mut rows, row, column);
-            let cell = cell.ok_or_else(|| Fail::argument(format!("the table has no cell {row}, {column}")))?;
+            let cell =
+                cell.ok_or_else(|| Fail::argument(format!("the table has no cell in row {row}, column {column}")))?;
             c.ret(cell.as_str().unwrap_or(""));
             Ok(())
         },

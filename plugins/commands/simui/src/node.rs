@@ -10,7 +10,7 @@ pub(crate) type Values = Map<String, Json>;
 #[derive(Serialize, Deserialize, Clone, Default, Debug)]
 pub(crate) struct Node {
     pub(crate) element: String,
-    /// The id that the script gave it, a number in most scripts; empty: none.
+    /// The id that the script gave it, usually a number; may be empty.
     pub(crate) id: String,
     pub(crate) values: Values,
     pub(crate) above: Option<usize>,

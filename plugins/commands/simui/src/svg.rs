@@ -16,7 +16,7 @@ use crate::{
 /// Longest drawing that is accepted.
 const MOST_BYTES: usize = 4 << 20;
 
-/// Returns a drawing as text; empty, so that nothing is shown, if it is not valid SVG.
+/// Returns a drawing as text. If it is not valid SVG, the text is empty, so that nothing is shown.
 fn read(bytes: &[u8]) -> Result<String> {
     if bytes.len() > MOST_BYTES {
         return Err(Fail::argument(format!(
@@ -26,7 +26,7 @@ fn read(bytes: &[u8]) -> Result<String> {
     }
     let Ok(text) = std::str::from_utf8(bytes) else { return Ok(String::new()) };
     let text = text.trim();
-    // The text must be a single <svg> element.
+    // The text must be a single `<svg>` element.
     let (mut roots, mut depth, mut good) = (0, 0_usize, true);
     for event in ParserConfig::new().create_reader(text.as_bytes()) {
         match event {

@@ -25,7 +25,7 @@ const MOST_WINDOWS: usize = 200;
 /// A window.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Window {
-    /// The script that opened it, whose callbacks are called.
+    /// The script that opened the window; its callbacks are called.
     pub(crate) script: tatu_object,
     pub(crate) nodes: Vec<Node>,
 }
@@ -79,7 +79,7 @@ impl Windows {
             self.all()?.open.remove(window);
             publish(world, json!({ "window": window, "closed": true }))?;
         }
-        // The next run must number its windows as this one did.
+        // The next run must number its windows in the same way as this one.
         let mut all = self.all()?;
         all.made = all.open.keys().next_back().copied().unwrap_or(0);
         Ok(())
@@ -107,7 +107,7 @@ pub(crate) fn widget(c: &Ctx<'_>) -> Result<(i64, usize)> {
     Ok((window, n))
 }
 
-/// Returns the value of a widget under a key; null if there is none.
+/// Returns the value of a widget under a key, or null if there is none.
 pub(crate) fn get(c: &Ctx<'_>, (window, n): (i64, usize), key: &str) -> Result<Json> {
     Ok(all(c)?.of(window)?.nodes[n].values.get(key).cloned().unwrap_or_default())
 }

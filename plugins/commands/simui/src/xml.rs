@@ -51,7 +51,7 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
     let text = escaped(text.trim_start());
     let mut reader = config.add_entity("nbsp", "\u{a0}").create_reader(text.as_bytes());
     let (mut nodes, mut open): (Vec<Node>, Vec<usize>) = (Vec::new(), Vec::new());
-    // A drawing within a widget is kept as written.
+    // A drawing in a widget is kept as it was written.
     let mut drawing: Option<Drawing> = None;
     loop {
         let event = reader.next();
@@ -70,7 +70,8 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
             XmlEvent::StartElement { name, attributes, .. } => {
                 if open.len() >= MOST_DEPTH || nodes.len() >= MOST_NODES {
                     return Err(Fail::argument(format!(
-                        "line {line} of the window: at most {MOST_NODES} elements, nested at most {MOST_DEPTH} deep"
+                        "line {line} of the window: expected at most {MOST_NODES} elements, nested at most \
+                         {MOST_DEPTH} deep"
                     )));
                 }
                 let element = name.local_name.to_ascii_lowercase();
@@ -124,7 +125,9 @@ impl Drawing {
             _ => {}
         }
         if self.depth + above > MOST_DEPTH {
-            return Err(Fail::argument(format!("line {line} of the window: elements nest at most {MOST_DEPTH} deep")));
+            return Err(Fail::argument(format!(
+                "line {line} of the window: elements may be nested at most {MOST_DEPTH} deep"
+            )));
         }
         if let Some(event) = event.as_writer_event() {
             let written = self.writer.write(event);

@@ -2,7 +2,7 @@
 //! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.properties`, `tatu.read`, `tatu.save`, `tatu.getScript`,
 //! `tatu.setScript`, `tatu.press`, `tatu.open`, `tatu.drive`, `tatu.models` and `tatu.addModel`.
 //!
-//! Each file holds one subject; `tests/program/events.rs` tests them through scripts.
+//! Each file contains one subject; `tests/program/events.rs` tests them through scripts.
 
 mod drive;
 mod events;

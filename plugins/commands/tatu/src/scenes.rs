@@ -1,5 +1,5 @@
-//! Commands for views and remote clients: properties of objects, texts of scripts, keys, models, and opening another
-//! scene.
+//! Commands for views and remote clients: properties of objects, sources of scripts, keys, models, and opening a
+//! different scene.
 
 use tatu_plugin_api::{
     abi::*,
@@ -8,7 +8,7 @@ use tatu_plugin_api::{
 
 use crate::plugin::{Cmd, Ctx, Tatu};
 
-/// Returns the object of argument `i`; 0: the world.
+/// Returns the object of argument `i`; 0 means the world.
 fn object(c: &Ctx<'_>, i: usize) -> tatu_plugin_api::safe::Result<tatu_object> {
     match c.i64(i)? {
         0 => Ok(0),

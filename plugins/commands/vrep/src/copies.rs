@@ -128,7 +128,7 @@ fn files(offer: &mut Offer<Vrep>) {
             let found =
                 [file.to_vec(), scene_file(file)].into_iter().find_map(|name| w.file(&name, TATU_FILE_READ).ok());
             let Some(path) = found else {
-                // Without its installation, models of V-REP are objects that a script asks for by name.
+                // Without V-REP's installation, its models are objects that a script looks up by name.
                 let file = String::from_utf8_lossy(file).into_owned();
                 let stem = file.rsplit(['/', '\\']).next().unwrap_or_default();
                 let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
@@ -192,7 +192,7 @@ fn files(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Returns the file name under which a scene is saved: `name`, with `.toml` appended if it has another ending.
+/// Returns the file name under which a scene is saved: `name`, with `.toml` appended if it has a different suffix.
 fn scene_file(name: &[u8]) -> Vec<u8> {
     let mut out = name.to_vec();
     if !out.ends_with(b".toml") {
@@ -211,7 +211,7 @@ fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {
             all.push(*id);
         }
     }
-    // Scripts are copied with the object that they belong to; the host refuses one that is named by itself.
+    // Scripts are copied with their owner; the host refuses to copy a script alone.
     all.retain(|o| ids.contains(o) || w.look(*o).is_ok_and(|o| o.kind != TATU_KIND_SCRIPT));
     let copies = w.copy(&all)?;
     Ok(ids
@@ -221,7 +221,7 @@ fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {
         .collect())
 }
 
-/// Scales a shape by a factor for each axis.
+/// Scales a shape by a different factor for each axis.
 fn scale(c: &Ctx<'_>, o: Object, f: [f64; 3]) -> Result {
     if f.iter().any(|x| *x <= 0.0) {
         return Err(Fail::argument("a scale must be greater than 0"));

@@ -30,12 +30,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both(["sim.readCustomDataBlock", "simReadCustomDataBlock"], NIL, |c| {
             let found = match place(c) {
                 Ok((id, tag)) => tags::get(c, id, &tag)?,
-                // A missing object has no data; that is not an error.
+                // A missing object has no data, which is not an error.
                 Err(_) => None,
             };
             match found {
                 Some(data) => c.ret(data.as_slice()),
-                // A stand-in has no data from its scene, so a neutral block is returned.
+                // The stand-in for a scene has no data, so a neutral block is returned.
                 None if c.world().stands_in(0, &format!("data {}", c.text(1)?)) => c.ret(STAND_IN),
                 None => c.ret(Value::Nil),
             }
@@ -216,7 +216,7 @@ fn persistent(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Returns the object of argument `i`; 0: the scene, which also stores the application's data.
+/// Returns the object of argument `i`; 0 means the scene, which also stores the application's data.
 fn target_of(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     match c.i64(i)? {
         HANDLE_SCENE | -13 | -15 => Ok(0),

@@ -1,5 +1,5 @@
 //! Bit masks of objects that scripts read and write: object, model and special properties, explicit handling; and
-//! references from objects to others.
+//! references from objects to other objects.
 
 use crate::{kit::*, lookup::registered::is_stand_in};
 

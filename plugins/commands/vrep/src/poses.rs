@@ -138,7 +138,7 @@ const FROM_JOINT_BASE: i64 = 0x40_0000;
 
 /// The reference frame of a pose.
 enum Frame {
-    /// The frame of an object (0: the world); of a joint, its moving frame.
+    /// The frame of an object (0 is the world); for a joint, its moving frame.
     Of(tatu_object),
     /// The fixed frame of a joint.
     Base(tatu_object),
@@ -156,7 +156,7 @@ fn getter(names: Names, give: impl Fn(&mut Shared<'_>, &Pose) + Send + Sync + 's
     .param(frame_param())
 }
 
-/// Builds a setter: `put` reads the value, argument `i`, into the object's current pose.
+/// Builds a setter; `put` applies the value, argument `i`, to the object's current pose.
 fn setter(
     names: Names,
     value: &str,

@@ -130,7 +130,7 @@ enum Sight {
 /// Distance, point, object and normal.
 type Rest = (f64, [f64; 3], i64, [f64; 3]);
 
-/// Returns the first value of a result, and the four that follow, if any.
+/// Returns the first value of a result, and the four values that follow, if any.
 fn shape(short: bool, sight: Sight) -> (i64, Option<Rest>) {
     match sight {
         Sight::Seen { distance, point, object, normal } => (1, Some((distance, point, object, normal))),
@@ -190,7 +190,7 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
         _ => f64::INFINITY,
     };
     let mut nearest = Sight::Nothing;
-    // For a main script these are the sensors of the sensing stage, which measures them together.
+    // For a main script, these are the sensors of the sensing stage, which measures them together.
     let stage = c.i64(0)? == HANDLE_ALL_EXCEPT_EXPLICIT && is_main(c)?;
     if stage {
         c.world().run_stage(TATU_STAGE_SENSE, 0.0)?;

@@ -1,7 +1,7 @@
 //! Commands that accept anything and return a neutral value: windows, visual effects, and parts of the original that do
 //! not exist here.
 //!
-//! If another file declares a command of the same name, that one is used instead of the stub.
+//! If a different file declares a command with the same name, that one is used instead of the stub.
 
 use tatu_commands_common::Gives::{self, *};
 
@@ -210,7 +210,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
     let why = "a service listens, but does not report the state of its connections";
     add(offer, "simRemoteApi.status", Some(("simExtRemoteApiStatus", MINUS)), Int(-1), why);
-    // The ROS interface of before 2016; without a node nothing is sent, and topic names are empty.
+    // The ROS interface before 2016. Without a node, nothing is sent, and topic names are empty.
     for (name, gives) in [
         ("simExtROS_enablePublisher", Nothing),
         ("simExtROS_enableSubscriber", Nothing),

@@ -1,5 +1,5 @@
-//! Windows with buttons, sliders and labels in scenes of before 3.3. Their content is stored and can be read; buttons
-//! are pressed only if a view shows them.
+//! Windows with buttons, sliders and labels in scenes before version 3.3. Their content is stored and can be read;
+//! buttons can be pressed only in a view that shows them.
 
 use crate::{
     kit::*,

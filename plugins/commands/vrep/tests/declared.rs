@@ -1,4 +1,4 @@
-//! Checks the declarations of the plugin through its C interface, as a host reads them; needs no host.
+//! Checks the declarations of the plugin through its C interface, as a host reads them; no host is needed.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -23,8 +23,8 @@ unsafe extern "C" fn no_service(_: *const tatu_host, _: *const c_char) -> *const
 
 unsafe fn text(p: *const c_char) -> String {
     assert!(!p.is_null());
-    // SAFETY: `p` is a text of the plugin's table (not null, checked above); the header guarantees that such texts are
-    // NUL-terminated and live until `shutdown`.
+    // SAFETY: `p` is a text of the plugin's table and not null (checked above); the header guarantees that such texts
+    // are NUL-terminated and live until `shutdown`.
     unsafe { CStr::from_ptr(p) }.to_str().unwrap().to_owned()
 }
 

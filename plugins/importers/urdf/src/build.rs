@@ -148,10 +148,10 @@ fn is_geared(robot: &Robot, joint: usize) -> bool {
     robot.joints[joint].mimic.is_some() || robot.joints.iter().any(mimics)
 }
 
-/// Joints with links lighter than this, kg, that are coupled to other joints,
+/// Links lighter than this whose joints are coupled to other joints get an armature, kg.
 const LIGHT: f64 = 0.1;
-/// get an armature, which acts like this mass at the end of the link, kg. It represents the rotor, which URDF files
-/// leave out. Without it, coupled fingers of 15 g cannot hold 0.2 kg at every closing speed; with it they hold 0.5 kg.
+/// Mass at the end of such a link, kg, to which the armature is equivalent. It represents the rotor, which URDF files
+/// leave out. Without it, coupled fingers of 15 g cannot hold 0.2 kg at every closing speed; with it, they hold 0.5 kg.
 const ROTOR: f64 = 0.05;
 
 fn steady(builder: &Builder<'_>, node: Node<'_>, joint: &Joint, body: &Body, mass: &Mass) -> Result {
@@ -179,7 +179,8 @@ impl<'b> Work<'_, 'b> {
     fn body(&mut self, body: &Body, parent: Option<Node<'b>>, mass: &Mass, total: f64) -> Result<Node<'b>> {
         let (builder, robot) = (self.builder, self.robot);
         let root = parent.is_none();
-        // The base is named after the robot; its root link is a child of it, as for all links fixed to another one.
+        // The base is named after the robot. Its root link is a child of it, like all links that are fixed to a
+        // different one.
         let name = if root { &robot.name } else { &robot.links[body.links[0].0].name };
         let name = if name.is_empty() { "robot" } else { name };
         let node = builder.object("shape", parent, &alias(name))?;
@@ -303,7 +304,7 @@ impl<'b> Work<'_, 'b> {
     }
 }
 
-/// Reports everything in the file that has no effect here.
+/// Reports all parts of the file that have no effect here.
 fn tell(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tree) {
     let warn = |text: String| builder.report(TATU_REPORT_WARNING, None, &text);
     for j in &tree.stiffened {

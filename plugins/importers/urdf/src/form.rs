@@ -32,7 +32,7 @@ pub enum Form {
 pub struct Meshes(BTreeMap<(String, [u64; 3]), Result<std::rc::Rc<Mesh>, String>>);
 
 impl Solid {
-    /// Validates a geometry. `Ok(Err)`: a mesh that cannot be read, and the reason.
+    /// Validates a geometry. Returns `Ok(Err)` with the reason for a mesh that cannot be read.
     pub fn read(
         geometry: &Geometry,
         pose: Isometry3<f64>,

@@ -1,4 +1,4 @@
-//! Finds the lines of links and joints in the text, because urdf-rs neither reports lines nor checks nesting.
+//! Finds the lines of links and joints in the file, because urdf-rs neither reports lines nor checks nesting.
 
 use std::{collections::BTreeMap, ops::Range};
 

@@ -1,4 +1,4 @@
-//! Describes the content of a file, for people and tools: a map with the file's own handles and poses as stored.
+//! Describes the content of a file, for users and tools: a map with the file's own handles, and poses as stored.
 
 use sha2::{Digest, Sha256};
 use tatu_plugin_api::safe::Value;

@@ -97,8 +97,8 @@ impl<'a> Tree<'a> {
         out
     }
 
-    /// Returns the path of an object relative to another one, which remains valid when both are copied together.
-    /// `None`: they have no common ancestor but the world.
+    /// Returns the path of an object relative to another one, which remains valid when both are copied together, or
+    /// `None` if they have no common ancestor.
     pub fn path(&self, from: i32, to: i32) -> Option<String> {
         let (ups, downs) = (self.above(from), self.above(to));
         let common = ups.iter().find(|h| **h >= 0 && downs.contains(h));
@@ -119,7 +119,8 @@ impl<'a> Tree<'a> {
 pub fn material(file: &File, s: &Shape, dynamic: bool, node: Node<'_>) -> Result {
     let root = s.root.as_ref();
     let listed = || file.materials.iter().find(|m| root.is_some_and(|r| r.material >= 0 && m.id == r.material));
-    // Since 3.3.3 the shape's own material is used; before, the one in the material list that the mesh refers to.
+    // Since 3.3.3, the shape's own material is used; earlier versions use the one in the material list that the mesh
+    // refers to.
     let own = s.material.as_ref().filter(|_| file.header.program >= 30_303);
     let Some(m) = own.or_else(listed).or(root.and_then(|r| r.own_material.as_ref())) else { return Ok(()) };
     let new_bullet = file.settings.engine == Some(0) && file.settings.engine_version == 283;
@@ -178,7 +179,7 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
         node.set("joint.lead", j.pitch * std::f64::consts::TAU)?;
     }
     let control = control(j);
-    // The sign of the force is moved to the velocity.
+    // `max_force` is not negative: reading the file has moved its sign to the velocity.
     node.set("joint.position", sound(j.position))?
         .set("joint.target_velocity", sound(j.target_velocity))?
         .set("joint.target_position", sound(j.target_position))?

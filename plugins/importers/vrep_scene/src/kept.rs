@@ -46,7 +46,7 @@ pub fn tags(file: &File) -> Vec<(Value, Value)> {
     let mut out = Vec::new();
     let empty = [file.collections.len(), file.collisions.len(), file.distances.len(), file.ik_groups.len()] == [0; 4];
     if !empty || !file.windows.is_empty() {
-        // Only numbers and texts: the conversion to JSON cannot fail.
+        // The data contains only numbers and texts, so the conversion to JSON cannot fail.
         let text = serde_json::to_string(&registered).unwrap_or_default();
         out.push((Value::text(format!("{OWN}registered")), Value::text(text)));
     }

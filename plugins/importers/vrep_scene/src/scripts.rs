@@ -16,12 +16,12 @@ use crate::{
     report::Report,
 };
 
-/// First version whose main scripts make the calls that later ones make. The original does not run customized main
-/// scripts from before it either.
+/// First version whose main scripts make the same calls as later ones. The original does not run customized main
+/// scripts of earlier versions either.
 const MAIN_SCRIPTS_SINCE: u32 = 30_103;
 /// Bit of a model's overrides: its scripts do not run.
 const SCRIPTS_OFF: i32 = 0x200;
-/// Returns the handle of the object that a script belongs to; -1: the scene.
+/// Returns the handle of the object that a script belongs to, or -1 for the scene.
 pub fn target(file: &File, s: &Script) -> i32 {
     match s.holder {
         Some(holder) => file.objects.iter().find(|o| o.common.id == holder).map_or(-1, |o| o.common.parent),
@@ -45,7 +45,10 @@ pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>
             match s.is_default_main() {
                 true => continue,
                 false if version < MAIN_SCRIPTS_SINCE => {
-                    left("replaced", "the main script of a time that had another one: the default one runs");
+                    left(
+                        "replaced",
+                        "the main script is that of an older version; the default main script runs instead",
+                    );
                     continue;
                 }
                 false => {}
@@ -104,7 +107,7 @@ fn switched_off(file: &File) -> BTreeMap<i32, ()> {
         .collect();
     let below = |o: &&Object| {
         let mut at = o.common.id;
-        // At most as many steps as there are objects; cycles of parents were refused by the reader.
+        // There are at most as many steps as objects; the reader refuses cycles of parents.
         for _ in 0..=parents.len() {
             if bases.contains_key(&at) {
                 return true;

@@ -29,7 +29,7 @@ pub fn proximity(
     report: &mut Report,
 ) -> Result {
     let v = &s.volume;
-    // The sensor's own kind takes precedence over the type in its volume.
+    // The sensor's kind takes precedence over the type in its volume.
     let volume = match s.kind {
         30 => "pyramid",
         31 => "cylinder",
@@ -95,14 +95,14 @@ pub fn proximity(
     targets::declare((file, tree), s.entity, o, node, report)
 }
 
-/// Returns whether a sensor detects a collection of all objects except those of the model it is part of.
+/// Returns whether a sensor detects a collection of all objects except those of its own model.
 fn is_all_but_own_model(file: &File, entity: i32, o: &Object) -> bool {
     let find = |id: i32| file.objects.iter().find(|o| o.common.id == id);
     let Some(collection) = file.collections.iter().find(|k| k.handle == entity) else { return false };
     let [all, own] = collection.items.as_slice() else { return false };
     let mut above = Some(o);
     let mut model = None;
-    // This terminates: cycles of parents were refused by the reader.
+    // This terminates, since the reader refuses cycles of parents.
     while let Some(at) = above {
         model = if at.common.model_base { Some(at.common.id) } else { model };
         above = find(at.common.parent);

@@ -1,4 +1,4 @@
-//! The objects that a sensor of a file detects, if these are not all: an object, or the objects of a collection.
+//! The objects that a sensor of a file detects, if it does not detect all: an object, or the objects of a collection.
 
 use std::collections::BTreeSet;
 
@@ -14,10 +14,10 @@ use crate::{
     scripts::is_holder,
 };
 
-/// Handle that means everything.
+/// Handle that stands for all objects.
 const ALL: i32 = -1;
 
-/// Declares the targets of a sensor; `entity`: the handle of an object or a collection.
+/// Declares the targets of a sensor; `entity` is the handle of an object or a collection.
 pub fn declare(
     (file, tree): (&File, &Tree<'_>),
     entity: i32,
@@ -47,7 +47,7 @@ pub fn declare(
         Value::List(handles.iter().filter_map(|h| tree.path(o.common.id, *h)).map(Value::text).collect())
     };
     if targets.is_empty() && !all {
-        // An empty list would mean everything, so list the sensor itself, which it never detects.
+        // An empty list would mean all objects, so the sensor itself is listed, which it never detects.
         targets.push(o.common.id);
     }
     if !targets.is_empty() {
@@ -81,8 +81,8 @@ fn members(all: &BTreeSet<i32>, above: impl Fn(i32) -> Vec<i32>, collection: &Co
     out
 }
 
-/// Returns the objects that are detected although their parent is not, and those that are not detected although it is;
-/// `objects` has pairs of object and parent; `world`: whether objects without a parent count as detected.
+/// Returns the objects that are detected although their parent is not, and those that are not detected although their
+/// parent is. `objects` has pairs of object and parent; `world` is whether objects without a parent count as detected.
 fn differences(objects: &[(i32, i32)], seen: &BTreeSet<i32>, world: bool) -> (Vec<i32>, Vec<i32>) {
     let known: BTreeSet<i32> = objects.iter().map(|(id, _)| *id).collect();
     let differs = |(id, parent): &&(i32, i32)| {

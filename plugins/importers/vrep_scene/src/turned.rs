@@ -1,5 +1,5 @@
-//! Convex meshes that are solids of revolution, modelled with flat faces: bottles, cups, wheels with a chamfer. Lying
-//! on their side they would not roll, so they get cylinders where they touch the floor.
+//! Convex meshes that are solids of revolution, modelled with flat faces: bottles, cups, wheels with a chamfer. Such a
+//! mesh would not roll on its side, so cylinders are added where it touches the floor.
 
 use nalgebra::{Isometry3, Translation3, Vector3};
 
@@ -24,7 +24,7 @@ struct Ring {
     radius: f64,
 }
 
-/// Returns the cylinders, and the shrunk mesh. `None` if the mesh is not round about an axis of its frame.
+/// Returns the cylinders and the shrunk mesh, or `None` if the mesh is not round about an axis of its frame.
 pub fn turned(surface: &Surface) -> Option<(Vec<Form>, Surface)> {
     let (low, high) = surface.bounds()?;
     let middle = Vector3::from_fn(|i, _| (low[i] + high[i]) / 2.0);
@@ -136,7 +136,7 @@ mod tests {
         assert_eq!(*form, "cylinder");
         assert!((size[0] - 0.07).abs() < 1e-9 && (size[2] - 0.13).abs() < 1e-9);
         assert!((place.translation.vector.z + 0.035).abs() < 1e-9);
-        // Between shoulder and mouth it lies on two circles.
+        // Between shoulder and mouth, the body touches the floor at two circles.
         assert_eq!(forms.len(), 3);
         assert!((behind.points[1][0] - 0.035 * (1.0 - BACK)).abs() < 1e-9);
     }

@@ -1,4 +1,4 @@
-//! The model Hokuyo_URG_04LX_UG01 of V-REP, whose ray turns like the device's mirror.
+//! The model Hokuyo_URG_04LX_UG01 of V-REP; its ray turns like the mirror of the device.
 
 use tatu_plugin_api::safe::{Builder, Model, Param, Params, Result};
 

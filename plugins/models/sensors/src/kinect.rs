@@ -6,19 +6,19 @@ use tatu_plugin_api::safe::{Builder, Fail, Model, Node, Param, Params, Result};
 
 use crate::parts::{self, Devices, Piece};
 
-/// Positions in the frames of the parents, m, from V-REP's model in `kinect-color-point-cloud` and `grab-kinect`. The
-/// device looks along +y of its base.
+/// Positions in the parents' frames, m, from V-REP's model in `kinect-color-point-cloud` and `grab-kinect`. The device
+/// looks along +y of its base.
 const FOOT: f64 = 0.020_611;
 const TILT: f64 = 0.009_389;
 const BAR: f64 = 0.023_221;
 const GLASS: [f64; 3] = [0.0235, 0.029_504, -0.000_069];
 const EYE: [f64; 3] = [-0.0141, 0.029_248, -0.000_221];
 
-/// The tilt rotates about the bar's long axis: its z axis is the base's x. The body is attached with the opposite
-/// orientation.
+/// Orientation of the tilt joint: its z axis, along the bar's long axis, is the base's x axis. The body is attached
+/// with the inverse orientation, `BACK`.
 const Z_RIGHT: [f64; 4] = [0.0, FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2];
 const BACK: [f64; 4] = [0.0, -FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2];
-/// Orientation of a camera, which looks along its z axis with y up: ahead of the bar.
+/// Orientation of a camera: it looks along its z axis, with y up, ahead of the bar.
 const LOOK: [f64; 4] = [0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0];
 
 const BLACK: [f64; 3] = [0.05, 0.05, 0.06];

@@ -10,8 +10,8 @@ pub struct Devices;
 /// A quarter turn about y, x y z w, which takes z to x: sensors look along their z axis.
 pub const Z_AHEAD: [f64; 4] = [0.0, FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2];
 
-/// The version that the scripts are written for: the last one in which scripts use tubes and are called in V-REP's
-/// order, so that a device does not change the dialect or the order of the scene's other scripts.
+/// The version that the scripts are written for. It is the last one in which scripts use tubes and are called in
+/// V-REP's order, so adding a device does not change the dialect or the order of the scene's other scripts.
 const DIALECT: &str = "4.1";
 
 /// A layer that images do not show; V-REP uses it for collision-only shapes.
@@ -20,8 +20,8 @@ const HIDDEN: i64 = 256;
 /// A part of a body: form, full extents, centre in the body's frame, m, and its color.
 pub type Piece = (&'static str, [f64; 3], [f64; 3], [f64; 3]);
 
-/// Builds the base of a model: a hidden box, in whose frame the device's other objects are, `lift` above the surface
-/// that the device stands on.
+/// Builds the base of a model, `lift` above the surface that the device stands on: a hidden box, whose frame contains
+/// the device's other objects.
 pub fn base<'a>(builder: &Builder<'a>, alias: &str, size: [f64; 3], lift: f64) -> Result<Node<'a>> {
     builder
         .object("shape", None, alias)?

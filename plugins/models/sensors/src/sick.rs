@@ -1,4 +1,4 @@
-//! The model LaserScanner_2D: the SICK scanner of V-REP's library, and of the course.
+//! The model LaserScanner_2D: the SICK scanner of V-REP's library, which the course also uses.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -31,7 +31,7 @@ const TEXT: &str = "LaserScanner_2D, V-REP's SICK: one ray turned by a joint; it
 /// The model "laser_scanner_2d".
 pub struct LaserScanner2d;
 
-/// The same model under the name of its manufacturer.
+/// The model [`LaserScanner2d`] under the name of its manufacturer.
 pub struct Sick;
 
 impl Model for LaserScanner2d {

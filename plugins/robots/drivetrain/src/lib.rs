@@ -1,5 +1,5 @@
-//! Kinematics of wheeled robots: from a velocity of the robot to its joints, and from the motion of its joints to that
-//! of the robot. The wheels are those that `object.drive` declares, and are assumed not to slip.
+//! Kinematics of wheeled robots: converts a velocity of the robot to velocities of its joints, and the motion of the
+//! joints to that of the robot. The wheels are those that `object.drive` declares, and are assumed not to slip.
 //!
 //! Velocities refer to the middle of the driven axle: ahead and to the left in m/s, counter-clockwise in rad/s.
 
@@ -11,10 +11,10 @@ use tatu_plugin_api::{
     safe::{Fail, Prop, Result, ValueRef, World},
 };
 
-/// Greatest steering angle, 85 degrees, because no steered robot turns on the spot.
+/// Greatest steering angle, 85 degrees, because no steered robot can turn on the spot.
 const STEEPEST: f64 = 85.0 * std::f64::consts::PI / 180.0;
 
-/// A joint, and the sign of its rotation that drives ahead.
+/// A driven joint, and the sign of its rotation when the robot drives ahead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Wheel {
     joint: tatu_object,
@@ -28,8 +28,8 @@ enum Form {
     Ackermann {
         wheelbase: f64,
     },
-    /// For each wheel: the distance that its rim moves for a motion ahead, to the left (both per m) and about the
-    /// middle (per rad).
+    /// For each wheel, the distance that its rim moves per metre of motion ahead, per metre to the left, and per radian
+    /// about the middle.
     Omni(Vec<[f64; 3]>),
 }
 
@@ -50,7 +50,7 @@ pub struct Drivetrain {
 /// State of the joints at one time; forward and left are positive.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Stand {
-    /// Positions of the driven joints, rad; some start again at 0 after a turn.
+    /// Positions of the driven joints, rad; some joints start again at 0 after a full turn.
     pub driven: Vec<f64>,
     /// Velocities of the driven joints, rad/s.
     pub speeds: Vec<f64>,
@@ -98,8 +98,8 @@ impl Props {
 }
 
 impl Drivetrain {
-    /// Returns the drive of a robot, given its base; `None`: it declares none. It is an error if a declared joint does
-    /// not exist.
+    /// Returns the drive of a robot, given its base, or `None` if it declares none. It is an error if a declared joint
+    /// does not exist.
     pub fn of(world: &World<'_>, p: &Props, base: tatu_object) -> Result<Option<Self>> {
         let told = world.get(base, p.drive)?;
         if told.is_empty() {
@@ -165,14 +165,14 @@ impl Drivetrain {
     fn curvature(&self, wheelbase: f64, steered: &[f64]) -> f64 {
         let of = |(i, angle): (usize, &f64)| {
             let t = libm::tan(*angle);
-            // The left wheel turns about the same point, at another distance.
+            // The left wheel turns about the same point, at a different distance.
             let side = if steered.len() == 1 { 0.0 } else { self.side(i) };
             t / (wheelbase + side * t)
         };
         steered.iter().enumerate().map(of).sum::<f64>() / steered.len().max(1) as f64
     }
 
-    /// Returns the lateral position of the i-th wheel, of pairs; to the left is positive.
+    /// Returns the lateral position of the i-th wheel of the pairs; to the left is positive.
     fn side(&self, i: usize) -> f64 {
         if i.is_multiple_of(2) { self.track / 2.0 } else { -self.track / 2.0 }
     }
@@ -189,7 +189,7 @@ impl Drivetrain {
         (0..self.driven.len()).map(of).collect()
     }
 
-    /// Returns the steering angles. A robot that stands keeps its wheels straight.
+    /// Returns the steering angles. If the robot does not move, its wheels stay straight.
     fn angles(&self, [vx, _, wz]: [f64; 3]) -> Vec<f64> {
         let Form::Ackermann { wheelbase } = self.form else { return Vec::new() };
         let of = |i: usize| {
@@ -275,7 +275,7 @@ mod tests {
 
     #[test]
     fn wheels_turn_as_their_places_ask() {
-        // The outer wheel moves at twice the speed, the inner one stands.
+        // The outer wheel moves at twice the speed; the inner one does not turn.
         let speeds = train(Form::Differential, 2, 0).speeds([0.2, 0.0, 1.0]);
         assert!((speeds[0]).abs() < 1e-12 && (speeds[1] - 4.0).abs() < 1e-12, "{speeds:?}");
         // Mecanum to the left: front left and rear right turn backwards.

@@ -1,5 +1,5 @@
-//! The visible parts of the car. They have no collision or mass, and beams ignore them: those meet the body's boxes and
-//! the tyres.
+//! The visible parts of the car. They have no collision or mass, and beams ignore them; beams hit the body's boxes and
+//! the tyres instead.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

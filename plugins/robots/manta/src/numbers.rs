@@ -1,6 +1,6 @@
 //! Dimensions and masses of the car, with the source of each number. m, kg, kg m^2, rad, N m.
 //!
-//! Sources: **S** constants in public copies of V-REP's script of this model; **estimate**: chosen here, with the
+//! Sources: **S**: constants in public copies of V-REP's script of this model; **estimate**: chosen here, with the
 //! reason.
 
 /// Radius of the wheels. S
@@ -16,7 +16,7 @@ pub const TRACK: f64 = 0.35;
 pub const STEER_LIMIT: f64 = 30.0 * std::f64::consts::PI / 180.0;
 /// Greatest velocity of the steering, 70 degrees per second. S
 pub const STEER_SPEED: f64 = 70.0 * std::f64::consts::PI / 180.0;
-/// Greatest torque of the steering. Estimate: turns the wheels of the car when it stands.
+/// Greatest torque of the steering. Estimate: enough to turn the wheels while the car does not move.
 pub const STEER_TORQUE: f64 = 20.0;
 
 /// Greatest torque of the motor. S
@@ -38,8 +38,8 @@ pub const WHEEL_MASS: f64 = 0.8;
 pub const WHEEL_INERTIA: [f64; 3] = [0.00186, 0.00186, 0.00324];
 /// Mass of parts between joints: knuckles, steering column, motor shaft. Estimate.
 pub const LINK_MASS: f64 = 0.4;
-/// Their inertia about each axis, larger than that of such small parts so that joints between very different bodies
-/// stay stiff. Estimate.
+/// Inertia of such a part about each axis. It is larger than that of a real part of this size, so that joints between
+/// very different bodies stay stiff. Estimate.
 pub const LINK_INERTIA: [f64; 3] = [0.001, 0.001, 0.001];
 
 /// Returns the angle of a front wheel at `y` to the left of the middle, for a steering angle: all four wheels turn

@@ -1,4 +1,4 @@
-//! The moving and colliding parts, which are also those that beams meet.
+//! The moving and colliding parts, which beams also hit.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -20,8 +20,8 @@ const GLASS: [f64; 3] = [0.35, 0.45, 0.5];
 /// Alias of the mount for other devices.
 pub const SLOT: &str = "Manta_connection";
 
-/// Number of segments to each side of the curve from the steering to a front wheel: their ends are on the true curve,
-/// and their middles deviate by less than 0.0002 rad.
+/// Number of segments, to each side, of the curve from the steering angle to the angle of a front wheel. Their ends are
+/// on the true curve, and their middles deviate from it by less than 0.0002 rad.
 const PIECES: i32 = 24;
 
 fn cuboid(size: [f64; 3], at: [f64; 3], color: [f64; 3]) -> Value {
@@ -120,7 +120,7 @@ pub fn steering<'a>(builder: &Builder<'a>, base: Node<'a>) -> Result {
             .collect();
         let pivot = joint(builder, base, &format!("f{side}_steer_joint"), [WHEELBASE, y, 0.0])?
             .set("joint.control", "position")?
-            // The inner wheel turns farther than the steering in the same time.
+            // The inner wheel must turn farther than the steering in the same time.
             .set("joint.max_velocity", 2.0 * STEER_SPEED)?
             .set("joint.max_force", STEER_TORQUE)?
             .set("joint.follows", ":/steer_joint")?

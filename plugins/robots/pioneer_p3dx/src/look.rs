@@ -29,7 +29,7 @@ pub type Corner = [f64; 2];
 const CURVE: [Corner; 5] = [[1.0, 0.36], [0.96, 0.57], [0.87, 0.76], [0.73, 0.91], [0.52, 1.0]];
 
 impl Outline {
-    /// Returns its corners, counter-clockwise from the front left.
+    /// Returns the outline's corners, counter-clockwise from the front left.
     pub fn corners(&self) -> Vec<Corner> {
         let quarter =
             |length: f64, side: f64| CURVE.map(|[along, across]| [length * along, side * self.half_width * across]);
@@ -125,7 +125,7 @@ struct Part {
     form: &'static str,
     size: [f64; 3],
     at: [f64; 3],
-    /// Euler angles about its own x, then y, then z.
+    /// Euler angles about the part's own x, then y, then z axis.
     turn: [f64; 3],
     color: [f64; 3],
 }
@@ -214,8 +214,8 @@ fn lying(heading: f64) -> [f64; 3] {
     [FRAC_PI_2, heading + FRAC_PI_2, 0.0]
 }
 
-/// Builds a tyre with a light rim and a hub with three spokes, so that its rotation is visible; it is a child of the
-/// wheel, upright again.
+/// Builds a tyre with a light rim and a hub with three spokes, so that its rotation is visible. It is a child of the
+/// wheel, but turned upright again.
 pub fn wheel<'a>(builder: &Builder<'a>, parent: Node<'a>, wheel: &Wheel, alias: &str) -> Result {
     let (d, w) = (wheel.diameter, wheel.width);
     let across = |diameter: f64, width: f64, color| {

@@ -114,7 +114,7 @@ pub fn drive<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot) -> Result
     Ok(())
 }
 
-/// Builds the caster, which trails from the start; in V-REP's file it begins ahead of its swivel, and swings round.
+/// Builds the caster. It trails from the start; in V-REP's file it begins ahead of its swivel, and swings round.
 pub fn caster<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot) -> Result {
     let c = &robot.caster;
     let free = |parent, alias| {

@@ -64,11 +64,11 @@ pub struct Robot {
     pub deck_z: [f64; 2],
     pub sonars: [Pose; 16],
     pub sonar_z: f64,
-    /// Range of the sonars, unless a scene sets another.
+    /// Range of the sonars, unless a scene sets a different one.
     pub sonar_range: f64,
-    /// Radius of a cone's tip, within which nothing is detected. In V-REP's model the range begins there, which puts
-    /// the far end 5 mm farther; here, as in the readings that V-REP prints, nothing is detected beyond the range
-    /// itself.
+    /// Radius of a cone's tip, within which nothing is detected. In V-REP's model the range begins at this radius, so
+    /// its far end is 5 mm farther. Here nothing is detected beyond the range itself, as in the readings that V-REP
+    /// prints.
     pub sonar_tip: f64,
 }
 
@@ -102,12 +102,14 @@ fn as_vrep() -> Robot {
             wheel: Wheel {
                 diameter: 0.0592, // V: 0.059198
                 width: 0.0052,    // V: 0.00518; the visible one 0.0207
-                // V: 0.0070088 about its axis, which no body has: at most the other two together.
+                // V: 0.0070088 about its axis, which is impossible: a body's moment is at most the sum of the other
+                // two.
                 mass: at_origin(0.25, [0.0010192, 0.0010192, 0.002]),
             },
         },
-        // The file's whole body is 0.519 x 0.415 x 0.196 with its top at 0.237; its division is an estimate from
-        // photographs: shell between the wheels (their inner faces are 0.281 apart), ring, deck over all.
+        // The file's whole body is 0.519 x 0.415 x 0.196 with its top at 0.237. Its division is an estimate from
+        // photographs: the shell between the wheels (whose inner faces are 0.281 apart), the ring, and the deck over
+        // everything.
         shell: Outline { front: 0.222, back: 0.222, half_width: 0.1365 },
         shell_z: [0.06, 0.187],
         deck: Outline {
@@ -165,7 +167,7 @@ fn as_data_sheet() -> Robot {
             back: -axle_x + 0.301, // AR, with bumpers: 0.511 long
             half_width: 0.1905,    // WD: 0.381 wide, the outer faces of the wheels (AR with bumpers: 0.425)
         },
-        // Estimate, as V-REP: WD's height 0.217 leaves no room for sonars at 0.208.
+        // Estimate, as V-REP: with WD's height of 0.217 there is no room for sonars at 0.208.
         deck_z: [0.2293, 0.237],
         sonars: sonar_poses::aria(axle_x), // AR
         sonar_z: 0.208,                    // AM

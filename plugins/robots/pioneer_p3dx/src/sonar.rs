@@ -15,7 +15,7 @@ pub struct Beam {
 /// Returns the orientation of a sensor that looks horizontally to `heading` degrees: z ahead, y up; x y z w.
 pub fn looking(heading: f64) -> [f64; 4] {
     let (s, c) = libm::sincos(heading.to_radians() / 2.0);
-    // The rotation by the heading after the one that takes z to x, x to y and y to z.
+    // The rotation that takes z to x, x to y and y to z, followed by the rotation by the heading.
     [(c - s) / 2.0, (c + s) / 2.0, (c + s) / 2.0, (c - s) / 2.0]
 }
 

@@ -3,7 +3,7 @@
 /// x, y in the base frame, m; heading, degrees, left positive.
 pub type Pose = [f64; 3];
 
-/// V-REP's model, sensors 1 to 16. Numbers 2 and 3 do not exactly mirror 7 and 6; they are kept as they are.
+/// V-REP's model, sensors 1 to 16. Numbers 2 and 3 do not exactly mirror 7 and 6; this is copied unchanged.
 #[rustfmt::skip]
 pub const AS_VREP: [Pose; 16] = [
     [ 0.1064,  0.1382,   90.0], [ 0.1554,  0.1250,   50.0], [ 0.1906,  0.0831,   30.0], [ 0.2092,  0.0273,   10.0],

@@ -1,13 +1,13 @@
 //! Edits that the build makes to Lua's files, so that work in C code is charged to the budget of a call
 //! (`src/lua_charges.h`).
 //!
-//! Lua calls its hook only after instructions. These edits also charge everything whose length a script can control:
-//! calls of the C interface that may run metamethods (and thereby every library loop over a table), loops over bytes,
-//! nodes, values and tokens, and conversions of numbers. Functions that may raise an error do so when the budget is
-//! spent; in all others the next instruction does. `docs/reference/script-costs.md` lists the functions.
+//! Lua calls its hook only after instructions. These edits also charge all work that a script can make arbitrarily
+//! long: calls of the C interface that may run metamethods (and thereby every library loop over a table), loops over
+//! bytes, nodes, values and tokens, and conversions of numbers. Functions that may raise an error do so when the budget
+//! is spent; in all others the next instruction does. `docs/reference/script-costs.md` lists the functions.
 //!
-//! Each text must occur exactly once in its file, otherwise the build fails: every edit must be reviewed when Lua is
-//! updated.
+//! Each original text must occur exactly once in its file, otherwise the build fails: every edit must be reviewed when
+//! Lua is updated.
 
 /// File, original text, and its replacement.
 pub(crate) const CHARGES: &[(&str, &str, &str)] = &[

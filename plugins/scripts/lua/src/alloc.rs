@@ -5,7 +5,7 @@
 //! such keys is reproducible only if these bits are. Every slot begins at a multiple of 4 GiB, and the position of
 //! blocks in it depends only on the script. There is one free list per size class; new blocks are taken from the end;
 //! blocks are never split or joined. If the system cannot reserve address space, the system's allocator is used, and
-//! only that order is lost.
+//! the order of such keys is not reproducible.
 
 mod region;
 #[cfg(test)]
@@ -23,7 +23,7 @@ use region::Region;
 
 /// Size of a slot, and default memory limit of a script.
 pub(crate) const SLOT_BYTES: usize = 256 << 20;
-/// Smaller than a huge page, so that a small state does not get one.
+/// Bytes committed at once. Smaller than a huge page, so that a small state does not get one.
 const COMMIT: usize = 256 << 10;
 const SMALL: usize = 512;
 /// From this size on, filling a block takes longer than the instruction that allocated it, so each byte is charged.
@@ -33,7 +33,7 @@ const FIRST_LINES: u64 = 4096;
 const LINE: usize = 64;
 const CLASSES: usize = 32 + 4 * 20;
 
-/// A callback and its argument. The callback also receives the block that was to grow; null for a new block.
+/// A callback and its argument. The callback also receives the block that was to grow, or null for a new block.
 pub(crate) type Listener = (unsafe fn(*const c_void, *const u8), *const c_void);
 
 /// The memory of one state. It is boxed because Lua keeps its address.
@@ -111,7 +111,7 @@ impl Slot {
     fn offset(&self, block: *const u8) -> usize {
         block.addr() - self.base().addr()
     }
-    /// Sets the memory limit; 0: the whole slot.
+    /// Sets the memory limit; if `bytes` is 0, the limit is the whole slot.
     pub(crate) fn set_limit(&self, bytes: u64) {
         let bytes = usize::try_from(bytes).unwrap_or(SLOT_BYTES);
         self.limit.set(match bytes {
@@ -132,7 +132,7 @@ impl Slot {
         self.limit.get()
     }
 
-    /// Copies the content; `None` if the system's allocator is used.
+    /// Copies the content. Returns `None` if the system's allocator is used.
     pub(crate) fn backup(&self) -> Option<Backup> {
         if !self.is_mapped() {
             return None;
@@ -147,7 +147,7 @@ impl Slot {
     /// Restores a backup bit by bit.
     ///
     /// # Safety
-    /// Nothing outside the slot points to blocks allocated since the backup, and the state is idle.
+    /// Nothing outside the slot may point to blocks allocated since the backup, and the state must be idle.
     pub(crate) unsafe fn roll_back(&self, backup: &Backup) {
         self.top.set(self.first + backup.content.len());
         self.used.set(backup.used);
@@ -158,8 +158,8 @@ impl Slot {
         self.unsorted.set(true);
     }
 
-    /// Sorts the free lists so that low addresses are reused first, and releases free blocks at the end. This keeps the
-    /// working set of a script compact.
+    /// Sorts the free lists so that low addresses are reused first, and releases free blocks at the end, so that a
+    /// script's memory stays compact.
     pub(crate) fn sort_free_lists(&self) {
         // In scripts without garbage, the lists are in order already.
         if !self.is_mapped() || !self.unsorted.replace(false) {
@@ -190,8 +190,8 @@ impl Slot {
         }
     }
 
-    /// Allocates a block; null if the limit or the system refuses it. `force` ignores the limit; `grown` is the block
-    /// to be replaced, null for a new one.
+    /// Allocates a block; returns null if the limit or the system refuses it. `force` ignores the limit. `grown` is the
+    /// block to be replaced, or null for a new one.
     fn allocate(&self, bytes: usize, force: bool, grown: *const u8) -> *mut u8 {
         let (c, size) = class(bytes);
         let used = self.used.get() + size;
@@ -254,7 +254,7 @@ impl Slot {
     }
 
     /// # Safety
-    /// `block` was allocated with this size and is not used any more.
+    /// `block` must have been allocated with this size, and must not be used any more.
     unsafe fn free_block(&self, block: *mut u8, bytes: usize) {
         let (c, size) = class(bytes);
         self.used.set(self.used.get() - size);
@@ -276,7 +276,7 @@ impl Slot {
 /// Lua's allocation function.
 ///
 /// # Safety
-/// `slot` is the slot of the calling state; `block` is null or was returned by this function for `old` bytes.
+/// `slot` must be the slot of the calling state; `block` must be null or returned by this function for `old` bytes.
 pub(crate) unsafe extern "C" fn lua_alloc(
     slot: *mut c_void,
     block: *mut c_void,

@@ -1,5 +1,5 @@
-//! Cache of compiled chunks that every state loads: loading bytecode takes a fraction of the time and creates no
-//! garbage.
+//! Cache of compiled chunks that every state loads: loading bytecode takes a fraction of the time of compiling, and
+//! creates no garbage.
 
 use std::{
     ffi::CStr,
@@ -21,10 +21,10 @@ struct Chunk {
 
 static CHUNKS: Mutex<Vec<Chunk>> = Mutex::new(Vec::new());
 
-/// Like `luaL_loadbufferx` for text: pushes the function or a message.
+/// Like `luaL_loadbufferx` for source text: pushes the function or a message.
 ///
 /// # Safety
-/// A live state with two free stack slots.
+/// `l` must be a live thread with two free stack slots.
 pub(crate) unsafe fn load(l: *mut lua_State, text: &[u8], name: &'static CStr) -> i32 {
     if let Some(code) = cached(text, name) {
         return luaL_loadbufferx(l, code.as_ptr().cast(), code.len(), name.as_ptr(), c"b".as_ptr());
@@ -52,7 +52,7 @@ fn cached(text: &[u8], name: &CStr) -> Option<Arc<[u8]>> {
 mod tests {
     use super::*;
 
-    /// Returns the result of running a text in a new state, or the error message.
+    /// Returns the result of running a script in a new state, or the error message.
     fn run(text: &str) -> String {
         // SAFETY: the state is created and closed here, and a new state has LUA_MINSTACK free slots.
         unsafe {

@@ -1,4 +1,4 @@
-//! Lossless tokenizer for Lua, used to infer the dialect of a text and to convert Lua 5.1 to Lua 5.4.
+//! Lossless tokenizer for Lua, used to infer the dialect of a script and to convert Lua 5.1 to Lua 5.4.
 
 use std::borrow::Cow;
 
@@ -19,7 +19,7 @@ pub(crate) enum Kind {
     Operator,
 }
 
-/// Iterator over the tokens in order; concatenated, they are the text.
+/// Iterator over the tokens in order; concatenated, they are the source.
 pub(crate) struct Tokens<'a> {
     text: &'a [u8],
     at: usize,
@@ -102,7 +102,7 @@ impl<'a> Iterator for Tokens<'a> {
     }
 }
 
-/// Returns the names and operators in a text, sorted and unique: names, keywords, qualified names with their prefixes
+/// Returns the names and operators in a script, sorted and unique: names, keywords, qualified names with their prefixes
 /// (`robot.arm.grip`), operators, `require NAME`. Comments and strings are ignored.
 pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
     let mut out: Vec<Vec<u8>> = Vec::new();
@@ -141,8 +141,8 @@ pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
     out
 }
 
-/// If a text consists only of `if variable == X then ... end` blocks, returns the `X` of those that are not empty; for
-/// any other value the text has no effect. `None`: the text has another form.
+/// If a script consists only of `if variable == X then ... end` blocks, returns each `X` whose block is not empty; for
+/// any other value the script does nothing. Returns `None` if the script has any other form.
 pub(crate) fn branches<'a>(text: &'a [u8], variable: &[u8]) -> Option<Vec<&'a [u8]>> {
     let tokens: Vec<&[u8]> =
         Tokens::new(text).filter(|(kind, _)| *kind != Kind::Space).map(|(_, token)| token).collect();
@@ -194,7 +194,7 @@ fn end_of_block(tokens: &[&[u8]]) -> Option<usize> {
 pub(crate) fn to_lua54(text: &[u8]) -> Cow<'_, [u8]> {
     let mut out = Vec::new();
     let mut same = true;
-    // A label occurs only in texts that use `goto`.
+    // A label occurs only in scripts that use `goto`.
     let labels = Tokens::new(text).any(|t| t == (Kind::Operator, b"::"));
     for (kind, token) in Tokens::new(text) {
         let before = out.len();

@@ -5,9 +5,9 @@
 //!
 //! | item | purpose | check | if it fails |
 //! |---|---|---|---|
-//! | `luai_makeseed(L)=0x5EED` | Lua derives its hash seed from addresses and the clock, and `pairs` would visit string keys in another order in each run | [`problems`], at start | error in the log |
+//! | `luai_makeseed(L)=0x5EED` | Lua derives its hash seed from addresses and the clock, and `pairs` would visit string keys in a different order in each run | [`problems`], at start | error in the log |
 //! | `STRCACHE_N=1`, `STRCACHE_M=1` | Lua caches C strings by their address, which would decide when a string is collected | [`problems`], at start | error in the log |
-//! | `lua_math.h` before every file | sine and similar functions of the C library have other bits with another library or processor | a test compares bits of them | the test fails |
+//! | `lua_math.h` before every file | sine and similar functions of the C library give different bits with a different library or processor | a test compares bits of them | the test fails |
 //! | `strspn=tatu_lua_strspn` | text of floats in scripts for Lua 5.1, see [`NumberFormat`] | [`problems`], at start | error in the log |
 //! | `lua_gc` with a negative step | collections at fixed numbers of calls, see `gc` | [`problems`], at start | error in the log |
 //! | `build/charges.rs`, `lua_charges.h` | loops in C count on the budget | the build finds each place; [`meter`], in each state | C code counts nothing |
@@ -87,14 +87,14 @@ pub(crate) fn problems() -> Vec<&'static str> {
             return problems;
         }
         if tatu_lua_seed(l) != SEED {
-            problems.push("Lua's hash seed is not fixed: `pairs` may give another order in each run");
+            problems.push("Lua's hash seed is not fixed: `pairs` may give a different order in each run");
         }
         if tatu_lua_has_small_string_cache(l) == 0 {
             problems.push("Lua caches strings by address: runs may collect garbage at other times");
         }
         defer_gc(l, 1);
         if tatu_lua_gc_debt(l) != -1024 {
-            problems.push("Lua's collector cannot be deferred: `pairs` may give another order after a snapshot");
+            problems.push("Lua's collector cannot be deferred: `pairs` may give a different order after a snapshot");
         }
         let _plain = NumberFormat::begin(true);
         lua_pushnumber(l, 5.0);
@@ -107,10 +107,10 @@ pub(crate) fn problems() -> Vec<&'static str> {
     problems
 }
 
-/// Restarts the collector, with its next collection after `kib` more have been allocated.
+/// Restarts the collector; its next collection happens after `kib` more KiB have been allocated.
 ///
 /// # Safety
-/// A live state.
+/// `l` must belong to a live state.
 pub(crate) unsafe fn defer_gc(l: *mut lua_State, kib: c_int) {
     lua_gc(l, LUA_GCRESTART);
     lua_gc(l, LUA_GCSTEP, -kib);
@@ -123,7 +123,7 @@ pub(crate) unsafe fn defer_gc(l: *mut lua_State, kib: c_int) {
 pub(crate) struct NumberFormat(c_int);
 
 impl NumberFormat {
-    /// Sets the format; `plain`: without ".0".
+    /// Sets the format; if `plain`, integral floats are written without ".0".
     pub(crate) fn begin(plain: bool) -> Self {
         // SAFETY: the function only exchanges a thread-local integer.
         NumberFormat(unsafe { tatu_lua_set_plain_floats(c_int::from(plain)) })
@@ -137,16 +137,17 @@ impl Drop for NumberFormat {
     }
 }
 
-/// Returns the address of a thread's countdown of instructions to the next run of its hook; null if the check fails.
+/// Returns the address of a thread's countdown of instructions to the next run of its hook, or null if the check fails.
 ///
 /// # Safety
-/// The thread runs nothing, and has just been given a hook.
+/// `l` must not be running, and must just have been given a hook.
 pub(crate) unsafe fn hook_count(l: *mut lua_State) -> *mut c_int {
     let left = tatu_lua_hook_count(l);
     if *left == lua_gethookcount(l) { left } else { null_mut() }
 }
 
-/// Counter of a state's work, in units (`lua_charges.h`): used, and the limit at which C code raises an error.
+/// Counter of a state's work, in units (`lua_charges.h`): the units used, and the limit at which C code raises an
+/// error.
 #[repr(C)]
 pub(crate) struct Meter {
     pub used: Cell<u64>,
@@ -157,10 +158,10 @@ pub(crate) struct Meter {
 pub(crate) const INSTRUCTION: u64 = 64;
 pub(crate) const BYTE: u64 = 16;
 
-/// Returns the meter of a state; null if the check fails.
+/// Returns the meter of a state, or null if the check fails.
 ///
 /// # Safety
-/// `l` belongs to a live state, which outlives the meter.
+/// `l` must belong to a live state, which outlives the meter.
 pub(crate) unsafe fn meter(l: *mut lua_State) -> *const Meter {
     tatu_lua_meter(l)
 }
@@ -177,7 +178,7 @@ pub(crate) struct Running(*mut lua_State);
 
 impl Running {
     /// # Safety
-    /// `l` outlives the returned value.
+    /// `l` must outlive the returned value.
     pub(crate) unsafe fn begin(l: *mut lua_State) -> Self {
         Running(tatu_lua_enter(l))
     }
@@ -196,7 +197,7 @@ impl Drop for Running {
 /// following the offsets as pointers would crash.
 ///
 /// # Safety
-/// Called by the allocator; `look` only reads which functions run.
+/// Only the allocator may call this; `look` may only read which functions run.
 pub(crate) unsafe fn with_frames(l: *mut lua_State, block: *const u8, look: impl FnOnce()) {
     let moves = !l.is_null() && !block.is_null() && tatu_lua_is_stack(l, block.cast()) != 0;
     if moves {
@@ -239,8 +240,7 @@ pub(crate) enum Key<'a> {
 pub(crate) struct RawTable(*const c_void);
 
 impl RawTable {
-    /// The value at `idx` is a table that outlives the result.
-    /// There is a table at `idx`, and it lives while the value is used.
+    /// There must be a table at `idx`, and it must outlive the result.
     pub(crate) unsafe fn of(l: *mut lua_State, idx: i32) -> Self {
         RawTable(lua_topointer(l, idx))
     }
@@ -284,7 +284,7 @@ impl RawTable {
     /// Exchanges the contents of two tables; metatables stay.
     ///
     /// # Safety
-    /// The collector is stopped, and both tables have the same colour.
+    /// The collector must be stopped, and both tables must have the same colour.
     pub(crate) unsafe fn exchange(self, other: RawTable) {
         tatu_lua_exchange(self.0, other.0);
     }
@@ -293,7 +293,7 @@ impl RawTable {
 /// Returns whether the nodes of a table with known content are read correctly.
 ///
 /// # Safety
-/// Runs in protected mode; five free stack slots.
+/// Must run in protected mode, with five free stack slots.
 pub(crate) unsafe fn knows_tables(l: *mut lua_State) -> bool {
     lua_createtable(l, 3, 4);
     lua_pushinteger(l, 7);
@@ -322,10 +322,10 @@ unsafe extern "C-unwind" fn extend(_: *mut lua_State, bytes: *const c_void, n: u
     0
 }
 
-/// Writes the function on top as a binary chunk; empty if it is not a Lua function.
+/// Writes the function on top as a binary chunk; writes nothing if it is not a Lua function.
 ///
 /// # Safety
-/// There is a value on top.
+/// There must be a value on top.
 pub(crate) unsafe fn dump(l: *mut lua_State, out: &mut Vec<u8>) {
     out.clear();
     tatu_lua_dump_nested(l, 0, extend, (&raw mut *out).cast());
@@ -334,7 +334,7 @@ pub(crate) unsafe fn dump(l: *mut lua_State, out: &mut Vec<u8>) {
 /// Writes the function on top and all functions nested in it, depth first, each as `dump` writes a closure of it.
 ///
 /// # Safety
-/// There is a value on top.
+/// There must be a value on top.
 pub(crate) unsafe fn dump_all(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
     loop {
         let mut chunk = Vec::new();
@@ -345,11 +345,11 @@ pub(crate) unsafe fn dump_all(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
     }
 }
 
-/// Returns a hash of the bytecode of the Lua function on top, including nested functions, but not line numbers and
-/// comments. 0: it is not a Lua function.
+/// Returns a hash of the bytecode of the Lua function on top, including nested functions, but without line numbers and
+/// comments. Returns 0 if it is not a Lua function.
 ///
 /// # Safety
-/// There is a value on top.
+/// There must be a value on top.
 pub(crate) unsafe fn hash_code(l: *mut lua_State) -> u64 {
     tatu_lua_hash_code(l)
 }

@@ -115,7 +115,7 @@ impl Script {
 impl Drop for Script {
     fn drop(&mut self) {
         self.end_line();
-        // A mapped slot releases all Lua objects at once; open files are owned by `State`, not by Lua.
+        // A mapped slot releases all Lua objects at once. Open files are owned by `State`, not by Lua.
         if !self.slot.is_mapped() {
             // SAFETY: the host ends an instance only while none of its calls runs, and this is the only place that
             // closes the state.

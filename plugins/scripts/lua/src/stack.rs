@@ -4,7 +4,7 @@ use mlua_sys::*;
 
 /// Keys in Lua's registry; 1 and 2 are reserved by Lua.
 pub(crate) mod reg {
-    /// The compiled text.
+    /// The compiled script.
     pub const CHUNK: i64 = 10;
     /// Functions passed out during a call: id -> function.
     pub const BORROWED: i64 = 11;
@@ -24,20 +24,21 @@ pub(crate) mod reg {
     pub const THREADS: i64 = 18;
     /// Modules loaded by `require`.
     pub const LOADED: i64 = 19;
-    /// Objects that existed before the text ran: number -> object.
+    /// Objects that existed before the script ran: number -> object.
     pub const BASELINE: i64 = 20;
     /// Objects of a snapshot, while it is restored.
     pub const BUILT: i64 = 21;
     /// Constants of preludes: name -> value.
     pub const CONSTANTS: i64 = 22;
-    /// Names of the globals that a rerun text reads: the callback, and the script's handle.
+    /// Names of the globals that a script of the style `Rerun` reads: the callback, and the script's handle.
     pub const RERUN_GLOBALS: i64 = 23;
 }
 
-/// Returns the bytes of the string or number at `idx`; converts a number in place. Empty for other types.
+/// Returns the bytes of the string or number at `idx`; converts a number in place. Returns an empty slice for other
+/// types.
 ///
 /// # Safety
-/// The slice is used only while the value is on the stack.
+/// The slice must be used only while the value is on the stack.
 pub(crate) unsafe fn bytes<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
     let mut len = 0;
     let ptr = lua_tolstring(l, idx, &mut len);
@@ -50,7 +51,7 @@ pub(crate) unsafe fn bytes<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
 /// Pushes a string.
 ///
 /// # Safety
-/// There is one free stack slot. May raise an error.
+/// The stack must have one free slot. May raise a Lua error.
 pub(crate) unsafe fn push(l: *mut lua_State, text: &[u8]) {
     lua_pushlstring(l, text.as_ptr().cast(), text.len());
 }
@@ -58,7 +59,7 @@ pub(crate) unsafe fn push(l: *mut lua_State, text: &[u8]) {
 /// Pushes a registry value, and returns its type.
 ///
 /// # Safety
-/// There is one free stack slot.
+/// The stack must have one free slot.
 pub(crate) unsafe fn registry(l: *mut lua_State, place: i64) -> i32 {
     lua_rawgeti(l, LUA_REGISTRYINDEX, place)
 }
@@ -66,7 +67,7 @@ pub(crate) unsafe fn registry(l: *mut lua_State, place: i64) -> i32 {
 /// Sets a function in the table on top.
 ///
 /// # Safety
-/// There are two free stack slots. May raise an error.
+/// The stack must have two free slots. May raise a Lua error.
 pub(crate) unsafe fn set(l: *mut lua_State, name: &std::ffi::CStr, f: lua_CFunction) {
     lua_pushinteger(l, 0);
     lua_pushcclosure(l, f, 1);
@@ -76,7 +77,7 @@ pub(crate) unsafe fn set(l: *mut lua_State, name: &std::ffi::CStr, f: lua_CFunct
 /// Reads the list of strings on top.
 ///
 /// # Safety
-/// Runs in protected mode, with a table on top and one free stack slot.
+/// Must run in protected mode, with a table on top and one free stack slot.
 pub(crate) unsafe fn read_strings(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
     for i in 1..=lua_rawlen(l, -1) {
         lua_rawgeti(l, -1, i as i64);

@@ -1,6 +1,6 @@
 //! Virtual memory of the operating system.
 
-/// Reserves address space, which uses no memory until committed. Null: not supported, or refused.
+/// Reserves address space, which uses no memory until committed. Returns null if that is not supported, or refused.
 #[cfg(unix)]
 pub(crate) fn reserve(bytes: usize) -> *mut u8 {
     reserve_near(std::ptr::null_mut(), bytes)
@@ -11,7 +11,7 @@ const FLAGS: i32 = libc::MAP_PRIVATE | libc::MAP_ANON | libc::MAP_NORESERVE;
 #[cfg(all(unix, not(any(target_os = "linux", target_os = "android", target_os = "macos"))))]
 const FLAGS: i32 = libc::MAP_PRIVATE | libc::MAP_ANON;
 
-/// Reserves address space at `wish`, or elsewhere if that is taken.
+/// Reserves address space at `wish`, or elsewhere if that range is in use.
 #[cfg(unix)]
 fn reserve_near(wish: *mut u8, bytes: usize) -> *mut u8 {
     // SAFETY: without MAP_FIXED the address is only a hint, so the new mapping replaces no existing one.
@@ -19,8 +19,8 @@ fn reserve_near(wish: *mut u8, bytes: usize) -> *mut u8 {
     if at == libc::MAP_FAILED { std::ptr::null_mut() } else { at.cast() }
 }
 
-/// Reserves address space that begins at a multiple of `align`, without padding. Null: none of the places tried is
-/// free.
+/// Reserves address space that begins at a multiple of `align`, without padding. Returns null if none of the places
+/// tried is free.
 #[cfg(all(unix, target_pointer_width = "64"))]
 pub(crate) fn reserve_aligned(bytes: usize, align: usize) -> *mut u8 {
     use std::sync::atomic::{AtomicUsize, Ordering};
@@ -49,7 +49,7 @@ pub(crate) fn reserve_aligned(_: usize, _: usize) -> *mut u8 {
 /// Makes reserved pages usable, filled with zeros.
 ///
 /// # Safety
-/// The range consists of whole pages of a single reservation.
+/// The range must consist of whole pages of a single reservation.
 #[cfg(unix)]
 pub(crate) unsafe fn commit(at: *mut u8, bytes: usize) -> bool {
     libc::mprotect(at.cast(), bytes, libc::PROT_READ | libc::PROT_WRITE) == 0
@@ -58,7 +58,7 @@ pub(crate) unsafe fn commit(at: *mut u8, bytes: usize) -> bool {
 /// Releases a reservation.
 ///
 /// # Safety
-/// `at` and `bytes` are those of a reservation, and nothing refers to the range any more.
+/// `at` and `bytes` must be those of a reservation, and nothing may refer to the range any more.
 #[cfg(unix)]
 pub(crate) unsafe fn free(at: *mut u8, bytes: usize) {
     libc::munmap(at.cast(), bytes);

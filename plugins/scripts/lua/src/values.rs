@@ -12,7 +12,7 @@ use crate::{
 /// shown.
 ///
 /// # Safety
-/// May raise an error, and may call `__tostring`.
+/// May raise a Lua error, and may call `__tostring`.
 pub(crate) unsafe fn to_text(l: *mut lua_State, idx: i32) {
     let idx = lua_absindex(l, idx);
     luaL_checkstack(l, 8, std::ptr::null());
@@ -47,7 +47,7 @@ pub(crate) unsafe fn to_text(l: *mut lua_State, idx: i32) {
 /// Pushes the number of the object at `idx`, formatted like an address: "0x00000001".
 ///
 /// # Safety
-/// There are four free stack slots. May raise an error.
+/// The stack must have four free slots. May raise a Lua error.
 pub(crate) unsafe fn address(l: *mut lua_State, idx: i32) {
     let s = state::of(l);
     registry(l, reg::NUMBERS);
@@ -75,7 +75,7 @@ pub(crate) unsafe fn address(l: *mut lua_State, idx: i32) {
 /// out of range.
 ///
 /// # Safety
-/// `idx` is an absolute index.
+/// `idx` must be an absolute index.
 pub(crate) unsafe fn truncate_at(l: *mut lua_State, idx: i32) {
     if lua_isinteger(l, idx) != 0 || !matches!(lua_type(l, idx), LUA_TNUMBER | LUA_TSTRING) {
         return;

@@ -80,7 +80,7 @@ fn every_function_has_a_row() {
     assert!(gone.is_empty(), "rows of functions that are not there: {gone:?}");
 }
 
-/// Instructions of a call in the tests below.
+/// Instruction budget of a call in the tests below.
 const BUDGET: u64 = 4_000_000;
 
 /// Calls that would run forever, or nearly so.
@@ -154,7 +154,7 @@ fn hostile_calls_end_with_an_error() {
         let e = s.init().expect_err(text);
         assert!([TATU_ERR_BUDGET, TATU_ERR_MEMORY].contains(&e.code), "{text}: {e:?}");
         assert!(e.code == TATU_ERR_MEMORY || e.text.contains("used up its 4000000 instructions"), "{text}: {e:?}");
-        // The work of a single instruction in C is only noticed at the next instruction.
+        // The work that a single instruction does in C is only noticed at the next instruction.
         assert!(s.used.get() < 3 * BUDGET, "{text}: {}", s.used.get());
         // Other scripts still run.
         let other = h.load("function f() return 1 end");

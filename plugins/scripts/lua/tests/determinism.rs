@@ -64,7 +64,7 @@ fn run() -> Vec<String> {
     let h = Host::new();
     h.command("echo", |_, _| 0);
     h.command("robot.echo", |_, _| 0);
-    // Earlier work of the process must not matter.
+    // Earlier work of the process must not affect the output.
     let other = h.load("x = {} for i = 1, 1000 do x[i] = {} end");
     other.init().unwrap();
     let s = h.script(3);

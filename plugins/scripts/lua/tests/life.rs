@@ -146,11 +146,11 @@ fn an_old_text_runs_again_for_each_callback() {
     assert_eq!(s.find(TATU_FIND_CALLBACK, "thread"), 0);
     assert_eq!(s.callback("sensing", &[]).unwrap().1, [Value::Int(1), Value::text("two")]);
     assert_eq!(*h.calls.borrow(), ["show(0, 1, 1, 77, 8)", "show(3, 1, 2, 77)"]);
-    // The text has neither branches nor functions: it runs once.
+    // The script has neither branches nor functions: it runs once.
     let s = load(h, "show('once')");
     s.init().unwrap();
     assert_eq!(s.find(TATU_FIND_CALLBACK, "actuation"), 0);
-    // A text of the old style that fails is called again.
+    // A script of the old style is called again after it has failed.
     let s = load(h, "if sim_call_type==2 then error 'x' end");
     s.init().unwrap();
     for _ in 0..2 {
@@ -303,7 +303,7 @@ fn a_thread_waits() {
     let first = last();
     assert_eq!(s.resume(first, None, &[Value::Int(7), Value::text("b")]).unwrap().0, TATU_WAIT);
     assert_eq!(s.resume(first, None, &[]).unwrap_err().code, TATU_ERR_GONE);
-    // Other callbacks run meanwhile; they cannot wait.
+    // Other callbacks run in the meantime; they cannot wait.
     let (_, values) = s.callback("actuation", &[]).unwrap();
     assert_eq!(values, [Value::Bool(false), Value::text("only threads can wait")]);
     assert_eq!(s.resume(last(), None, &[Value::Int(5)]).unwrap().0, TATU_WAIT);
@@ -381,7 +381,7 @@ fn the_scripts_of_the_course_run() {
         let text = std::fs::read_to_string(&path).unwrap();
         assert_eq!(s.load(&text, &path.display().to_string(), "").unwrap(), "3.2");
         s.init().unwrap();
-        // The callbacks for which the text has a branch.
+        // The callbacks for which the script has a branch.
         let has = |callback: &&str| {
             let there = s.find(TATU_FIND_CALLBACK, callback) != 0;
             let said = text.contains(&format!("sim_childscriptcall_{callback}"));

@@ -94,7 +94,7 @@ fn budgets_are_per_call() {
         total += s.used.get();
     }
     assert!((450_000..600_000).contains(&total), "{total}");
-    // 0: no limit.
+    // 0 means no limit.
     s.budget.set((0, 0));
     s.load("function f() for i = 1, 1000000 do end return 1 end", "t.lua", "").unwrap();
     s.init().unwrap();

@@ -13,7 +13,7 @@ fn saved(s: &Script) -> Result<Vec<u8>, String> {
     s.save().map_err(|e| e.text)
 }
 
-/// Creates a script of the same text and restores the state in `bytes`.
+/// Creates a script with the same source and restores the state in `bytes`.
 fn again(host: &'static Host, text: &str, bytes: &[u8]) -> Script {
     let s = host.load(text);
     s.restore(bytes).unwrap_or_else(|e| panic!("{e:?}"));
@@ -226,13 +226,13 @@ fn what_cannot_be_captured_is_named() {
     for (text, reason) in [
         (format!("{co} coroutine.resume(co)"), "variable `co` is a suspended coroutine"),
         (format!("{co} coroutine.resume(co) a = {{b = {{0, co}}}} co = nil"), "variable `a.b[2]` is a suspended"),
-        (co.to_string(), "variable `co` is a coroutine that has yet to begin"),
+        (co.to_string(), "variable `co` is a coroutine that has not started yet"),
         ("local c = coroutine.wrap(function() end) function f() c() end".into(), "local variable `c` is a coroutine"),
         ("t = setmetatable({}, {__mode = 'k'})".into(), "variable `t` is a weak table"),
         ("set = {} set[{}] = 1 set[{}] = 2".into(), "variable `set` has keys that are tables"),
         (
             "local n = 0 f = load(function() n = n + 1 return ({'return ', 'function() end'})[n] end)()".into(),
-            "variable `f` is a function whose text",
+            "variable `f` is a function whose source",
         ),
     ] {
         let got = refusal(&text);

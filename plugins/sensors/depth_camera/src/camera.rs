@@ -19,7 +19,7 @@ pub struct DepthCameras;
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthCamera(Settings);
 
-/// Random numbers by index, from the sample of a measurement.
+/// Supplies random numbers by index, from the sample of a measurement.
 impl Draw for Sample<'_> {
     fn uniform(&self, first: u64, out: &mut [f64]) {
         Sample::uniform(self, first, out);

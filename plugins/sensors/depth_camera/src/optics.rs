@@ -1,15 +1,15 @@
-//! Limitations of real depth cameras: slanted surfaces, areas that the projector does not light, edges of objects.
+//! Limitations of real depth cameras: slanted surfaces, areas that the projector does not light, and edges of objects.
 //!
 //! Noise along the line of sight, quantization and limits are declared by scenes and presets instead.
 
 /// How pixels at depth discontinuities are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edges {
-    /// They measure the surface at their centre.
+    /// Such pixels measure the surface at their centre.
     Exact,
-    /// They have no depth, because a pattern that is split between two surfaces is not recognized.
+    /// Such pixels have no depth, because a pattern that is split between two surfaces is not recognized.
     Lost,
-    /// They see both surfaces and measure a depth in between, because light returning from both is combined.
+    /// Such pixels measure a depth between the two surfaces, because light returning from both is combined.
     Mixed,
 }
 
@@ -33,7 +33,7 @@ pub struct Frame<'a> {
     pub columns: usize,
     /// Focal length, pixels.
     pub focal: f64,
-    /// Depths, m; infinity: nothing.
+    /// Depths, m; infinity where there is no surface.
     pub depth: &'a [f32],
     /// Cosines of incidence.
     pub cosine: &'a [f32],
@@ -108,7 +108,7 @@ fn is_jump(a: f32, b: f32) -> bool {
 }
 
 impl Frame<'_> {
-    /// Returns the pixel some columns and rows away; the same pixel if that is outside the image.
+    /// Returns the pixel some columns and rows away, or the same pixel if that one is outside the image.
     fn beside(&self, i: usize, [columns, rows]: [isize; 2]) -> usize {
         let (column, row) = (i % self.columns, i / self.columns);
         match (column.checked_add_signed(columns), row.checked_add_signed(rows)) {
@@ -132,9 +132,8 @@ impl Frame<'_> {
 }
 
 /// The surfaces that the projector lights in a row of pixels.
-///
 /// In the projector's image a point is displaced from its position in the camera's image by focal length times offset
-/// over depth. The nearest surface at a position there is lit, and surfaces behind it are in shadow.
+/// over depth. Of the surfaces at one position of that image, the nearest is lit and the others are in shadow.
 struct Shade {
     /// Focal length times the projector's x, pixels times m.
     shift: f64,
@@ -165,7 +164,7 @@ impl Shade {
                 continue;
             };
             let at = self.place(c, w);
-            // A slanted surface is stretched there: fill the positions between its pixels.
+            // A slanted surface is stretched in the projector's image: fill the positions between its pixels.
             let from = last.filter(|l| (at - l).abs() <= 3).map_or(at, |l| if at > l { l + 1 } else { at });
             for place in from..=at {
                 if let Some(n) = usize::try_from(place).ok().and_then(|p| self.nearest.get_mut(p)) {

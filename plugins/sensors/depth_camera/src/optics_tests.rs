@@ -36,8 +36,8 @@ fn slant_takes_depths_away() {
     assert_eq!(out, [0.7, 0.0, f32::INFINITY]);
 }
 
-/// From a projector 0.1 m to the right, the post hides focal * offset * (1/1 - 1/2) = 5 columns to its left; from one
-/// to the left, 5 columns to its right.
+/// With a projector 0.1 m to the right, the post's shadow covers focal * offset * (1/1 - 1/2) = 5 columns to its left;
+/// with one to the left, 5 columns to its right.
 #[test]
 fn the_shadow_lies_opposite_to_the_projector() {
     let lost = |projector: f64| -> Vec<usize> {

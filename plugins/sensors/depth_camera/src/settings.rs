@@ -267,7 +267,8 @@ mod tests {
         assert!(((horizontal_angle / 2.0).tan() - 0.25).abs() < 1e-12);
     }
 
-    /// f 589.37: a pixel 100 columns to the left of the middle and 50 above lies at 0.1697 and 0.0848 m per metre.
+    /// f 589.37: a pixel 100 columns to the left of the middle and 50 above it is at 0.1697 and 0.0848 m per metre of
+    /// depth.
     #[test]
     fn points_follow_from_pixels() {
         let s = Settings { columns: 641, rows: 481, ..Settings::default() };

@@ -80,7 +80,7 @@ impl Plane {
         Place::from_ecef([0, 1, 2].map(|i| self.ecef[i] + along(i)))
     }
 
-    /// Returns the point in the plane's frame of a position on Earth: east, north, up; m.
+    /// Returns the point in the plane's frame (east, north, up; m) of a position on Earth.
     pub fn local(&self, place: Place) -> [f64; 3] {
         let ecef = place.to_ecef();
         self.axes.map(|axis| (0..3).map(|i| axis[i] * (ecef[i] - self.ecef[i])).sum())
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn the_example_of_epsg_for_a_plane() {
-        // Method 9837: the plane at 55°N 5°E, 200 m; the same point has the coordinates U V W in it.
+        // Method 9837: the plane at 55°N 5°E, 200 m. In it, the example's point has the coordinates U V W.
         let plane = Plane::at(degrees(55.0, 5.0, 200.0));
         let wanted = [-189_013.869, -128_642.040, -4_220.171];
         assert!(apart(plane.local(example()), wanted) < 2e-3, "{:?}", plane.local(example()));

@@ -19,7 +19,7 @@ pub struct Receivers;
 pub struct Gps {
     /// Position of the antenna in the sensor's frame, m.
     antenna: [f64; 3],
-    /// The tangent plane of the world on Earth.
+    /// The plane tangent to the Earth in which the world lies.
     plane: Plane,
 }
 
@@ -54,7 +54,7 @@ impl Gps {
         Ok(Gps { antenna, plane: Plane::at(Place { latitude, longitude, altitude }) })
     }
 
-    /// Returns position and velocity of the antenna in the world, given pose and twist of the mount.
+    /// Returns position and velocity of the antenna in the world frame, given pose and twist of the mount.
     fn fix(&self, pose: [f64; 7], twist: [f64; 6]) -> ([f64; 3], [f64; 3]) {
         let arm = turned([pose[3], pose[4], pose[5], pose[6]], self.antenna);
         let swung = cross([twist[3], twist[4], twist[5]], arm);
@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn an_offset_turns_and_swings_with_the_mount() {
-        // Rotated a quarter to the left: ahead (x) points north (y); turning on at 2 rad/s it moves to -x.
+        // Rotated a quarter to the left: ahead (x) points north (y). Turning further at 2 rad/s, it moves to -x.
         let gps = Gps::new([0.5, 0.0, 0.2], [0.0; 3]).unwrap();
         let pose = [1.0, 1.0, 0.0, 0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2];
         let (position, velocity) = gps.fix(pose, [0.0, 3.0, 0.0, 0.0, 0.0, 2.0]);

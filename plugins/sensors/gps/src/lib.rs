@@ -1,4 +1,4 @@
-//! Satellite receivers (GPS): position and velocity of an antenna, in the world and on Earth.
+//! Satellite receivers (GPS): position and velocity of an antenna, in the world frame and on Earth.
 //!
 //! `gps` is the sensor; `earth` converts the world's coordinates to latitude, longitude and height; `presets` has
 //! devices.

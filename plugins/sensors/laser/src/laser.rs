@@ -43,7 +43,7 @@ impl Laser {
         Laser { directions: angles.iter().copied().map(direction).collect(), angles, settings }
     }
 
-    /// Returns the measurement of a surface at `distance` with this unit normal and colour.
+    /// Returns the measurement of a surface at `distance` with the given unit normal and colour.
     ///
     /// The intensity follows the lidar equation for a matt (Lambertian) surface that is larger than the spot: it is
     /// proportional to reflectivity, the cosine of the incidence and 1/r². Reflectivity is the mean of red, green and
@@ -63,7 +63,7 @@ impl Laser {
         distance.is_finite() && distance >= self.settings.min_range
     }
 
-    /// Writes the distance of beams that hit nothing, if it is not infinity.
+    /// Writes the maximum range as the distance of beams that hit nothing, if the scene requests that.
     fn tell_nothing(&self, out: &mut Readout<'_>) {
         if self.settings.none_as_max {
             let range = self.settings.range;
@@ -131,7 +131,7 @@ impl Sensor for Laser {
         })
     }
 
-    /// Beams that were sent earlier in the scan begin where the mount was then.
+    /// Moves the origin of each beam to where the mount was when the beam was sent.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
         let (Some(pose), Some(twist)) = (sample.pose(), sample.twist()) else {
             return Err(Fail::unsupported("this host does not provide the pose and velocity of sensors"));
@@ -161,7 +161,8 @@ impl Sensor for Laser {
         Ok(())
     }
 
-    /// Beams whose distance the noise has removed have no intensity either; beams that hit nothing have no noise.
+    /// Resets the beams that hit nothing, or whose hit the noise has removed: infinite distance, no intensity, no
+    /// incidence.
     fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         for (i, met) in sample.distances().iter().enumerate() {
             if self.is_told(*met) && out.slice(Self::DISTANCE)[i] < f64::INFINITY {

@@ -1,4 +1,4 @@
-//! Computes where beams began that were sent earlier in a scan, relative to the mount's current pose.
+//! Computes, relative to the mount's current pose, where beams began that were sent earlier in a scan.
 
 type V = [f64; 3];
 
@@ -25,7 +25,7 @@ fn turned_back([x, y, z, w]: [f64; 4], v: V) -> V {
 }
 
 impl Motion {
-    /// Creates the motion from pose and twist in the world.
+    /// Creates the motion from pose and twist in the world frame.
     pub fn of(pose: [f64; 7], t: [f64; 6]) -> Self {
         let q = [pose[3], pose[4], pose[5], pose[6]];
         Motion { linear: turned_back(q, [t[0], t[1], t[2]]), angular: turned_back(q, [t[3], t[4], t[5]]) }
@@ -39,7 +39,7 @@ impl Motion {
         [x, y, z, u, v, w]
     }
 
-    /// Rotates a vector with the mount, by a time `time`: Rodrigues' formula.
+    /// Rotates a vector with the mount for a time `time`, by Rodrigues' formula.
     fn turned(&self, v: V, time: f64) -> V {
         let speed = dot(self.angular, self.angular).sqrt();
         let angle = speed * time;
@@ -79,8 +79,8 @@ mod tests {
 
     #[test]
     fn a_mount_that_turns_looked_elsewhere() {
-        // Turning left about z by a quarter per second: a second ago, ahead (x) was to the right of the current
-        // heading.
+        // The mount turns left about z by a quarter turn per second: a second ago, ahead (x) was to the right of the
+        // current heading.
         let motion = Motion::of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 0.0, 0.0, FRAC_PI_2]);
         assert!(near(motion.earlier([0.5, 0.0, 0.0, 1.0, 0.0, 0.0], 1.0), [0.0, -0.5, 0.0, 0.0, -1.0, 0.0]));
     }

@@ -17,7 +17,8 @@ pub struct Proximities;
 #[derive(Debug, Clone, PartialEq)]
 #[repr(C)]
 pub struct Proximity {
-    // Each measurement uses these two: they come first, next to the data through which the host fills batches.
+    // Each measurement uses these two. They come first, so that they are next to the data through which the host fills
+    // batches.
     min_range: f64,
     /// Number of beams that must hit something.
     needed: usize,
@@ -47,13 +48,13 @@ struct Echo {
     object: tatu_object,
 }
 
-/// Returns the echo to report: none if the *nearest* point is nearer than `min_range`, as with a real sonar, which is
-/// blinded by objects that are too near.
+/// Returns the echo to report. If the *nearest* point is nearer than `min_range`, nothing is reported, as with a real
+/// sonar, which is blinded by objects that are too near.
 fn reported(echo: Option<Echo>, min_range: f64) -> Option<Echo> {
     echo.filter(|e| e.distance.is_finite() && e.distance >= min_range)
 }
 
-/// Returns the nearest of at least `needed` echoes; the first one of equals.
+/// Returns the nearest echo (the first one of equally near echoes), or `None` if there are fewer than `needed`.
 fn nearest(sample: &Sample<'_>, needed: usize) -> Option<Echo> {
     let met = || sample.distances().iter().enumerate().filter(|(_, d)| d.is_finite());
     let (i, distance) = met().min_by(|a, b| a.1.total_cmp(b.1))?;
@@ -141,7 +142,7 @@ impl Sensor for Proximity {
         Ok(())
     }
 
-    /// Moves the point to the distance including its noise; clears it if the noise has removed the detection.
+    /// Moves the point to the noisy distance; clears it if the noise has removed the detection.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         if out.slice(Self::DETECTED)[0] == 0 {
             // A detection that the noise has removed is cleared; without an echo the fields are zero already.
@@ -163,7 +164,8 @@ impl Sensor for Proximity {
     }
 }
 
-/// Relative difference up to which a distance and the length of its point count as equal, so that no noise was applied.
+/// Relative difference up to which a distance and the length of its point count as equal, which means that no noise was
+/// applied.
 const SAME: f64 = 1e-9;
 
 #[cfg(test)]

@@ -163,7 +163,7 @@ impl Settings {
             return refuse(format!("`min_range` ({} m) is negative", self.min_range));
         }
         if self.max_incidence <= 0.0 {
-            return refuse("`max_incidence` must be greater than 0; a quarter turn is no limit".into());
+            return refuse("`max_incidence` must be greater than 0; with a quarter turn there is no limit".into());
         }
         if !self.front_faces && !self.back_faces {
             return refuse("with neither `front_faces` nor `back_faces` the sensor sees nothing".into());

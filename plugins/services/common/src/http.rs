@@ -18,7 +18,7 @@ pub struct Request {
     pub method: String,
     /// The path, without the query.
     pub path: String,
-    /// The query: everything behind the `?`.
+    /// The query: everything after the `?`.
     pub query: String,
     headers: Vec<(String, String)>,
 }
@@ -58,7 +58,7 @@ impl Request {
         }
     }
 
-    /// Parses a head; `None` if it is incomplete.
+    /// Parses a head; returns `None` if it is incomplete.
     fn parse(bytes: &[u8]) -> io::Result<Option<Request>> {
         let mut headers = [httparse::EMPTY_HEADER; 64];
         let mut head = httparse::Request::new(&mut headers);

@@ -1,4 +1,4 @@
-//! Converts values to human-readable JSON, and back: numbers are numbers, tables are arrays and objects.
+//! Converts values to human-readable JSON and back: numbers are numbers, tables are arrays and objects.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Map, Number, Value as Json, json};
@@ -66,7 +66,7 @@ pub fn read(json: &Json) -> Result<Value> {
     })
 }
 
-/// Converts a JSON array: numbers alone become an array of numbers, anything else a list.
+/// Converts a JSON array: if it contains only numbers, to an array of numbers, otherwise to a list.
 fn array(items: &[Json]) -> Result<Value> {
     let values = items.iter().map(read).collect::<Result<Vec<_>>>()?;
     let ints = values.iter().map(|v| if let Value::Int(i) = v { Some(*i) } else { None });
@@ -135,7 +135,7 @@ mod tests {
             Value::Float(f64::INFINITY),
             Value::Object(5 << 20 | 3),
             Value::Map(vec![(Value::Int(2), Value::text("two"))]),
-            // A table whose only key is reserved must not be confused with that meaning.
+            // A table whose only key is reserved must not be read as what that key means.
             Value::Map(vec![(Value::text("bytes"), Value::text("AA=="))]),
             Value::Map(vec![(Value::text("a"), Value::Nil), (Value::text("b"), Value::Bool(true))]),
         ];

@@ -62,7 +62,7 @@ pub struct Settings {
     pub origins: Vec<String>,
     /// Most bytes of a message.
     pub most_message: usize,
-    /// Returns the file at a path.
+    /// The function that returns the file at a path.
     pub files: fn(&str) -> Option<Page>,
     /// Called after a message has arrived.
     pub wake: Box<dyn Fn() + Send + Sync>,
@@ -85,7 +85,7 @@ impl Client {
     pub fn next(&self) -> Option<String> {
         lock(&self.inbox).pop_front()
     }
-    /// Returns whether it has disconnected.
+    /// Returns whether the client has disconnected.
     pub fn is_gone(&self) -> bool {
         self.gone.load(Ordering::Acquire)
     }
@@ -182,7 +182,7 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
                     }
                 }
             }
-            // Too many connections: this one is closed.
+            // There are too many connections: close this one.
             Ok(_) => {}
             Err(_) => std::thread::sleep(SLICE),
         }

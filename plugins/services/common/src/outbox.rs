@@ -1,5 +1,5 @@
-//! The queue of messages to a client. A slow client only affects itself: of replaceable messages only the newest is
-//! kept, and a client that lets too many others pile up is disconnected.
+//! The queue of messages to a client. A slow client only affects itself: only the newest replaceable message is kept,
+//! and a client for which too many other messages pile up is disconnected.
 
 use std::{
     collections::VecDeque,
@@ -45,7 +45,7 @@ impl Outbox {
     fn state(&self) -> MutexGuard<'_, State> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    /// Queues a message that must be delivered, behind all others.
+    /// Queues a message that must be delivered, after all others.
     pub fn send(&self, message: Message) {
         let mut s = self.state();
         s.bytes += message.len();
@@ -56,7 +56,7 @@ impl Outbox {
             s.queue.push_back(message);
         }
     }
-    /// Returns whether the last frame has been taken, so that another one may be queued.
+    /// Returns whether the last frame has been taken, so that a new one may be queued.
     pub fn wants_frame(&self) -> bool {
         let s = self.state();
         s.frame.is_none() && s.queue.len() < 64

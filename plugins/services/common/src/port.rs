@@ -47,8 +47,9 @@ impl Open {
 }
 
 impl Port {
-    /// Opens a port on 127.0.0.1; 0: any free one. `serve` is called in a separate thread for each connection, with the
-    /// connection's number, and must return when reading fails. `most`: connections at a time.
+    /// Opens a port on 127.0.0.1; if `port` is 0, any free one. `serve` is called in a separate thread for each
+    /// connection, with the connection's number, and must return when reading fails. At most `most` connections are
+    /// open at a time.
     pub fn open(
         port: u16,
         name: &str,
@@ -88,7 +89,7 @@ where
         }
         threads.retain(|t| !t.is_finished());
         let Ok((stream, _)) = accepted else {
-            // For example out of file handles, which may become available again.
+            // For example, the process may be out of file handles, which may become available again.
             thread::sleep(PAUSE);
             continue;
         };

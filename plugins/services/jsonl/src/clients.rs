@@ -26,7 +26,8 @@ use crate::message::Message;
 const MOST_CLIENTS: usize = 256;
 /// Most bytes of a line.
 pub const LINE_LIMIT: usize = 16 << 20;
-/// Most lines of a client queued for the barrier; then its reader blocks, and finally the client.
+/// Most lines of a client queued for the barrier. When the queue is full, the client's reader blocks, and finally the
+/// client itself.
 const QUEUE: usize = 256;
 /// Most bytes queued for a client; a client that lets more pile up is disconnected.
 const UNREAD_LIMIT: usize = 64 << 20;
@@ -69,7 +70,7 @@ struct Link {
 }
 
 impl Listener {
-    /// Opens a local port; 0: any free one. `token`: what each client must send first; empty: nothing.
+    /// Opens a local port; if `port` is 0, any free one. Each client must send `token` first, unless it is empty.
     pub fn open(port: u16, token: String, session: Session) -> Result<Self> {
         let arrivals = Arc::<Mutex<Arrivals>>::default();
         let inside = arrivals.clone();
@@ -143,11 +144,11 @@ impl Client {
             self.link.broken.store(true, Ordering::Release);
         }
     }
-    /// Closes the connection after the queued lines were sent; its threads end by themselves.
+    /// Closes the connection after the queued lines have been sent; its threads end by themselves.
     pub fn leave(self) -> JoinHandle<()> {
         self.writer
     }
-    /// Closes the connection, and waits until the queued lines were sent.
+    /// Closes the connection, and waits until the queued lines have been sent.
     pub fn close(self) {
         let _ = self.leave().join();
     }
@@ -198,7 +199,7 @@ fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: &S
     session.wake();
 }
 
-/// Skips to the end of the line; `false`: the client ended before.
+/// Skips to the end of the line; returns `false` if the client ended before.
 fn skip_line(stream: &mut impl BufRead) -> bool {
     loop {
         let (used, end) = match stream.fill_buf() {

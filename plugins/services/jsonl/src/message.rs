@@ -41,7 +41,7 @@ pub struct Message {
 /// Most steps per request: a year and a half at 20 steps a second.
 const MOST_STEPS: u64 = 1_000_000_000;
 
-/// Keys of requests, of which a message has exactly one beside `id` and `args`.
+/// Keys of requests. A message has exactly one of them, besides `id` and `args`.
 const ASKS: [&str; 8] = ["call", "stepping", "step", "request", "state", "events", "world", "token"];
 
 impl Message {
@@ -55,23 +55,24 @@ impl Message {
         };
         Message { id: json.get("id").cloned().unwrap_or_default(), ask: ask(&json), no_json: !json.is_object() }
     }
-    /// Returns the error that refuses a client with this first line. `token`: what it must send; empty: nothing.
+    /// Returns the error that refuses a client with this first line, or `None` if the line is accepted. A client must
+    /// send `token` first, unless it is empty.
     pub fn refusal(&self, token: &str) -> Option<Message> {
         let text = match &self.ask {
             Ok(Ask::Token(said)) if said == token || token.is_empty() => return None,
             Ok(_) if !token.is_empty() => "this service requires a token first",
             Err(fail) if self.no_json => {
                 let fail = Fail::argument(format!("the first line is {}: the connection is closed", fail.text()));
-                return Some(Message::wrong(fail.help("send one JSON object a line; this is no web server")));
+                return Some(Message::wrong(fail.help("send one JSON object per line; this is not a web server")));
             }
             _ => return None,
         };
         let fail = Fail::argument(format!("{text}: the connection is closed"));
         let fail =
-            fail.help("send {\"token\": \"...\"} as the first line, with the word that the service was started with");
+            fail.help("send {\"token\": \"...\"} as the first line, with the token that the service was started with");
         Some(Message { id: self.id.clone(), ask: Err(fail), no_json: false })
     }
-    /// Creates the error for a line whose id is not known.
+    /// Creates the error for a line whose id is unknown.
     pub fn wrong(fail: Fail) -> Message {
         Message { id: Json::Null, ask: Err(fail), no_json: false }
     }

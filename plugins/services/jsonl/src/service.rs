@@ -59,11 +59,11 @@ struct Guest {
     events: bool,
     /// Index of the selected world.
     world: usize,
-    /// The steps that it let pass: id of its line, and the step at which they end.
+    /// The steps that the client has permitted: the id of its line, and the step at which they end.
     until: Option<(Json, u64)>,
     /// The next line, taken from the queue before the turn of its world.
     next: Option<Message>,
-    /// Whether everything it sent has been processed, and no more will arrive.
+    /// Whether everything that the client sent has been processed, and nothing more will arrive.
     over: bool,
 }
 
@@ -205,7 +205,7 @@ impl Jsonl {
                 guest.over = ended;
                 return Ok(guest.stepping && !ended);
             };
-            // Steps are counted from the start of a run: until then this line and later ones wait.
+            // Steps are counted from the start of a run: until the start, this line and later ones wait.
             if matches!(message.ask, Ok(Ask::Step(_))) && turn.state() == TATU_STOPPED {
                 guest.next = Some(message);
                 guest.over = ended;
@@ -291,7 +291,7 @@ impl Jsonl {
 }
 
 impl State {
-    /// Drops clients that have left and are owed no more answers.
+    /// Drops clients that have left and to which no answers are owed.
     fn bury(&mut self) {
         let waits = &self.waits;
         let is_over = |g: &mut Guest| {

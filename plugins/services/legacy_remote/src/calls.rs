@@ -12,7 +12,7 @@ use crate::{
     values::{In, Out, bytes, float, floats, int},
 };
 
-/// Handle of the world as an argument.
+/// Handle by which arguments refer to the world.
 const WORLD: i64 = -1;
 
 /// Executes a command, given its raw number, its subject and its data; returns the data of the answer.
@@ -248,7 +248,7 @@ fn of_two(turn: &Turn<'_>, raw: u16, first: i64, second: i64, data: &mut In<'_>)
     }
 }
 
-/// Returns the button of a window that was pressed last, and two numbers of it.
+/// Returns the button of a window that was pressed last, and the two numbers reported with it.
 fn event_button(turn: &Turn<'_>, window: i64) -> Result<Vec<u8>> {
     let v = ask(turn, "sim.getUIEventButton", &[Value::Int(window)])?;
     let values = floats(v.get(1)).unwrap_or_default();
@@ -278,7 +278,7 @@ fn of_file(turn: &Turn<'_>, files: &mut Files, raw: u16, name: &[u8], data: &mut
         0x3004 => files.transfer(turn, name, data.0).and_then(|()| done(Vec::new())),
         0x3006 => files.erase(turn, name).and_then(|()| done(Vec::new())),
         _ => Err(Fail::unsupported("windows of buttons cannot be loaded from files: the format is not supported")
-            .help("windows come with a scene of V-REP (`.ttt`), or a script makes them by `simCreateUI`")),
+            .help("windows come with a scene of V-REP (`.ttt`), or a script creates them with `simCreateUI`")),
     }
 }
 

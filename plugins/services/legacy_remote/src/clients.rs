@@ -18,7 +18,7 @@ const MOST_ERRORS: usize = 50;
 pub struct Client {
     /// Answers to be sent to the client.
     pub out: Arc<Outbox>,
-    /// The id of its newest message.
+    /// The id of the client's newest message.
     pub id: i32,
     /// Commands that have not been executed yet.
     pub pending: Vec<Command>,
@@ -26,9 +26,9 @@ pub struct Client {
     pub streams: BTreeMap<(u16, Vec<u8>), (Command, f64)>,
     /// Commands that arrive in parts.
     parts: BTreeMap<(u16, Vec<u8>), Vec<u8>>,
-    /// Whether each step waits for it.
+    /// Whether each step waits for the client.
     pub synchronous: bool,
-    /// The step at which its permission to step ends.
+    /// The step at which the client's permission to step ends.
     pub until: Option<u64>,
     /// Errors, oldest first.
     pub errors: Vec<String>,
@@ -48,7 +48,7 @@ impl Client {
             errors: Vec::new(),
         }
     }
-    /// Returns whether the world must wait until it permits a step.
+    /// Returns whether the world must wait until the client permits a step.
     pub fn holds(&self, step: u64) -> bool {
         self.synchronous && self.until.is_none_or(|until| step >= until)
     }
@@ -58,7 +58,8 @@ impl Client {
         let over = self.errors.len().saturating_sub(MOST_ERRORS);
         self.errors.drain(..over);
     }
-    /// Adds a command that may be one part; returns the complete command once all parts have arrived.
+    /// Adds a command that may be one part of a split command; returns the complete command once all parts have
+    /// arrived.
     pub fn whole(&mut self, command: Command) -> Result<Option<Command>> {
         let split = matches!(command.mode(), mode::ONESHOT_SPLIT | mode::STREAMING_SPLIT);
         let (at, full) = command.part;

@@ -1,5 +1,5 @@
-//! Connections: the thread of each answers every message at once, with the results since the last one, or with only a
-//! head. Commands wait for the barrier.
+//! Connections. The thread of each connection answers every message at once, with the results since the last message,
+//! or with only a head. Commands wait for the barrier.
 
 use std::{
     collections::BTreeMap,
@@ -36,7 +36,7 @@ pub enum Event {
     Come(u64, Arc<Outbox>),
     /// A client sent commands, in a message of this many bytes.
     Commands(u64, Head, Vec<Command>, usize),
-    /// A client has disconnected; with the error, if it caused one.
+    /// A client has disconnected, with the error that caused this, if any.
     Gone(u64, Option<String>),
 }
 
@@ -45,7 +45,7 @@ pub enum Event {
 pub struct Outbox {
     state: Mutex<Waiting>,
     filled: Condvar,
-    /// Bytes it sent that have not been processed yet.
+    /// Bytes that the client sent and that have not been processed yet.
     unheard: AtomicUsize,
 }
 
@@ -54,9 +54,9 @@ pub type Key = (u32, Vec<u8>);
 
 #[derive(Default)]
 struct Waiting {
-    /// Answers by command and subject: of a stream, only the newest is kept.
+    /// Answers by command and subject; only the newest answer of a stream is kept.
     answers: BTreeMap<Key, Vec<u8>>,
-    /// The id of the message that they answer.
+    /// The id of the message that the answers are for.
     id: i32,
 }
 
@@ -80,7 +80,7 @@ impl Outbox {
     pub fn is_empty(&self) -> bool {
         lock(&self.state).answers.is_empty()
     }
-    /// Removes and returns the queued answers; `None` if there are none within `patience`.
+    /// Removes and returns the queued answers, or returns `None` if there are none within `patience`.
     fn take(&self, patience: Duration) -> Option<(i32, Vec<Vec<u8>>)> {
         let state = lock(&self.state);
         let (mut state, _) = self

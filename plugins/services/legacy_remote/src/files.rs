@@ -1,7 +1,7 @@
 //! Files that clients transfer, which are stored in a separate folder under names without folders.
 //!
-//! An input log contains the name of a loaded file, not its content. So a file that was loaded stays in the folder, as
-//! do those stored next to it; erasing it only removes its name. Files that another run left are never replaced.
+//! An input log contains the name of a loaded file, not its content. So a file that was loaded stays in the folder, and
+//! so do those stored next to it; erasing such a file only removes its name. Files of other runs are never replaced.
 
 use std::{collections::BTreeMap, fs, io, path::PathBuf};
 
@@ -19,8 +19,8 @@ const MOST_FILES: usize = 1000;
 /// Limits on the length of a name, and on the number of files whose names differ only by a number.
 const LONGEST: usize = 100;
 const MOST_ALIKE: usize = 1000;
-/// Extensions of native libraries, which are refused: a scene may request plugins next to it, and a folder may be
-/// trusted.
+/// Extensions of native libraries, which are refused: a scene may request plugins in its own folder, and that folder
+/// may be trusted.
 const LIBRARIES: &[&str] = &[".so", ".dylib", ".dll"];
 /// Prefix, followed by a random number, of the names that the client library gives to files transferred only to be
 /// loaded.
@@ -79,7 +79,7 @@ impl Files {
         Ok(())
     }
 
-    /// Returns the name by which commands find a file: that of a stored file, otherwise the name itself.
+    /// Returns the path by which commands find a file: that of the stored file, or the name itself if there is none.
     pub fn path(&self, name: &[u8]) -> Vec<u8> {
         match std::str::from_utf8(name).ok().and_then(|n| self.names.get(n)) {
             Some(stored) => format!("{FOLDER}/{}", stored.name).into_bytes(),
@@ -100,14 +100,14 @@ impl Files {
         let name = checked(name)?;
         if !self.names.contains_key(name) {
             return Err(Fail::missing(format!(
-                "no file `{name}` was transferred since the service was started, or it is erased already"
+                "no file `{name}` was transferred since the service was started, or it has already been erased"
             ))
             .help("only transferred files are erased; remove others by hand"));
         }
         self.forget(&Folder::open(turn)?, name)
     }
 
-    /// Removes a name, and its file unless a log may need it.
+    /// Removes a name, and also its file unless a log may need it.
     fn forget(&mut self, folder: &Folder, name: &str) -> Result {
         if let Some(stored) = self.names.get(name).filter(|s| !s.stays) {
             match fs::remove_file(folder.path.join(&stored.name)) {
@@ -192,12 +192,14 @@ impl Folder {
 
 /// Checks that there is room for one more file.
 fn room(files: usize, all: u64, more: u64) -> Result {
-    let help = "erase files that are not needed; those of earlier runs, and loaded ones, are removed by hand";
+    let help =
+        "erase files that are not needed; files of earlier runs and files that were loaded must be removed by hand";
     if files >= MOST_FILES {
         return Err(Fail::new(format!("there are {files} transferred files: {MOST_FILES} is the limit")).help(help));
     }
     if all.saturating_add(more) > MOST_IN_ALL {
-        let text = format!("the folder `{FOLDER}` holds {all} bytes, {more} more are over its {MOST_IN_ALL}");
+        let text =
+            format!("the folder `{FOLDER}` has {all} bytes; {more} more would exceed the limit of {MOST_IN_ALL}");
         return Err(Fail::new(text).help(help));
     }
     Ok(())
@@ -223,8 +225,8 @@ fn parts(name: &str) -> (&str, &str) {
     name.rfind('.').map_or((name, ""), |at| name.split_at(at))
 }
 
-/// Returns the name with the extension that its content requires: the client library calls every model `.ttm` and every
-/// scene `.ttt`.
+/// Returns the name with the extension that its content requires: the client library gives every model the extension
+/// `.ttm` and every scene `.ttt`.
 fn with_ending(name: &str, bytes: &[u8]) -> String {
     let (stem, ending) = parts(name);
     if !stem.starts_with(PASSING) || !matches!(ending, ".ttm" | ".ttt") || bytes.starts_with(b"VREP") {

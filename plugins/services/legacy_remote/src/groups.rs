@@ -7,7 +7,7 @@ use crate::{
     values::{Out, bytes, float, floats, int},
 };
 
-/// The number that means all objects, for clients and for commands.
+/// The numbers that mean all objects: the first for clients, the second for commands.
 const ALL: (i64, i64) = (109, -2);
 const WORLD: i64 = -1;
 const PARENT: i64 = -11;
@@ -72,7 +72,7 @@ fn one(turn: &Turn<'_>, object: i64, what: i64, group: &mut Group) -> Result {
                     group.ints.extend([int(v.first())?, int(v.get(3)).unwrap_or(-1)]);
                     group.numbers.extend([three(v.get(2)), three(v.get(4))].concat());
                 }
-                // Objects of other types.
+                // Objects of other types are skipped.
                 Err(_) => {
                     group.ints.extend([-1, -1]);
                     group.numbers.extend([0.0; 6]);

@@ -25,7 +25,7 @@ pub mod mode {
     pub const DISCONTINUE: u32 = 5;
 }
 
-/// The head of a message of a client.
+/// The head of a message from a client.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Head {
     /// The number of the message.
@@ -109,8 +109,8 @@ pub struct World {
     pub state: u8,
 }
 
-/// Builds the head of an answer, to which commands are appended. `id`: of the answered message; -1: nothing was
-/// executed.
+/// Builds the head of an answer, to which commands are appended. `id` is that of the answered message, or -1 if nothing
+/// was executed.
 pub fn head(id: i32, client_time: i32, world: World) -> Vec<u8> {
     let mut out = vec![0, 0, VERSION];
     out.extend_from_slice(&id.to_le_bytes());
@@ -121,7 +121,7 @@ pub fn head(id: i32, client_time: i32, world: World) -> Vec<u8> {
     out
 }
 
-/// Builds the answer to a command, with its code and subject as received. `data` is `None` if it failed; `time`:
+/// Builds the answer to a command, with its code and subject as received. `data` is `None` if it failed; `time` is the
 /// simulation time in ms.
 pub fn answer(code: u32, of: &[u8], data: Option<&[u8]>, time: i32) -> Vec<u8> {
     let (data, status) = data.map_or((&[][..], 1), |d| (d, 0));

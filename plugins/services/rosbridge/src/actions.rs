@@ -14,7 +14,7 @@ use crate::{
 /// How long a goal waits for a server of its action, s.
 const PATIENCE: f64 = 5.0;
 
-/// Returns the beginning of an example: an action with a separate name, which scripts offer and use, and a goal of it.
+/// Returns the beginning of an example: the name of an action, which scripts offer and use, and a goal of it.
 fn begin(name: &str) -> String {
     format!(
         "simROS2 = require 'simROS2'\n\
@@ -29,7 +29,7 @@ fn begin(name: &str) -> String {
     )
 }
 
-/// Returns an example that begins as above.
+/// Returns an example that starts with the code of [`begin`].
 fn example(name: &str, text: &str) -> String {
     begin(name) + text
 }
@@ -80,7 +80,7 @@ fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
     c.wait_poll(number)
 }
 
-/// Waits until a service is offered, for at most the time in argument 1.
+/// Waits until a service is offered, for at most the time in argument 1, and returns whether it is.
 fn wait_for_service(c: &mut Ctx<'_>) -> Result<Outcome> {
     let now = time(c, "scene.time")?;
     let (number, wait) = match c.resumed() {
@@ -171,7 +171,7 @@ fn callback(name: &str, text: &str) -> Param {
     Param::any(name).optional().text(format!("a function of the script or its name: {text}"))
 }
 
-/// Adds a command that only ROS 2 has, on a separate page.
+/// Adds a command that only exists for ROS 2, on a separate page.
 fn add_action<T: IntoResult + 'static>(
     offer: &mut Offer<Plugin>,
     name: &str,

@@ -78,7 +78,7 @@ impl State {
                 if let Some(peer) = self.peers.get_mut(&number) {
                     peer.subscribe(topic.clone(), wish, ros);
                 }
-                // Publish the last known message at once, also to a client that has just connected.
+                // Publish the last known message at once, even to a client that has just connected.
                 self.told.remove(&topic);
             }
             Ask::Unsubscribe { topic, id } => peer.unsubscribe(&topic, id.as_deref()),
@@ -101,7 +101,7 @@ impl State {
         Ok(())
     }
 
-    /// Returns the type of a topic, if it is known.
+    /// Returns the type of a topic, or `None` if it is unknown.
     fn kind(&self, topic: &str) -> Option<String> {
         let own = self.topics.get(topic).map(|t| t.kind.to_owned());
         own.or_else(|| self.relay.of_scripts.get(topic).or_else(|| self.relay.topics.get(topic)).cloned())

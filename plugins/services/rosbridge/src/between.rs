@@ -1,5 +1,5 @@
-//! Commands by which the service calls scripts for actions, so that the calls are in the input log; and events in the
-//! other direction.
+//! Commands by which the service calls scripts for actions, so that the input log contains the calls; and the events by
+//! which scripts reach the service.
 
 use tatu_plugin_api::safe::{Event, Fail, Offer, Param};
 
@@ -9,7 +9,7 @@ use crate::{
     scripts::{Cmd, parse},
 };
 
-/// Commands for the service; scripts do not call these.
+/// Names of the commands that the service calls; scripts do not call them.
 pub(crate) const OFFERS: &str = "rosbridge.offers";
 pub(crate) const ASK_GOAL: &str = "rosbridge.goal";
 pub(crate) const TAKE_BACK: &str = "rosbridge.cancel";

@@ -1,4 +1,4 @@
-//! Commands that choose whether scripts get arrays of bytes as tables or as texts; and named constants of message
+//! Commands that choose whether scripts get arrays of bytes as tables or as strings; and named constants of message
 //! types.
 
 use tatu_plugin_api::safe::{Fail, Offer, Param, Value};
@@ -10,7 +10,7 @@ use crate::{
     types,
 };
 
-/// Named constants of message definitions, by type. Public definitions of ROS.
+/// Named constants of message definitions, by type. They are from the public definitions of ROS.
 const CONSTANTS: &[(&str, &[(&str, i64)])] = &[
     (
         "sensor_msgs/PointField",
@@ -101,7 +101,7 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
         Cmd::new("simROS2.getInterfaceConstants", |c| {
             let plain = types::plain(&c.text(0)?);
             if types::fields(&plain).is_none() {
-                return Err(Fail::missing(format!("the type `{plain}` is not known")));
+                return Err(Fail::missing(format!("unknown type `{plain}`")));
             }
             let of = CONSTANTS.iter().find(|(name, _)| *name == plain).map_or(&[][..], |(_, of)| of);
             c.ret(Value::Map(of.iter().map(|(name, value)| (Value::text(*name), Value::Int(*value))).collect()));

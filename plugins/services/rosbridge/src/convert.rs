@@ -61,7 +61,7 @@ pub fn node(value: &Value, plain: &str, ros: Ros) -> Result<Node> {
     Ok(Node::Map(out))
 }
 
-/// Adds to an error where in the message it occurred.
+/// Adds to an error the field of the message in which it occurred.
 fn within(e: &Fail, plain: &str, name: &str) -> Fail {
     Fail::with_code(e.code(), format!("{plain}: `{name}`: {}", e.text()))
 }
@@ -210,7 +210,7 @@ fn numbers(base: &Base, v: &[f64]) -> Cbor {
     Cbor::Tag(tag, Box::new(Cbor::Bytes(bytes)))
 }
 
-/// Converts JSON to a value of a type: times are seconds, or tables in ROS 2; bytes are bytes.
+/// Converts JSON to a value of a type: times become seconds, or tables in ROS 2; bytes become bytes.
 pub fn value(json: &Json, plain: &str, ros: Ros) -> Result<Value> {
     let Some(fields) = types::fields(plain) else { return json::read(json) };
     let empty = Map::new();
@@ -274,7 +274,9 @@ fn read_one(given: Option<&Json>, base: &Base, ros: Ros) -> Result<Value> {
                 v.as_i64().or_else(|| v.as_f64().and_then(whole)).ok_or_else(|| wrong("a whole number"))?
             }
         }),
-        // Null means a number that is not finite; a field that is only null has its default.
+        // Null stands for a number that is not finite, but a single field that is null gets its default, as if it were
+        // missing.
+        // one.
         Base::Float(_) => Value::Float(given.map_or(Ok(0.0), |v| v.as_f64().ok_or_else(|| wrong("a number")))?),
         Base::Text => Value::text(given.map_or(Ok(""), |v| v.as_str().ok_or_else(|| wrong("a text")))?),
         Base::Time => {

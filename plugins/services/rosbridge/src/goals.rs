@@ -63,7 +63,7 @@ pub(crate) enum Stage {
 pub(crate) struct Goal {
     /// Serial number among all goals of the run.
     pub(crate) number: u64,
-    /// The server: the handle of a script's action server; `None`: a client of the service.
+    /// The server: the handle of a script's action server, or `None` for a client of the service.
     pub(crate) server: Option<i64>,
     pub(crate) asker: Asker,
     pub(crate) stage: Stage,

@@ -60,12 +60,12 @@ impl State {
         }
     }
 
-    /// Forwards a script's report on a client's goal; a status ends the goal.
+    /// Forwards a script's report on a client's goal; if it has a status, the goal ends.
     pub(crate) fn reported(&mut self, own: &str, status: Option<i64>, values: Json) {
         self.relay.progress(&self.peers, SCRIPTS, own, status, values, true);
     }
 
-    /// Tells scripts what clients offer, if that has changed.
+    /// Reports to scripts what clients offer, if that has changed.
     pub(crate) fn tell_offers(&mut self, turn: &Turn<'_>) -> Result {
         let names = |all: &std::collections::BTreeMap<String, (u64, String)>| {
             all.iter().filter(|(_, (server, _))| *server != SCRIPTS).map(|(name, _)| name.clone()).collect()

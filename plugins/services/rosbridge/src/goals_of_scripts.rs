@@ -83,8 +83,8 @@ impl Node {
         of.call(c, HANDLE_ACCEPTED, &[Value::text(id), given]).map(drop)
     }
 
-    /// Sends a goal of a script: directly to a script, or to a client by the service; returns false if no server offers
-    /// the action.
+    /// Sends a goal of a script: directly if a script serves the action, or through the service if a client does.
+    /// Returns false if no server offers the action.
     pub(crate) fn send_goal(&self, c: &mut Ctx<'_>, handle: i64, client: &Endpoint, json: &Json) -> Result<bool> {
         let asker = Asker::Script(handle);
         if let Some(server) = self.alive(&c.world(), Role::ActionServer, &client.name)?.into_iter().next() {
@@ -124,8 +124,8 @@ impl Node {
         Ok(id.is_some())
     }
 
-    /// Cancels a goal at the request of its sender: of a client by the service's id of the goal, of a script its last
-    /// goal.
+    /// Cancels a goal at the request of its sender: if the sender is a client, by the service's id of the goal; if it
+    /// is a script, its last goal.
     pub(crate) fn cancel(&self, c: &mut Ctx<'_>, id: &str) -> Result<bool> {
         let goal = self.all()?.goals.get(id).cloned();
         let Some(goal) = goal else { return Ok(false) };
@@ -154,7 +154,7 @@ impl Node {
         Ok(found.map(|(id, _)| id.clone()))
     }
 
-    /// Sends feedback, or with a code the result, to the sender of a goal.
+    /// Sends feedback to the sender of a goal, or its result if `ended` is given.
     pub(crate) fn report(&self, c: &mut Ctx<'_>, id: &str, ended: Option<i64>, json: &Json) -> Result {
         let goal = self.all()?.goals.get(id).cloned();
         let Some(goal) = goal else { return Ok(()) };

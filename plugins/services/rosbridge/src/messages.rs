@@ -1,4 +1,4 @@
-//! Messages that a scene publishes: values by the field names in `types`. Fields that are left out are 0.
+//! Messages that a scene publishes, as values by the field names in `types`. Omitted fields are 0.
 
 use tatu_plugin_api::{
     abi::tatu_object,
@@ -41,7 +41,7 @@ impl Source<'_> {
         keys([("stamp", Value::Float(time)), ("frame_id", text(frame))])
     }
 
-    /// Returns the measurement count of a topic's source; `None`: the topic changes in each step.
+    /// Returns the measurement count of a topic's source, or `None` if the topic changes in each step.
     pub fn sequence(&self, what: What) -> Option<u64> {
         let of = |i: usize, prop: Prop| {
             let id = self.scene.sensors.get(i)?.id;
@@ -59,7 +59,7 @@ impl Source<'_> {
         }
     }
 
-    /// Returns the message of a topic; `None` if there is none.
+    /// Returns the message of a topic, or `None` if there is none.
     pub fn message(&self, what: What) -> Result<Option<Value>> {
         Ok(match what {
             What::Clock => Some(keys([("clock", Value::Float(self.time))])),
@@ -102,7 +102,7 @@ impl Source<'_> {
     }
 
     /// Returns the frames map > odom > base_link > sensors. The odometry error is between map and odom, as with a
-    /// localizer.
+    /// localization node.
     fn frames(&self) -> Result<Vec<Value>> {
         let mut out = Vec::new();
         for robot in &self.scene.robots {
@@ -186,7 +186,7 @@ impl Source<'_> {
         let detected = self.turn.reading(s.id, self.p.detected)?;
         let distance = self.turn.reading(s.id, self.p.distance)?.f64s().first().copied();
         let seen = detected.i32s().first() == Some(&1);
-        // Parameters with these names, whatever kind the sensor is of.
+        // A sensor's kind is the prefix of its parameters' names.
         let kind = self.turn.get(s.id, self.p.sensor_kind)?.as_str().unwrap_or_default().into_owned();
         let of = |name: &str| self.number(s.id, &format!("{kind}.{name}"));
         let waves = self.turn.get(s.id, self.turn.host().prop(&format!("{kind}.waves")));
@@ -204,7 +204,7 @@ impl Source<'_> {
     fn fix(&self, s: &Sensor) -> Result<Value> {
         let one = |prop| -> Result<f64> { Ok(self.turn.reading(s.id, prop)?.f64s().first().copied().unwrap_or(0.0)) };
         let valid = self.turn.reading(s.id, self.p.fix_valid)?;
-        // 1: position by GPS.
+        // 1: there is a position by GPS.
         let found = if valid.i32s().first() == Some(&1) { 0 } else { -1 };
         Ok(keys([
             ("header", self.header(&s.frame, valid.time())),
@@ -252,7 +252,7 @@ impl Source<'_> {
         let depth = self.turn.reading(s.id, self.p.depth)?;
         let [rows, columns, _] = depth.dims();
         let [fx, fy, cx, cy] = self.intrinsics(s)?;
-        // Rows are counted from the highest one.
+        // ROS counts rows from the highest one.
         let cy = f64::from(rows) - 1.0 - cy;
         Ok(keys([
             ("header", self.header(&s.frame, depth.time())),

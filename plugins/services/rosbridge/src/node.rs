@@ -27,7 +27,7 @@ pub(crate) const MESSAGE: &str = "ros.message";
 /// Published when a script calls a service that no script offers.
 pub(crate) const REQUEST: &str = "ros.request";
 
-/// A callback that a script passed: a function by name, or a function value; with neither, nothing is called.
+/// A callback that a script passed: the name of a function, or a function value. With neither, nothing is called.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct Callback {
     name: String,
@@ -61,7 +61,7 @@ pub(crate) enum Role {
 }
 
 impl Role {
-    /// Returns its name in the event.
+    /// Returns the role's name in the event.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Role::Publisher => "publisher",
@@ -79,13 +79,13 @@ impl Role {
 pub(crate) struct Endpoint {
     pub(crate) role: Role,
     pub(crate) name: String,
-    /// The type, by its name in ROS 1; for a service without `Request`, for an action without `Goal`.
+    /// The type, by its name in ROS 1; that of a service is without `Request`, that of an action without `Goal`.
     pub(crate) kind: String,
     /// Whether the script uses names and times of ROS 2.
     pub(crate) two: bool,
     /// The callbacks: one function, or those of an action, in the order of its parameters.
     callbacks: Vec<Callback>,
-    /// Whether the script gets arrays of bytes as texts.
+    /// Whether the script gets arrays of bytes as strings.
     pub(crate) bytes_as_text: bool,
     /// Whether the script gets the pixels of images instead of messages.
     pub(crate) pixels: bool,
@@ -129,7 +129,7 @@ pub(crate) struct Offered {
 /// A thread that waits for a server.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Wait {
-    /// The handle of its client.
+    /// The handle of the thread's client.
     pub(crate) handle: i64,
     /// The message that it will send.
     pub(crate) json: Json,
@@ -154,15 +154,15 @@ impl Node {
         self.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the ROS state of scripts is in use"))
     }
 
-    /// Ends a run: endpoints of scripts that outlive it stay open, and are announced to the service again, which
-    /// forgets everything at a stop.
+    /// Ends a run. Endpoints of scripts that outlive the run stay open. They are announced to the service again,
+    /// because it forgets everything at a stop.
     pub(crate) fn end_run(&self, world: &World<'_>) -> Result {
         let open = std::mem::take(&mut self.all()?.open);
         let kept: BTreeMap<i64, Endpoint> = open.into_iter().filter(|(_, e)| world.outlives_runs(e.script)).collect();
         for endpoint in kept.values() {
             tell(world, endpoint, true)?;
         }
-        // The next run must number its endpoints as this one did.
+        // The next run must number its endpoints in the same way as this one.
         let made = kept.keys().next_back().copied().unwrap_or(0);
         let mut all = self.all()?;
         let offered = std::mem::take(&mut all.offered);
@@ -191,12 +191,12 @@ impl Node {
         };
         if last { tell(&c.world(), &endpoint, false) } else { Ok(()) }
     }
-    /// Returns the endpoint of a handle.
+    /// Returns the endpoint with a handle.
     pub(crate) fn of(&self, handle: i64, role: Role) -> Result<Endpoint> {
         let found = self.all()?.open.get(&handle).filter(|e| e.role == role).cloned();
         found.ok_or_else(|| Fail::missing(format!("there is no {} {handle}", role.name())))
     }
-    /// Makes an endpoint pass arrays of bytes as texts.
+    /// Makes an endpoint pass arrays of bytes as strings.
     pub(crate) fn bytes_as_text(&self, handle: i64, role: Role) -> Result {
         self.of(handle, role)?;
         if let Some(endpoint) = self.all()?.open.get_mut(&handle) {
@@ -212,7 +212,7 @@ impl Node {
         Ok(found.map(|(handle, e)| (*handle, e.clone())).collect())
     }
 
-    /// Publishes a message of a script: other scripts of the world receive it at once, clients by the service.
+    /// Publishes a message of a script: other scripts of the world receive it at once, clients through the service.
     pub(crate) fn publish(&self, c: &mut Ctx<'_>, from: &Endpoint, message: &Value) -> Result {
         let json = convert::node(message, &from.kind, from.ros())?.json();
         c.world().publish_value(
@@ -234,7 +234,7 @@ impl Node {
         }
         Ok(())
     }
-    /// Calls a service that a script offers; `None`: no script offers it.
+    /// Calls a service that a script offers; returns `None` if no script offers it.
     pub(crate) fn serve(&self, c: &mut Ctx<'_>, service: &str, request: &Json) -> Result<Option<Json>> {
         let Some((_, server)) = self.alive(&c.world(), Role::Server, service)?.into_iter().next() else {
             return Ok(None);
@@ -245,7 +245,7 @@ impl Node {
         Ok(Some(convert::node(response, &format!("{}Response", server.kind), server.ros())?.json()))
     }
 
-    /// Calls a service that a client offers; returns the number of the call.
+    /// Asks a client to perform a service that it offers; returns the number of the call.
     pub(crate) fn ask(&self, world: &World<'_>, client: i64, service: &str, request: &Json) -> Result<u64> {
         let number = {
             let mut all = self.all()?;
@@ -294,7 +294,7 @@ impl Node {
 }
 
 impl Endpoint {
-    /// Calls callback `n` of the endpoint; without one, returns no results.
+    /// Calls callback `n` of the endpoint; if there is none, returns no results.
     pub(crate) fn call(&self, c: &mut Ctx<'_>, n: usize, arguments: &[Value]) -> Result<Vec<Value>> {
         let Some(callback) = self.callbacks.get(n).filter(|f| !f.is_none()) else { return Ok(Vec::new()) };
         match callback.function {
@@ -325,7 +325,7 @@ impl Endpoint {
     }
 }
 
-/// Converts arrays of bytes to the form that a script gets: a text, or a table of numbers.
+/// Converts arrays of bytes to the form that a script gets: a string, or a table of numbers.
 fn for_script(value: Value, as_text: bool) -> Value {
     match value {
         Value::Bytes(b) if as_text => Value::Text(b),

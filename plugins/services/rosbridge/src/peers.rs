@@ -41,13 +41,13 @@ pub struct Peer {
     pub client: Client,
     /// Subscriptions by topic.
     pub listens: BTreeMap<String, Vec<Subscription>>,
-    /// Topics that it publishes.
+    /// Topics that the client publishes.
     pub publishes: BTreeSet<String>,
     /// Incomplete messages.
     pub fragments: Fragments,
-    /// Whether errors are reported to it.
+    /// Whether errors are reported to the client.
     pub told: bool,
-    /// Number of fragmented messages sent to it.
+    /// Number of fragmented messages sent to the client.
     sent: u64,
 }
 
@@ -77,13 +77,13 @@ impl Peer {
             self.send(&message);
         }
     }
-    /// Adds a subscription; the same id again changes its options.
+    /// Adds a subscription; if its id exists already, changes the options.
     pub fn subscribe(&mut self, topic: String, wish: Wish, ros: Ros) {
         let all = self.listens.entry(topic).or_default();
         all.retain(|s| s.wish.id.is_none() || s.wish.id != wish.id);
         all.push(Subscription { wish, ros, last: None });
     }
-    /// Ends a subscription, or all of a topic.
+    /// Ends a subscription, or all of a topic if `id` is `None`.
     pub fn unsubscribe(&mut self, topic: &str, id: Option<&str>) {
         if let Some(all) = self.listens.get_mut(topic) {
             all.retain(|s| id.is_some() && s.wish.id.as_deref() != id);

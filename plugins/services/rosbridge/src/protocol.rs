@@ -11,15 +11,15 @@ const MOST_FRAGMENTS: usize = 64 << 20;
 /// A request of a client.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ask {
-    /// Announces that it will publish.
+    /// Announces that the client will publish.
     Advertise { topic: String, kind: String },
-    /// Announces that it will not publish any more.
+    /// Announces that the client will not publish any more.
     Unadvertise { topic: String },
     /// Publishes a message.
     Publish { topic: String, msg: Json },
     /// Subscribes to a topic.
     Subscribe { topic: String, kind: String, wish: Wish },
-    /// Ends the subscription of this id, or all of them.
+    /// Ends the subscription with this id, or all of them.
     Unsubscribe { topic: String, id: Option<String> },
     /// Calls a service.
     Call { service: String, args: Json },
@@ -39,7 +39,7 @@ pub enum Ask {
     Cancel { id: String },
     /// Reports feedback on a goal, or, with a status, its result.
     Progress { id: String, values: Json, status: Option<i64>, good: bool },
-    /// Sets which errors are reported to it.
+    /// Sets which errors are reported to the client.
     Level(String),
 }
 
@@ -50,9 +50,9 @@ pub struct Wish {
     pub id: Option<String>,
     /// Least time between two messages, ms.
     pub throttle_ms: f64,
-    /// Whether messages are CBOR, in binary frames.
+    /// Whether messages are encoded as CBOR, in binary frames.
     pub cbor: bool,
-    /// Most bytes of a message; longer ones are split into fragments. 0: never.
+    /// Most bytes of a message; longer ones are split into fragments. 0: messages are never split.
     pub fragment: usize,
 }
 
@@ -83,7 +83,7 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
             let wish = Wish {
                 id: id.clone(),
                 throttle_ms: message.get("throttle_rate").and_then(Json::as_f64).unwrap_or(0.0),
-                // Clients that request `png` accept plain messages too.
+                // Clients that request `png` accept uncompressed messages too.
                 cbor: compression == "cbor",
                 fragment: message.get("fragment_size").and_then(Json::as_u64).unwrap_or(0) as usize,
             };
@@ -104,7 +104,7 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
         "action_feedback" => Ask::Progress { id: known()?, values: any("values"), status: None, good: true },
         "action_result" => {
             let good = message.get("result").and_then(Json::as_bool).unwrap_or(true);
-            // A result without a status: `result` says whether the goal succeeded.
+            // For a result without a status, `result` says whether the goal succeeded.
             let status = message.get("status").and_then(Json::as_i64).unwrap_or(if good { 4 } else { 6 });
             Ask::Progress { id: known()?, values: any("values"), status: Some(status.max(0)), good }
         }

@@ -1,5 +1,5 @@
 //! Topics, services and actions that clients and scripts offer each other. Calls and goals are forwarded to the server
-//! under an id of the relay's own, and answers back to the caller.
+//! under an id of the relay's own, and the answers are forwarded back to the caller.
 
 use std::collections::BTreeMap;
 
@@ -9,13 +9,13 @@ use crate::{peers::Peer, types::Ros};
 
 /// A pending call or goal.
 struct Waiting {
-    /// The client that made it,
+    /// The client that made the call.
     asker: u64,
-    /// under which id,
+    /// The client's id for it.
     id: Option<String>,
-    /// its service or action,
+    /// The service or action.
     of: String,
-    /// and its server.
+    /// The client that serves it.
     server: u64,
     /// Whether feedback on a goal is requested.
     feedback: bool,
@@ -25,13 +25,13 @@ struct Waiting {
 pub struct Report {
     /// The goal's id.
     pub id: String,
-    /// Status as in `action_msgs/GoalStatus`; `None`: not finished.
+    /// Status as in `action_msgs/GoalStatus`, or `None` if the goal is not finished.
     pub status: Option<i64>,
     /// Feedback, or the result.
     pub values: Json,
 }
 
-/// Requests of scripts to clients, which wait for the next barrier.
+/// Goals of scripts for clients, which wait for the next barrier.
 #[derive(Default)]
 pub struct GoalsOfScripts {
     /// Goals: id, action, and the message for the action's server.
@@ -75,7 +75,7 @@ pub struct Relay {
     count: u64,
 }
 
-/// The number of all scripts as caller or server; clients are numbered from 1.
+/// The number that stands for all scripts, as caller or server; clients are numbered from 1.
 pub const SCRIPTS: u64 = 0;
 
 /// All clients, by number.
@@ -157,7 +157,7 @@ impl Relay {
         true
     }
 
-    /// Forwards feedback, or with a status the result, to the sender of a goal.
+    /// Forwards feedback to the sender of a goal, or its result if `status` is given.
     pub fn progress(&mut self, peers: &Peers, server: u64, own: &str, status: Option<i64>, values: Json, good: bool) {
         let Some(waiting) = self.goals.get(own).filter(|w| w.server == server) else { return };
         if waiting.asker == SCRIPTS {
@@ -193,7 +193,7 @@ impl Relay {
         None
     }
 
-    /// Ends all goals of a server that is gone, and drops those that it sent.
+    /// Ends all goals of a server that has disconnected, and drops those that it sent.
     fn end_goals(&mut self, peers: &Peers, of: u64, why: &Json) {
         self.goals.retain(|_, w| w.asker != of);
         let over: Vec<String> = self.goals.iter().filter(|(_, w)| w.server == of).map(|(own, _)| own.clone()).collect();

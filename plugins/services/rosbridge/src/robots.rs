@@ -19,7 +19,7 @@ pub struct Robot {
     pub base: tatu_object,
     /// Name of the robot.
     pub name: String,
-    /// Prefix of its frames; empty if it is the only robot.
+    /// Prefix of the robot's frames; empty if it is the only robot.
     pub prefix: String,
     /// The drivetrain, if the robot has wheels.
     pub train: Option<Drivetrain>,
@@ -27,16 +27,16 @@ pub struct Robot {
     pub joints: Vec<(tatu_object, String)>,
     /// Wheel odometry.
     pub odometry: Odometry,
-    /// Time at which its last velocity command expires, s; `None`: there is none.
+    /// Time at which the robot's last velocity command expires, s; `None` if there is none.
     pub until: Option<f64>,
 }
 
-/// The pose and velocity of a robot since the start, as computed from its wheels; it drifts from the true pose.
+/// The pose and velocity of a robot since the start, as computed from its wheels. It drifts from the true pose.
 #[derive(Debug, Clone, Default)]
 pub struct Odometry {
-    /// Position ahead and to the left of the start, m, and heading, rad; of the middle of the axle.
+    /// Position of the middle of the axle, ahead and to the left of the start, m, and heading, rad.
     pub place: [f64; 3],
-    /// Velocity ahead, to the left, m/s, and of turning, rad/s.
+    /// Velocity ahead and to the left, m/s, and angular velocity, rad/s.
     pub velocity: [f64; 3],
     /// The last state of the joints, and its time.
     before: Option<(f64, Stand)>,
@@ -49,7 +49,7 @@ impl Odometry {
             && time > *then
         {
             let [dx, dy, turn] = train.motion(&now.turns_since(before, time - then), &now.steered);
-            // Along the chord of the arc.
+            // The robot moves along the chord of its arc.
             let heading = self.place[2] + turn / 2.0;
             let (s, c) = libm::sincos(heading);
             self.place[0] += c * dx - s * dy;
@@ -72,13 +72,13 @@ impl Odometry {
 pub struct Sensor {
     /// The sensor.
     pub id: tatu_object,
-    /// Name within its robot.
+    /// Name within the sensor's robot.
     pub name: String,
-    /// The name of its frame.
+    /// The name of the sensor's frame.
     pub frame: String,
-    /// Index of its robot.
+    /// Index of the sensor's robot.
     pub robot: Option<usize>,
-    /// Whether its frame is that of a camera, with z ahead; otherwise its frame is rotated so that x is ahead.
+    /// Whether the sensor's frame is that of a camera, with z ahead; otherwise the frame is rotated so that x is ahead.
     pub optical: bool,
 }
 
@@ -195,7 +195,7 @@ impl Scene {
     }
 }
 
-/// Returns the robot that an object belongs to or is.
+/// Returns the robot that an object is, or belongs to.
 fn robot_of(turn: &Turn<'_>, p: &Props, robots: &[Robot], of: tatu_object) -> Result<Option<usize>> {
     let mut id = of;
     while id != 0 {

@@ -10,7 +10,7 @@ use tatu_plugin_api::{
 
 use crate::types::{self, Many, Ros};
 
-/// The node name of this service.
+/// The name of this service as a ROS node.
 const NODE: &str = "/tatu";
 
 /// The topics and services that can be listed.
@@ -60,7 +60,7 @@ pub fn is_own(service: &str) -> bool {
     SERVICES.iter().any(|(s, _)| *s == service) || CONTROL.iter().any(|(s, _)| *s == service)
 }
 
-/// Answers a call of a service of `/rosapi`; `None`: the service does not exist.
+/// Answers a call of a service of `/rosapi`. Returns `None` if the service does not exist.
 pub fn call(g: &Graph<'_>, params: &mut BTreeMap<String, String>, service: &str, args: &Json) -> Option<Result<Json>> {
     // Arguments are passed by name, or in a list.
     let arg =
@@ -91,7 +91,7 @@ pub fn call(g: &Graph<'_>, params: &mut BTreeMap<String, String>, service: &str,
             let [a, b] = if g.ros == Ros::One { ["secs", "nsecs"] } else { ["sec", "nanosec"] };
             json!({ "time": { a: whole as i64, b: (part * 1e9) as i64 } })
         }
-        // Values are texts that contain JSON, as clients send them.
+        // As clients send them, values are strings that contain JSON.
         "get_param" => {
             let fallback = arg("default", 1);
             json!({ "value": params.get(&arg("name", 0)).cloned().unwrap_or(fallback) })
@@ -120,7 +120,7 @@ fn details(name: &str, ros: Ros) -> Result<Json> {
         if seen.contains(&plain) {
             continue;
         }
-        let fields = types::fields(&plain).ok_or_else(|| Fail::missing(format!("the type `{plain}` is not known")))?;
+        let fields = types::fields(&plain).ok_or_else(|| Fail::missing(format!("unknown type `{plain}`")))?;
         let here: Vec<_> = fields.iter().filter(|f| ros.field(&plain, &f.name).is_some()).collect();
         let length = |many| match many {
             Many::One => -1,

@@ -11,7 +11,7 @@ use crate::{
 
 pub(crate) type Cmd = Command<Plugin>;
 
-/// Commands for the service; scripts do not call these.
+/// Names of the commands that the service calls; scripts do not call them.
 pub(crate) const RECEIVE: &str = "rosbridge.receive";
 pub(crate) const SERVE: &str = "rosbridge.serve";
 pub(crate) const ANSWER: &str = "rosbridge.answer";
@@ -47,7 +47,7 @@ fn response(c: &mut Ctx<'_>, client: &Endpoint, json: &Json) -> Result<Outcome> 
     Ok(Outcome::Done)
 }
 
-/// Calls a service: that of a script at once; that of a client if the caller can wait.
+/// Calls a service: at once if a script offers it; if a client does, only if the caller can wait.
 fn call(c: &mut Ctx<'_>) -> Result<Outcome> {
     if c.resumed() != 0 {
         let number = c.resumed();
@@ -319,7 +319,7 @@ fn services(offer: &mut Offer<Plugin>) {
     );
 }
 
-/// Adds commands by which the service calls scripts, so that the calls are in the input log.
+/// Adds commands by which the service calls scripts, so that the input log contains the calls.
 pub(crate) fn between(offer: &mut Offer<Plugin>) {
     let json = || Param::string("json").text("the message, as JSON");
     offer.command(

@@ -51,7 +51,7 @@ pub(crate) struct State {
     pub(crate) requests: Vec<(u64, String, Json)>,
     /// Goals that scripts send to clients.
     pub(crate) of_scripts: GoalsOfScripts,
-    /// The offers of clients that were last reported to scripts; `None`: report them again.
+    /// The offers of clients that were last reported to scripts; `None`: they must be reported again.
     pub(crate) known: Option<Offered>,
     /// The time for which the scene was last published.
     pub(crate) time: Option<f64>,
@@ -238,7 +238,7 @@ impl State {
         }
     }
 
-    /// After a step: updates odometry, stops robots whose commands have expired, and publishes topics.
+    /// Updates odometry after a step, stops robots whose commands have expired, and publishes topics.
     fn tell(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         let time = turn.f64(0, p.time)?;
         if turn.state() != TATU_RUNNING || self.time == Some(time) {

@@ -74,7 +74,7 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
         Cmd::new("simROS2.createInterface", |c| {
             let plain = types::plain(&c.text(0)?);
             if types::fields(&plain).is_none() {
-                return Err(Fail::missing(format!("the type `{plain}` is not known")));
+                return Err(Fail::missing(format!("unknown type `{plain}`")));
             }
             c.ret(convert::value(&Json::Null, &plain, Ros::Two)?);
             Ok(())

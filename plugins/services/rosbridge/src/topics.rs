@@ -1,4 +1,4 @@
-//! Topics that a scene provides. The last part of a name is the topic's meaning; the parts before name the robot and
+//! Topics that a scene provides. The last part of a name is the topic's meaning; the parts before it name the robot and
 //! the sensor, if there are several.
 
 use std::collections::BTreeMap;

@@ -1,4 +1,4 @@
-//! Definitions of message types, with the names of ROS 1. ROS 2 has the same, with few exceptions.
+//! Definitions of message types, with the names of ROS 1. ROS 2 has the same types, with few exceptions.
 
 use std::{collections::BTreeMap, sync::OnceLock};
 
@@ -180,7 +180,7 @@ impl Ros {
             _ => plain.to_owned(),
         }
     }
-    /// Returns the name of a field in this version; `None`: the field does not exist there.
+    /// Returns the name of a field in this version, or `None` if it does not exist there.
     pub fn field(self, plain: &str, name: &str) -> Option<String> {
         match (self, plain, name) {
             (Ros::Two, "std_msgs/Header", "seq") => None,

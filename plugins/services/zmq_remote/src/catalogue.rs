@@ -9,7 +9,7 @@ use crate::cbor;
 pub const OWN: &[&str] =
     &["sim.setStepping", "sim.step", "sim.switchThread", "sim.yield", "sim.acquireLock", "sim.releaseLock"];
 
-/// Returns the namespace of a module: `sim-2` is a later version of the names of `sim`.
+/// Returns the namespace of a module: `sim-2` is a later version of the namespace `sim`.
 fn space(name: &str) -> &str {
     name.split('-').next().unwrap_or(name)
 }

@@ -41,7 +41,7 @@ pub fn read(bytes: &[u8]) -> Result<Request> {
     if request.func.is_empty() { Err(wrong("it has no `func`")) } else { Ok(request) }
 }
 
-/// The text by which clients represent nil in arguments.
+/// The string by which clients represent nil in arguments.
 const NIL: &str = "_*NIL*_";
 
 fn value(cbor: Cbor) -> Result<Value> {
@@ -65,7 +65,7 @@ fn value(cbor: Cbor) -> Result<Value> {
     })
 }
 
-/// Converts an array: numbers alone become an array of numbers, anything else a list.
+/// Converts an array: if it contains only numbers, to an array of numbers, otherwise to a list.
 fn array(values: Vec<Value>) -> Value {
     if values.is_empty() {
         return Value::List(values);
@@ -84,7 +84,7 @@ fn array(values: Vec<Value>) -> Value {
     }
 }
 
-/// Converts a value for clients: bytes, and texts that are not UTF-8, become bytes. Bytes, which may be images, are
+/// Converts a value for clients: bytes, and strings that are not UTF-8, become bytes. Bytes, which may be images, are
 /// moved, not copied.
 pub fn write(value: Value) -> Cbor {
     match value {
@@ -110,7 +110,7 @@ fn bytes(message: Vec<(&str, Cbor)>) -> Vec<u8> {
     out
 }
 
-/// Builds the answer to a call. `first`: for a client of the first protocol.
+/// Builds the answer to a call. `first` is set for a client of the first protocol.
 pub fn results(values: Vec<Cbor>, first: bool) -> Vec<u8> {
     let mut message = vec![("ret", Cbor::Array(values))];
     if first {

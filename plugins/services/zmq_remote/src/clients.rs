@@ -13,22 +13,22 @@ pub type Answer = Sender<Vec<u8>>;
 pub struct Client {
     /// Number of the client in the input log.
     pub number: u64,
-    /// Stepping level: how often it enabled stepping, less how often it disabled it.
+    /// Stepping level: how often the client enabled stepping, less how often it disabled it.
     pub level: i64,
-    /// Number of locks that it holds, during which time stands still.
+    /// Number of locks that the client holds; while it is not 0, the simulation does not advance.
     pub holds: i64,
-    /// The steps it waits for: the step at which a wait ends, and where to send the answer then; a client of the first
-    /// protocol was answered already.
+    /// The steps that the client waits for: the step at which a wait ends, and where to send the answer then. A client
+    /// of the first protocol has been answered already.
     pub until: Vec<(u64, Option<Answer>)>,
     connections: BTreeSet<u64>,
 }
 
 impl Client {
-    /// Returns whether the simulation must wait until it requests a step.
+    /// Returns whether the simulation must wait until the client requests a step.
     pub fn holds(&self) -> bool {
         self.holds > 0 || self.level > 0 && self.until.is_empty()
     }
-    /// Drops its locks and its stepping mode.
+    /// Drops the client's locks and its stepping mode.
     pub fn release(&mut self) {
         (self.level, self.holds) = (0, 0);
     }
@@ -56,13 +56,13 @@ impl Clients {
     pub fn of_connection(&self, connection: u64) -> Option<u64> {
         self.all.values().find(|c| c.connections.contains(&connection)).map(|c| c.number)
     }
-    /// Removes a connection, and clients that have no other one, so that they hold nothing any more; returns the keys
-    /// of these clients.
+    /// Removes a connection, and the clients that have no other one, so that they do not hold the simulation any more;
+    /// returns the keys of these clients.
     pub fn gone(&mut self, connection: u64) -> Vec<String> {
         let last = |c: &mut Client| c.connections.remove(&connection) && c.connections.is_empty();
         self.all.extract_if(.., |_, c| last(c)).map(|(key, _)| key).collect()
     }
-    /// Removes a client that says it ends.
+    /// Removes a client that announces its end.
     pub fn end(&mut self, key: &str) {
         self.all.remove(key);
     }

@@ -34,7 +34,7 @@ pub struct Functions {
 }
 
 impl Functions {
-    /// Returns the function of a number.
+    /// Returns the function with a number.
     pub fn get(&self, number: u32) -> Option<&Function> {
         self.known.get(&number)
     }
@@ -83,7 +83,7 @@ impl Functions {
         self.later.remove(client).unwrap_or_default()
     }
 
-    /// Replaces names of functions by function values, also in lists and maps. `make` returns the value for a number.
+    /// Replaces names of functions by function values, even in lists and maps. `make` returns the value for a number.
     pub fn bind(&mut self, client: &str, value: &mut Value, make: &dyn Fn(u32) -> Result<Value>) -> Result<()> {
         match value {
             Value::Text(text) => {

@@ -170,7 +170,7 @@ impl Remote {
             (state.running.len() - 1, state.functions.take_later(&key))
         };
         for (name, args) in later {
-            // The result of a delayed call is not used, and a client that is gone needs no answer.
+            // The result of a delayed call is not used, and a client that has disconnected needs no answer.
             let _ = self.call_back(turn, Place::Running(at), &name, &args);
         }
         let bound = {
@@ -224,9 +224,12 @@ impl Remote {
                 client.level = if on { before + 1 } else { (before - 1).max(0) };
                 Ok(Done::Now(vec![Cbor::Integer(before.into())]))
             }
-            "sim.step" | "sim.switchThread" | "sim.yield" | "step" if running && state.talks > 0 => Err(
-                Fail::with_code(TATU_ERR_BUSY, "a callback cannot step: simulation time is stopped until it returns"),
-            ),
+            "sim.step" | "sim.switchThread" | "sim.yield" | "step" if running && state.talks > 0 => {
+                Err(Fail::with_code(
+                    TATU_ERR_BUSY,
+                    "a callback cannot step: the simulation does not advance until it returns",
+                ))
+            }
             "sim.step" | "sim.switchThread" | "sim.yield" if running => {
                 client.until.push((step + 1, Some(pending.answer)));
                 Ok(Done::Later)

@@ -37,7 +37,7 @@ pub(crate) struct State {
     /// The step last sent to subscribers of the first protocol.
     pub told: Option<u64>,
     pub events: Receiver<Event>,
-    /// One of the last fields, so that pending requests are dropped before connections end.
+    /// This is one of the last fields, so that pending requests are dropped before connections end.
     pub _listener: Listener,
     pub counter: Option<Listener>,
 }
@@ -63,7 +63,7 @@ pub(crate) struct Pending {
 }
 
 impl Pending {
-    /// Sends the answer; does nothing if the client is gone.
+    /// Sends the answer; does nothing if the client has disconnected.
     pub fn reply(&self, result: Result<Vec<Cbor>>) {
         let bytes = match result {
             Ok(values) => cbor::results(values, self.first),
@@ -83,9 +83,9 @@ pub(crate) enum Place {
 /// The outcome of a request.
 pub(crate) enum Done {
     Now(Vec<Cbor>),
-    /// It will be answered later.
+    /// The request will be answered later.
     Later,
-    /// It names a command of the world, which is to be called.
+    /// The request names a command of the world, which must be called.
     Command,
 }
 
@@ -124,7 +124,7 @@ impl State {
         }
     }
 
-    /// Removes a client that says it ends.
+    /// Removes a client that announces its end.
     pub fn end(&mut self, key: &str) {
         self.clients.end(key);
         self.functions.gone(key);
@@ -144,7 +144,8 @@ impl State {
         }
     }
 
-    /// Answers the clients whose steps have passed. While the simulation does not run, steps pass at once.
+    /// Answers the clients that wait for steps which have passed. While the simulation is not running, steps pass at
+    /// once.
     pub fn stepped(&mut self, turn: &Turn<'_>, step: u64) {
         let stands = turn.state() != TATU_RUNNING;
         for client in self.clients.iter_mut() {

@@ -1,5 +1,5 @@
-//! Sockets that speak ZMTP 3 without security (<https://rfc.zeromq.org/spec/23>), as far as a reply and a publish
-//! socket need it.
+//! Sockets that speak ZMTP 3 without security (<https://rfc.zeromq.org/spec/23>), as far as reply and publish sockets
+//! need it.
 //!
 //! Each connection has a thread, which reads a request, passes it on, waits for the answer and writes it. Declared
 //! sizes are not trusted: a frame larger than its limit closes the connection, and memory is allocated as bytes arrive.
@@ -110,7 +110,7 @@ impl Listener {
         self.port.address
     }
 
-    /// Sends a short message to all subscribers; a subscriber that cannot take it at once misses it.
+    /// Sends a short message to all subscribers; a subscriber that cannot receive it at once misses it.
     pub fn publish(&self, body: &[u8]) {
         let mut frame = vec![0, body.len() as u8];
         frame.extend_from_slice(body);
@@ -165,7 +165,7 @@ fn serve(mut stream: TcpStream, kind: Kind, number: u64, shared: &Shared, events
     }
 }
 
-/// Waits for the answer; `None` if the peer or the service is gone.
+/// Waits for the answer; returns `None` if the peer or the service has disconnected.
 fn wait(stream: &TcpStream, answered: &Receiver<Vec<u8>>) -> Option<Vec<u8>> {
     loop {
         match answered.recv_timeout(LOOK) {

@@ -46,7 +46,7 @@ pub fn details(turn: &Turn<'_>, n: u64) -> Result<Json> {
     Ok(json!({ "details": n, "rows": rows }))
 }
 
-/// Returns the text of a script.
+/// Returns the source of a script.
 pub fn script(turn: &Turn<'_>, n: u64) -> Result<Json> {
     Ok(json!({ "script": n, "text": String::from_utf8_lossy(&turn.script_text(object(n))?) }))
 }
@@ -66,7 +66,7 @@ pub fn commands(turn: &Turn<'_>) -> Json {
     all.iter().map(|c| json!([c.names.first(), c.params.join(", "), c.text])).collect()
 }
 
-/// Returns the scenes in the folder `scenes` and next to it, for the gallery: names as `tatu.open` takes them.
+/// Returns the scenes in the folder `scenes` and next to it, for the gallery, by the names that `tatu.open` takes.
 pub fn files() -> Json {
     let mut out = Vec::new();
     let mut open = vec![(Path::new(".").to_path_buf(), 0)];
@@ -112,7 +112,7 @@ fn is_scene(path: &Path, depth: usize) -> bool {
     path.is_file()
         && match path.extension().and_then(|e| e.to_str()) {
             Some("ttt" | "ttm" | "urdf") => true,
-            // Next to `scenes` there are other files with this extension.
+            // The folder that contains `scenes` has other files with this extension.
             Some("toml") => depth > 0,
             _ => false,
         }
@@ -122,7 +122,7 @@ fn is_scene(path: &Path, depth: usize) -> bool {
 fn about(text: &str) -> Option<String> {
     let lines: Vec<&str> =
         text.lines().take_while(|l| l.starts_with('#')).map(|l| l.trim_start_matches(['#', ' '])).collect();
-    // The lines behind the first paragraph are for a terminal.
+    // The lines after the first paragraph are for a terminal.
     let own = lines.split(|l| l.is_empty()).next().unwrap_or_default();
     (!own.is_empty()).then(|| own.join(" "))
 }

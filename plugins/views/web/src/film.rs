@@ -68,7 +68,7 @@ impl Service for Film {
     fn start(plugin: &WebPage, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let file = PathBuf::from(params.string("page")?);
         film_page::check()?;
-        // Report a file that cannot be written before the run starts.
+        // Report before the run starts if the file cannot be written.
         let made = File::options().append(true).create(true).open(&file);
         made.map_err(|e| Fail::new(format!("the file `{}` could not be created: {e}", file.display())))?;
         Ok(Film { p: plugin.p, session, file, state: RefCell::default() })
@@ -172,7 +172,7 @@ impl State {
         Ok(())
     }
 
-    /// Reads the current scene and the texts of its scripts.
+    /// Reads the current scene and the sources of its scripts.
     fn scene(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         self.whole = scene::read(turn, p)?;
         self.sent = Sent::default();

@@ -7,7 +7,7 @@ use tatu_plugin_api::safe::{Fail, Result};
 
 use crate::files::{FILES, WHOLE};
 
-/// Modules shared with the live page, and modules that replace others.
+/// Modules that the live page also has, and modules that replace others.
 const SAME: &[&str] =
     &["store", "tree", "output", "view", "objects", "crowd", "sensing", "volumes", "drawings", "plot"];
 const OTHER: &[(&str, &str)] = &[("net", "film_net"), ("editor", "film_script"), ("film", "film")];

@@ -38,7 +38,7 @@ impl Now {
     pub fn read(turn: &Turn<'_>, p: &Props, whole: &Whole) -> Result<Now> {
         let mut entries = Vec::with_capacity(whole.ids.len() + whole.joints.len());
         for &id in &whole.ids {
-            // Objects removed in the meanwhile disappear with the next scene message.
+            // Objects removed in the meantime disappear with the next scene message.
             let Ok(pose) = turn.f64s::<7>(id, p.pose) else { continue };
             let mut bytes = [0; 20];
             for (x, place) in pose[..3].iter().zip(bytes.chunks_exact_mut(4)) {
@@ -62,7 +62,7 @@ impl Now {
         Ok(Now { entries })
     }
 
-    /// Returns a frame with the differences from the client's knowledge, which is updated.
+    /// Returns a frame with what has changed since the client's last frame, and updates `known`.
     pub fn since(&self, known: &mut BTreeMap<u32, [u8; 20]>, step: u64, time: f64) -> Message {
         let mut out = head(step, time);
         let mut count = 0_u32;
@@ -99,7 +99,7 @@ pub fn exact(
     };
     let key = |id: tatu_object, kind: u32| tatu_slot(id) | kind << 24;
     for &id in &whole.ids {
-        // Objects removed in the meanwhile disappear with the next scene message.
+        // Objects removed in the meantime disappear with the next scene message.
         if let Ok(pose) = turn.f64s::<7>(id, p.pose) {
             put(key(id, 3), &pose);
         }

@@ -19,7 +19,7 @@ pub(crate) struct Lists {
 }
 
 impl Lists {
-    /// Returns the list of all commands. `anew`: rebuild it even if it is recent.
+    /// Returns the list of all commands; if `anew`, rebuilds it even if it is recent.
     pub(crate) fn commands(&mut self, turn: &Turn<'_>, anew: bool) -> Utf8Bytes {
         kept(&mut self.commands, anew, || json!({ "commands": acts::commands(turn) }).to_string())
     }
@@ -65,7 +65,7 @@ impl Allowance {
         (self.left, self.at) = ((self.left + gained).min(AT_ONCE), now);
         self.left > 0.0
     }
-    /// Charges a request; `list`: of a list.
+    /// Charges a request; `list` is set for that of a list.
     pub(crate) fn spend(&mut self, list: bool) {
         self.left -= if list { LIST } else { 1.0 };
     }

@@ -1,4 +1,4 @@
-//! How a browser gets the address. The token that grants control must not appear in a program's arguments, which every
+//! Passes the address to a browser. The token that grants control must not appear in a program's arguments, which every
 //! user of the machine can read. So the browser opens a file, readable only by its owner, that redirects to the
 //! address.
 

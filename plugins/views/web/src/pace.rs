@@ -1,4 +1,4 @@
-//! The pace of simulation time in a world that people watch. The clock only decides when a step is made, never what it
+//! The pace of simulation time in a world that is shown. The clock only decides when a step is made, never what it
 //! does.
 
 use std::{

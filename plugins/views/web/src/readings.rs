@@ -32,7 +32,8 @@ pub struct Sent {
     next: usize,
 }
 
-/// Returns new readings of sensors except images, by handle; if there are many sensors, some at a time, in turns.
+/// Returns the new readings of sensors, without images, by handle. If there are many sensors, each message has those of
+/// some of them, in turn.
 pub fn new(turn: &Turn<'_>, p: &Props, whole: &Whole, sent: &mut Sent) -> Json {
     let mut out = Map::new();
     let n = whole.sensors.len();

@@ -75,9 +75,9 @@ pub(crate) struct State {
 pub(crate) struct Guest {
     pub(crate) client: Client,
     pub(crate) known: BTreeMap<u32, [u8; 20]>,
-    /// Whether it has received the current scene.
+    /// Whether the client has received the current scene.
     pub(crate) whole: bool,
-    /// The sensor whose image it shows, and the graph.
+    /// The sensor whose image the client shows, and the graph that it shows.
     pub(crate) eye: u64,
     pub(crate) graph: u64,
     /// A partially received file.
@@ -243,13 +243,13 @@ impl State {
         Ok(())
     }
 
-    /// Makes dialogs wait for an answer if there is a client that can give one.
+    /// Makes dialogs wait for an answer if any client can give one.
     fn attend(&mut self, turn: &Turn<'_>) {
         if !self.guests.iter().any(|g| g.client.role == Rights::Act) {
             return;
         }
         for (act, window) in self.windows.asking() {
-            // A dialog may have been closed in the meanwhile.
+            // A dialog may have been closed in the meantime.
             let _ = acts::call(turn, &act, &[json!(window), json!(0), json!("attend")]);
         }
     }
@@ -351,13 +351,13 @@ impl State {
     fn request(&mut self, turn: &Turn<'_>, what: &str) -> Result {
         self.pace.again();
         match what {
-            // Between two steps the simulation is not paused: only the hold is released.
+            // Between two steps the simulation is not paused: only the hold must be released.
             "start" if self.held && turn.state() == TATU_RUNNING => {
                 self.held = false;
                 Ok(())
             }
             "step" => {
-                // Resuming from a pause makes one step already.
+                // Resuming from a pause already makes one step.
                 let more = u64::from(turn.state() != TATU_PAUSED);
                 if turn.state() != TATU_RUNNING {
                     turn.request(TATU_REQUEST_START)?;

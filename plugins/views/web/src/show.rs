@@ -81,7 +81,7 @@ impl State {
         let redrawn = drawn != self.drawn;
         for guest in &self.guests {
             let out = &guest.client.out;
-            // A client that has not read the last messages yet is skipped until it has.
+            // A client that has not received the last messages yet is skipped until it has.
             if out.waits() {
                 continue;
             }

@@ -123,7 +123,7 @@ fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
 
 #[test]
 fn every_number_of_threads_gives_the_same_bytes_of_a_mesh() {
-    // Groups of all heights, from part of a row to the whole image, and many frames in the same buffers.
+    // Bands of all heights, from a single row to the whole image, and many frames in the same buffers.
     let light = Light::default();
     let pools: Vec<_> =
         [1, 2, 3, 5].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()).into();
@@ -228,8 +228,8 @@ fn a_closed_mesh_has_no_holes() {
         // From inside, every pixel shows the surface.
         let image = render(&scene, &cast_of(&grid, &light, dice.pose(0.3)));
         assert!(image.depth.iter().all(|d| d.is_finite()), "round {round}: a hole from within");
-        // From outside, seeing both sides gives the same image as seeing fronts only; a back face behind a gap would
-        // show.
+        // From outside, drawing both sides gives the same image as drawing only fronts; a back face visible through a
+        // gap would make a difference.
         scene.update_poses(&[(0, Isometry3::translation(0.0, 0.0, dice.between(1.2, 9.0)) * dice.pose(0.05))]);
         let mut cast = cast_of(&grid, &light, Isometry3::identity());
         let both = render(&scene, &cast);

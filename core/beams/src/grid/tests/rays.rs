@@ -1,4 +1,4 @@
-//! Reference results from rays through the centres of pixels, which share no code with images.
+//! Reference results from rays through the centres of pixels; they share no code with images.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -43,8 +43,8 @@ pub(super) fn same_depth(a: f64, b: f64) -> bool {
     a == b || (a - b).abs() <= 1e-4 * a.abs().min(b.abs()).max(1.0)
 }
 
-/// Whether a depth is seen at most a hundredth of a pixel away: either one ray sees it, or two rays see more and less
-/// on the same primitive. The near and far limits may be off by a few millionths.
+/// Returns whether a depth is visible at most a hundredth of a pixel away: either a ray there has this depth, or two
+/// rays on the same primitive have a greater and a smaller one. The near and far limits may be off by a few millionths.
 pub(super) fn explained(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row: f64, ours: f64) -> bool {
     let mut seen = vec![expected(scene, cast, column, row)];
     for k in 0..75 {
@@ -101,14 +101,14 @@ pub(super) fn compare(scene: &BeamScene, cast: &GridCast<'_>, image: &GridImage,
                 continue;
             }
             if (image.object[pixel], image.primitive[pixel]) != (hit.object, hit.primitive) {
-                // Two surfaces at one depth, or an edge between two faces.
+                // Two surfaces at the same depth, or an edge between two faces.
                 beside.name += 1;
                 continue;
             }
             let normal = cast.world_from_sensor.inverse_transform_vector(&(beam.world_from_beam * hit.normal));
             let cosine = -hit.normal.z;
             let ours = Vector3::from(image.normal[pixel]).map(f64::from);
-            // Near the rim of round forms the normal turns fast.
+            // Near the rim of round forms, the normal changes quickly.
             let slack = 2e-3 + 2e-4 / cosine.abs().max(1e-3);
             assert!((normal - ours).norm() < slack, "{what}: pixel {column}, {row}: normal {ours} for {normal}");
             assert!((f64::from(image.cosine[pixel]) - cosine).abs() < slack, "{what}: cosine");

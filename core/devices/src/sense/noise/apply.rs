@@ -38,7 +38,7 @@ pub(super) struct FieldPlan {
     pub components: usize,
     nothing: Option<Vec<f64>>,
     noise: FieldNoise,
-    /// Derived from the field's name, so that other fields of the kind have no influence.
+    /// Derived from the field's name, so that the kind's other fields have no influence.
     stream: u64,
 }
 
@@ -46,7 +46,7 @@ pub(super) struct FieldPlan {
 pub(super) struct Measure<'a> {
     pub seed: u64,
     pub drawn: u64,
-    /// The field that the polynomial is in, if it is another one.
+    /// The field on which the polynomial depends, if it is a different one.
     pub of: Option<FieldNumbers<'a>>,
     /// The field that marks valid elements, and how many elements share one mark.
     pub valid: Option<(FieldNumbers<'a>, usize)>,
@@ -70,7 +70,7 @@ struct Part<'a> {
 }
 
 impl FieldPlan {
-    /// Builds the plan for a field; `None`: the kind has no such field, for example in a new version.
+    /// Builds the plan for a field, or returns `None` if the kind has no such field, for example in a new version.
     pub fn new(kind: &SensorKind, name: &str, noise: &FieldNoise) -> Option<Self> {
         let find = |name: &String| tatu_scene::noise::meant(kind, name).ok().map(|m| m.index);
         let Meant { index, components, nothing, valid: usual, .. } = tatu_scene::noise::meant(kind, name).ok()?;
@@ -102,7 +102,7 @@ impl FieldPlan {
         let once = Key::new(seed, ONCE, self.stream.wrapping_add(SHIFT));
         for (c, bias) in bias.iter_mut().enumerate() {
             let uniform = 2.0 * once.uniform(c as u64) - 1.0;
-            // Uses other random numbers than the uniform one.
+            // The normal number uses different random bits than the uniform one.
             let normal = once.normal((c + self.components) as u64);
             *bias += of_component(&noise.shift, c) * uniform + of_component(&noise.shift_sigma, c) * normal;
         }
@@ -121,18 +121,18 @@ impl FieldPlan {
         bias
     }
 
-    /// Returns whether it has a walk.
+    /// Returns whether the noise includes a walk.
     pub fn walks(&self) -> bool {
         self.noise.walk.is_some()
     }
 
-    /// Computes all other stages. `lost` has one entry per element, or none if it is not needed.
+    /// Applies all other stages. `lost` has one entry per element, or none if it is not needed.
     pub fn apply(&self, data: FieldNumbersMut<'_>, lost: &mut [bool], m: &Measure<'_>, pool: &rayon::ThreadPool) {
         let n = data.len();
         if n <= TASK {
             return self.part(Part { first: 0, data, lost }, m);
         }
-        // A multiple of the rows and of the blocks.
+        // A task is a multiple of the rows and of the blocks.
         let task = TASK / self.block() * self.block();
         let mut parts: Vec<Part<'_>> = Vec::with_capacity(n.div_ceil(task));
         let mut losts = lost.chunks_mut(task);
@@ -177,7 +177,7 @@ impl FieldPlan {
         let (drawn, x) = (&mut drawn[..n], &mut x[..n]);
         data.view().load(at, value);
         self.find_nothing(value, there, first as usize, m);
-        // The variable of sigma's polynomial is the value before anything is added.
+        // The polynomial of sigma is evaluated at the value before anything is added.
         match m.of {
             Some(of) if !noise.sigma.is_empty() => of.load(first as usize, x),
             _ => x.copy_from_slice(value),
@@ -208,7 +208,7 @@ impl FieldPlan {
             for_components(value, &noise.step, |v, s| if s > 0.0 { rounded(v / s) * s } else { v });
         }
         if some(&noise.inverse_step) {
-            // Inverses within half a step of 0 become infinitely far, and are lost below.
+            // The inverses of values within half a step of 0 become infinite, and are marked as lost below.
             for_components(value, &noise.inverse_step, |v, s| {
                 if s > 0.0 && v != 0.0 { 1.0 / (rounded(1.0 / (v * s)) * s) } else { v }
             });
@@ -260,10 +260,10 @@ impl FieldPlan {
                 let each = nothing.iter().cycle();
                 value.iter_mut().zip(&*gone).zip(each).for_each(|((v, g), x)| *v = if *g { *x } else { *v });
             }
-            // There is no such value: the measured value stays, and another field marks it.
+            // If no value means "invalid", the measured value stays, and a different field marks it.
             None => there.iter_mut().zip(&*gone).for_each(|(t, g)| *t &= !*g),
         }
-        // A sum that overflowed is not a measurement, and infinity would mean "invalid".
+        // A sum that overflowed is not a valid measurement, and infinity would mean "invalid".
         value.iter().zip(&*gone).zip(there.iter_mut()).for_each(|((v, g), t)| *t &= v.is_finite() || *g);
     }
 }

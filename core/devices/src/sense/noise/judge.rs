@@ -1,5 +1,5 @@
-//! Statistical checks for tests. They use fixed seeds, so each either always passes or always fails. The thresholds are
-//! such that correct noise with another seed would fail in less than one case in a thousand.
+//! Statistical checks for tests. The seeds are fixed, so each check either always passes or always fails. The
+//! thresholds are chosen such that correct noise with a different seed would fail in less than one case in a thousand.
 
 /// Returns the mean.
 pub fn mean(x: &[f64]) -> f64 {
@@ -17,7 +17,7 @@ pub fn correlation(a: &[f64], b: &[f64]) -> f64 {
     product / (deviation(a) * deviation(b))
 }
 
-/// The standard normal distribution function.
+/// Returns the standard normal distribution function at `z`.
 pub fn phi(z: f64) -> f64 {
     libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2) / 2.0
 }

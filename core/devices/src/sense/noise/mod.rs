@@ -1,7 +1,7 @@
 //! Noise that the host applies to the fields of a sensor after each measurement.
 //!
 //! - `numbers`: the elements of a field, whatever their type; `apply`: the stages of noise, in order;
-//! - here: the state kept between measurements: walks and delayed readings.
+//! - this module: the state kept between measurements: walks and delayed readings.
 //!
 //! The noise that a scene declares is a [`NoiseSpec`] of the crate `tatu-scene`.
 
@@ -37,7 +37,7 @@ pub struct Noise {
 /// The state kept between measurements.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// By field: time of the last measurement, and the state of each component's walk, in standard deviations.
+    /// For each field, the time of its last measurement, and the state of each component's walk in standard deviations.
     walks: BTreeMap<String, (f64, Vec<f64>)>,
     /// Delayed readings that are not visible yet, oldest first.
     held: VecDeque<HeldReading>,
@@ -73,7 +73,7 @@ impl Noise {
         &self.memory
     }
 
-    /// Replaces the noise by what the scene declares now. Walks that continue keep their state.
+    /// Replaces the noise by the scene's current declaration. Walks that continue keep their state.
     pub fn follow(now: &mut Option<Box<Noise>>, spec: Option<&Arc<NoiseSpec>>, kind: &SensorKind) {
         let same = match (&*now, spec) {
             (None, None) => true,
@@ -101,7 +101,8 @@ impl Noise {
 
     /// Applies the noise to the fields of a measurement.
     pub fn apply(&mut self, m: Measured<'_>, pool: &rayon::ThreadPool) {
-        // Fields that others depend on keep their measured values until all fields are done.
+        // Fields that others depend on are copied, so that their measured values are available until all fields are
+        // done.
         let noisy = |i: usize| self.plans.iter().any(|p| p.field == i);
         let asked = self.plans.iter().flat_map(|p| [p.of, p.valid]).flatten();
         let kept: BTreeMap<usize, Vec<u64>> = asked
@@ -115,8 +116,9 @@ impl Noise {
             let other = |i: usize| {
                 let (first, n) = m.spans[i];
                 let at = kept.get(&i).map_or(base.wrapping_add(first).cast_const(), |k| k.as_ptr());
-                // SAFETY: `at` points to the field's words in `fields` or to a copy of them; both are aligned and hold
-                // `n` elements. It is not the field being modified, so nothing writes to it meanwhile.
+                // SAFETY: `at` points to the field's words in `fields`, or to a copy of them that lives until the end
+                // of this function. Both are aligned and contain `n` elements. This field is not the one being
+                // modified, so nothing writes to it.
                 unsafe { FieldNumbers::at(at, m.kind.fields[i].elem, n) }.map(|numbers| (numbers, n))
             };
             let of = plan.of.and_then(other).filter(|(_, k)| *k == n).map(|(of, _)| of);
@@ -128,8 +130,8 @@ impl Noise {
             });
             let bias = plan.bias(m.seed, m.drawn, walking);
             let mut lost = vec![false; if valid.is_some() { n } else { 0 }];
-            // SAFETY: the field's words are in `fields`, which is borrowed exclusively, and no other reference to this
-            // part of it exists.
+            // SAFETY: the pointer is to the field's words in `fields`, which is borrowed exclusively until the end of
+            // this function; no other reference to these words exists.
             let data = unsafe { FieldNumbersMut::at(base.wrapping_add(first), m.kind.fields[plan.field].elem, n) };
             let measure = Measure { seed: m.seed, drawn: m.drawn, of, valid, bias };
             if let Some(data) = data {
@@ -142,8 +144,8 @@ impl Noise {
         for (field, group, lost) in cleared {
             let (first, n) = m.spans[field];
             if let Some(mut valid) =
-                // SAFETY: the field's words are in `fields`, which is borrowed exclusively, and no other reference to
-                // this part of it exists.
+                // SAFETY: the pointer is to the field's words in `fields`, which is borrowed exclusively until the end
+                // of this function; no other reference to these words exists.
                 unsafe { FieldNumbersMut::at(base.wrapping_add(first), m.kind.fields[field].elem, n) }
             {
                 lost.iter().enumerate().filter(|(_, l)| **l).for_each(|(i, _)| valid.clear(i / group));
@@ -161,7 +163,7 @@ impl Noise {
         self.memory.held.back().map(|r| r.sequence)
     }
 
-    /// Holds a reading back. It replaces one of the same time.
+    /// Holds a reading back. It replaces a reading with the same time.
     pub fn hold(&mut self, reading: HeldReading) {
         if self.memory.held.back().is_some_and(|r| r.time == reading.time) {
             self.memory.held.pop_back();

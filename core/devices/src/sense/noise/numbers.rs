@@ -22,7 +22,7 @@ pub(super) enum FieldNumbersMut<'a> {
 }
 
 impl<'a> FieldNumbers<'a> {
-    /// Returns `n` elements of a type that begin at `at`; `None`: they are not numbers.
+    /// Returns the `n` elements that begin at `at`, or `None` if their type is not a number.
     ///
     /// # Safety
     /// The elements must be valid and aligned, and must not be written to while the result is in use.
@@ -72,7 +72,7 @@ impl<'a> FieldNumbersMut<'a> {
     /// Like [`FieldNumbers::at`], for elements to modify.
     ///
     /// # Safety
-    /// As for [`FieldNumbers::at`]; in addition, the elements must not be read by others while the result is in use.
+    /// As for [`FieldNumbers::at`]; in addition, no other reference may read the elements while the result is in use.
     pub unsafe fn at(at: *mut u64, elem: u32, n: usize) -> Option<Self> {
         use std::slice::from_raw_parts_mut as slice;
         // SAFETY: the caller guarantees that the elements are valid, aligned and exclusively borrowed, and every bit

@@ -14,7 +14,7 @@ fn errors(noise: &str, value: f64, seed: u64) -> Vec<f64> {
 #[test]
 fn white_noise() {
     white(&errors("many.sigma = 0.01", 3.0, 1), 0.01).unwrap();
-    // The same over successive measurements, and in single precision.
+    // Noise over successive measurements, also in single precision.
     let mut s = Sensor::new("one.sigma = 0.5\nsmall.sigma = 0.01", 1, 2);
     let (mut x, mut y) = (Vec::new(), Vec::new());
     for i in 0..N {
@@ -34,12 +34,12 @@ fn wrong_models_of_white_noise_fail() {
     let fails = |x: &[f64], why: &str| assert!(white(x, 0.01).unwrap_err().starts_with(why), "{:?}", white(x, 0.01));
     fails(&errors("many.sigma = 0.011", 3.0, 1), "standard deviation");
     fails(&errors("many.sigma = 0.0101", 3.0, 1), "standard deviation");
-    // Uniform noise of the same standard deviation.
+    // Uniform noise with the same standard deviation.
     fails(&errors(&format!("many.uniform = {}", 0.01 * 3f64.sqrt()), 3.0, 1), "Kolmogorov");
     fails(&errors("many = { sigma = 0.01, step = 0.005 }", 3.0, 1), "standard deviation");
     let right = errors("many.sigma = 0.01", 3.0, 1);
     fails(&right.iter().map(|x| x + 0.0002).collect::<Vec<_>>(), "mean");
-    // Each number contains a tenth of the previous one, at the same standard deviation.
+    // Each number contains a tenth of the previous one, with the same standard deviation.
     let mut before = 0.0;
     let correlated = right.iter().map(|x| {
         before = 0.1 * before + 0.99f64.sqrt() * x;
@@ -64,8 +64,8 @@ fn a_polynomial_in_the_value_or_in_another_field() {
     white(&errors("many.sigma = [1.5e-3, -0.5e-3, 0.3e-3]", 2.0, 1), 1.7e-3).unwrap();
     assert!(white(&errors("many.sigma = [1.5e-3, -0.5e-3, 0.3e-3]", 3.0, 1), 1.7e-3).is_err());
     white(&errors("many.sigma = [0, 0, 0, 1e-3]", 2.0, 1), 8e-3).unwrap();
-    // The polynomial is in another field, which is twice as large for half of the elements; that field's own noise has
-    // no influence.
+    // The polynomial depends on a different field, which is twice as large for half of the elements. The noise of that
+    // field has no influence.
     for more in ["", "\nother.sigma = 5"] {
         let mut s = Sensor::new(&format!("many = {{ sigma = [0, 0.01], of = \"other\" }}{more}"), N, 1);
         s.measure(0.0, |f| {
@@ -107,7 +107,7 @@ fn is_walk(x: &[f64], sigma: f64, tau: f64) -> Result<(), String> {
         found.push(libm::log(is));
     }
     let slope = |i: usize| (found[i + 1] - found[i]) / libm::log(4f64);
-    // From 1 s to 4 s, for tau = 10 s, and from 400 s to 1600 s; the closed form gives 0.44 and -0.49.
+    // The slopes from 1 s to 4 s, and from 400 s to 1600 s, for tau = 10 s; the closed form gives 0.44 and -0.49.
     let (rising, falling) = (slope(0), slope(4));
     match (rising - 0.5).abs() < 0.1 && (falling + 0.5).abs() < 0.15 {
         true => Ok(()),
@@ -119,8 +119,8 @@ fn is_walk(x: &[f64], sigma: f64, tau: f64) -> Result<(), String> {
 fn a_bias_walks() {
     let right = walk(2.0, 10.0);
     is_walk(&right, 2.0, 10.0).unwrap();
-    // In the long run it has its sigma, and numbers tau apart have correlation 1/e. There are 10^5 s / (2 tau)
-    // independent ones.
+    // Over a long time, the walk has its sigma, and numbers tau apart have the correlation 1/e. There are 10^5 s / (2
+    // tau) independent ones.
     let sd = (right.iter().map(|x| x * x).sum::<f64>() / right.len() as f64).sqrt();
     assert!((sd / 2.0 - 1.0).abs() < 4.0 / (2.0 * 5000f64).sqrt(), "{sd}");
     let r = correlation(&right[100..], &right[..right.len() - 100]);
@@ -142,7 +142,7 @@ fn a_bias_walks() {
     assert!(is_walk(&endless, 2.0, 10.0).is_err(), "a walk without tau");
 }
 
-/// Measurements at other intervals are the same process, since the walk depends on the elapsed time.
+/// Measurements at different intervals sample the same process, since the walk depends on the elapsed time.
 #[test]
 fn a_walk_knows_time() {
     for dt in [0.02, 0.5] {
@@ -208,7 +208,7 @@ fn a_shift_is_drawn_once_a_run() {
 #[test]
 fn rounding_errors_are_even() {
     let mut s = Sensor::new("many.step = 0.01", N, 1);
-    // Values unrelated to the grid.
+    // Values that are unrelated to the grid.
     let value = |i: usize| 1.0 + (i as f64 * 0.618_033_988_749).fract();
     s.measure(0.0, |f| f.of(MANY).iter_mut().enumerate().for_each(|(i, x)| *x = value(i)));
     let read = s.read(MANY);

@@ -40,7 +40,7 @@ fn kind() -> SensorKind {
         field("test.object", TATU_ELEM_OBJECT, [1, 1, 1]),
         field("else.one", TATU_ELEM_F64, [1, 1, 1]),
     ];
-    // SAFETY: both are plain structs of numbers, pointers and optional functions, for which zeros are valid.
+    // SAFETY: both are plain structs of numbers, pointers and optional functions, for which zero bytes are valid.
     let (raw, life) = unsafe { (std::mem::zeroed(), std::mem::zeroed()) };
     SensorKind {
         plugin: 0,
@@ -65,8 +65,8 @@ pub struct Fields<'a> {
 impl Fields<'_> {
     fn typed<T>(&mut self, field: usize) -> &mut [T] {
         let (first, n) = self.spans[field];
-        // SAFETY: `words` has room for `n` elements of 8 bytes at `first`, and the fields of the tests are at most that
-        // large.
+        // SAFETY: `words` is borrowed as long as the slice, and has room for `n` elements of at most 8 bytes from index
+        // `first` on.
         unsafe { std::slice::from_raw_parts_mut(self.words[first..].as_mut_ptr().cast(), n) }
     }
     pub fn of(&mut self, field: usize) -> &mut [f64] {
@@ -97,7 +97,7 @@ fn pool(threads: usize) -> Arc<rayon::ThreadPool> {
 }
 
 impl Sensor {
-    /// Creates a sensor with this noise and number of beams.
+    /// Creates a sensor with the given noise and number of beams.
     pub fn new(noise: &str, beams: usize, seed: u64) -> Self {
         let kind = kind();
         let full = noise.replace("one.", "\"test.one\".");
@@ -141,7 +141,7 @@ impl Sensor {
     }
 }
 
-/// Values of all sorts, including invalid ones.
+/// Returns values of all kinds, including invalid ones.
 fn values(i: usize) -> f64 {
     match i % 7 {
         0 => 0.0,
@@ -184,7 +184,7 @@ fn what_means_nothing_stays() {
         let stays = (s.read(ALTITUDE) == [0.0], s.read(POSITION) == [0.0; 3]);
         assert_eq!(stays, (detected == 0, detected == 0));
     }
-    // Without such a field, 0 alone marks an invalid value.
+    // Without such a field, only 0 marks an invalid value.
     let mut s = Sensor::new("raw.sigma = 100\nmany = { sigma = 1, valid = \"seen\" }", 2, 5);
     s.measure(0.0, |f| {
         f.typed::<u16>(RAW).copy_from_slice(&[0, 1000]);
@@ -206,7 +206,8 @@ fn a_lost_element_is_told_by_value_and_by_field() {
     let lost = s.read(MANY).iter().zip(&seen).filter(|(x, s)| (x.is_infinite(), **s) == (true, 0)).count();
     let kept = s.read(MANY).iter().zip(&seen).filter(|(x, s)| (**x, **s) == (2.0, 1)).count();
     assert!(lost + kept == 1000 && lost.abs_diff(500) < 70, "{lost} {kept}");
-    // A point is lost as a whole, together with the field that marks it, and then is 0 0 0 as its schema requires.
+    // Either all components of a point are lost or none. The field that marks it and the point itself are then 0, as
+    // the schema requires.
     let mut s = Sensor::new("position.dropout = 0.5", 1, 5);
     let mut lost = 0;
     for i in 0..1000 {
@@ -283,7 +284,7 @@ fn a_field_has_its_own_numbers() {
     assert_eq!(read(both, 1, MANY), read("many.sigma = 1", 1, MANY), "noise of another field changes nothing");
     assert_ne!(read(both, 1, MANY), read(both, 1, OTHER));
     assert_ne!(read(both, 1, MANY), read(both, 2, MANY));
-    // Another stage does not change its random numbers.
+    // An additional stage does not change the random numbers of this one.
     let with = read("many = { sigma = 1, dropout = 0.5 }", 1, MANY);
     let without = read("many.sigma = 1", 1, MANY);
     assert!(with.iter().zip(&without).all(|(a, b)| a == b || a.is_infinite()));
@@ -316,13 +317,13 @@ fn walks_are_kept_over_changes_and_lost_without_them() {
         s.read(MANY)[0] - 1.0
     };
     let first = at(&mut s, 0.0);
-    // In 1 s of tau = 10^6 s, the walk moves by 0.0014 of its sigma.
+    // In 1 s with tau = 10^6 s, the walk moves by 0.0014 of its sigma.
     assert!((at(&mut s, 1.0) - first).abs() < 0.01);
     s.set("other.sigma = 1");
     assert!((at(&mut s, 2.0) - first).abs() < 0.01, "noise of another field was added");
     s.set("many = { walk = { sigma = 2, tau_s = 1e6 } }");
     assert!((at(&mut s, 3.0) - 2.0 * first).abs() < 0.02);
-    // Its memory is all that determines how it continues.
+    // A sensor restored from the saved memory continues with the same values.
     let memory = s.noise.as_ref().unwrap().memory().clone();
     let on = at(&mut s, 4.0);
     (s.noise, s.drawn) = (Some(Box::new(Noise::of_memory(memory))), 4);
@@ -347,7 +348,7 @@ fn readings_are_held_until_they_are_old_enough() {
     assert_eq!(seen(noise.release(0.10)), None);
     assert_eq!(seen(noise.release(0.15)), Some(1));
     assert_eq!(seen(noise.release(0.15)), None);
-    // The newest of those that are old enough is released.
+    // The newest of the readings that are old enough is released.
     assert_eq!(seen(noise.release(0.25)), Some(3));
     // Two readings of the same time count as one.
     noise.hold(reading(0.15, 9));
@@ -385,7 +386,7 @@ fn what_is_set_later_wins_by_field() {
     let parse = |text: &str| NoiseSpec::parse(text, Some(&kind)).unwrap_or_else(|w| panic!("{}", w.error));
     let preset = parse("latency_s = 1\nmany = { sigma = 1, step = 2 }\nsmall.sigma = 3").over(None).unwrap();
     let set = |text: &str| parse(text).over(Some(&preset));
-    // A new setting replaces all settings of its field, and of no other.
+    // A new declaration replaces all settings of its field, and of no other field.
     let changed = set("many.uniform = 4").unwrap();
     assert_eq!(changed.fields["test.many"], FieldNoise { uniform: vec![4.0], ..Default::default() });
     assert_eq!(

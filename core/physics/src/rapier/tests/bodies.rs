@@ -140,7 +140,7 @@ fn rolls() {
     assert!((contacts[0].point - below).norm() < 0.002, "{} is not {below}", contacts[0].point);
 }
 
-/// Every form rests on the floor on its lowest point, and the contact carries its weight.
+/// Every form rests with its lowest point on the floor, and the contact carries its weight.
 #[test]
 fn forms_rest_where_they_end() {
     let corners = |h: f64| {
@@ -221,7 +221,7 @@ fn kinematic_pushes() {
     let half = Vector3::repeat(0.1);
     let slider = body(at(0.25, 0.0, 0.1), mass(1.0, [0.0067; 3]), part(Form::Box { half }));
     let slider = engine.add_body(&BodyDesc { friction: 0.3, ..slider });
-    // Long enough for the slider to fall asleep: it must wake when it is touched.
+    // After this time, the slider is asleep; it must wake when it is touched.
     engine.advance(400);
     for i in 1..=40 {
         let place = at(f64::from(i) * 0.01, 0.0, 0.1);

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::*;
 
-/// A cylinder that rolls on a box keeps the speed it was given, also after a snapshot.
+/// A rolling cylinder keeps its speed, even across a snapshot.
 #[test]
 fn cylinders_keep_their_speed() {
     const RADIUS: f64 = 0.03;

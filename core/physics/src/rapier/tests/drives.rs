@@ -141,7 +141,7 @@ fn position() {
     assert!((state.effort / wanted - 1.0).abs() < 0.02, "{} instead of {wanted}", state.effort);
 }
 
-/// Without limits it takes the shorter way, across pi; with limits, the way within them.
+/// Without limits, the drive takes the shorter way, across pi; with limits, the way within them.
 #[test]
 fn ways_round() {
     for (limits, over_pi) in [(None, true), (Some((-3.0, 3.0)), false)] {

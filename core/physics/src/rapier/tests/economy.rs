@@ -32,15 +32,15 @@ fn hulls_of_many_points_are_in_a_box_that_turns_with_them() {
         let handle = engine.record(id).unwrap().handle;
         let collider = engine.world.bodies[handle].colliders()[0];
         assert_eq!(engine.world.colliders[collider].shape().as_compound().is_some(), boxed);
-        // It comes to rest on one of its faces.
+        // The body comes to rest on one of its faces.
         engine.advance(400);
         let height = engine.pose(id).translation.z;
         assert!(height < 0.1 && height > least, "{rings}: {height}");
     }
 }
 
-/// A pendulum that damping brings to rest: sub-steps are halved while it swings, including the turning points, and no
-/// longer once it hangs still.
+/// A pendulum that damping brings to rest: sub-steps are halved while it swings, including at the turning points, and
+/// no longer once it hangs still.
 #[test]
 fn parts_are_halved_until_a_swing_ends() {
     let mut engine = engine(0.005);

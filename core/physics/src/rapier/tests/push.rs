@@ -1,4 +1,4 @@
-//! Tests of pushes for a whole advance, and for a single step of it.
+//! Tests of forces that act for a whole advance, and for a single step of it.
 
 use super::*;
 use crate::Push;
@@ -31,7 +31,7 @@ fn pushes_of_a_step_act_in_it_alone_and_leave_the_others_as_they_were() {
             }
         }),
     );
-    // F t / m in each step.
+    // The velocity grows by F t / m in each step.
     for (step, v) in &seen {
         assert!((v.x - 2.0 * 0.01 * f64::from(*step)).abs() < 1e-12, "{step}: {v}");
     }

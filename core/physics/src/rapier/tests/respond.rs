@@ -14,7 +14,7 @@ fn collide(lower: Respond, upper: Respond) -> bool {
     engine.pose(ball).translation.z > 0.0
 }
 
-/// V-REP's rule in all cases: low bytes within a tree, high bytes between trees.
+/// V-REP's rule in all cases: low bytes decide within a tree, high bytes between trees.
 #[test]
 fn rule() {
     let masks = [0x0000, 0x0001, 0x0002, 0x0100, 0x0101, 0x0102, 0x0201, 0xff01, 0xff02, 0xffff];
@@ -37,7 +37,7 @@ fn filtered_trees_meet_others() {
         let mut engine = engine(0.01);
         floor(&mut engine);
         let low = |other| Respond { mask: other, tree: 7 };
-        // All at one place, so only the filter can decide which of them collide.
+        // All are at the same place, so only the filter can decide which of them collide.
         let ids = [mask, 0xff02, 0x0003].map(|m| {
             let desc = body(at(0.0, 0.0, 0.1), mass_of_ball(), sphere(0.1));
             engine.add_body(&BodyDesc { respond: low(m), ..desc })

@@ -20,8 +20,8 @@ pub(super) struct TwoWheels {
     pub joints: [JointId; 4],
 }
 
-/// Adds the robot. `tree` distinguishes robots; within one, neither the base (as in V-REP's model) nor the wheels touch
-/// anything.
+/// Adds the robot. `tree` distinguishes robots. Within a tree, neither the base (as in V-REP's model) nor the wheels
+/// collide with anything.
 pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u32) -> TwoWheels {
     let respond = |mask| Respond { mask, tree };
     let across = turned(Vector3::zeros(), Vector3::x(), -FRAC_PI_2);
@@ -135,7 +135,8 @@ fn settled(step: f64) -> (Rapier, TwoWheels) {
     (engine, robot)
 }
 
-/// Equal wheel speeds: v = w r, straight ahead. The caster swings around first, so distances are measured from then on.
+/// At equal wheel speeds, v = w r, straight ahead. The caster swings around first, so distances are measured from then
+/// on.
 #[test]
 fn straight_on() {
     for step in [0.01, 0.005] {
@@ -160,7 +161,7 @@ fn straight_on() {
     }
 }
 
-/// Wheels at different speeds: yaw rate = r (w_right - w_left) / track.
+/// At different wheel speeds, the yaw rate is r (w_right - w_left) / track.
 #[test]
 fn turning() {
     for step in [0.01, 0.005] {

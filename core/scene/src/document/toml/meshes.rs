@@ -46,15 +46,15 @@ impl Reader<'_> {
         let bytes = from.read(&name, &b.document.sources)?.ok_or_else(lacks)?;
         let choice = self.registry.importer_of(&file, &bytes, &b.document.settings.providers)?;
         let choice = choice.ok_or_else(|| self.registry.no_importer(Path::new(&name)))?;
-        // Anything else in the file ends up in a separate document, which is discarded.
+        // All other contents of the file go to a separate document, which is discarded.
         let mut alone = Document { sources: b.document.sources.clone(), ..Default::default() };
         let mut inner = Builder { registry: self.registry, document: &mut alone, group: 0, place: b.place.clone() };
         let import = import::Import { file: &file, bytes: &bytes, choice, params: &[], whole: false };
         inner.import(import, None, Isometry3::identity())?;
         let [mesh] = alone.meshes.as_slice() else {
-            return Err(Error::new("E120", format!("`{name}` holds {} meshes", alone.meshes.len()))
+            return Err(Error::new("E120", format!("`{name}` contains {} meshes", alone.meshes.len()))
                 .expected("one mesh")
-                .help("place what it holds by `[[import]]`"));
+                .help("use `[[import]]` to place its meshes"));
         };
         let number = b.mesh((**mesh).clone())? as i64;
         self.meshes.insert(file, number);

@@ -58,7 +58,7 @@ pub struct Options {
 
 /// Returns the plugin folders that a scene names, before anything else is read.
 pub fn plugin_folders(file: &Path, sources: &Sources) -> Result<Vec<PathBuf>> {
-    // A file of another format names none.
+    // A file in a different format names none.
     let Ok(text) = String::from_utf8(read_bytes(file, sources)?) else { return Ok(Vec::new()) };
     let Ok(doc) = toml_edit::Document::parse(text.as_str()) else { return Ok(Vec::new()) };
     let here = file.parent().unwrap_or(Path::new(""));
@@ -68,7 +68,7 @@ pub fn plugin_folders(file: &Path, sources: &Sources) -> Result<Vec<PathBuf>> {
 
 /// Loads a scene file as a document.
 pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Document> {
-    // Parameters of models that were set as if they were properties: the models must be rebuilt with them.
+    // Parameters of models that were set as properties: the models must be rebuilt with them.
     let mut model_params: Vec<(usize, String, Value)> = Vec::new();
     // Each round settles at least one of them, and no scene has as many as this.
     for _ in 0..10_000 {
@@ -95,11 +95,11 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
             }
         }
     }
-    Err(Error::new("E102", "model parameters that are set change which models exist"))
+    Err(Error::new("E102", "the requested model parameters change which models exist"))
 }
 
-/// Loads a file that becomes a part of a live scene: a scene file, or a file for an importer. The id of a model stands
-/// for a scene that contains only this model.
+/// Loads a file that becomes a part of a live scene: a scene file, or a file for an importer. If `file` is the id of a
+/// model, loads a scene that contains only this model.
 pub fn load_part(file: &Path, registry: &Registry) -> Result<Document> {
     if let Some(model) = registry.models.iter().find(|m| file == Path::new(&m.id)) {
         let name = PathBuf::from(format!("{}.toml", model.id));
@@ -201,7 +201,7 @@ impl<'a> Reader<'a> {
         match root.get("format").and_then(Item::as_integer) {
             Some(1) => {}
             Some(n) => {
-                return Err(Error::new("E102", format!("format {n} is not known"))
+                return Err(Error::new("E102", format!("unsupported scene format {n}"))
                     .expected("format = 1")
                     .at(Some(self.text.value(root, "format"))));
             }

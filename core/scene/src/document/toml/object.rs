@@ -49,7 +49,7 @@ impl Reader<'_> {
             let kind = self.string(table, key, item)?;
             b.device(object, &kind).map_err(|e| e.at(Some(self.text.value(table, key))))?;
         }
-        // The type of a joint comes first, because it determines the units of the other keys.
+        // The type of a joint is read first, because it determines the units of the other keys.
         if let Some(Item::Value(v)) = table.get("type").filter(|_| b.document.objects[object].kind == TATU_KIND_JOINT) {
             let value = Value::text(v.as_str().unwrap_or_default());
             b.set(object, "joint.type", value).map_err(|e| e.at(Some(self.text.value(table, "type"))))?;

@@ -16,7 +16,8 @@ use super::{
 const IMPORT_KEYS: &[&str] =
     &["file", "importer", "alias", "parent", "position_m", "orientation_deg", "quaternion", "script", "scripts", "set"];
 
-/// Maximum nesting depth of scenes. If each of n files includes the next one twice, there are 2^n scenes.
+/// Maximum nesting depth of scenes. Without it, a chain of n files that each include the next one twice would give 2^n
+/// scenes.
 const DEEPEST: usize = 16;
 /// Maximum number of scenes within a scene.
 const MOST_SCENES: usize = 20_000;
@@ -98,7 +99,7 @@ impl Reader<'_> {
             let (entry, factor) = keys::find(key, &declared, &owner).map_err(|e| {
                 let also = own.join(", ");
                 let expected = e.expected.clone().map_or(also.clone(), |x| format!("{x}; of every {what}: {also}"));
-                // A misspelt key may be one of those common to all.
+                // A misspelt key may be one of the keys that all of them have.
                 let e = if e.help.is_none() { e.nearest(key, own.iter().copied()) } else { e };
                 Error { expected: Some(expected), ..e }.at(Some(self.text.key(table, key)))
             })?;
@@ -168,7 +169,7 @@ impl Reader<'_> {
         self.finish(b, table, base)
     }
 
-    /// Applies what every model may have: another alias, scripts, changed properties.
+    /// Applies the keys that every model may have: an alias, scripts, changed properties.
     pub(super) fn finish(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, base: usize) -> Result {
         if let Some(item) = table.get("alias") {
             b.rename(base, &self.string(table, "alias", item)?);

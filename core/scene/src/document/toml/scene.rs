@@ -13,8 +13,8 @@ use super::{
 };
 
 impl Reader<'_> {
-    /// Checks that a provider offers what it is chosen for: a schema of readings, an id, or the suffix of a language's
-    /// files.
+    /// Checks that a provider offers what it is selected for: a schema of readings, an id, or the suffix of a
+    /// language's files.
     pub(super) fn check_provider(&self, key: &str, value: &str) -> Result {
         let plugin = |i: usize| self.registry.plugins[i].id.as_str();
         let sensors = self.registry.sensors.iter().filter(|s| s.id == key || s.schemas.iter().any(|x| x == key));
@@ -52,12 +52,13 @@ impl Reader<'_> {
         self.settings(table, "", settings, top)
     }
 
-    /// Reads `[permissions]`: what the scene requests. Only the user who runs it can grant it.
+    /// Reads `[permissions]`, which lists the permissions that the scene requests. Only the user who runs it can grant
+    /// them.
     pub(super) fn permissions(&self, table: &dyn TableLike, document: &mut Document) -> Result {
         const KNOWN: &[&str] = &["exec", "native", "net"];
         for (key, item) in table.iter() {
             let wrong = |expected: &str| {
-                let error = Error::new("E102", format!("the permission `{key}` has another type"));
+                let error = Error::new("E102", format!("the permission `{key}` has the wrong type"));
                 Err(error.expected(expected).at(Some(self.text.value(table, key))))
             };
             match (key, item.as_bool(), item.as_array()) {
@@ -73,7 +74,7 @@ impl Reader<'_> {
                 }
                 ("net", ..) => return wrong("a list of \"HOST:PORT\"; a `*` stands for any"),
                 _ => {
-                    return Err(Error::new("E101", format!("there is no permission `{key}`"))
+                    return Err(Error::new("E101", format!("unknown permission `{key}`"))
                         .expected(KNOWN.join(", "))
                         .nearest(key, KNOWN.iter().copied())
                         .at(Some(self.text.key(table, key))));

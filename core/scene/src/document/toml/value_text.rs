@@ -1,4 +1,4 @@
-//! Formatting of values for scene files: short numbers that are read back with all their bits.
+//! Formatting of values for scene files: short numbers that keep all their bits when they are read again.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use tatu_plugin_api::safe::Value;
@@ -7,8 +7,8 @@ use tatu_plugins::units;
 use super::keys::PART_KEYS;
 use crate::drive::KEYS as DRIVE_KEYS;
 
-/// Formats a key and its value as a line of a table: `limits_deg = [-90.0, 90.0]`. `None`: files cannot express the
-/// value.
+/// Formats a key and its value as a line of a table: `limits_deg = [-90.0, 90.0]`. Returns `None` if files cannot
+/// express the value.
 pub fn line(key: &str, unit: Option<&str>, value: &Value) -> Option<String> {
     let units = units::suffixes(unit.unwrap_or(""));
     let written = |(suffix, factor): &(&str, f64)| Some(format!("{key}{suffix} = {}", text(value, *factor)?));
@@ -25,8 +25,8 @@ fn key(text: &str) -> String {
     toml_edit::Key::new(text).to_string()
 }
 
-/// Formats a value, with numbers divided by the factor of their unit. `None`: a number would not be read back exactly,
-/// or files cannot express this type.
+/// Formats a value, with numbers divided by the factor of their unit. Returns `None` if a number would not be read back
+/// exactly, or if files cannot express this type.
 pub fn text(value: &Value, factor: f64) -> Option<String> {
     let list = |items: Option<Vec<String>>| Some(format!("[{}]", items?.join(", ")));
     Some(match value {
@@ -71,7 +71,8 @@ fn units_of(entries: &[(Value, Value)], known: &[(&str, &str)]) -> Option<String
     Some(format!("{{ {} }}", there.map(entry).collect::<Option<Vec<_>>>()?.join(", ")))
 }
 
-/// Formats custom data as an inline table, keyed by tag. `None`: the value is not a map, or a tag is not text.
+/// Formats custom data as an inline table, keyed by tag. Returns `None` if the value is not a map, or a tag is not
+/// text.
 pub fn free_data(value: &Value) -> Option<String> {
     let Value::Map(entries) = value else { return None };
     let entry = |(tag, data): &(Value, Value)| match (tag, data) {
@@ -92,7 +93,7 @@ fn number(x: f64) -> String {
     if x.is_nan() { "nan".into() } else { format!("{x:?}") }
 }
 
-/// Returns the shortest number that gives `x` when multiplied by a factor; `None`: there is none.
+/// Returns the shortest number that gives `x` when multiplied by a factor, or `None` if there is none.
 pub fn divided(x: f64, factor: f64) -> Option<f64> {
     if factor == 1.0 {
         return Some(x);

@@ -37,7 +37,7 @@ pub struct Written {
 /// objects, which keep their unique names.
 pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<Written> {
     let (scene, slots) = document.instantiate();
-    // Used only to look up the meaning of keys.
+    // This copy is used only to look up the meaning of keys.
     let mut copy = document.clone();
     let builder = Builder { registry, document: &mut copy, group: 0, place: None };
     let mut writer = Writer {
@@ -68,8 +68,8 @@ pub fn folder_beside(scene: &Path) -> String {
     format!("{stem}_files")
 }
 
-/// Writes the separate files first and then the scene file, so that it never refers to a missing file. `whole` writes
-/// one file.
+/// Writes the separate files first and then the scene file, so that it never refers to a missing file. `whole` writes a
+/// file atomically.
 pub fn save(scene: &Path, written: &Written, whole: &dyn Fn(&Path, &[u8]) -> io::Result<()>) -> Result {
     let above = scene.parent().unwrap_or(Path::new(""));
     let fail = |path: &Path, e: io::Error| Error::new("E105", format!("cannot write {}: {e}", path.display()));
@@ -325,7 +325,8 @@ fn last_of_each<K: PartialEq + Clone, V>(all: &[(K, V)]) -> impl Iterator<Item =
     kept.map(|(_, (k, v))| (k.clone(), v))
 }
 
-/// Formats an orientation: nothing for the identity, angles if they reproduce all bits, otherwise a quaternion.
+/// Formats an orientation as an empty text for the identity, as angles if they reproduce all bits, and otherwise as a
+/// quaternion.
 fn turned(q: &UnitQuaternion<f64>) -> String {
     const DEG: f64 = std::f64::consts::PI / 180.0;
     // The quaternions 1 and -1 are the same orientation, but differ in their bits.

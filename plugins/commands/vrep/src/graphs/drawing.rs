@@ -1,4 +1,4 @@
-//! Drawing objects and particles: items in space that images and services show.
+//! Drawing objects and particles: items in space that are shown in images and by services.
 
 use super::curves::color;
 use crate::kit::*;

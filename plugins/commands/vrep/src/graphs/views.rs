@@ -94,7 +94,7 @@ fn name(view: i64) -> String {
 
 fn put(c: &Ctx<'_>, view: i64, shown: i64) -> Result {
     let raw = tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: shown } };
-    // SAFETY: the tag is TATU_I64, whose payload holds no pointer, so the value borrows nothing.
+    // SAFETY: the tag is `TATU_I64`, so the payload is an integer and not a pointer; the value borrows nothing.
     let value = unsafe { ValueRef::new(raw) };
     c.world().set_signal(VIEWS, name(view).as_bytes(), value)
 }

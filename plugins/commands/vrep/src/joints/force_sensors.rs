@@ -103,7 +103,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     child_poses(offer);
 }
 
-/// Returns the numbers of table argument `i`; empty if it is missing.
+/// Returns the numbers of table argument `i`, or none if it is missing.
 fn given(c: &Ctx<'_>, i: usize) -> Vec<f64> {
     let table = c.arg(i);
     (0..table.len()).map_while(|k| table.number(k)).collect()
@@ -161,7 +161,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Adds commands for the pose of a joint's moving part; for other objects, their own frame.
+/// Adds commands for the pose of a joint's moving part; for other objects, they use the object's own frame.
 fn child_poses(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getObjectChildPose", |c| {

@@ -107,7 +107,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.setJointTargetForce", |c| {
             let (joint, force, p, w) = (id(c, 0)?, c.f64(1)?, &c.plugin().p, c.world());
-            // The sign counts in force mode; it is stored for a force mode selected later.
+            // The sign is used in force mode; it is stored in case force mode is selected later.
             let signed = !c.has(2) || c.arg(2).truthy();
             write(c, p.joint_max_force, if signed { force } else { force.abs() })?;
             if signed {
@@ -262,7 +262,7 @@ fn read(c: &Shared<'_>, prop: Prop) -> Result<f64> {
     c.world().f64(joint, prop).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))
 }
 
-/// Returns whether a joint is in force mode, in which the sign of its force counts.
+/// Returns whether a joint is in force mode, in which the sign of its force is used.
 fn is_pushed(c: &Shared<'_>) -> Result<bool> {
     Ok(text_of(c, id(c, 0)?, c.plugin().p.joint_control)? == "force")
 }

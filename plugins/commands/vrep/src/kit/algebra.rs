@@ -20,7 +20,7 @@ pub(crate) fn pose(p: Vector, q: Quaternion) -> Pose {
     [p[0], p[1], p[2], q[0], q[1], q[2], q[3]]
 }
 
-/// Returns the unit quaternion of the same direction; `None` for zero.
+/// Returns the unit quaternion with the same direction, or `None` for zero.
 pub(crate) fn normalized(q: Quaternion) -> Option<Quaternion> {
     let n = q.iter().map(|x| x * x).sum::<f64>().sqrt();
     (n > 1e-12).then(|| q.map(|x| x / n))
@@ -70,7 +70,7 @@ pub(crate) fn inverse(a: &Pose) -> Pose {
     pose(rotate(q, position(a)).map(|x| -x), q)
 }
 
-/// Returns the quaternion of a rotation about an axis; `None` if the axis is zero.
+/// Returns the quaternion of a rotation about an axis, or `None` if the axis is zero.
 pub(crate) fn about(axis: Vector, angle: f64) -> Option<Quaternion> {
     let n = length(axis);
     let (s, c) = libm::sincos(angle / 2.0);

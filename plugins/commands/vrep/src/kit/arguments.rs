@@ -21,7 +21,7 @@ pub(crate) const HANDLE_SCENE: i64 = -12;
 /// Mask of the bits of a number that are the handle; higher bits are flags.
 pub(crate) const HANDLE_BITS: i64 = TATU_SLOT_BITS as i64;
 
-/// Returns the handle that scripts see; -1 for no object.
+/// Returns the handle that scripts see, or -1 for no object.
 pub(crate) fn handle(id: tatu_object) -> i64 {
     match id & HANDLE_BITS as u64 {
         0 => -1,
@@ -69,7 +69,7 @@ fn wrong_kind(c: &Shared<'_>, o: Object, wanted: i32) -> Fail {
         kind_name(wanted)
     ))
 }
-/// Explains why an access failed: no such object, an object of another kind, or the host's own error.
+/// Explains why an access failed: the object does not exist or has a different kind, or the host reported an error.
 #[cold]
 pub(crate) fn explain(c: &Shared<'_>, id: tatu_object, wanted: i32, fail: Fail) -> Fail {
     match c.world().look(id) {
@@ -119,7 +119,7 @@ fn kind_name(kind: i32) -> &'static str {
         TATU_KIND_LIGHT => "a light",
         TATU_KIND_GRAPH => "a graph",
         TATU_KIND_PATH => "a path",
-        _ => "an object of another kind",
+        _ => "an object of a different kind",
     }
 }
 /// Returns the path of an object, for messages.
@@ -139,7 +139,7 @@ pub(crate) fn bool_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<boo
 pub(crate) fn int_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<i64> {
     c.world().get(id, prop)?.as_i64().ok_or_else(|| Fail::new("the host returned a value that is not an integer"))
 }
-/// Returns the parent; 0: none.
+/// Returns the parent, or 0 if there is none.
 pub(crate) fn parent(c: &Shared<'_>, id: tatu_object) -> Result<tatu_object> {
     let v = c.world().get(id, c.plugin().p.parent).map_err(|e| explain_any(c, id, e))?;
     Ok(v.as_object().unwrap_or(0))
@@ -149,7 +149,7 @@ pub(crate) fn parent(c: &Shared<'_>, id: tatu_object) -> Result<tatu_object> {
 pub(crate) fn numbers<const N: usize>(c: &Shared<'_>, i: usize) -> Result<[f64; N]> {
     numbers_of(c.arg(i), i)
 }
-/// Like [`numbers`], for a value; `i` is its argument index for messages.
+/// Like [`numbers`], but for a value; `i` is its argument index for messages.
 pub(crate) fn numbers_of<const N: usize>(v: ValueRef<'_>, i: usize) -> Result<[f64; N]> {
     let mut out = [0.0; N];
     if v.len() < N {

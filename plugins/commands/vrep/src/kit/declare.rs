@@ -9,7 +9,7 @@ use super::plugin::{Cmd, Ctx, Shared};
 /// for either finds the declaration.
 pub(crate) type Names = [&'static str; 2];
 
-/// Builds a command under both names; `on_error` is what a failed call by the flat name returns.
+/// Builds a command under both names; `on_error` is the result of a failed call by the flat name.
 pub(crate) fn both<T: IntoResult + 'static>(
     [name, old]: Names,
     on_error: [Value; 1],
@@ -17,7 +17,7 @@ pub(crate) fn both<T: IntoResult + 'static>(
 ) -> Cmd {
     Cmd::new(name, run).old_name(old, on_error)
 }
-/// Like [`both`], for a command that may run in parallel with others.
+/// Like [`both`], but for a command that may run in parallel with others.
 pub(crate) fn both_beside<T: IntoResult + 'static>(
     [name, old]: Names,
     on_error: [Value; 1],

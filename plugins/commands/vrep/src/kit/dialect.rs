@@ -4,7 +4,7 @@ use tatu_plugin_api::safe::Result;
 
 use super::plugin::Shared;
 
-/// Returns the version that the calling script was written for; if it has none, the newest.
+/// Returns the version that the calling script was written for, or the newest version if it has none.
 pub(crate) fn version(c: &Shared<'_>) -> (u32, u32) {
     version_of(c.caller_dialect())
 }
@@ -28,11 +28,11 @@ pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
 pub(crate) fn flat(c: &Shared<'_>) -> bool {
     c.alias() > 0
 }
-/// Returns whether the caller expects the behaviour of before 4.2; without a version, the called name decides.
+/// Returns whether the caller expects the behaviour before 4.2; if the caller has no version, the called name decides.
 pub(crate) fn old_era(c: &Shared<'_>) -> bool {
     if c.caller_dialect().is_empty() { flat(c) } else { version(c) < (4, 2) }
 }
-/// Finishes a setter: returns 1 to scripts of before 4.2, and nothing to later ones.
+/// Finishes a setter: returns 1 to scripts for versions before 4.2, and nothing to later ones.
 pub(crate) fn done(c: &mut Shared<'_>) -> Result {
     if old_era(c) {
         c.ret(1_i64);

@@ -4,7 +4,7 @@
 
 use tatu_plugin_api::safe::{MAX_DEPTH, Value};
 
-/// Decodes a value in either format; `None`: the bytes are neither.
+/// Decodes a value in either format; returns `None` if the bytes are in neither.
 pub(crate) fn read(data: &[u8]) -> Option<Value> {
     match data {
         [0 | 5, rest @ ..] => table(&mut &*rest, 0),
@@ -44,7 +44,7 @@ fn value(rest: &mut &[u8], depth: usize) -> Option<Value> {
     Some(match take(rest, 1)?[0] {
         0 => Value::Nil,
         1 => Value::Float(f64::from_le_bytes(take(rest, 8)?.try_into().ok()?)),
-        // Assumed: no file seen so far contains a boolean.
+        // This is an assumption: no file seen so far contains a boolean.
         2 => Value::Bool(take(rest, 1)?[0] != 0),
         3 => {
             let n = count(rest)?;

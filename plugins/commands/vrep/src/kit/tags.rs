@@ -16,7 +16,7 @@ use super::{
 /// First byte of this plugin's private tags.
 pub(crate) const OWN: u8 = 1;
 
-/// Returns all data of an object; id 0: of the scene.
+/// Returns all custom data of an object, or of the scene if `id` is 0.
 pub(crate) fn all(c: &Shared<'_>, id: tatu_object) -> Result<Vec<(Vec<u8>, Vec<u8>)>> {
     let p = &c.plugin().p;
     let v = c.world().get(id, if id == 0 { p.scene_data } else { p.object_data }).map_err(|e| explain_any(c, id, e))?;

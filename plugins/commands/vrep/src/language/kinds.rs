@@ -1,4 +1,4 @@
-//! Words by which the kind of a script is recognized from its text.
+//! Words by which the kind of a script is recognized from its source.
 
 use crate::kit::*;
 

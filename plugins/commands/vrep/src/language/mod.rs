@@ -1,5 +1,5 @@
-//! What script languages need of this API: constants, the prelude, modules, and the marks of script kinds. It has no
-//! commands.
+//! Data that script languages need for this API: constants, the prelude, modules, and the marks of script kinds. It
+//! adds no commands.
 
 mod constants;
 mod kinds;

@@ -58,7 +58,7 @@ impl Entity {
     }
 }
 
-/// Resolves argument `i`: the handle of an object, of a collection, or `sim.handle_all`.
+/// Resolves argument `i`, which is the handle of an object or a collection, or `sim.handle_all`.
 pub(crate) fn entity(c: &Ctx<'_>, i: usize) -> Result<Entity> {
     Ok(match c.i64(i)? {
         HANDLE_ALL => Entity::All,

@@ -14,14 +14,14 @@ pub(crate) fn adjusted(name: &str, suffix: i64) -> Cow<'_, str> {
     }
 }
 
-/// Splits a name into the part before its suffix, and the suffix; -1: none.
+/// Splits a name into the part before its suffix and the suffix, which is -1 if there is none.
 pub(crate) fn split(name: &str) -> (&str, i64) {
     name.rsplit_once('#')
         .and_then(|(base, n)| n.parse().ok().filter(|n| *n >= 0).map(|n| (base, n)))
         .unwrap_or((name, -1))
 }
 
-/// Returns the suffix of the calling script: that of its object, unless the script chose another.
+/// Returns the suffix of the calling script: the one of its object, unless the script has chosen a different one.
 pub(crate) fn suffix(c: &Ctx<'_>) -> Result<i64> {
     if let Some(chosen) = state(c)?.suffixes.get(&c.caller_script()) {
         return Ok(*chosen);
@@ -43,7 +43,7 @@ pub(crate) fn find(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
         .map_err(|e| if e.code() == TATU_ERR_MISSING { missing(c, &wanted, c.plugin().p.name) } else { e })
 }
 
-/// Like [`find`], but creates a missing object in a run that makes stand-ins.
+/// Like [`find`], but creates a missing object in a run that creates stand-ins.
 pub(crate) fn find_or_ask(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
     if is_path(name) {
         return find_path_or_ask(c, name, None);
@@ -54,7 +54,7 @@ pub(crate) fn find_or_ask(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
     })
 }
 
-/// Like [`find_path`], but creates a missing object in a run that makes stand-ins.
+/// Like [`find_path`], but creates a missing object in a run that creates stand-ins.
 pub(crate) fn find_path_or_ask(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> Result<tatu_object> {
     find_path(c, path, base).or_else(|e| {
         let ask = || {
@@ -80,8 +80,8 @@ pub(crate) fn is_path(name: &str) -> bool {
     name.starts_with(['/', '.', ':'])
 }
 
-/// Finds an object by path: "/a/b", ".", "../b", ":/b", "::". Relative paths begin at `base` or at the caller. Scripts
-/// are objects of their own since 4.7: there "." is the script, and ".." the object it belongs to.
+/// Finds an object by path: "/a/b", ".", "../b", ":/b", "::". Relative paths begin at `base` or at the caller. Since
+/// 4.7, scripts are separate objects: "." is the script, and ".." is the object that it belongs to.
 pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> Result<tatu_object> {
     let (at, rest) = start(c, path, base)?;
     if rest.is_empty() && path.ends_with('/') {
@@ -102,7 +102,7 @@ pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> R
     })
 }
 
-/// Returns the object at which a path begins (0: the scene) and the rest of the path.
+/// Returns the object at which a path begins (0 for the scene), and the rest of the path.
 fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(tatu_object, &'p str)> {
     let (steps, rest) = leading(path);
     let mut at = 0;
@@ -200,7 +200,7 @@ pub(crate) fn nth_of_alias(c: &Ctx<'_>, at: tatu_object, path: &str, n: usize) -
     Err(Fail::missing(format!("there is no object `{path}` with the index {n}")))
 }
 
-/// Returns the model base at or above an object; 0: none.
+/// Returns the model base at or above an object, or 0 if there is none.
 fn model(c: &Ctx<'_>, mut at: tatu_object) -> Result<tatu_object> {
     while at != 0 && !bool_of(c, at, c.plugin().p.model_base).unwrap_or(false) {
         at = parent(c, at)?;

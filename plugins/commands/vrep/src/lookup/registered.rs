@@ -4,7 +4,7 @@
 use super::names;
 use crate::kit::*;
 
-/// First handle of such registrations in runs that make stand-ins.
+/// First handle of such registrations in runs that create stand-ins.
 const REGISTERED: i64 = 0x8_0000;
 
 /// Returns whether a number is one of these handles.
@@ -23,8 +23,8 @@ pub(crate) fn by_name<'a>(
     Ok(all.clone().find(|(n, _)| *n == wanted).map(|(_, h)| h))
 }
 
-/// Answers a lookup of a registration. A run that makes stand-ins has no scene: there it returns a number that names no
-/// object, the same in each run.
+/// Answers a lookup of a registration. A run that creates stand-ins has no scene: there it returns a number that refers
+/// to no object and is the same in each run.
 pub(crate) fn answer_handle(c: &mut Ctx<'_>, name: &str, what: &str, found: Option<i64>) -> Result {
     match found {
         Some(found) => c.ret(found),

@@ -1,7 +1,7 @@
 //! Text output for the user: status bar, log, auxiliary consoles.
 //!
-//! There is no window here. Text that a script prints on a console is buffered up to the end of a line; the line then
-//! goes to the log, prefixed by the console's title.
+//! There is no window here. Text that a script prints on a console is buffered up to the end of a line; the line is
+//! then logged, prefixed by the console's title.
 
 use crate::{
     kit::*,

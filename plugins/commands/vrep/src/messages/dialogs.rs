@@ -1,5 +1,5 @@
-//! Dialogs. A view that shows a dialog reports the answer; without such a view, a dialog answers itself in the next
-//! step with yes or ok, and its initial text.
+//! Dialogs. A view that shows a dialog reports the answer. Without such a view, the dialog is answered automatically in
+//! the next step, with yes or ok and its initial text.
 
 use crate::{
     kit::*,
@@ -10,7 +10,7 @@ use crate::{
 const EVENT: &str = "ui.window";
 const ANSWER: &str = "tatu.answerDialog";
 
-/// Returns the buttons of a style: text and result.
+/// Returns the buttons of a style, each with its text and result.
 fn buttons(style: i64) -> &'static [(&'static str, i64)] {
     match style {
         1 | 2 => &[("OK", 1)],

@@ -16,7 +16,7 @@ const NAMED: &[(&str, i64)] = &[
     ("escape", 2011),
 ];
 
-/// Keys whose combination with Ctrl has a code of its own.
+/// Keys that have a separate code in combination with Ctrl.
 const WITH_CTRL: &[(&str, i64)] = &[
     ("x", 2004),
     ("c", 2005),
@@ -39,7 +39,7 @@ const WITH_CTRL: &[(&str, i64)] = &[
 const CTRL: i64 = 1;
 const SHIFT: i64 = 2;
 
-/// Returns the code of a key and its modifiers (1: Ctrl, 2: Shift): "s", "S", "up", "ctrl+s", "shift+up", "2007".
+/// Returns the code of a key and its modifiers (1 is Ctrl, 2 is Shift): "s", "S", "up", "ctrl+s", "shift+up", "2007".
 pub(crate) fn code(key: &str) -> Option<(i64, i64)> {
     let (mut name, mut held) = (key, 0);
     while let Some((with, rest)) = name.split_once('+').filter(|(_, rest)| !rest.is_empty()) {

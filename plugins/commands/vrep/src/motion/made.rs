@@ -171,7 +171,7 @@ pub(super) fn rml_position(c: &Ctx<'_>) -> Result<Motion> {
     move_object(c, to, [5, 6, 7].map(|i| several(c.arg(i), 4)), Answer::Old)
 }
 
-/// Returns limits of velocity and acceleration along the whole path.
+/// Returns constant limits of velocity and acceleration for the whole path.
 fn even(v: f64, a: f64) -> [Vec<f64>; 3] {
     [vec![v; 4], vec![if a > 0.0 { a } else { 0.0 }; 4], Vec::new()]
 }

@@ -55,7 +55,7 @@ impl Unit {
             [1.0 - s, v, -a]
         }
     }
-    /// Returns the same during the acceleration phase.
+    /// Returns position, velocity and acceleration during the acceleration phase.
     fn rise(&self, t: f64) -> [f64; 3] {
         let (j, tj, ta) = (self.jerk, self.tj, self.ta);
         let a = j * tj;
@@ -213,7 +213,7 @@ impl Profile {
         self.time += dt;
         let end = self.duration();
         let over = self.time - end;
-        // A velocity, once reached, is held.
+        // Once a target velocity is reached, it is held.
         let at = if matches!(self.kind, Kind::Position(_)) { self.time.min(end) } else { self.time };
         (over >= -1e-9, self.at(if (-1e-9..0.0).contains(&over) { end } else { at }), over.max(0.0))
     }

@@ -4,7 +4,7 @@
 use super::profile::Profile;
 use crate::{kit::*, state::state};
 
-/// How these profiles differ from the documented ones.
+/// The differences between these profiles and the documented ones.
 pub(crate) const NOTES: &str = "All coordinates go side by side on a straight way and arrive together; a velocity at the \
     start is braked first, one at the goal is taken as 0.";
 
@@ -25,7 +25,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         let target = if position { "positions and velocities" } else { "velocities" };
         let command = Cmd::new(name, move |c| {
             let n = usize::try_from(c.i64(0)?).ok().filter(|n| (1..=1000).contains(n));
-            let n = n.ok_or_else(|| Fail::argument("argument 1: expected a number of coordinates, at least 1"))?;
+            let n = n.ok_or_else(|| Fail::argument("argument 1: expected a number of coordinates, 1 to 1000"))?;
             let part = |i: usize, k: usize| -> Result<Vec<f64>> {
                 (k * n..(k + 1) * n)
                     .map(|j| c.arg(i).number(j).filter(|x| x.is_finite()).ok_or(j))

@@ -194,7 +194,8 @@ pub(crate) fn type_of(c: &Shared<'_>, o: Object) -> i64 {
     }
 }
 
-/// Returns the kinds for a type number, as `World::list` takes them; 0: all. `None`: no object has this type.
+/// Returns the kinds for a type number, as `World::list` takes them (0 means all), or `None` if no object has this
+/// type.
 pub(crate) fn kinds_of(kind: i64) -> Option<u32> {
     Some(match kind {
         HANDLE_ALL | 109 => 0,

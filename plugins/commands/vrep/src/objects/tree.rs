@@ -153,7 +153,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Returns the object of argument `i`; 0: the scene.
+/// Returns the object of argument `i`; 0 means the scene.
 fn base(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_SCENE {
         return Ok(0);
@@ -172,7 +172,7 @@ fn typed(c: &Ctx<'_>, base: tatu_object, kind: i64, flags: u32) -> Result<Vec<i6
     let w = c.world();
     let mut all = w.list(base, kinds, flags)?;
     if matches!(kind, 5 | 9) {
-        // `list` selects by the core's kinds; this leaves out sensors that are of another V-REP type.
+        // `list` selects by the core's kinds; this removes sensors that have a different V-REP type.
         all.retain(|o| w.look(*o).is_ok_and(|o| type_of(c, o) == kind));
     }
     Ok(all.into_iter().map(handle).collect())

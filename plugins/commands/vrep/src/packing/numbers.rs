@@ -5,7 +5,7 @@ use crate::kit::*;
 /// How an element is packed.
 struct Element {
     name: &'static str,
-    /// Names of the commands that pack and unpack: the name, the flat one, and the oldest one.
+    /// Names of the commands that pack and unpack: the current name, the flat one, and the oldest one.
     pack_names: [&'static str; 3],
     unpack_names: [&'static str; 3],
     size: usize,
@@ -115,7 +115,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let (start, count) = (int_or(c, 1, 0)?, int_or(c, 2, 0)?);
                 let skip = usize::try_from(int_or(c, 3, 0)?).unwrap_or(0);
                 let bytes = c.bytes(0)?;
-                // A stand-in for a script parameter, which is not packed data: unpacks to zeros.
+                // The stand-in for a script parameter is not packed data, so it is unpacked to zeros.
                 let stands_in = bytes == b"1" && c.world().makes_stand_ins();
                 let bytes = if stands_in { STAND_IN } else { bytes };
                 let values = unpack(e, bytes.get(skip..).unwrap_or_default(), start, count);

@@ -25,10 +25,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     family(offer, "floatarray", names, Param::floats("value", 0), "{0, 0, 1}", |v| v.numbers().map(Value::Floats));
 }
 
-/// Types of values that scripts store under names of their own, in the order in which they are searched.
+/// Types of values that scripts store under arbitrary names, in the order in which they are searched.
 const TYPES: [&str; 6] = ["string", "buffer", "int", "float", "bool", "floatarray"];
 
-/// Adds commands that get and set a property with the type it has.
+/// Adds commands that get and set a property of any type.
 fn of_any_type(offer: &mut Offer<Vrep>) {
     let any = |v: ValueRef<'_>| v.to_value().ok();
     offer.command(
@@ -76,7 +76,7 @@ fn key() -> Param {
     )
 }
 
-/// Returns a property to the script; nil if it is missing and the script asked for no error.
+/// Returns a property to the script, or nil if it is missing and the script requested that this is not an error.
 fn give(c: &mut Ctx<'_>, found: Result<Value>) -> Result {
     match found {
         Ok(Value::Object(id)) => c.ret(handle(id)),
@@ -94,7 +94,7 @@ fn change(c: &Ctx<'_>, of: &str, value: &Value) -> Result {
     if let Some(own) = kept(&name, of) {
         return put(c, id, own, value);
     }
-    // Use the key that the object has; if it has none, report the name as the script spelled it.
+    // Use the key that the object has; if it has none of them, report the name as the script spelled it.
     let keys = candidates(c, id, &name)?;
     let known = keys.iter().find(|key| c.world().get(id, c.world().host().prop(key)).is_ok()).unwrap_or(&name);
     c.world().set(id, c.world().host().prop(known), value)
@@ -124,7 +124,7 @@ fn family(
     );
     offer.command(
         Cmd::new(set, move |c| {
-            let value = read(c.arg(2)).ok_or_else(|| Fail::argument("argument 3 is of another type"))?;
+            let value = read(c.arg(2)).ok_or_else(|| Fail::argument("argument 3 has the wrong type"))?;
             change(c, of, &value)
         })
         .param(target())
@@ -144,11 +144,11 @@ fn target_of(c: &Ctx<'_>) -> Result<tatu_object> {
     if [HANDLE_SCENE, APP].contains(&c.i64(0)?) { Ok(0) } else { Ok(living(c, 0)?.id) }
 }
 
-/// Where a value is stored that is not a property of the core.
+/// The place where a value is stored that is not a property of the core.
 enum Kept<'a> {
     /// A block of custom data with this tag.
     Block(&'a str),
-    /// A value of another type under `customData`, or a signal of an object, under this tag.
+    /// A value of a different type under `customData`, or a signal of an object, under this tag.
     Other(String),
     /// A signal of the world, of this kind and name.
     Signal(u32, &'a str),
@@ -225,7 +225,7 @@ fn constant(c: &Ctx<'_>, name: &str) -> Result<Option<Value>> {
         (HANDLE_SCENE, "dynamicsEnabled" | "dynamics.enabled") => Value::Bool(true),
         (HANDLE_SCENE, "dynamicsEngine" | "dynamics.engine") => Value::Ints(vec![0, 0]),
         (APP, "headlessMode") => Value::Int(1),
-        // Linux, the same number as sim.intparam_platform.
+        // The number of Linux, as in sim.intparam_platform.
         (APP, "platform") => Value::Int(2),
         (APP, "displayEnabled") => Value::Bool(false),
         (APP, "processCnt") => Value::Int(1),

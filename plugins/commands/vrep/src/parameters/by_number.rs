@@ -1,7 +1,7 @@
 //! Parameters of objects by number, as in `sim.getObjectInt32Param(box, sim.shapeintparam_static)`.
 //!
-//! If an object has no parameter of a number, commands return no value; by their old names they return 0 alone, or 1
-//! and the value.
+//! If an object has no parameter with a number, commands return no value; under their old names they return 0 alone
+//! instead of 1 and the value.
 
 use super::targets;
 use crate::{
@@ -38,7 +38,7 @@ const FLOAT: Names = Names {
     set_before: ("sim.setObjectFloatParameter", &["simSetObjectFloatParameter"]),
 };
 
-/// Adds the commands of one type of value.
+/// Adds the commands for one type of value.
 fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>, set: Set<T>, value: Param) {
     let id = || Param::int("parameter").text("a number from the tables of constants");
     let read = move |c: &Ctx<'_>| -> Result<Option<T>> {
@@ -232,7 +232,7 @@ fn controlled(now: &str, n: i64, value: i64) -> Option<&str> {
     })
 }
 
-/// Size of an object without one of its own, m.
+/// Size of an object that has no size of its own, m.
 const DUMMY: f64 = 0.01;
 
 fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
@@ -295,7 +295,8 @@ fn set_float(c: &Ctx<'_>, o: Object, n: i64, value: f64) -> Result<bool> {
         (TATU_KIND_JOINT, 2019) => w.set_f64s(id, p.joint_damping, &[value.max(0.0)])?,
         (TATU_KIND_JOINT, 2034) => w.set_f64s(id, p.joint_lead, &[value * std::f64::consts::TAU])?,
         (TATU_KIND_JOINT, 2042) => w.set_f64s(id, p.joint_lead, &[value])?,
-        // A static shape with an initial velocity is a conveyor: the velocity of its surface, given in the world frame.
+        // A static shape with an initial velocity is a conveyor: the velocity is that of its surface, given in the
+        // world frame.
         (TATU_KIND_SHAPE, 3000..=3002) if !bool_of(c, id, p.dynamic)? => {
             let turn = al::rotation(&w.pose(id, 0)?);
             let mut v = al::rotate(turn, w.f64s::<3>(id, p.surface_velocity)?);

@@ -13,7 +13,7 @@ use crate::{
 
 /// Tag under which the entity's number is stored.
 const ENTITY: &str = "entity";
-/// The number that means everything.
+/// The number that stands for all objects.
 const ALL: i64 = -1;
 
 /// Returns the entity that a sensor detects.
@@ -40,7 +40,7 @@ pub(super) fn set(c: &Ctx<'_>, sensor: tatu_object, entity: i64) -> Result {
     }
     let (mut targets, ignored) = lists;
     if targets.is_empty() && !all {
-        // An empty list would mean everything, so list the sensor itself, which it never detects.
+        // An empty list would mean all objects, so the sensor itself is listed, which it never detects.
         targets.push(sensor);
     }
     let paths = |all: &[tatu_object]| Value::List(all.iter().map(|o| Value::text(path(c, *o))).collect());
@@ -49,8 +49,8 @@ pub(super) fn set(c: &Ctx<'_>, sensor: tatu_object, entity: i64) -> Result {
     tags::set_number(c, sensor, ENTITY, entity as f64)
 }
 
-/// Returns the objects that are detected although their parent is not, and those that are not although it is; `world`:
-/// whether objects without a parent count as detected.
+/// Returns the objects that are detected although their parent is not, and those that are not detected although their
+/// parent is. `world` is whether objects without a parent count as detected.
 fn differences(
     c: &Ctx<'_>,
     objects: &[tatu_object],

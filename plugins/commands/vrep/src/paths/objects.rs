@@ -212,8 +212,8 @@ fn of_path(c: &Ctx<'_>) -> Result<tatu_object> {
 /// Control points, in the path's own frame.
 struct Path {
     points: Vec<Pose>,
-    /// Per point: the fractions of the segments before and after it that are rounded, and the number of points of the
-    /// arc; empty: no rounding.
+    /// For each point, the fractions of the segments before and after it that are rounded, and the number of points of
+    /// the arc. If empty, there is no rounding.
     rounding: Vec<[f64; 3]>,
     closed: bool,
 }
@@ -257,7 +257,7 @@ impl Path {
     fn length(&self) -> f64 {
         self.lengths().last().copied().unwrap_or(0.0)
     }
-    /// Returns the pose at a fraction of its length.
+    /// Returns the pose at a fraction of the path's length.
     fn at(&self, along: f64) -> Pose {
         let (line, lengths) = (self.line(), self.lengths());
         let t = along.clamp(0.0, 1.0) * self.length();

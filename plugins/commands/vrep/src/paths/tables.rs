@@ -28,7 +28,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                         }
                     }
                     None => {
-                        // Only the positions of poses count.
+                        // Only the positions of poses are used.
                         let k = if n == 7 { 3 } else { n };
                         distance(&pair[0][..k], &pair[1][..k])
                     }

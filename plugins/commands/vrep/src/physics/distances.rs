@@ -93,7 +93,8 @@ impl Way {
     }
 }
 
-/// Returns the shortest segment between two entities, if both have shapes; `limit` > 0: no longer than this, m.
+/// Returns the shortest segment between two entities, if both have shapes. If `limit` is above 0, the segment must be
+/// no longer than that, m.
 pub(crate) fn closest(c: &Ctx<'_>, first: &Entity, second: &Entity, limit: f64) -> Result<Option<Way>> {
     let (first, second) = match (first, second) {
         (Entity::Objects(a), Entity::Objects(b)) => (a.as_slice(), b.as_slice()),

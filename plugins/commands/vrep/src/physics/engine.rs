@@ -14,9 +14,9 @@ fn prop(p: &Props, parameter: i64) -> Option<Prop> {
     })
 }
 
-/// Returns the friction of a material of the original, against a floor of friction 1. These are estimates, because only
-/// the materials' names are documented: wheels and grippers hold, feet hold a little less, low-friction materials
-/// slide.
+/// Returns the friction of a material of the original against a floor with friction 1. The values are estimates,
+/// because only the names of the materials are documented: wheels and grippers have high friction, feet slightly less,
+/// and low-friction materials slide.
 fn friction_of(material: i64) -> Option<f64> {
     Some(match material {
         2_310_013 | 2_310_021 => 0.71,

@@ -99,7 +99,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Applies a force and a torque to a shape; a shape that physics does not move is left alone.
+/// Applies a force and a torque to a shape; does nothing if physics does not move the shape.
 fn push(c: &Ctx<'_>, shape: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
     if bool_of(c, shape, c.plugin().p.dynamic)? { c.world().push(shape, force, torque) } else { Ok(()) }
 }

@@ -17,7 +17,7 @@ use crate::{
 
 const NOTES: &str = "Objects that are not explicit are evaluated when they are read, not in the sensing part.";
 
-/// The two sorts of pairs.
+/// The two types of pairs.
 #[derive(Clone, Copy)]
 enum Sort {
     Collision,

@@ -150,7 +150,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             if found.is_none() {
                 found = given(c, &key)?;
             }
-            // A stand-in has no parameters from its scene, so this one reads as "1".
+            // The stand-in for a parameter is "1", since there is no scene that sets it.
             if found.is_none() && c.world().stands_in(key.0, &String::from_utf8_lossy(&key.1)) {
                 found = Some(b"1".to_vec());
             }
@@ -193,7 +193,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Returns the script of a kind that belongs to an object; 0: none.
+/// Returns the script of a kind that belongs to an object, or 0 if there is none.
 fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object> {
     let all = c.world().scripts(owner)?;
     let of_kind = |s: &&tatu_object| {
@@ -201,7 +201,7 @@ fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object>
     };
     let found = all.iter().find(of_kind).copied();
     if found.is_none() && owner != 0 && kind == "child" {
-        // A run without a scene starts with no scripts on other objects. The miss is recorded, so that the object has a
+        // A run without a scene starts without scripts on other objects. The miss is recorded, so that the object has a
         // script in the next attempt.
         c.world().missed_script(owner);
     }
@@ -212,7 +212,7 @@ fn main_script(c: &Ctx<'_>) -> Result<tatu_object> {
     script_of(c, 0, "main")
 }
 
-/// Returns the kind of a script type; `None` if the number is not one.
+/// Returns the kind of a script type, or `None` if the number is not one.
 pub(crate) fn kind_of(kind: i64) -> Option<&'static str> {
     match kind {
         0 => Some("main"),
@@ -223,7 +223,7 @@ pub(crate) fn kind_of(kind: i64) -> Option<&'static str> {
     }
 }
 
-/// Returns the script of a type that belongs to the object of a name.
+/// Returns the script of a type that belongs to the object with a name.
 pub(crate) fn named(c: &Ctx<'_>, owner: &str, kind: i64) -> Result<tatu_object> {
     let script = match kind_of(kind) {
         Some("main") => main_script(c)?,
@@ -233,7 +233,7 @@ pub(crate) fn named(c: &Ctx<'_>, owner: &str, kind: i64) -> Result<tatu_object> 
     if script == 0 { Err(Fail::missing(format!("`{owner}` has no script of type {kind}"))) } else { Ok(script) }
 }
 
-/// Returns the script of argument `i`: a script, the caller, the main script, or an object's child script.
+/// Returns the script that argument `i` denotes: a script, the caller, the main script, or an object's child script.
 pub(crate) fn any_script(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     let found = match c.i64(i)? {
         HANDLE_MAIN_SCRIPT | 0 => main_script(c)?,
@@ -250,7 +250,7 @@ pub(crate) fn any_script(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     }
 }
 
-/// Returns the script of argument `i`: a script, or the caller.
+/// Returns the script that argument `i` denotes: a script, or the caller.
 pub(crate) fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_SELF {
         return match c.caller_script() {
@@ -261,8 +261,8 @@ pub(crate) fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     of_kind(c, i, TATU_KIND_SCRIPT)
 }
 
-/// Returns a parameter that the scene or the model gives a script: custom data of the object that it belongs to, under
-/// a tag that begins with `parameter.`.
+/// Returns a parameter that the scene or the model gives to a script: custom data of the script's owner, under a tag
+/// that begins with `parameter.`.
 fn given(c: &Ctx<'_>, (script, name): &(tatu_object, Vec<u8>)) -> Result<Option<Vec<u8>>> {
     // The main script belongs to no object.
     let owner = parent(c, *script).unwrap_or(0);
@@ -317,7 +317,7 @@ fn call(c: &mut Ctx<'_>) -> Result {
         _ => self_or(c, 1)?,
     };
     if script == 0 {
-        return Err(Fail::missing(format!("`{text}` names no script that exists")));
+        return Err(Fail::missing(format!("`{text}` does not name an existing script")));
     }
     // Arguments are passed on unchanged; results are copied into the memory of this call.
     let args = c.args().get(2..).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Commands on scripts: calling their functions, running text in them, their variables.
+//! Commands on scripts: calling their functions, running source code in them, their variables.
 
 mod calls;
 mod more;

@@ -1,4 +1,4 @@
-//! More commands on scripts: running text in them, their variables, attributes and parameters.
+//! More commands on scripts: running source code in them, their variables, attributes and parameters.
 
 use super::calls as scripts;
 use crate::{kit::*, state::state};
@@ -123,7 +123,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Returns the text before `@`, and the script named behind it or by argument `i`.
+/// Returns the text before `@`, and the script named after it or by argument `i`.
 fn target_of(c: &Ctx<'_>, text: &str, i: usize) -> Result<(String, tatu_object)> {
     let by_type = c.arg(i).as_i64().is_some_and(|n| scripts::kind_of(n).is_some());
     match text.rsplit_once('@') {
@@ -145,7 +145,7 @@ fn attributes(offer: &mut Offer<Vrep>) {
             let kept = tags::number(c, script, &name(n))?;
             match n {
                 2 => c.ret(int_of(c, script, c.plugin().p.script_calls)?),
-                // Attributes that are booleans: active, cascaded, enabled.
+                // The attributes active, cascaded and enabled are booleans.
                 0 | 3 | 4 => c.ret(kept.is_none_or(|x| x != 0.0)),
                 _ => c.ret(kept.unwrap_or(1.0) as i64),
             }

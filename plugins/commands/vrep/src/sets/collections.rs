@@ -24,7 +24,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("collection"))
         .text("Makes a collection of objects."),
     );
-    // The older command takes the object before `sim.handle_tree` and the like, the newer one after it.
+    // The older command takes the object before `sim.handle_tree` and similar numbers, the newer one after them.
     for (name, old, at) in [
         ("sim.addObjectToCollection", Some("simAddObjectToCollection"), [1, 2]),
         ("sim.addItemToCollection", None, [2, 1]),
@@ -83,7 +83,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let found = state(c)?.collections.all.iter().find(|(_, k)| k.name == name).map(|(h, _)| *h);
             match found {
                 Some(h) => c.ret(h),
-                // A run without a scene has none of its collections: an empty one is created.
+                // A run without a scene does not have the collections of that scene: an empty one is created.
                 None if c.world().makes_stand_ins() => {
                     let made = state(c)?.collections.add(name);
                     c.ret(made);

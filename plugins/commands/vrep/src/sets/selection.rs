@@ -80,7 +80,7 @@ fn meant(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     if is_table(c.arg(0)) {
         return sets::list(c, 0);
     }
-    // nil is what getObjectSelection returns for an empty selection.
+    // For an empty selection, `getObjectSelection` returns nil.
     if c.arg(0).is_nil() {
         return Ok(Vec::new());
     }

@@ -161,8 +161,8 @@ fn facts(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Returns the shape of argument 0: a handle, or the text by which models of before 3.1.4 request old behaviour,
-/// followed by a handle. `None`: that text, with the handle of no object.
+/// Returns the shape of argument 0: a handle, or the text by which models before 3.1.4 request old behaviour, followed
+/// by a handle. Returns `None` for that text with the handle of no object.
 fn colored(c: &Ctx<'_>) -> Result<Option<tatu_object>> {
     let Some(text) = c.arg(0).as_str() else { return of_kind(c, 0, TATU_KIND_SHAPE).map(Some) };
     let handle = text.rsplit_once(':').map_or(&*text, |(_, n)| n);
@@ -176,8 +176,8 @@ fn colored(c: &Ctx<'_>) -> Result<Option<tatu_object>> {
     if is_shape { Ok(Some(o.id)) } else { Err(Fail::argument(format!("object {id} is not a shape"))) }
 }
 
-/// Returns the tag that stores a colour component that is not drawn: specular, emission, transparency, auxiliary.
-/// `None`: ambient and diffuse, the colour itself.
+/// Returns the tag that stores a colour component that is not drawn (specular, emission, transparency, auxiliary), or
+/// `None` for ambient and diffuse, which are the colour itself.
 fn component(n: i64) -> Result<Option<String>> {
     match n {
         0 | 1 => Ok(None),
@@ -192,7 +192,7 @@ fn kept_rgb(v: &Value) -> [f64; 3] {
     std::array::from_fn(|i| if let Some(Value::Float(x)) = all.get(i) { *x } else { 0.0 })
 }
 
-/// Raises a mass to the least that physics can handle.
+/// Raises a mass to the minimum that physics can handle.
 fn positive(mass: f64) -> f64 {
     mass.max(1e-7)
 }

@@ -82,7 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 fn read(c: &mut Ctx<'_>) -> Result<Outcome> {
-    // On a repeated call while waiting, the word is the tube's number plus one.
+    // When the command is called again after a wait, the word is the tube's number plus one.
     let tube = match c.resumed() {
         0 => c.i64(0)?,
         word => word as i64 - 1,

@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// The names of one command: the current one, the flat one, and another that is still accepted.
+/// The names of one command: the current one, the flat one, and a further one that is still accepted.
 type Names = (&'static str, &'static str, Option<&'static str>);
 
 /// Names of the commands that set, get and clear a signal, by kind.
@@ -83,7 +83,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
             if !v.is_nil() {
                 c.ret(v);
             } else if c.world().stands_in(0, &format!("signal {kind} {}", c.text(0)?)) {
-                // Without the scene that would set the signal, return a neutral value.
+                // Return a neutral value if there is no scene that would set the signal.
                 match kind {
                     0 => c.ret(1_i64),
                     1 => c.ret(1.0),
@@ -116,6 +116,6 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
 }
 
 fn whole<'a>(x: f64) -> ValueRef<'a> {
-    // SAFETY: the tag is TATU_I64, whose payload holds no pointer, so the value borrows nothing.
+    // SAFETY: the tag is `TATU_I64`, so the payload is an integer and not a pointer; the value borrows nothing.
     unsafe { ValueRef::new(tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: x as i64 } }) }
 }

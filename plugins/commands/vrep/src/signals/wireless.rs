@@ -65,7 +65,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 fn handle_value<'a>(n: i64) -> ValueRef<'a> {
-    // SAFETY: the tag is TATU_I64, whose payload holds no pointer, so the value borrows nothing.
+    // SAFETY: the tag is `TATU_I64`, so the payload is an integer and not a pointer; the value borrows nothing.
     unsafe { ValueRef::new(tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: n } }) }
 }
 

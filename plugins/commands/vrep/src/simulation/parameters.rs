@@ -132,7 +132,7 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
     );
 }
 
-/// Stores a parameter that has no effect here, so that it reads back as set.
+/// Stores a parameter that has no effect here, so that it is read back as it was set.
 fn remember(c: &Ctx<'_>, family: &Family, n: i64, is: &Value, wanted: &Value) -> Result {
     if FIXED.iter().any(|(name, all)| *name == family.name && all.contains(&n)) {
         return Err(Fail::unsupported(format!("parameter {n} cannot be changed here")));
@@ -207,7 +207,7 @@ fn get_int(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
 
 fn set_int(c: &Ctx<'_>, n: i64) -> Result<bool> {
     if n == 0 {
-        // Stored only so that scripts can restore it; errors are reported in any case.
+        // The mode is stored only so that scripts can restore it; errors are reported in any case.
         let mode = c.i64(1)?;
         state(c)?.error_report_mode = mode;
     }
@@ -233,7 +233,7 @@ fn get_string(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
         None => (String::new(), file.to_owned()),
     };
     let text = match n {
-        // Command-line arguments, which are not passed on to scripts.
+        // Command-line arguments are not passed on to scripts.
         2..=10 => String::new(),
         13 => file()?,
         14 => parts(&file()?).0,

@@ -15,8 +15,8 @@ pub(crate) struct Collection {
     pub(crate) parts: Vec<Part>,
 }
 
-/// A part of a collection: which set of objects, relative to which object, whether it is subtracted, and whether it
-/// excludes the object itself.
+/// A part of a collection: the set of objects, the object that it is relative to, whether it is subtracted, and whether
+/// it excludes that object.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) struct Part {
     pub(crate) what: i64,

@@ -12,7 +12,7 @@ pub(crate) struct Dialog {
     pub(crate) opened: i64,
     /// Whether a view shows it, so that it waits for an answer.
     pub(crate) attended: bool,
-    /// The answer; 0: none yet.
+    /// The answer, or 0 if there is none yet.
     pub(crate) result: i64,
 }
 

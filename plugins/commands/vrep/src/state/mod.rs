@@ -1,5 +1,5 @@
-//! State of the plugin per world: plain data, with a file for everything that is more than a number. No file here
-//! depends on a command.
+//! State of the plugin per world: plain data, with a separate file for everything that is more than a number. No file
+//! here depends on a command.
 
 pub(crate) mod collections;
 pub(crate) mod consoles;

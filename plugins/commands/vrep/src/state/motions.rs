@@ -9,7 +9,8 @@ use crate::{kit::algebra::Pose, motion::profile::Profile};
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) enum Mover {
     Joints(Vec<tatu_object>),
-    /// An object (0: none, only the callback is called), from pose to pose in a frame (0: the world).
+    /// An object that moves from one pose to another in a frame. `object` is 0 if only the callback is called, and
+    /// `frame` is 0 for the world frame.
     Pose {
         object: tatu_object,
         frame: tatu_object,

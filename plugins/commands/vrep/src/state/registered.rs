@@ -54,9 +54,9 @@ pub(crate) struct Named {
 pub(crate) struct Pair {
     pub(crate) name: String,
     pub(crate) handle: i64,
-    /// Handles of the file: -1 for everything, a collection, or an object.
+    /// Handles in the file: -1 for all objects, a collection, or an object.
     pub(crate) of: [i64; 2],
-    /// Greatest distance that is computed, m; 0: no limit.
+    /// Greatest distance that is computed, m; 0 for no limit.
     pub(crate) threshold: f64,
     pub(crate) explicit: bool,
 }
@@ -82,7 +82,7 @@ pub(crate) struct Registered {
 }
 
 impl Registered {
-    /// Returns the object of a handle in the file; 0 if it does not exist.
+    /// Returns the object of a handle in the file, or 0 if it does not exist.
     pub(crate) fn object(&self, handle: i64) -> tatu_object {
         self.objects.get(&handle).copied().unwrap_or(0)
     }
@@ -112,7 +112,7 @@ pub(crate) fn read(c: &Ctx<'_>) -> Result<(Registered, Vec<FromFile>)> {
         };
         Part { what, object: registered.object(item.object), remove: item.remove, exclude }
     };
-    // Leave out items whose object is gone; `handle_all` needs none.
+    // Leave out items whose object no longer exists; `handle_all` needs none.
     let there = |p: &Part| p.object != 0 || p.what == HANDLE_ALL;
     let from_file = |k: &CollectionText| {
         let parts = k.items.iter().map(part).filter(there).collect();

@@ -1,4 +1,4 @@
-//! Windows with buttons, sliders and labels of scenes of before 3.3.
+//! Windows with buttons, sliders and labels of scenes before version 3.3.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +20,7 @@ pub(crate) struct Button {
 pub(crate) struct Window {
     pub(crate) name: String,
     pub(crate) handle: i64,
-    /// Handle of the object in the file; -1: none.
+    /// Handle of the object in the file, or -1 if there is none.
     pub(crate) object: i64,
     pub(crate) attributes: i64,
     /// Columns and rows.

@@ -46,7 +46,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.handleDynamics", |c| {
             let step = c.world().f64(0, c.plugin().p.dt)?;
-            // Scripts from before 4.5 hold the step as a 32-bit float: treat it as the exact step.
+            // Scripts before 4.5 store the step as a 32-bit float, which is treated as the exact step.
             let dt = c.f64(0)?;
             let dt = if dt as f32 == step as f32 { step } else { dt };
             if !is_main(c)? {
@@ -67,7 +67,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for (names, what, of_objects) in NOTHING {
         offer.command(
             both(*names, MINUS, move |c| {
-                // A set of objects is handled, because it is empty; a single object of these kinds cannot exist.
+                // A set of objects is handled, since it is empty; a single object of these kinds cannot exist.
                 match c.arg(0).as_i64() {
                     Some(n) if *of_objects && n > 0 && !is_stand_in(c, n) => {
                         Err(Fail::missing(format!("object {n} does not exist: {what}")))
@@ -98,7 +98,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
 }
 
-/// Commands of main scripts whose work is done in another part of the step, or automatically.
+/// Commands of main scripts whose work is done in a different part of the step, or automatically.
 const ELSEWHERE: &[(Names, &str)] = &[
     (
         ["sim.handleSimulationStart", "simHandleSimulationStart"],
@@ -144,7 +144,7 @@ fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
     if !is_main(c)? {
         return call_below(c, actuation, sensing);
     }
-    // The oldest form has a script selector first (all of them), and optionally no type.
+    // The oldest form has a script selector first, always for all scripts, and optionally no type.
     let kind = match (c.arg(0).as_i64(), c.arg(1).as_i64()) {
         (None, _) => actuation,
         (Some(n), None) if n < 0 => actuation,

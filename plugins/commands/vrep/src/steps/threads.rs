@@ -6,7 +6,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.wait", |c| {
             let now = c.world().f64(0, c.plugin().p.time)?;
-            // On the call after the wait, the word is the end time.
+            // When the command is called again after the wait, the word is the end time.
             let until = match c.resumed() {
                 0 => now + c.f64(0)?.max(0.0),
                 word => f64::from_bits(word),
@@ -157,7 +157,8 @@ fn slices(offer: &mut Offer<Vrep>) {
 }
 
 fn wait_for_signal(c: &mut Ctx<'_>) -> Result<Outcome> {
-    // On a repeated call the arguments are gone: the word is the key of the stored name.
+    // When the command is called again, the arguments are no longer available: its resume word is the key of the stored
+    // name.
     let name = match c.resumed() {
         0 => c.bytes(0)?.to_vec(),
         word => state(c)?.waits.remove(&word).unwrap_or_default(),

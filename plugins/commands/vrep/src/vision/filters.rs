@@ -1,5 +1,5 @@
 //! Filter chains, as vision sensors had before 4.0: each filter changes a working image, outputs it, or reports what it
-//! found.
+//! has found.
 //!
 //! A chain is a text in the custom data of the sensor under the tag `vision.filters`: filters separated by `;`, each
 //! `type:options:bytes:integers:floats` with numbers separated by commas. Trailing parts may be left out:
@@ -19,7 +19,7 @@ const TAG: &[u8] = b"vision.filters";
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Filter {
     pub kind: i64,
-    /// Bits: 1: enabled, 2: its packet is not added, 4: it does not trigger.
+    /// Bits: 1 is enabled, 2 means that its packet is not added, 4 means that it does not trigger.
     pub options: i64,
     pub bytes: Vec<i64>,
     pub ints: Vec<i64>,
@@ -74,7 +74,7 @@ fn print(chain: &[Filter]) -> String {
     chain.iter().map(one).collect::<Vec<_>>().join(";")
 }
 
-/// Returns the chain of a sensor; `None`: the default one.
+/// Returns the chain of a sensor, or `None` if it has the default one.
 fn chain_of(c: &Ctx<'_>, sensor: tatu_object) -> Result<Option<Vec<Filter>>> {
     match tags::get(c, sensor, TAG)? {
         Some(text) => parse(&String::from_utf8_lossy(&text)).map(Some),

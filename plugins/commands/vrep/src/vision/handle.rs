@@ -1,4 +1,4 @@
-//! Takes images of vision sensors, and collects what filters and scripts find in them.
+//! Takes images of vision sensors, and collects the results of filters and scripts for them.
 
 use super::{
     filters,
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{kit::*, state::state};
 
-/// Returns what was found in a sensor's current image; runs filters and callbacks now if that has not happened yet.
+/// Returns the results for a sensor's current image; runs filters and callbacks now if that has not happened yet.
 pub(super) fn settled(c: &Ctx<'_>, view: &View) -> Result<Seen> {
     let kept = state(c)?.seen.get(&view.id).filter(|s| s.stamp == stamp(view)).cloned();
     match kept {
@@ -37,7 +37,7 @@ pub(super) fn look_at(c: &Ctx<'_>, view: &View, seen: Seen) -> Result<Seen> {
     tell(c, view)
 }
 
-/// Calls the scripts of a sensor for an image; returns what they found.
+/// Calls the scripts of a sensor for an image; returns their results.
 pub(super) fn tell(c: &Ctx<'_>, view: &View) -> Result<Seen> {
     let data = parameters::described(c, view)?;
     for answer in ask(c, view.id, "sysCall_vision", &data)? {
@@ -146,8 +146,8 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
     }
     let mut count = 0;
     if which == HANDLE_ALL_EXCEPT_EXPLICIT && is_main(c)? {
-        // These sensors are measured in the sensing stage, which the main script has run for its proximity sensors, or
-        // is run here.
+        // These sensors are measured in the sensing stage, which either the main script has run for its proximity
+        // sensors or this function runs.
         let now = c.world().f64(0, c.plugin().p.time)?;
         let late = |s: &tatu_object| View::of_object(c, c.world().look(*s)?).map(|v| v.sequence == 0 || v.time < now);
         if sensors.iter().map(late).collect::<Result<Vec<bool>>>()?.contains(&true) {
@@ -166,7 +166,7 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// Returns the entity of argument `i`: an object, or 0 for all.
+/// Returns the entity that argument `i` denotes: an object, or 0 for all.
 fn entity(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_ALL { Ok(0) } else { Ok(living(c, i)?.id) }
 }

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::kit::*;
 
-/// Flag added to a handle: one value per pixel; for depths: packed.
+/// Flag added to a handle: one value per pixel for images, packed values for depths.
 const FLAG: i64 = 0x40_0000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -25,7 +25,7 @@ fn with_alpha(pixels: &[u8], each: usize, depth: &[f32], most: f64) -> Vec<u8> {
     pixels.chunks(each).zip(alpha).flat_map(|(p, a)| p.iter().copied().chain([a])).collect()
 }
 
-/// Returns the bytes of a part of an image, and its size; optionally grey, and with alpha up to a depth.
+/// Returns the bytes of a part of an image, and its size; the bytes can be grey, and can include alpha up to a depth.
 fn bytes(
     c: &Ctx<'_>,
     mut view: View,
@@ -61,7 +61,7 @@ fn depths(c: &Ctx<'_>, mut view: View, at: [i64; 2], size: [i64; 2], metres: boo
     Ok((out, [part.columns as i64, part.rows as i64]))
 }
 
-/// Adds the image commands of before 4.4.
+/// Adds the image commands before 4.4.
 fn old(offer: &mut Offer<Vrep>) {
     let with_size = |command: Cmd| {
         command

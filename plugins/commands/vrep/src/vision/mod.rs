@@ -12,7 +12,7 @@
 //! - `parameters`: resolution, planes and angles by number.
 //!
 //! Rows run from bottom to top, depths from 0 at the near plane to 1 at the far one. A dummy or camera that replaces a
-//! sensor in a run without its scene is blind: its image is black, with all depths at the far plane.
+//! sensor in a run without its scene sees nothing: its image is black, with all depths at the far plane.
 
 mod callbacks;
 mod filters;

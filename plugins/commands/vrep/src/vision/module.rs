@@ -15,7 +15,7 @@ use crate::{kit::*, state::state};
 enum Arg {
     /// A number.
     Float(&'static str),
-    /// This many numbers in a table; 0: a single factor.
+    /// This many numbers in a table; 0 for a single factor.
     Floats(&'static str, u32),
     /// Two integers in a table.
     Pair(&'static str),
@@ -30,8 +30,8 @@ enum Arg {
 }
 use Arg::*;
 
-/// A function of the module: its name, the filter, its arguments, whether it reports what it found, its description,
-/// and an example: arguments, and a condition on `rgb`, three bytes of the result for a red image.
+/// A function of the module: its name, the filter, its arguments, whether it reports results, its description, and an
+/// example: arguments, and a condition on `rgb`, three bytes of the result for a red image.
 struct Function {
     name: &'static str,
     kind: i64,
@@ -51,7 +51,7 @@ const fn f(
     Function { name, kind, args, finds: false, text, example }
 }
 
-/// Declares a filter that reports what it found.
+/// Declares a filter that reports results.
 const fn finds(
     name: &'static str,
     kind: i64,
@@ -293,7 +293,7 @@ fn run(c: &mut Ctx<'_>, function: &Function) -> Result {
     let work = work.get_or_insert_with(|| Work::new(view.columns, view.rows));
     let mut found = Found::default();
     let done = {
-        // Read from the sensor only what the filter uses.
+        // Read from the sensor only the data that the filter uses.
         let rgb = if function.kind == 1 { seen.rgb(c, &view) } else { Default::default() };
         let depth = if function.kind == 2 { seen.depth(c, &view) } else { Default::default() };
         step(&filter, &Given { rgb: &rgb, depth: &depth, lens: view.lens(c) }, work, &mut found)

@@ -32,7 +32,7 @@ fn key(of: &[(i64, &'static str)], n: i64) -> Option<&'static str> {
 const PERSPECTIVE: i64 = 1018;
 /// Number of the float parameter: side of the image in orthographic projection, m.
 const SIDE: i64 = 1005;
-/// Default of that side, m.
+/// Default side of the image in orthographic projection, m.
 const USUAL_SIDE: f64 = 1.0;
 
 /// Returns the default of a parameter of drawing or windows, which has no effect here (tests/facts/script-api.md, 7).
@@ -45,7 +45,7 @@ fn tag(n: i64) -> String {
     format!("parameter {n}")
 }
 
-/// Returns an integer parameter of a vision sensor; `None`: it has none of this number.
+/// Returns an integer parameter of a vision sensor, or `None` if it has none with this number.
 pub(crate) fn get_int(c: &Ctx<'_>, sensor: tatu_object, n: i64) -> Result<Option<i64>> {
     if !(1000..=1021).contains(&n) || !is_one(c, sensor) {
         return Ok(None);
@@ -72,7 +72,8 @@ pub(crate) fn set_int(c: &Ctx<'_>, sensor: tatu_object, n: i64, value: i64) -> R
     Ok(true)
 }
 
-/// Switches between perspective and orthographic projection; the side of the latter is stored meanwhile.
+/// Switches between perspective and orthographic projection; the side of the latter is stored during perspective
+/// projection.
 fn set_perspective(c: &Ctx<'_>, sensor: tatu_object, on: bool) -> Result {
     let side = number(c, sensor, "ortho_size").unwrap_or(0.0);
     if on == (side == 0.0) {
@@ -88,7 +89,7 @@ fn set_perspective(c: &Ctx<'_>, sensor: tatu_object, on: bool) -> Result {
     c.world().set(sensor, prop(c, sensor, "ortho_size")?, &Value::Float(next))
 }
 
-/// Returns a float parameter of a vision sensor; `None`: it has none of this number.
+/// Returns a float parameter of a vision sensor, or `None` if it has none with this number.
 pub(crate) fn get_float(c: &Ctx<'_>, sensor: tatu_object, n: i64) -> Result<Option<f64>> {
     if !is_one(c, sensor) {
         return Ok(None);

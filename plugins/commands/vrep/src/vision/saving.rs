@@ -71,7 +71,7 @@ impl Picture {
         let bytes = pixels.flat_map(|p| [p[0], p[1], p[2], 255].into_iter().take(each)).collect();
         Picture { each, bytes, ..self }
     }
-    /// The pixels resampled to another size: bilinear if `smooth`, otherwise nearest neighbour.
+    /// Returns the pixels resampled to a different size: bilinear if `smooth` is set, otherwise nearest neighbour.
     fn scaled(&self, columns: usize, rows: usize, smooth: bool) -> Vec<u8> {
         let mut out = Vec::with_capacity(columns * rows * self.each);
         let place = |i: usize, n: usize, side: usize| {
@@ -116,7 +116,7 @@ const FORMATS: [ImageFormat; 5] =
 /// Default quality, percent.
 const USUAL_QUALITY: u8 = 90;
 
-/// Encodes a file; `quality`, 0 to 100, applies to lossy formats; below 0: the default.
+/// Encodes a file. `quality`, 0 to 100, applies to lossy formats; if it is negative, the default is used.
 fn encode(picture: Picture, format: ImageFormat, quality: i64) -> Result<Vec<u8>> {
     let has_alpha = matches!(format, ImageFormat::Png | ImageFormat::Tiff);
     let picture = if has_alpha { picture } else { picture.with(3) };

@@ -6,7 +6,7 @@ use crate::kit::*;
 /// Smallest angles of the image, rad.
 const LEAST: f64 = 0.087;
 
-/// Source of a pixel of the panorama: which sensor, which of its pixels, and the ratio of distance to depth there.
+/// Source of a pixel of the panorama: the sensor, the pixel in its image, and the ratio of distance to depth there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Source {
     sensor: usize,
@@ -43,11 +43,11 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Finds the source of a direction: the sensor that looks there most directly; the first one of equals.
+/// Finds the source of a direction: the sensor that looks there most directly, or the first of several.
 fn source(eyes: &[Eye], direction: &[f64; 3]) -> Option<Source> {
     let ahead = |eye: &Eye| dot(&eye.axes[2], direction);
     let mut best = None;
-    // Directions beside all sensors have no source; the tolerance is for rounding.
+    // Directions outside the view of all sensors have no source; the tolerance covers rounding errors.
     let mut z = 1e-9;
     for (n, eye) in eyes.iter().enumerate() {
         if ahead(eye) > z + 1e-9 {
@@ -184,7 +184,7 @@ mod tests {
         let lens = Lens { intrinsics: [2.0, 2.0, 1.5, 1.5], parallel: false, planes: [0.1, 10.0] };
         Eye { axes: axes(&pose, &FRONT), lens, size: [4, 4] }
     }
-    /// Rotated in the world by 120 degrees about (1, 1, 1): directions are relative to the front sensor.
+    /// Rotated by 120 degrees about (1, 1, 1) in the world frame: directions are relative to the front sensor.
     const FRONT: [f64; 7] = [0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5];
 
     /// Returns a frame rotated from the front one by +90 or -90 degrees about one of its axes.

@@ -17,7 +17,7 @@ pub(crate) struct View {
     pub id: tatu_object,
     pub columns: usize,
     pub rows: usize,
-    /// Number of images taken; 0: none since the start or the last reset.
+    /// Number of images taken; 0 if there has been none since the start or the last reset.
     pub sequence: u64,
     /// Time of the last image, s.
     pub time: f64,
@@ -81,13 +81,13 @@ impl View {
         })
     }
 
-    /// Returns the projection of its pixels.
+    /// Returns the projection of the sensor's pixels.
     pub fn lens(&self, c: &Ctx<'_>) -> Lens {
         let (w, p) = (c.world(), &c.plugin().p);
         let told = w.reading(self.id, p.intrinsics).ok().and_then(|r| r.f64s().first_chunk::<4>().copied());
         let parallel = w.reading(self.id, p.parallel).ok().and_then(|r| r.i32s().first().copied());
         let intrinsics = told.filter(|k| k[0] > 0.0 && k[1] > 0.0).unwrap_or_else(|| {
-            // Before its first image the sensor has no intrinsics: derive them from the angle.
+            // Before its first image, the sensor has no intrinsics, so they are derived from the angle.
             let (columns, rows) = (self.columns as f64, self.rows as f64);
             let f = columns.max(rows) / 2.0 / libm::tan(angle(c, self.id) / 2.0);
             [f, f, (columns - 1.0) / 2.0, (rows - 1.0) / 2.0]
@@ -99,7 +99,7 @@ impl View {
         self.columns * self.rows
     }
 
-    /// Returns the requested part; the whole image if a side is 0. A blind sensor has as many pixels as requested.
+    /// Returns the requested part, or the whole image if a side is 0. A blind sensor has as many pixels as requested.
     pub fn part(&mut self, [x, y]: [i64; 2], [columns, rows]: [i64; 2]) -> Result<Part> {
         if columns == 0 || rows == 0 {
             return Ok(Part { x: 0, y: 0, columns: self.columns, rows: self.rows });
@@ -119,7 +119,7 @@ impl View {
         )))
     }
 
-    /// Returns the measured colours, 3 bytes per pixel; black before the first image.
+    /// Returns the measured colours, 3 bytes per pixel, which are black before the first image.
     pub fn rgb(&self, c: &Ctx<'_>) -> Vec<u8> {
         let taken = (!self.blind && self.sequence > 0).then(|| c.world().reading(self.id, c.plugin().p.rgb).ok());
         match taken.flatten().filter(|r| r.u8s().len() == 3 * self.pixels()) {
@@ -128,13 +128,13 @@ impl View {
         }
     }
 
-    /// Returns the measured depths, m; `None` before the first image, or if the sensor measures none.
+    /// Returns the measured depths, m, or `None` before the first image, or if the sensor measures none.
     pub fn metres(&self, c: &Ctx<'_>) -> Option<Vec<f32>> {
         let taken = (!self.blind && self.sequence > 0).then(|| c.world().reading(self.id, c.plugin().p.depth).ok());
         taken.flatten().map(|r| r.f32s().to_vec()).filter(|z| z.len() == self.pixels())
     }
 
-    /// Returns the depths from 0 at the near plane to 1 at the far one; 1 where nothing was hit.
+    /// Returns the depths from 0 at the near plane to 1 at the far one, which are 1 where nothing was hit.
     pub fn depth(&self, c: &Ctx<'_>) -> Vec<f32> {
         match self.metres(c) {
             Some(metres) => metres.iter().map(|z| self.linear(*z)).collect(),
@@ -169,7 +169,7 @@ impl Part {
     }
 }
 
-/// Returns two numbers from a table argument; 0 and 0 if it is missing.
+/// Returns two numbers from a table argument, or 0 and 0 if it is missing.
 pub(super) fn pair(c: &Ctx<'_>, i: usize) -> [i64; 2] {
     [0, 1].map(|k| c.arg(i).number(k).map_or(0, |x| x as i64))
 }

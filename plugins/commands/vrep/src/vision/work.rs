@@ -90,7 +90,7 @@ impl Work {
             self.each(|p| p.map(|x| (x - least) / (most - least)));
         }
     }
-    /// Maps values from 0..1 to `least`..`most`: each color separately, or all by intensity.
+    /// Maps values from 0..1 to `least`..`most`, either each color separately or all by intensity.
     pub fn intensity_scale(&mut self, least: f32, most: f32, grey: bool) {
         let scaled = |x: f32| (least + (most - least) * x).clamp(0.0, 1.0);
         self.each(|p| if grey { [scaled(intensity(&p)); 3] } else { p.map(scaled) });
@@ -139,7 +139,7 @@ impl Work {
     pub fn binary(&mut self, threshold: f32) {
         self.each(|p| [if intensity(&p) > threshold { 1.0 } else { 0.0 }; 3]);
     }
-    /// Returns a pixel; outside the image, the nearest one.
+    /// Returns a pixel, or outside the image the nearest one.
     fn at(&self, c: isize, r: isize) -> Pixel {
         let (c, r) = (c.clamp(0, self.columns as isize - 1), r.clamp(0, self.rows as isize - 1));
         self.image[r as usize * self.columns + c as usize]

@@ -64,7 +64,7 @@ fn edges_stretch_and_kernels() {
     let mut work = grey(3, 1, &[0.2, 0.4, 0.6]);
     work.normalize();
     assert!(work.depth().iter().zip([0.0, 0.5, 1.0]).all(|(a, b)| (a - b).abs() < 1e-6));
-    // The mean of left, middle and right pixel; outside, the nearest pixel counts.
+    // The mean of the left, middle and right pixel; outside the image, the nearest pixel is used.
     let mut work = grey(3, 1, &[0.0, 0.3, 0.9]);
     work.kernel(3, &[0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0], 1.0 / 3.0);
     assert!(work.depth().iter().zip([0.1, 0.4, 0.7]).all(|(a, b)| (a - b).abs() < 1e-6), "{:?}", work.depth());

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Why and where a file cannot be read.
+/// The reason why a file cannot be read, and the position.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Broken {
     /// Offset in the unpacked data.
@@ -49,7 +49,7 @@ pub struct Span {
 }
 
 impl Span {
-    /// Returns the bytes; empty if the span is outside `data`.
+    /// Returns the bytes, or none if the span is outside `data`.
     pub fn of<'a>(&self, data: &'a [u8]) -> &'a [u8] {
         data.get(self.at..self.at.saturating_add(self.len)).unwrap_or_default()
     }

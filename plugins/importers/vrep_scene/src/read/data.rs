@@ -8,7 +8,7 @@ use super::{
     unknown::Unknowns,
 };
 
-/// Header number of the container of tagged data, in files of before 4.3.
+/// Header number of the container of tagged data, in files before 4.3.
 const TAGGED: i32 = 356_248_756;
 
 /// Custom data.
@@ -16,9 +16,9 @@ const TAGGED: i32 = 356_248_756;
 pub struct CustomData {
     /// Data since 4.3, by tag.
     new: BTreeMap<String, Vec<u8>>,
-    /// Data of before 4.3, by tag; used only if there is none of the newer form.
+    /// Data before 4.3, by tag; used only if there is none in the newer form.
     old: BTreeMap<String, Vec<u8>>,
-    /// Data of before 3.3, by header number.
+    /// Data before 3.3, by header number.
     numbered: BTreeMap<i32, Vec<u8>>,
 }
 
@@ -45,7 +45,7 @@ pub fn tagged(into: &mut CustomData, c: &mut Cursor<'_>, unknown: &mut Unknowns)
     object(c, tags, &[], into, unknown).map(drop)
 }
 
-/// Reads `Cod` or `CDS`: data of before 4.3.
+/// Reads `Cod` or `CDS`: data before 4.3.
 pub fn numbered(into: &mut CustomData, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
     let tags = tags!(CustomData {
         "Dat" => |d, c, _| {

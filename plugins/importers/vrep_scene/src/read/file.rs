@@ -38,7 +38,7 @@ pub enum Kind {
     Camera(Camera),
     Light(Light),
     Script,
-    /// A kind of which only the common part is read; the name of that kind.
+    /// The name of a kind of which only the common part is read.
     Other(&'static str),
 }
 
@@ -86,7 +86,7 @@ pub struct File {
     pub scripts: Vec<Script>,
     /// Images.
     pub textures: Vec<Texture>,
-    /// Materials of before 3.4.
+    /// Materials, in files from before 3.4.
     pub materials: Vec<Material>,
     /// Arrays of vertices and indices that meshes share.
     pub pool: Pool,
@@ -267,7 +267,7 @@ impl File {
         Ok(())
     }
 
-    /// Checks what no single section shows: duplicate handles, and cycles of parents.
+    /// Checks what a single section cannot show: duplicate handles, and cycles of parents.
     fn check(&mut self) -> Read {
         let mut places = std::collections::BTreeMap::new();
         for (i, o) in self.objects.iter().enumerate() {

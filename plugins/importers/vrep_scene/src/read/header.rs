@@ -30,7 +30,7 @@ pub struct Header {
     pub program: u32,
     /// Revision of that program.
     pub revision: u8,
-    /// 1 for a scene, 2 for a model, 0 in files of before 3.6.1.
+    /// 1 for a scene, 2 for a model, 0 in files before 3.6.1.
     pub file_type: u8,
     /// Offset of the payload, in bytes.
     pub payload: usize,
@@ -87,7 +87,7 @@ impl Header {
         Ok(h)
     }
 
-    /// Returns the version of the program as people and scripts write it: "3.4.0".
+    /// Returns the version of the program as users and scripts write it, such as "3.4.0".
     pub fn version(&self) -> String {
         format!("{}.{}.{}", self.program / 10_000, self.program / 100 % 100, self.program % 100)
     }

@@ -27,8 +27,8 @@ struct Geometry {
     root: Option<Part>,
 }
 
-/// Elements of a component that differ from those of later leaves. A component can have triangles of its own in
-/// addition to its children.
+/// Elements of a component that differ from those of later leaves. A component can have its own triangles in addition
+/// to its children.
 const COMPONENT: &[Tag<Part>] = tags!(Part {
     "Nme" => |p, c, _| Ok(p.name = c.text()?),
     "Mas" => |p, c, _| Ok(p.mass = c.real()?),

@@ -54,7 +54,7 @@ pub struct Material {
     old_bits: u8,
 }
 
-/// Reads Bullet's parameters of before 3.4, which have a single friction for both versions of the engine.
+/// Reads Bullet's parameters before 3.4, which have a single friction for both versions of the engine.
 fn old_bullet(m: &mut Material, c: &mut Cursor<'_>) -> Read {
     let [restitution, friction, linear, angular] = c.reals()?;
     m.bullet.reals = vec![restitution, friction, friction, linear, angular];

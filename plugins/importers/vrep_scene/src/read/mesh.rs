@@ -20,7 +20,7 @@ pub struct Part {
     pub mass: f64,
     /// Number in the material list of versions before 3.4; -1: none.
     pub material: i32,
-    /// Whether it is marked convex, in files of before 4.5.1.
+    /// Whether it is marked convex, in files from before 4.5.1.
     pub convex: bool,
     /// Material parameters, which serialization 16 stores here.
     pub own_material: Option<Material>,
@@ -79,7 +79,7 @@ pub enum Primitive {
 }
 
 impl Primitive {
-    /// Returns the primitive of a number in the file; unknown numbers are no primitive.
+    /// Returns the primitive with a number in the file, or none for unknown numbers.
     pub fn of(number: i32) -> Self {
         use Primitive::*;
         let all = [None, Plane, Disc, Cuboid, Spheroid, Cylinder, Cone, Heightfield, Capsule];
@@ -87,13 +87,13 @@ impl Primitive {
     }
 }
 
-/// Where the arrays of a leaf are stored.
+/// The location of the arrays of a leaf.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(missing_docs, reason = "each form has its sentence")]
 pub enum Arrays {
-    /// In the pool, by index.
+    /// The arrays are in the pool, by index.
     Pool { vertices: i32, indices: i32 },
-    /// In the leaf itself.
+    /// The arrays are in the leaf itself.
     Own { vertices: Span, indices: Option<Indices> },
     /// A range of the shape's shared arrays (serialization 15): first and count of vertices, and of triangles.
     Range { vertices: [i32; 2], triangles: [i32; 2] },
@@ -104,7 +104,7 @@ pub enum Arrays {
 pub struct Leaf {
     /// Color of the outside.
     pub color: Color,
-    /// Where its arrays are stored.
+    /// The location of its arrays.
     pub arrays: Arrays,
     /// The primitive that it represents.
     pub primitive: Primitive,
@@ -112,7 +112,7 @@ pub struct Leaf {
     pub size: [f64; 3],
     /// 1: solid; less: hollow.
     pub inside: f64,
-    /// Frame of the vertices in the shape's frame, in files of before 4.5.1.
+    /// Frame of the vertices in the shape's frame, in files before 4.5.1.
     pub old_frame: Stored,
     /// Bits: 0 edges, 1 culling, 2 wireframe.
     pub bits: u8,

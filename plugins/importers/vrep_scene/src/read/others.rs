@@ -42,7 +42,7 @@ pub struct Camera {
     pub clip: [f64; 2],
     /// Bits: 2 perspective; before 3.3.
     pub bits: u8,
-    /// Projection: -1 as its view, 0 orthographic, 1 perspective.
+    /// Projection: -1 the same as that of its view, 0 orthographic, 1 perspective.
     pub perspective: Option<i32>,
 }
 
@@ -93,7 +93,7 @@ pub struct PathPoint {
     pub velocity: f64,
 }
 
-/// A path of before 4.2.
+/// A path, in files from before 4.2.
 #[derive(Debug, Clone, Default)]
 pub struct Path {
     /// Bits: 4 closed.
@@ -147,7 +147,7 @@ pub struct Stream {
     pub color: [f64; 3],
     /// Unit of the values; since 4.0.
     pub unit: String,
-    /// Whether it is of before 4.0: filled by the program, not by a script.
+    /// Whether it is from before 4.0, filled by the program and not by a script.
     pub old: bool,
 }
 

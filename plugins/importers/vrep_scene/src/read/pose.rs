@@ -21,7 +21,7 @@ pub fn position_first(c: &mut Cursor<'_>) -> Read<Stored> {
     Ok([a, b, d, e, x, y, z])
 }
 
-/// Converts to an isometry with a unit quaternion. Non-finite numbers count as 0.
+/// Converts to an isometry with a unit quaternion. Non-finite numbers are replaced by 0.
 pub fn isometry(stored: &Stored) -> Isometry3<f64> {
     let [w, i, j, k, x, y, z] = stored.map(|x| if x.is_finite() { x } else { 0.0 });
     let q = UnitQuaternion::try_new(Quaternion::new(w, i, j, k), 1e-9).unwrap_or_else(UnitQuaternion::identity);

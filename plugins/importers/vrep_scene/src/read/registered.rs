@@ -59,9 +59,9 @@ pub struct Pair {
     pub name: String,
     /// Handle of the registration.
     pub handle: i32,
-    /// Handles of the two entities; -1: everything.
+    /// Handles of the two entities; -1: all objects.
     pub of: [i32; 2],
-    /// For a distance object: greatest distance computed, m; 0: no limit.
+    /// Greatest distance that a distance object computes, m; 0: no limit.
     pub threshold: f64,
     /// Whether it is computed only on request.
     pub explicit: bool,

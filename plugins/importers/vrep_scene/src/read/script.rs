@@ -1,4 +1,4 @@
-//! Scripts: section `LST`, and `Soo` in script objects. Their texts are deciphered here.
+//! Scripts: section `LST`, and `Soo` in script objects. Their sources are deciphered here.
 
 use super::{
     cursor::{Cursor, Read, decode},
@@ -19,7 +19,7 @@ pub const CUSTOMIZATION: i32 = 6;
 pub struct Script {
     /// Number of the script.
     pub id: i32,
-    /// Handle of the object that it belongs to; -1: the scene. In a script object: the handle of that object.
+    /// Handle of the object that it belongs to, or -1 for the scene. In a script object, the handle of that object.
     pub object: i32,
     /// Handle of the script object that contains it.
     pub holder: Option<i32>,
@@ -29,7 +29,7 @@ pub struct Script {
     pub bits: u8,
     /// Order among scripts; before 4.4.
     pub order: i32,
-    /// The text, deciphered, without trailing zeros; including a line that names its language.
+    /// The source, deciphered, without trailing zeros; it includes a line that names its language.
     pub text: Vec<u8>,
     /// Language; since 4.7.
     pub language: Option<String>,
@@ -131,32 +131,32 @@ impl Script {
         }
     }
 
-    /// Returns the text as UTF-8; a first line that only names the language is blanked.
+    /// Returns the source as UTF-8; a first line that only names the language is blanked.
     pub fn code(&self) -> String {
         let text = decode(&self.text);
         let (first, rest) = text.split_once('\n').unwrap_or((text.as_str(), ""));
         match first.trim() {
-            // The line remains as an empty one, so that messages have the line numbers of the file.
+            // An empty line remains, so that messages have the line numbers of the file.
             "--lua" => format!("\n{rest}"),
             _ => text,
         }
     }
 
-    /// Returns the handle of the object that it belongs to, unless it is in a script object.
+    /// Returns the handle of the object that the script belongs to, unless it is in a script object.
     pub fn owner(&self) -> i32 {
         [self.object, self.customized, self.called_back].into_iter().find(|h| *h >= 0).unwrap_or(-1)
     }
 
-    /// Returns whether it is a copy of the default main script of its version.
+    /// Returns whether the script is a copy of the default main script of its version.
     pub fn is_default_main(&self) -> bool {
         let calls_default = || decode(&self.text).contains("defaultMainScript");
         self.kind == MAIN && (self.bits & 8 == 0 || calls_default())
     }
-    /// Returns whether it is disabled.
+    /// Returns whether the script is disabled.
     pub fn is_off(&self) -> bool {
         self.bits & 2 != 0
     }
-    /// Returns whether its text runs as a thread.
+    /// Returns whether the script runs as a thread.
     pub fn is_threaded(&self) -> bool {
         self.bits & 1 != 0
     }

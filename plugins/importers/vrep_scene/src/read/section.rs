@@ -13,11 +13,11 @@ pub type Reader<T> = fn(&mut T, &mut Cursor<'_>, &mut Unknowns) -> Read;
 
 /// A row of a table: the meaning of an element.
 pub struct Tag<T> {
-    /// Tag of the form with 4-byte numbers, or without numbers; empty: none.
+    /// Tag of the form with 4-byte numbers, or without numbers; may be empty.
     pub single: &'static str,
-    /// Tag of the form with 8-byte numbers; empty: none.
+    /// Tag of the form with 8-byte numbers; may be empty.
     pub double: &'static str,
-    /// Reads its payload.
+    /// Reads the element's payload.
     pub read: Reader<T>,
 }
 
@@ -35,7 +35,7 @@ macro_rules! tags {
 }
 pub(crate) use tags;
 
-/// How an object ends.
+/// The way in which an object ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// `EOO`, or the end of the bytes.

@@ -18,7 +18,7 @@ pub struct Proximity {
     pub waves: i32,
     /// Greatest angle to the surface normal, rad.
     pub angle: f64,
-    /// Whether that angle applies regardless of the bits; since 4.10.
+    /// Whether `angle` applies regardless of the bits; since 4.10.
     pub angle_alone: bool,
     /// Bits: 1 nearest point, 2 angle limit, 4 no front faces, 5 no back faces, 7 only on request.
     pub bits: u8,

@@ -47,7 +47,7 @@ pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Texture> {
 pub struct Property {
     /// Number of the image, or handle of the vision sensor that provides it.
     pub texture: i32,
-    /// How texture coordinates are computed.
+    /// The way in which texture coordinates are computed.
     pub mode: i32,
     /// Scale along u and v.
     pub scale: [f64; 2],

@@ -1,4 +1,4 @@
-//! Tests of the geometry: composed frames, wheels on the floor, the direction of the motors, closed meshes.
+//! Tests of the geometry: composed frames, wheels touching the floor, the direction of the motors, closed meshes.
 
 use super::{
     both, close,
@@ -38,7 +38,7 @@ impl Frame {
     }
 }
 
-/// Returns the world frame of an object when all joints are at 0.
+/// Returns the frame of an object relative to the world when all joints are at 0.
 pub fn frame(robot: &Record, object: &Object) -> Frame {
     let array = |key: &str, default: &[f64]| {
         if object.properties.contains_key(key) { object.numbers(key) } else { default.to_vec() }

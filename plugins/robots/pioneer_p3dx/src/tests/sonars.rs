@@ -200,7 +200,7 @@ fn no_part_of_the_robot_enters_a_cone() {
             let o = sensor(&robot, n);
             let f = frame(&robot, o);
             let (p, z) = (f.point([0.0; 3]), f.direction([0.0, 0.0, 1.0]));
-            // With a margin of one degree.
+            // The edge of the cone, with a margin of one degree.
             let edge = (o.number("proximity.angle") / 2.0 + 1f64.to_radians()).cos();
             for q in &points {
                 let d: [f64; 3] = std::array::from_fn(|k| q[k] - p[k]);

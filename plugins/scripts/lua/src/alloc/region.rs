@@ -4,7 +4,7 @@ use crate::system;
 
 const ALIGN: usize = 4 << 30;
 /// Address space left to the rest of the program. If scripts reserved all of it, the next ordinary allocation would
-/// fail and end the program; where less than this is free, scripts use the system's allocator.
+/// fail and end the program. If less than this is free, scripts use the system's allocator.
 const LEFT: usize = 1 << 30;
 
 /// Reserved address space that begins at a multiple of 4 GiB. It uses no memory until committed.

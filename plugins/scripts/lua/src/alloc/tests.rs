@@ -51,7 +51,7 @@ fn sorted_free_lists_are_left_alone() {
     unsafe {
         let all: Vec<_> = (0..6).map(|_| slot.allocate(100, false, std::ptr::null())).collect();
         assert!(!slot.unsorted.get());
-        // In order, and not at the end.
+        // Freed out of order, and not at the end.
         slot.free_block(all[2], 100);
         slot.free_block(all[1], 100);
         assert!(!slot.unsorted.get());

@@ -13,7 +13,7 @@ fn single(x: f64) -> f64 {
 /// Rounds arguments in place: numbers, and arrays of numbers in the memory of this call.
 ///
 /// # Safety
-/// `first` points to `n` values converted by `Reader`, which are valid for writes, as are their arrays.
+/// `first` must point to `n` values converted by `Reader`; they and their arrays must be valid for writes.
 pub(crate) unsafe fn to_single(first: *mut tatu_value, n: usize) {
     for i in 0..n {
         let v = &mut *first.add(i);
@@ -57,7 +57,7 @@ pub(crate) unsafe fn put_single(l: *mut lua_State, v: &tatu_value) {
 mod tests {
     use super::single;
 
-    /// tests/facts/script-api.md, 1: before 4.5, setting 0.1 reads back as 0.10000000149.
+    /// tests/facts/script-api.md, 1: before 4.5, a parameter set to 0.1 reads back as 0.10000000149.
     #[test]
     fn a_tenth_is_not_quite_one() {
         assert_eq!(format!("{:.14}", single(0.1)), "0.10000000149012");

@@ -62,7 +62,7 @@ impl Reader<'_> {
     /// cannot be passed.
     ///
     /// # Safety
-    /// `idx` is absolute. A string in `*out` is valid only while the Lua value is on the stack.
+    /// `idx` must be absolute. A string in `*out` is valid only while the Lua value is on the stack.
     #[inline(always)]
     pub(crate) unsafe fn read(&mut self, idx: i32, n: u32, out: *mut tatu_value) {
         let l = self.l;
@@ -195,7 +195,7 @@ impl Reader<'_> {
         (i == n).then(|| span(tag, memory.cast(), n))
     }
 
-    /// Converts keys 1 to n that Lua traverses in another order.
+    /// Converts an array whose keys 1 to n Lua traverses in a different order.
     unsafe fn unordered_numbers(&mut self, idx: i32, n: usize, floats: bool) -> tatu_value {
         let l = self.l;
         let memory = self.allocate::<u64>(n);
@@ -296,8 +296,8 @@ fn refusal(call: &str, at: &Step<'_>, what: &str, text: &str) -> Fail {
         let _ = match key {
             Key::Int(i) => write!(path, "[{i}]"),
             Key::Text(ptr, len) => {
-                // SAFETY: the key string is referenced by a table on the stack that is being converted, so it is not
-                // collected or changed.
+                // SAFETY: `ptr` and `len` describe a Lua string, which is a key of a table on the stack that is being
+                // converted, so it is not collected or changed.
                 let name = unsafe { std::slice::from_raw_parts(ptr, len) };
                 write!(path, ".{}", String::from_utf8_lossy(name))
             }
@@ -312,7 +312,8 @@ fn refusal(call: &str, at: &Step<'_>, what: &str, text: &str) -> Fail {
 /// Stores the `n` values on top of the stack as the frame's results, and pops them.
 ///
 /// # Safety
-/// The frame has room for `results_cap` results, and at least `n` values are on the stack. May raise an error.
+/// The frame must have room for `results_cap` results, and at least `n` values must be on the stack. May raise a Lua
+/// error.
 pub(crate) unsafe fn take_results(l: *mut lua_State, s: &State, frame: *mut tatu_call, n: i32) {
     let frame = &mut *frame;
     let first = lua_gettop(l) - n + 1;

@@ -11,7 +11,7 @@ use crate::{errors, run::functions, stack::push};
 /// Pushes a value.
 ///
 /// # Safety
-/// There is one free stack slot, and the value's spans are valid for reads. May raise an error.
+/// The stack must have one free slot, and the value's spans must be valid for reads. May raise a Lua error.
 #[inline(always)]
 pub(crate) unsafe fn put(l: *mut lua_State, v: &tatu_value) {
     match v.tag {
@@ -87,7 +87,7 @@ unsafe fn put_deep(l: *mut lua_State, v: &tatu_value, depth: u32) {
 /// Pushes the arguments of a call from the host and returns their number.
 ///
 /// # Safety
-/// The frame's arguments are valid for reads. May raise an error.
+/// The frame's arguments must be valid for reads. May raise a Lua error.
 pub(crate) unsafe fn put_args(l: *mut lua_State, frame: *const tatu_call) -> i32 {
     let n = (*frame).n_args as i32;
     luaL_checkstack(l, n + 4, null());

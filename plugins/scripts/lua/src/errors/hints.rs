@@ -95,7 +95,7 @@ pub(crate) fn commands(s: &State) -> Vec<String> {
 /// Returns the names of the script's globals.
 ///
 /// # Safety
-/// `l` is an idle thread with three free stack slots.
+/// `l` must be an idle thread with three free stack slots.
 pub(crate) unsafe fn globals(l: *mut lua_State) -> Vec<String> {
     let mut out = Vec::new();
     lua_pushglobaltable(l);

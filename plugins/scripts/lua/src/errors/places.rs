@@ -8,7 +8,7 @@ use crate::{lua_internals, state::State};
 /// Records the script's position when it runs out of memory, since there is no memory for a message handler then.
 ///
 /// # Safety
-/// `s` is a state of this plugin.
+/// `s` must point to a live state of this plugin.
 pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void, grown: *const u8) {
     let s = &*s.cast::<State>();
     if let Ok(mut places) = s.memory_positions.try_borrow_mut() {
@@ -16,8 +16,8 @@ pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void, grown: *const u8) {
     }
 }
 
-/// Returns files and lines of the running calls, innermost first, without allocating memory in Lua. In a coroutine of
-/// the script, it is the line that resumed it.
+/// Returns files and lines of the running calls, innermost first, without allocating memory in Lua. Inside a coroutine
+/// of the script, the line is the one that resumed the coroutine.
 unsafe fn running_at(s: &State) -> Vec<(String, u64)> {
     let l = s.running.get();
     let mut places = Vec::new();

@@ -33,7 +33,7 @@ pub(crate) fn protect(s: &State, f: &mut dyn FnMut(*mut lua_State)) -> Result {
     }
 }
 
-/// Body of `protect`: calls the closure that the light userdata points to.
+/// Runs as the body of `protect`; calls the closure that the light userdata points to.
 unsafe extern "C-unwind" fn run(l: *mut lua_State) -> i32 {
     let f = &mut *lua_touserdata(l, 1).cast::<&mut dyn FnMut(*mut lua_State)>();
     lua_settop(l, 0);

@@ -12,7 +12,7 @@ use crate::{
 /// recorded with its code.
 ///
 /// # Safety
-/// The calling C function keeps no value with a destructor alive.
+/// The calling C function must keep no value with a destructor alive.
 pub(crate) unsafe fn raise(l: *mut lua_State, fail: Fail) -> i32 {
     luaL_checkstack(l, 4, std::ptr::null());
     luaL_where(l, 1);
@@ -21,7 +21,7 @@ pub(crate) unsafe fn raise(l: *mut lua_State, fail: Fail) -> i32 {
     lua_error(l)
 }
 
-/// Records a failure and returns its text as the script sees it, valid until the next one.
+/// Records a failure and returns its text as the script sees it. The text is valid until the next failure is recorded.
 fn remember<'a>(s: &'a State, place: &[u8], fail: Fail) -> &'a [u8] {
     let mut text = place.to_vec();
     text.extend_from_slice(fail.text().as_bytes());
@@ -40,7 +40,7 @@ fn remember<'a>(s: &'a State, place: &[u8], fail: Fail) -> &'a [u8] {
 /// Raises a plain message with the position of the calling line.
 ///
 /// # Safety
-/// The calling C function keeps no value with a destructor alive.
+/// The calling C function must keep no value with a destructor alive.
 pub(crate) unsafe fn raise_text(l: *mut lua_State, text: &str) -> i32 {
     luaL_checkstack(l, 4, std::ptr::null());
     luaL_where(l, 1);

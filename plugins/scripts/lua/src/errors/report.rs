@@ -25,8 +25,8 @@ pub(crate) unsafe extern "C-unwind" fn handler(l: *mut lua_State) -> i32 {
 /// Records the error value on top of `l`, raised in the thread `from`.
 ///
 /// # Safety
-/// `l` and `from` are live threads of `s`, and the error value is on top of `l`. May raise an error when memory is
-/// short.
+/// `l` and `from` must be live threads of `s`, and the error value must be on top of `l`. May raise a Lua error when
+/// memory is short.
 pub(crate) unsafe fn record(l: *mut lua_State, from: *mut lua_State, s: &State) {
     if lua_checkstack(l, 10) == 0 {
         return;
@@ -36,8 +36,7 @@ pub(crate) unsafe fn record(l: *mut lua_State, from: *mut lua_State, s: &State) 
         to_text(l, -1);
         lua_replace(l, -2);
     }
-    // The traceback has few lines and is not charged: with a spent budget, reporting that would fail with the same
-    // error.
+    // The traceback has few lines and is not charged: with a spent budget, building it would fail with the same error.
     let limit = s.budget.release();
     luaL_traceback(l, from, std::ptr::null(), i32::from(from == l));
     s.budget.confine(limit);
@@ -64,7 +63,7 @@ unsafe fn record_error(s: &State, from: *mut lua_State, text: &[u8], traceback: 
 /// Converts the error that ended a protected call.
 ///
 /// # Safety
-/// The error value is on top of the stack of `l`.
+/// The error value must be on top of the stack of `l`.
 pub(crate) unsafe fn from_lua(s: &State, l: *mut lua_State, status: i32) -> Fail {
     let caught = s.errors.borrow_mut().caught.take();
     if let Some(fail) = s.budget.refusal() {
@@ -155,7 +154,7 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
     with_traceback(located(fail, place, &caught), Some(&caught))
 }
 
-/// Builds the message about a name that no plugin offers.
+/// Builds the message about a name that no plugin provides.
 fn unknown(message: &str, name: &str) -> String {
     if message.starts_with("attempt to index") {
         return format!("there is no `{name}` here: no plugin offers commands of that name");

@@ -1,4 +1,4 @@
-//! Loads a script's text: preludes, dialect, compilation.
+//! Loads a script's source: preludes, dialect, compilation.
 
 mod preludes;
 
@@ -22,12 +22,13 @@ use crate::{
 };
 use preludes::run_preludes;
 
-/// Loads a script's text, and returns its dialect.
+/// Loads a script's source, and returns its dialect.
 pub(crate) fn load(s: &State, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
     *s.words.borrow_mut() = lexer::words(text);
     let mut rules = Rules::default();
     let dialect = if dialect.is_empty() {
-        // The preludes infer the dialect in a first pass; its errors are ignored because the second pass repeats them.
+        // The preludes infer the dialect in a first pass. Its errors are ignored, because the second pass reports them
+        // again.
         let mut first = Rules::default();
         let before = s.slot.backup();
         let _ = run_preludes(s, None, &mut first);

@@ -1,4 +1,4 @@
-//! Runs preludes, texts of command plugins that precede a script, and reads the rules that they return.
+//! Runs preludes (Lua code of command plugins that runs before a script), and reads the rules that they return.
 
 use mlua_sys::*;
 use tatu_plugin_api::safe::*;
@@ -140,7 +140,7 @@ unsafe fn read_rules(l: *mut lua_State, rules: &mut Rules) {
     lua_pop(l, 1);
 }
 
-/// Implements `has(...)` for preludes: returns whether the script's text contains one of these names or operators.
+/// Implements `has(...)` for preludes: returns whether the script's source contains one of these names or operators.
 unsafe extern "C-unwind" fn has(l: *mut lua_State) -> i32 {
     let found = {
         let words = state::of(l).words.borrow();
@@ -150,7 +150,7 @@ unsafe extern "C-unwind" fn has(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Implements `between(from, to)` for preludes: returns the first name in the script's text that sorts at or after
+/// Implements `between(from, to)` for preludes: returns the first name in the script's source that sorts at or after
 /// `from` and before `to`, byte by byte; nil if there is none.
 unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
     let word = {

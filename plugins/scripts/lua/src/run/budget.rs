@@ -10,17 +10,17 @@ use crate::{
     state::{self, State, account::HOOK_INTERVAL},
 };
 
-/// Instructions charged for a new coroutine, since its hook starts a count of its own.
+/// Instructions charged for a new coroutine, since its hook starts a separate count.
 const COROUTINE_COST: u64 = 500;
 
-/// Instructions charged for a system call or a line of the log, and for opening a file.
+/// Instructions charged for each system call, each line of the log, and each opened file.
 pub(crate) const SYSTEM_CALL: u64 = 500;
 pub(crate) const OPENING: u64 = 5000;
 pub(crate) const LINE: u64 = 100;
-/// Instructions charged for looking up a name at the host.
+/// Instructions charged for looking up a name in the host.
 pub(crate) const LOOKUP: u64 = 50;
 
-/// Charges the instructions that a new coroutine may run before its own hook counts.
+/// Charges a new coroutine for the instructions that it can run before its own hook is called for the first time.
 pub(crate) fn charge_coroutine(s: &State) {
     let used = &s.budget.meter().used;
     used.set(used.get() + COROUTINE_COST * INSTRUCTION);
@@ -29,7 +29,7 @@ pub(crate) fn charge_coroutine(s: &State) {
 /// Arms the hook of a thread; coroutines it creates inherit the hook.
 ///
 /// # Safety
-/// `l` is a thread of a state created by this plugin.
+/// `l` must be a thread of a state created by this plugin.
 pub(crate) unsafe fn arm(l: *mut lua_State) {
     lua_sethook(l, Some(hook), LUA_MASKCOUNT, HOOK_INTERVAL as i32);
 }
@@ -43,7 +43,8 @@ pub(crate) fn remaining(s: &State) -> u64 {
 /// Charges the work of a library function that can take long.
 ///
 /// # Safety
-/// Raises a Lua error when the budget is exhausted.
+/// The calling C function must keep no value with a destructor alive, since this raises a Lua error when the budget is
+/// exhausted.
 pub(crate) unsafe fn charge(l: *mut lua_State, instructions: u64) {
     charge_units(l, instructions.saturating_mul(INSTRUCTION));
 }
@@ -51,7 +52,7 @@ pub(crate) unsafe fn charge(l: *mut lua_State, instructions: u64) {
 /// Like [`charge`], in units.
 ///
 /// # Safety
-/// Raises a Lua error when the budget is exhausted.
+/// The requirements of [`charge`] apply.
 pub(crate) unsafe fn charge_units(l: *mut lua_State, units: u64) {
     let meter = state::of(l).budget.meter();
     let (used, limit) = (meter.used.get(), meter.limit.get());
@@ -62,7 +63,7 @@ pub(crate) unsafe fn charge_units(l: *mut lua_State, units: u64) {
     }
 }
 
-/// Called by C code that has spent the budget.
+/// Raises the error of an exhausted budget. C code calls this when it has spent the budget.
 ///
 /// # Safety
 /// The requirements of [`charge`] apply. Only this plugin sets the limit of a Lua state, so `l` is one of its states.

@@ -1,7 +1,7 @@
-//! Callbacks of a script: finds and runs them.
+//! Finds and runs the callbacks of a script.
 //!
-//! The style is decided after the text has run once, in the callback `init`: either the script defines a function per
-//! callback, or the whole text is run again for each callback, with a global that names it.
+//! The style is decided after the script has run once, in the callback `init`: either it defines a function per
+//! callback, or the whole script is run again for each callback, with a global that names the callback.
 
 use std::sync::Arc;
 
@@ -22,18 +22,18 @@ use crate::{
     },
 };
 
-/// The callback of the first run of the text.
+/// The callback in which the script runs for the first time.
 const INIT: &[u8] = b"init";
 /// The callback between the first run and `init`.
 const INFO: &[u8] = b"info";
-/// The callback of texts that run once per step.
+/// The callback in which scripts of the style `Step` run.
 const ACTUATION: &[u8] = b"actuation";
 /// The callback that runs even after an error.
 const CLEANUP: &[u8] = b"cleanup";
 /// The callback that runs as a coroutine.
 const THREAD: &[u8] = b"thread";
 
-/// Returns the callback in which a text of a style runs first.
+/// Returns the callback in which a script of a style runs first.
 fn first(style: Style) -> &'static [u8] {
     match style {
         Style::Step => ACTUATION,
@@ -84,7 +84,7 @@ pub(crate) fn find(s: &State, how: u32, name: &[u8]) -> u32 {
 /// Pushes the function of a callback; if there is none, pushes nil and returns false.
 ///
 /// # Safety
-/// Runs in protected mode, since it may raise an error.
+/// Must run in protected mode, since it may raise an error.
 pub(crate) unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> bool {
     luaL_checkstack(l, 8, std::ptr::null());
     let top = lua_gettop(l);
@@ -113,7 +113,7 @@ pub(crate) unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> 
     false
 }
 
-/// Pushes a function by its qualified name; if there is none, pushes another value and returns false.
+/// Pushes a function by its qualified name; if there is none, pushes a different value and returns false.
 unsafe fn function(l: *mut lua_State, name: &[u8]) -> bool {
     luaL_checkstack(l, 4, std::ptr::null());
     lua_pushglobaltable(l);
@@ -128,7 +128,7 @@ unsafe fn function(l: *mut lua_State, name: &[u8]) -> bool {
     lua_type(l, -1) == LUA_TFUNCTION
 }
 
-/// Calls a callable by its number.
+/// Calls a callable, given its number.
 pub(crate) fn call(s: &State, callable: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow> {
     let (how, name, style, rules, may_rerun) = {
         let text = s.text.borrow();
@@ -168,7 +168,7 @@ pub(crate) fn call(s: &State, callable: u32, frame: &mut Frame<'_>, budget: Budg
     });
     let begun = s.text.borrow().style != Style::NotRun;
     if style == Style::NotRun && !begun && result.is_err() && how == TATU_FIND_CALLBACK {
-        // The text failed: keep the callbacks defined so far, above all `cleanup`.
+        // The script failed: keep the callbacks defined so far, above all `cleanup`.
         // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `rules` outlives the call.
         let _ = protect(s, &mut |l| unsafe {
             decide_style(l, s, rules, may_rerun);
@@ -188,7 +188,7 @@ unsafe fn start_or_call(l: *mut lua_State, s: &State, rules: &Rules, name: &[u8]
     if name == THREAD { threads::start(l, s, frame) } else { call_callback(l, s, rules, name, frame) }
 }
 
-/// Runs a text of the style `Step` or `Thread`.
+/// Runs a script of the style `Step` or `Thread`.
 unsafe fn run_text(l: *mut lua_State, s: &State, rules: &Rules, frame: *mut tatu_call) -> Flow {
     let style = rules.style.unwrap_or_default();
     s.text.borrow_mut().style = style;
@@ -202,7 +202,7 @@ unsafe fn run_text(l: *mut lua_State, s: &State, rules: &Rules, frame: *mut tatu
     start_or_call(l, s, rules, first(style), frame)
 }
 
-/// Runs the text for the first time, then the callbacks `info` and `init`.
+/// Runs the script for the first time, then the callbacks `info` and `init`.
 unsafe fn first_run(
     l: *mut lua_State,
     s: &State,
@@ -229,7 +229,7 @@ unsafe fn first_run(
     if let Some(rerun) = &rules.rerun {
         rerun.set_globals(l, s.instance.owner, None);
     }
-    // Metadata is read between the first run of the text and `init`.
+    // Metadata is read between the first run of the script and `init`.
     if name != INFO && callback(l, rules, INFO) {
         lua_call(l, 0, 0);
     }
@@ -267,7 +267,7 @@ unsafe fn end_by_number(l: *mut lua_State, s: &State, base: i32) {
     }
 }
 
-/// Chooses the style after the text has run.
+/// Chooses the style after the script has run.
 unsafe fn decide_style(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool) -> Style {
     let style = match rules.style {
         Some(style) => style,

@@ -1,7 +1,7 @@
 //! Binds commands, constants and namespaces to Lua names when a script first uses them.
 //!
-//! The globals and each namespace table (such as that of "gripper.") fall back to a cache table, which asks the host
-//! for names it lacks. The script's own tables are never changed.
+//! The globals and each namespace table (such as that of "gripper.") fall back to a cache table; if that lacks a name,
+//! it asks the host. The script's own tables are never changed.
 
 use std::{mem::MaybeUninit, ptr::null_mut};
 
@@ -50,7 +50,7 @@ pub(crate) unsafe extern "C-unwind" fn command(l: *mut lua_State) -> i32 {
 /// Calls a command with the arguments on the stack.
 ///
 /// # Safety
-/// The caller is a C function of Lua that keeps no value with a destructor alive.
+/// The caller must be a C function of Lua that keeps no value with a destructor alive.
 #[inline(always)]
 pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     let s = state::of(l);
@@ -156,10 +156,10 @@ fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {
         return Fail::unsupported("this command waits, which is not possible here")
             .help("call it from a thread callback or a coroutine, not inside a sort or a metamethod");
     }
-    // SAFETY: the host's error stays valid until its next error, and is copied here.
+    // SAFETY: `frame.error` belongs to the host, which keeps it valid until its next error; `read` copies it.
     let fail = unsafe { Fail::read(status, frame.error) };
     // SAFETY: the error was copied above, and nothing else refers to the part of the arena that this call allocated
-    // behind `mark`.
+    // after `mark`.
     unsafe { (s.commands.release)(s.world_ref(), s.mark.get()) };
     fail
 }
@@ -241,7 +241,7 @@ unsafe fn scope(l: *mut lua_State, prefix: i32) {
 /// Gives the table on top a metatable whose `__index` is a cache of names with the prefix at index `prefix`.
 ///
 /// # Safety
-/// There are six free stack slots. May raise an error.
+/// The stack must have six free slots. May raise a Lua error.
 unsafe fn attach(l: *mut lua_State, prefix: i32) {
     lua_newtable(l); // metatable
     lua_newtable(l); // cache
@@ -257,7 +257,7 @@ unsafe fn attach(l: *mut lua_State, prefix: i32) {
 /// Connects the globals to the host's names.
 ///
 /// # Safety
-/// Called once, while the state is created. May raise an error.
+/// Must be called once, while the state is created. May raise a Lua error.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     luaL_checkstack(l, 12, std::ptr::null());
     push(l, b"");
@@ -273,7 +273,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
 /// Clears the name caches after commands were added or removed; namespace tables keep their identity.
 ///
 /// # Safety
-/// May raise an error.
+/// May raise a Lua error.
 pub(crate) unsafe fn refresh(l: *mut lua_State, s: &State) {
     let now = (s.commands.generation)(s.world_ref());
     if now == s.generation.get() {

@@ -64,7 +64,8 @@ pub(crate) fn enter(
     }
     let entry = Entry::begin(s, budget);
     let mut flow = Flow::Done;
-    // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `frame` is valid as above.
+    // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `frame` is an exclusive borrow
+    // that is valid during this call.
     let result = protect(s, &mut |l| unsafe {
         commands::refresh(l, s);
         if s.depth.get() == 1 {
@@ -84,7 +85,7 @@ pub(crate) fn enter(
 /// Calls the function on top of the stack with the frame's arguments.
 ///
 /// # Safety
-/// Runs in protected mode, with a function on top of the stack; `frame` is valid.
+/// Must run in protected mode, with a function on top of the stack; `frame` must be valid.
 pub(crate) unsafe fn run(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
     let base = lua_gettop(l) - 1;
     let n = put_args(l, frame);

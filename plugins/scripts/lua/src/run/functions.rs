@@ -15,7 +15,7 @@ const KEPT: u32 = 1 << 31;
 /// id.
 ///
 /// # Safety
-/// There are two free stack slots. May raise an error.
+/// The stack must have two free slots. May raise a Lua error.
 pub(crate) unsafe fn borrow(l: *mut lua_State, s: &State, idx: i32) -> u32 {
     let id = s.borrowed.get() % (KEPT - 1) + 1;
     s.borrowed.set(id);
@@ -29,7 +29,7 @@ pub(crate) unsafe fn borrow(l: *mut lua_State, s: &State, idx: i32) -> u32 {
 /// Removes the functions borrowed since `before`.
 ///
 /// # Safety
-/// There are two free stack slots. Raises no error, since the entries exist.
+/// The stack must have two free slots. Raises no error, since the entries exist.
 pub(crate) unsafe fn release_borrowed_since(l: *mut lua_State, s: &State, before: u32) {
     let now = s.borrowed.get();
     if now == before {
@@ -48,7 +48,7 @@ pub(crate) unsafe fn release_borrowed_since(l: *mut lua_State, s: &State, before
 /// Removes borrowed functions that outlived their call: results, and arguments of calls that failed.
 ///
 /// # Safety
-/// May raise an error.
+/// May raise a Lua error.
 pub(crate) unsafe fn release_borrowed(l: *mut lua_State, s: &State) {
     if s.borrowed.get() != s.returned.get() {
         s.returned.set(s.borrowed.get());
@@ -61,7 +61,7 @@ pub(crate) unsafe fn release_borrowed(l: *mut lua_State, s: &State) {
 /// script.
 ///
 /// # Safety
-/// There are two free stack slots. May raise an error.
+/// The stack must have two free slots. May raise a Lua error.
 pub(crate) unsafe fn put(l: *mut lua_State, func: u64) {
     let s = state::of(l);
     if func >> 32 == s.instance.id {
@@ -72,7 +72,7 @@ pub(crate) unsafe fn put(l: *mut lua_State, func: u64) {
     }
 }
 
-/// Pushes the function of an id; nil if there is none.
+/// Pushes the function of an id, or nil if there is none.
 pub(super) unsafe fn look(l: *mut lua_State, local: u32) {
     registry(l, if local >= KEPT { reg::KEPT } else { reg::BORROWED });
     lua_rawgeti(l, -1, i64::from(local & !KEPT));

@@ -1,9 +1,9 @@
 //! Garbage collection at fixed intervals of calls.
 //!
-//! A removed string key returns to its old node if it is set again before the next collection, and may get another node
-//! after it; so collections influence the order of `pairs`. Lua's own pacing depends on allocated bytes, which differ
-//! in a restored state, whereas the number of calls from the host does not. Lua's pacing remains active only for
-//! scripts that create much garbage between two collections.
+//! If a removed string key is set again before the next collection, it returns to its old node; after a collection it
+//! may get a different one. So collections influence the order of `pairs`. Lua's own pacing depends on the bytes
+//! allocated, which differ in a restored state, whereas the number of calls from the host does not. Lua's own pacing
+//! remains active only for scripts that create much garbage between two collections.
 
 use mlua_sys::*;
 
@@ -17,7 +17,7 @@ const THRESHOLD_KIB: i32 = 4 << 10;
 /// Stops the collector while the library is opened.
 ///
 /// # Safety
-/// `l` is the main thread of a new state.
+/// `l` must be the main thread of a new state.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_gc(l, LUA_GCSTOP);
 }
@@ -25,7 +25,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
 /// Runs a full collection and sorts the slot's free lists.
 ///
 /// # Safety
-/// The state runs nothing, or only code of this plugin in protected mode.
+/// The state must run nothing, or only code of this plugin in protected mode.
 pub(crate) unsafe fn full(l: *mut lua_State, s: &State) {
     lua_gc(l, LUA_GCCOLLECT);
     s.slot.sort_free_lists();
@@ -34,7 +34,7 @@ pub(crate) unsafe fn full(l: *mut lua_State, s: &State) {
 /// Restarts Lua's own pacing, as after a full collection.
 ///
 /// # Safety
-/// `l` belongs to a state of this plugin.
+/// `l` must belong to a state of this plugin.
 pub(crate) unsafe fn restart(l: *mut lua_State) {
     lua_internals::defer_gc(l, THRESHOLD_KIB);
 }
@@ -42,7 +42,7 @@ pub(crate) unsafe fn restart(l: *mut lua_State) {
 /// Counts a call, and collects if one is due. Different scripts collect in different steps.
 ///
 /// # Safety
-/// Runs in protected mode, in the outermost call.
+/// Must run in protected mode, in the outermost call.
 pub(crate) unsafe fn count_call(l: *mut lua_State, s: &State) {
     s.entries.set(s.entries.get() + 1);
     if is_due(s) {

@@ -1,5 +1,5 @@
-//! Detects names of commands that scripts cannot use because Lua defines them itself: `print`, or `string.anything`.
-//! Each is reported once per process.
+//! Detects names of commands that scripts cannot use because Lua itself defines them, such as `print`, or names in its
+//! libraries, such as `string.anything`. Each is reported once per process.
 
 use std::{
     collections::BTreeSet,

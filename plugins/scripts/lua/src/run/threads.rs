@@ -17,7 +17,7 @@ use crate::{
 /// Starts a coroutine of the plugin with the function on top.
 ///
 /// # Safety
-/// Runs in protected mode, with a function on top of the stack; `frame` is valid.
+/// Must run in protected mode, with a function on top of the stack; `frame` must be valid.
 pub(crate) unsafe fn start(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
     let function = lua_gettop(l);
     let thread = lua_newthread(l);

@@ -15,10 +15,10 @@ use crate::{
     state::{self, State, slices::PER_MS},
 };
 
-/// Called by the count hook; preempts the running thread at the end of its slice.
+/// Handles a run of the count hook; preempts the running thread at the end of its slice.
 ///
 /// # Safety
-/// The call is the last action of the hook, since it may yield.
+/// The call must be the last action of the hook, since it may yield.
 #[inline]
 pub(crate) unsafe fn count(l: *mut lua_State, s: &State, instructions: u64) {
     let slices = &s.slices;
@@ -29,7 +29,7 @@ pub(crate) unsafe fn count(l: *mut lua_State, s: &State, instructions: u64) {
     let used = slices.used.get() + instructions;
     slices.used.set(used);
     let length = slices.length.get();
-    // Coroutines of the script inside it, and comparison functions of a sort, finish first.
+    // Coroutines of the script inside the thread, and comparison functions of a sort, finish first.
     if length != 0 && used >= length && l == own && lua_isyieldable(l) != 0 {
         preempt(l, s);
     }
@@ -54,7 +54,7 @@ unsafe fn preempt(l: *mut lua_State, s: &State) {
 /// Returns whether a suspended thread was preempted, rather than suspended by a command that expects results.
 ///
 /// # Safety
-/// `thread` is suspended and belongs to a state of this plugin.
+/// `thread` must be suspended and belong to a state of this plugin.
 pub(crate) unsafe fn was_preempted(thread: *mut lua_State) -> bool {
     let mut ar = std::mem::zeroed::<lua_Debug>();
     if lua_getstack(thread, 0, &mut ar) == 0 {
@@ -76,10 +76,10 @@ pub(crate) unsafe extern "C-unwind" fn slice(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Calls a waiting command without arguments for the thread `l`. Returns the wait's token; 0 if it did not wait.
+/// Calls a waiting command without arguments for the thread `l`. Returns the wait's token, or 0 if it did not wait.
 ///
 /// # Safety
-/// `l` is running and can yield.
+/// `l` must be running and able to yield.
 unsafe fn wait(l: *mut lua_State, s: &State, packed: u32) -> u64 {
     if packed == 0 {
         return 0;

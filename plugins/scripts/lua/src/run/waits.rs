@@ -15,7 +15,7 @@ use crate::{
 /// Suspends the running coroutine until the host resumes `token`.
 ///
 /// # Safety
-/// The call is the last action of a C function of Lua, in a thread that can yield.
+/// The call must be the last action of a C function of Lua, in a thread that can yield.
 pub(crate) unsafe fn suspend(l: *mut lua_State, s: &State, token: u64) -> i32 {
     luaL_checkstack(l, 4, std::ptr::null());
     registry(l, reg::WAITS);

@@ -1,4 +1,4 @@
-//! List of the objects that existed before a script's text ran. Its order is the same in every state created in the
+//! List of the objects that existed before a script ran. Its order is the same in every state created in the
 //! same way, so that an index identifies an object.
 
 use std::{
@@ -30,7 +30,7 @@ impl Hasher for Address {
     }
 }
 
-/// Creates the list; called after the text is loaded and before it runs.
+/// Creates the list; must be called after the script is loaded and before it runs.
 pub(crate) fn record(s: &State) -> Result {
     let mut seen = Seen::with_capacity_and_hasher(512, BuildHasherDefault::default());
     // SAFETY: `protect` calls the closure with a live thread in protected mode; `seen` belongs to this function, so a

@@ -39,10 +39,10 @@ pub(super) struct Table {
     pub meta: Option<u32>,
 }
 
-/// Identifies a function by its text and its index there, in order of appearance.
+/// Identifies a function by the source that contains it and its index there, in order of appearance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct FunctionRef {
-    /// 0: the script's own text; else an index into [`Image::texts`], from 1.
+    /// 0: the script's own source; otherwise an index into [`Image::texts`], from 1.
     pub text: u32,
     pub function: u32,
 }
@@ -50,17 +50,17 @@ pub(super) struct FunctionRef {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) enum Kind {
     Table(Table),
-    /// A Lua function and its upvalues; `piece` is missing if it existed before the text ran.
+    /// A Lua function and its upvalues; `piece` is missing if it existed before the script ran.
     Function {
         piece: Option<FunctionRef>,
         cells: Vec<u32>,
     },
-    /// A C function of the plugin and its upvalues; `function` is missing if it existed before the text ran.
+    /// A C function of the plugin and its upvalues; `function` is missing if it existed before the script ran.
     Native {
         function: Option<u8>,
         upvalues: Vec<Val>,
     },
-    /// Userdata that existed before the text ran, such as the state of the random generator.
+    /// Userdata that existed before the script ran, such as the state of the random generator.
     Bytes(Vec<u8>),
     /// A coroutine that has ended.
     DeadCoroutine,
@@ -68,7 +68,7 @@ pub(super) enum Kind {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Object {
-    /// Index among the objects that existed before the text ran, if it is one of them.
+    /// Index among the objects that existed before the script ran, if it is one of them.
     pub baseline: Option<u32>,
     pub kind: Kind,
 }
@@ -91,15 +91,15 @@ pub(super) struct PluginData {
 /// The whole content of a snapshot.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Image {
-    /// Hash of the list of objects that existed before the text ran.
+    /// Hash of the list of objects that existed before the script ran.
     pub baseline: u64,
-    /// Hash of the code of the script's text.
+    /// Hash of the code of the script's source.
     pub code: u64,
     pub objects: Vec<Object>,
     /// Upvalues, each shared by all functions that refer to it.
     pub cells: Vec<Val>,
     pub strings: Vec<Vec<u8>>,
-    /// Texts that the script loaded: chunk name and text.
+    /// Sources that the script loaded: chunk name and source.
     pub texts: Vec<(Vec<u8>, Vec<u8>)>,
     /// Numbers shown instead of addresses: object and number.
     pub numbers: Vec<(u32, i64)>,

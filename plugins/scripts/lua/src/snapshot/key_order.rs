@@ -13,7 +13,8 @@ use crate::{
     stack,
 };
 
-/// Returns the main position of a key in a table of `n` nodes; `None` for objects, of which a table has at most one.
+/// Returns the main position of a key in a table of `n` nodes, or `None` for an object; a table has at most one such
+/// key.
 fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
     let modulo = ((n - 1) | 1) as u64;
     Some(match key {
@@ -25,7 +26,7 @@ fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
     })
 }
 
-/// Returns a string whose main position is `place` of `n`, to replace a collected key.
+/// Returns a string whose main position in a table of `n` nodes is `place`, to replace a collected key.
 fn placeholder(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
     loop {
         *count += 1;
@@ -41,7 +42,7 @@ fn placeholder(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
 /// false if the table does not have that size.
 ///
 /// # Safety
-/// Runs in protected mode with enough free stack; the collector is stopped.
+/// Must run in protected mode, with enough free stack and the collector stopped.
 pub(super) unsafe fn fill(
     l: *mut lua_State,
     at: i32,
@@ -92,7 +93,7 @@ pub(super) unsafe fn fill(
 /// Removes the values of dead keys and verifies every node. Returns false if a key is not in its original node.
 ///
 /// # Safety
-/// Runs in protected mode with enough free stack.
+/// Must run in protected mode with enough free stack.
 pub(super) unsafe fn verify(
     l: *mut lua_State,
     at: i32,

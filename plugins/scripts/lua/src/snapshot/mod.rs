@@ -1,18 +1,18 @@
 //! Snapshots: save the state of a script as bytes, and restore it.
 //!
 //! A snapshot contains everything reachable from the globals: tables with sharing, cycles and metatables, functions
-//! with their upvalues, counters, the random generator. Objects that existed before the script's text ran (library,
+//! with their upvalues, counters, the random generator. Objects that existed before the script's source ran (library,
 //! preludes, commands) are stored as an index in a list and keep their identity. A function is stored as an index in a
 //! text and compiled again from it, so that bytecode is never read from a file.
 //!
 //! - `image`: the saved data;
-//! - `baseline`: the objects that existed before the text ran;
+//! - `baseline`: the objects that existed before the script ran;
 //! - `save`: saves a state; `restore`: restores one; `key_order`: restores the order of keys;
 //! - `transfer`: transfers plain data to a state with a changed text.
 //!
-//! The order in which `pairs` visits keys is part of the state: every key returns to its node. Whatever cannot be
-//! restored is refused with its name: suspended coroutines, open files, weak tables and tables with object keys. The
-//! host then replays the run.
+//! The order in which `pairs` visits keys is part of the state: every key returns to its node. Suspended coroutines,
+//! open files, weak tables and tables with object keys cannot be restored; such a script is refused, with the name of
+//! the variable, and the host replays the run instead.
 
 pub(crate) mod baseline;
 mod image;
@@ -71,8 +71,8 @@ pub(crate) fn save(s: &State) -> Result<Vec<u8>> {
     postcard::to_stdvec(&image).map_err(|e| Fail::new(format!("the script's state could not be saved: {e}")))
 }
 
-/// Restores a saved state. If the text has been loaded but not run, everything is restored, provided that the text is
-/// equivalent; if it has run, only plain data.
+/// Restores a saved state. If the script has been loaded but not run, everything is restored, provided that its source
+/// is equivalent; if it has run, only plain data is restored.
 pub(crate) fn restore(s: &State, bytes: &[u8], version: u32) -> Result<()> {
     if version != VERSION {
         return Err(Fail::unsupported(format!(
@@ -89,7 +89,7 @@ pub(crate) fn restore(s: &State, bytes: &[u8], version: u32) -> Result<()> {
     // SAFETY: `protect` calls the closure with a live thread in protected mode.
     protect(s, &mut |l| unsafe { code = hash_of_text(l) })?;
     if code != image.code {
-        return Err(Fail::unsupported("its text has changed"));
+        return Err(Fail::unsupported("its source has changed"));
     }
     let mut restorer = restore::Restorer::new(image);
     // SAFETY: `protect` calls the closure with a live thread in protected mode; all values with destructors belong to
@@ -121,10 +121,10 @@ fn transfer(s: &State, image: Image) -> Result<()> {
     transfer.refused.map_or(Ok(()), |why| Err(Fail::unsupported(why)))
 }
 
-/// Returns the hash of the code of the script's text; 0 if it has none.
+/// Returns the hash of the code of the script's source; 0 if it has none.
 ///
 /// # Safety
-/// Runs in protected mode, since it may raise an error.
+/// Must run in protected mode, since it may raise an error.
 unsafe fn hash_of_text(l: *mut lua_State) -> u64 {
     let there = registry(l, reg::CHUNK) == LUA_TFUNCTION;
     let code = if there { lua_internals::hash_code(l) } else { 0 };

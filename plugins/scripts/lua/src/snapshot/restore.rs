@@ -24,12 +24,12 @@ const BASELINE: i32 = 2;
 /// A restore in progress. It is kept outside of Lua, so that a Lua error leaks nothing.
 pub(super) struct Restorer {
     image: Image,
-    /// Functions of each text, as binary chunks.
+    /// For each source, its functions as binary chunks.
     pieces: Vec<Vec<Vec<u8>>>,
     refused: Option<String>,
 }
 
-/// Source for `lua_load`.
+/// Data that `lua_load` reads.
 struct Chunk {
     bytes: *const u8,
     len: usize,
@@ -46,7 +46,7 @@ impl Restorer {
         Restorer { image, pieces: Vec::new(), refused: None }
     }
 
-    /// Returns the image after the state was restored.
+    /// Returns the image after the state has been restored.
     pub(super) fn finish(self) -> Result<Image> {
         match self.refused {
             None => Ok(self.image),
@@ -63,7 +63,7 @@ impl Restorer {
     /// First phase: creates and fills all objects.
     ///
     /// # Safety
-    /// Runs in protected mode; the collector is stopped, and all objects have the same color.
+    /// Must run in protected mode; the collector must be stopped, and all objects must have the same color.
     pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &State) {
         luaL_checkstack(l, 40, std::ptr::null());
         if !lua_internals::knows_tables(l) {
@@ -71,16 +71,16 @@ impl Restorer {
         }
         lua_createtable(l, self.image.objects.len().min(1 << 24) as i32, 0);
         if registry(l, reg::BASELINE) != LUA_TTABLE || fingerprint(l, BASELINE) != self.image.baseline {
-            return self.refuse("it was saved with another library or other preludes");
+            return self.refuse("it was saved with a different library or different preludes");
         }
         self.prepare(l);
         for id in 0..self.image.objects.len() {
             if !self.make(l, s, id) {
-                return self.refuse("the objects that existed before its text ran are different");
+                return self.refuse("the objects that existed before the script ran are different");
             }
             lua_rawseti(l, OBJECTS, id as i64 + 1);
         }
-        // Metatables are set while they are still empty, so that Lua sees no finalizer in them.
+        // Metatables are set while they are empty, so that Lua finds no finalizer in them.
         for id in 0..self.image.objects.len() {
             self.set_meta(l, id);
         }
@@ -104,7 +104,7 @@ impl Restorer {
     /// Second phase, without allocations: removes the values of dead keys and verifies every node.
     ///
     /// # Safety
-    /// Runs in protected mode, since it may raise an error.
+    /// Must run in protected mode, since it may raise an error.
     pub(super) unsafe fn verify(&mut self, l: *mut lua_State) {
         if self.refused.is_some() {
             return;
@@ -173,7 +173,7 @@ impl Restorer {
         true
     }
 
-    /// Pushes a function of one of the texts. Its bytecode comes from the compiler, not from the image.
+    /// Pushes a function of one of the sources. Its bytecode comes from the compiler, not from the image.
     unsafe fn make_function(&self, l: *mut lua_State, piece: FunctionRef, cells: i32) -> bool {
         let text = self.pieces.get(piece.text as usize);
         let Some(code) = text.and_then(|t| t.get(piece.function as usize)) else { return false };
@@ -209,7 +209,7 @@ impl Restorer {
                 Kind::Function { cells, .. } => {
                     for (i, cell) in cells.iter().enumerate() {
                         let n = i as i32 + 1;
-                        // Per upvalue: the object that owns it, and its index there.
+                        // For each upvalue: the object that owns it, and its index there.
                         if lua_rawgeti(l, owners, i64::from(*cell) + 1) == LUA_TNUMBER {
                             let owner = lua_tointeger(l, -1);
                             lua_rawgeti(l, OBJECTS, owner >> 8);
@@ -236,7 +236,7 @@ impl Restorer {
         lua_settop(l, BASELINE);
     }
 
-    /// Fills a table. A table that existed before the text ran keeps its identity, and gets the content of a new one.
+    /// Fills a table. A table that existed before the script ran keeps its identity, and gets the content of a new one.
     unsafe fn fill(&self, l: *mut lua_State, id: usize) -> bool {
         let Object { baseline, kind: Kind::Table(t) } = &self.image.objects[id] else { return true };
         lua_rawgeti(l, OBJECTS, id as i64 + 1);

@@ -4,10 +4,10 @@ use mlua_sys::*;
 
 use crate::stack::{reg, registry};
 
-/// Pushes the root objects, all of which existed before the text ran; returns their number.
+/// Pushes the root objects, all of which existed before the script ran; returns their number.
 ///
 /// # Safety
-/// There are enough free stack slots for all of them.
+/// The stack must have enough free slots for all of them.
 pub(super) unsafe fn roots(l: *mut lua_State) -> i32 {
     lua_pushglobaltable(l);
     lua_pushlstring(l, c"".as_ptr(), 0);

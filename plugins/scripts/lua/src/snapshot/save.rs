@@ -17,19 +17,19 @@ use crate::{
     stdlib::strings::gmatch_next,
 };
 
-/// How an object was reached from another one; used to name it in messages.
+/// How an object was reached from a different one; used to name it in messages.
 #[derive(Clone, Copy)]
 enum Step {
     Root(usize),
     Key(Val),
-    /// Through an upvalue of this name.
+    /// The object is the value of the upvalue with this name.
     Variable(u32),
     Metatable,
     /// The object is a key of a table.
     AsKey,
 }
 
-/// Stack layout: objects, at their index plus one; objects that existed before the text ran.
+/// Stack layout: objects, at their index plus one; objects that existed before the script ran.
 const OBJECTS: i32 = 1;
 const BASELINE: i32 = 2;
 
@@ -81,7 +81,7 @@ impl Saver {
     /// Traverses the state.
     ///
     /// # Safety
-    /// Runs in protected mode; the collector is stopped.
+    /// Must run in protected mode, with the collector stopped.
     pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &State) {
         luaL_checkstack(l, 40, std::ptr::null());
         if !lua_internals::knows_tables(l) {
@@ -114,7 +114,7 @@ impl Saver {
         }
     }
 
-    /// Indexes the objects that existed before the text ran, and the functions of all texts.
+    /// Indexes the objects that existed before the script ran, and the functions of all texts.
     unsafe fn prepare(&mut self, l: *mut lua_State, s: &State) {
         for k in 0..lua_rawlen(l, BASELINE) {
             lua_rawgeti(l, BASELINE, k as i64 + 1);
@@ -135,7 +135,7 @@ impl Saver {
         }
     }
 
-    /// Indexes the functions of the text on top.
+    /// Indexes the functions of the compiled source on top.
     unsafe fn index_functions(&mut self, l: *mut lua_State, text: u32) {
         let mut pieces = Vec::new();
         lua_internals::dump_all(l, &mut pieces);
@@ -259,7 +259,7 @@ impl Saver {
                 let thread = lua_tothread(l, -1);
                 match lua_status(thread) {
                     LUA_YIELD => self.refuse(id, "is a suspended coroutine"),
-                    LUA_OK if lua_gettop(thread) > 0 => self.refuse(id, "is a coroutine that has yet to begin"),
+                    LUA_OK if lua_gettop(thread) > 0 => self.refuse(id, "is a coroutine that has not started yet"),
                     _ => Kind::DeadCoroutine,
                 }
             }
@@ -297,7 +297,7 @@ impl Saver {
             lua_internals::dump(l, &mut self.dump);
             piece = self.pieces.get(&self.dump).copied();
             if piece.is_none() {
-                return self.refuse(id, "is a function whose text is no longer known");
+                return self.refuse(id, "is a function whose source is no longer known");
             }
         }
         self.list.clear();
@@ -361,7 +361,7 @@ impl Saver {
         let mut objects = 0;
         lua_pushnil(l);
         if n > 0 {
-            // Lua's traversal visits the array part first: continue behind its last value.
+            // Lua's traversal visits the array part first: continue after its last value.
             for i in (1..=t.array() as i64).rev() {
                 if self.array[i as usize - 1] != Val::Nil {
                     lua_pop(l, 1);
@@ -411,10 +411,10 @@ pub(super) fn natives() -> [lua_CFunction; 4] {
     [command, index, foreign, gmatch_next]
 }
 
-/// Pushes the compiled text, or an error message; returns whether it could be compiled.
+/// Pushes the compiled source, or an error message; returns whether it could be compiled.
 ///
 /// # Safety
-/// Runs in protected mode, since it may raise an error.
+/// Must run in protected mode, since it may raise an error.
 pub(super) unsafe fn compile(l: *mut lua_State, text: &(Vec<u8>, Vec<u8>)) -> bool {
     // As a Lua string, the name ends with a zero byte.
     lua_pushlstring(l, text.0.as_ptr().cast(), text.0.len());
@@ -427,7 +427,7 @@ pub(super) unsafe fn compile(l: *mut lua_State, text: &(Vec<u8>, Vec<u8>)) -> bo
 /// Returns a hash of the kinds of the objects in the list at `idx`.
 ///
 /// # Safety
-/// There is a list at `idx`, and one free stack slot.
+/// There must be a list at `idx`, and one free stack slot.
 pub(super) unsafe fn fingerprint(l: *mut lua_State, idx: i32) -> u64 {
     let mut h = 0xcbf2_9ce4_8422_2325_u64;
     for k in 1..=lua_rawlen(l, idx) as i64 {

@@ -1,8 +1,8 @@
-//! Transfers plain data of a snapshot to a script whose text has changed.
+//! Transfers plain data of a snapshot to a script whose source has changed.
 //!
-//! The new text has run already. Globals that hold plain data (numbers, strings, booleans, tables of these without
-//! metatables) get the values of the old script, unless the new text has set them to another type; the random generator
-//! is transferred as well. Functions and local variables are those of the new text.
+//! The new script has already run. Globals that hold plain data (numbers, strings, booleans, tables of these without
+//! metatables) get the values of the old script, unless the new script has set them to a different type; the random
+//! generator is transferred as well. Functions and local variables are those of the new script.
 
 use mlua_sys::*;
 
@@ -13,7 +13,7 @@ use super::{
 };
 use crate::stack::{self, reg, registry};
 
-/// Stack layout: created tables, by object index; objects that existed before the text ran; the globals.
+/// Stack layout: created tables, by object index; objects that existed before the script ran; the globals.
 const OBJECTS: i32 = 1;
 const BASELINE: i32 = 2;
 const GLOBALS: i32 = 3;
@@ -21,7 +21,7 @@ const GLOBALS: i32 = 3;
 /// A transfer in progress. It is kept outside of Lua, so that a Lua error leaks nothing.
 pub(super) struct Transfer {
     image: Image,
-    /// Per object: whether it is a table of plain data.
+    /// For each object, whether it is a table of plain data.
     plain: Vec<bool>,
     pub(super) refused: Option<&'static str>,
 }
@@ -39,12 +39,12 @@ impl Transfer {
     /// Runs the transfer.
     ///
     /// # Safety
-    /// Runs in protected mode, with an empty stack.
+    /// Must run in protected mode, with an empty stack.
     pub(super) unsafe fn run(&mut self, l: *mut lua_State) {
         luaL_checkstack(l, 20, std::ptr::null());
         lua_createtable(l, 0, 0);
         if registry(l, reg::BASELINE) != LUA_TTABLE || fingerprint(l, BASELINE) != self.image.baseline {
-            self.refused = Some("it was saved with another library or other preludes");
+            self.refused = Some("it was saved with a different library or different preludes");
             return;
         }
         lua_pushglobaltable(l);
@@ -90,7 +90,7 @@ impl Transfer {
         }
     }
 
-    /// Sets a global variable if it is plain data and the new text has not set it to another type.
+    /// Sets a global variable if it is plain data and the new script has not set it to a different type.
     unsafe fn global(&self, l: *mut lua_State, node: &Node) {
         let Node::Live { key: key @ Val::Text(_), value } = node else { return };
         if !self.is_plain(*value) {

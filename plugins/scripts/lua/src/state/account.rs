@@ -7,7 +7,8 @@ use tatu_plugin_api::{abi::TATU_ERR_BUDGET, safe::*};
 
 use crate::lua_internals::{self, INSTRUCTION, Meter};
 
-/// Instructions between two runs of the hook. Having a hook costs time, not how often it runs.
+/// Instructions between two runs of the hook. The cost is in having a hook; running it more often costs hardly
+/// anything.
 pub(crate) const HOOK_INTERVAL: u64 = 1000;
 
 /// Budget of the running call. All numbers are in units, see `lua_internals`.
@@ -57,8 +58,8 @@ impl Account {
         // SAFETY: the pointer is null, or points into the Lua state, which is closed only when this `State` is dropped.
         unsafe { self.meter.get().as_ref() }.unwrap_or(&self.own)
     }
-    /// Charges the instructions of the main thread since the last hook run, and restarts the countdown, so that the
-    /// usage of a call does not depend on earlier calls, and a restored state counts as the saved one.
+    /// Charges the instructions of the main thread since the last hook run, and restarts the countdown. Then the usage
+    /// of a call does not depend on earlier calls, and is the same in a restored state as in the saved one.
     fn charge_main_thread(&self) {
         let countdown = self.countdown.get();
         if countdown.is_null() || self.exhausted.get() {
@@ -73,7 +74,7 @@ impl Account {
             *countdown = HOOK_INTERVAL as i32;
         }
     }
-    /// Begins a call; returns the argument for `end`. 0 instructions: no limit.
+    /// Begins a call with a budget of `instructions`, or without a limit if that is 0; returns the argument for `end`.
     pub(crate) fn begin(&self, instructions: u64) -> Outer {
         self.charge_main_thread();
         let limit = match instructions {
@@ -83,7 +84,8 @@ impl Account {
         let meter = self.meter();
         Outer { used: meter.used.replace(0), reported: self.reported.replace(0), limit: meter.limit.replace(limit) }
     }
-    /// Ends a call and returns its own instructions. A nested call also counts against the budget of the outer one.
+    /// Ends a call and returns its own instructions. The instructions of a nested call also count against the outer
+    /// budget.
     pub(crate) fn end(&self, outer: Outer) -> u64 {
         self.charge_main_thread();
         let meter = self.meter();
@@ -107,12 +109,12 @@ impl Account {
     /// Locates the meter and the main thread's countdown.
     ///
     /// # Safety
-    /// The main thread is live and runs nothing, and its hook is armed.
+    /// The main thread must be live, run nothing, and have its hook armed.
     pub(crate) unsafe fn locate(&self, main: *mut lua_State) {
         self.meter.set(lua_internals::meter(main));
         self.countdown.set(lua_internals::hook_count(main));
     }
-    /// Lifts the limit for code that reports an exhausted budget; returns the argument for `confine`.
+    /// Removes the limit for code that reports an exhausted budget; returns the argument for `confine`.
     pub(crate) fn release(&self) -> u64 {
         self.meter().limit.replace(ENDLESS)
     }

@@ -17,7 +17,7 @@ pub(crate) struct Commands {
 }
 
 impl Commands {
-    /// Returns the functions of the host; `None` if it lacks one of them.
+    /// Returns the functions of the host, or `None` if it lacks one of them.
     pub fn of(host: &Host) -> Option<Commands> {
         let t = host.commands_table()?;
         Some(Commands {
@@ -32,7 +32,7 @@ impl Commands {
             call_func: t.call_func?,
         })
     }
-    /// Returns id and alias of a name packed as id << 8 | alias, as stored in bound functions; 0: no such
+    /// Returns id and alias of a name packed as id << 8 | alias, as stored in bound functions, or 0 if there is no such
     /// command. A command has at most 255 names.
     pub fn number(&self, world: WorldRef<'_>, name: &[u8]) -> u32 {
         let mut alias = 0;

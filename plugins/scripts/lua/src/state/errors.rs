@@ -1,10 +1,10 @@
-//! Errors that pass through a script.
+//! The most recent errors of a script.
 
 use std::collections::VecDeque;
 
 use tatu_plugin_api::safe::*;
 
-/// Errors that pass through a script.
+/// The most recent errors of a script.
 #[derive(Default)]
 pub(crate) struct Errors {
     /// The last error of a command, and its text as the script sees it.

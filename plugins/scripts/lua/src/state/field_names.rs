@@ -1,6 +1,6 @@
-//! Field names that an API uses in the maps passed to and returned by callbacks.
+//! Names that an API gives to fields in the maps passed to and returned by callbacks.
 //!
-//! The host has neutral field names; a prelude declares the names in its API: `arguments.dyn.step = "passCnt"` and
+//! The host has neutral field names. A prelude declares the names in its API: `arguments.dyn.step = "passCnt"` and
 //! `results.contact.ignoreContact = "ignore"`.
 
 use mlua_sys::*;
@@ -15,7 +15,7 @@ impl FieldNames {
     /// Reads `{callback = {original = "new"}}` from the table on top.
     ///
     /// # Safety
-    /// Runs in protected mode, with a table on top.
+    /// Must run in protected mode, with a table on top.
     pub(crate) unsafe fn read(&mut self, l: *mut lua_State) {
         luaL_checkstack(l, 6, std::ptr::null());
         lua_pushnil(l);
@@ -44,7 +44,7 @@ impl FieldNames {
     /// table itself may belong to the script.
     ///
     /// # Safety
-    /// Runs in protected mode; `at` is a positive stack index.
+    /// Must run in protected mode; `at` must be a positive stack index.
     pub(crate) unsafe fn rename(&self, l: *mut lua_State, callback: &[u8], at: i32) {
         if !self.has(callback) || lua_type(l, at) != LUA_TTABLE {
             return;

@@ -29,7 +29,7 @@ impl Files {
             }
         }
     }
-    /// Returns the file of a number.
+    /// Returns the file with a number.
     pub(crate) fn get(&mut self, number: usize) -> Option<&mut Open> {
         self.0.get_mut(number)?.as_mut()
     }
@@ -105,7 +105,7 @@ impl Open {
             _ => SeekFrom::Current(offset - back),
         })
     }
-    /// Fills the read buffer; false at the end of the file.
+    /// Fills the read buffer; returns false at the end of the file.
     fn fill(&mut self) -> io::Result<bool> {
         if self.out.len() > MOST {
             self.out = Vec::new();

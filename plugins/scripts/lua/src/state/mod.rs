@@ -40,7 +40,7 @@ pub(crate) struct State {
     pub time: Prop,
     /// The start date of the run.
     pub epoch: Prop,
-    /// Whether the state was restored and no warning about key order has been logged since.
+    /// Whether the state was restored and the warning about key order has not been logged since.
     pub restored: Cell<bool>,
     /// Number of calls from the host.
     pub entries: Cell<u64>,
@@ -48,7 +48,7 @@ pub(crate) struct State {
     pub depth: Cell<u32>,
     /// Position in the world's arena at which the running call began.
     pub mark: Cell<u64>,
-    /// Generation of the commands for which the name caches are valid.
+    /// The host's generation of commands for which the name caches are valid.
     pub generation: Cell<u64>,
     pub budget: Account,
     /// The last token issued, and the thread of the last wait.
@@ -66,12 +66,12 @@ pub(crate) struct State {
     pub single: Cell<bool>,
     /// Whether the running call is one of several parallel ones.
     pub parallel: Cell<bool>,
-    /// Names and operators in the text, while it is loaded.
+    /// Names and operators in the script's source, while it is loaded.
     pub words: RefCell<Vec<Vec<u8>>>,
     pub slices: Slices,
     pub errors: RefCell<Errors>,
     pub text: RefCell<Text>,
-    /// Texts that the script loaded (chunk name, text), so that a snapshot can refer to their functions.
+    /// Sources that the script loaded (chunk name, source), so that a snapshot can refer to their functions.
     pub texts: RefCell<Vec<(Vec<u8>, Vec<u8>)>>,
     pub files: RefCell<Files>,
     /// Incomplete line written with `io.write`.
@@ -98,7 +98,7 @@ impl State {
         // world; all callers run inside such a call.
         unsafe { World::new(self.world, &self.host) }
     }
-    /// Returns the world as functions of the host take it.
+    /// Returns the world in the form that functions of the host take.
     #[inline]
     pub(crate) fn world_ref(&self) -> WorldRef<'_> {
         self.world().raw()
@@ -132,7 +132,7 @@ impl State {
 /// Returns the state that a thread belongs to.
 ///
 /// # Safety
-/// `l` is a thread of a state created by this plugin; the reference is not used after the running call.
+/// `l` must be a thread of a state created by this plugin; the reference must not be used after the running call.
 #[inline(always)]
 pub(crate) unsafe fn of<'a>(l: *mut lua_State) -> &'a State {
     &**lua_getextraspace(l).cast::<*const State>()
@@ -141,7 +141,7 @@ pub(crate) unsafe fn of<'a>(l: *mut lua_State) -> &'a State {
 /// Pushes the content of the scratch buffer.
 ///
 /// # Safety
-/// There is one free stack slot. May raise an error.
+/// The stack must have one free slot. May raise a Lua error.
 pub(crate) unsafe fn push_scratch(l: *mut lua_State, s: &State) {
     let (ptr, len) = {
         let scratch = s.scratch.borrow();
@@ -150,7 +150,7 @@ pub(crate) unsafe fn push_scratch(l: *mut lua_State, s: &State) {
     lua_pushlstring(l, ptr.cast(), len);
 }
 
-/// Iterates over module names and texts of all preludes.
+/// Returns the module names and sources of all preludes.
 pub(crate) fn preludes(s: &State) -> impl Iterator<Item = (&[u8], &[u8])> {
     let next = s.host.commands_table().and_then(|t| t.prelude);
     (0..).map_while(move |index| {

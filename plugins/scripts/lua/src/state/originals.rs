@@ -21,7 +21,7 @@ impl Originals {
     /// Tail-calls the library's function.
     ///
     /// # Safety
-    /// The call is the last action of a C function of Lua.
+    /// The call must be the last action of a C function of Lua.
     pub(crate) unsafe fn call(&self, l: *mut lua_State, which: usize) -> i32 {
         match self.0[which].get() {
             Some(f) => f(l),

@@ -1,4 +1,4 @@
-//! Rules for texts that are run again for each callback.
+//! Rules for scripts that are run again for each callback.
 
 use mlua_sys::*;
 use tatu_plugin_api::abi::tatu_slot;
@@ -8,14 +8,14 @@ use crate::{
     stack::{bytes, push, read_strings, reg, registry},
 };
 
-/// Rules of texts that are run again for each callback.
+/// Rules for scripts that are run again for each callback.
 #[derive(Default)]
 pub(crate) struct Rerun {
     /// The global that names the callback.
     pub variable: Vec<u8>,
     /// Value of the variable for each callback.
     pub values: Vec<(Vec<u8>, i64)>,
-    /// Callbacks that run only in texts with one of these names.
+    /// Callbacks that run only in scripts that contain one of these names.
     needs: Vec<(Vec<u8>, Vec<Vec<u8>>)>,
     /// Globals that hold the script's own handle.
     pub script: Vec<Vec<u8>>,
@@ -25,7 +25,7 @@ impl Rerun {
     /// Reads the rules from the table on top.
     ///
     /// # Safety
-    /// Runs in protected mode, with a few free stack slots.
+    /// Must run in protected mode, with a few free stack slots.
     pub(crate) unsafe fn read_rules(&mut self, l: *mut lua_State) {
         lua_getfield(l, -1, c"variable".as_ptr());
         self.variable.extend_from_slice(bytes(l, -1));
@@ -65,18 +65,18 @@ impl Rerun {
         }
         lua_pop(l, 1);
     }
-    /// Returns whether the text runs for a callback.
+    /// Returns whether the script runs for a callback.
     pub(crate) fn has(&self, callback: &[u8]) -> bool {
         self.value(callback).is_some()
     }
-    /// Removes the callbacks whose required names are missing from the text.
+    /// Removes the callbacks whose required names are missing in the script.
     pub(crate) fn require_words(&mut self, words: &[Vec<u8>]) {
         let needs = std::mem::take(&mut self.needs);
         let has = |w: &Vec<u8>| words.binary_search(w).is_ok();
         self.values
             .retain(|(callback, _)| needs.iter().filter(|(name, _)| name == callback).all(|(_, w)| w.iter().any(has)));
     }
-    /// Removes the callbacks for which a text that consists of branches does nothing; `number` returns the value of a
+    /// Removes the callbacks for which a script that consists of branches does nothing; `number` returns the value of a
     /// word.
     pub(crate) fn drop_empty_branches(&mut self, text: &[u8], number: impl Fn(&[u8]) -> Option<i64>) {
         let Some(branches) = lexer::branches(text, &self.variable) else { return };
@@ -85,10 +85,10 @@ impl Rerun {
             self.values.retain(|(callback, value)| callback == b"init" || values.contains(value));
         }
     }
-    /// Sets the globals for a run of the text of `owner`'s script.
+    /// Sets the globals for a run of `owner`'s script.
     ///
     /// # Safety
-    /// Runs in protected mode, with a few free stack slots.
+    /// Must run in protected mode, with a few free stack slots.
     pub(crate) unsafe fn set_globals(&self, l: *mut lua_State, owner: u64, value: Option<i64>) {
         if registry(l, reg::RERUN_GLOBALS) != LUA_TTABLE {
             lua_pop(l, 1);

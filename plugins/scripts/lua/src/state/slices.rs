@@ -13,7 +13,7 @@ const DEFAULT: u64 = 40_000;
 
 /// Preemption state of a script's threads.
 pub(crate) struct Slices {
-    /// The command that waits for the next step: id << 8 | alias; 0: no preemption.
+    /// The command that waits for the next step, as id << 8 | alias; 0: no preemption.
     pub switch: Cell<u32>,
     /// Slice length, instructions; 0: no preemption.
     pub length: Cell<u64>,
@@ -50,5 +50,5 @@ impl Slices {
     }
 }
 
-// The hook runs at this interval, so a slice cannot be shorter.
+// The hook runs at this interval, so a slice cannot be shorter than it.
 const _: () = assert!(DEFAULT as f64 == 2.0 * PER_MS && DEFAULT >= HOOK_INTERVAL);

@@ -1,4 +1,4 @@
-//! The text of a script, and the rules that preludes declare for it.
+//! The source of a script, and the rules that preludes declare for it.
 
 use std::{borrow::Cow, collections::VecDeque, sync::Arc};
 
@@ -7,16 +7,16 @@ use super::{field_names::FieldNames, rerun::Rerun};
 /// How callbacks are run.
 #[derive(Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Style {
-    /// The text has not run yet.
+    /// The script has not run yet.
     #[default]
     NotRun,
-    /// The text defines a function per callback, or none at all.
+    /// The script defines a function per callback, or none at all.
     Functions,
-    /// The text is run again for each callback.
+    /// The script is run again for each callback.
     Rerun,
-    /// The text runs once per step; nothing else is called.
+    /// The script runs once per step; nothing else is called.
     Step,
-    /// The text runs once, as a coroutine.
+    /// The script runs once, as a coroutine.
     Thread,
 }
 
@@ -37,7 +37,7 @@ pub(crate) struct Rules {
     /// Known modules that no plugin provides: a name, optionally followed by `: ` and advice.
     pub missing_modules: Vec<Vec<u8>>,
     pub api: Vec<Vec<u8>>,
-    /// The dialect inferred from the text.
+    /// The dialect inferred from the source.
     pub dialect: Option<String>,
     /// Dialects for worlds that specify none, for old and for modern scripts.
     pub old_dialect: Option<String>,
@@ -53,7 +53,7 @@ pub(crate) struct Rules {
 }
 
 impl Rules {
-    /// Returns advice for a known module that no plugin provides; `None`: the module is unknown. "arm-2" and
+    /// Returns advice for a known module that no plugin provides, or `None` if the module is unknown. "arm-2" and
     /// "arm.tools" belong to the module "arm".
     pub fn advice(&self, module: &[u8]) -> Option<Cow<'_, str>> {
         let root = module.split(|b| b"-.".contains(b)).next().unwrap_or_default();
@@ -64,13 +64,13 @@ impl Rules {
     }
 }
 
-/// Properties of the loaded text.
+/// Properties of the loaded source.
 #[derive(Default)]
 pub(crate) struct Text {
     pub chunk: String,
     pub rules: Arc<Rules>,
     pub style: Style,
-    /// Whether the text may have the style `Rerun`.
+    /// Whether the script may have the style `Rerun`.
     pub may_rerun: bool,
     /// Whether the clean-up has run, after which nothing is called.
     pub over: bool,
@@ -79,7 +79,7 @@ pub(crate) struct Text {
 }
 
 impl Text {
-    /// Returns the text's name for messages.
+    /// Returns the source's name for messages.
     pub(crate) fn name(&self) -> String {
         self.chunk.clone()
     }

@@ -28,7 +28,7 @@ unsafe fn original(l: *mut lua_State, name: &std::ffi::CStr, which: usize) {
     lua_pop(l, 1);
 }
 
-/// Registers the C functions without upvalues in the table on top again, with an upvalue.
+/// Registers the C functions that have no upvalues in the table on top again, with an upvalue.
 pub(super) unsafe fn add_upvalues(l: *mut lua_State) {
     lua_pushnil(l);
     while lua_next(l, -2) != 0 {
@@ -131,11 +131,11 @@ unsafe extern "C-unwind" fn pairs(l: *mut lua_State) -> i32 {
     3
 }
 
-/// Warns once if a restored script traverses a table whose order depends on addresses: the table was created after the
-/// restore, and addresses differ from those in the run that saved the snapshot.
+/// Warns once if a restored script traverses a table whose order depends on addresses. Such a table was created after
+/// the restore, when addresses differ from those in the run that saved the snapshot.
 ///
 /// # Safety
-/// The state was restored, and `idx` is a valid index.
+/// The state must have been restored, and `idx` must be a valid index.
 unsafe fn watch_order(l: *mut lua_State, idx: i32) {
     if lua_type(l, idx) != LUA_TTABLE {
         return;
@@ -171,7 +171,7 @@ unsafe extern "C-unwind" fn ipairs_next(l: *mut lua_State) -> i32 {
     if lua_geti(l, 1, i) == LUA_TNIL { 1 } else { 2 }
 }
 
-/// Loads only source text: malformed bytecode can crash the process.
+/// Implements `load` for source text only: malformed bytecode can crash the process.
 unsafe extern "C-unwind" fn load(l: *mut lua_State) -> i32 {
     if lua_gettop(l) < 3 {
         lua_settop(l, 3);
@@ -185,7 +185,8 @@ unsafe extern "C-unwind" fn load(l: *mut lua_State) -> i32 {
     state::of(l).originals.call(l, LOAD)
 }
 
-/// Disables finalizers, because they would run whenever the collector chooses, outside any budget.
+/// Implements `setmetatable` without finalizers, because they would run whenever the collector chooses, outside any
+/// budget.
 unsafe extern "C-unwind" fn setmetatable(l: *mut lua_State) -> i32 {
     luaL_checktype(l, 1, LUA_TTABLE);
     if lua_type(l, 2) != LUA_TNIL {
@@ -238,7 +239,7 @@ unsafe extern "C-unwind" fn collectgarbage(l: *mut lua_State) -> i32 {
     1
 }
 
-/// The script's handler is skipped once the budget is exhausted, since nothing would limit it.
+/// Implements `xpcall`. The script's handler is skipped once the budget is exhausted, since nothing would limit it.
 unsafe extern "C-unwind" fn xpcall(l: *mut lua_State) -> i32 {
     let n = lua_gettop(l);
     luaL_checktype(l, 2, LUA_TFUNCTION);
@@ -283,7 +284,7 @@ unsafe extern "C-unwind" fn wrap(l: *mut lua_State) -> i32 {
     s.originals.call(l, WRAP)
 }
 
-/// Without arguments, uses the script's own seed instead of the clock.
+/// Implements `math.randomseed`. Without arguments, it uses the script's own seed instead of the clock.
 unsafe extern "C-unwind" fn randomseed(l: *mut lua_State) -> i32 {
     if lua_gettop(l) == 0 {
         lua_pushinteger(l, state::of(l).instance.seed as i64);

@@ -22,7 +22,7 @@ const CONSOLE: usize = 1;
 const FIRST: usize = 2;
 
 /// # Safety
-/// Runs in protected mode, while the state is created.
+/// Must run in protected mode, while the state is created.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_createtable(l, 0, 8); // metatable
     push(l, b"FILE*");
@@ -67,7 +67,7 @@ unsafe fn push_file(l: *mut lua_State, number: usize) {
     lua_setmetatable(l, -2);
 }
 
-/// Returns the address of the number in the file userdata at `idx`; null if it is not a file.
+/// Returns the address of the number in the file userdata at `idx`, or null if it is not a file.
 unsafe fn place(l: *mut lua_State, idx: i32) -> *mut usize {
     let data = lua_touserdata(l, idx).cast::<usize>();
     if data.is_null() || lua_getmetatable(l, idx) == 0 {
@@ -95,7 +95,7 @@ unsafe fn number(l: *mut lua_State, idx: i32) -> usize {
     *place
 }
 
-/// Opens a file: returns its number, or an error number and a message in the scratch buffer.
+/// Opens a file. Returns its number, or an error number with a message in the scratch buffer.
 fn open_file(s: &State, name: &[u8], mode: &[u8]) -> Result<usize, i64> {
     let Some(how) = files::mode(mode) else {
         say(s, name, "invalid mode");
@@ -121,7 +121,7 @@ fn say(s: &State, name: &[u8], text: &str) {
     scratch.extend_from_slice(text.as_bytes());
 }
 
-/// Returns nil, a message and a number, as Lua does for failed file operations.
+/// Pushes nil, a message and a number, as Lua does for failed file operations.
 unsafe fn refused(l: *mut lua_State, s: &State, code: i64) -> i32 {
     lua_pushnil(l);
     push_scratch(l, s);
@@ -327,7 +327,7 @@ unsafe extern "C-unwind" fn read(l: *mut lua_State) -> i32 {
     n
 }
 
-/// Reads one format into the file's buffer. `None`: unknown format.
+/// Reads one format into the file's buffer. Returns `None` if the format is unknown.
 fn read_one(s: &State, number: usize, kind: u8, count: usize) -> Option<Result<bool, i64>> {
     let mut files = s.files.borrow_mut();
     let Some(file) = files.get(number) else {
@@ -347,7 +347,7 @@ fn read_one(s: &State, number: usize, kind: u8, count: usize) -> Option<Result<b
     }))
 }
 
-/// Charges the bytes that were read, and part of a system call.
+/// Charges the bytes that were read, and part of the cost of a system call.
 unsafe fn charge_out(l: *mut lua_State, s: &State, number: usize) {
     let bytes = s.files.borrow_mut().get(number).map_or(0, |file| file.out.len()) as u64;
     budget::charge_units(l, bytes * BYTE / 4 + INSTRUCTION);

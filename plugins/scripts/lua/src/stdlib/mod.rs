@@ -25,7 +25,7 @@ use base::add_upvalues;
 /// Opens the library in a new state.
 ///
 /// # Safety
-/// Runs in protected mode, since it may raise an error.
+/// Must run in protected mode, since it may raise an error.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     luaL_checkstack(l, 20, std::ptr::null());
     for place in [reg::BORROWED, reg::KEPT, reg::WAITS, reg::DONE, reg::NUMBERS, reg::SCOPES, reg::THREADS, reg::LOADED]

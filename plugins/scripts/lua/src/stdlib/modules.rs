@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// # Safety
-/// Runs in protected mode, while the state is created.
+/// Must run in protected mode, while the state is created.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_pushglobaltable(l);
     set(l, c"require", require);
@@ -31,7 +31,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_pop(l, 1);
 }
 
-/// Size limit of a text that is read, in bytes.
+/// Size limit of a source file, in bytes.
 const MOST_BYTES: u64 = 16 << 20;
 
 /// Reads a file into the scratch buffer; returns false on failure, with the reason in the buffer.
@@ -47,11 +47,11 @@ fn read(s: &State, name: &[u8]) -> bool {
     done
 }
 
-/// Limits on the texts kept for snapshots, because a script may load a new text in each step.
+/// Limits on the sources kept for snapshots, because a script may load a new one in each step.
 const TEXTS: usize = 64;
 const TEXT_BYTES: usize = 1 << 20;
 
-/// Stores a text that is about to be loaded, so that a snapshot can refer to its functions.
+/// Stores a source that is about to be loaded, so that a snapshot can refer to its functions.
 pub(crate) fn remember(s: &State, name: &[u8], text: &[u8]) {
     let mut texts = s.texts.borrow_mut();
     if texts.iter().any(|(n, t)| n == name && t == text) {
@@ -153,7 +153,8 @@ unsafe extern "C-unwind" fn require(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Pushes into slot 3 what a module name refers to: the chunk of a plugin's module, a namespace, or a file.
+/// Pushes into slot 3 what a module name refers to: the chunk of a plugin's module, a namespace, or the chunk of a
+/// file.
 unsafe fn find(l: *mut lua_State) -> bool {
     let s = state::of(l);
     budget::charge_units(l, lua_rawlen(l, 1) as u64 * BYTE);

@@ -72,7 +72,7 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    /// Returns a byte of the pattern; 0 at its end.
+    /// Returns a byte of the pattern, or 0 at its end.
     fn p(&self, i: usize) -> u8 {
         self.pat.get(i).copied().unwrap_or(0)
     }
@@ -149,7 +149,8 @@ impl<'a> Matcher<'a> {
         self.steps_of(1)
     }
 
-    /// Counts the steps of a class of `bytes` bytes: a set is searched for each byte of the subject.
+    /// Counts the steps of matching a byte with a class of `bytes` bytes: the class is searched for each byte of the
+    /// subject.
     fn class_steps(&mut self, bytes: usize) -> Result<(), Fault> {
         self.steps_of(bytes as u64 / 4)
     }

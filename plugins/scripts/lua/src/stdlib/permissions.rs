@@ -20,7 +20,7 @@ end})";
 /// Installs the functions that the run allows.
 ///
 /// # Safety
-/// Runs in protected mode, after the library was opened.
+/// Must run in protected mode, after the library was opened.
 pub(crate) unsafe fn open(l: *mut lua_State, s: &State) {
     let allows = |what: &str| {
         let all = s.world().get(0, s.host.prop("scene.allow"));

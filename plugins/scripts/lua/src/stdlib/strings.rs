@@ -127,7 +127,7 @@ pub(crate) unsafe extern "C-unwind" fn match_(l: *mut lua_State) -> i32 {
     search(l, false)
 }
 
-/// Returns an iterator with the upvalues subject, pattern, next position, and end of the last match (-1: none).
+/// Returns an iterator with the upvalues subject, pattern, next position, and end of the last match (-1 if none).
 pub(crate) unsafe extern "C-unwind" fn gmatch(l: *mut lua_State) -> i32 {
     let (src, pat) = (arg(l, 1), arg(l, 2));
     budget::charge_units(l, pat.len() as u64 * BYTE);

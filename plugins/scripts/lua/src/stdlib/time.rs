@@ -1,5 +1,5 @@
-//! The library `os`: date and time of the run (simulation time, unless it runs in real time). It accesses nothing of
-//! the machine.
+//! The library `os`: date and time of the run (simulation time, unless it runs in real time). It reads nothing from the
+//! machine.
 
 use std::fmt::Write;
 
@@ -32,7 +32,7 @@ const MONTHS: [&str; 12] = [
 ];
 
 /// # Safety
-/// Runs in protected mode, while the state is created.
+/// Must run in protected mode, while the state is created.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_createtable(l, 0, 6);
     set(l, c"clock", clock);
@@ -101,7 +101,7 @@ unsafe extern "C-unwind" fn time(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Returns the days from 1970-01-01 to a date of the Gregorian calendar; the next function is its inverse (H. Hinnant,
+/// Returns the days from 1970-01-01 to a date of the Gregorian calendar. `civil_from_days` is its inverse (H. Hinnant,
 /// "chrono-compatible low-level date algorithms").
 fn days_from_civil(year: i64, month: i64, day: i64) -> i64 {
     let y = if month <= 2 { year - 1 } else { year };

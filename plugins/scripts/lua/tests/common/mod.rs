@@ -27,7 +27,7 @@ pub struct Error {
     pub traceback: String,
 }
 
-/// The world and its services in one object. It is leaked, so that every pointer to it stays valid.
+/// The world and its services in one object. It is leaked, so that all pointers to it stay valid.
 #[repr(C)]
 pub struct Host {
     pub table: tatu_host,
@@ -361,7 +361,7 @@ impl Host {
         *self.error.borrow_mut() = error;
         code
     }
-    /// Fails as a command does: the frame refers to the error.
+    /// Fails as a command does: lets the frame refer to the error.
     pub fn fail(&self, frame: &mut tatu_call, code: tatu_status, t: &str, help: &str) -> tatu_status {
         self.refuse(code, t);
         frame.error = &raw mut self.error.borrow_mut().raw;
@@ -394,7 +394,7 @@ impl Host {
         assert_eq!(status, TATU_OK, "{}", error.text);
         Script { host: self, data, used: Cell::new(0), budget: Cell::new((0, 0)), id: 5 }
     }
-    /// Creates a script with this text.
+    /// Creates a script with this source.
     pub fn load(&'static self, text: &str) -> Script {
         let s = self.script(1);
         s.load(text, "test.lua", "").unwrap();
@@ -538,7 +538,7 @@ impl Script {
         let status = unsafe { life.load.unwrap()(self.data, state, life.version, &mut error.raw) };
         if status < 0 { Err(error) } else { Ok(()) }
     }
-    /// Runs a text as `init` and returns the results of its global function `f`.
+    /// Runs a script as `init` and returns the results of its global function `f`.
     pub fn eval(&self, body: &str) -> Result<Vec<Value>, Box<Error>> {
         self.load(&format!("function f(...) {body}\nend"), "test.lua", "")?;
         self.init()?;
