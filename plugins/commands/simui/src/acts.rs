@@ -127,7 +127,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(Param::int("n").text("the place of the widget; 0: the window itself"))
             .param(Param::string("what").choices(WHAT))
             .param(Param::any("value").optional().text("change: the new value; link: the link; select: the row"))
-            .text("Does to a window of a script what a person would do; the script's callback is called.")
+            .text("Performs a user's action on a window of a script; the script's callback is called.")
             .notes("Called by views. The event `ui.window` and `tatu.windows` contain the places of widgets.")
             .example(
                 "function moved(ui, id, x) seen = {id, x} end\n\

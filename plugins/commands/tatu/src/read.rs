@@ -21,7 +21,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             rows, are strings of packed little-endian numbers, with the integers rows and columns beside them. An object \
             is its handle, -1: none",
         ))
-        .text("Gives the last reading of a sensor of any kind, in SI units and radians.")
+        .text("Returns the last reading of a sensor of any kind, in SI units and radians.")
         .example(
             "function sysCall_sensing()\n  \
                local r = tatu.read(sim.getObject('/sonar'))\n  \

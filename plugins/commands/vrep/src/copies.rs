@@ -40,7 +40,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::float("factor"))
-        .text("Gives by how much an object has been scaled since it was made."),
+        .text("Returns the factor by which an object has been scaled since it was created."),
     );
     offer.command(
         both(["sim.getObjectSizeValues", "simGetObjectSizeValues"], NIL, |c| {
@@ -51,7 +51,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::floats("values", 3))
-        .text("Gives by how much an object has been scaled along each axis.")
+        .text("Returns the factor by which an object has been scaled along each axis.")
         .partial("The three are equal: scaling along single axes changes only the size of a shape."),
     );
     offer.command(

@@ -25,13 +25,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         }))
         .param(object("sensor"))
-        .text("Gives what a proximity sensor saw when it was last handled.")
+        .text("Returns what a proximity sensor saw when it was last handled.")
         .example("result, distance = sim.readProximitySensor(sonar)"),
     );
     offer.command(
         answers(command(["sim.handleProximitySensor", "simHandleProximitySensor"], handle_now))
             .param(Param::int("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
-            .text("Measures with a proximity sensor now; of several, gives the nearest detection.")
+            .text("Measures with a proximity sensor immediately; for several sensors, returns the nearest detection.")
             .example("result, distance = sim.handleProximitySensor(laser)"),
     );
     offer.command(
@@ -45,8 +45,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("sensor"))
         .param(Param::int("entity").text("an object, or sim.handle_all"))
         .text(
-            "Looks for one object, or all, with a proximity sensor; the answer also \
-            becomes the sensor's reading.",
+            "Checks whether a proximity sensor detects an object, or any; the result also becomes the sensor's \
+             reading.",
         )
         .example("result, distance = sim.checkProximitySensor(sonar, ball)"),
     );
@@ -69,8 +69,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::float("threshold").unit("m").text("nothing farther is detected; 0: the sensor's own range"))
         .param(Param::float("maxAngle").unit("rad").text("greatest angle between line of sight and normal, 0 to pi/2"))
         .text(
-            "Measures one object, or all, with its own faces, distance and angle; the result also becomes the \
-               sensor's reading.",
+            "Checks whether a proximity sensor detects an object, or any, with the given faces, distance and angle; \
+             the result also becomes the sensor's reading.",
         )
         .example("result, distance = sim.checkProximitySensorEx(sonar, ball, 1 + 2, 0.5, 0)")
         .partial("Collections are not known."),

@@ -207,8 +207,8 @@ fn clients(offer: &mut Offer<Plugin>) {
             .param(Param::any("goal").optional().text("a table with the fields of the goal"))
             .returns(Param::bool("answered"))
             .text(
-                "Gives a goal. True once it is answered, also by a no: goalResponse tells which. A thread waits up \
-                     to 5 s of simulation time for somebody who offers the action; then it is an error.",
+                "Sends a goal. Returns true once it is answered, even if it is rejected: goalResponse reports which. A \
+                 thread waits up to 5 s of simulation time for the action to be offered; then an error is raised.",
             )
             .no_wait(
                 "no script or client offers the action yet, and only a thread can wait for one: call this in a thread",
@@ -231,7 +231,10 @@ fn clients(offer: &mut Offer<Plugin>) {
         |cmd| {
             cmd.param(handle())
                 .returns(Param::bool("answered").text("false: no goal is without its result"))
-                .text("Asks to cancel the last goal. Its server decides, and the result reports the outcome.")
+                .text(
+                    "Requests that the last goal be cancelled. Its server decides, and the result reports the \
+                       outcome.",
+                )
                 .example(example(
                     "wanted_back",
                     "assert(simROS2.cancelLastGoal(client))\n\
@@ -245,7 +248,7 @@ fn clients(offer: &mut Offer<Plugin>) {
         |c| c.instance().close(c, c.i64(0)?, Role::ActionClient),
         |cmd| {
             cmd.param(handle())
-                .text("Gives an action client up: it hears no more of its goals.")
+                .text("Shuts down an action client: it gets no more reports about its goals.")
                 .example(example("given_up", "simROS2.shutdownActionClient(client)"))
         },
     );
@@ -295,12 +298,10 @@ fn servers(offer: &mut Offer<Plugin>) {
             c.instance().close(c, handle, Role::ActionServer)
         },
         |cmd| {
-            cmd.param(handle()).text("Offers an action no more; goals that are under way end as aborted.").example(
-                example(
-                    "closed",
-                    "simROS2.shutdownActionServer(server)\nassert(ended == simROS2.action_result_code.aborted)",
-                ),
-            )
+            cmd.param(handle()).text("Stops offering an action; goals in progress end as aborted.").example(example(
+                "closed",
+                "simROS2.shutdownActionServer(server)\nassert(ended == simROS2.action_result_code.aborted)",
+            ))
         },
     );
 }
@@ -318,20 +319,20 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
         (
             "ActionSucceed",
             Some(goals::SUCCEEDED),
-            "Ends a goal that is reached.",
+            "Ends a goal as succeeded.",
             format!("simROS2.actionServerActionSucceed(server, current, {list})\nassert(got[2] == 1)"),
         ),
         (
             "ActionAbort",
             Some(goals::ABORTED),
-            "Ends a goal that is given up.",
+            "Ends a goal as aborted.",
             "simROS2.actionServerActionAbort(server, current, {})\nassert(ended == simROS2.action_result_code.aborted)"
                 .to_owned(),
         ),
         (
             "ActionCanceled",
             Some(goals::CANCELED),
-            "Ends a goal as cancelled, after its client asked for that.",
+            "Ends a goal as cancelled, after its client requested this.",
             "simROS2.cancelLastGoal(client)\nsimROS2.actionServerActionCanceled(server, current, {})\n\
              assert(ended == simROS2.action_result_code.canceled)"
                 .to_owned(),
@@ -370,7 +371,7 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
     for (name, stage, text) in [
         ("IsActive", None, "Returns whether a goal has no result yet."),
         ("IsExecuting", Some(Stage::Executing), "Returns whether a goal is active and no cancellation was requested."),
-        ("IsCanceling", Some(Stage::Canceling), "Returns whether it was accepted that a goal ends early."),
+        ("IsCanceling", Some(Stage::Canceling), "Returns whether a cancellation of the goal was accepted."),
     ] {
         let run = move |c: &mut Ctx<'_>| {
             let (_, _, goal) = of_server(c)?;

@@ -66,7 +66,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(Param::int("drawing"))
-        .param(Param::any("item").optional().text("numbers of an item, in the world; nil: empties the drawing"))
+        .param(Param::any("item").optional().text("numbers of an item, in world coordinates; nil: empties the drawing"))
         .returns(Param::int("result").text("1: added; 0: full, or too near to another"))
         .text("Adds an item to a drawing. It is kept relative to the drawing's parent.")
         .example("sim.addDrawingObjectItem(lines, {0, 0, 0, 1, 0, 0})"),

@@ -108,8 +108,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(which())
         .returns(Param::int("ui").text("-1: there is no window"))
         .text(
-            "Opens a dialog, whose text also goes to the log; it stays open until a view answers it or the script \
-               ends it.",
+            "Opens a dialog, whose text also goes to the log; it remains open until a view answers it or the script \
+             ends it.",
         )
         .notes(
             "Where nobody looks it answers itself in the next step: ok or yes, with the initial text as input. Without buttons \
@@ -131,7 +131,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(which())
         .returns(Param::int("result").text("0: still open, 1: ok, 2: cancel, 3: yes, 4: no"))
-        .text("Gives how a dialog was answered."),
+        .text("Returns how a dialog was answered."),
     );
     offer.command(
         both(["sim.getDialogInput", "simGetDialogInput"], NIL, |c| {
@@ -141,7 +141,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(which())
         .returns(Param::string("text"))
-        .text("Gives the text of a dialog's text field."),
+        .text("Returns the text of a dialog's text field."),
     );
     offer.command(
         both(["sim.endDialog", "simEndDialog"], MINUS, |c| {
@@ -192,7 +192,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::any("arguments").rest())
         .returns(Param::string("file").text("nil"))
-        .text("Asks for a file: none is chosen, since there is no window.")
+        .text("Asks for a file: none is chosen, because there is no window.")
         .stub("there is no window to choose a file in: nil"),
     );
 }

@@ -21,7 +21,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetSimulatorMessage", MINUS)
         .returns(Param::int("message").text("sim.message_...; -1 alone: none waits"))
         .returns(Param::list("auxiliary").text("4 integers; of a key press its code, and 1 for Ctrl plus 2 for Shift"))
-        .text("Removes and gives the oldest message waiting for this script.")
+        .text("Removes and returns the oldest message waiting for this script.")
         .example("message, aux = sim.getSimulatorMessage()"),
     );
     offer.command(

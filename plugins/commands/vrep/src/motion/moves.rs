@@ -133,7 +133,7 @@ fn steps(offer: &mut Offer<Vrep>) {
         ),
         ("sim.moveToPose", ["sim.moveToPose_init", "sim.moveToPose_step", "sim.moveToPose_cleanup"], pose),
     ] {
-        let motion = || Param::any("motion").text("what the first part gave");
+        let motion = || Param::any("motion").text("the value that the first function returned");
         offer.command(
             Cmd::new(begin, move |c| {
                 let motion = make(c)?;
@@ -143,7 +143,7 @@ fn steps(offer: &mut Offer<Vrep>) {
             })
             .param(Param::any("params").text(format!("as of {whole}")))
             .returns(motion())
-            .text(format!("Begins the motion of {whole}; the script advances it step by step."))
+            .text(format!("Starts the motion of {whole}; the script advances it step by step."))
             .partial(NOTES),
         );
         offer.command(
@@ -166,7 +166,7 @@ fn steps(offer: &mut Offer<Vrep>) {
                 finish(c, number)
             })
             .param(motion())
-            .text("Ends it."),
+            .text("Ends the motion."),
         );
     }
 }

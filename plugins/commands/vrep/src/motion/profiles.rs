@@ -63,7 +63,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .param(Param::any("selection").text("a table: which coordinates move"))
                 .param(table("target", target))
                 .returns(Param::int("profile"))
-                .text(format!("Makes a motion profile to {target}, within limits."))
+                .text(format!("Creates a motion profile to {target}, within limits."))
                 .partial(NOTES),
         );
     }
@@ -83,7 +83,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::float("dt").unit("s"))
         .returns(Param::int("result").text("0: under way, 1: arrived"))
         .returns(Param::list("state").text("positions, velocities and accelerations"))
-        .returns(Param::float("left").unit("s").text("what was left over of the step"))
+        .returns(Param::float("left").unit("s").text("the part of the step that was left over"))
         .text("Advances a motion profile.")
         .partial(NOTES),
     );

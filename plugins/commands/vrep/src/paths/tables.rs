@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("distance").optional().text("a function of two configurations"))
         .returns(Param::list("lengths"))
         .returns(Param::float("total"))
-        .text("Gives the distance along a path of each of its configurations."),
+        .text("Returns the distance along a path of each of its configurations."),
     );
     offer.command(
         Cmd::new("sim.getPathInterpolatedConfig", |c| {
@@ -59,7 +59,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("method").optional().text("ignored: straight between configurations"))
         .param(types())
         .returns(Param::list("config"))
-        .text("Gives the configuration at a place of a path.")
+        .text("Returns the configuration at a position on a path.")
         .partial("Always straight between configurations, whatever the method."),
     );
     offer.command(
@@ -82,7 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("method").optional().text("ignored: straight between configurations"))
         .param(types())
         .returns(Param::list("path"))
-        .text("Gives a path with a number of evenly spaced configurations.")
+        .text("Returns a path with a number of evenly spaced configurations.")
         .partial("Always straight between configurations, whatever the method."),
     );
     offer.command(
@@ -102,7 +102,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(lengths())
         .param(table("point", "{x, y, z}"))
         .returns(Param::float("at").text("how far along"))
-        .text("Gives the place of a path that is nearest to a point."),
+        .text("Returns the position on a path that is nearest to a point."),
     );
     offer.command(
         Cmd::new("sim.getConfigDistance", |c| {
@@ -125,7 +125,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("metric").optional().text("a weight of each number"))
         .param(types())
         .returns(Param::float("distance"))
-        .text("Gives how far apart two configurations are."),
+        .text("Returns the distance between two configurations."),
     );
 }
 

@@ -78,7 +78,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .old_name(irregular, MINUS)
             .param(Param::string("name"))
             .returns(Param::int("object"))
-            .text(format!("Finds the {text} of a name in the scene."))
+            .text(format!("Finds the {text} with this name in the scene."))
             .partial(format!("{text}s are not solved.")),
         );
     }

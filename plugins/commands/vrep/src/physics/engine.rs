@@ -88,7 +88,7 @@ fn get(offer: &mut Offer<Vrep>, kind: &'static str, (name, before, flat): Names)
         .param(Param::int("parameter").text("a number from the tables of constants"))
         .param(Param::any("object").optional())
         .returns(Param::any("value"))
-        .text("Gives a parameter of a physics engine.")
+        .text("Returns a parameter of a physics engine.")
         .partial("Friction, restitution and damping of shapes, and the engine's step; others are 0."),
     );
 }

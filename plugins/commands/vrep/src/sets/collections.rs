@@ -22,7 +22,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("options").optional().text("ignored; in old scripts the name"))
         .param(Param::any("oldOptions").optional().text("ignored"))
         .returns(Param::int("collection"))
-        .text("Makes a collection of objects."),
+        .text("Creates a collection of objects."),
     );
     // The older command takes the object before `sim.handle_tree` and the like, the newer one after it.
     for (name, old, at) in [
@@ -45,7 +45,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .param(Param::int(first))
                 .param(Param::int(second).text("what: sim.handle_single, _all, _tree or _chain"))
                 .param(Param::int("options").default(0).optional().text("1: takes away, 2: without the object itself"))
-                .text("Puts objects into a collection, or takes them away."),
+                .text("Adds objects to a collection, or removes them."),
         );
     }
     for (name, old) in [
@@ -105,7 +105,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(collection())
         .returns(Param::string("name"))
-        .text("Gives the name of a collection."),
+        .text("Returns the name of a collection."),
     );
     offer.command(
         both(["sim.setCollectionName", "simSetCollectionName"], MINUS, |c| {
@@ -115,7 +115,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(collection())
         .param(Param::string("name"))
-        .text("Gives a collection another name."),
+        .text("Sets the name of a collection."),
     );
 }
 

@@ -25,7 +25,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::floats("reserved", 3).text("zeros"))
         .returns(Param::floats("diffuse", 3).text("red, green, blue, 0 to 1"))
         .returns(Param::floats("specular", 3).text("likewise"))
-        .text("Gives whether a light is on, and its colours.")
+        .text("Returns whether a light is on, and its colours.")
         .partial(only_kept),
     );
     offer.command(

@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::int("tube"))
             .param(Param::any("blocking").optional().text("true: waits for a packet, where waiting is possible"))
             .returns(Param::string("data").text("nothing if no packet waits"))
-            .text("Removes and gives the oldest packet at this end of a tube.")
+            .text("Removes and returns the oldest packet at this end of a tube.")
             .example("data = sim.tubeRead(tube)"),
     );
     offer.command(

@@ -60,7 +60,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::map("message").text("a table with keys; `id` says what it is about"))
         .param(Param::int("options").default(0).optional().text("ignored"))
-        .text("Calls `sysCall_msg` with a message in all other scripts, at once."),
+        .text("Immediately calls `sysCall_msg` with a message in all other scripts."),
     );
 }
 

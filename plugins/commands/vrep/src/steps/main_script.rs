@@ -38,8 +38,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("count").text("of the scripts that were called"))
         .text(
             "In a main script: calls all other scripts, child and customization, for actuation or sensing. In a child \
-            script: calls those below its object that have not been called in this part of the step, with the arguments; \
-            they are not called again by themselves. For other call types nothing is left to do.",
+             script: calls those below its object that have not been called in this part of the step, with the \
+             arguments; they are not called again automatically. Other call types have no effect.",
         )
         .example("sim.handleChildScripts(sim.syscb_actuation)"),
     );

@@ -256,7 +256,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::list("integers"))
         .returns(Param::floats("floats", 0))
         .returns(Param::string("custom").text("empty"))
-        .text("Gives a filter of a vision sensor.")
+        .text("Returns a filter of a vision sensor.")
         .partial(missing),
     );
     offer.command(

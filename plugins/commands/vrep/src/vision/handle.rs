@@ -197,7 +197,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(flagged("sensor"))
             .returns(Param::int("result").text("1: something was detected, 0: nothing; -1 alone: never handled")),
         )
-        .text("Gives what a vision sensor found when it last took an image."),
+        .text("Returns what a vision sensor found when it last took an image."),
     );
     offer.command(
         packets(
@@ -206,8 +206,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .returns(Param::int("count").text("of the sensors that detected something")),
         )
         .text(
-            "Lets vision sensors take an image now; then sysCall_vision and sysCall_trigger of their scripts are called. \
-            Of one sensor it gives the packets too.",
+            "Takes images with vision sensors immediately; then sysCall_vision and sysCall_trigger of their scripts \
+             are called. For a single sensor, it also returns the packets.",
         ),
     );
     offer.command(
@@ -237,7 +237,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::int("entity").text("an object, or sim.handle_all"))
             .returns(Param::int("result").text("1: something was detected, 0: nothing")),
         )
-        .text("Looks at one object through a vision sensor.")
+        .text("Checks whether a vision sensor detects an object.")
         .partial(LATER),
     );
     offer.command(
@@ -256,7 +256,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("entity").text("an object, or sim.handle_all"))
         .param(Param::any("image").optional().text("true: colours, else depths"))
         .returns(Param::floats("buffer", 0).text("0 to 1"))
-        .text("Looks at one object through a vision sensor, and gives the image or the depths.")
+        .text("Takes an image of one object with a vision sensor, and returns the image or the depths.")
         .partial(LATER),
     );
 }

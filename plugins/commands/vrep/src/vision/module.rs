@@ -69,7 +69,7 @@ const MATRIX: [&str; 2] =
 const REMOVE: Arg = Ignored("removeBuffer");
 
 const FUNCTIONS: &[Function] = &[
-    f("simVision.sensorImgToWorkImg", 1, &[], "Takes the sensor's image.", ("", "rgb == '0,255,0'")),
+    f("simVision.sensorImgToWorkImg", 1, &[], "Loads the sensor's image.", ("", "rgb == '0,255,0'")),
     f(
         "simVision.sensorDepthMapToWorkImg",
         2,
@@ -81,15 +81,15 @@ const FUNCTIONS: &[Function] = &[
         "simVision.uniformImgToWorkImg",
         3,
         &[Floats("color", 3)],
-        "Makes all pixels the same.",
+        "Sets all pixels to one value.",
         (", {0, 1, 0}", "rgb == '0,255,0'"),
     ),
-    f("simVision.workImgToSensorImg", 4, &[REMOVE], "Gives the working image out as the sensor's.", ("", RED)),
+    f("simVision.workImgToSensorImg", 4, &[REMOVE], "Outputs the working image as the sensor's image.", ("", RED)),
     f(
         "simVision.workImgToSensorDepthMap",
         38,
         &[REMOVE],
-        "Gives the working image out as the sensor's depths.",
+        "Outputs the working image as the sensor's depths.",
         ("", RED),
     ),
     f("simVision.workImgToBuffer1", 5, &[], "Copies the working image.", ("", RED)),
@@ -106,14 +106,14 @@ const FUNCTIONS: &[Function] = &[
         "simVision.matrix3x3OnWorkImg",
         18,
         &[Int("passes"), Floats("factor", 0), Floats("matrix", 9)],
-        "Each pixel becomes a weighted sum of its neighbourhood.",
+        "Replaces each pixel with a weighted sum of its neighbourhood.",
         (MATRIX[0], RED),
     ),
     f(
         "simVision.matrix5x5OnWorkImg",
         19,
         &[Int("passes"), Floats("factor", 0), Floats("matrix", 25)],
-        "Each pixel becomes a weighted sum of its neighbourhood.",
+        "Replaces each pixel with a weighted sum of its neighbourhood.",
         (MATRIX[1], RED),
     ),
     f("simVision.sharpenWorkImg", 20, &[], "Sharpens edges.", ("", RED)),
@@ -121,21 +121,21 @@ const FUNCTIONS: &[Function] = &[
         "simVision.edgeDetectionOnWorkImg",
         21,
         &[Float("threshold")],
-        "White where neighbours differ, else black.",
+        "Makes pixels white where neighbours differ, otherwise black.",
         (", 0.2", BLACK),
     ),
     f(
         "simVision.rectangularCutWorkImg",
         22,
         &[Floats("sizes", 2), Bit("copyToBuffer1", 1)],
-        "Makes all black but a rectangle in the middle, in parts of the image.",
+        "Blackens everything except a rectangle in the middle, whose size is relative to the image.",
         (", {0.5, 0.5}", BLACK),
     ),
     f(
         "simVision.circularCutWorkImg",
         23,
         &[Float("radius"), Bit("copyToBuffer1", 1)],
-        "Makes all black but a circle in the middle; 1: it touches the nearer sides.",
+        "Blackens everything except a circle in the middle; with radius 1 it touches the nearer sides.",
         (", 0.5", BLACK),
     ),
     f("simVision.normalizeWorkImg", 24, &[], "Stretches values to 0 to 1.", ("", RED)),
@@ -157,7 +157,7 @@ const FUNCTIONS: &[Function] = &[
         "simVision.scaleAndOffsetWorkImg",
         27,
         &[Floats("preOffset", 3), Floats("scale", 3), Floats("postOffset", 3), Bit("rgbSpace", 2)],
-        "Adds, multiplies and adds, color by color.",
+        "Adds an offset, multiplies by a factor and adds another offset, for each color.",
         (", {0, 0, 0}, {0, 1, 1}, {0, 0, 1}, true", "rgb == '0,0,255'"),
     ),
     finds(
@@ -204,7 +204,8 @@ const FUNCTIONS: &[Function] = &[
         "simVision.changedPixelsOnWorkImg",
         36,
         &[Float("threshold")],
-        "White where the image differs from buffer 1, else black. The result is the share of white pixels.",
+        "Makes pixels white where the image differs from buffer 1, otherwise black. The result is the fraction of \
+         white pixels.",
         (", 0.2", "trigger"),
     ),
 ];

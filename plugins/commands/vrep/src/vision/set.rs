@@ -21,7 +21,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 Ok(())
             }))
             .returns(Param::int("result").text("1: something was detected in it, 0: nothing"))
-            .text("Gives a vision sensor an image from elsewhere, which its scripts see as its own."),
+            .text("Replaces the image of a vision sensor; its scripts see it as the sensor's own."),
         );
     }
     offer.command(
@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("position").optional().text("{x, y} of a part"))
         .param(Param::any("size").optional().text("{width, height} of that part; without: all"))
         .returns(Param::int("result").text("1: something was detected in it, 0: nothing"))
-        .text("Gives a vision sensor an image from elsewhere, which its scripts see as its own."),
+        .text("Replaces the image of a vision sensor; its scripts see it as the sensor's own."),
     );
     offer.command(
         both(["sim.createVisionSensor", "simCreateVisionSensor"], MINUS, |c| {
@@ -62,8 +62,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(table("integers", "{columns, rows, 0, 0}"))
         .param(table("floats", "{near, far, angle or size, and eight more}"))
         .param(Param::any("color").optional())
-        .returns(Param::int("sensor").text("a dummy stands for it"))
-        .text("Makes a vision sensor.")
+        .returns(Param::int("sensor").text("a dummy in its place"))
+        .text("Creates a vision sensor.")
         .partial(
             "Sensors are created only with the scene: this one has the requested resolution and planes, but is blind.",
         ),

@@ -159,8 +159,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 )
                 .returns(Param::int("result").text("1"))
                 .text(
-                    "Lets six sensors at one place take images, and puts these together: columns are angles from left to \
-                     right, rows from the bottom to the top, about the front sensor.",
+                    "Takes images with six sensors at one place and combines them: columns are angles from left to \
+                     right, rows from the bottom to the top, relative to the front sensor.",
                 )
                 .partial(
                     "The poses of the six sensors decide which direction each covers, not their order; lights are not \
