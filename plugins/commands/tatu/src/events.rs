@@ -13,7 +13,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             c.ret(id as i64);
             Ok(())
         })
-        .param(Param::string("event").text("its name, or * for all but collision, contact and separation"))
+        .param(Param::string("event").text("its name, or * for all except collision, contact and separation"))
         .param(Param::func("handler").text("called with the event's table and its name"))
         .returns(Param::int("id").text("for tatu.off"))
         .text("Calls a function for each event with this name, until the script ends.")

@@ -83,8 +83,8 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         .param(Param::int("script").text("a handle: tatu.list('script')"))
         .param(Param::string("text"))
         .text(
-            "Replaces the text of a script between two of its calls; its state is kept where the new text \
-             has it. A text that cannot be loaded is refused, and nothing changes. A script cannot change itself.",
+            "Replaces the text of a script between two of its calls; state that the new text still has is kept. A text \
+             that cannot be loaded is refused, and nothing changes. A script cannot change itself.",
         )
         .example("assert(not pcall(tatu.setScript, tatu.list('script')[1], 'this is no Lua'))"),
     );

@@ -34,7 +34,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(bits())
         .text("Sets the bits of an object: sim.objectproperty_...")
-        .partial("They are only stored and returned: they concern windows, of which there are none here."),
+        .partial("They are only stored and returned, because they concern windows, which do not exist here."),
     );
     offer.command(
         both(["sim.getModelProperty", "simGetModelProperty"], MINUS, |c| {
@@ -275,7 +275,7 @@ fn links(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::int("order").text("from 0"))
-        .returns(Param::int("count").text("of the siblings, with itself"))
+        .returns(Param::int("count").text("number of siblings, including itself"))
         .text("Returns the position of an object among its siblings."),
     );
 }

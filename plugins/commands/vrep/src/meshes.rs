@@ -79,7 +79,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::list("indices").text("three indices for each triangle, from 0"))
         .returns(Param::list("normals").text("for each corner of each triangle"))
         .text("Returns the triangles of a shape.")
-        .partial("Round shapes are cut into 32 parts; the parts of compounds are given like boxes."),
+        .partial("Round shapes are divided into 32 parts; the parts of compounds are returned as boxes."),
     );
     offer.command(
         both(["sim.getShapeGeomInfo", "simGetShapeGeomInfo"], NIL, |c| {

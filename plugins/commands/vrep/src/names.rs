@@ -56,7 +56,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simSetNameSuffix", MINUS)
-        .param(Param::int("suffix").text("-1: names are taken as they are"))
+        .param(Param::int("suffix").text("-1: names are used unchanged"))
         .returns(Param::int("done"))
         .text("Sets the suffix that later look-ups of this script add to names.")
         .example("sim.setNameSuffix(-1)"),

@@ -108,7 +108,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("button").text("-1: none was pressed"))
         .returns(Param::list("values"))
         .text("Returns the button that was pressed last.")
-        .partial("No view can press buttons yet, so none ever is pressed."),
+        .partial("No view can press buttons yet, so no button is ever pressed."),
     );
     properties(offer);
     making(offer);

@@ -32,7 +32,7 @@ impl Sensor for DepthCamera {
     type Plugin = DepthCameras;
     const ID: &'static str = "depth_camera";
     const TEXT: &'static str =
-        "Takes images: depths along the optical axis and colours, as vision sensors and Kinects do.";
+        "Measures images: depths along the optical axis and colours, as vision sensors and Kinects do.";
     const SCHEMAS: &'static [&'static str] = &["depth_image/1", "color_image/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_COLOR | TATU_IN_COSINE;
     const PRESETS: &'static [Preset] = presets::ALL;
@@ -51,7 +51,7 @@ impl Sensor for DepthCamera {
             Field::f64("depth_image.intrinsics")
                 .dims([4, 1, 1])
                 .unit("1")
-                .text("fx fy cx cy, in pixels; pixels per metre and pixels where lines of sight are parallel."),
+                .text("fx fy cx cy, in pixels; pixels per metre and pixels if lines of sight are parallel."),
             Field::i32("depth_image.parallel").text("1: the lines of sight are parallel; 0: they begin in one point."),
             Field::u8("color_image.rgb")
                 .dims([TATU_DIM_ROWS, TATU_DIM_COLUMNS, TATU_DIM_OWN])
@@ -60,11 +60,14 @@ impl Sensor for DepthCamera {
             Field::f32("depth_image.points")
                 .dims([TATU_DIM_ROWS, TATU_DIM_COLUMNS, TATU_DIM_OWN + 1])
                 .unit("m")
-                .text("x y z of each pixel in the sensor's frame; 0 0 0 where no depth is. Of cameras with `points`."),
+                .text("x y z of each pixel in the sensor's frame; 0 0 0 where there is no depth. Only with `points`."),
             Field::f32("depth_image.incidence")
                 .dims([TATU_DIM_ROWS, TATU_DIM_COLUMNS, TATU_DIM_OWN + 2])
                 .unit("rad")
-                .text("Angle between line of sight and normal; a quarter turn where nothing is. Of cameras with `incidence`."),
+                .text(
+                    "Angle between line of sight and normal; a quarter turn where there is nothing. Only with \
+                       `incidence`.",
+                ),
         ]
     }
 

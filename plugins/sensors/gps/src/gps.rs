@@ -73,7 +73,7 @@ fn turned([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
 impl Sensor for Gps {
     type Plugin = Receivers;
     const ID: &'static str = "gps";
-    const TEXT: &'static str = "Tells position and velocity of an antenna, in the world and on Earth.";
+    const TEXT: &'static str = "Measures the position and velocity of an antenna, in the world and on Earth.";
     const SCHEMAS: &'static [&'static str] = &["gps/1"];
     const INPUTS: u32 = TATU_IN_POSE | TATU_IN_TWIST;
     const PRESETS: &'static [Preset] = presets::ALL;
@@ -83,7 +83,7 @@ impl Sensor for Gps {
             Param::floats("antenna", 3)
                 .unit("m")
                 .default([0.0; 3])
-                .text("Place of the antenna in the sensor's frame.")
+                .text("Position of the antenna in the sensor's frame.")
                 .rebuilds(),
         ]
     }
@@ -91,12 +91,12 @@ impl Sensor for Gps {
     fn fields() -> Vec<Field> {
         let world = |name| Field::f64(name).dims([3, 1, 1]);
         vec![
-            Field::i32("gps.valid").text("Whether there is a fix: 1 or 0; without one all other fields are 0."),
-            world("gps.position").unit("m").text("Place of the antenna in the world: x east, y north, z up."),
+            Field::i32("gps.valid").text("Whether there is a fix: 1 or 0; without a fix, all other fields are 0."),
+            world("gps.position").unit("m").text("Position of the antenna in the world: x east, y north, z up."),
             world("gps.velocity").unit("m/s").text("Velocity of the antenna in the world."),
             Field::f64("gps.latitude")
                 .unit("rad")
-                .text("Latitude (WGS 84) of the position, which noise has changed already; north positive."),
+                .text("Latitude (WGS 84) of the position including its noise; north positive."),
             Field::f64("gps.longitude").unit("rad").text("Longitude of the position, -pi to pi; east positive."),
             Field::f64("gps.altitude").unit("m").text("Height of the position above the ellipsoid."),
         ]

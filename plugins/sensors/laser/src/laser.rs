@@ -107,7 +107,7 @@ impl Sensor for Laser {
             ),
             per_beam("range_scan.incidence")
                 .unit("rad")
-                .text("Angle between each beam and the normal of the surface it meets; 0: nothing."),
+                .text("Angle between each beam and the normal of the surface that it hits; 0: nothing."),
         ]
     }
 

@@ -99,7 +99,7 @@ impl Sensor for Proximity {
             Field::i32("proximity.detected").text("1: something is seen; 0: nothing."),
             Field::f64("proximity.distance")
                 .unit("m")
-                .text("From the sensor's origin to the nearest point; 0: nothing is seen."),
+                .text("Distance from the sensor's origin to the nearest point; 0: nothing is seen."),
             Field::f64("proximity.point").dims([3, 1, 1]).unit("m").text(
                 "That point in the sensor's frame, as far away as `distance` with its noise; 0 0 0: nothing is seen.",
             ),

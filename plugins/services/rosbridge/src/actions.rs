@@ -230,7 +230,7 @@ fn clients(offer: &mut Offer<Plugin>) {
         },
         |cmd| {
             cmd.param(handle())
-                .returns(Param::bool("answered").text("false: no goal is without its result"))
+                .returns(Param::bool("answered").text("false: there is no goal without a result"))
                 .text(
                     "Requests that the last goal be cancelled. Its server decides, and the result reports the \
                        outcome.",
@@ -258,7 +258,7 @@ fn clients(offer: &mut Offer<Plugin>) {
         |c, _| wait_for_service(c),
         |cmd, _| {
             cmd.param(handle())
-                .param(Param::float("timeout").unit("s").optional().text("of simulation time that a thread waits"))
+                .param(Param::float("timeout").unit("s").optional().text("simulation time that a thread waits"))
                 .returns(Param::bool("there"))
                 .text("Returns whether a script or a client offers the service of a client, and waits until one does.")
                 .no_wait("only a thread can wait for a service: call this in a thread")
@@ -280,9 +280,9 @@ fn servers(offer: &mut Offer<Plugin>) {
         |cmd| {
             cmd.param(Param::string("action"))
                 .param(Param::string("type").text("example_interfaces/action/Fibonacci"))
-                .param(callback("handleGoal", "(goal id, goal); gives simROS2.goal_response..."))
-                .param(callback("handleCancel", "(goal id, goal); gives simROS2.cancel_response..."))
-                .param(callback("handleAccepted", "(goal id, goal), and must return at once"))
+                .param(callback("handleGoal", "(goal id, goal); returns simROS2.goal_response..."))
+                .param(callback("handleCancel", "(goal id, goal); returns simROS2.cancel_response..."))
+                .param(callback("handleAccepted", "(goal id, goal), and must return immediately"))
                 .returns(handle())
                 .text("Offers an action, to scripts of this world and to clients of `rosbridge`.")
                 .example(example("served", "assert(simROS2.actionServerIsActive(server, current))"))
@@ -384,7 +384,7 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
                 .param(goal())
                 .returns(Param::bool("so"))
                 .text(text)
-                .notes("Of a goal that has ended it is an error.")
+                .notes("For a goal that has ended, this is an error.")
                 .example(example(name, &format!("assert({not}simROS2.actionServer{name}(server, current))")))
         });
     }

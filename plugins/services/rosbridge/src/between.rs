@@ -17,7 +17,7 @@ pub(crate) const REPORT: &str = "rosbridge.report";
 
 pub(crate) fn offer(offer: &mut Offer<Plugin>) {
     let json = |text: &str| Param::string("json").text(text);
-    let number = || Param::string("number").text("of the goal, at the service");
+    let number = || Param::string("number").text("number of the goal at the service");
     offer.command(
         Cmd::new(OFFERS, |c| {
             let offered = serde_json::from_slice(c.bytes(0)?);
@@ -80,7 +80,7 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
     offer.event(
         Event::new(PROGRESS)
             .text("A script reports on a client's goal.")
-            .field(Param::string("id").text("the service's number of it"))
+            .field(Param::string("id").text("the service's number of the goal"))
             .field(Param::string("json"))
             .field(Param::int("status").text("as in action_msgs/GoalStatus; below 0 for feedback")),
     );

@@ -164,7 +164,8 @@ fn topics(offer: &mut Offer<Plugin>) {
         |cmd, ros| {
             cmd.param(handle())
                 .param(
-                    Param::any("message").text("a table with the fields of the type; what is missing has its default"),
+                    Param::any("message")
+                        .text("a table with the fields of the type; missing fields have their defaults"),
                 )
                 .text("Publishes a message. Fields that the type does not have are an error.")
                 .example(words(

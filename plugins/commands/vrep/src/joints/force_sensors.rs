@@ -204,6 +204,6 @@ fn child_poses(offer: &mut Offer<Vrep>) {
         .param(object("joint"))
         .param(table("pose", "{x, y, z, qx, qy, qz, qw}"))
         .text("Moves the moved part of a joint.")
-        .partial("Only components that the joint leaves free have an effect."),
+        .partial("Only the free components of the joint have an effect."),
     );
 }

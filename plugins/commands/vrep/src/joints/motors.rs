@@ -186,7 +186,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simSetJointInterval", MINUS)
         .param(object("joint"))
-        .param(Param::any("cyclic").text("true: it turns without end"))
+        .param(Param::any("cyclic").text("true: it turns without limit"))
         .param(table("interval", "{lowest, range}"))
         .text("Sets the limits of a joint.")
         .example("sim.setJointInterval(joint, false, {-1, 2})"),

@@ -112,8 +112,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
              ends it.",
         )
         .notes(
-            "Where nobody looks it answers itself in the next step: ok or yes, with the initial text as input. Without buttons \
-             it stays open. It never holds the script.",
+            "Without a viewer it answers itself in the next step: ok or yes, with the initial text as input. Without \
+             buttons it stays open. It never blocks the script.",
         ),
     );
     offer.command(
@@ -159,7 +159,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new(ANSWER, answer)
             .param(Param::int("dialog").text("its number"))
-            .param(Param::int("n").text("the place of its widget: of the first button 3"))
+            .param(Param::int("n").text("the index of its widget: 3 for the first button"))
             .param(Param::string("what").choices(&["attend", "click", "change"]))
             .param(Param::any("text").optional().text("change: of its text field"))
             .text("Acts on a dialog as a user would. Called by views; `attend` makes the dialog wait for an answer.")

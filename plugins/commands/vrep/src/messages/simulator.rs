@@ -35,8 +35,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("message").text("sim.message_..."))
         .param(Param::list("auxiliary").optional().text("up to 4 integers"))
         .text(
-            "Sends a message to all scripts, as a view does when a key is pressed \
-            over it; not of V-REP.",
+            "Sends a message to all scripts, as a view does when a key is pressed over it; an addition to V-REP's API.",
         )
         .example("vrep.sendMessage(sim.message_keypress, {2007})"),
     );

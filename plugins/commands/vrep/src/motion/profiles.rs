@@ -5,14 +5,14 @@ use super::profile::Profile;
 use crate::{kit::*, state::state};
 
 /// How these profiles differ from the documented ones.
-pub(crate) const NOTES: &str = "All coordinates go side by side on a straight way and arrive together; a velocity at the \
-    start is braked first, one at the goal is taken as 0.";
+pub(crate) const NOTES: &str = "All coordinates move together in a straight line and arrive at the same time; an \
+                                initial velocity is stopped first, and a final velocity counts as 0.";
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let flags = || Param::int("flags").text("ignored: all coordinates arrive together");
     let common = |command: Cmd| {
         command
-            .param(Param::int("count").text("of coordinates"))
+            .param(Param::int("count").text("number of coordinates"))
             .param(Param::float("smallestStep").unit("s").text("ignored"))
             .param(flags())
             .param(table("current", "positions, velocities and accelerations now"))

@@ -48,7 +48,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetObjectType", MINUS)
         .param(object("object"))
-        .returns(Param::int("type").text("sim.object_..._type; -1 for objects that V-REP does not know"))
+        .returns(Param::int("type").text("sim.object_..._type; -1 for objects that V-REP does not have"))
         .text("Returns the type of an object.")
         .example("isShape = sim.getObjectType(h) == sim.object_shape_type"),
     );

@@ -6,8 +6,9 @@ use crate::kit::{
     *,
 };
 
-const NOTES: &str = "Corners are rounded as the scene tells; a path that a script makes goes straight from one control point to the \
-    next. Velocities and virtual distances are ignored. A dummy without control points is a path of one point.";
+const NOTES: &str = "Corners are rounded as set in the scene; a path created by a script goes straight from one \
+                     control point to the next. Velocities and virtual distances are ignored. A dummy without control \
+                     points is a path of one point.";
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let path = || flagged("path");
@@ -58,7 +59,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(path())
-        .param(Param::int("options").text("1: closed, 2: 16 numbers a point instead of 11"))
+        .param(Param::int("options").text("1: closed, 2: 16 numbers per point instead of 11"))
         .param(Param::int("start").text("from 0"))
         .param(Param::int("count"))
         .param(table("data", "x, y, z, alpha, beta, gamma and more for each point"))
@@ -186,13 +187,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(flagged("object"))
             .param(path())
             .param(Param::int("what").default(3).optional().text("1: position, 2: orientation, 3: both"))
-            .param(Param::float("start").default(0.0).optional().text("0 to 1: where it begins"))
+            .param(Param::float("start").default(0.0).optional().text("0 to 1: starting position"))
             .param(Param::float("velocity").unit("m/s").default(0.1).optional())
             .param(Param::float("acceleration").default(0.0).optional().text("ignored"))
             .returns(Param::float("left").unit("s").text("the part of the last step that was left over"))
             .text("Moves an object along a path.")
             .no_wait("the motion takes several steps, and only a thread can wait for them: call this in a thread")
-            .partial("At constant velocity, in straight lines between control points."),
+            .partial("The motion has constant velocity, in straight lines between control points."),
     );
 }
 

@@ -82,11 +82,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simGetScriptHandle", MINUS)
-        .param(
-            Param::string("name")
-                .optional()
-                .text("of the object; `customization@name` for that kind; empty: the main script; none: the caller"),
-        )
+        .param(Param::string("name").optional().text(
+            "name of the object; `customization@name` for that kind; empty: the main script; none: the \
+                       caller",
+        ))
         .returns(Param::int("script").text("-1: none"))
         .text("Finds a script by the name of its object.")
         .example("script = sim.getScriptHandle('robot')"),
@@ -163,7 +162,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetScriptSimulationParameter", NIL)
         .param(Param::int("script").text("a handle, or sim.handle_self"))
         .param(Param::string("name"))
-        .param(Param::any("asText").optional().text("true: as text, whatever it holds"))
+        .param(Param::any("asText").optional().text("true: as text, whatever it contains"))
         .returns(Param::any("value").text("a boolean, number or text; nothing if it is not set"))
         .text(
             "Returns a parameter of a script that another script has set, or the scene, as custom data of its object \

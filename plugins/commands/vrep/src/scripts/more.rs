@@ -60,8 +60,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("a").optional().text("its first argument"))
         .param(Param::func("function"))
         .param(Param::any("b").optional().text("its second argument"))
-        .param(Param::int("iterations").default(99).text("how often it is called before the last time"))
-        .returns(Param::any("results").text("of the last call"))
+        .param(Param::int("iterations").default(99).text("number of calls before the last one"))
+        .returns(Param::any("results").text("results of the last call"))
         .text("Calls a function repeatedly, to test callbacks such as those of remote clients."),
     );
     offer.command(
@@ -73,7 +73,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("script"))
         .returns(Param::any("functions").text("a table whose fields are the script's functions"))
         .text("Returns the functions of a script, to be called as methods.")
-        .partial("In Lua only; for other callers the table is empty."),
+        .partial("Works only in Lua; for other callers the table is empty."),
     );
     offer.command(
         both(["sim.invertMatrix", "simInvertMatrix"], MINUS, |c| {
@@ -82,7 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(table("matrix", "12 numbers"))
-        .returns(Param::any("result").text("1 in Lua, else the inverse"))
+        .returns(Param::any("result").text("1 in Lua, otherwise the inverse"))
         .text("Inverts a matrix, in Lua in place.")
         .notes("Languages other than Lua get the inverse as a result."),
     );

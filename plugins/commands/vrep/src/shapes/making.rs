@@ -110,7 +110,7 @@ fn facts(offer: &mut Offer<Vrep>) {
         })
         .param(object("shape"))
         .returns(Param::floats("size", 3).unit("m"))
-        .returns(Param::floats("pose", 7).text("of the box within the shape"))
+        .returns(Param::floats("pose", 7).text("pose of the box in the shape's frame"))
         .text("Returns the bounding box of a shape.")
         .example("size = sim.getShapeBB(box)"),
     );
@@ -129,9 +129,12 @@ fn facts(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simGetShapeColor", MINUS)
-        .param(Param::any("shape").text("a handle; models of before 3.1.4 may put `@backCompatibility1:` before it"))
+        .param(Param::any("shape").text("a handle; models from before 3.1.4 may put `@backCompatibility1:` before it"))
         .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
-        .param(Param::int("component").text("sim.colorcomponent_...; all but ambient and diffuse are kept, not drawn"))
+        .param(
+            Param::int("component")
+                .text("sim.colorcomponent_...; all except ambient and diffuse are stored, but not drawn"),
+        )
         .returns(Param::int("result").text("1"))
         .returns(Param::floats("rgb", 3).text("0 to 1"))
         .text("Returns the colour of a shape.")
@@ -152,9 +155,12 @@ fn facts(offer: &mut Offer<Vrep>) {
             done(c)
         })
         .old_name("simSetShapeColor", MINUS)
-        .param(Param::any("shape").text("a handle; models of before 3.1.4 may put `@backCompatibility1:` before it"))
+        .param(Param::any("shape").text("a handle; models from before 3.1.4 may put `@backCompatibility1:` before it"))
         .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
-        .param(Param::int("component").text("sim.colorcomponent_...; all but ambient and diffuse are kept, not drawn"))
+        .param(
+            Param::int("component")
+                .text("sim.colorcomponent_...; all except ambient and diffuse are stored, but not drawn"),
+        )
         .param(Param::list("rgb").text("0 to 1"))
         .text("Sets the colour of a shape.")
         .example("sim.setShapeColor(box, nil, 0, {1, 0, 0})"),

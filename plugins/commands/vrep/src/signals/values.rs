@@ -72,7 +72,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
             Ok(())
         })
         .param(Param::string("name"))
-        .param(if kind == INTEGER { Param::float("value").text("fractions are cut off") } else { value.clone() })
+        .param(if kind == INTEGER { Param::float("value").text("fractions are truncated") } else { value.clone() })
         .returns(Param::int("done"))
         .text(format!("Sets the {word} signal with this name, for all scripts."))
         .example(format!("{}('state', '3')", set.0)),

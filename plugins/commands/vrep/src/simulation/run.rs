@@ -59,8 +59,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetRealTimeSimulation", MINUS)
         .returns(Param::int("on").text("0"))
         .text(
-            "Returns whether the simulation keeps pace with a clock: scripts must not \
-            know, so that runs repeat.",
+            "Returns whether the simulation keeps pace with a clock: this is hidden from scripts, so that runs are \
+             repeatable.",
         )
         .example("on = sim.getRealTimeSimulation()"),
     );

@@ -20,7 +20,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simWait", NIL)
         .param(Param::float("duration").unit("s"))
         .param(Param::any("simulationTime").optional().text("ignored: simulation time is the only one"))
-        .returns(Param::float("late").unit("s").text("by how much the wait was too long"))
+        .returns(Param::float("late").unit("s").text("time by which the wait was too long"))
         .text("Waits for some time, if the calling script can wait.")
         .example("sim.wait(1.5)"),
     );
@@ -73,15 +73,15 @@ fn slices(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.setThreadSwitchTiming", zero)
             .old_name("simSetThreadSwitchTiming", MINUS)
             .param(Param::float("milliseconds").text("0 to 200; 1 ms is 20,000 instructions; 2 unless set"))
-            .returns(Param::int("threaded").text("1; 0: the caller is no thread"))
+            .returns(Param::int("threaded").text("1; 0: the caller is not a thread"))
             .text("Sets how long a thread runs in a step before it is switched out.")
             .example("sim.setThreadSwitchTiming(20)"),
     );
     offer.command(
         Cmd::new("sim.setThreadAutomaticSwitch", zero)
             .old_name("simSetThreadAutomaticSwitch", MINUS)
-            .param(Param::any("on").text("from 4.2 on each `false` takes one `true` to undo"))
-            .returns(Param::int("threaded").text("1; 0: the caller is no thread"))
+            .param(Param::any("on").text("from 4.2 on, each `false` takes one `true` to undo"))
+            .returns(Param::int("threaded").text("1; 0: the caller is not a thread"))
             .text("Sets whether a thread that does not yield is switched out.")
             .example("sim.setThreadAutomaticSwitch(false)"),
     );

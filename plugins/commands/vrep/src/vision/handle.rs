@@ -180,7 +180,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 "least, greatest and mean intensity, red, green, blue and depth of the image, 0 to 1, in three groups \
                 of five",
             ))
-            .returns(Param::floats("more", 0).text("what filters and sysCall_vision have found, packet by packet"))
+            .returns(Param::floats("more", 0).text("results of filters and sysCall_vision, packet by packet"))
     };
     offer.command(
         packets(
@@ -203,7 +203,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         packets(
             both(["sim.handleVisionSensor", "simHandleVisionSensor"], MINUS, handle_now)
                 .param(flagged("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
-                .returns(Param::int("count").text("of the sensors that detected something")),
+                .returns(Param::int("count").text("number of sensors that detected something")),
         )
         .text(
             "Takes images with vision sensors immediately; then sysCall_vision and sysCall_trigger of their scripts \
@@ -254,7 +254,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(flagged("sensor"))
         .param(Param::int("entity").text("an object, or sim.handle_all"))
-        .param(Param::any("image").optional().text("true: colours, else depths"))
+        .param(Param::any("image").optional().text("true: colours, otherwise depths"))
         .returns(Param::floats("buffer", 0).text("0 to 1"))
         .text("Takes an image of one object with a vision sensor, and returns the image or the depths.")
         .partial(LATER),

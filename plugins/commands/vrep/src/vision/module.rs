@@ -244,15 +244,16 @@ fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
             .returns(Param::bool("trigger").text("whether something was found"))
             .returns(Param::bytes("packet").text("packed 32-bit floats"));
         if function.kind == 35 {
-            command = command.returns(Param::bytes("colors").optional().text("three bytes a point"));
+            command = command.returns(Param::bytes("colors").optional().text("three bytes per point"));
         }
     }
     offer.command(match function.kind {
-        26 | 27 => command.partial("Only in red, green and blue: rgbSpace must be true."),
+        26 | 27 => command.partial("Works only in red, green and blue: rgbSpace must be true."),
         20 => command.partial("The degree of sharpening is an estimate."),
-        28 => {
-            command.partial("Roundness is the ratio of the sides of the white spot, which may not be the original's.")
-        }
+        28 => command.partial(
+            "Roundness is the ratio of the sides of the white spot, which may differ from the \
+                             original.",
+        ),
         34 => command.partial("Nothing is drawn over the image; diffColor gives each spot a color."),
         _ => command,
     });

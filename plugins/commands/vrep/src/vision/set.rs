@@ -40,7 +40,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(i64::from(trigger));
             Ok(())
         }))
-        .param(Param::int("options").default(0).optional().text("1: one byte a pixel, grey"))
+        .param(Param::int("options").default(0).optional().text("1: one byte per pixel, grey"))
         .param(Param::any("position").optional().text("{x, y} of a part"))
         .param(Param::any("size").optional().text("{width, height} of that part; without: all"))
         .returns(Param::int("result").text("1: something was detected in it, 0: nothing"))
@@ -73,7 +73,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 fn set_image(command: Cmd) -> Cmd {
     command
         .param(flagged("sensor"))
-        .param(Param::any("image").text("as bytes, or a table of numbers from 0 to 1; the lowest row first"))
+        .param(Param::any("image").text("bytes, or a table of numbers from 0 to 1; the lowest row first"))
 }
 
 /// Sets the image of a sensor; returns whether something was detected in it.
