@@ -88,7 +88,7 @@ fn missing(registry: &Registry) {
         report::warning(
             &Error::new("E304", format!("plugins that belong to this program are missing: {}", lost.join(", ")))
                 .expected(format!("them in one of{}", registry.search.describe()))
-                .help("copy them into a folder `plugins` beside the program, or set TATU_PLUGIN_PATH to their folder"),
+                .help("copy them into a folder `plugins` next to the program, or set TATU_PLUGIN_PATH to their folder"),
         );
     }
 }

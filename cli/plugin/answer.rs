@@ -58,7 +58,7 @@ pub fn judge(examined: &Examined, folders: &[Folder], examiner: &mut Examiner) -
     let hidden = examined.id().and_then(|id| Some((examiner.hidden_by(file, &id, folders)?, id)));
     if let Some((by, id)) = hidden {
         let text = format!("{} has the same id, `{id}`, and is searched first", by.display());
-        let help = "remove one of the two, or give this one an id of its own in `tatu_plugin.id`";
+        let help = "remove one of the two, or give this one its own id in `tatu_plugin.id`";
         return (Some(by), Some(Reason::new("hidden", text, help)));
     }
     (None, examined.useless())
@@ -77,8 +77,7 @@ fn elsewhere(file: &Path, folders: &[Folder]) -> Reason {
     let help = find_it(folder, file);
     match built {
         Some(_) => {
-            let text =
-                "it lies where cargo builds the program, and only the plugins of its own manifest are opened there";
+            let text = "it is in the folder where cargo builds the program, and only the plugins of its own manifest are opened there";
             Reason::new("not-built-in", text, help)
         }
         None => Reason::new("other-folder", "it lies in none of the folders that are searched", help),

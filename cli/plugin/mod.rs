@@ -30,7 +30,7 @@ use std::process::ExitCode;
 pub enum PluginCommand {
     /// Test a plugin against the rules of the ABI.
     Check(check::Check),
-    /// Tell why a plugin is loaded, or why not, and what to do.
+    /// Explain why a plugin is loaded, or why not, and what to do.
     Why(why::Why),
     /// Install a plugin into your own folder, or remove it from there; nothing is downloaded.
     Install(install::Install),

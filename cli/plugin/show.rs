@@ -77,7 +77,7 @@ fn about(examined: &Examined, hidden_by: Option<&Path>) {
         line("hidden by", by.display().to_string());
     }
     if !READS {
-        line("note", "on this system a library is not read before it is opened, in a process of its own".into());
+        line("note", "on this system a library is not examined before it is opened in a separate process".into());
     }
 }
 

@@ -53,7 +53,7 @@ pub fn describe(args: &Describe) -> ExitCode {
         report::error(
             &Error::new("E130", format!("there is no `{id}`"))
                 .expected("a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or command")
-                .help("`tatu list plugins`, `models`, `sensors`, `actuators`, `importers`, `services` and `commands` show what there is")
+                .help("`tatu list plugins`, `models`, `sensors`, `actuators`, `importers`, `services` and `commands` list what is available")
                 .nearest(id, names.iter().map(String::as_str)),
         );
         return ExitCode::from(2);
