@@ -167,7 +167,7 @@ fn setter(
         done(c)
     })
     .param(flagged("object"))
-    .param(Param::any(value).text("a table; old scripts give the frame here, and the table last"))
+    .param(Param::any(value).text("a table; old scripts pass the frame here, and the table last"))
     .param(
         Param::any("relativeTo").optional().text("-1 or nil: the world, sim.handle_parent: its parent, or an object"),
     )

@@ -161,7 +161,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::int("dialog").text("its number"))
             .param(Param::int("n").text("the index of its widget: 3 for the first button"))
             .param(Param::string("what").choices(&["attend", "click", "change"]))
-            .param(Param::any("text").optional().text("change: of its text field"))
+            .param(Param::any("text").optional().text("for change: the text of its text field"))
             .text("Acts on a dialog as a user would. Called by views; `attend` makes the dialog wait for an answer.")
             .example(
                 "local dialog = sim.displayDialog('Go', 'Shall it go on?', 4, false)\n\

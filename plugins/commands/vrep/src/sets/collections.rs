@@ -39,12 +39,16 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         let command = Cmd::new(name, command);
         let command = old.into_iter().fold(command, |command, old| command.old_name(old, MINUS));
         let (first, second) = if at[0] == 1 { ("object", "what") } else { ("what", "object") };
+        let param = |key: &str| match key {
+            "what" => Param::int(key).text("sim.handle_single, _all, _tree or _chain"),
+            _ => Param::int(key),
+        };
         offer.command(
             command
                 .param(collection())
-                .param(Param::int(first))
-                .param(Param::int(second).text("what: sim.handle_single, _all, _tree or _chain"))
-                .param(Param::int("options").default(0).optional().text("1: takes away, 2: without the object itself"))
+                .param(param(first))
+                .param(param(second))
+                .param(Param::int("options").default(0).optional().text("1: removes, 2: without the object itself"))
                 .text("Adds objects to a collection, or removes them."),
         );
     }

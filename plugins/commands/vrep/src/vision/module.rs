@@ -176,8 +176,8 @@ const FUNCTIONS: &[Function] = &[
             Float("roundness"),
             Bit("enableTrigger", 4),
         ],
-        "White where the intensity is above a threshold, else black. It found the white share, its middle x and y, \
-         orientation and roundness; it triggers where these are near what is wanted.",
+        "Makes pixels white where the intensity is above a threshold, otherwise black. The result is the white \
+         fraction, its centre x and y, its orientation and roundness; it triggers if these are near the given values.",
         (", 0.3, 1, 0.1, 0.5, 1, 0.5, 1, 0, 7, 0, true", "rgb == '255,255,255' and trigger"),
     ),
     f("simVision.swapWorkImgWithBuffer1", 29, &[], "Swaps the working image with the buffer.", ("", BLACK)),
@@ -187,17 +187,17 @@ const FUNCTIONS: &[Function] = &[
         "simVision.blobDetectionOnWorkImg",
         34,
         &[Float("threshold"), Float("minSize"), Bit("diffColor", 1), Ignored("overlayColor")],
-        "Finds spots above a threshold: their number, 6, then of each its share of the image, orientation, middle x and y, \
-         width and height, in parts of the image.",
+        "Finds spots above a threshold: their number, 6, then for each its fraction of the image, orientation, centre \
+         x and y, width and height, relative to the image.",
         (", 0.2, 0.1, false", "trigger and sim.unpackFloatTable(packet)[1] == 1"),
     ),
     finds(
         "simVision.coordinatesFromWorkImg",
         35,
         &[Pair("pointCount"), Bit("evenAngles", 1), Ignored("returnColors")],
-        "Points of a depth image: how many along x and y, then x, y, z and distance of each, in the sensor's frame, or \
-         with the flag sim.handleflag_abscoords in the world's. With returnColors the third value holds three bytes \
-         a point, of buffer 1.",
+        "Returns points of a depth image: their numbers along x and y, then x, y, z and distance of each, in the \
+         sensor's frame, or with the flag sim.handleflag_abscoords in the world's. With returnColors the third value \
+         contains three bytes per point, from buffer 1.",
         (", {2, 1}", "not trigger and #sim.unpackFloatTable(packet) == 10"),
     ),
     finds(

@@ -243,7 +243,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("resolution").text("{width, height}"))
         .param(Param::int("options").text("1: with alpha, 2: flips along x, 4: along y"))
         .returns(Param::int("result").text("1"))
-        .returns(Param::bytes("image").text("the changed one"))
+        .returns(Param::bytes("image").text("the transformed image"))
         .text("Mirrors an image.")
         .partial(
             "The original modifies the text in place, which is impossible with Lua strings here: use the second \
