@@ -56,9 +56,9 @@ pub struct Changes {
     /// Set a property or model parameter: `/Robot/leftMotor.max_force_nm=2`, `scene.dt_s=0.01`.
     #[arg(long = "set", value_name = "PATH=VALUE", allow_hyphen_values = true)]
     pub set: Vec<String>,
-    /// Let scripts reach beyond the run: `exec` starts programs, `native` loads libraries; such a run cannot be repeated.
-    /// `net=HOST:PORT` opens sockets; a `*` stands for any host or port. `plugins`: load plugins from the folders that the
-    /// scene names.
+    /// Allow scripts access to the outside: `exec` starts programs, `native` loads libraries; such a run cannot be
+    /// repeated. `net=HOST:PORT` opens sockets; a `*` means any host or port. `plugins`: load plugins from the folders
+    /// that the scene names.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = permission)]
     pub allow: Vec<String>,
     /// Replace an object's script: `/Robot=my_controller.lua`. With `--stand-ins`: the script to run.

@@ -30,7 +30,7 @@ fn converted(args: &Convert) -> Result<(), Error> {
     let written = document::write(&document, &registry, &document::folder_beside(&args.output))?;
     save(&args.output, &written)?;
     let (objects, files) = (document.objects.len(), written.files.len());
-    report::out!("{}: {objects} objects, {files} files beside it", args.output.display());
+    report::out!("{}: {objects} objects, {files} files next to it", args.output.display());
     Ok(())
 }
 
@@ -53,7 +53,7 @@ pub fn check_name(file: &Path) -> Result<(), Error> {
 fn save(scene: &Path, written: &Written) -> Result<(), Error> {
     document::save(scene, written, &write_whole)?;
     for what in &written.left_out {
-        report::note(&format!("{}: `{what}` is left out: a scene file cannot express it", scene.display()));
+        report::note(&format!("{}: `{what}` is omitted: a scene file cannot express it", scene.display()));
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use tatu_core::plugins::watchdog::{Call, Stuck};
 
 /// Advice about a crash.
 pub const HELP: &str =
-    "what was printed and traced until then is written; run it in a debugger, or report it to the author";
+    "output and trace up to this point are written; run it in a debugger, or report it to the author";
 
 /// The data that the signal handler recorded.
 pub struct Crash {

@@ -75,7 +75,7 @@ impl Folder {
     pub fn origin(&self) -> &'static str {
         match self.source {
             Source::Environment => "TATU_PLUGIN_PATH",
-            Source::Installed => "beside the program",
+            Source::Installed => "next to the program",
             Source::Built => "built with the program",
             Source::Scene => "named by the scene",
             Source::User => "your own, for `tatu plugin install`",

@@ -31,16 +31,16 @@ use crate::{
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Install {
-    /// A library, the folder of a project that was built, or an archive with a library in it (.tar, .tar.gz, .zip).
+    /// A library, the folder of a built project, or an archive that contains a library (.tar, .tar.gz, .zip).
     #[arg(value_name = "FILE|FOLDER|ARCHIVE", required_unless_present = "remove", conflicts_with = "remove")]
     pub source: Option<PathBuf>,
-    /// Replace the plugin with this id that is installed already, whichever version is higher.
+    /// Replace an installed plugin with the same id, whichever version is higher.
     #[arg(long)]
     pub force: bool,
     /// Remove the installed plugin with this id.
     #[arg(long, value_name = "ID", conflicts_with = "force")]
     pub remove: Option<String>,
-    /// Seconds of real time after which a plugin that has not started is given up; 0: never.
+    /// Seconds of real time after which a plugin that has not started is abandoned; 0: never.
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = probe::limit)]
     pub watchdog: f64,
 }
@@ -51,7 +51,7 @@ const EXAMPLES: &str = "Examples:
   tatu plugin install hello-1.0.0.tar.gz --force
   tatu plugin install --remove org.example.hello
 
-A plugin is tried before it is installed. Nothing is downloaded.
+A plugin is tested before it is installed. Nothing is downloaded.
 Exit code 0: done; 2: nothing was changed.";
 
 /// Subfolders of a project that may contain its library.

@@ -28,7 +28,7 @@ pub struct List {
     /// Print a JSON array.
     #[arg(long)]
     pub json: bool,
-    /// Seconds of real time after which a plugin that has not started is given up; 0: never.
+    /// Seconds of real time after which a plugin that has not started is abandoned; 0: never.
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = probe::limit)]
     pub watchdog: f64,
 }

@@ -22,7 +22,7 @@ pub struct Why {
     /// Print a JSON object.
     #[arg(long)]
     pub json: bool,
-    /// Seconds of real time after which a plugin that has not started is given up; 0: never.
+    /// Seconds of real time after which a plugin that has not started is abandoned; 0: never.
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = probe::limit)]
     pub watchdog: f64,
     /// Load this file and nothing else, and print what became of it: the process that `why` starts.

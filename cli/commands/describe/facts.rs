@@ -68,7 +68,7 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
     }
     if list::is_model_file(r, id) {
         out.push(json!({
-            "what": "model", "id": id, "text": "a file, which scenes name by its place beside them",
+            "what": "model", "id": id, "text": "a file, which scenes name by its path relative to their folder",
             "example": example::model_file(id),
         }));
     }

@@ -23,8 +23,8 @@ pub fn write(r: &Registry, folder: &Path) -> io::Result<usize> {
     fs::create_dir_all(folder)?;
     let pages = pages(r);
     let mut list = String::from(
-        "# Commands\n\nMade from the declarations by `tatu describe --all --markdown docs/reference/commands`. Every name \
-         of a command does the same; flat names log errors and return a value in scripts for versions before 4.2.\n\n\
+        "# Commands\n\nGenerated from the declarations by `tatu describe --all --markdown docs/reference/commands`. All names of \
+         a command do the same; in scripts for versions before 4.2, flat names log errors and return a value.\n\n\
          | Page | full | partial | stub |\n|---|---|---|---|\n",
     );
     for (subject, commands) in &pages {
@@ -45,7 +45,8 @@ fn page(subject: &str, commands: &[&CommandEntry]) -> String {
         command(&mut out, c);
     }
     if !stubs.is_empty() {
-        out += "\n## Stubs\n\nThey take what they are given, and give a neutral value.\n\n| Command | Other names | Why |\n|---|---|---|\n";
+        out += "\n## Stubs\n\nThey accept any arguments, and return a neutral value.\n\n| Command | Other names | Why \
+                |\n|---|---|---|\n";
         for c in stubs {
             let others: Vec<_> = c.names[1..].iter().map(|n| format!("`{}`", n.name)).collect();
             let _ = writeln!(out, "| `{}` | {} | {} |", c.names[0].name, others.join(" "), c.notes);
@@ -66,7 +67,7 @@ fn command(out: &mut String, c: &CommandEntry) {
         let _ = writeln!(out, "\n*{}.* {}", c.status.name(), c.notes);
     }
     facts(out, "Parameters", &c.params);
-    facts(out, "Gives", &c.returns);
+    facts(out, "Returns", &c.returns);
     if !c.example.is_empty() {
         let _ = writeln!(out, "\n```lua\n{}\n```", c.example);
     }

@@ -66,7 +66,9 @@ impl Config {
                 }
                 other => {
                     let error = fail(format!("has the unknown key `{other}`"));
-                    return Err(error.help("known are `skip`, a list of tests, and [[allow]] with `test`, `place` or `text`, and `reason`"));
+                    return Err(error.help(
+                        "known are `skip`, a list of tests, and [[allow]] with `test`, `place` or `text`, and `reason`",
+                    ));
                 }
             }
         }

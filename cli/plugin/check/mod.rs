@@ -35,25 +35,25 @@ use crate::report as told;
 #[derive(clap::Args)]
 #[command(after_help = HELP)]
 pub struct Check {
-    /// The library of a plugin, or a folder that has it, itself or in `build`.
+    /// The library of a plugin, or a folder that contains it, directly or in `build`.
     #[arg(required_unless_present = "list")]
     pub file: Option<PathBuf>,
     /// Run only these tests.
     #[arg(long, value_name = "TEST", value_delimiter = ',')]
     pub only: Vec<String>,
-    /// Leave these tests out.
+    /// Skip these tests.
     #[arg(long, value_name = "TEST", value_delimiter = ',')]
     pub skip: Vec<String>,
-    /// List the tests, and end.
+    /// List the tests and exit.
     #[arg(long)]
     pub list: bool,
-    /// Write the result as JSON.
+    /// Print the result as JSON.
     #[arg(long)]
     pub json: bool,
-    /// Also write findings as annotations of GitHub's workflows [default: if GITHUB_ACTIONS is set].
+    /// Also write findings as annotations for GitHub workflows [default: if GITHUB_ACTIONS is set].
     #[arg(long)]
     pub github: bool,
-    /// Seconds after which a test is ended, and has failed.
+    /// Seconds after which a test is ended and counts as failed.
     #[arg(long, value_name = "S", default_value_t = 120)]
     pub timeout: u64,
     /// Use this file instead of a tatu-check.toml that is found.
@@ -66,8 +66,8 @@ pub struct Check {
 
 const HELP: &str = "The exit code is 0 if no test has found an error, and 1 otherwise; 2: there is no such plugin.
 
-A file tatu-check.toml beside the plugin, in its project's folder or in the working folder holds what else is to be
-skipped or allowed, with a reason:
+A file tatu-check.toml next to the plugin, in its project's folder or in the working folder lists further tests to skip
+and findings to allow, with a reason:
   skip = [\"cost\"]
   [[allow]]
   test = \"repeat\"
@@ -100,29 +100,25 @@ const TESTS: &[Test] = &[
     Test { name: "actuators", text: "actuators act the same on 1 and 2 threads, bit for bit", run: devices::actuators },
     Test {
         name: "configure",
-        text: "a changed parameter acts as if it had been so from the start",
+        text: "a changed parameter acts as if it had been set from the start",
         run: devices::configure,
     },
     Test {
         name: "snapshots",
-        text: "a run that is saved, killed and restored goes on as if it had not been",
+        text: "a run that is saved, killed and restored continues as if it had not been interrupted",
         run: snapshots::go_on,
     },
     Test {
         name: "reload",
-        text: "a plugin that is loaded again in a run goes on where it was",
+        text: "a plugin that is reloaded during a run continues where it was",
         run: snapshots::reload,
     },
-    Test {
-        name: "load",
-        text: "`load` refuses bytes that it cannot know, and survives damaged ones",
-        run: snapshots::load,
-    },
+    Test { name: "load", text: "`load` refuses unknown bytes, and survives damaged ones", run: snapshots::load },
     Test { name: "models", text: "models can be built, and stand on the floor", run: sources::models },
     Test { name: "importers", text: "malformed files give errors", run: sources::importers },
     Test { name: "languages", text: "script languages keep their own memory", run: sources::languages },
     Test { name: "services", text: "services never block, and their threads leave worlds alone", run: services::run },
-    Test { name: "cost", text: "what calls cost; finds nothing wrong", run: cost::run },
+    Test { name: "cost", text: "reports the cost of calls; never fails", run: cost::run },
 ];
 
 /// Runs the tests on a plugin.

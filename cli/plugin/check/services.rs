@@ -36,7 +36,11 @@ pub fn run(file: &Path) -> Result<(), Error> {
             Err(e) => {
                 let text = format!("it cannot be started with its defaults: {}", e.text);
                 // It may lack something of this machine; a breach has another code.
-                if e.code == "E404" { warning(&place, text) } else { error(&place, text) }
+                if e.code == "E404" {
+                    warning(&place, text)
+                } else {
+                    error(&place, text)
+                }
                 continue;
             }
         };

@@ -72,13 +72,18 @@ pub fn go_on(file: &Path) -> Result<(), Error> {
     if let Err(e) = second.restore(&snapshot, false) {
         let text = format!("its own snapshot cannot be restored: {}", e.text);
         // The host refuses what was made during the run; `load` is named with its plugin.
-        if e.text.contains(&format!("`{}`", subject.id)) { error("", text) } else { note("", text) }
+        if e.text.contains(&format!("`{}`", subject.id)) {
+            error("", text)
+        } else {
+            note("", text)
+        }
         return Ok(());
     }
     for step in 1..=STEPS {
         first.step();
         second.step();
-        let lines = [&first, &second].map(|w| commands::reported(w).iter().map(|l| subject.without_folders(l)).collect::<Vec<_>>());
+        let lines = [&first, &second]
+            .map(|w| commands::reported(w).iter().map(|l| subject.without_folders(l)).collect::<Vec<_>>());
         let differs = lines[0].iter().zip(&lines[1]).find(|(a, b)| a != b);
         if let Some((a, b)) = differs {
             let name = a.split(' ').next().unwrap_or_default();
@@ -112,7 +117,8 @@ pub fn reload(file: &Path) -> Result<(), Error> {
     for step in 0..LONG {
         first.step();
         second.step();
-        let lines = [&first, &second].map(|w| commands::reported(w).iter().map(|l| subject.without_folders(l)).collect::<Vec<_>>());
+        let lines = [&first, &second]
+            .map(|w| commands::reported(w).iter().map(|l| subject.without_folders(l)).collect::<Vec<_>>());
         if let Some((a, b)) = lines[0].iter().zip(&lines[1]).find(|(a, b)| a != b) {
             let (name, a) = a.split_once(' ').unwrap_or(("", a));
             let b = b.split_once(' ').map_or(b.as_str(), |(_, b)| b);

@@ -71,7 +71,16 @@ impl Subject {
         let lives = registry.world_lives.iter().find(|(p, _)| *p == plugin);
         let spy = Arc::new(Spy::new(plugin, lives.map_or(0, |(_, life)| life.state_bytes)));
         registry.inspector = Some(spy.clone());
-        Ok(Subject { registry: Arc::new(registry), plugin, id, spy, refused, file: file.to_owned(), worlds: AtomicU32::new(0), folder })
+        Ok(Subject {
+            registry: Arc::new(registry),
+            plugin,
+            id,
+            spy,
+            refused,
+            file: file.to_owned(),
+            worlds: AtomicU32::new(0),
+            folder,
+        })
     }
 
     /// A document from texts: the scene, and files that it names.

@@ -37,35 +37,35 @@ const N: Option<&str> = Some("N");
 
 const OBJECT: [Field; 3] = [
     ("object", TATU_I64, 0, None, "its handle"),
-    ("path", TEXT, 0, None, "where it stands in the tree"),
-    ("kind", TEXT, 0, None, "what it is"),
+    ("path", TEXT, 0, None, "its path in the tree of objects"),
+    ("kind", TEXT, 0, None, "its kind"),
 ];
 const FAULT: [Field; 7] = [
-    ("code", TEXT, 0, None, "of the fault: docs/reference/errors.md"),
+    ("code", TEXT, 0, None, "code of the fault: docs/reference/errors.md"),
     ("message", TEXT, 0, None, "what went wrong"),
-    ("script", TEXT, 0, None, "the script's name, if it was one"),
+    ("script", TEXT, 0, None, "name of the script, if a script caused it"),
     ("object", TEXT, 0, None, "path of the object, if known"),
     ("plugin", TEXT, 0, None, "id of the plugin, if known"),
-    ("file", TEXT, 0, None, "of the script, if known"),
-    ("line", TATU_I64, 0, None, "in that file"),
+    ("file", TEXT, 0, None, "file of the script, if known"),
+    ("line", TATU_I64, 0, None, "line in that file"),
 ];
 const PAIR: [Field; 7] = [
     ("a", TATU_OBJECT, 0, None, "a shape"),
     ("b", TATU_OBJECT, 0, None, "the other"),
     ("a_path", TEXT, 0, None, "path of the first"),
     ("b_path", TEXT, 0, None, "path of the other"),
-    ("point", TATU_F64S, 3, M, "where, in the world"),
+    ("point", TATU_F64S, 3, M, "point of contact, in the world"),
     ("normal", TATU_F64S, 3, None, "unit vector from the first to the other"),
-    ("force", TATU_F64, 0, N, "along the normal, over the last physics step"),
+    ("force", TATU_F64, 0, N, "force along the normal, over the last physics step"),
 ];
 
 const EVENTS: &[(&str, &str, &[Field])] = &[
     ("started", "A run has begun.", &[]),
-    ("paused", "Time stands.", &[]),
-    ("resumed", "Time goes on after a pause.", &[]),
+    ("paused", "Time has stopped.", &[]),
+    ("resumed", "Time continues after a pause.", &[]),
     ("stopped", "A run has ended; the scene is as it was before.", &[]),
-    ("object_added", "An object was made while the world lives.", &OBJECT),
-    ("object_removed", "An object is gone.", &OBJECT),
+    ("object_added", "An object was created while the world lives.", &OBJECT),
+    ("object_removed", "An object was removed.", &OBJECT),
     ("collision", "Two shapes begin to touch.", &PAIR),
     ("contact", "Two shapes touch: once for each pair and physics stage.", &PAIR),
     ("separation", "Two shapes no longer touch.", {
@@ -73,17 +73,17 @@ const EVENTS: &[(&str, &str, &[Field])] = &[
         &TWO
     }),
     ("fault", "Something went wrong for the first time.", &FAULT),
-    ("script_error", "The same, of a script.", &FAULT),
-    ("plugin_failed", "The same, of a plugin.", &FAULT),
-    ("message", "A line was written: by a script, a plugin or the host.", {
+    ("script_error", "Something went wrong in a script for the first time.", &FAULT),
+    ("plugin_failed", "Something went wrong in a plugin for the first time.", &FAULT),
+    ("message", "A line was written by a script, a plugin or the host.", {
         const LINE: [Field; 2] =
             [("level", TEXT, 0, None, "error, warning, info, debug or status"), ("text", TEXT, 0, None, "the line")];
         &LINE
     }),
     ("console", "A script printed on a console of its own, or emptied it.", {
         const PRINTED: [Field; 3] = [
-            ("title", TEXT, 0, None, "of the console"),
-            ("text", TEXT, 0, None, "what was printed, as it came"),
+            ("title", TEXT, 0, None, "title of the console"),
+            ("text", TEXT, 0, None, "the printed text, unchanged"),
             ("clear", TATU_BOOL, 0, None, "whether the console was emptied"),
         ];
         &PRINTED

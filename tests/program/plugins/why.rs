@@ -72,7 +72,7 @@ fn a_plugin_that_is_loaded_is_told_by_name_id_and_file() {
         lines[..2],
         ["x is searched for in these folders, in this order:", "  1. mine (TATU_PLUGIN_PATH): libtatu_x.so"]
     );
-    assert!(lines[2].ends_with("debug/plugins (beside the program): not there"), "{out}");
+    assert!(lines[2].ends_with("debug/plugins (next to the program): not there"), "{out}");
     assert!(
         lines[3].contains("deps (built with the program): ") && lines[3].ends_with(" plugins with different names"),
         "{out}"

@@ -50,19 +50,19 @@ macro_rules! callbacks {
 callbacks! {
     Actuation "actuation", "In each pass, before physics.";
     Sensing "sensing", "In each pass, after sensors measured.";
-    Cleanup "cleanup", "Before its state ends.";
-    Thread "thread", "Once after `init`, as a coroutine.";
+    Cleanup "cleanup", "Once, before its state ends.";
+    Thread "thread", "Once, after `init`, as a coroutine.";
     NonSimulation "nonSimulation", "In each pass of a stopped world.";
     BeforeSimulation "beforeSimulation", "Once, before the start is prepared.";
-    AfterSimulation "afterSimulation", "Once, when the scene is back where it was.";
-    Suspend "suspend", "Once, when time begins to stand.";
-    Suspended "suspended", "In each pass while time stands.";
-    Resume "resume", "Once, before time goes on.";
-    Run "run", "Of scripts from outside: at the end of each pass, whatever the world does.";
+    AfterSimulation "afterSimulation", "Once, when the scene has been restored.";
+    Suspend "suspend", "Once, when a pause begins.";
+    Suspended "suspended", "In each pass of a pause.";
+    Resume "resume", "Once, before time continues after a pause.";
+    Run "run", "For scripts from outside: at the end of each pass, whether the world runs or not.";
     BeforeStep "beforeStep", "In each pass, before its stages.";
     Dyn "dyn", "Before and after each physics step.";
     Joint "joint", "In each physics step, for joints whose control is a callback.";
-    Contact "contact", "After the physics step in which two shapes began to touch.";
+    Contact "contact", "After the physics step in which two shapes begin to touch.";
     Measured "measured", "After the sensor that it belongs to has measured in the sensing stage.";
 }
 

@@ -46,7 +46,6 @@ pub trait PerWorld: Plugin {
         let _ = (world, version);
         if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
-
 }
 
 /// Data with which an instance is created.

@@ -51,12 +51,12 @@ impl<const SUBSTEP: bool> Actuator for Thruster<SUBSTEP> {
                 .range(0.0, f64::INFINITY)
                 .default(0.0)
                 .rebuilds()
-                .text("Time in which 63 % of a change of thrust is reached; 0: at once."),
+                .text("Time in which 63 % of a change of thrust is reached; 0: no lag."),
         ]
     }
 
     fn commands() -> Vec<Param> {
-        vec![Param::float("thrust").unit("N").default(0.0).text("Wanted force along +z, held within `max_force`.")]
+        vec![Param::float("thrust").unit("N").default(0.0).text("Requested force along +z, limited to `max_force`.")]
     }
 
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {

@@ -28,7 +28,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         .param(Param::string("host"))
         .returns(Param::list("addresses").optional())
         .returns(failure())
-        .text("Gives the addresses of a name.")
+        .text("Returns the addresses of a host name.")
         .example("local all, e = luasocket.addresses('localhost')"),
     );
     offer.command(
@@ -43,8 +43,9 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         })
         .returns(Param::float("time").unit("s"))
         .text(
-            "Gives the seconds since 1970 by the clock of this machine, an input of the run, where a run may open sockets; \
-             else the date of the start and what clocks show since, the same in each run that is not in real time.",
+            "Returns the seconds since 1970 by the clock of this machine, which is an input of the run, if the run may \
+             open sockets; otherwise the date of the start plus the time that clocks show since then, which is the \
+             same in each run that is not in real time.",
         )
         .example("assert(luasocket.time() >= 0)"),
     );
@@ -57,7 +58,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             Ok(())
         })
         .param(Param::float("seconds").unit("s"))
-        .text("Stops the whole run for a time by the clock, where a run may open sockets; else it does nothing.")
+        .text("Stops the whole run for a time by the clock, if the run may open sockets; otherwise it does nothing.")
         .example("luasocket.sleep(0.01)"),
     );
 }

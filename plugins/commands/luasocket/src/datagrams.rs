@@ -30,7 +30,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         })
         .param(Param::int("socket").text("its number; 0: a new one"))
         .param(Param::string("host").text("`*`: any address of this machine"))
-        .param(Param::int("port").text("0: any that is free"))
+        .param(Param::int("port").text("0: any free one"))
         .returns(Param::int("number").optional())
         .returns(failure())
         .text("Opens a socket for datagrams (UDP).")
@@ -46,7 +46,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         .param(Param::int("port"))
         .returns(Param::int("done").optional().text("1"))
         .returns(failure())
-        .text("Connects a socket for datagrams to one address: it receives from there only, and sends there.")
+        .text("Connects a datagram socket to one address: it receives only from there, and sends there.")
         .example("local done, e = luasocket.connectDatagrams(0, '127.0.0.1', 9)"),
     );
     offer.command(
@@ -73,7 +73,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             })))
         })
         .param(socket())
-        .param(Param::int("most").unit("B").text("what is longer is cut"))
+        .param(Param::int("most").unit("B").text("longer datagrams are truncated"))
         .param(timeout())
         .returns(Param::string("data").optional())
         .returns(Param::string("address").optional().text("or an error"))

@@ -130,8 +130,8 @@ pub(crate) fn socket() -> Param {
     Param::int("socket").text("its number")
 }
 pub(crate) fn timeout() -> Param {
-    Param::float("timeout").unit("s").text("negative: for ever")
+    Param::float("timeout").unit("s").text("negative: forever")
 }
 pub(crate) fn failure() -> Param {
-    Param::string("error").optional().text("as LuaSocket says it: timeout, closed, connection refused")
+    Param::string("error").optional().text("as in LuaSocket: timeout, closed, connection refused")
 }

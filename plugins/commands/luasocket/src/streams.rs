@@ -66,7 +66,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             .param(timeout())
             .returns(Param::int("socket").optional().text("its number"))
             .returns(failure())
-            .text("Connects by TCP. If the connection is refused, a thread resumes in the next step.")
+            .text("Opens a TCP connection. If it is refused, a thread resumes in the next step.")
             .example("local n, e = luasocket.connect('127.0.0.1', 9, 1)\nassert(not n and e == 'permission denied')"),
     );
     offer.command(
@@ -75,10 +75,10 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             Ok(or_wrong(done.map(|socket| vec![Value::Int(s.keep(socket))])))
         })
         .param(Param::string("host").text("`*`: any address of this machine"))
-        .param(Param::int("port").text("0: any that is free"))
+        .param(Param::int("port").text("0: any free one"))
         .returns(Param::int("socket").optional().text("its number"))
         .returns(failure())
-        .text("Waits for connections by TCP.")
+        .text("Listens for TCP connections.")
         .example("local n, e = luasocket.listen('127.0.0.1', 0)"),
     );
     offer.command(
@@ -90,7 +90,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         .param(timeout())
         .returns(Param::int("connection").optional().text("the number of its socket"))
         .returns(failure())
-        .text("Takes the next connection.")
+        .text("Accepts the next connection.")
         .example("local n, e = luasocket.accept(0, 0)\nassert(e == 'closed')"),
     );
     offer.command(
@@ -104,11 +104,11 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         })
         .param(socket())
         .param(Param::any("what").text("\"*l\" a line, \"*a\" all until the end, or a number of bytes"))
-        .param(Param::string("prefix").text("what was received before"))
+        .param(Param::string("prefix").text("data that was received before"))
         .param(timeout())
         .returns(Param::string("data").optional())
         .returns(failure())
-        .returns(Param::string("partial").optional().text("what came before the error"))
+        .returns(Param::string("partial").optional().text("data received before the error"))
         .text("Receives over a connection.")
         .example("local data, e, part = luasocket.receive(0, '*l', '', 0)\nassert(e == 'closed' and part == '')"),
     );
@@ -145,17 +145,17 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             Ok(or_wrong(s.name(c.i64(0)?, c.arg(1).truthy()).map(|at| place(at).to_vec())))
         })
         .param(socket())
-        .param(Param::bool("peer").text("of the other end"))
+        .param(Param::bool("peer").text("true: of the other end"))
         .returns(Param::string("address").optional())
         .returns(Param::any("port").optional().text("or an error"))
-        .text("Tells where a socket is.")
+        .text("Returns the address of a socket.")
         .example("local ip, e = luasocket.name(0, false)\nassert(e == 'Bad file descriptor')"),
     );
     offer.command(
         command("luasocket.isDirty", |c, s, _| Ok(vec![Value::Bool(s.is_dirty(c.i64(0)?))]))
             .param(socket())
             .returns(Param::bool("dirty"))
-            .text("Returns whether bytes wait that were taken from the system already.")
+            .text("Returns whether bytes are waiting that were already read from the system.")
             .example("assert(not luasocket.isDirty(0))"),
     );
     closing(offer);
@@ -170,7 +170,7 @@ fn closing(offer: &mut Offer<LuaSocket>) {
             Ok(())
         })
         .param(socket())
-        .text("Closes a socket; one that is closed stays so.")
+        .text("Closes a socket; closing it again has no effect.")
         .example("luasocket.close(0)"),
     );
     offer.command(
@@ -198,7 +198,7 @@ fn closing(offer: &mut Offer<LuaSocket>) {
             Ok(())
         })
         .param(socket())
-        .param(Param::string("option").text("tcp-nodelay or broadcast; others change nothing"))
+        .param(Param::string("option").text("tcp-nodelay or broadcast; others have no effect"))
         .param(Param::any("value"))
         .text("Sets an option.")
         .example("luasocket.setOption(0, 'tcp-nodelay', true)"),

@@ -37,14 +37,14 @@ pub(crate) fn offer(offer: &mut Offer<Programs>) {
         })
         .old_name("simLaunchExecutable", [Value::Int(-1)])
         .param(Param::string("file").text("in the folder of the scene, or a path; `@name`: a command of the system"))
-        .param(Param::any("args").optional().text("a text that is cut at blanks, or a number"))
+        .param(Param::any("args").optional().text("a text that is separated at spaces, or a number"))
         .param(Param::int("show").optional().text("without effect"))
         .returns(Param::int("result").text("1; -1: it was not started"))
         .text(
-            "Starts a program and does not wait for it, where the run allows that: `--allow exec`. \
-             In place of `bubbleRobServer`, where it is not there, a built-in server answers on the port that is its argument.",
+            "Starts a program without waiting for it, if the run allows this: `--allow exec`. If `bubbleRobServer` \
+             does not exist, a built-in server answers in its place on the port given as its argument.",
         )
-        .partial("only where the person who runs allows it")
+        .partial("Only if the person who starts the run allows it.")
         .example("assert(sim.launchExecutable('nowhere', 20000) == -1)"),
     );
 }

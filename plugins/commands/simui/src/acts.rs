@@ -124,11 +124,11 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
     offer.command(
         Cmd::new("tatu.actOnWindow", act)
             .param(Param::int("window").text("its number"))
-            .param(Param::int("n").text("the place of the widget; 0: the window itself"))
+            .param(Param::int("n").text("the index of the widget; 0: the window itself"))
             .param(Param::string("what").choices(WHAT))
             .param(Param::any("value").optional().text("change: the new value; link: the link; select: the row"))
-            .text("Does to a window of a script what a person would do; the script's callback is called.")
-            .notes("Called by views. The event `ui.window` and `tatu.windows` contain the places of widgets.")
+            .text("Performs a user's action on a window of a script; the script's callback is called.")
+            .notes("Called by views. The event `ui.window` and `tatu.windows` contain the indices of widgets.")
             .example(
                 "function moved(ui, id, x) seen = {id, x} end\n\
                  local ui = simUI.create('<ui><hslider id=\"7\" maximum=\"10\" on-change=\"moved\"/></ui>')\n\

@@ -43,18 +43,23 @@ const fn field(
     Field { name, of, key, holds, gets, text, element, sample }
 }
 
+/// Returns what a field is, as a part of a sentence.
+fn phrase(f: &Field) -> String {
+    if f.text.starts_with("whether ") { f.text.to_owned() } else { format!("the {}", f.text) }
+}
+
 const FIELDS: &[Field] = &[
     field("LabelText", &["label"], ("text", Text, true), "text of a label", ("label", "'fast'")),
     field("ButtonText", &["button"], ("text", Text, true), "text of a button", ("button", "'Stop'")),
     field("Text", &["text-browser"], ("text", Text, true), "text of a text browser", ("text-browser", "'two lines'")),
-    field("EditValue", &["edit"], ("value", Text, true), "text of a field", ("edit", "'0.5'")),
+    field("EditValue", &["edit"], ("value", Text, true), "text of an edit field", ("edit", "'0.5'")),
     field("SliderValue", &["hslider", "vslider"], ("value", Int, true), "value of a slider", ("hslider", "40")),
-    field("SpinboxValue", &["spinbox"], ("value", Float, true), "number of a field", ("spinbox", "2.0")),
+    field("SpinboxValue", &["spinbox"], ("value", Float, true), "number of a spin box", ("spinbox", "2.0")),
     field(
         "CheckboxValue",
         &["checkbox"],
         ("checked", Int, true),
-        "state of a box: 0 off, 1 partly, 2 on",
+        "state of a check box: 0 off, 1 partly, 2 on",
         ("checkbox", "2"),
     ),
     field(
@@ -72,23 +77,17 @@ const FIELDS: &[Field] = &[
         "state of a button that stays pressed",
         ("button", "true"),
     ),
-    field("CurrentTab", &["tabs"], ("current", Int, true), "tab that is in front, from 0", ("tabs", "0")),
+    field("CurrentTab", &["tabs"], ("current", Int, true), "selected tab, from 0", ("tabs", "0")),
     field(
         "ComboboxSelectedIndex",
         &["combobox"],
         ("index", Int, true),
-        "entry of a box that is chosen, from 0; -1: none",
+        "selected entry of a combo box, from 0; -1: none",
         ("combobox", "0"),
     ),
-    field("Enabled", &[], ("enabled", Truth, false), "whether people may use a widget", ("button", "false")),
+    field("Enabled", &[], ("enabled", Truth, false), "whether a widget is enabled", ("button", "false")),
     field("WidgetVisibility", &[], ("visible", Truth, false), "whether a widget is shown", ("label", "false")),
-    field(
-        "StyleSheet",
-        &[],
-        ("style", Text, false),
-        "colours and size of letters of a widget",
-        ("label", "'color: red'"),
-    ),
+    field("StyleSheet", &[], ("style", Text, false), "colours and font size of a widget", ("label", "'color: red'")),
 ];
 
 fn check(c: &Ctx<'_>, at: (i64, usize), f: &Field) -> Result {
@@ -154,7 +153,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
                         .text("false: the script's callback is called"),
                 )
                 .returns(Param::int("done"))
-                .text(format!("Sets the {}.", f.text.trim_start_matches("whether ")))
+                .text(format!("Sets {}.", phrase(f)))
                 .example(format!("{made}{sets}(ui, 1, {}){equal}", f.sample)),
         );
         if f.gets {
@@ -163,7 +162,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
                     .param(Param::int("window"))
                     .param(widget())
                     .returns(result)
-                    .text(format!("Gives the {}.", f.text))
+                    .text(format!("Returns {}.", phrase(f)))
                     .example(format!("{made}{sets}(ui, 1, {})\nassert({gets}(ui, 1) == {})", f.sample, f.sample)),
             );
         }

@@ -118,7 +118,7 @@ fn boxes(add: &mut Adds<'_>) {
     add.set(
         "simUI.setComboboxItems",
         &[Param::any("items").text("texts"), Param::int("index").default(0).optional()],
-        "Sets the entries of a box, and the one that is chosen.",
+        "Sets the entries of a combo box, and the selected one.",
         format!(
             "{BOX}simUI.setComboboxItems(ui, 1, {{'a', 'b', 'c'}}, 2)\nassert(simUI.getComboboxItemCount(ui, 1) == 3)"
         ),
@@ -132,7 +132,7 @@ fn boxes(add: &mut Adds<'_>) {
     add.set(
         "simUI.insertComboboxItem",
         &[index(), Param::string("text")],
-        "Puts an entry before another one of a box.",
+        "Inserts an entry before another one in a combo box.",
         format!(
             "{BOX}simUI.insertComboboxItem(ui, 1, 1, 'green')\nassert(simUI.getComboboxItemText(ui, 1, 1) == 'green')"
         ),
@@ -150,7 +150,7 @@ fn boxes(add: &mut Adds<'_>) {
     add.set(
         "simUI.removeComboboxItem",
         &[index()],
-        "Takes an entry out of a box.",
+        "Removes an entry from a combo box.",
         format!("{BOX}simUI.removeComboboxItem(ui, 1, 0)\nassert(simUI.getComboboxItemText(ui, 1, 0) == 'blue')"),
         |c| {
             change(c, "items", |c, items| {
@@ -164,7 +164,7 @@ fn boxes(add: &mut Adds<'_>) {
         "simUI.getComboboxItemCount",
         &[],
         Param::int("count"),
-        "Counts the entries of a box.",
+        "Returns the number of entries of a combo box.",
         format!("{BOX}assert(simUI.getComboboxItemCount(ui, 1) == 2)"),
         |c| {
             let n = list(get(c, widget(c)?, "items")?).len();
@@ -176,7 +176,7 @@ fn boxes(add: &mut Adds<'_>) {
         "simUI.getComboboxItemText",
         &[index()],
         Param::string("text"),
-        "Gives an entry of a box.",
+        "Returns an entry of a combo box.",
         format!("{BOX}assert(simUI.getComboboxItemText(ui, 1, 1) == 'blue')"),
         |c| {
             let items = list(get(c, widget(c)?, "items")?);
@@ -189,7 +189,7 @@ fn boxes(add: &mut Adds<'_>) {
         "simUI.getComboboxItems",
         &[],
         Param::any("items"),
-        "Gives the entries of a box.",
+        "Returns the entries of a combo box.",
         format!("{BOX}assert(simUI.getComboboxItems(ui, 1)[1] == 'red')"),
         |c| {
             let items = get(c, widget(c)?, "items")?;
@@ -206,7 +206,7 @@ fn tables(add: &mut Adds<'_>) {
         set(c, at, &[("rows", json!([])), ("headers", json!([]))])?;
         done(c)
     });
-    add.set("simUI.setRowCount", &[Param::int("count")], "Sets how many rows a table has.", TABLE.into(), |c| {
+    add.set("simUI.setRowCount", &[Param::int("count")], "Sets the number of rows of a table.", TABLE.into(), |c| {
         let at = widget(c)?;
         let (n, mut rows) = (count(c, 2)?, list(get(c, at, "rows")?));
         let wide = columns(&rows, &get(c, at, "headers")?);
@@ -214,17 +214,23 @@ fn tables(add: &mut Adds<'_>) {
         set(c, at, &[("rows", Json::Array(rows))])?;
         done(c)
     });
-    add.set("simUI.setColumnCount", &[Param::int("count")], "Sets how many columns a table has.", TABLE.into(), |c| {
-        let at = widget(c)?;
-        let (n, mut rows, mut headers) = (count(c, 2)?, list(get(c, at, "rows")?), list(get(c, at, "headers")?));
-        if rows.len().saturating_mul(n) > MOST * 10 {
-            return Err(Fail::argument(format!("a table has {} cells at most", MOST * 10)));
-        }
-        rows.iter_mut().filter_map(Json::as_array_mut).for_each(|r| r.resize(n, json!("")));
-        headers.resize(n, json!(""));
-        set(c, at, &[("rows", Json::Array(rows)), ("headers", Json::Array(headers))])?;
-        done(c)
-    });
+    add.set(
+        "simUI.setColumnCount",
+        &[Param::int("count")],
+        "Sets the number of columns of a table.",
+        TABLE.into(),
+        |c| {
+            let at = widget(c)?;
+            let (n, mut rows, mut headers) = (count(c, 2)?, list(get(c, at, "rows")?), list(get(c, at, "headers")?));
+            if rows.len().saturating_mul(n) > MOST * 10 {
+                return Err(Fail::argument(format!("a table has {} cells at most", MOST * 10)));
+            }
+            rows.iter_mut().filter_map(Json::as_array_mut).for_each(|r| r.resize(n, json!("")));
+            headers.resize(n, json!(""));
+            set(c, at, &[("rows", Json::Array(rows)), ("headers", Json::Array(headers))])?;
+            done(c)
+        },
+    );
     for (name, of_rows) in [("simUI.getRowCount", true), ("simUI.getColumnCount", false)] {
         let f: fn(&mut Ctx<'_>) -> Result = if of_rows {
             |c| {
@@ -278,7 +284,7 @@ fn tables(add: &mut Adds<'_>) {
     add.set(
         "simUI.setColumnHeaderText",
         &[column(), Param::string("text")],
-        "Writes above a column of a table.",
+        "Sets the header of a column of a table.",
         format!("{TABLE}simUI.setColumnHeaderText(ui, 1, 0, 'name')"),
         |c| {
             change(c, "headers", |c, headers| {
@@ -332,7 +338,7 @@ fn trees(add: &mut Adds<'_>) {
     add.set(
         "simUI.removeTreeItem",
         &[item()],
-        "Takes an item out of a tree.",
+        "Removes an item from a tree.",
         format!("{TREE}simUI.removeTreeItem(ui, 1, 5)"),
         |c| {
             change(c, "rows", |c, rows| {
@@ -350,7 +356,7 @@ fn trees(add: &mut Adds<'_>) {
     });
     for (name, open) in [("simUI.expandAll", true), ("simUI.collapseAll", false)] {
         let f: fn(&mut Ctx<'_>) -> Result = if open { |c| fold(c, true) } else { |c| fold(c, false) };
-        let text = if open { "Opens all items of a tree." } else { "Closes all items of a tree." };
+        let text = if open { "Expands all items of a tree." } else { "Collapses all items of a tree." };
         add.set(name, &[], text, format!("{TREE}{name}(ui, 1)"), f);
     }
 }

@@ -128,7 +128,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(plot())
             .param(curve())
             .returns(Param::int("done"))
-            .text(if gone { "Removes a curve." } else { "Takes all points from a curve." })
+            .text(if gone { "Removes a curve." } else { "Removes all points of a curve." })
             .example(format!("{PLOT}{name}(ui, 1, 'v')")),
         );
     }
@@ -143,7 +143,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         .param(window())
         .param(plot())
         .returns(Param::int("done"))
-        .text("Shows the points that curves have now.")
+        .text("Shows the current points of curves.")
         .example(format!("{PLOT}simUI.replot(ui, 1)")),
     );
     offer.command(

@@ -54,7 +54,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         })
         .param(which())
         .returns(Param::int("done"))
-        .text("Closes a window for good.")
+        .text("Closes and removes a window.")
         .example(format!("{MADE}simUI.destroy(ui)\nassert(not pcall(simUI.destroy, ui))")),
     );
     for (name, shown) in [("simUI.show", true), ("simUI.hide", false)] {
@@ -100,7 +100,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         })
         .param(which())
         .returns(Param::string("title"))
-        .text("Gives the title of a window.")
+        .text("Returns the title of a window.")
         .example(format!("{MADE}assert(simUI.getTitle(ui) == 'Drive')")),
     );
     offer.command(
@@ -111,12 +111,18 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         .param(which())
         .param(Param::any("enabled"))
         .returns(Param::int("done"))
-        .text("Lets people use a window, or not.")
+        .text("Enables or disables a window.")
         .example(format!("{MADE}simUI.setWindowEnabled(ui, false)")),
     );
-    for (set_name, get_name, keys, what) in [
-        ("simUI.setPosition", "simUI.getPosition", ["x", "y"], "place"),
-        ("simUI.setSize", "simUI.getSize", ["width", "height"], "size"),
+    for (set_name, get_name, keys, what, from) in [
+        (
+            "simUI.setPosition",
+            "simUI.getPosition",
+            ["x", "y"],
+            "position",
+            ", relative to the upper left corner of the view",
+        ),
+        ("simUI.setSize", "simUI.getSize", ["width", "height"], "size", ""),
     ] {
         offer.command(
             both(set_name, MINUS, move |c| {
@@ -128,7 +134,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(Param::int(keys[0]).unit("px"))
             .param(Param::int(keys[1]).unit("px"))
             .returns(Param::int("done"))
-            .text(format!("Sets the {what} of a window, from the upper left corner of the view."))
+            .text(format!("Sets the {what} of a window{from}."))
             .example(format!("{MADE}{set_name}(ui, 40, 60)\nlocal a, b = {get_name}(ui)\nassert(a == 40 and b == 60)")),
         );
         offer.command(
@@ -142,7 +148,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(which())
             .returns(Param::int(keys[0]).unit("px"))
             .returns(Param::int(keys[1]).unit("px"))
-            .text(format!("Gives the {what} of a window that a script set; 0 where none did."))
+            .text(format!("Returns the {what} of a window that a script has set, or 0."))
             .example(format!("{MADE}local a, b = {get_name}(ui)\nassert(a == 0 and b == 0)")),
         );
     }

@@ -13,10 +13,10 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             c.ret(id as i64);
             Ok(())
         })
-        .param(Param::string("event").text("its name, or * for all but collision, contact and separation"))
+        .param(Param::string("event").text("its name, or * for all except collision, contact and separation"))
         .param(Param::func("handler").text("called with the event's table and its name"))
         .returns(Param::int("id").text("for tatu.off"))
-        .text("Calls a function for each event of a name, until the script ends.")
+        .text("Calls a function for each event with this name, until the script ends.")
         .example(
             "local heard = 0\n\
              function sysCall_init()\n  \
@@ -35,7 +35,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             let id = c.i64(0)?;
             c.world().unsubscribe(u64::try_from(id).unwrap_or(0))
         })
-        .param(Param::int("id").text("what tatu.on gave"))
+        .param(Param::int("id").text("the number that tatu.on returned"))
         .text("Ends a subscription made by tatu.on.")
         .example(
             "function sysCall_init()\n  \

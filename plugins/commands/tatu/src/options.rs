@@ -23,8 +23,8 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
                 .optional()
                 .text("a table: the options that there are, and their values if not given"),
         )
-        .returns(Param::map("options").text("with defaults: of their types; without: texts"))
-        .text("Gives what the calling script was started with: `--addon NAME:KEY=VALUE,KEY=VALUE`.")
+        .returns(Param::map("options").text("with defaults: values of their types; without: texts"))
+        .text("Returns the options that the calling script was started with: `--addon NAME:KEY=VALUE,KEY=VALUE`.")
         .example(
             "local o = tatu.options{period = 0.5, file = 'out.csv'}\nassert(o.period == 0.5 and o.file == 'out.csv')",
         ),

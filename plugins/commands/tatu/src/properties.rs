@@ -52,7 +52,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         )
         .param(Param::int("base").optional().text("only objects below this one"))
         .returns(Param::list("handles").text("in the order of the tree"))
-        .text("Lists objects by kind; scripts only if they are asked for.")
+        .text("Lists objects by kind; scripts only if they are requested.")
         .example("assert(#tatu.list('script') >= 1)"),
     );
     offer.command(

@@ -16,12 +16,12 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         })
         .param(Param::int("sensor").text("a handle"))
         .returns(Param::map("reading").text(
-            "time in s, sequence (0: never measured), and each field by its name without the schema; where two have the \
-            same, also by the whole name. One number is a number, several in a row are a table; images, and all else with \
-            rows, are strings of packed little-endian numbers, with the integers rows and columns beside them. An object \
-            is its handle, -1: none",
+            "time in s, sequence (0: never measured), and each field by its name without the schema; if two have the \
+             same name, also by the full name. A single number is a number, one-dimensional fields are tables; images, \
+             and all other fields with rows, are strings of packed little-endian numbers, together with the integers \
+             rows and columns. An object is its handle, -1: none",
         ))
-        .text("Gives the last reading of a sensor of any kind, in SI units and radians.")
+        .text("Returns the last reading of a sensor of any kind, in SI units and radians.")
         .example(
             "function sysCall_sensing()\n  \
                local r = tatu.read(sim.getObject('/sonar'))\n  \

@@ -20,9 +20,9 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             .param(Param::int("sensor").text("a handle"))
             .param(Param::string("field").text("its name, with or without the schema: depth, rgb"))
             .param(Param::string("file").text(
-                "in a folder that scripts may use. Its ending tells the format: .png or .pgm: lengths as 16-bit whole \
-                millimetres, 0 where there are none or more than 65.535 m; .png or .ppm: colours, 8 bits each; .raw: the \
-                numbers as they are, little-endian, the lowest row first",
+                "in a folder that scripts may use. Its suffix determines the format: .png or .pgm: lengths as 16-bit \
+                 whole millimetres, 0 where there are none or more than 65.535 m; .png or .ppm: colours, 8 bits each; \
+                 .raw: the unchanged numbers, little-endian, the lowest row first",
             ))
             .text("Writes a field of a sensor's last reading to a file.")
             .example(

@@ -28,8 +28,8 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             Ok(())
         })
         .param(Param::int("object").text("a handle; 0: the world"))
-        .returns(Param::any("properties").text("of each a table: key, type, count, unit, settable, choices, text"))
-        .text("Lists the properties of an object, those of its device included.")
+        .returns(Param::any("properties").text("a table for each: key, type, count, unit, settable, choices, text"))
+        .text("Lists the properties of an object, including those of its device.")
         .example("for _, p in ipairs(tatu.properties(0)) do assert(p.key:find('scene.') == 1) end"),
     );
     offer.command(
@@ -41,7 +41,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             c.ret(Value::List(all));
             Ok(())
         })
-        .returns(Param::any("models").text("of each a table: id, text"))
+        .returns(Param::any("models").text("a table for each: id, text"))
         .text("Lists the models that plugins offer.")
         .example("assert(#tatu.models() > 0)"),
     );
@@ -61,7 +61,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         })
         .param(Param::string("model").text("its id: `tatu.models`"))
         .returns(Param::int("object").text("its base, placed at the origin of the world"))
-        .text("Adds a model that a plugin offers, with its parameters as they are by default.")
+        .text("Adds a model that a plugin offers, with the default values of its parameters.")
         .example("local robot = tatu.addModel('pioneer_p3dx')\ntatu.set(robot, 'object.position', {60, 60, 0.14})"),
     );
     offer.command(
@@ -72,7 +72,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         })
         .param(Param::int("script").text("a handle: tatu.list('script')"))
         .returns(Param::string("text"))
-        .text("Gives the text of a script.")
+        .text("Returns the text of a script.")
         .example("assert(#tatu.getScript(tatu.list('script')[1]) > 0)"),
     );
     offer.command(
@@ -83,8 +83,8 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         .param(Param::int("script").text("a handle: tatu.list('script')"))
         .param(Param::string("text"))
         .text(
-            "Replaces the text of a script between two of its calls; its state is kept where the new text \
-             has it. A text that cannot be loaded is refused, and nothing changes. A script cannot change itself.",
+            "Replaces the text of a script between two of its calls; state that the new text still has is kept. A text \
+             that cannot be loaded is refused, and nothing changes. A script cannot change itself.",
         )
         .example("assert(not pcall(tatu.setScript, tatu.list('script')[1], 'this is no Lua'))"),
     );

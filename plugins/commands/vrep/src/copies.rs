@@ -40,7 +40,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::float("factor"))
-        .text("Gives by how much an object has been scaled since it was made."),
+        .text("Returns the factor by which an object has been scaled since it was created."),
     );
     offer.command(
         both(["sim.getObjectSizeValues", "simGetObjectSizeValues"], NIL, |c| {
@@ -51,8 +51,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::floats("values", 3))
-        .text("Gives by how much an object has been scaled along each axis.")
-        .partial("The three are equal: scaling along single axes changes only the size of a shape."),
+        .text("Returns the factor by which an object has been scaled along each axis.")
+        .partial("The three values are equal: scaling along single axes changes only the size of a shape."),
     );
     offer.command(
         both(["sim.setObjectSizeValues", "simSetObjectSizeValues"], MINUS, |c| {
@@ -65,7 +65,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(table("values", "{x, y, z}"))
         .text("Scales an object to given factors.")
-        .partial("The three are remembered as one."),
+        .partial("The three values are stored as one."),
     );
     offer.command(
         both(["sim.scaleObject", "simScaleObject"], MINUS, |c| {
@@ -83,7 +83,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::float("z"))
         .param(Param::int("options").default(0).optional().text("ignored"))
         .text("Scales an object; a shape becomes larger or smaller.")
-        .partial("Sizes of shapes change, and their mass stays; sensors and joints stay as they are."),
+        .partial("The sizes of shapes change, but not their masses; sensors and joints are not changed."),
     );
     offer.command(
         both(["sim.scaleObjects", "simScaleObjects"], MINUS, |c| {
@@ -113,7 +113,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::float("factor"))
         .param(Param::any("positions").text("true: distances between them too"))
         .text("Scales objects with their masses, and the distances of parts of a tree.")
-        .partial("Sizes and masses of shapes and places change; sensors and forces of joints stay as they are."),
+        .partial("Sizes, masses and positions of shapes change; sensors and joint forces are not changed."),
     );
     files(offer);
 }

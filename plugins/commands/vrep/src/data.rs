@@ -15,7 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::string("tag").text("any name; empty, with nil: all data is removed"))
         .param(Param::string("data").optional().text("nil or empty: removes it"))
         .returns(Param::int("done"))
-        .text("Keeps data with an object, under a tag."),
+        .text("Stores data with an object, under a tag."),
     );
     for (name, kind) in [("sim.writeCustomStringData", "text"), ("sim.writeCustomBufferData", "bytes")] {
         offer.command(
@@ -23,7 +23,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .param(target())
                 .param(tag())
                 .param(Param::string("data").optional().text("nil or empty: removes it"))
-                .text(format!("Keeps {kind} with an object, under a tag.")),
+                .text(format!("Stores {kind} with an object, under a tag.")),
         );
     }
     offer.command(
@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(target())
         .param(tag())
         .returns(Param::string("data").text("nil: there is none"))
-        .text("Gives the data that was kept with an object under a tag."),
+        .text("Returns the data that is stored with an object under a tag."),
     );
     for (name, kind) in [("sim.readCustomStringData", "text"), ("sim.readCustomBufferData", "bytes")] {
         let data = if kind == "text" { Param::string("data") } else { Param::bytes("data") };
@@ -58,7 +58,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(target())
             .param(tag())
             .returns(data.text("empty: there is none"))
-            .text(format!("Gives the {kind} that was kept with an object under a tag.")),
+            .text(format!("Returns the {kind} stored with an object under a tag.")),
         );
     }
     offer.command(
@@ -75,7 +75,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(tag())
         .param(Param::any("table").text("nil or empty: removes it"))
         .param(Param::any("options").optional().text("ignored"))
-        .text("Keeps a table with an object, under a tag."),
+        .text("Stores a table with an object, under a tag."),
     );
     offer.command(
         Cmd::new("sim.readCustomTableData", |c| {
@@ -91,7 +91,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(tag())
         .param(Param::any("options").optional().text("ignored"))
         .returns(Param::any("table").text("empty: there is none"))
-        .text("Gives the table that was kept with an object under a tag."),
+        .text("Returns the table that is stored with an object under a tag."),
     );
     offer.command(
         both(["sim.readCustomDataBlockTags", "simReadCustomDataBlockTags"], NIL, |c| {
@@ -103,7 +103,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(target())
         .returns(Param::list("tags").text("nothing if there are none"))
-        .text("Lists the tags under which data is kept with an object."),
+        .text("Lists the tags under which data is stored with an object."),
     );
     offer.command(
         Cmd::new("sim.readCustomDataTags", |c| {
@@ -113,7 +113,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(target())
         .returns(Param::list("tags"))
-        .text("Lists the tags under which data is kept with an object."),
+        .text("Lists the tags under which data is stored with an object."),
     );
     offer.command(
         Cmd::new("sim.getObjectsWithTag", |c| {
@@ -130,7 +130,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(tag())
         .param(Param::any("justModels").optional().text("true: only bases of models"))
         .returns(Param::list("objects"))
-        .text("Lists the objects with which data is kept under a tag."),
+        .text("Lists the objects that have data stored under a tag."),
     );
     headers(offer);
     persistent(offer);
@@ -165,7 +165,7 @@ fn headers(offer: &mut Offer<Vrep>) {
             .param(Param::int("header").text("a number in place of a tag"))
             .param(Param::string("data").optional().text("nil or empty: removes it"))
             .returns(Param::int("done"))
-            .text("Keeps data under a number."),
+            .text("Stores data under a number."),
         );
         offer.command(
             object(both(get, NIL, move |c| {
@@ -177,7 +177,7 @@ fn headers(offer: &mut Offer<Vrep>) {
             }))
             .param(Param::int("header").text("a number in place of a tag"))
             .returns(Param::string("data").text("nothing if there is none"))
-            .text("Gives data that was kept under a number."),
+            .text("Returns data that is stored under a number."),
         );
     }
 }
@@ -197,7 +197,7 @@ fn persistent(offer: &mut Offer<Vrep>) {
         .param(Param::string("data").text("empty: removes it"))
         .param(Param::int("options").default(0).optional().text("ignored: nothing is kept on disk"))
         .returns(Param::int("done"))
-        .text("Keeps data under a name.")
+        .text("Stores data under a name.")
         .partial("The data lives as long as the scene, and is not written to disk."),
     );
     offer.command(
@@ -212,7 +212,7 @@ fn persistent(offer: &mut Offer<Vrep>) {
         .alias("sim.getPersistentDataRead")
         .param(Param::string("name"))
         .returns(Param::string("data").text("nothing if there is none"))
-        .text("Gives data that was kept under a name."),
+        .text("Returns data that is stored under a name."),
     );
 }
 

@@ -23,7 +23,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(bits())
-        .text("Gives the bits of an object: sim.objectproperty_..."),
+        .text("Returns the bits of an object: sim.objectproperty_..."),
     );
     offer.command(
         both(["sim.setObjectProperty", "simSetObjectProperty"], MINUS, |c| {
@@ -34,7 +34,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(bits())
         .text("Sets the bits of an object: sim.objectproperty_...")
-        .partial("They are only stored and returned: they concern windows, of which there are none here."),
+        .partial("They are only stored and returned, because they concern windows, which do not exist here."),
     );
     offer.command(
         both(["sim.getModelProperty", "simGetModelProperty"], MINUS, |c| {
@@ -48,7 +48,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(bits())
-        .text("Gives the bits of a model: sim.modelproperty_...; sim.modelproperty_not_model: the object is no base of one."),
+        .text(
+            "Returns the bits of a model: sim.modelproperty_...; sim.modelproperty_not_model: the object is not the \
+               base of a model.",
+        ),
     );
     offer.command(
         both(["sim.setModelProperty", "simSetModelProperty"], MINUS, |c| {
@@ -60,7 +63,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .param(bits())
-        .text("Sets the bits of a model, and so whether an object is the base of one.")
+        .text("Sets the bits of a model, and thereby whether an object is the base of one.")
         .partial(
             "Only whether it is a base has an effect; the bits that override those of the model's parts are only \
                   stored.",
@@ -81,7 +84,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(bits())
-        .text("Gives what an object is to sensors and commands: sim.objectspecialproperty_..."),
+        .text("Returns how sensors and commands treat an object: sim.objectspecialproperty_..."),
     );
     offer.command(
         both(["sim.setObjectSpecialProperty", "simSetObjectSpecialProperty"], MINUS, |c| {
@@ -99,7 +102,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .param(bits())
-        .text("Sets what an object is to sensors and commands.")
+        .text("Sets how sensors and commands treat an object.")
         .partial(
             "Only the bits for kinds of sensors that detect the shape have an effect; the others are only stored.",
         ),
@@ -121,8 +124,8 @@ fn explicit(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(object("object"))
-        .returns(Param::int("flags").text("1: it is handled only when a script asks for it"))
-        .text("Returns whether a sensor is handled only when a script asks for it."),
+        .returns(Param::int("flags").text("1: it is handled only when a script requests it"))
+        .text("Returns whether a sensor is handled only when a script requests it."),
     );
     offer.command(
         both(["sim.setExplicitHandling", "simSetExplicitHandling"], MINUS, |c| {
@@ -137,8 +140,8 @@ fn explicit(offer: &mut Offer<Vrep>) {
             done(c)
         })
         .param(object("object"))
-        .param(Param::int("flags").text("1: it is handled only when a script asks for it"))
-        .text("Chooses whether a sensor is handled only when a script asks for it."),
+        .param(Param::int("flags").text("1: it is handled only when a script requests it"))
+        .text("Sets whether a sensor is handled only when a script requests it."),
     );
 }
 
@@ -166,7 +169,7 @@ fn references(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(Param::list("handles"))
         .param(Param::string("tag").default("").optional())
-        .text("Keeps handles of other objects with an object."),
+        .text("Stores handles of other objects with an object."),
     );
     offer.command(
         both(["sim.getReferencedHandles", "simGetReferencedHandles"], NIL, move |c| {
@@ -180,8 +183,8 @@ fn references(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .param(Param::string("tag").default("").optional())
-        .returns(Param::list("handles").text("-1 for what is gone"))
-        .text("Gives the handles that were kept with an object."),
+        .returns(Param::list("handles").text("-1 for objects that were removed"))
+        .text("Returns the handles that are stored with an object."),
     );
     offer.command(
         Cmd::new("sim.getReferencedHandle", move |c| {
@@ -197,7 +200,7 @@ fn references(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(Param::string("tag").default("").optional())
         .returns(Param::int("handle"))
-        .text("Gives the handle that was kept with an object."),
+        .text("Returns the handle that is stored with an object."),
     );
     offer.command(
         Cmd::new("sim.getReferencedHandlesTags", |c| {
@@ -210,7 +213,7 @@ fn references(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::list("tags"))
-        .text("Lists the tags under which handles are kept with an object."),
+        .text("Lists the tags under which handles are stored with an object."),
     );
 }
 
@@ -229,7 +232,7 @@ fn links(offer: &mut Offer<Vrep>) {
         })
         .param(object("dummy"))
         .returns(Param::int("other").text("-1: none"))
-        .text("Gives the dummy that a dummy is linked to."),
+        .text("Returns the dummy that a dummy is linked to."),
     );
     offer.command(
         both(["sim.setLinkDummy", "simSetLinkDummy"], MINUS, move |c| {
@@ -272,7 +275,7 @@ fn links(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::int("order").text("from 0"))
-        .returns(Param::int("count").text("of the siblings, with itself"))
-        .text("Gives which of its siblings an object is."),
+        .returns(Param::int("count").text("number of siblings, including itself"))
+        .text("Returns the position of an object among its siblings."),
     );
 }

@@ -25,7 +25,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::int("a"))
             .param(Param::int("b"))
             .returns(Param::int("bits"))
-            .text(format!("Gives the bitwise {symbol} of two integers."))
+            .text(format!("Returns the bitwise {symbol} of two integers."))
             .example(format!("bits = {name}(a, b)")),
         );
     }
@@ -59,7 +59,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
     offer.command(
         command(["sim.buildIdentityMatrix", "simBuildIdentityMatrix"], |c| give(c, al::matrix(&al::IDENTITY)))
             .returns(out())
-            .text("Gives the matrix that changes nothing.")
+            .text("Returns the identity matrix.")
             .example("m = sim.buildIdentityMatrix()"),
     );
     offer.command(
@@ -70,7 +70,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .param(table("position", "{x, y, z}"))
         .param(table("angles", "{alpha, beta, gamma} rad"))
         .returns(out())
-        .text("Gives the matrix of a position and Euler angles.")
+        .text("Returns the matrix of a position and Euler angles.")
         .example("m = sim.buildMatrix({0, 0, 1}, {0, 0, math.pi})"),
     );
     offer.command(
@@ -81,7 +81,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .param(table("position", "{x, y, z}"))
         .param(table("quaternion", "{x, y, z, w}"))
         .returns(out())
-        .text("Gives the matrix of a position and a quaternion.")
+        .text("Returns the matrix of a position and a quaternion.")
         .example("m = sim.buildMatrixQ({0, 0, 1}, {0, 0, 0, 1})"),
     );
     offer.command(
@@ -92,7 +92,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .param(matrix("a"))
         .param(matrix("b"))
         .returns(out())
-        .text("Gives the product of two matrices.")
+        .text("Returns the product of two matrices.")
         .example("m = sim.multiplyMatrices(worldFromBody, bodyFromSensor)"),
     );
     offer.command(
@@ -101,7 +101,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
             .param(matrix("matrix").text("or a pose {x, y, z, qx, qy, qz, qw}"))
             .param(table("vector", "{x, y, z}; or several, one after another"))
             .returns(Param::floats("vector", 0))
-            .text("Gives where a matrix takes points.")
+            .text("Returns points transformed by a matrix.")
             .example("p = sim.multiplyVector(m, {0, 0, 1})"),
     );
     offer.command(
@@ -109,14 +109,14 @@ fn matrices(offer: &mut Offer<Vrep>) {
             .alias("sim.getMatrixInverse")
             .param(matrix("matrix"))
             .returns(out())
-            .text("Gives the inverse of a matrix.")
+            .text("Returns the inverse of a matrix.")
             .example("m = sim.getInvertedMatrix(m)"),
     );
     offer.command(
         command(["sim.copyMatrix", "simCopyMatrix"], |c| give::<12>(c, numbers(c, 0)?))
             .param(matrix("matrix"))
             .returns(out())
-            .text("Gives a copy of a matrix.")
+            .text("Returns a copy of a matrix.")
             .example("m2 = sim.copyMatrix(m)"),
     );
     offer.command(
@@ -129,7 +129,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .param(matrix("b"))
         .param(Param::float("t").text("0: a, 1: b"))
         .returns(out())
-        .text("Gives a matrix between two others: straight line, shortest turn.")
+        .text("Interpolates between two matrices: straight line, shortest rotation.")
         .example("m = sim.interpolateMatrices(a, b, 0.5)"),
     );
     offer.command(
@@ -139,7 +139,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         })
         .param(matrix("matrix"))
         .returns(Param::floats("angles", 3).unit("rad"))
-        .text("Gives the Euler angles of a matrix.")
+        .text("Returns the Euler angles of a matrix.")
         .example("angles = sim.getEulerAnglesFromMatrix(m)"),
     );
     offer.command(
@@ -149,7 +149,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         })
         .param(matrix("matrix"))
         .returns(Param::floats("quaternion", 4))
-        .text("Gives the quaternion {x, y, z, w} of a matrix.")
+        .text("Returns the quaternion {x, y, z, w} of a matrix.")
         .example("q = sim.getQuaternionFromMatrix(m)"),
     );
     offer.command(
@@ -167,7 +167,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .param(matrix("goal").text("or a pose"))
         .returns(Param::floats("axis", 3))
         .returns(Param::float("angle").unit("rad"))
-        .text("Gives the axis and angle that turn one frame to another.")
+        .text("Returns the axis and angle that rotate one frame to another.")
         .example("axis, angle = sim.getRotationAxis(a, b)"),
     );
     offer.command(
@@ -188,7 +188,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .param(table("axisPosition", "a point of the axis, m"))
         .param(Param::float("angle").unit("rad"))
         .returns(out())
-        .text("Turns a matrix about an axis.")
+        .text("Rotates a matrix about an axis.")
         .example("m = sim.rotateAroundAxis(m, {0, 0, 1}, {0, 0, 0}, math.pi / 2)"),
     );
 }
@@ -217,7 +217,7 @@ fn poses(offer: &mut Offer<Vrep>) {
         .param(table("position", "{x, y, z}"))
         .param(table("rotation", "{alpha, beta, gamma} rad, or a quaternion {x, y, z, w}"))
         .returns(out())
-        .text("Gives the pose of a position and a rotation.")
+        .text("Returns the pose of a position and a rotation.")
         .example("pose = sim.buildPose({0, 0, 1}, {0, 0, 0})"),
     );
     offer.command(
@@ -228,14 +228,14 @@ fn poses(offer: &mut Offer<Vrep>) {
         .param(pose("a"))
         .param(pose("b"))
         .returns(out())
-        .text("Gives the product of two poses.")
+        .text("Returns the product of two poses.")
         .example("pose = sim.multiplyPoses(worldFromBody, bodyFromSensor)"),
     );
     offer.command(
         modern("sim.getPoseInverse", |c| give(c, al::inverse(&read_pose(c, 0)?)))
             .param(pose("pose"))
             .returns(out())
-            .text("Gives the inverse of a pose.")
+            .text("Returns the inverse of a pose.")
             .example("pose = sim.getPoseInverse(pose)"),
     );
     offer.command(
@@ -247,21 +247,21 @@ fn poses(offer: &mut Offer<Vrep>) {
         .param(pose("b"))
         .param(Param::float("t").text("0: a, 1: b"))
         .returns(out())
-        .text("Gives a pose between two others: straight line, shortest turn.")
+        .text("Interpolates between two poses: straight line, shortest rotation.")
         .example("pose = sim.interpolatePoses(a, b, 0.5)"),
     );
     offer.command(
         modern("sim.matrixToPose", |c| give(c, al::of_matrix(&numbers(c, 0)?)))
             .param(matrix("matrix"))
             .returns(out())
-            .text("Gives the pose of a matrix.")
+            .text("Returns the pose of a matrix.")
             .example("pose = sim.matrixToPose(m)"),
     );
     offer.command(
         modern("sim.poseToMatrix", |c| give(c, al::matrix(&read_pose(c, 0)?)))
             .param(pose("pose"))
             .returns(Param::floats("matrix", 12))
-            .text("Gives the matrix of a pose.")
+            .text("Returns the matrix of a pose.")
             .example("m = sim.poseToMatrix(pose)"),
     );
 }
@@ -282,10 +282,7 @@ fn angles(offer: &mut Offer<Vrep>) {
             ypr,
             abg,
         )
-        .text(
-            "Turns yaw, pitch and roll (about z, then the new y, then the new x) into \
-            Euler angles.",
-        )
+        .text("Converts yaw, pitch and roll (about z, then the new y, then the new x) to Euler angles.")
         .example("a, b, g = sim.yawPitchRollToAlphaBetaGamma(yaw, pitch, roll)"),
     );
     offer.command(
@@ -298,10 +295,7 @@ fn angles(offer: &mut Offer<Vrep>) {
             abg,
             ypr,
         )
-        .text(
-            "Turns Euler angles into yaw, pitch and roll (about z, then the new y, \
-            then the new x).",
-        )
+        .text("Converts Euler angles to yaw, pitch and roll (about z, then the new y, then the new x).")
         .example("yaw, pitch, roll = sim.alphaBetaGammaToYawPitchRoll(a, b, g)"),
     );
 }

@@ -18,13 +18,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         let command = old.into_iter().fold(command, |command, old| command.old_name(old, MINUS));
         offer.command(
             command
-                .param(Param::any("options").text("ignored: they are for looks"))
+                .param(Param::any("options").text("ignored: they concern the appearance"))
                 .param(Param::any("shadingAngle").text("ignored"))
                 .param(table("vertices", "x, y, z of each point, m"))
-                .param(table("indices", "three places of points for each triangle, from 0"))
+                .param(table("indices", "three indices of points for each triangle, from 0"))
                 .param(Param::any("looks").rest().text("ignored: normals and textures"))
                 .returns(Param::int("shape"))
-                .text("Makes a shape of triangles, whose frame is in the middle of its box.")
+                .text("Creates a shape from triangles, with its frame at the centre of its bounding box.")
                 .partial("Normals and textures are ignored."),
         );
     }
@@ -62,7 +62,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::float("xSize").unit("m"))
         .param(table("heights", "row by row along x, m"))
         .returns(Param::int("shape"))
-        .text("Makes a landscape of heights, as a shape of triangles."),
+        .text("Creates a heightfield as a shape of triangles."),
     );
     offer.command(
         both(["sim.getShapeMesh", "simGetShapeMesh"], NIL, |c| {
@@ -76,10 +76,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("shape"))
         .returns(Param::list("vertices").text("x, y, z of each point, in the shape's frame"))
-        .returns(Param::list("indices").text("three places for each triangle, from 0"))
+        .returns(Param::list("indices").text("three indices for each triangle, from 0"))
         .returns(Param::list("normals").text("for each corner of each triangle"))
-        .text("Gives the triangles of a shape.")
-        .partial("Round shapes are cut into 32 parts; the parts of compounds are given like boxes."),
+        .text("Returns the triangles of a shape.")
+        .partial("Round shapes are divided into 32 parts; the parts of compounds are returned as boxes."),
     );
     offer.command(
         both(["sim.getShapeGeomInfo", "simGetShapeGeomInfo"], NIL, |c| {
@@ -104,7 +104,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("result").text("1: compound, 2: pure, 4: convex, added up"))
         .returns(Param::int("pureType").text("sim.primitiveshape_..."))
         .returns(Param::floats("dimensions", 4))
-        .text("Gives what a shape is made of."),
+        .text("Returns information about the geometry of a shape."),
     );
     offer.command(
         both(["sim.groupShapes", "simGroupShapes"], MINUS, |c| {
@@ -127,7 +127,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("shape"))
         .returns(Param::list("shapes"))
-        .text("Takes a shape apart.")
+        .text("Divides a shape into its parts.")
         .partial("A shape is not divided: the list contains only itself."),
     );
     mass(offer);
@@ -159,7 +159,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         .returns(Param::float("mass").unit("kg"))
         .returns(Param::floats("inertia", 9).text("divided by the mass, m^2"))
         .returns(Param::floats("centreOfMass", 3).unit("m"))
-        .text("Gives mass, inertia and centre of mass of a shape; without a matrix in the world's frame."),
+        .text("Returns the mass, inertia and centre of mass of a shape; without a matrix, in the world's frame."),
     );
     offer.command(
         both(["sim.setShapeMassAndInertia", "simSetShapeMassAndInertia"], MINUS, |c| {
@@ -184,7 +184,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         .param(table("inertia", "9 numbers, divided by the mass"))
         .param(table("centreOfMass", "{x, y, z} m"))
         .param(matrix())
-        .text("Sets mass, inertia and centre of mass of a shape."),
+        .text("Sets the mass, inertia and centre of mass of a shape."),
     );
     offer.command(
         Cmd::new("sim.getShapeInertia", move |c| {
@@ -197,7 +197,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         .param(object("shape"))
         .returns(Param::floats("inertia", 9).unit("kg m^2"))
         .returns(Param::floats("transformation", 12).text("position of the centre of mass in the shape"))
-        .text("Gives inertia and centre of mass of a shape."),
+        .text("Returns the inertia and centre of mass of a shape."),
     );
     offer.command(
         Cmd::new("sim.setShapeInertia", |c| {
@@ -210,7 +210,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         .param(object("shape"))
         .param(table("inertia", "9 numbers, kg m^2"))
         .param(table("transformation", "12 numbers"))
-        .text("Sets inertia and centre of mass of a shape."),
+        .text("Sets the inertia and centre of mass of a shape."),
     );
     offer.command(
         both(["sim.computeMassAndInertia", "simComputeMassAndInertia"], MINUS, |c| {

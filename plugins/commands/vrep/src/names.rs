@@ -8,7 +8,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .old_name("simGetObjectName", NIL)
             .param(flagged("object"))
             .returns(Param::string("name"))
-            .text("Gives the unique name of an object, with its suffix: `motor#2`.")
+            .text("Returns the unique name of an object, with its suffix: `motor#2`.")
             .example("name = sim.getObjectName(robot)"),
     );
     offer.command(
@@ -17,7 +17,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(flagged("object"))
             .param(Param::string("name").text("letters, digits, _ ( ) and one #; not taken by another object"))
             .returns(Param::int("done"))
-            .text("Gives an object another unique name.")
+            .text("Sets the unique name of an object.")
             .example("sim.setObjectName(robot, 'scout')"),
     );
     offer.command(
@@ -28,14 +28,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                  where the alias is not unique, 4: with the handle, 6: \"/alias{index}\"",
             ))
             .returns(Param::string("alias"))
-            .text("Gives the alias of an object, or another form of its name.")
+            .text("Returns the alias of an object, or another form of its name.")
             .example("path = sim.getObjectAlias(robot, 1)"),
     );
     offer.command(
         Cmd::new("sim.setObjectAlias", set_alias)
             .param(object("object"))
             .param(Param::string("alias").text("letters, digits, _ ( ) -; others become _"))
-            .text("Gives an object another alias, which others may have too.")
+            .text("Sets the alias of an object, which others may have too.")
             .example("sim.setObjectAlias(robot, 'scout')"),
     );
     offer.command(
@@ -44,10 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::string("name").optional().text("nil: the suffix of the calling script"))
             .returns(Param::int("suffix").text("-1: none"))
             .returns(Param::string("name").text("without the suffix, if a name was given"))
-            .text(
-                "Gives the number after the # of a name, or the one that look-ups of this \
-                script add.",
-            )
+            .text("Returns the number after the # of a name, or the one that look-ups of this script add.")
             .example("n, name = sim.getNameSuffix('motor#2')"),
     );
     offer.command(
@@ -59,7 +56,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simSetNameSuffix", MINUS)
-        .param(Param::int("suffix").text("-1: names are taken as they are"))
+        .param(Param::int("suffix").text("-1: names are used unchanged"))
         .returns(Param::int("done"))
         .text("Sets the suffix that later look-ups of this script add to names.")
         .example("sim.setNameSuffix(-1)"),

@@ -9,7 +9,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         getter(["sim.getObjectPosition", "simGetObjectPosition"], |c, p| c.ret(&p[..3]))
             .returns(Param::floats("position", 3).unit("m"))
-            .text("Gives where an object is: {x, y, z}.")
+            .text("Returns the position of an object: {x, y, z}.")
             .example("p = sim.getObjectPosition(robot, -1)"),
     );
     offer.command(
@@ -19,8 +19,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .returns(Param::floats("angles", 3).unit("rad"))
         .text(
-            "Gives how an object is turned: {alpha, beta, gamma} about its own x, y \
-            and z axis, in this order.",
+            "Returns the orientation of an object: {alpha, beta, gamma} about its own x, y and z axes, in this order.",
         )
         .example("heading = sim.getObjectOrientation(robot, -1)[3]"),
     );
@@ -32,10 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(&q[..]);
         })
         .returns(Param::floats("quaternion", 4))
-        .text(
-            "Gives how an object is turned: {x, y, z, w}; with \
-            sim.handleflag_wxyzquat {w, x, y, z}.",
-        )
+        .text("Returns the orientation of an object: {x, y, z, w}; with sim.handleflag_wxyzquat {w, x, y, z}.")
         .example("q = sim.getObjectQuaternion(robot, -1)"),
     );
     offer.command(
@@ -44,13 +40,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(&m[..]);
         })
         .returns(Param::floats("matrix", 12))
-        .text("Gives the frame of an object: 12 numbers, rows of {x axis, y axis, z axis, position}.")
+        .text("Returns the frame of an object: 12 numbers, rows of {x axis, y axis, z axis, position}.")
         .example("m = sim.getObjectMatrix(robot, -1)"),
     );
     offer.command(
         getter(["sim.getObjectPose", "simGetObjectPose"], |c, p| c.ret(&p[..]))
             .returns(Param::floats("pose", 7))
-            .text("Gives position and quaternion of an object: {x, y, z, qx, qy, qz, qw}.")
+            .text("Returns the position and quaternion of an object: {x, y, z, qx, qy, qz, qw}.")
             .example("pose = sim.getObjectPose(robot)"),
     );
     offer.command(
@@ -60,10 +56,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             p[..3].copy_from_slice(&[x, y, z]);
             Ok(())
         })
-        .text(
-            "Moves an object, with all that hangs below it; both orders of the last \
-            two arguments are known.",
-        )
+        .text("Moves an object and everything below it; both orders of the last two arguments are accepted.")
         .example("sim.setObjectPosition(box, {0, 0, 0.5}, -1)"),
     );
     offer.command(
@@ -73,8 +66,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .text(
-            "Turns an object to Euler angles {alpha, beta, gamma}, rad; both orders \
-            of the last two arguments are known.",
+            "Rotates an object to Euler angles {alpha, beta, gamma}, rad; both orders of the last two arguments are \
+             accepted.",
         )
         .example("sim.setObjectOrientation(box, {0, 0, math.pi / 2}, -1)"),
     );
@@ -87,10 +80,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             p[3..].copy_from_slice(&unit(q, i)?);
             Ok(())
         })
-        .text(
-            "Turns an object to a quaternion {x, y, z, w}; both orders of the last \
-            two arguments are known.",
-        )
+        .text("Rotates an object to a quaternion {x, y, z, w}; both orders of the last two arguments are accepted.")
         .example("sim.setObjectQuaternion(box, {0, 0, 0, 1}, -1)"),
     );
     offer.command(
@@ -99,8 +89,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .text(
-            "Places an object by a matrix of 12 numbers; both orders of the last two \
-            arguments are known.",
+            "Sets the pose of an object by a matrix of 12 numbers; both orders of the last two arguments are accepted.",
         )
         .example("sim.setObjectMatrix(box, sim.getObjectMatrix(target, -1), -1)"),
     );
@@ -111,8 +100,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .text(
-            "Places an object by {x, y, z, qx, qy, qz, qw}; both orders of the last \
-            two arguments are known.",
+            "Sets the pose of an object by {x, y, z, qx, qy, qz, qw}; both orders of the last two arguments are \
+             accepted.",
         )
         .example("sim.setObjectPose(box, {0, 0, 1, 0, 0, 0, 1})"),
     );
@@ -128,7 +117,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(flagged("object"))
         .returns(Param::floats("linear", 3).unit("m/s"))
         .returns(Param::floats("angular", 3).unit("rad/s"))
-        .text("Gives how fast an object moves and turns, in the world's frame.")
+        .text("Returns the linear and angular velocity of an object, in the world's frame.")
         .example("v, w = sim.getObjectVelocity(robot)"),
     );
 }
@@ -178,7 +167,7 @@ fn setter(
         done(c)
     })
     .param(flagged("object"))
-    .param(Param::any(value).text("a table; old scripts give the frame here, and the table last"))
+    .param(Param::any(value).text("a table; old scripts pass the frame here, and the table last"))
     .param(
         Param::any("relativeTo").optional().text("-1 or nil: the world, sim.handle_parent: its parent, or an object"),
     )

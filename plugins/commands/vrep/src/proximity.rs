@@ -15,7 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .returns(Param::float("distance").unit("m").text("from the sensor's origin"))
             .returns(Param::floats("point", 3).unit("m").text("sensor frame"))
             .returns(Param::int("object").text("-1: none"))
-            .returns(Param::floats("normal", 3).text("of the surface, sensor frame"))
+            .returns(Param::floats("normal", 3).text("normal of the surface, sensor frame"))
     };
     offer.command(
         answers(both_beside(["sim.readProximitySensor", "simReadProximitySensor"], MINUS, |c| {
@@ -25,13 +25,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         }))
         .param(object("sensor"))
-        .text("Gives what a proximity sensor saw when it was last handled.")
+        .text("Returns what a proximity sensor saw when it was last handled.")
         .example("result, distance = sim.readProximitySensor(sonar)"),
     );
     offer.command(
         answers(command(["sim.handleProximitySensor", "simHandleProximitySensor"], handle_now))
             .param(Param::int("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
-            .text("Measures with a proximity sensor now; of several, gives the nearest detection.")
+            .text("Measures with a proximity sensor immediately; for several sensors, returns the nearest detection.")
             .example("result, distance = sim.handleProximitySensor(laser)"),
     );
     offer.command(
@@ -45,8 +45,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("sensor"))
         .param(Param::int("entity").text("an object, or sim.handle_all"))
         .text(
-            "Looks for one object, or all, with a proximity sensor; the answer also \
-            becomes the sensor's reading.",
+            "Checks whether a proximity sensor detects an object, or any; the result also becomes the sensor's \
+             reading.",
         )
         .example("result, distance = sim.checkProximitySensor(sonar, ball)"),
     );
@@ -63,17 +63,21 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("sensor"))
         .param(Param::int("entity").text("an object, or sim.handle_all"))
         .param(Param::int("mode").text(
-            "a sum of 1: front faces, 2: back faces, 4: any point will do (the nearest is given), 8: maxAngle holds, \
-                16: a point that something hides is none",
+            "a sum of 1: front faces, 2: back faces, 4: any point is sufficient (the nearest is returned), 8: maxAngle \
+             applies, 16: hidden points are ignored",
         ))
-        .param(Param::float("threshold").unit("m").text("nothing farther is detected; 0: the sensor's own range"))
+        .param(
+            Param::float("threshold")
+                .unit("m")
+                .text("surfaces farther than this are not detected; 0: the sensor's own range"),
+        )
         .param(Param::float("maxAngle").unit("rad").text("greatest angle between line of sight and normal, 0 to pi/2"))
         .text(
-            "Measures one object, or all, with its own faces, distance and angle; the result also becomes the \
-               sensor's reading.",
+            "Checks whether a proximity sensor detects an object, or any, with the given faces, distance and angle; \
+             the result also becomes the sensor's reading.",
         )
         .example("result, distance = sim.checkProximitySensorEx(sonar, ball, 1 + 2, 0.5, 0)")
-        .partial("Collections are not known."),
+        .partial("Collections are not supported."),
     );
     offer.command(
         command(["sim.resetProximitySensor", "simResetProximitySensor"], |c| {

@@ -8,17 +8,17 @@ use tatu_commands_common::Gives::{self, *};
 use crate::kit::*;
 
 const WINDOWS: &str = "there is no window";
-const OLD_UI: &str = "there are no user interfaces of the oldest kind";
+const OLD_UI: &str = "the oldest kind of user interface does not exist here";
 const LOOKS: &str = "nothing is drawn";
 const THREADS: &str = "threads are coroutines";
 const PORTS: &str = "scripts have no serial ports";
 const SHAPES: &str = "shapes have no textures";
-const CLOUDS: &str = "there are no octrees and point clouds";
+const CLOUDS: &str = "there are no octrees or point clouds";
 const PLANNING: &str = "there is no path planning";
 const EDITOR: &str = "there is no editor";
-const PROGRAM: &str = "the original's program has it, this one does not";
+const PROGRAM: &str = "only the original program has it";
 const PICTURES: &str = "images are not changed";
-const SCRIPTS: &str = "scripts are made with the scene";
+const SCRIPTS: &str = "scripts are created with the scene";
 
 /// Commands of `sim` that have a flat name: names, return value, return value of a failed call, reason.
 const OLD: &[(Names, Gives, &str)] = &[
@@ -48,7 +48,7 @@ const OLD: &[(Names, Gives, &str)] = &[
     (
         ["sim.reorientShapeBoundingBox", "simReorientShapeBoundingBox"],
         Int(1),
-        "the box of a shape lies about its frame",
+        "the box of a shape is centred on its frame",
     ),
     (["sim.enableWorkThreads", "simEnableWorkThreads"], Int(0), THREADS),
     (["sim.waitForWorkThreads", "simWaitForWorkThreads"], Int(0), THREADS),
@@ -129,7 +129,7 @@ const OLD: &[(Names, Gives, &str)] = &[
     (["sim.checkCollisionEx", "simCheckCollisionEx"], Int(0), "sim.checkCollision returns whether shapes overlap"),
     (["sim.exportMesh", "simExportMesh"], Int(-1), "meshes are not written"),
     (["sim.exportIk", "simExportIk"], Int(-1), "there is no inverse kinematics"),
-    (["sim.setSimulationTimeStep", "simSetSimulationTimeStep"], Int(-1), "the step belongs to the scene"),
+    (["sim.setSimulationTimeStep", "simSetSimulationTimeStep"], Int(-1), "the step is set by the scene"),
     (["sim.getSimulationPassesPerRenderingPass", "simGetSimulationPassesPerRenderingPass"], Int(1), WINDOWS),
     (["sim.setSimulationPassesPerRenderingPass", "simSetSimulationPassesPerRenderingPass"], Int(1), WINDOWS),
     (
@@ -157,14 +157,14 @@ const OLD: &[(Names, Gives, &str)] = &[
 
 /// Commands of `sim` without a flat name.
 const MODERN: &[(&str, Gives, &str)] = &[
-    ("sim.getNamedStringParam", Nothing, "the command line hands no parameters to scripts"),
-    ("sim.getNamedBoolParam", Nothing, "the command line hands no parameters to scripts"),
-    ("sim.getNamedFloatParam", Nothing, "the command line hands no parameters to scripts"),
-    ("sim.getNamedInt32Param", Nothing, "the command line hands no parameters to scripts"),
-    ("sim.setNamedStringParam", Nothing, "the command line hands no parameters to scripts"),
-    ("sim.setNamedBoolParam", Nothing, "the command line hands no parameters to scripts"),
-    ("sim.setNamedFloatParam", Nothing, "the command line hands no parameters to scripts"),
-    ("sim.setNamedInt32Param", Nothing, "the command line hands no parameters to scripts"),
+    ("sim.getNamedStringParam", Nothing, "the command line passes no parameters to scripts"),
+    ("sim.getNamedBoolParam", Nothing, "the command line passes no parameters to scripts"),
+    ("sim.getNamedFloatParam", Nothing, "the command line passes no parameters to scripts"),
+    ("sim.getNamedInt32Param", Nothing, "the command line passes no parameters to scripts"),
+    ("sim.setNamedStringParam", Nothing, "the command line passes no parameters to scripts"),
+    ("sim.setNamedBoolParam", Nothing, "the command line passes no parameters to scripts"),
+    ("sim.setNamedFloatParam", Nothing, "the command line passes no parameters to scripts"),
+    ("sim.setNamedInt32Param", Nothing, "the command line passes no parameters to scripts"),
     ("sim.setAutoYieldDelay", Nothing, THREADS),
     ("sim.getAutoYieldDelay", Float(0.002), THREADS),
     ("sim.acquireLock", Nothing, THREADS),
@@ -190,10 +190,10 @@ const MODERN: &[(&str, Gives, &str)] = &[
     ("sim.moduleEntry", Int(-1), WINDOWS),
     ("sim.getShapeViz", Empty, LOOKS),
     ("sim.generateTextShape", Int(-1), LOOKS),
-    ("sim.setObjectHierarchyOrder", Nothing, "the order of siblings stays"),
+    ("sim.setObjectHierarchyOrder", Nothing, "the order of siblings does not change"),
     ("sim.setExplicitHandlingFlags", Nothing, PROGRAM),
-    ("sim.relocateShapeFrame", Int(1), "the frame of a shape stays"),
-    ("sim.alignShapeBB", Int(1), "the box of a shape lies about its frame"),
+    ("sim.relocateShapeFrame", Int(1), "the frame of a shape does not change"),
+    ("sim.alignShapeBB", Int(1), "the box of a shape is centred on its frame"),
     ("sim.getObjectFloatArrayParam", Empty, PROGRAM),
     ("sim.setObjectFloatArrayParam", Nothing, PROGRAM),
     ("sim.createCustomObject", Int(-1), PROGRAM),

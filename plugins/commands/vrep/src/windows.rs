@@ -10,7 +10,7 @@ use crate::{
     },
 };
 
-const NOTES: &str = "Its contents are stored and returned; it can be seen and pressed only in a view.";
+const NOTES: &str = "Its contents are stored and returned; it can be seen and operated only in a view.";
 
 /// First handle of windows that scripts create.
 const FIRST: i64 = 2_069_000;
@@ -45,7 +45,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::string("name"))
         .returns(window())
-        .text("Finds a window of buttons of the scene.")
+        .text("Finds a window of buttons in the scene.")
         .partial(NOTES),
     );
     offer.command(
@@ -55,7 +55,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         }))
         .returns(Param::string("label"))
-        .text("Gives the label of a button.")
+        .text("Returns the label of a button.")
         .partial(NOTES),
     );
     offer.command(
@@ -72,7 +72,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::string("up").optional().text("nil: as it is"))
         .param(Param::string("down").optional().text("its label while it is pressed; nil: unchanged"))
         .returns(Param::int("result"))
-        .text("Writes on a button.")
+        .text("Sets the label of a button.")
         .partial(NOTES),
     );
     offer.command(
@@ -82,7 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         }))
         .returns(Param::int("position").text("0 to 1000"))
-        .text("Gives where a slider stands.")
+        .text("Returns the position of a slider.")
         .partial(NOTES),
     );
     offer.command(
@@ -107,8 +107,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(window())
         .returns(Param::int("button").text("-1: none was pressed"))
         .returns(Param::list("values"))
-        .text("Gives the button that was pressed last.")
-        .partial("No view can press buttons yet, so none ever is pressed."),
+        .text("Returns the button that was pressed last.")
+        .partial("No view can press buttons yet, so no button is ever pressed."),
     );
     properties(offer);
     making(offer);
@@ -125,7 +125,7 @@ fn properties(offer: &mut Offer<Vrep>) {
         })
         .param(Param::int("window"))
         .returns(Param::int("bits").text("sim.ui_property_..."))
-        .text("Gives how a window behaves.")
+        .text("Returns the properties of a window.")
         .partial(NOTES),
     );
     offer.command(
@@ -137,7 +137,7 @@ fn properties(offer: &mut Offer<Vrep>) {
         .param(Param::int("window"))
         .param(Param::int("bits").text("sim.ui_property_..."))
         .returns(Param::int("result"))
-        .text("Sets how a window behaves.")
+        .text("Sets the properties of a window.")
         .partial(NOTES),
     );
     offer.command(
@@ -149,7 +149,7 @@ fn properties(offer: &mut Offer<Vrep>) {
         .param(Param::int("window"))
         .param(Param::int("button"))
         .returns(Param::int("bits").text("sim.buttonproperty_..."))
-        .text("Gives what a button is, and how it looks.")
+        .text("Returns the type and appearance of a button.")
         .partial(NOTES),
     );
     offer.command(
@@ -162,7 +162,7 @@ fn properties(offer: &mut Offer<Vrep>) {
         .param(Param::int("button"))
         .param(Param::int("bits").text("sim.buttonproperty_..."))
         .returns(Param::int("result"))
-        .text("Sets what a button is, and how it looks.")
+        .text("Sets the type and appearance of a button.")
         .partial(NOTES),
     );
     offer.command(
@@ -186,7 +186,7 @@ fn properties(offer: &mut Offer<Vrep>) {
         })
         .param(Param::int("window"))
         .returns(Param::list("position").text("pixels"))
-        .text("Gives where a window stands.")
+        .text("Returns the position of a window.")
         .partial(NOTES),
     );
     offer.command(
@@ -222,7 +222,7 @@ fn making(offer: &mut Offer<Vrep>) {
         .param(table("cells", "{columns, rows}"))
         .param(Param::any("more").rest().text("size of a cell and buttons: ignored"))
         .returns(Param::int("window"))
-        .text("Makes a window of buttons.")
+        .text("Creates a window of buttons.")
         .partial(NOTES),
     );
     offer.command(

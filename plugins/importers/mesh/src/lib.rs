@@ -33,7 +33,7 @@ impl Importer for MeshFile {
             Param::float("scale")
                 .range(1e-9, 1e9)
                 .default(1.0)
-                .text("What the numbers of the file are multiplied by: 0.001 for mm."),
+                .text("Factor for the numbers of the file: 0.001 for mm."),
             Param::bool("respondable").default(false).text("Whether it collides."),
         ]
     }

@@ -44,17 +44,18 @@ impl Importer for Urdf {
         vec![
             Param::bool("fixed_base")
                 .optional()
-                .text("Whether the root link is fixed; left out: true if it is called `world`."),
+                .text("Whether the root link is fixed; default: true if it is named `world`."),
             Param::string("package_root").default("").text(
                 "Folder, seen from the file's, of the packages or of the one package that `package://` names lead to; \
                  empty: the file's own.",
             ),
             Param::string("motors").choices(&["velocity", "position", "free"]).default("velocity").text(
-                "What the motors of joints with an effort do at first: hold a speed of 0, hold the position 0, nothing.",
+                "Initial mode of the motors of joints with an effort: hold a speed of 0, hold the position 0, or off.",
             ),
             Param::float("link_friction").range(0.0, 100.0).default(1.0).text("Friction of every link."),
             Param::bool("wheels_as_balls").default(true).text(
-                "Whether cylinders that turn without end about their own axis collide as balls, which roll truer.",
+                "Whether cylinders on continuous joints about their own axis collide as balls, which roll more \
+                 exactly.",
             ),
         ]
     }

@@ -37,7 +37,7 @@ impl Model for FastHokuyo {
                 .unit("rad")
                 .range(0.0175, 2.0 * OPENING)
                 .default(2.0 * OPENING)
-                .text("What the script reports, half of it to each side."),
+                .text("Angle that the script reports, half of it to each side."),
             Param::float("max_scan_distance")
                 .unit("m")
                 .range(NEAR, 1000.0)

@@ -27,14 +27,16 @@ impl Model for Gps {
 
     fn params() -> Vec<Param> {
         vec![
-            Param::floats("noise", 3).unit("m").range(0.0, 100.0).default(NOISE).text(
-                "Each reading is off by up to so much along x, y and z, to either side, all errors as likely; 0: exact.",
-            ),
+            Param::floats("noise", 3)
+                .unit("m")
+                .range(0.0, 100.0)
+                .default(NOISE)
+                .text("Uniform error of each reading along x, y and z, from -noise to noise; 0: exact."),
             Param::floats("shift", 3)
                 .unit("m")
                 .range(0.0, 100.0)
                 .default(SHIFT)
-                .text("All readings of a run are off by the same, up to so much along x, y and z."),
+                .text("Uniform error along x, y and z that is the same for all readings of a run."),
         ]
     }
 

@@ -40,12 +40,12 @@ impl Model for Hokuyo {
                 .unit("m")
                 .range(0.0, 1.0)
                 .default(0.01)
-                .text("Distances are off by up to so much to either side, all errors as likely; 0: exact."),
+                .text("Uniform error of distances, from -noise to noise; 0: exact."),
             Param::float("rate")
                 .unit("Hz")
                 .range(0.1, 1000.0)
                 .default(10.0)
-                .text("Turns a second; what a step has time for is scanned in it."),
+                .text("Turns per second; each step scans as much as it has time for."),
             Param::float("range").unit("m").range(0.1, 1000.0).default(RANGE).text("How far the ray sees."),
         ]
     }

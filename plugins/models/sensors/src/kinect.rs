@@ -64,19 +64,20 @@ impl Model for Kinect {
     fn params() -> Vec<Param> {
         vec![
             Param::string("sensors").choices(&[NEW, OLD]).default(NEW).text(
-                "Which sensors it has: `kinect_depth` and `kinect_rgb`, or, as older releases, one `kinect_visionSensor`.",
+                "Its sensors: `kinect_depth` and `kinect_rgb`, or, as in older releases, a single \
+                 `kinect_visionSensor`.",
             ),
-            Param::int("columns").range(1.0, 4096.0).default(640).text("Pixels of a row."),
-            Param::int("rows").range(1.0, 4096.0).default(480).text("Rows of pixels."),
+            Param::int("columns").range(1.0, 4096.0).default(640).text("Pixels per row."),
+            Param::int("rows").range(1.0, 4096.0).default(480).text("Number of rows."),
             Param::float("angle")
                 .unit("rad")
                 .range(0.01, 3.1)
                 .default(57f64.to_radians())
-                .text("Between the edges of the image along its longer side."),
-            Param::float("near").unit("m").range(0.0001, 1000.0).default(0.01).text("Nothing nearer is seen."),
-            Param::float("far").unit("m").range(0.001, 1000.0).default(3.5).text("Nothing farther is seen."),
-            Param::float("tilt").unit("rad").range(-PI, PI).default(0.0).text("The bar is tilted up by so much."),
-            Param::bool("explicit").default(false).text("Whether the cameras look only on request."),
+                .text("Angle between the edges of the image along its longer side."),
+            Param::float("near").unit("m").range(0.0001, 1000.0).default(0.01).text("Nearest distance that is seen."),
+            Param::float("far").unit("m").range(0.001, 1000.0).default(3.5).text("Farthest distance that is seen."),
+            Param::float("tilt").unit("rad").range(-PI, PI).default(0.0).text("Angle by which the bar is tilted up."),
+            Param::bool("explicit").default(false).text("Whether the cameras measure only on request."),
         ]
     }
 

@@ -68,11 +68,11 @@ fn params() -> Vec<Param> {
             .unit("rad")
             .range(5f64.to_radians(), PI)
             .default(PI)
-            .text("What the script scans, half of it to each side."),
+            .text("Angle that the script scans, half of it to each side."),
         Param::float("scanning_density")
             .range(0.1, 5.0)
             .default(2.0)
-            .text("Points a degree: 2 give 361 points over 180 degrees."),
+            .text("Points per degree: 2 gives 361 points over 180 degrees."),
         Param::float("range").unit("m").range(0.1, 1000.0).default(RANGE).text("How far the ray sees."),
         Param::string("log").default("").text("A file into which the script writes each scan; empty: none."),
     ]

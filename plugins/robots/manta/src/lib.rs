@@ -34,7 +34,7 @@ impl Model for Manta {
     const CATEGORY: &'static str = "mobile robots";
     const ID: &'static str = "manta";
     const TEXT: &'static str =
-        "Manta: a small car, rear wheels driven, front wheels steered; stands on z = 0, heading +x.";
+        "Manta: a small car, rear wheels driven, front wheels steered; stands on z = 0, facing +x.";
     const SLOTS: &'static [&'static str] = &[parts::SLOT];
 
     fn params() -> Vec<Param> {

@@ -38,19 +38,19 @@ impl Model for PioneerP3dx {
     const CATEGORY: &'static str = "mobile robots";
     const ID: &'static str = "pioneer_p3dx";
     const TEXT: &'static str =
-        "Pioneer P3-DX: two driven wheels, a caster, sixteen sonars; stands on z = 0, heading +x.";
+        "Pioneer P3-DX: two driven wheels, a caster, sixteen sonars; stands on z = 0, facing +x.";
     const SLOTS: &'static [&'static str] = parts::SLOTS;
 
     fn params() -> Vec<Param> {
         vec![
             Param::string("preset").choices(presets::NAMES).default(presets::NAMES[0]).text(
-                "Which numbers: those of V-REP's library model, or those of data sheets and the maker's software.",
+                "Set of numbers: those of V-REP's library model, or those of data sheets and the maker's software.",
             ),
             Param::float("sonar_range")
                 .unit("m")
                 .range(0.1, 5.0)
                 .optional()
-                .text("How far the sonars see; left out: 1 as V-REP, 5 as the data sheet."),
+                .text("How far the sonars see; default: 1 as V-REP, 5 as the data sheet."),
             Param::float("sonar_angle")
                 .unit("rad")
                 .range(0.01, PI)
@@ -66,7 +66,7 @@ impl Model for PioneerP3dx {
                 .unit("m")
                 .range(0.0, 1.0)
                 .default(0.05)
-                .text("A sonar whose nearest echo is nearer than this reports nothing."),
+                .text("A sonar whose nearest echo is closer than this reports nothing."),
             Param::floats("color", 3)
                 .range(0.0, 1.0)
                 .default([0.72, 0.04, 0.05])

@@ -46,7 +46,7 @@ fields! {
         INTRINSICS: f64 = Field::new("depth_image.intrinsics")
             .elements(4)
             .unit("1")
-            .text("fx fy cx cy, in pixels; pixels per metre and pixels where lines of sight are parallel.");
+            .text("fx fy cx cy, in pixels; pixels per metre and pixels if lines of sight are parallel.");
         PARALLEL: i32 = Field::new("depth_image.parallel")
             .text("1: the lines of sight are parallel; 0: they begin in one point.");
         RGB: u8 = Field::new("color_image.rgb")
@@ -56,11 +56,11 @@ fields! {
         POINTS: f32 = Field::new("depth_image.points")
             .dims(channels(1))
             .unit("m")
-            .text("x y z of each pixel in the sensor's frame; 0 0 0 where no depth is. Of cameras with `points`.");
+            .text("x y z of each pixel in the sensor's frame; 0 0 0 where there is no depth. Only with `points`.");
         INCIDENCE: f32 = Field::new("depth_image.incidence")
             .dims(channels(2))
             .unit("rad")
-            .text("Angle between line of sight and normal; a quarter turn where nothing is. Of cameras with `incidence`.");
+            .text("Angle between line of sight and normal; a quarter turn where there is nothing. Only with `incidence`.");
     }
 }
 
@@ -68,7 +68,7 @@ impl Sensor for DepthCamera {
     type Plugin = DepthCameras;
     const ID: &'static str = "depth_camera";
     const TEXT: &'static str =
-        "Takes images: depths along the optical axis and colours, as vision sensors and Kinects do.";
+        "Measures images: depths along the optical axis and colours, as vision sensors and Kinects do.";
     const SCHEMAS: &'static [&'static str] = &["depth_image/1", "color_image/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_COLOR | TATU_IN_COSINE;
     const PRESETS: &'static [Preset] = presets::ALL;

@@ -47,8 +47,8 @@ pub fn params() -> Vec<Param> {
     let pixels = |key, n: i64| Param::int(key).range(1.0, MOST_PIXELS).default(n);
     let metres = |key, x: f64| Param::float(key).unit("m").range(0.0, f64::INFINITY).default(x);
     [
-        pixels("columns", 640).text("Pixels in a row."),
-        pixels("rows", 480).text("Rows of pixels."),
+        pixels("columns", 640).text("Pixels per row."),
+        pixels("rows", 480).text("Number of rows."),
         Param::float("perspective_angle")
             .unit("rad")
             .range(0.0, PI)
@@ -62,7 +62,7 @@ pub fn params() -> Vec<Param> {
             .range(0.0, 1.0)
             .default([0.0; 3])
             .text("Red, green and blue of empty pixels, each 0 to 1."),
-        Param::bool("color").default(true).text("Whether it takes colours; if not, the colour image has no pixels."),
+        Param::bool("color").default(true).text("Whether it renders colours; if not, the colour image has no pixels."),
         Param::bool("points").default(false).text("Whether it reports each pixel's point in its own frame."),
         Param::bool("incidence")
             .default(false)

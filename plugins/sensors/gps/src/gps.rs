@@ -25,15 +25,15 @@ pub struct Gps {
 
 fields! {
     Gps {
-        VALID: i32 = Field::new("gps.valid").text("Whether there is a fix: 1 or 0; without one all other fields are 0.");
+        VALID: i32 = Field::new("gps.valid").text("Whether there is a fix: 1 or 0; without a fix, all other fields are 0.");
         POSITION: f64 = Field::new("gps.position")
             .elements(3)
             .unit("m")
-            .text("Place of the antenna in the world: x east, y north, z up.");
+            .text("Position of the antenna in the world: x east, y north, z up.");
         VELOCITY: f64 = Field::new("gps.velocity").elements(3).unit("m/s").text("Velocity of the antenna in the world.");
         LATITUDE: f64 = Field::new("gps.latitude")
             .unit("rad")
-            .text("Latitude (WGS 84) of the position, which noise has changed already; north positive.");
+            .text("Latitude (WGS 84) of the position including its noise; north positive.");
         LONGITUDE: f64 = Field::new("gps.longitude")
             .unit("rad")
             .text("Longitude of the position, -pi to pi; east positive.");
@@ -84,7 +84,7 @@ fn turned([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
 impl Sensor for Gps {
     type Plugin = Receivers;
     const ID: &'static str = "gps";
-    const TEXT: &'static str = "Tells position and velocity of an antenna, in the world and on Earth.";
+    const TEXT: &'static str = "Measures the position and velocity of an antenna, in the world and on Earth.";
     const SCHEMAS: &'static [&'static str] = &["gps/1"];
     const INPUTS: u32 = TATU_IN_POSE | TATU_IN_TWIST;
     const PRESETS: &'static [Preset] = presets::ALL;
@@ -94,7 +94,7 @@ impl Sensor for Gps {
             Param::floats("antenna", 3)
                 .unit("m")
                 .default([0.0; 3])
-                .text("Place of the antenna in the sensor's frame.")
+                .text("Position of the antenna in the sensor's frame.")
                 .rebuilds(),
         ]
     }

@@ -94,7 +94,7 @@ fields! {
         INCIDENCE: f64 = Field::new("range_scan.incidence")
             .per_beam()
             .unit("rad")
-            .text("Angle between each beam and the normal of the surface it meets; 0: nothing.");
+            .text("Angle between each beam and the normal of the surface that it hits; 0: nothing.");
     }
 }
 

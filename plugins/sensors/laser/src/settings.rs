@@ -58,7 +58,7 @@ pub(crate) fn params() -> Vec<Param> {
             .default(10.0)
             .text("Greatest distance that it measures."),
         Param::float("min_range").unit("m").range(0.0, f64::INFINITY).default(0.0).text(
-            "Least distance that it measures: a surface nearer than this hides what is behind it and reads as nothing.",
+            "Least distance that it measures: a surface closer than this hides what is behind it and reads as nothing.",
         ),
         Param::float("near")
             .unit("m")
@@ -66,7 +66,7 @@ pub(crate) fn params() -> Vec<Param> {
             .default(0.0)
             .text("Start of the beams: surfaces nearer than this are ignored."),
         Param::bool("none_as_max").default(false).text(
-            "Whether a beam that meets nothing reads `range`, as some devices report it, instead of infinity.",
+            "Whether a beam that hits nothing reads `range`, as some devices report it, instead of infinity.",
         ),
         Param::float("full_intensity").unit("m").range(0.0, f64::INFINITY).default(1.0).text(
             "Distance up to which a white surface met squarely gives the full intensity of 1; beyond, it falls with \

@@ -83,7 +83,7 @@ fields! {
         DETECTED: i32 = Field::new("proximity.detected").text("1: something is seen; 0: nothing.");
         DISTANCE: f64 = Field::new("proximity.distance")
             .unit("m")
-            .text("From the sensor's origin to the nearest point; 0: nothing is seen.");
+            .text("Distance from the sensor's origin to the nearest point; 0: nothing is seen.");
         POINT: f64 = Field::new("proximity.point")
             .elements(3)
             .unit("m")

@@ -77,7 +77,7 @@ impl Service for Jsonl {
             Param::int("port")
                 .range(0.0, 65535.0)
                 .default(23300)
-                .text("of 127.0.0.1 to listen on; 0: any that is free"),
+                .text("port of 127.0.0.1 to listen on; 0: any free one"),
             Param::int("wait_for")
                 .range(0.0, 1000.0)
                 .default(0)

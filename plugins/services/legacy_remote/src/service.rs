@@ -71,7 +71,7 @@ impl Service for Remote {
     fn params() -> Vec<Param> {
         vec![
             Param::int("port").range(0.0, 65535.0).default(PORT).text(
-                "of 127.0.0.1 to listen on; 0: any that is free. Scripts may open others, by `simRemoteApi.start`",
+                "port of 127.0.0.1 to listen on; 0: any free one. Scripts may open others with `simRemoteApi.start`",
             ),
         ]
     }

@@ -207,8 +207,8 @@ fn clients(offer: &mut Offer<Plugin>) {
             .param(Param::any("goal").optional().text("a table with the fields of the goal"))
             .returns(Param::bool("answered"))
             .text(
-                "Gives a goal. True once it is answered, also by a no: goalResponse tells which. A thread waits up \
-                     to 5 s of simulation time for somebody who offers the action; then it is an error.",
+                "Sends a goal. Returns true once it is answered, even if it is rejected: goalResponse reports which. A \
+                 thread waits up to 5 s of simulation time for the action to be offered; then an error is raised.",
             )
             .no_wait(
                 "no script or client offers the action yet, and only a thread can wait for one: call this in a thread",
@@ -230,8 +230,11 @@ fn clients(offer: &mut Offer<Plugin>) {
         },
         |cmd| {
             cmd.param(handle())
-                .returns(Param::bool("answered").text("false: no goal is without its result"))
-                .text("Asks to cancel the last goal. Its server decides, and the result reports the outcome.")
+                .returns(Param::bool("answered").text("false: there is no goal without a result"))
+                .text(
+                    "Requests that the last goal be cancelled. Its server decides, and the result reports the \
+                       outcome.",
+                )
                 .example(example(
                     "wanted_back",
                     "assert(simROS2.cancelLastGoal(client))\n\
@@ -245,7 +248,7 @@ fn clients(offer: &mut Offer<Plugin>) {
         |c| c.instance().close(c, c.i64(0)?, Role::ActionClient),
         |cmd| {
             cmd.param(handle())
-                .text("Gives an action client up: it hears no more of its goals.")
+                .text("Shuts down an action client: it gets no more reports about its goals.")
                 .example(example("given_up", "simROS2.shutdownActionClient(client)"))
         },
     );
@@ -255,7 +258,7 @@ fn clients(offer: &mut Offer<Plugin>) {
         |c, _| wait_for_service(c),
         |cmd, _| {
             cmd.param(handle())
-                .param(Param::float("timeout").unit("s").optional().text("of simulation time that a thread waits"))
+                .param(Param::float("timeout").unit("s").optional().text("simulation time that a thread waits"))
                 .returns(Param::bool("there"))
                 .text("Returns whether a script or a client offers the service of a client, and waits until one does.")
                 .no_wait("only a thread can wait for a service: call this in a thread")
@@ -277,9 +280,9 @@ fn servers(offer: &mut Offer<Plugin>) {
         |cmd| {
             cmd.param(Param::string("action"))
                 .param(Param::string("type").text("example_interfaces/action/Fibonacci"))
-                .param(callback("handleGoal", "(goal id, goal); gives simROS2.goal_response..."))
-                .param(callback("handleCancel", "(goal id, goal); gives simROS2.cancel_response..."))
-                .param(callback("handleAccepted", "(goal id, goal), and must return at once"))
+                .param(callback("handleGoal", "(goal id, goal); returns simROS2.goal_response..."))
+                .param(callback("handleCancel", "(goal id, goal); returns simROS2.cancel_response..."))
+                .param(callback("handleAccepted", "(goal id, goal), and must return immediately"))
                 .returns(handle())
                 .text("Offers an action, to scripts of this world and to clients of `rosbridge`.")
                 .example(example("served", "assert(simROS2.actionServerIsActive(server, current))"))
@@ -295,12 +298,10 @@ fn servers(offer: &mut Offer<Plugin>) {
             c.instance().close(c, handle, Role::ActionServer)
         },
         |cmd| {
-            cmd.param(handle()).text("Offers an action no more; goals that are under way end as aborted.").example(
-                example(
-                    "closed",
-                    "simROS2.shutdownActionServer(server)\nassert(ended == simROS2.action_result_code.aborted)",
-                ),
-            )
+            cmd.param(handle()).text("Stops offering an action; goals in progress end as aborted.").example(example(
+                "closed",
+                "simROS2.shutdownActionServer(server)\nassert(ended == simROS2.action_result_code.aborted)",
+            ))
         },
     );
 }
@@ -318,20 +319,20 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
         (
             "ActionSucceed",
             Some(goals::SUCCEEDED),
-            "Ends a goal that is reached.",
+            "Ends a goal as succeeded.",
             format!("simROS2.actionServerActionSucceed(server, current, {list})\nassert(got[2] == 1)"),
         ),
         (
             "ActionAbort",
             Some(goals::ABORTED),
-            "Ends a goal that is given up.",
+            "Ends a goal as aborted.",
             "simROS2.actionServerActionAbort(server, current, {})\nassert(ended == simROS2.action_result_code.aborted)"
                 .to_owned(),
         ),
         (
             "ActionCanceled",
             Some(goals::CANCELED),
-            "Ends a goal as cancelled, after its client asked for that.",
+            "Ends a goal as cancelled, after its client requested this.",
             "simROS2.cancelLastGoal(client)\nsimROS2.actionServerActionCanceled(server, current, {})\n\
              assert(ended == simROS2.action_result_code.canceled)"
                 .to_owned(),
@@ -370,7 +371,7 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
     for (name, stage, text) in [
         ("IsActive", None, "Returns whether a goal has no result yet."),
         ("IsExecuting", Some(Stage::Executing), "Returns whether a goal is active and no cancellation was requested."),
-        ("IsCanceling", Some(Stage::Canceling), "Returns whether it was accepted that a goal ends early."),
+        ("IsCanceling", Some(Stage::Canceling), "Returns whether a cancellation of the goal was accepted."),
     ] {
         let run = move |c: &mut Ctx<'_>| {
             let (_, _, goal) = of_server(c)?;
@@ -383,7 +384,7 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
                 .param(goal())
                 .returns(Param::bool("so"))
                 .text(text)
-                .notes("Of a goal that has ended it is an error.")
+                .notes("For a goal that has ended, this is an error.")
                 .example(example(name, &format!("assert({not}simROS2.actionServer{name}(server, current))")))
         });
     }

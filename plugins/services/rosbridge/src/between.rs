@@ -17,7 +17,7 @@ pub(crate) const REPORT: &str = "rosbridge.report";
 
 pub(crate) fn offer(offer: &mut Offer<Plugin>) {
     let json = |text: &str| Param::string("json").text(text);
-    let number = || Param::string("number").text("of the goal, at the service");
+    let number = || Param::string("number").text("number of the goal at the service");
     offer.command(
         Cmd::new(OFFERS, |c| {
             let offered = serde_json::from_slice(c.bytes(0)?);
@@ -27,7 +27,7 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
             Ok(())
         })
         .param(json("the names of `services` and `actions`, as JSON"))
-        .text("Tells scripts what clients offer.")
+        .text("Informs scripts about what clients offer.")
         .example(
             "rosbridge.offers('{\"services\": [\"/gong\"], \"actions\": []}')\n\
              assert(simROS2.waitForService(simROS2.createClient('/gong', 'std_srvs/srv/SetBool')))",
@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
         .param(number())
         .param(json("the goal, as JSON"))
         .returns(Param::bool("accepted"))
-        .text("Gives a client's goal to the script that offers the action.")
+        .text("Passes a client's goal to the script that offers the action.")
         .example("assert(not pcall(rosbridge.goal, '/nowhere', 'goal:1', '{}'))"),
     );
     offer.command(
@@ -53,7 +53,7 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
             None => Ok(()),
         })
         .param(number())
-        .text("Tells the script that works on a client's goal that the client wants it back.")
+        .text("Informs the script that executes a client's goal that the client wants to cancel it.")
         .example("rosbridge.cancel('goal:1')"),
     );
     offer.command(
@@ -65,22 +65,26 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
         .param(Param::string("goal"))
         .param(Param::int("status").text("as in action_msgs/GoalStatus; below 0 for feedback"))
         .param(json("the feedback or the result, as JSON"))
-        .text("Gives a client's feedback or result to the script that gave the goal.")
+        .text("Passes a client's feedback or result to the script that sent the goal.")
         .example("rosbridge.report(string.rep('0', 32), 4, '{}')"),
     );
     offer.event(
         Event::new(GOAL)
-            .text("A script gives a goal to a client.")
+            .text("A script sends a goal to a client.")
             .field(Param::string("id").text("of the goal"))
             .field(Param::string("action").text("its name"))
             .field(Param::string("type").text("of the action, such as `example_interfaces/Fibonacci`"))
             .field(Param::string("json").text("the goal")),
     );
-    offer.event(Event::new(CANCEL).text("A script wants a goal back from a client.").field(Param::string("id").text("of the goal")));
+    offer.event(
+        Event::new(CANCEL)
+            .text("A script requests that a client cancel a goal.")
+            .field(Param::string("id").text("of the goal")),
+    );
     offer.event(
         Event::new(PROGRESS)
             .text("A script reports on a client's goal.")
-            .field(Param::string("id").text("the service's number of it"))
+            .field(Param::string("id").text("the service's number of the goal"))
             .field(Param::string("json").text("the feedback or the result"))
             .field(Param::int("status").text("as in action_msgs/GoalStatus; below 0 for feedback")),
     );

@@ -92,7 +92,8 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
             let two = format!("simROS2.{}(simROS2.{})", names[1], opens[1]);
             cmd.param(handle())
                 .text(
-                    "Arrays of bytes are texts from now on, in place of tables of numbers; published they may be either.",
+                    "From now on, arrays of bytes are received as texts instead of tables of numbers; when publishing, \
+                     they may be either.",
                 )
                 .example(words(ros, &one, &two))
         });
@@ -109,7 +110,7 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
         })
         .param(Param::string("type").text("sensor_msgs/msg/PointField"))
         .returns(Param::map("constants"))
-        .text("Gives the named numbers of a type of message.")
+        .text("Returns the named constants of a message type.")
         .example("assert(simROS2.getInterfaceConstants('sensor_msgs/msg/PointField').FLOAT32 == 7)"),
     );
 }

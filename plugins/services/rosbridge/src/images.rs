@@ -22,7 +22,7 @@ pub(crate) fn images(offer: &mut Offer<Plugin>) {
         cmd.param(Param::string("topic"))
             .param(Param::any("queue").optional())
             .returns(handle())
-            .text("Will publish images.")
+            .text("Creates a publisher of images.")
             .example(format!("local eye = {}", opened(ros)))
     });
     add(
@@ -85,7 +85,7 @@ pub(crate) fn images(offer: &mut Offer<Plugin>) {
             ))
             .param(Param::any("queue").optional())
             .returns(handle())
-            .text("Listens to images.")
+            .text("Subscribes to images.")
             .notes("Encodings are rgb8, bgr8, rgba8, bgra8 and mono8; others are an error.")
             .example(format!(
                 "function seen(data, width, height) first, size = data:byte(1), width * height end\n\
@@ -112,7 +112,7 @@ pub(crate) fn images(offer: &mut Offer<Plugin>) {
         let close = move |c: &mut Ctx<'_>, _| c.instance().close(c, c.i64(0)?, role);
         add(offer, names, close, |cmd, ros| {
             let name = words(ros, &format!("simROS.{}", names[0]), &format!("simROS2.{}", names[1]));
-            cmd.param(handle()).text(format!("Gives a {what} images up.")).example(format!("{name}({})", open(ros)))
+            cmd.param(handle()).text(format!("Shuts down a {what} images.")).example(format!("{name}({})", open(ros)))
         });
     }
 }

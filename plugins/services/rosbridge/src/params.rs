@@ -28,7 +28,7 @@ pub(crate) fn params(offer: &mut Offer<Plugin>) {
                     .param(Param::any("default").optional())
                     .returns(Param::bool("exists"))
                     .returns(Param::any("value"))
-                    .text("Gives a parameter that a script of this world set.")
+                    .text("Returns a parameter that a script of this world has set.")
                     .example(format!(
                         "local exists, value = {module}.getParam{kind}('nowhere', 7)\nassert(not exists and value == 7)"
                     ))

@@ -16,7 +16,7 @@ pub(crate) const RECEIVE: &str = "rosbridge.receive";
 pub(crate) const SERVE: &str = "rosbridge.serve";
 pub(crate) const ANSWER: &str = "rosbridge.answer";
 
-const HANDLE: &str = "what opening it gave";
+const HANDLE: &str = "the handle that was returned when it was created";
 
 pub(crate) fn parse(c: &Ctx<'_>, i: usize) -> Result<Json> {
     serde_json::from_slice(c.bytes(i)?).map_err(|e| Fail::argument(format!("not valid JSON: {e}")))
@@ -144,7 +144,8 @@ fn topics(offer: &mut Offer<Plugin>) {
             .param(rest("latch"))
             .param(rest("qos"))
             .returns(handle())
-            .text("Will publish on a topic, for scripts of this world, and for clients where the service `rosbridge` is started.")
+            .text("Creates a publisher for a topic, for scripts of this world, and for clients if the service \
+                   `rosbridge` is started.")
             .example(words(
                 ros,
                 "local p = simROS.advertise('/chatter', 'std_msgs/String')\nsimROS.publish(p, {data = 'hello'})",
@@ -163,7 +164,8 @@ fn topics(offer: &mut Offer<Plugin>) {
         |cmd, ros| {
             cmd.param(handle())
                 .param(
-                    Param::any("message").text("a table with the fields of the type; what is missing has its default"),
+                    Param::any("message")
+                        .text("a table with the fields of the type; missing fields have their defaults"),
                 )
                 .text("Publishes a message. Fields that the type does not have are an error.")
                 .example(words(
@@ -186,7 +188,7 @@ fn topics(offer: &mut Offer<Plugin>) {
             .param(rest("queue"))
             .param(rest("hints"))
             .returns(handle())
-            .text("Listens to a topic. Messages of clients come between two steps, those of scripts at once.")
+            .text("Subscribes to a topic. Messages of clients arrive between two steps, those of scripts immediately.")
             .notes("Times are seconds in `simROS`, tables of sec and nanosec in `simROS2`.")
             .example(words(
                 ros,
@@ -225,7 +227,7 @@ fn topics(offer: &mut Offer<Plugin>) {
     ] {
         let close = move |c: &mut Ctx<'_>, _| c.instance().close(c, c.i64(0)?, role);
         add(offer, names, close, |cmd, ros| {
-            let text = format!("Gives a {} up.", role.name());
+            let text = format!("Shuts down a {}.", role.name());
             cmd.param(handle()).text(text).example(words(
                 ros,
                 &format!("simROS.{}(simROS.{one})", names[0]),
@@ -270,13 +272,15 @@ fn services(offer: &mut Offer<Plugin>) {
         ["serviceClient", "createClient"],
         |c, ros| open(c, Role::Client, ros, None),
         |cmd, ros| {
-            cmd.param(Param::string("service")).param(kind(ros)).returns(handle()).text("Will call a service.").example(
-                words(
+            cmd.param(Param::string("service"))
+                .param(kind(ros))
+                .returns(handle())
+                .text("Creates a client for a service.")
+                .example(words(
                     ros,
                     "local client = simROS.serviceClient('/lamp', 'std_srvs/SetBool')",
                     "local client = simROS2.createClient('/lamp', 'std_srvs/srv/SetBool')",
-                ),
-            )
+                ))
         },
     );
     add(
@@ -329,7 +333,7 @@ pub(crate) fn between(offer: &mut Offer<Plugin>) {
         })
         .param(Param::string("topic"))
         .param(json())
-        .text("Gives a client's message to the scripts that listen to its topic.")
+        .text("Passes a client's message to the scripts that listen to its topic.")
         .example(
             "function heard(m) text = m.data end\nsimROS.subscribe('/chatter', 'std_msgs/String', 'heard')\n\
                  rosbridge.receive('/chatter', '{\"data\": \"a\"}')\nassert(text == 'a')",
@@ -354,13 +358,13 @@ pub(crate) fn between(offer: &mut Offer<Plugin>) {
             .param(Param::int("number"))
             .param(json())
             .param(Param::bool("good"))
-            .text("Gives a client's answer to the script that waits for it.")
+            .text("Passes a client's answer to the script that waits for it.")
             .example("rosbridge.answer(1000000, '{}', true)"),
     );
     offer.prelude("lua", "", "return { api = { 'simROS.', 'simROS2.', 'rosbridge.' } }");
     offer.event(
         Event::new(ENDPOINT)
-            .text("A script begins or ends to publish, to listen, to call or to serve.")
+            .text("A script starts or stops publishing, listening, calling or serving.")
             .field(Param::string("role").text("publisher, subscriber, client, server, action client, action server"))
             .field(Param::string("name").text("of the topic, service or action"))
             .field(Param::string("type").text("of its messages, such as `std_msgs/String`"))

@@ -69,20 +69,24 @@ impl Service for Rosbridge {
 
     fn params() -> Vec<Param> {
         vec![
-            Param::int("port").range(0.0, 65535.0).default(PORT).text("of 127.0.0.1 to listen on; 0: any that is free"),
+            Param::int("port")
+                .range(0.0, 65535.0)
+                .default(PORT)
+                .text("port of 127.0.0.1 to listen on; 0: any free one"),
             Param::int("ros").range(1.0, 2.0).default(1).text(
-                "whose names and times messages have, where a subscription names no type; else they are those of its type",
+                "version of ROS whose type names and times are used if a subscription names no type; otherwise those of its \
+                 type are used",
             ),
             Param::float("timeout")
                 .unit("s")
                 .range(0.0, 1e9)
                 .default(0.5)
-                .text("simulation time after which a robot stops that gets no further velocity; 0: it never does"),
+                .text("simulation time after which a robot that gets no further velocity stops; 0: never"),
             Param::bool("token").default(false).text(
-                "whether clients must bring the token that is printed at the start, in the address: ws://127.0.0.1:9090/?token=...",
+                "whether clients must give the token that is printed at the start, in the address: ws://127.0.0.1:9090/?token=...",
             ),
             Param::string("origins").default("").text(
-                "pages of other servers that may connect, with blanks between: http://localhost:8080. Programs always may",
+                "pages of other servers that may connect, separated by spaces: http://localhost:8080. Programs may always connect",
             ),
         ]
     }

@@ -18,16 +18,17 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
         })
         .param(Param::any("flag").optional())
         .returns(Param::float("time").unit("s"))
-        .text("Gives simulation time.")
+        .text("Returns the simulation time.")
         .subject("ros")
         .example("assert(simROS.getTime() >= 0)"),
     );
     for (name, text) in [
-        ("simROS2.getTime", "Gives simulation time."),
-        ("simROS2.getSimulationTime", "Gives simulation time."),
+        ("simROS2.getTime", "Returns the simulation time."),
+        ("simROS2.getSimulationTime", "Returns the simulation time."),
         (
             "simROS2.getSystemTime",
-            "Gives the date of the start and what clocks show since: the same in each run that is not in real time.",
+            "Returns the date of the start plus the time that clocks show since then: the same in each run that is not \
+             in real time.",
         ),
     ] {
         offer.command(
@@ -56,7 +57,7 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
         })
         .param(Param::float("seconds").unit("s"))
         .returns(Param::map("time").text("sec, nanosec"))
-        .text("Splits seconds.")
+        .text("Converts seconds to a time.")
         .example("assert(simROS2.timeFromFloat(1.25).nanosec == 250000000)"),
     );
     offer.command(
@@ -67,7 +68,7 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
         })
         .param(Param::map("time").text("sec, nanosec"))
         .returns(Param::float("seconds").unit("s"))
-        .text("Puts a time together.")
+        .text("Converts a time to seconds.")
         .example("assert(simROS2.timeToFloat{sec = 1, nanosec = 250000000} == 1.25)"),
     );
     offer.command(
@@ -81,7 +82,7 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
         })
         .param(Param::string("type").text("geometry_msgs/msg/Twist"))
         .returns(Param::map("message"))
-        .text("Makes a message with the default of each field.")
+        .text("Creates a message with the default value of each field.")
         .example("assert(simROS2.createInterface('geometry_msgs/msg/Twist').linear.x == 0)"),
     );
     for (name, why) in [

@@ -43,11 +43,10 @@ impl Service for Remote {
         "The ZeroMQ remote API: clients written for CoppeliaSim call commands, with or without stepping.";
 
     fn params() -> Vec<Param> {
-        vec![
-            Param::int("port").range(0.0, 65534.0).default(PORT).text(
-                "of 127.0.0.1 to listen on; 0: any that is free. The next port tells clients of the first protocol of steps",
-            ),
-        ]
+        vec![Param::int("port").range(0.0, 65534.0).default(PORT).text(
+            "port of 127.0.0.1 to listen on; 0: any free one. The next port notifies clients that use the first \
+                 version of the protocol of steps",
+        )]
     }
 
     fn start(_: &ZmqRemote, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {

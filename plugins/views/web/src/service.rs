@@ -94,12 +94,12 @@ impl Service for Web {
 
     fn params() -> Vec<Param> {
         vec![
-            Param::int("port").range(0.0, 65535.0).default(0).text("of 127.0.0.1 to listen on; 0: any that is free"),
+            Param::int("port").range(0.0, 65535.0).default(0).text("port of 127.0.0.1 to listen on; 0: any free one"),
             Param::bool("browser").default(false).text("whether a browser is started"),
             Param::float("speed")
                 .range(0.0, SPEEDS.1)
                 .default(1.0)
-                .text("how many times as fast as the clock time passes at first; 0: as fast as it goes"),
+                .text("initial speed as a multiple of real time; 0: as fast as possible"),
         ]
     }
 

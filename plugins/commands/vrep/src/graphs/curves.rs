@@ -30,11 +30,11 @@ fn samples(offer: &mut Offer<Vrep>) {
             done(c)
         })
         .param(flagged("graph").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
-        .param(Param::float("time").unit("s").optional().text("of the sample; left out: simulation time"))
-        .returns(Param::int("result").text("1, for scripts of before 4.0"))
+        .param(Param::float("time").unit("s").optional().text("time of the sample; default: simulation time"))
+        .returns(Param::int("result").text("1, for scripts from before 4.0"))
         .text(
-            "Lets a graph take a sample of all its streams. A user stream has none if it was given no number since \
-               the last.",
+            "Records a sample of all streams of a graph. A user stream has no value if its number was not set since \
+             the last sample.",
         )
         .example("sim.handleGraph(graph, sim.getSimulationTime() + sim.getSimulationTimeStep())"),
     );
@@ -46,7 +46,7 @@ fn samples(offer: &mut Offer<Vrep>) {
             done(c)
         })
         .param(flagged("graph").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
-        .returns(Param::int("result").text("1, for scripts of before 4.0"))
+        .returns(Param::int("result").text("1, for scripts from before 4.0"))
         .text("Removes all samples of a graph; its streams and curves remain.")
         .example("sim.resetGraph(graph)"),
     );
@@ -72,7 +72,7 @@ fn samples(offer: &mut Offer<Vrep>) {
         .param(Param::string("stream").text("its name"))
         .param(Param::float("value"))
         .returns(Param::int("result").text("1"))
-        .text("Gives a user stream the number of the next sample.")
+        .text("Sets the number that a user stream records in the next sample.")
         .example("sim.setGraphUserData(graph, 'distance', 0.5)"),
     );
 }
@@ -95,12 +95,12 @@ fn streams(offer: &mut Offer<Vrep>) {
         })
         .param(object("graph"))
         .param(Param::string("name"))
-        .param(Param::string("unit").optional().text("for people"))
+        .param(Param::string("unit").optional().text("shown to users"))
         .param(Param::int("options").default(0).optional().text("1: not drawn; others are for windows"))
-        .param(table("color", "red, green, blue, 0 to 1; left out: chosen").optional())
+        .param(table("color", "red, green, blue, 0 to 1; default: automatic").optional())
         .param(Param::any("cyclicRange").optional().text("ignored"))
         .returns(Param::int("stream"))
-        .text("Adds a stream to a graph, whose numbers a script sets.")
+        .text("Adds a stream to a graph; a script sets its numbers.")
         .example("stream = sim.addGraphStream(graph, 'speed', 'm/s')"),
     );
     offer.command(
@@ -112,7 +112,7 @@ fn streams(offer: &mut Offer<Vrep>) {
         .param(object("graph"))
         .param(Param::int("stream"))
         .param(Param::float("value"))
-        .text("Gives a stream the number of the next sample.")
+        .text("Sets the number that a stream records in the next sample.")
         .example("sim.setGraphStreamValue(graph, stream, 0.3)"),
     );
     offer.command(
@@ -153,12 +153,12 @@ fn curves(offer: &mut Offer<Vrep>) {
             .param(Param::int("dim").text("2 or 3"))
             .param(Param::any("streams").text("a table of `dim` streams; -1: the default is used"))
             .param(table("defaults", "`dim` numbers"))
-            .param(Param::string("unit").optional().text("for people"))
+            .param(Param::string("unit").optional().text("shown to users"))
             .param(Param::int("options").default(0).optional().text("ignored"))
-            .param(table("color", "red, green, blue, 0 to 1; left out: chosen").optional())
+            .param(table("color", "red, green, blue, 0 to 1; default: automatic").optional())
             .param(Param::any("width").optional().text("ignored"))
             .returns(Param::int("curve"))
-            .text("Adds a curve of one stream over another, or of three in space.")
+            .text("Adds a curve that plots one stream against another, or three streams in space.")
             .example("curve = sim.addGraphCurve(graph, 'path', 2, {x, y}, {0, 0}, 'm')"),
     );
     offer.command(
@@ -173,7 +173,7 @@ fn curves(offer: &mut Offer<Vrep>) {
         .param(Param::int("curve"))
         .param(Param::string("name").optional())
         .returns(Param::int("curve").text("the new one"))
-        .text("Adds a curve that stays as another one is now.")
+        .text("Adds a static copy of a curve as it is now.")
         .example("copy = sim.duplicateGraphCurveToStatic(graph, curve, 'first run')"),
     );
     offer.command(
@@ -195,15 +195,15 @@ fn curves(offer: &mut Offer<Vrep>) {
             .param(Param::int("type").text("0: streams over time, 1: curves in the plane, 2: curves in space"))
             .param(Param::int("index").text("from 0"))
             .returns(Param::string("label").text("nothing at all past the end"))
-            .returns(Param::int("curveType").text("the type that was asked for"))
+            .returns(Param::int("curveType").text("the requested type"))
             .returns(Param::floats("color", 3))
-            .returns(Param::floats("x", 0).text("of a stream: times, s"))
-            .returns(Param::floats("y", 0).text("of a stream: values"))
+            .returns(Param::floats("x", 0).text("for a stream: times, s"))
+            .returns(Param::floats("y", 0).text("for a stream: values"))
             .returns(Param::floats("z", 0).text("empty but in space"))
             .returns(Param::floats("minMax", 6).text("least and greatest x, y, z"))
             .returns(Param::int("curve"))
             .returns(Param::int("width").text("2"))
-            .text("Gives the samples of a stream, or the points of a curve; missing ones are left out.")
+            .text("Returns the samples of a stream, or the points of a curve; missing ones are omitted.")
             .example("label, _, _, times, values = sim.getGraphCurve(graph, 0, 0)"),
     );
     offer.command(
@@ -222,7 +222,7 @@ fn curves(offer: &mut Offer<Vrep>) {
         .returns(Param::int("attributes").text("0"))
         .returns(Param::floats("background", 3))
         .returns(Param::floats("foreground", 3))
-        .text("Gives the appearance of a graph: its title, and the colours of its picture.")
+        .text("Returns the appearance of a graph: its title, and the colours of its picture.")
         .example("title = sim.getGraphInfo(graph)"),
     );
 }

@@ -34,10 +34,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         command(["sim.addDrawingObject", "simAddDrawingObject"], add)
             .param(Param::int("type").text("sim.drawing_..., attributes are added"))
-            .param(Param::float("size").text("of points and lines pixels, of others m"))
-            .param(Param::float("duplicateTolerance").unit("m").text("an item nearer than this to another is left out"))
+            .param(Param::float("size").text("for points and lines: pixels; for others: m"))
+            .param(Param::float("duplicateTolerance").unit("m").text("an item nearer than this to another is omitted"))
             .param(Param::int("parent").text("the object that it moves with; -1: the world"))
-            .param(Param::int("maxItemCount").text("0: as many as there is room for"))
+            .param(Param::int("maxItemCount").text("0: as many as possible"))
             .param(table("color", "red, green, blue, 0 to 1").optional())
             .param(Param::any("reserved").optional())
             .param(Param::any("specular").optional().text("ignored"))
@@ -66,7 +66,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(Param::int("drawing"))
-        .param(Param::any("item").optional().text("numbers of an item, in the world; nil: empties the drawing"))
+        .param(Param::any("item").optional().text("numbers of an item, in world coordinates; nil: empties the drawing"))
         .returns(Param::int("result").text("1: added; 0: full, or too near to another"))
         .text("Adds an item to a drawing. It is kept relative to the drawing's parent.")
         .example("sim.addDrawingObjectItem(lines, {0, 0, 0, 1, 0, 0})"),
@@ -160,7 +160,7 @@ fn particles(offer: &mut Offer<Vrep>) {
         .param(Param::any("more").rest().text("ignored"))
         .returns(Param::int("particles"))
         .text("Adds a container of particles. They are kept where they begin; they neither fly nor push.")
-        .partial("particles are kept where they begin; they neither fly nor push")
+        .partial("Particles stay where they are created; they neither move nor push.")
         .example("dust = sim.addParticleObject(0, 0.01, 1000, nil, 1, 100, {1, 1, 0})"),
     );
     offer.command(
@@ -178,7 +178,7 @@ fn particles(offer: &mut Offer<Vrep>) {
         .param(Param::any("item").optional().text("place, and velocity, which is ignored; nil: empties"))
         .returns(Param::int("result").text("1"))
         .text("Adds a particle.")
-        .partial("particles are kept where they begin; they neither fly nor push")
+        .partial("Particles stay where they are created; they neither move nor push.")
         .example("sim.addParticleObjectItem(dust, {0, 0, 1, 0, 0, 0})"),
     );
     offer.command(

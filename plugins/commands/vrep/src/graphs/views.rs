@@ -24,7 +24,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("more").rest())
         .returns(Param::int("view"))
         .text("Adds a floating view. Without a window nothing is shown.")
-        .partial("without a window nothing is shown")
+        .partial("Without a window nothing is shown.")
         .example("view = sim.floatingViewAdd(0.5, 0.5, 0.3, 0.3, 0)"),
     );
     offer.command(
@@ -56,11 +56,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::int("view").text("a floating view, or the index of a view of the page"))
         .param(Param::int("object").default(-1).optional().text("the object that it shows; -1: none"))
-        .param(Param::int("options").default(0).optional().text("256: only asks; 512: gives whom it shows"))
+        .param(
+            Param::int("options").default(0).optional().text("256: only checks; 512: returns the object that it shows"),
+        )
         .param(Param::string("label").optional().text("ignored"))
-        .returns(Param::int("result").text("1; with 256: 2 if it is there; with 512: whom it shows, or -1"))
+        .returns(Param::int("result").text("1; with 256: 2 if it exists; with 512: the object that it shows, or -1"))
         .text("Chooses what a view shows. Without a window nothing is shown.")
-        .partial("without a window nothing is shown")
+        .partial("Without a window nothing is shown.")
         .example("sim.adjustView(view, -1, 0)"),
     );
     offer.command(
@@ -72,7 +74,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("more").rest())
         .returns(Param::int("banner").text("1"))
         .text("Would show a text in the scene. Without a window nothing is shown.")
-        .stub("without a window nothing is shown")
+        .stub("Without a window nothing is shown.")
         .example("sim.addBanner('hello', 0.1, 0)"),
     );
     offer.command(
@@ -83,7 +85,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("banner").optional())
         .returns(Param::int("result").text("1"))
         .text("Removes a banner.")
-        .stub("without a window nothing is shown")
+        .stub("Without a window nothing is shown.")
         .example("sim.removeBanner(sim.handle_all)"),
     );
 }

@@ -26,13 +26,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(handle(joint));
             Ok(())
         })
-        .param(Param::int("type").text("sim.joint_revolute_subtype and its kin"))
+        .param(Param::int("type").text("sim.joint_revolute_subtype or another joint subtype"))
         .param(Param::int("mode").text("sim.jointmode_..."))
         .param(Param::int("options").default(0).optional().text("ignored"))
-        .param(Param::any("sizes").optional().text("ignored: they are for looks"))
+        .param(Param::any("sizes").optional().text("ignored: they concern the appearance"))
         .param(Param::any("colors").rest().text("ignored"))
         .returns(Param::int("joint"))
-        .text("Makes a joint that turns without end, slides by half a metre to both sides, or turns all ways."),
+        .text("Creates a joint that turns without limit, slides by half a metre to both sides, or rotates freely."),
     );
     offer.command(
         both(["sim.createForceSensor", "simCreateForceSensor"], MINUS, |c| {
@@ -63,7 +63,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("colors").rest().text("ignored"))
         .returns(Param::int("sensor"))
         .text(
-            "Makes a force sensor, which ties what is below it rigidly to what is above, and measures what that takes.",
+            "Creates a force sensor, which rigidly connects the objects below it to those above, and measures the \
+             load.",
         ),
     );
     offer.command(
@@ -87,7 +88,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("result").text("1: measured, 2 more: broken"))
         .returns(Param::floats("force", 3).unit("N"))
         .returns(Param::floats("torque", 3).unit("N m"))
-        .text("Gives the filtered force and torque that the child of a force sensor exerts on it, in its frame."),
+        .text("Returns the filtered force and torque that the child of a force sensor exerts on it, in its frame."),
     );
     offer.command(
         both(["sim.breakForceSensor", "simBreakForceSensor"], MINUS, |c| {
@@ -97,7 +98,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             done(c)
         })
         .param(object("sensor"))
-        .text("Breaks a force sensor: its child falls off, but stays below it in the tree."),
+        .text("Breaks a force sensor: its child falls off, but remains below it in the tree."),
     );
     dependencies(offer);
     child_poses(offer);
@@ -126,7 +127,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
         .returns(Param::int("master").text("-1: none"))
         .returns(Param::float("offset"))
         .returns(Param::float("factor"))
-        .text("Gives which joint a joint follows."),
+        .text("Returns which joint a joint follows."),
     );
     offer.command(
         both(["sim.setJointDependency", "simSetJointDependency"], MINUS, |c| {
@@ -145,7 +146,10 @@ fn dependencies(offer: &mut Offer<Vrep>) {
         .param(Param::int("master").text("-1: none"))
         .param(Param::float("offset"))
         .param(Param::float("factor"))
-        .text("Chooses which joint a joint follows: a kinematic one, and the position control of a dynamic one, follow its position."),
+        .text(
+            "Sets which joint a joint follows: a kinematic joint, and the position control of a dynamic one, follow \
+               its position.",
+        ),
     );
     offer.command(
         both(["sim.setSphericalJointMatrix", "simSetSphericalJointMatrix"], MINUS, |c| {
@@ -183,7 +187,7 @@ fn child_poses(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::floats("pose", 7))
-        .text("Gives the pose of the moved part of a joint in the joint's frame."),
+        .text("Returns the pose of the moved part of a joint in the joint's frame."),
     );
     offer.command(
         Cmd::new("sim.setObjectChildPose", |c| {
@@ -200,6 +204,6 @@ fn child_poses(offer: &mut Offer<Vrep>) {
         .param(object("joint"))
         .param(table("pose", "{x, y, z, qx, qy, qz, qw}"))
         .text("Moves the moved part of a joint.")
-        .partial("Only components that the joint leaves free have an effect."),
+        .partial("Only the free components of the joint have an effect."),
     );
 }

@@ -6,13 +6,18 @@ use crate::kit::{algebra as al, *};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let get = |names: Names, prop: fn(&Props) -> Prop, what: &str, text: &str| {
+        let unit = match what {
+            "velocity" => "rad/s for a turning joint, m/s for a sliding one",
+            "force" => "N m for a turning joint, N for a sliding one",
+            _ => "rad for a turning joint, m for a sliding one",
+        };
         both_beside(names, NIL, move |c| {
             let x = read(c, prop(&c.plugin().p))?;
             c.ret(x);
             Ok(())
         })
         .param(flagged("joint"))
-        .returns(Param::float(what).text("of a turning joint in rad, of a sliding one in m"))
+        .returns(Param::float(what).text(unit))
         .text(text)
         .example(format!("x = {}(joint)", names[0]))
     };
@@ -20,32 +25,32 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ["sim.getJointPosition", "simGetJointPosition"],
         |p| p.joint_position,
         "position",
-        "Gives how far a joint is turned or moved.",
+        "Returns the position of a joint.",
     ));
     offer.command(get(
         ["sim.getJointTargetVelocity", "simGetJointTargetVelocity"],
         |p| p.joint_target_velocity,
         "velocity",
-        "Gives the velocity that a joint's motor tries to hold.",
+        "Returns the velocity that a joint's motor tries to hold.",
     ));
     offer.command(get(
         ["sim.getJointTargetPosition", "simGetJointTargetPosition"],
         |p| p.joint_target_position,
         "position",
-        "Gives the position that a joint's motor tries to reach.",
+        "Returns the position that a joint's motor tries to reach.",
     ));
     offer.command(get(
         ["sim.getJointVelocity", "simGetJointVelocity"],
         |p| p.joint_velocity,
         "velocity",
-        "Gives how fast a joint turns or moves.",
+        "Returns the velocity of a joint.",
     ));
     offer.command(
         get(
             ["sim.getJointForce", "simGetJointForce"],
             |p| p.joint_effort,
             "force",
-            "Gives the force (N) or torque (N m) that a joint's motor puts out.",
+            "Returns the force (N) or torque (N m) that a joint's motor exerts.",
         )
         .old_name("simJointGetForce", NIL),
     );
@@ -57,8 +62,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(flagged("joint"))
-        .returns(Param::float("force").text("of a turning joint in N m, of a sliding one in N"))
-        .text("Gives the greatest force or torque of a joint's motor; in force mode the applied one, with its sign.")
+        .returns(Param::float("force").text("N m for a turning joint, N for a sliding one"))
+        .text("Returns the greatest force or torque of a joint's motor; in force mode the applied one, with its sign.")
         .example("x = sim.getJointTargetForce(joint)")
         .alias("sim.getJointMaxForce"),
     );
@@ -80,8 +85,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             ["sim.setJointTargetVelocity", "simSetJointTargetVelocity"],
             |p| p.joint_target_velocity,
             "velocity",
-            "Sets the velocity that a joint's motor tries to hold: rad/s or m/s; it \
-                acts where the motor controls velocity.",
+            "Sets the velocity that a joint's motor tries to hold: rad/s or m/s; it has an effect if the motor \
+             controls velocity.",
         )
         .param(motion()),
     );
@@ -90,8 +95,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             ["sim.setJointTargetPosition", "simSetJointTargetPosition"],
             |p| p.joint_target_position,
             "position",
-            "Sets the position that a joint's motor tries to reach: rad or m; it acts \
-                where the motor controls position.",
+            "Sets the position that a joint's motor tries to reach: rad or m; it has an effect if the motor controls \
+             position.",
         )
         .param(motion()),
     );
@@ -120,10 +125,15 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("joint"))
         .param(Param::float("force").text("N or N m"))
-        .param(Param::any("signed").default(true).optional().text("true: the sign counts in force mode, and turns the target velocity"))
+        .param(
+            Param::any("signed")
+                .default(true)
+                .optional()
+                .text("true: the sign counts in force mode, and turns the target velocity"),
+        )
         .text(
-            "Sets the greatest force or torque of a joint's motor, and by its sign the direction. In force mode it is what \
-             the motor pushes with: a negative one pushes the other way.",
+            "Sets the greatest force or torque of a joint's motor, and by its sign the direction. In force mode it is \
+             the force that the motor applies: a negative one pushes in the negative direction.",
         )
         .example("sim.setJointTargetForce(joint, -2.5)"),
     );
@@ -145,8 +155,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::float("position").text("rad or m; kept within the joint's limits"))
         .returns(Param::int("done"))
         .text(
-            "Turns or moves a joint at once, with all that hangs below it; meant for \
-            joints without physics.",
+            "Sets the position of a joint immediately, and moves everything below it; intended for joints without \
+             physics.",
         )
         .example("sim.setJointPosition(joint, math.pi / 4)"),
     );
@@ -163,7 +173,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("joint"))
         .returns(Param::bool("cyclic"))
         .returns(Param::floats("interval", 2).text("least position, and the range above it"))
-        .text("Gives where a joint may go: whether it turns without end, and {lowest, range}.")
+        .text("Returns the limits of a joint: whether it turns without limit, and {lowest, range}.")
         .example("cyclic, interval = sim.getJointInterval(joint)"),
     );
     offer.command(
@@ -176,9 +186,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simSetJointInterval", MINUS)
         .param(object("joint"))
-        .param(Param::any("cyclic").text("true: it turns without end"))
+        .param(Param::any("cyclic").text("true: it turns without limit"))
         .param(table("interval", "{lowest, range}"))
-        .text("Sets where a joint may go.")
+        .text("Sets the limits of a joint.")
         .example("sim.setJointInterval(joint, false, {-1, 2})"),
     );
     offer.command(
@@ -191,7 +201,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetJointType", MINUS)
         .param(object("joint"))
         .returns(Param::int("type").text("10: sim.joint_revolute_subtype, 11: sim.joint_prismatic_subtype"))
-        .text("Gives whether a joint turns or slides.")
+        .text("Returns whether a joint turns or slides.")
         .example("turns = sim.getJointType(joint) == sim.joint_revolute_subtype"),
     );
     offer.command(
@@ -206,7 +216,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("joint"))
         .returns(Param::int("mode").text("0: passive or kinematic, 5: force or dynamic"))
         .returns(Param::int("options").text("0"))
-        .text("Gives whether physics moves a joint.")
+        .text("Returns whether physics moves a joint.")
         .example("dynamic = sim.getJointMode(joint) == sim.jointmode_dynamic"),
     );
     offer.command(
@@ -227,7 +237,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("joint"))
         .param(Param::int("mode").text("0: passive or kinematic, 5: force or dynamic"))
         .param(Param::int("options").default(0).optional().text("ignored"))
-        .text("Chooses whether physics moves a joint.")
+        .text("Sets whether physics moves a joint.")
         .example("sim.setJointMode(joint, sim.jointmode_dynamic, 0)"),
     );
     offer.command(
@@ -246,7 +256,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetJointMatrix", NIL)
         .param(object("joint"))
         .returns(Param::floats("matrix", 12))
-        .text("Gives the moved frame of a joint within its own frame.")
+        .text("Returns the moved frame of a joint in its own frame.")
         .example("m = sim.getJointMatrix(joint)"),
     );
 }

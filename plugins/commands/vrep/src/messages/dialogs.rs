@@ -108,12 +108,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(which())
         .returns(Param::int("ui").text("-1: there is no window"))
         .text(
-            "Opens a dialog, whose text also goes to the log; it stays open until a view answers it or the script \
-               ends it.",
+            "Opens a dialog, whose text also goes to the log; it remains open until a view answers it or the script \
+             ends it.",
         )
         .notes(
-            "Where nobody looks it answers itself in the next step: ok or yes, with the initial text as input. Without buttons \
-             it stays open. It never holds the script.",
+            "Without a viewer it answers itself in the next step: ok or yes, with the initial text as input. Without \
+             buttons it stays open. It never blocks the script.",
         ),
     );
     offer.command(
@@ -131,7 +131,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(which())
         .returns(Param::int("result").text("0: still open, 1: ok, 2: cancel, 3: yes, 4: no"))
-        .text("Gives how a dialog was answered."),
+        .text("Returns how a dialog was answered."),
     );
     offer.command(
         both(["sim.getDialogInput", "simGetDialogInput"], NIL, |c| {
@@ -141,7 +141,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(which())
         .returns(Param::string("text"))
-        .text("Gives the text of a dialog's text field."),
+        .text("Returns the text of a dialog's text field."),
     );
     offer.command(
         both(["sim.endDialog", "simEndDialog"], MINUS, |c| {
@@ -159,9 +159,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new(ANSWER, answer)
             .param(Param::int("dialog").text("its number"))
-            .param(Param::int("n").text("the place of its widget: of the first button 3"))
+            .param(Param::int("n").text("the index of its widget: 3 for the first button"))
             .param(Param::string("what").choices(&["attend", "click", "change"]))
-            .param(Param::any("text").optional().text("change: of its text field"))
+            .param(Param::any("text").optional().text("for change: the text of its text field"))
             .text("Acts on a dialog as a user would. Called by views; `attend` makes the dialog wait for an answer.")
             .example(
                 "local dialog = sim.displayDialog('Go', 'Shall it go on?', 4, false)\n\
@@ -192,7 +192,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::any("arguments").rest())
         .returns(Param::string("file").text("nil"))
-        .text("Asks for a file: none is chosen, since there is no window.")
+        .text("Asks for a file: none is chosen, because there is no window.")
         .stub("there is no window to choose a file in: nil"),
     );
 }

@@ -21,7 +21,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetSimulatorMessage", MINUS)
         .returns(Param::int("message").text("sim.message_...; -1 alone: none waits"))
         .returns(Param::list("auxiliary").text("4 integers; of a key press its code, and 1 for Ctrl plus 2 for Shift"))
-        .text("Removes and gives the oldest message waiting for this script.")
+        .text("Removes and returns the oldest message waiting for this script.")
         .example("message, aux = sim.getSimulatorMessage()"),
     );
     offer.command(
@@ -35,8 +35,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("message").text("sim.message_..."))
         .param(Param::list("auxiliary").optional().text("up to 4 integers"))
         .text(
-            "Sends a message to all scripts, as a view does when a key is pressed \
-            over it; not of V-REP.",
+            "Sends a message to all scripts, as a view does when a key is pressed over it; an addition to V-REP's API.",
         )
         .example("vrep.sendMessage(sim.message_keypress, {2007})"),
     );

@@ -21,7 +21,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.moveToConfig", |c| run(c, config))
             .param(Param::any("params").text("a table: joints, targetPos, maxVel, maxAccel, maxJerk, pos, vel, callback, auxData"))
             .param(Param::any("more").rest().text("the form of 4.2 to 4.6: flags, pos, vel, accel, maxVel, maxAccel, maxJerk, targetPos, targetVel, callback, auxData"))
-            .returns(Param::any("data").text("where it ended: pos, vel, accel, timeLeft"))
+            .returns(Param::any("data").text("the final state: pos, vel, accel, timeLeft"))
             .text("Moves joints, or anything that a callback controls, to a configuration.")
             .no_wait(waits)
             .partial(NOTES),
@@ -30,7 +30,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.moveToPose", |c| run(c, pose))
             .param(Param::any("params").text("a table: object, pose, targetPose, maxVel, maxAccel, maxJerk (4 numbers: x, y, z, angle), relObject, callback, auxData"))
             .param(Param::any("more").rest().text("the form of 4.2 to 4.6: flags, pose, maxVel, maxAccel, maxJerk, targetPose, callback, auxData, metric"))
-            .returns(Param::any("data").text("where it ended: pose, timeLeft"))
+            .returns(Param::any("data").text("the final state: pose, timeLeft"))
             .text("Moves an object, or anything that a callback controls, to a pose.")
             .no_wait(waits)
             .partial(NOTES),
@@ -44,8 +44,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::any("velocity"))
             .param(Param::any("acceleration"))
             .param(table("maxVel", "rad/s or m/s"))
-            .param(table("maxAccel", "of each joint"))
-            .param(table("maxJerk", "of each joint"))
+            .param(table("maxAccel", "for each joint"))
+            .param(table("maxJerk", "for each joint"))
             .param(table("target", "positions"))
             .param(Param::any("targetVelocity").optional().text("ignored: it stops there"))
             .param(Param::any("direction").optional().text("ignored: the shorter way"))
@@ -133,7 +133,7 @@ fn steps(offer: &mut Offer<Vrep>) {
         ),
         ("sim.moveToPose", ["sim.moveToPose_init", "sim.moveToPose_step", "sim.moveToPose_cleanup"], pose),
     ] {
-        let motion = || Param::any("motion").text("what the first part gave");
+        let motion = || Param::any("motion").text("the value that the first function returned");
         offer.command(
             Cmd::new(begin, move |c| {
                 let motion = make(c)?;
@@ -141,9 +141,9 @@ fn steps(offer: &mut Offer<Vrep>) {
                 c.ret(Value::Map(vec![(Value::text("motion"), Value::Int(number))]));
                 Ok(())
             })
-            .param(Param::any("params").text(format!("as of {whole}")))
+            .param(Param::any("params").text(format!("as for {whole}")))
             .returns(motion())
-            .text(format!("Begins the motion of {whole}; the script advances it step by step."))
+            .text(format!("Starts the motion of {whole}; the script advances it step by step."))
             .partial(NOTES),
         );
         offer.command(
@@ -166,7 +166,7 @@ fn steps(offer: &mut Offer<Vrep>) {
                 finish(c, number)
             })
             .param(motion())
-            .text("Ends it."),
+            .text("Ends the motion."),
         );
     }
 }

@@ -5,14 +5,14 @@ use super::profile::Profile;
 use crate::{kit::*, state::state};
 
 /// The differences between these profiles and the documented ones.
-pub(crate) const NOTES: &str = "All coordinates go side by side on a straight way and arrive together; a velocity at the \
-    start is braked first, one at the goal is taken as 0.";
+pub(crate) const NOTES: &str = "All coordinates move together in a straight line and arrive at the same time; an \
+                                initial velocity is stopped first, and a final velocity counts as 0.";
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let flags = || Param::int("flags").text("ignored: all coordinates arrive together");
     let common = |command: Cmd| {
         command
-            .param(Param::int("count").text("of coordinates"))
+            .param(Param::int("count").text("number of coordinates"))
             .param(Param::float("smallestStep").unit("s").text("ignored"))
             .param(flags())
             .param(table("current", "positions, velocities and accelerations now"))
@@ -63,7 +63,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .param(Param::any("selection").text("a table: which coordinates move"))
                 .param(table("target", target))
                 .returns(Param::int("profile"))
-                .text(format!("Makes a motion profile to {target}, within limits."))
+                .text(format!("Creates a motion profile to {target}, within limits."))
                 .partial(NOTES),
         );
     }
@@ -83,7 +83,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::float("dt").unit("s"))
         .returns(Param::int("result").text("0: under way, 1: arrived"))
         .returns(Param::list("state").text("positions, velocities and accelerations"))
-        .returns(Param::float("left").unit("s").text("what was left over of the step"))
+        .returns(Param::float("left").unit("s").text("the part of the step that was left over"))
         .text("Advances a motion profile.")
         .partial(NOTES),
     );

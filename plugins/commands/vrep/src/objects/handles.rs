@@ -48,8 +48,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetObjectType", MINUS)
         .param(object("object"))
-        .returns(Param::int("type").text("sim.object_..._type; -1 for objects that V-REP does not know"))
-        .text("Gives the type of an object.")
+        .returns(Param::int("type").text("sim.object_..._type; -1 for objects that V-REP does not have"))
+        .text("Returns the type of an object.")
         .example("isShape = sim.getObjectType(h) == sim.object_shape_type"),
     );
     offer.command(
@@ -60,7 +60,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::any("handle"))
         .returns(Param::bool("there"))
-        .text("Whether a number is the handle of an object.")
+        .text("Returns whether a number is the handle of an object.")
         .example("if sim.isHandle(h) then sim.removeObjects({h}) end"),
     );
     offer.command(
@@ -73,7 +73,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("handle"))
         .param(Param::int("type").default(-1).optional().text("ignored: all handles are of objects"))
         .returns(Param::int("valid").text("1 or 0"))
-        .text("Whether a number is the handle of an object, as a number.")
+        .text("Returns whether a number is the handle of an object, as 1 or 0.")
         .example("if sim.isHandleValid(h) == 1 then sim.removeObject(h) end"),
     );
     offer.command(
@@ -86,7 +86,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjectUniqueIdentifier", MINUS)
         .param(object("object"))
         .returns(Param::int("uid"))
-        .text("Gives a number that no other object of the run has or will have.")
+        .text("Returns a number that no other object of the run has or will have.")
         .example("uid = sim.getObjectUid(robot)"),
     );
     offer.command(
@@ -103,7 +103,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("uid"))
         .param(Param::any("options").optional().text("{noError=true}: -1 if it is missing"))
         .returns(Param::int("handle"))
-        .text("Finds an object by the number that sim.getObjectUid gives."),
+        .text("Finds an object by the number that sim.getObjectUid returns."),
     );
 }
 

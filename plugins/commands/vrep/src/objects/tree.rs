@@ -17,7 +17,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjectParent", MINUS)
         .param(object("object"))
         .returns(Param::int("parent").text("-1: none"))
-        .text("Gives the parent of an object.")
+        .text("Returns the parent of an object.")
         .example("robot = sim.getObjectParent(motor)"),
     );
     offer.command(
@@ -29,7 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 "true: it stays where it is in the world; false: it stays where it is in \
                     its parent's frame",
             ))
-            .text("Makes an object the child of another one.")
+            .text("Makes an object the child of another.")
             .example("sim.setObjectParent(box, gripper, true)"),
     );
     offer.command(
@@ -47,8 +47,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjectChild", MINUS)
         .param(Param::int("object").text("a handle, or sim.handle_scene"))
         .param(Param::int("index").text("from 0"))
-        .returns(Param::int("child").text("-1: no more"))
-        .text("Gives one of the objects that hang directly below an object.")
+        .returns(Param::int("child").text("-1: past the last one"))
+        .text("Returns one of the children of an object.")
         .example("first = sim.getObjectChild(robot, 0)"),
     );
     offer.command(
@@ -90,8 +90,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjects", MINUS)
         .param(Param::int("index").text("from 0"))
         .param(Param::int("type").default(-2).optional().text("sim.object_..._type, or sim.handle_all"))
-        .returns(Param::int("object").text("-1: no more"))
-        .text("Gives one of all objects of a type.")
+        .returns(Param::int("object").text("-1: past the last one"))
+        .text("Returns one of the objects of a type.")
         .example("firstShape = sim.getObjects(0, sim.object_shape_type)"),
     );
     offer.command(
@@ -148,7 +148,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simRemoveModel", MINUS)
         .param(flagged("model"))
         .returns(Param::int("count"))
-        .text("Removes a model: its base and all below.")
+        .text("Removes a model: its base and everything below it.")
         .example("sim.removeModel(robot)"),
     );
 }

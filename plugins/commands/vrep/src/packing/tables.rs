@@ -16,7 +16,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("scheme").default(0).optional().text("ignored"))
         .returns(Param::bytes("data"))
         .text("Packs a table of truth values, numbers, texts and tables into a text.")
-        .partial("The format is one of our own, whatever the scheme."),
+        .partial("The format is specific to Tatu, whatever the scheme."),
     );
     offer.command(
         both(["sim.unpackTable", "simUnpackTable"], NIL, |c| {

@@ -42,7 +42,7 @@ fn of_any_type(offer: &mut Offer<Vrep>) {
         .param(key())
         .param(Param::any("options").optional().text("{noError = true}: nil where it is missing"))
         .returns(Param::any("value"))
-        .text("Gives a property by its name, with the type that it has.")
+        .text("Returns a property by its name, with its type.")
         .example("value = sim.getProperty(object, name)"),
     );
     offer.command(
@@ -119,7 +119,7 @@ fn family(
         .param(key())
         .param(Param::any("options").optional().text("{noError = true}: nil where it is missing"))
         .returns(value.clone())
-        .text(format!("Gives a property of type {of} by its name."))
+        .text(format!("Returns a property of type {of} by its name."))
         .example(format!("value = {get}(object, name)")),
     );
     offer.command(

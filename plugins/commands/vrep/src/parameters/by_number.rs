@@ -59,7 +59,7 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>
         .param(object("object"))
         .param(id())
         .returns(value.clone().text("nothing if the object has no such parameter"))
-        .text("Gives a parameter of an object.")
+        .text("Returns a parameter of an object.")
         .example(format!("v = {}(box, 3005)", names.get)),
     );
     offer.command(
@@ -104,7 +104,7 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>
             .param(id())
             .returns(Param::int("result").text("1; 0 alone: the object has no such parameter"))
             .returns(value.clone())
-            .text("Gives whether an object has a parameter, and its value.")
+            .text("Returns whether an object has a parameter, and its value.")
             .example(format!("result, v = {}(box, 3005)", names.get_before.0)),
     );
     offer.command(

@@ -6,8 +6,9 @@ use crate::kit::{
     *,
 };
 
-const NOTES: &str = "Corners are rounded as the scene tells; a path that a script makes goes straight from one control point to the \
-    next. Velocities and virtual distances are ignored. A dummy without control points is a path of one point.";
+const NOTES: &str = "Corners are rounded as set in the scene; a path created by a script goes straight from one \
+                     control point to the next. Velocities and virtual distances are ignored. A dummy without control \
+                     points is a path of one point.";
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let path = || flagged("path");
@@ -36,7 +37,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("points").text("7 numbers for each control point; in old scripts the attributes"))
         .param(Param::any("more").rest().text("options: 2 makes it closed; others are ignored"))
         .returns(Param::int("path"))
-        .text("Makes a path.")
+        .text("Creates a path.")
         .partial(NOTES),
     );
     offer.command(
@@ -58,7 +59,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(path())
-        .param(Param::int("options").text("1: closed, 2: 16 numbers a point instead of 11"))
+        .param(Param::int("options").text("1: closed, 2: 16 numbers per point instead of 11"))
         .param(Param::int("start").text("from 0"))
         .param(Param::int("count"))
         .param(table("data", "x, y, z, alpha, beta, gamma and more for each point"))
@@ -101,7 +102,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(path())
         .param(along())
         .returns(Param::floats("position", 3).unit("m"))
-        .text("Gives a point of a path, in the world.")
+        .text("Returns a point of a path, in the world.")
         .partial(NOTES),
     );
     offer.command(
@@ -113,7 +114,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(path())
         .param(along())
         .returns(Param::floats("angles", 3).unit("rad"))
-        .text("Gives how a path is turned at a place, in the world.")
+        .text("Returns the orientation of a path at a position, in the world.")
         .partial(NOTES),
     );
     offer.command(
@@ -127,7 +128,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(along())
         .returns(Param::int("flags"))
         .returns(Param::floats("channels", 4))
-        .text("Gives extra data of a path, of which there is none.")
+        .text("Returns extra data of a path, of which there is none.")
         .stub("control points keep no extra data"),
     );
     offer.command(
@@ -138,7 +139,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(path())
         .returns(Param::float("length").unit("m"))
-        .text("Gives how long a path is.")
+        .text("Returns the length of a path.")
         .partial(NOTES),
     );
     offer.command(
@@ -150,7 +151,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(path())
         .returns(Param::float("position").unit("m"))
-        .text("Gives the place on a path that was set."),
+        .text("Returns the position on a path that was set."),
     );
     offer.command(
         both(["sim.setPathPosition", "simSetPathPosition"], MINUS, |c| {
@@ -160,7 +161,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(path())
         .param(Param::float("position").unit("m"))
-        .text("Sets a place on a path.")
+        .text("Sets a position on a path.")
         .partial("It is stored; nothing moves along the path automatically."),
     );
     offer.command(
@@ -178,7 +179,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(path())
         .param(table("point", "{x, y, z} in the path's frame"))
         .returns(Param::float("along").text("0 to 1"))
-        .text("Gives the place of a path that is nearest to a point.")
+        .text("Returns the position on a path that is nearest to a point.")
         .partial(NOTES),
     );
     offer.command(
@@ -186,13 +187,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(flagged("object"))
             .param(path())
             .param(Param::int("what").default(3).optional().text("1: position, 2: orientation, 3: both"))
-            .param(Param::float("start").default(0.0).optional().text("0 to 1: where it begins"))
+            .param(Param::float("start").default(0.0).optional().text("0 to 1: starting position"))
             .param(Param::float("velocity").unit("m/s").default(0.1).optional())
             .param(Param::float("acceleration").default(0.0).optional().text("ignored"))
-            .returns(Param::float("left").unit("s").text("what was left over of the last step"))
+            .returns(Param::float("left").unit("s").text("the part of the last step that was left over"))
             .text("Moves an object along a path.")
             .no_wait("the motion takes several steps, and only a thread can wait for them: call this in a thread")
-            .partial("At constant velocity, in straight lines between control points."),
+            .partial("The motion has constant velocity, in straight lines between control points."),
     );
 }
 

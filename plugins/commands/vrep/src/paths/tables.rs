@@ -5,11 +5,8 @@ use crate::kit::*;
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let path = || table("path", "configurations one after another");
     let lengths = || table("lengths", "distance along the path of each configuration, from sim.getPathLengths");
-    let types = || {
-        Param::any("types")
-            .optional()
-            .text("0: along a line, 1: an angle that turns without end, 2: part of a quaternion")
-    };
+    let types =
+        || Param::any("types").optional().text("0: along a line, 1: an angle without limits, 2: part of a quaternion");
     offer.command(
         Cmd::new("sim.getPathLengths", |c| {
             let (path, n) = (floats(c, 0)?, dimension(c, 1)?);
@@ -44,7 +41,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("distance").optional().text("a function of two configurations"))
         .returns(Param::list("lengths"))
         .returns(Param::float("total"))
-        .text("Gives the distance along a path of each of its configurations."),
+        .text("Returns the distance along a path of each of its configurations."),
     );
     offer.command(
         Cmd::new("sim.getPathInterpolatedConfig", |c| {
@@ -55,12 +52,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(path())
         .param(lengths())
-        .param(Param::float("at").text("how far along"))
+        .param(Param::float("at").text("distance along the path"))
         .param(Param::any("method").optional().text("ignored: straight between configurations"))
         .param(types())
         .returns(Param::list("config"))
-        .text("Gives the configuration at a place of a path.")
-        .partial("Always straight between configurations, whatever the method."),
+        .text("Returns the configuration at a position on a path.")
+        .partial("Interpolation between configurations is always straight, whatever the method."),
     );
     offer.command(
         Cmd::new("sim.resamplePath", |c| {
@@ -78,12 +75,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(path())
         .param(lengths())
-        .param(Param::int("count").text("of configurations"))
+        .param(Param::int("count").text("number of configurations"))
         .param(Param::any("method").optional().text("ignored: straight between configurations"))
         .param(types())
         .returns(Param::list("path"))
-        .text("Gives a path with a number of evenly spaced configurations.")
-        .partial("Always straight between configurations, whatever the method."),
+        .text("Returns a path with a number of evenly spaced configurations.")
+        .partial("Interpolation between configurations is always straight, whatever the method."),
     );
     offer.command(
         Cmd::new("sim.getClosestPosOnPath", |c| {
@@ -101,8 +98,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(path())
         .param(lengths())
         .param(table("point", "{x, y, z}"))
-        .returns(Param::float("at").text("how far along"))
-        .text("Gives the place of a path that is nearest to a point."),
+        .returns(Param::float("at").text("distance along the path"))
+        .text("Returns the position on a path that is nearest to a point."),
     );
     offer.command(
         Cmd::new("sim.getConfigDistance", |c| {
@@ -125,7 +122,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("metric").optional().text("a weight of each number"))
         .param(types())
         .returns(Param::float("distance"))
-        .text("Gives how far apart two configurations are."),
+        .text("Returns the distance between two configurations."),
     );
 }
 

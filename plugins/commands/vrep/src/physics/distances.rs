@@ -56,7 +56,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(second())
         .param(Param::float("threshold").unit("m").default(0.0).optional().text("0: any distance"))
         .returns(Param::int("result").text("1; 0: they are farther apart"))
-        .returns(Param::floats("data", 7).text("both ends of the shortest way, and its length"))
+        .returns(Param::floats("data", 7).text("both ends of the shortest connection, and its length"))
         .returns(Param::list("objects").text("the two shapes, since 4.0"))
         .text("Measures the shortest distance between shapes.")
         .notes(notes),
@@ -78,8 +78,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .old_name(irregular, MINUS)
             .param(Param::string("name"))
             .returns(Param::int("object"))
-            .text(format!("Finds the {text} of a name in the scene."))
-            .partial(format!("{text}s are not solved.")),
+            .text(format!("Finds the {text} with this name in the scene."))
+            .partial(format!("There is no solver for {text}s.")),
         );
     }
 }

@@ -88,8 +88,8 @@ fn get(offer: &mut Offer<Vrep>, kind: &'static str, (name, before, flat): Names)
         .param(Param::int("parameter").text("a number from the tables of constants"))
         .param(Param::any("object").optional())
         .returns(Param::any("value"))
-        .text("Gives a parameter of a physics engine.")
-        .partial("Friction, restitution and damping of shapes, and the engine's step; others are 0."),
+        .text("Returns a parameter of a physics engine.")
+        .partial("Supports friction, restitution and damping of shapes, and the engine's step; others are 0."),
     );
 }
 
@@ -110,6 +110,6 @@ fn set(offer: &mut Offer<Vrep>, kind: &'static str, (name, before, flat): Names)
         .param(Param::any("object").optional())
         .param(Param::any("value"))
         .text("Sets a parameter of a physics engine.")
-        .partial("Friction, restitution and damping of shapes; other parameters change nothing."),
+        .partial("Supports friction, restitution and damping of shapes; other parameters have no effect."),
     );
 }

@@ -57,7 +57,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(flagged("shape"))
         .returns(Param::floats("linear", 3).unit("m/s"))
         .returns(Param::floats("angular", 3).unit("rad/s"))
-        .text("Gives how fast a shape moves and turns, in the world's frame.")
+        .text("Returns the linear and angular velocity of a shape, in the world's frame.")
         .example("v, w = sim.getVelocity(box)"),
     );
     offer.command(
@@ -81,7 +81,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::bool("dynamic").text("false before physics has run for the first time"))
-        .text("Whether physics moves a shape or a joint.")
+        .text("Returns whether physics moves a shape or a joint.")
         .example("moves = sim.isDynamicallyEnabled(box)"),
     );
     offer.command(
@@ -94,7 +94,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .returns(Param::floats("point", 3).unit("m"))
             .returns(Param::floats("force", 3).unit("N").text("on the second shape, friction included"))
             .returns(Param::floats("normal", 3).text("from the first to the second shape"))
-            .text("Gives one of the contacts of the last step, in the world's frame.")
+            .text("Returns one of the contacts of the last step, in the world's frame.")
             .example("shapes, point, force = sim.getContactInfo(sim.handle_all, box, 0)"),
     );
 }

@@ -82,9 +82,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         offer.command(
             both(names, MINUS, move |c| handle_pairs(c, sort))
                 .param(Param::int("object").text("sim.handle_all, sim.handle_all_except_explicit, or one"))
-                .returns(Param::int("result").text("how many there are; of one: 1 or 0"))
-                .returns(Param::any("found").text("of one: the two shapes that touch, or the distance in m"))
-                .text(format!("Looks at {}s.", sort.word()))
+                .returns(Param::int("result").text("how many were found; for a single object: 1 or 0"))
+                .returns(
+                    Param::any("found").text("for a single object: the two shapes that touch, or the distance in m"),
+                )
+                .text(format!("Evaluates {}s.", sort.word()))
                 .partial(NOTES),
         );
     }
@@ -101,7 +103,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             })
             .param(Param::int("object"))
             .returns(Param::int("result"))
-            .text(format!("Forgets what a {} found.", sort.word())),
+            .text(format!("Discards the result of a {}.", sort.word())),
         );
     }
 }

@@ -15,19 +15,19 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjectAssociatedWithScript", MINUS)
         .param(Param::int("script").text("a handle, or sim.handle_self"))
         .returns(Param::int("object").text("-1: none"))
-        .text("Gives the object that a script belongs to.")
+        .text("Returns the object that a script belongs to.")
         .example("robot = sim.getObjectAssociatedWithScript(sim.handle_self)"),
     );
     for (names, kind, text) in [
         (
             ["sim.getScriptAssociatedWithObject", "simGetScriptAssociatedWithObject"],
             "child",
-            "Gives the child script of an object.",
+            "Returns the child script of an object.",
         ),
         (
             ["sim.getCustomizationScriptAssociatedWithObject", "simGetCustomizationScriptAssociatedWithObject"],
             "customization",
-            "Gives the customization script of an object.",
+            "Returns the customization script of an object.",
         ),
     ] {
         offer.command(
@@ -64,7 +64,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("type").text("sim.scripttype_...; or sim.handle_self alone: the calling script"))
         .param(Param::any("object").optional().text("a handle, path or name"))
         .returns(Param::int("script").text("-1: none"))
-        .text("Gives the script of a type that an object has.")
+        .text("Returns the script of a given type that an object has.")
         .example("script = sim.getScript(sim.scripttype_childscript, robot)"),
     );
     offer.command(
@@ -82,11 +82,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simGetScriptHandle", MINUS)
-        .param(
-            Param::string("name")
-                .optional()
-                .text("of the object; `customization@name` for that kind; empty: the main script; none: the caller"),
-        )
+        .param(Param::string("name").optional().text(
+            "name of the object; `customization@name` for that kind; empty: the main script; none: the \
+                       caller",
+        ))
         .returns(Param::int("script").text("-1: none"))
         .text("Finds a script by the name of its object.")
         .example("script = sim.getScriptHandle('robot')"),
@@ -101,7 +100,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetScriptName", NIL)
         .param(Param::int("script").text("a handle, or sim.handle_self"))
         .returns(Param::string("name"))
-        .text("Gives the name of the object that a script belongs to.")
+        .text("Returns the name of the object that a script belongs to.")
         .example("name = sim.getScriptName(sim.handle_self)"),
     );
     offer.command(
@@ -110,7 +109,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::string("function").text("its name; old scripts add `@` and the name of the script's object"))
             .param(Param::int("script").text("a handle, sim.handle_self, or a script type where the object is named"))
             .param(Param::any("arguments").rest())
-            .returns(Param::any("results").text("what the function returns"))
+            .returns(Param::any("results").text("the values that the function returns"))
             .text("Calls a function of another script.")
             .example("x = sim.callScriptFunction('grasp', script, 0.5)"),
     );
@@ -126,7 +125,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetScriptExecutionCount", MINUS)
         .returns(Param::int("count").text("0 in the first"))
-        .text("Gives how often the calling script has run before.")
+        .text("Returns how often the calling script has run before.")
         .example("if sim.getScriptExecutionCount() == 0 then end"),
     );
     offer.command(
@@ -163,11 +162,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetScriptSimulationParameter", NIL)
         .param(Param::int("script").text("a handle, or sim.handle_self"))
         .param(Param::string("name"))
-        .param(Param::any("asText").optional().text("true: as text, whatever it holds"))
+        .param(Param::any("asText").optional().text("true: as text, whatever it contains"))
         .returns(Param::any("value").text("a boolean, number or text; nothing if it is not set"))
         .text(
-            "Gives a parameter of a script that another script has set, or else the scene: as free data of its object, \
-                under the tag `parameter.` and the name.",
+            "Returns a parameter of a script that another script has set, or the scene, as custom data of its object \
+             under the tag `parameter.` and the name.",
         )
         .example("speed = sim.getScriptSimulationParameter(sim.handle_self, 'speed')"),
     );

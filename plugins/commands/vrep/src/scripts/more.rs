@@ -28,8 +28,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::string("code").text("old scripts add `@` and the name of the script's object"))
         .param(target())
         .returns(Param::int("result").text("0; -1: it failed"))
-        .returns(Param::any("value").text("what the text gives, or the message"))
-        .text("Runs a text in a script."),
+        .returns(Param::any("value").text("the result of the code, or the error message"))
+        .text("Runs code in a script."),
     );
     offer.command(
         both(["sim.setScriptVariable", "simSetScriptVariable"], MINUS, |c| {
@@ -60,8 +60,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("a").optional().text("its first argument"))
         .param(Param::func("function"))
         .param(Param::any("b").optional().text("its second argument"))
-        .param(Param::int("iterations").default(99).text("how often it is called before the last time"))
-        .returns(Param::any("results").text("of the last call"))
+        .param(Param::int("iterations").default(99).text("number of calls before the last one"))
+        .returns(Param::any("results").text("results of the last call"))
         .text("Calls a function repeatedly, to test callbacks such as those of remote clients."),
     );
     offer.command(
@@ -72,8 +72,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::int("script"))
         .returns(Param::any("functions").text("a table whose fields are the script's functions"))
-        .text("Gives the functions of a script, to be called as methods.")
-        .partial("In Lua only; for other callers the table is empty."),
+        .text("Returns the functions of a script, to be called as methods.")
+        .partial("Works only in Lua; for other callers the table is empty."),
     );
     offer.command(
         both(["sim.invertMatrix", "simInvertMatrix"], MINUS, |c| {
@@ -82,7 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(table("matrix", "12 numbers"))
-        .returns(Param::any("result").text("1 in Lua, else the inverse"))
+        .returns(Param::any("result").text("1 in Lua, otherwise the inverse"))
         .text("Inverts a matrix, in Lua in place.")
         .notes("Languages other than Lua get the inverse as a result."),
     );
@@ -95,7 +95,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             done(c)
         })
         .param(Param::int("script").text("a handle, or sim.handle_self"))
-        .text("Removes a script: it is not called any more."),
+        .text("Removes a script: it is no longer called."),
     );
     offer.command(
         both(["sim.getLastError", "simGetLastError"], NIL, |c| {
@@ -107,7 +107,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .alias("sim.getLastInfo")
         .returns(Param::string("text").text("nothing if there was none"))
-        .text("Gives what the last failed call said, once.")
+        .text("Returns the message of the last failed call, once.")
         .stub("errors of failed calls are in the log"),
     );
     offer.command(
@@ -118,7 +118,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::any("table"))
         .returns(Param::any("copy"))
-        .text("Gives a copy of a table, with the tables in it.")
+        .text("Returns a copy of a table, including the tables in it.")
         .partial("Only truth values, numbers, texts and tables can be copied."),
     );
 }
@@ -154,7 +154,7 @@ fn attributes(offer: &mut Offer<Vrep>) {
         .param(Param::int("script").text("a handle, or sim.handle_self"))
         .param(id())
         .returns(Param::any("value"))
-        .text("Gives an attribute of a script."),
+        .text("Returns an attribute of a script."),
     );
     offer.command(
         both(["sim.setScriptAttribute", "simSetScriptAttribute"], MINUS, move |c| {
@@ -192,7 +192,7 @@ fn parameters(offer: &mut Offer<Vrep>) {
         .param(flagged("object"))
         .param(Param::string("name").text("`name`, or `@alternative`"))
         .returns(Param::any("value").text("nothing if it is not set"))
-        .text("Gives a user parameter of an object."),
+        .text("Returns a user parameter of an object."),
     );
     offer.command(
         both(["sim.setUserParameter", "simSetUserParameter"], MINUS, move |c| {

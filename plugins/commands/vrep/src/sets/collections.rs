@@ -22,7 +22,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("options").optional().text("ignored; in old scripts the name"))
         .param(Param::any("oldOptions").optional().text("ignored"))
         .returns(Param::int("collection"))
-        .text("Makes a collection of objects."),
+        .text("Creates a collection of objects."),
     );
     // The older command takes the object before `sim.handle_tree` and similar numbers, the newer one after them.
     for (name, old, at) in [
@@ -39,13 +39,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         let command = Cmd::new(name, command);
         let command = old.into_iter().fold(command, |command, old| command.old_name(old, MINUS));
         let (first, second) = if at[0] == 1 { ("object", "what") } else { ("what", "object") };
+        let param = |key: &str| match key {
+            "what" => Param::int(key).text("sim.handle_single, _all, _tree or _chain"),
+            _ => Param::int(key),
+        };
         offer.command(
             command
                 .param(collection())
-                .param(Param::int(first))
-                .param(Param::int(second).text("what: sim.handle_single, _all, _tree or _chain"))
-                .param(Param::int("options").default(0).optional().text("1: takes away, 2: without the object itself"))
-                .text("Puts objects into a collection, or takes them away."),
+                .param(param(first))
+                .param(param(second))
+                .param(Param::int("options").default(0).optional().text("1: removes, 2: without the object itself"))
+                .text("Adds objects to a collection, or removes them."),
         );
     }
     for (name, old) in [
@@ -105,7 +109,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(collection())
         .returns(Param::string("name"))
-        .text("Gives the name of a collection."),
+        .text("Returns the name of a collection."),
     );
     offer.command(
         both(["sim.setCollectionName", "simSetCollectionName"], MINUS, |c| {
@@ -115,7 +119,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(collection())
         .param(Param::string("name"))
-        .text("Gives a collection another name."),
+        .text("Sets the name of a collection."),
     );
 }
 

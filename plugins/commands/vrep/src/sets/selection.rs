@@ -53,7 +53,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                         .optional()
                         .text("sim.handle_single, _all, _tree or _chain; or a table of handles; nil: nothing"),
                 )
-                .param(Param::any("object").optional().text("whose tree or chain"))
+                .param(Param::any("object").optional().text("the object whose tree or chain is meant"))
                 .returns(Param::int("done"))
                 .text(if add { "Selects more objects." } else { "Selects fewer objects." }),
         );

@@ -19,7 +19,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("index").text("ignored: an object has one colour"))
         .param(component())
         .returns(Param::floats("rgb", 3))
-        .text("Gives the colour of an object.")
+        .text("Returns the colour of an object.")
         .partial("Shapes have one colour; all others are black."),
     );
     offer.command(
@@ -61,7 +61,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(rgb())
         .param(Param::int("component").default(0).optional().text("ignored"))
         .returns(Param::list("before"))
-        .text("Gives shapes another colour, for a while."),
+        .text("Changes the colour of shapes temporarily."),
     );
     offer.command(
         Cmd::new("sim.restoreEntityColor", |c| {
@@ -74,8 +74,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             }
             Ok(())
         })
-        .param(Param::list("before").text("what sim.changeEntityColor gave"))
-        .text("Gives shapes back the colour that they had."),
+        .param(Param::list("before").text("the value that sim.changeEntityColor returned"))
+        .text("Restores the previous colour of shapes."),
     );
     offer.command(
         Cmd::new("sim.setShapeBB", |c| {
@@ -87,7 +87,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("shape"))
         .param(table("size", "{x, y, z} m"))
-        .text("Gives a shape another size.")
+        .text("Changes the size of a shape.")
         .partial("Applies to primitives; the triangles of a mesh are unchanged."),
     );
     offer.command(
@@ -118,7 +118,7 @@ fn texts(offer: &mut Offer<Vrep>) {
             .param(object("object"))
             .param(number())
             .returns(Param::string("text").text("nothing if it was not set"))
-            .text("Gives a text of an object.")
+            .text("Returns a text of an object.")
             .partial(kept),
     );
     offer.command(

@@ -10,7 +10,7 @@ const TAG: &str = "light";
 const USUAL: [f64; 7] = [1.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let only_kept = "Values are only stored and returned; images have a light of their own.";
+    let only_kept = "Values are only stored and returned; images use their own light.";
     offer.command(
         both(["sim.getLightParameters", "simGetLightParameters"], MINUS, |c| {
             let light = light(c, living(c, 0)?.id)?;
@@ -25,7 +25,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::floats("reserved", 3).text("zeros"))
         .returns(Param::floats("diffuse", 3).text("red, green, blue, 0 to 1"))
         .returns(Param::floats("specular", 3).text("likewise"))
-        .text("Gives whether a light is on, and its colours.")
+        .text("Returns whether a light is on, and its colours.")
         .partial(only_kept),
     );
     offer.command(

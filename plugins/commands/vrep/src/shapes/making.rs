@@ -30,7 +30,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::float("mass").unit("kg"))
         .param(Param::any("precision").optional().text("ignored: round shapes are exact"))
         .returns(Param::int("shape"))
-        .text("Makes a simple shape, which physics moves unless the options say otherwise.")
+        .text("Creates a primitive shape, which physics moves unless the options say otherwise.")
         .example("box = sim.createPureShape(0, 8, {0.1, 0.1, 0.1}, 0.5)"),
     );
     offer.command(
@@ -52,9 +52,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::int("primitive").text("sim.primitiveshape_..."))
         .param(table("sizes", "{x, y, z} full extents, m"))
-        .param(Param::int("options").default(0).optional().text("ignored: they are for looks"))
+        .param(Param::int("options").default(0).optional().text("ignored: they concern the appearance"))
         .returns(Param::int("shape"))
-        .text("Makes a simple shape that neither moves nor collides until its parameters say so.")
+        .text("Creates a primitive shape that neither moves nor collides until its parameters are changed.")
         .example("ball = sim.createPrimitiveShape(sim.primitiveshape_spheroid, {0.2, 0.2, 0.2})"),
     );
     offer.command(
@@ -67,7 +67,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::float("size").default(0.01).optional().text("ignored"))
         .param(Param::any("color").optional().text("ignored"))
         .returns(Param::int("dummy"))
-        .text("Makes a dummy: a frame without a body.")
+        .text("Creates a dummy: a frame without a body.")
         .example("target = sim.createDummy(0.01)"),
     );
     facts(offer);
@@ -84,7 +84,7 @@ fn facts(offer: &mut Offer<Vrep>) {
         .old_name("simGetShapeMass", NIL)
         .param(object("shape"))
         .returns(Param::float("mass").unit("kg"))
-        .text("Gives the mass of a shape.")
+        .text("Returns the mass of a shape.")
         .example("m = sim.getShapeMass(box)"),
     );
     offer.command(
@@ -110,8 +110,8 @@ fn facts(offer: &mut Offer<Vrep>) {
         })
         .param(object("shape"))
         .returns(Param::floats("size", 3).unit("m"))
-        .returns(Param::floats("pose", 7).text("of the box within the shape"))
-        .text("Gives the box that a shape fills.")
+        .returns(Param::floats("pose", 7).text("pose of the box in the shape's frame"))
+        .text("Returns the bounding box of a shape.")
         .example("size = sim.getShapeBB(box)"),
     );
     offer.command(
@@ -129,12 +129,15 @@ fn facts(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simGetShapeColor", MINUS)
-        .param(Param::any("shape").text("a handle; models of before 3.1.4 may put `@backCompatibility1:` before it"))
+        .param(Param::any("shape").text("a handle; models from before 3.1.4 may put `@backCompatibility1:` before it"))
         .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
-        .param(Param::int("component").text("sim.colorcomponent_...; all but ambient and diffuse are kept, not drawn"))
+        .param(
+            Param::int("component")
+                .text("sim.colorcomponent_...; all except ambient and diffuse are stored, but not drawn"),
+        )
         .returns(Param::int("result").text("1"))
         .returns(Param::floats("rgb", 3).text("0 to 1"))
-        .text("Gives the colour of a shape.")
+        .text("Returns the colour of a shape.")
         .example("result, rgb = sim.getShapeColor(box, nil, 0)"),
     );
     offer.command(
@@ -152,9 +155,12 @@ fn facts(offer: &mut Offer<Vrep>) {
             done(c)
         })
         .old_name("simSetShapeColor", MINUS)
-        .param(Param::any("shape").text("a handle; models of before 3.1.4 may put `@backCompatibility1:` before it"))
+        .param(Param::any("shape").text("a handle; models from before 3.1.4 may put `@backCompatibility1:` before it"))
         .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
-        .param(Param::int("component").text("sim.colorcomponent_...; all but ambient and diffuse are kept, not drawn"))
+        .param(
+            Param::int("component")
+                .text("sim.colorcomponent_...; all except ambient and diffuse are stored, but not drawn"),
+        )
         .param(Param::list("rgb").text("0 to 1"))
         .text("Sets the colour of a shape.")
         .example("sim.setShapeColor(box, nil, 0, {1, 0, 0})"),

@@ -11,13 +11,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simTubeOpen", MINUS)
-        .param(Param::int("header").text("any number; it and the name find the partner"))
+        .param(Param::int("header").text("any number; together with the name it identifies the partner"))
         .param(Param::string("name"))
         .param(
             Param::int("readBufferSize")
                 .default(1)
                 .optional()
-                .text("packets that wait at this end; the oldest is dropped"),
+                .text("maximum number of packets waiting at this end; the oldest is dropped"),
         )
         .param(Param::any("unused").optional())
         .returns(Param::int("tube").text("-1: both ends are taken"))
@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::int("tube"))
             .param(Param::any("blocking").optional().text("true: waits for a packet, where waiting is possible"))
             .returns(Param::string("data").text("nothing if no packet waits"))
-            .text("Removes and gives the oldest packet at this end of a tube.")
+            .text("Removes and returns the oldest packet at this end of a tube.")
             .example("data = sim.tubeRead(tube)"),
     );
     offer.command(
@@ -61,8 +61,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simTubeStatus", NIL)
         .param(Param::int("tube"))
         .returns(Param::int("connected").text("1 or 0; nothing if there is no such tube"))
-        .returns(Param::int("readable").text("packets that wait at this end"))
-        .returns(Param::int("written").text("packets that wait at the other end"))
+        .returns(Param::int("readable").text("packets waiting at this end"))
+        .returns(Param::int("written").text("packets waiting at the other end"))
         .text("Returns whether a tube has a partner, and how many packets wait.")
         .example("connected = sim.tubeStatus(tube)"),
     );

@@ -26,7 +26,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("index").text("from 0, in order of names"))
         .param(Param::int("type").text("0: integer, 1: float, 2: string"))
         .returns(Param::string("name").text("nothing past the end"))
-        .text("Gives the name of one of the signals that are set.")
+        .text("Returns the name of one of the signals that are set.")
         .example("name = sim.getSignalName(0, 1)"),
     );
 }
@@ -72,9 +72,9 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
             Ok(())
         })
         .param(Param::string("name"))
-        .param(if kind == INTEGER { Param::float("value").text("fractions are cut off") } else { value.clone() })
+        .param(if kind == INTEGER { Param::float("value").text("fractions are truncated") } else { value.clone() })
         .returns(Param::int("done"))
-        .text(format!("Sets the {word} signal of a name, for all scripts."))
+        .text(format!("Sets the {word} signal with this name, for all scripts."))
         .example(format!("{}('state', '3')", set.0)),
     );
     offer.command(
@@ -94,7 +94,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
         })
         .param(Param::string("name"))
         .returns(value.text("nothing if the signal is not set"))
-        .text(format!("Gives the {word} signal of a name."))
+        .text(format!("Returns the {word} signal with this name."))
         .example(format!("v = {}('state')", get.0)),
     );
     offer.command(
@@ -110,7 +110,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
         })
         .param(Param::string("name").optional().text("nil: all of them"))
         .returns(Param::int("count").text("how many were set"))
-        .text(format!("Removes the {word} signal of a name."))
+        .text(format!("Removes the {word} signal with this name."))
         .example(format!("{}('state')", clear.0)),
     );
 }

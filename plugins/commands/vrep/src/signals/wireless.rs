@@ -33,12 +33,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::string("data"))
         .param(Param::int("antenna").default(HANDLE_SELF).optional().text("an object; sim.handle_self: the script's"))
         .param(Param::float("radius").unit("m").default(100.0).optional())
-        .param(Param::any("angle1").optional().text("ignored: sent to all sides"))
-        .param(Param::any("angle2").optional().text("ignored: sent to all sides"))
+        .param(Param::any("angle1").optional().text("ignored: data is sent in all directions"))
+        .param(Param::any("angle2").optional().text("ignored: data is sent in all directions"))
         .param(Param::float("persistence").unit("s").default(0.0).optional().text("0: one step"))
         .returns(Param::int("done"))
         .text("Sends data to scripts whose antenna is in range.")
-        .partial("It is sent to all sides, whatever the emission angles."),
+        .partial("It is sent in all directions, whatever the emission angles."),
     );
     offer.command(
         both(["sim.receiveData", "simReceiveData"], NIL, receive)
@@ -60,7 +60,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::map("message").text("a table with keys; `id` says what it is about"))
         .param(Param::int("options").default(0).optional().text("ignored"))
-        .text("Calls `sysCall_msg` with a message in all other scripts, at once."),
+        .text("Immediately calls `sysCall_msg` with a message in all other scripts."),
     );
 }
 

@@ -76,7 +76,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::any("seed").optional().text("ignored: the scene's seed counts"))
         .returns(Param::float("x").text("0 <= x < 1"))
-        .text("Gives a random number; the same ones in every run of a scene and seed.")
+        .text("Returns a random number; the numbers are the same in every run of a scene and seed.")
         .example("x = sim.getRandom()"),
     );
 }
@@ -104,7 +104,7 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
         named(getter, NIL, get)
             .param(id())
             .returns(value.clone())
-            .text("Gives a parameter of the simulator.")
+            .text("Returns a parameter of the simulator.")
             .example(format!("v = {}({sample})", getter.0)),
     );
     let set = Cmd::new(setter.0, |c| {

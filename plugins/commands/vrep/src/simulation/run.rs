@@ -11,7 +11,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetSimulationTime", NIL)
         .returns(Param::float("time").unit("s"))
-        .text("Gives the simulation time: 0 in the first step.")
+        .text("Returns the simulation time: 0 in the first step.")
         .example("t = sim.getSimulationTime()"),
     );
     offer.command(
@@ -22,7 +22,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetSimulationTimeStep", NIL)
         .returns(Param::float("dt").unit("s"))
-        .text("Gives by how much the time grows with each step.")
+        .text("Returns the time step of the simulation.")
         .example("dt = sim.getSimulationTimeStep()"),
     );
     offer.command(
@@ -34,8 +34,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetSimulationState", MINUS)
         .returns(Param::int("state").text("sim.simulation_..."))
         .text(
-            "Gives whether the simulation is stopped (0), in its first step (16), running (17), in the last step before a \
-            pause (19), paused (8), in the first step after one (20), about to stop (21) or in its last step (22).",
+            "Returns whether the simulation is stopped (0), in its first step (16), running (17), in the last step \
+             before a pause (19), paused (8), in the first step after one (20), about to stop (21) or in its last step \
+             (22).",
         )
         .example("if sim.getSimulationState() == sim.simulation_advancing_running then end"),
     );
@@ -47,7 +48,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .returns(Param::bool("stopping"))
-        .text("Whether the simulation is about to stop, or has.")
+        .text("Returns whether the simulation is about to stop or has stopped.")
         .example("while not sim.getSimulationStopping() do sim.step() end"),
     );
     offer.command(
@@ -58,8 +59,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetRealTimeSimulation", MINUS)
         .returns(Param::int("on").text("0"))
         .text(
-            "Returns whether the simulation keeps pace with a clock: scripts must not \
-            know, so that runs repeat.",
+            "Returns whether the simulation keeps pace with a clock: this is hidden from scripts, so that runs are \
+             repeatable.",
         )
         .example("on = sim.getRealTimeSimulation()"),
     );
@@ -67,19 +68,19 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         (
             ["sim.startSimulation", "simStartSimulation"],
             TATU_REQUEST_START,
-            "Asks for the simulation to start, or to resume after a pause.",
+            "Requests that the simulation start, or resume after a pause.",
         ),
         (
             ["sim.pauseSimulation", "simPauseSimulation"],
             TATU_REQUEST_PAUSE,
-            "Asks for the simulation to pause after the next step.",
+            "Requests that the simulation pause after the next step.",
         ),
         (
             ["sim.stopSimulation", "simStopSimulation"],
             TATU_REQUEST_STOP,
-            "Asks for the simulation to stop: two more steps follow, in which scripts can see it.",
+            "Requests that the simulation stop: two more steps follow, in which scripts can detect it.",
         ),
-        (["sim.quitSimulator", "simQuitSimulator"], TATU_REQUEST_QUIT, "Asks for the program to end."),
+        (["sim.quitSimulator", "simQuitSimulator"], TATU_REQUEST_QUIT, "Requests that the program end."),
     ] {
         offer.command(
             both(names, MINUS, move |c| {
@@ -97,7 +98,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .old_name("simGetModuleName", NIL)
             .param(Param::int("index").text("from 0"))
             .returns(Param::string("name").text("nothing past the end"))
-            .text("Gives the name of a loaded V-REP plugin, of which there are none.")
+            .text("Returns the name of a loaded V-REP plugin, of which there are none.")
             .partial("There are no plugins of the original's kind: the list is empty."),
     );
     offer.command(
@@ -109,8 +110,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetSystemTime", NIL)
         .returns(Param::float("time").unit("s"))
         .text(
-            "Gives the simulation time instead of the clock's, so that runs are reproducible; in real time, the \
-               clock's.",
+            "Returns the simulation time instead of the clock's, so that runs are reproducible; in real time, the \
+             clock's.",
         )
         .example("t = sim.getSystemTime()"),
     );
@@ -126,10 +127,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetSystemTimeInMilliseconds", MINUS)
         .param(Param::int("since").default(-1).optional().text("an earlier time; -1 or -2: none"))
         .returns(Param::int("time").text("ms"))
-        .text(
-            "Gives the simulation time in milliseconds, in place of a clock's, or how \
-            much has passed since another.",
-        )
+        .text("Returns the simulation time in milliseconds, in place of a clock's, or the time since an earlier one.")
         .example("elapsed = sim.getSystemTimeInMs(before)"),
     );
 }

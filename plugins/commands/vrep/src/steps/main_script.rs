@@ -35,11 +35,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simHandleChildScript", MINUS)
         .param(Param::any("callType").optional().text("sim.syscb_actuation or sim.syscb_sensing"))
         .param(Param::any("arguments").rest())
-        .returns(Param::int("count").text("of the scripts that were called"))
+        .returns(Param::int("count").text("number of scripts that were called"))
         .text(
             "In a main script: calls all other scripts, child and customization, for actuation or sensing. In a child \
-            script: calls those below its object that have not been called in this part of the step, with the arguments; \
-            they are not called again by themselves. For other call types nothing is left to do.",
+             script: calls those below its object that have not been called in this part of the step, with the \
+             arguments; they are not called again automatically. Other call types have no effect.",
         )
         .example("sim.handleChildScripts(sim.syscb_actuation)"),
     );
@@ -60,7 +60,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simHandleDynamics", MINUS)
         .param(Param::float("dt").unit("s").range(0.0, f64::INFINITY))
-        .returns(Param::int("count").text("of the physics steps"))
+        .returns(Param::int("count").text("number of physics steps"))
         .text("In a main script: lets physics advance. At the end of the step, time advances by the same amount.")
         .example("sim.handleDynamics(sim.getSimulationTimeStep())"),
     );
@@ -93,7 +93,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::any("arguments").rest())
             .returns(Param::int("count").text("0"))
             .text(format!("For main scripts, which call it in each step: {what}."))
-            .partial("It has no effect, and counts nothing."),
+            .partial("It has no effect, and the count is 0."),
         );
     }
 }
@@ -102,15 +102,15 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 const ELSEWHERE: &[(Names, &str)] = &[
     (
         ["sim.handleSimulationStart", "simHandleSimulationStart"],
-        "whatever a run needs is prepared before its first step",
+        "everything that a run needs is prepared before its first step",
     ),
     (
         ["sim.handleSensingStart", "simHandleSensingStart"],
         "distances and colours of sensors are reset in the sensing part",
     ),
-    (["sim.openModule", "simOpenModule"], "plugins hear of a start by themselves"),
-    (["sim.handleModule", "simHandleModule"], "plugins hear of each step by themselves"),
-    (["sim.closeModule", "simCloseModule"], "plugins hear of a stop by themselves"),
+    (["sim.openModule", "simOpenModule"], "plugins are notified of a start automatically"),
+    (["sim.handleModule", "simHandleModule"], "plugins are notified of each step automatically"),
+    (["sim.closeModule", "simCloseModule"], "plugins are notified of a stop automatically"),
     (["sim.resumeThreads", "simResumeThreads"], "threads resume in the actuation part, with the child scripts"),
     (
         ["sim.launchThreadedChildScripts", "simLaunchThreadedChildScripts"],
@@ -121,7 +121,7 @@ const ELSEWHERE: &[(Names, &str)] = &[
         "they are called together with the child scripts",
     ),
     (["sim.handleAddOnScripts", "simHandleAddOnScripts"], "add-ons are called by the host in each step"),
-    (["sim.handleVarious", "simHandleVarious"], "all that it did, other parts of the step do"),
+    (["sim.handleVarious", "simHandleVarious"], "other parts of the step do everything that it did"),
 ];
 
 /// Commands of default main scripts that have nothing to do here, why, and whether the first argument may be one object

@@ -20,7 +20,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simWait", NIL)
         .param(Param::float("duration").unit("s"))
         .param(Param::any("simulationTime").optional().text("ignored: simulation time is the only one"))
-        .returns(Param::float("late").unit("s").text("by how much the wait was too long"))
+        .returns(Param::float("late").unit("s").text("time by which the wait was too long"))
         .text("Waits for some time, if the calling script can wait.")
         .example("sim.wait(1.5)"),
     );
@@ -57,7 +57,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .old_name("simWaitForSignal", NIL)
             .param(Param::string("name"))
             .returns(Param::any("value").text("nothing if it is not set and the caller cannot wait"))
-            .text("Waits until a signal of any kind is set, and gives its value.")
+            .text("Waits until a signal of any kind is set, and returns its value.")
             .example("value = sim.waitForSignal('start')"),
     );
 }
@@ -73,15 +73,15 @@ fn slices(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.setThreadSwitchTiming", zero)
             .old_name("simSetThreadSwitchTiming", MINUS)
             .param(Param::float("milliseconds").text("0 to 200; 1 ms is 20,000 instructions; 2 unless set"))
-            .returns(Param::int("threaded").text("1; 0: the caller is no thread"))
+            .returns(Param::int("threaded").text("1; 0: the caller is not a thread"))
             .text("Sets how long a thread runs in a step before it is switched out.")
             .example("sim.setThreadSwitchTiming(20)"),
     );
     offer.command(
         Cmd::new("sim.setThreadAutomaticSwitch", zero)
             .old_name("simSetThreadAutomaticSwitch", MINUS)
-            .param(Param::any("on").text("from 4.2 on each `false` takes one `true` to undo"))
-            .returns(Param::int("threaded").text("1; 0: the caller is no thread"))
+            .param(Param::any("on").text("from 4.2 on, each `false` takes one `true` to undo"))
+            .returns(Param::int("threaded").text("1; 0: the caller is not a thread"))
             .text("Sets whether a thread that does not yield is switched out.")
             .example("sim.setThreadAutomaticSwitch(false)"),
     );
@@ -104,7 +104,7 @@ fn slices(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .returns(Param::float("delay").unit("s"))
-        .text("Gives how long a thread runs in a step before it is switched out.")
+        .text("Returns how long a thread runs in a step before it is switched out.")
         .example("delay = sim.getAutoYieldDelay()"),
     );
     for (name, text) in [
@@ -121,7 +121,10 @@ fn slices(offer: &mut Offer<Vrep>) {
             .old_name("simSetThreadIsFree", MINUS)
             .param(Param::any("free"))
             .returns(Param::int("result").text("0"))
-            .text("Let a thread run in parallel to the simulation. Here it has no effect: threads never do.")
+            .text(
+                "Lets a thread run in parallel with the simulation in the original. Here it has no effect: threads \
+                   never do.",
+            )
             .example("sim.setThreadIsFree(true)"),
     );
     offer.command(
@@ -133,7 +136,10 @@ fn slices(offer: &mut Offer<Vrep>) {
         .param(Param::int("location").text("sim.scriptthreadresume_..."))
         .param(Param::int("order").optional())
         .returns(Param::int("result").text("1"))
-        .text("Set where in a step a thread resumes. Here it is always right before its script's actuation.")
+        .text(
+            "Sets where in a step a thread resumes in the original. Here it is always right before its script's \
+               actuation.",
+        )
         .example("sim.setThreadResumeLocation(sim.scriptthreadresume_default, 1)"),
     );
     offer.command(
@@ -144,14 +150,17 @@ fn slices(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetThreadId", MINUS)
         .returns(Param::int("id").text("1: the simulation's; 2: a thread"))
-        .text("Returns whether a thread calls.")
+        .text("Returns whether the caller is a thread.")
         .example("id = sim.getThreadId()"),
     );
     offer.command(
         Cmd::new("sim.delegateChildScriptExecution", zero)
             .old_name("simDelegateChildScriptExecution", MINUS)
             .returns(Param::int("result").text("0"))
-            .text("Ran child scripts in the caller's thread. Here each script is called separately: it has no effect.")
+            .text(
+                "Runs child scripts in the caller's thread in the original. Here it has no effect: each script is \
+                   called separately.",
+            )
             .example("sim.delegateChildScriptExecution()"),
     );
 }

@@ -25,8 +25,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("sensor"))
         .text(
-            "Calls sysCall_vision and sysCall_trigger of the scripts of a sensor for what it has measured last. A name of \
-            Tatu's own: after each measurement of a stage it is called by itself, and sim.handleVisionSensor does so too.",
+            "Calls sysCall_vision and sysCall_trigger of the scripts of a sensor for its last measurement. This is an \
+             addition of Tatu: it is called automatically after each measurement of a stage, and by \
+             sim.handleVisionSensor.",
         ),
     );
 }

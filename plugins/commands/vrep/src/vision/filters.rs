@@ -233,8 +233,8 @@ fn filter_at(c: &Ctx<'_>, chain: &[Filter]) -> Result<usize> {
 }
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let missing = "Filters 15 to 17 (rotate, shift, resize), 32, 33, 37 and 1000 are not there, and 26 and 27 not by hue; roundness is \
-        the ratio of a spot's sides, which may not be the original's.";
+    let missing = "Filters 15 to 17 (rotate, shift, resize), 32, 33, 37 and 1000 are not available, and 26 and 27 do \
+                   not work by hue; roundness is the ratio of a spot's sides, which may differ from the original.";
     offer.command(
         both(["sim.getVisionSensorFilter", "simGetVisionSensorFilter"], MINUS, |c| {
             let view = View::of(c, 0)?;
@@ -256,7 +256,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::list("integers"))
         .returns(Param::floats("floats", 0))
         .returns(Param::string("custom").text("empty"))
-        .text("Gives a filter of a vision sensor.")
+        .text("Returns a filter of a vision sensor.")
         .partial(missing),
     );
     offer.command(

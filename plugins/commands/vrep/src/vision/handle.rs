@@ -180,7 +180,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 "least, greatest and mean intensity, red, green, blue and depth of the image, 0 to 1, in three groups \
                 of five",
             ))
-            .returns(Param::floats("more", 0).text("what filters and sysCall_vision have found, packet by packet"))
+            .returns(Param::floats("more", 0).text("results of filters and sysCall_vision, packet by packet"))
     };
     offer.command(
         packets(
@@ -197,17 +197,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(flagged("sensor"))
             .returns(Param::int("result").text("1: something was detected, 0: nothing; -1 alone: never handled")),
         )
-        .text("Gives what a vision sensor found when it last took an image."),
+        .text("Returns what a vision sensor found when it last took an image."),
     );
     offer.command(
         packets(
             both(["sim.handleVisionSensor", "simHandleVisionSensor"], MINUS, handle_now)
                 .param(flagged("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
-                .returns(Param::int("count").text("of the sensors that detected something")),
+                .returns(Param::int("count").text("number of sensors that detected something")),
         )
         .text(
-            "Lets vision sensors take an image now; then sysCall_vision and sysCall_trigger of their scripts are called. \
-            Of one sensor it gives the packets too.",
+            "Takes images with vision sensors immediately; then sysCall_vision and sysCall_trigger of their scripts \
+             are called. For a single sensor, it also returns the packets.",
         ),
     );
     offer.command(
@@ -237,7 +237,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::int("entity").text("an object, or sim.handle_all"))
             .returns(Param::int("result").text("1: something was detected, 0: nothing")),
         )
-        .text("Looks at one object through a vision sensor.")
+        .text("Checks whether a vision sensor detects an object.")
         .partial(LATER),
     );
     offer.command(
@@ -254,9 +254,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(flagged("sensor"))
         .param(Param::int("entity").text("an object, or sim.handle_all"))
-        .param(Param::any("image").optional().text("true: colours, else depths"))
+        .param(Param::any("image").optional().text("true: colours, otherwise depths"))
         .returns(Param::floats("buffer", 0).text("0 to 1"))
-        .text("Looks at one object through a vision sensor, and gives the image or the depths.")
+        .text("Takes an image of one object with a vision sensor, and returns the image or the depths.")
         .partial(LATER),
     );
 }

@@ -89,7 +89,7 @@ fn old(offer: &mut Offer<Vrep>) {
         .returns(
             Param::any("image").text("numbers of 0 to 1, or bytes: red green blue, or with the flag 0x400000 grey"),
         )
-        .text("Gives the image of a vision sensor, the lowest row first."),
+        .text("Returns the image of a vision sensor, the lowest row first."),
     );
     offer.command(
         with_size(both(["sim.getVisionSensorCharImage", "simGetVisionSensorCharImage"], NIL, move |c| {
@@ -108,7 +108,7 @@ fn old(offer: &mut Offer<Vrep>) {
         .returns(Param::bytes("image"))
         .returns(Param::int("width"))
         .returns(Param::int("height"))
-        .text("Gives the image of a vision sensor as bytes, the lowest row first."),
+        .text("Returns the image of a vision sensor as bytes, the lowest row first."),
     );
     offer.command(
         with_size(both(["sim.getVisionSensorDepthBuffer", "simGetVisionSensorDepthBuffer"], NIL, move |c| {
@@ -121,13 +121,13 @@ fn old(offer: &mut Offer<Vrep>) {
             Ok(())
         }))
         .returns(Param::any("depths").text("0: near plane, 1: far plane; packed if the handle has that flag"))
-        .text("Gives the depths that a vision sensor sees, the lowest row first."),
+        .text("Returns the depths that a vision sensor sees, the lowest row first."),
     );
     offer.command(
         both(["sim.getVisionSensorResolution", "simGetVisionSensorResolution"], NIL, resolution)
             .param(flagged("sensor"))
             .returns(Param::list("resolution").text("{width, height}"))
-            .text("Gives the resolution of a vision sensor."),
+            .text("Returns the resolution of a vision sensor."),
     );
 }
 
@@ -143,7 +143,7 @@ fn modern_ones(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getVisionSensorRes", resolution)
             .param(flagged("sensor"))
             .returns(Param::list("resolution").text("{width, height}"))
-            .text("Gives the resolution of a vision sensor."),
+            .text("Returns the resolution of a vision sensor."),
     );
     offer.command(
         Cmd::new("sim.getVisionSensorImg", |c| {
@@ -164,7 +164,7 @@ fn modern_ones(offer: &mut Offer<Vrep>) {
         .param(Param::any("size").optional().text("{width, height} of that part; without: all"))
         .returns(Param::bytes("image"))
         .returns(Param::list("resolution").text("{width, height}"))
-        .text("Gives the image of a vision sensor, the lowest row first."),
+        .text("Returns the image of a vision sensor, the lowest row first."),
     );
     offer.command(
         Cmd::new("sim.getVisionSensorDepth", |c| {
@@ -175,17 +175,15 @@ fn modern_ones(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(flagged("sensor"))
-        .param(
-            Param::int("options")
-                .default(0)
-                .optional()
-                .text("1: in m, the far plane where nothing is, 0 where nothing could be measured; else 0 to 1"),
-        )
+        .param(Param::int("options").default(0).optional().text(
+            "1: in m, the far plane where there is nothing, 0 where nothing could be measured; otherwise 0 \
+                       to 1",
+        ))
         .param(Param::any("position").optional().text("{x, y} of a part"))
         .param(Param::any("size").optional().text("{width, height} of that part; without: all"))
         .returns(Param::bytes("depths").text("packed 32-bit floats"))
         .returns(Param::list("resolution").text("{width, height}"))
-        .text("Gives the depths that a vision sensor sees, the lowest row first."),
+        .text("Returns the depths that a vision sensor sees, the lowest row first."),
     );
 }
 

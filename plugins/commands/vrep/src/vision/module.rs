@@ -69,7 +69,7 @@ const MATRIX: [&str; 2] =
 const REMOVE: Arg = Ignored("removeBuffer");
 
 const FUNCTIONS: &[Function] = &[
-    f("simVision.sensorImgToWorkImg", 1, &[], "Takes the sensor's image.", ("", "rgb == '0,255,0'")),
+    f("simVision.sensorImgToWorkImg", 1, &[], "Loads the sensor's image.", ("", "rgb == '0,255,0'")),
     f(
         "simVision.sensorDepthMapToWorkImg",
         2,
@@ -81,15 +81,15 @@ const FUNCTIONS: &[Function] = &[
         "simVision.uniformImgToWorkImg",
         3,
         &[Floats("color", 3)],
-        "Makes all pixels the same.",
+        "Sets all pixels to one value.",
         (", {0, 1, 0}", "rgb == '0,255,0'"),
     ),
-    f("simVision.workImgToSensorImg", 4, &[REMOVE], "Gives the working image out as the sensor's.", ("", RED)),
+    f("simVision.workImgToSensorImg", 4, &[REMOVE], "Outputs the working image as the sensor's image.", ("", RED)),
     f(
         "simVision.workImgToSensorDepthMap",
         38,
         &[REMOVE],
-        "Gives the working image out as the sensor's depths.",
+        "Outputs the working image as the sensor's depths.",
         ("", RED),
     ),
     f("simVision.workImgToBuffer1", 5, &[], "Copies the working image.", ("", RED)),
@@ -106,14 +106,14 @@ const FUNCTIONS: &[Function] = &[
         "simVision.matrix3x3OnWorkImg",
         18,
         &[Int("passes"), Floats("factor", 0), Floats("matrix", 9)],
-        "Each pixel becomes a weighted sum of its neighbourhood.",
+        "Replaces each pixel with a weighted sum of its neighbourhood.",
         (MATRIX[0], RED),
     ),
     f(
         "simVision.matrix5x5OnWorkImg",
         19,
         &[Int("passes"), Floats("factor", 0), Floats("matrix", 25)],
-        "Each pixel becomes a weighted sum of its neighbourhood.",
+        "Replaces each pixel with a weighted sum of its neighbourhood.",
         (MATRIX[1], RED),
     ),
     f("simVision.sharpenWorkImg", 20, &[], "Sharpens edges.", ("", RED)),
@@ -121,21 +121,21 @@ const FUNCTIONS: &[Function] = &[
         "simVision.edgeDetectionOnWorkImg",
         21,
         &[Float("threshold")],
-        "White where neighbours differ, else black.",
+        "Makes pixels white where neighbours differ, otherwise black.",
         (", 0.2", BLACK),
     ),
     f(
         "simVision.rectangularCutWorkImg",
         22,
         &[Floats("sizes", 2), Bit("copyToBuffer1", 1)],
-        "Makes all black but a rectangle in the middle, in parts of the image.",
+        "Blackens everything except a rectangle in the middle, whose size is relative to the image.",
         (", {0.5, 0.5}", BLACK),
     ),
     f(
         "simVision.circularCutWorkImg",
         23,
         &[Float("radius"), Bit("copyToBuffer1", 1)],
-        "Makes all black but a circle in the middle; 1: it touches the nearer sides.",
+        "Blackens everything except a circle in the middle; with radius 1 it touches the nearer sides.",
         (", 0.5", BLACK),
     ),
     f("simVision.normalizeWorkImg", 24, &[], "Stretches values to 0 to 1.", ("", RED)),
@@ -157,7 +157,7 @@ const FUNCTIONS: &[Function] = &[
         "simVision.scaleAndOffsetWorkImg",
         27,
         &[Floats("preOffset", 3), Floats("scale", 3), Floats("postOffset", 3), Bit("rgbSpace", 2)],
-        "Adds, multiplies and adds, color by color.",
+        "Adds an offset, multiplies by a factor and adds another offset, for each color.",
         (", {0, 0, 0}, {0, 1, 1}, {0, 0, 1}, true", "rgb == '0,0,255'"),
     ),
     finds(
@@ -176,8 +176,8 @@ const FUNCTIONS: &[Function] = &[
             Float("roundness"),
             Bit("enableTrigger", 4),
         ],
-        "White where the intensity is above a threshold, else black. It found the white share, its middle x and y, \
-         orientation and roundness; it triggers where these are near what is wanted.",
+        "Makes pixels white where the intensity is above a threshold, otherwise black. The result is the white \
+         fraction, its centre x and y, its orientation and roundness; it triggers if these are near the given values.",
         (", 0.3, 1, 0.1, 0.5, 1, 0.5, 1, 0, 7, 0, true", "rgb == '255,255,255' and trigger"),
     ),
     f("simVision.swapWorkImgWithBuffer1", 29, &[], "Swaps the working image with the buffer.", ("", BLACK)),
@@ -187,24 +187,25 @@ const FUNCTIONS: &[Function] = &[
         "simVision.blobDetectionOnWorkImg",
         34,
         &[Float("threshold"), Float("minSize"), Bit("diffColor", 1), Ignored("overlayColor")],
-        "Finds spots above a threshold: their number, 6, then of each its share of the image, orientation, middle x and y, \
-         width and height, in parts of the image.",
+        "Finds spots above a threshold: their number, 6, then for each its fraction of the image, orientation, centre \
+         x and y, width and height, relative to the image.",
         (", 0.2, 0.1, false", "trigger and sim.unpackFloatTable(packet)[1] == 1"),
     ),
     finds(
         "simVision.coordinatesFromWorkImg",
         35,
         &[Pair("pointCount"), Bit("evenAngles", 1), Ignored("returnColors")],
-        "Points of a depth image: how many along x and y, then x, y, z and distance of each, in the sensor's frame, or \
-         with the flag sim.handleflag_abscoords in the world's. With returnColors the third value holds three bytes \
-         a point, of buffer 1.",
+        "Returns points of a depth image: their numbers along x and y, then x, y, z and distance of each, in the \
+         sensor's frame, or with the flag sim.handleflag_abscoords in the world's. With returnColors the third value \
+         contains three bytes per point, from buffer 1.",
         (", {2, 1}", "not trigger and #sim.unpackFloatTable(packet) == 10"),
     ),
     finds(
         "simVision.changedPixelsOnWorkImg",
         36,
         &[Float("threshold")],
-        "White where the image differs from buffer 1, else black. The result is the share of white pixels.",
+        "Makes pixels white where the image differs from buffer 1, otherwise black. The result is the fraction of \
+         white pixels.",
         (", 0.2", "trigger"),
     ),
 ];
@@ -243,15 +244,16 @@ fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
             .returns(Param::bool("trigger").text("whether something was found"))
             .returns(Param::bytes("packet").text("packed 32-bit floats"));
         if function.kind == 35 {
-            command = command.returns(Param::bytes("colors").optional().text("three bytes a point"));
+            command = command.returns(Param::bytes("colors").optional().text("three bytes per point"));
         }
     }
     offer.command(match function.kind {
-        26 | 27 => command.partial("Only in red, green and blue: rgbSpace must be true."),
+        26 | 27 => command.partial("Works only in red, green and blue: rgbSpace must be true."),
         20 => command.partial("The degree of sharpening is an estimate."),
-        28 => {
-            command.partial("Roundness is the ratio of the sides of the white spot, which may not be the original's.")
-        }
+        28 => command.partial(
+            "Roundness is the ratio of the sides of the white spot, which may differ from the \
+                             original.",
+        ),
         34 => command.partial("Nothing is drawn over the image; diffColor gives each spot a color."),
         _ => command,
     });

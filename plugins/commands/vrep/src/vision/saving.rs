@@ -174,9 +174,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("resolution").text("{width, height}"))
         .param(Param::int("options").default(0).optional().text("1: with alpha"))
         .param(Param::string("file").text(
-            "in a folder that scripts may use; .png, .jpg, .bmp, .tiff or .ppm, which alone asks for the content",
+            "in a folder that scripts may use; .png, .jpg, .bmp, .tiff or .ppm; the suffix alone returns the content",
         ))
-        .param(Param::int("quality").default(-1).optional().text("of .jpg, 0 to 100; -1: 90"))
+        .param(Param::int("quality").default(-1).optional().text("quality of .jpg, 0 to 100; -1: 90"))
         .returns(Param::any("result").text("1, or the content"))
         .text("Writes an image to a file."),
     );
@@ -224,7 +224,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("resolution").text("{width, height}"))
         .param(Param::any("wanted").text("{width, height}"))
         .param(Param::int("options").default(0).optional().text(
-            "1: it has alpha, 2: the result has, 4: keeps the ratio of its sides, within what is wanted, 8: covering it, 16: smooth",
+            "1: it has alpha, 2: the result has alpha, 4: keeps the aspect ratio within the wanted size, 8: keeps it \
+             and covers the wanted size, 16: smooth",
         ))
         .returns(Param::bytes("image"))
         .returns(Param::list("resolution").text("{width, height}"))
@@ -242,7 +243,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("resolution").text("{width, height}"))
         .param(Param::int("options").text("1: with alpha, 2: flips along x, 4: along y"))
         .returns(Param::int("result").text("1"))
-        .returns(Param::bytes("image").text("the changed one"))
+        .returns(Param::bytes("image").text("the transformed image"))
         .text("Mirrors an image.")
         .partial(
             "The original modifies the text in place, which is impossible with Lua strings here: use the second \

@@ -21,7 +21,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 Ok(())
             }))
             .returns(Param::int("result").text("1: something was detected in it, 0: nothing"))
-            .text("Gives a vision sensor an image from elsewhere, which its scripts see as its own."),
+            .text("Replaces the image of a vision sensor; its scripts see it as the sensor's own."),
         );
     }
     offer.command(
@@ -40,11 +40,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(i64::from(trigger));
             Ok(())
         }))
-        .param(Param::int("options").default(0).optional().text("1: one byte a pixel, grey"))
+        .param(Param::int("options").default(0).optional().text("1: one byte per pixel, grey"))
         .param(Param::any("position").optional().text("{x, y} of a part"))
         .param(Param::any("size").optional().text("{width, height} of that part; without: all"))
         .returns(Param::int("result").text("1: something was detected in it, 0: nothing"))
-        .text("Gives a vision sensor an image from elsewhere, which its scripts see as its own."),
+        .text("Replaces the image of a vision sensor; its scripts see it as the sensor's own."),
     );
     offer.command(
         both(["sim.createVisionSensor", "simCreateVisionSensor"], MINUS, |c| {
@@ -62,8 +62,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(table("integers", "{columns, rows, 0, 0}"))
         .param(table("floats", "{near, far, angle or size, and eight more}"))
         .param(Param::any("color").optional())
-        .returns(Param::int("sensor").text("a dummy stands for it"))
-        .text("Makes a vision sensor.")
+        .returns(Param::int("sensor").text("a dummy in its place"))
+        .text("Creates a vision sensor.")
         .partial(
             "Sensors are created only with the scene: this one has the requested resolution and planes, but is blind.",
         ),
@@ -73,7 +73,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 fn set_image(command: Cmd) -> Cmd {
     command
         .param(flagged("sensor"))
-        .param(Param::any("image").text("as bytes, or a table of numbers from 0 to 1; the lowest row first"))
+        .param(Param::any("image").text("bytes, or a table of numbers from 0 to 1; the lowest row first"))
 }
 
 /// Sets the image of a sensor; returns whether something was detected in it.

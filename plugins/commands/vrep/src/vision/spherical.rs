@@ -147,20 +147,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.subject("images", |offer| {
         offer.command(
             Cmd::new("simVision.handleSpherical", run)
-                .param(Param::int("rgbSensor").text("whose image becomes that of all around; -1: none"))
+                .param(Param::int("rgbSensor").text("the sensor whose image becomes the panorama; -1: none"))
                 .param(table("sensors", "six handles: front, top, back, bottom, left, right"))
                 .param(Param::float("horizontalAngle").unit("rad").text("0.087 to 2 pi"))
                 .param(Param::float("verticalAngle").unit("rad").text("0.087 to pi"))
-                .param(
-                    Param::int("depthSensor")
-                        .default(-1)
-                        .optional()
-                        .text("whose image becomes the distances, grey: near plane to far plane of the front sensor"),
-                )
+                .param(Param::int("depthSensor").default(-1).optional().text(
+                    "the sensor whose image becomes the distances, in grey: near plane to far plane of the \
+                               front sensor",
+                ))
                 .returns(Param::int("result").text("1"))
                 .text(
-                    "Lets six sensors at one place take images, and puts these together: columns are angles from left to \
-                     right, rows from the bottom to the top, about the front sensor.",
+                    "Takes images with six sensors at one place and combines them: columns are angles from left to \
+                     right, rows from the bottom to the top, relative to the front sensor.",
                 )
                 .partial(
                     "The poses of the six sensors decide which direction each covers, not their order; lights are not \
