@@ -172,7 +172,7 @@ static const tatu_command *const commands[] = {
                 TATU_PARAM(TATU_FUNC, "function", NULL, "Called with the sum of the table.")),
     TATU_PARAMS(TATU_PARAM(TATU_MAP, "about", NULL, "name, scaled, sum and called."),
                 TATU_PARAM(TATU_I64, "numbers", NULL, "How many numbers the table holds.")),
-    "Tells about its arguments.",
+    "Describes its arguments.",
     "about, n = example.describe(2, 'arm', {1, 2, 3}, function(sum) return sum / 2 end)"),
   COMMAND(next_step, "nextStep", NULL, TATU_PARAMS(TATU_PARAM(TATU_F64, "time", "s", "Simulation time after the wait.")),
     "Waits until the next step.", "t = example.nextStep()"),

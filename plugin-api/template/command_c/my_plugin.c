@@ -29,8 +29,8 @@ static tatu_status TATU_CALL travelled(tatu_call *call) {
   const tatu_host_api *host = call->self;
   tatu_object object;
   double pose[7];
-  // The full id of the object, and its pose in the world. A service that refuses has said why: returning its status is
-  // enough.
+  // The full id of the object, and its pose in the world frame. A service that fails has given the reason: returning its
+  // status is enough.
   tatu_status status = host->scene->look(call->world, tatu_arg_object(call, 0), &object, NULL);
   if (status >= 0) status = host->scene->pose(call->world, object, 0, pose);
   if (status < 0) return status;
@@ -52,7 +52,7 @@ static const tatu_command travelled_command = {
   .size = sizeof(tatu_command), .names = TATU_NAME("my_plugin.travelled"), .call = travelled,
   .params = TATU_PARAMS(TATU_PARAM(TATU_OBJECT, "object", NULL, "The object.")),
   .returns = TATU_PARAMS(TATU_PARAM(TATU_F64, "metres", "m", "How far it has moved since the first call for it.")),
-  .text = "Tells how far an object has moved.", .subject = "my_plugin",
+  .text = "Returns how far an object has moved.", .subject = "my_plugin",
   .example = "local box = sim.createDummy(0.1)\n"
              "my_plugin.travelled(box)\n"
              "sim.setObjectPosition(box, sim.handle_world, {3, 4, 0})\n"

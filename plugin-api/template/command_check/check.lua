@@ -8,7 +8,7 @@ end
 function sysCall_sensing()
     asked = asked + 1
     local metres, seconds = my_plugin.travelled(puck), sim.getSimulationTime() + sim.getSimulationTimeStep()
-    assert(math.abs(metres - seconds) < 0.01, 'after ' .. seconds .. ' s it tells ' .. metres .. ' m')
+    assert(math.abs(metres - seconds) < 0.01, 'after ' .. seconds .. ' s it returns ' .. metres .. ' m')
     if asked == 40 then
         my_plugin.reset()
         assert(my_plugin.travelled(puck) == 0, 'reset() has not reset it')

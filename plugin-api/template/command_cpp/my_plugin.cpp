@@ -48,7 +48,7 @@ struct my_plugin : tatu::plugin {
     offer(tatu::command("my_plugin.travelled", travelled)
             .takes({TATU_OBJECT, "object", nullptr, "The object."})
             .gives({TATU_F64, "metres", "m", "How far it has moved since the first call for it."})
-            .text("Tells how far an object has moved.")
+            .text("Returns how far an object has moved.")
             .subject("my_plugin")
             .example("local box = sim.createDummy(0.1)\n"
                      "my_plugin.travelled(box)\n"

@@ -65,7 +65,7 @@ struct plugin : tatu::plugin {
             .takes({TATU_FUNC, "function", nullptr, "Takes a number and returns one."})
             .gives({TATU_MAP, "about", nullptr, "name, scaled, sum and called."})
             .gives({TATU_I64, "numbers", nullptr, "How many numbers the table holds."})
-            .text("Tells about its arguments.")
+            .text("Describes its arguments.")
             .example("about, n = examplecpp.describe(2, 'arm', {1, 2, 3}, function(sum) return sum / 2 end)"));
     offer(tatu::command(PREFIX "map", map)
             .takes({TATU_F64S, "table", nullptr, "Any number of numbers."})

@@ -12,13 +12,13 @@
 
 static const char FIRST[] = "blocks 1";
 
-// How sure it is that it can read a file that begins so, 0 to 100.
+// Confidence, 0 to 100, that it can read a file that begins like this.
 static uint32_t TATU_CALL sniff(void *self, tatu_str head) {
   (void)self;
   return head.len >= sizeof FIRST - 1 && memcmp(head.ptr, FIRST, sizeof FIRST - 1) == 0 ? 100 : 0;
 }
 
-// Takes the next line off a text, as a NUL-terminated string; 0: there is none; -1: it is too long.
+// Takes the next line off a text, as a NUL-terminated string. Returns 0 if there is none, -1 if it is too long.
 static int next_line(tatu_str *rest, char *line, size_t room) {
   if (!rest->len) return 0;
   const char *end = memchr(rest->ptr, '\n', rest->len);
@@ -39,7 +39,7 @@ static void block(tatu_build *to, uint32_t base, const char *primitive, const do
   tatu_build_set(to, shape, "respondable", tatu_bool(1));
 }
 
-// Reads a file. Whatever stands in it, the worst that happens is an error with its line.
+// Reads a file. Whatever it contains, the worst outcome is an error with a line number.
 static tatu_status TATU_CALL load(void *self, tatu_str bytes, const tatu_builder *builder, const tatu_value *params,
                                   tatu_error *error) {
   (void)self;
@@ -77,7 +77,7 @@ static const tatu_importer importer = {
   .size = sizeof(tatu_importer), .id = "my_plugin", .text = "Blocks: boxes and balls, one in a line.",
   .suffixes = TATU_TEXTS(".my_plugin"), .sniff = sniff, .load = load,
   .params = TATU_PARAMS(
-    TATU_PARAM(TATU_F64, "scale", "1", "By what all numbers are multiplied.", TATU_RANGE(0.001, 1000), TATU_DEFAULT_F64(1)))};
+    TATU_PARAM(TATU_F64, "scale", "1", "Factor for all numbers.", TATU_RANGE(0.001, 1000), TATU_DEFAULT_F64(1)))};
 
 TATU_PLUGIN(TATU_IMPORTERS(&importer), .id = "org.example.my_plugin", .name = "my_plugin", .version = "0.1.0",
   .licence = "MIT");

@@ -85,11 +85,11 @@ static tatu_status TATU_CALL load(void *data, tatu_str text, tatu_str chunk, tat
   tatu_str rest = {it->text, it->len}, words[MOST_WORDS];
   for (uint64_t line = 1; rest.len; line++)
     if (words_of(&rest, words) == 1)
-      return tatu_fail_line(error, TATU_ERR_SCRIPT, "expected a command behind the name", chunk, line);
+      return tatu_fail_line(error, TATU_ERR_SCRIPT, "expected a command after the name", chunk, line);
   return TATU_OK;
 }
 
-// Something callable: the number of the first line that begins with its name; 0: there is none.
+// Returns the number of the first line that begins with this name, or 0.
 static uint32_t TATU_CALL find(void *data, uint32_t how, tatu_str name) {
   const script *it = data;
   (void)how;
@@ -136,7 +136,7 @@ static tatu_status TATU_CALL call_func(void *data, uint32_t local, tatu_call *fr
 }
 
 static const tatu_language language = {
-  .size = sizeof(tatu_language), .id = "my_plugin", .text = "Lines that name when to call which command.",
+  .size = sizeof(tatu_language), .id = "my_plugin", .text = "Lines that say when to call which command.",
   .suffixes = TATU_TEXTS(".my_plugin"), .load = load, .find = find, .call = call, .resume = resume,
   .keep_func = keep_func, .drop_func = drop_func, .call_func = call_func,
   .life = TATU_TABLE(tatu_life, .create = create, .destroy = destroy, .save = save, .load = restore, .version = 1)};

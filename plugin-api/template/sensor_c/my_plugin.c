@@ -1,5 +1,5 @@
-// my_plugin: a kind of sensor in C. A fan of beams in the plane of its z and x axes tells the clearance ahead.
-//   my_plugin.distance  for each beam, m; its range where nothing is met
+// my_plugin: a kind of sensor in C. A fan of beams in the plane of its z and x axes measures the clearance ahead.
+//   my_plugin.distance  for each beam, m; its range where nothing is hit
 //   my_plugin.nearest   the least of them, m             my_plugin.bearing  where that is, rad, from +z towards +x
 // Noise, rate and latency are the scene's: see the preset below, and `[noise.distance]` in a scene.
 //
@@ -76,7 +76,7 @@ static tatu_status TATU_CALL measure(void *self, const tatu_sensor_batch *batch,
 }
 
 static const tatu_sensor kind = {
-  .size = sizeof(tatu_sensor), .id = "my_plugin", .text = "Tells the clearance ahead by a fan of beams.",
+  .size = sizeof(tatu_sensor), .id = "my_plugin", .text = "Measures the clearance ahead with a fan of beams.",
   .schemas = TATU_TEXTS("my_plugin/1"), .inputs = TATU_IN_DISTANCE, .beams = beams, .measure = measure,
   .params = TATU_PARAMS(
     TATU_PARAM(TATU_F64, "range", "m", "How far it sees.", TATU_RANGE(0.01, 1000), TATU_DEFAULT_F64(5)),
@@ -90,7 +90,7 @@ static const tatu_sensor kind = {
   .life = TATU_TABLE(tatu_life, .create = create, .destroy = tatu_delete, .configure = configure,
                      .save = tatu_save_nothing, .load = tatu_load_nothing, .version = 1),
   .presets = TATU_LIST_OF(tatu_preset,
-    TATU_TABLE(tatu_preset, .id = "cheap", .text = "A cheap one that errs by 2 cm; its numbers are invented.",
+    TATU_TABLE(tatu_preset, .id = "cheap", .text = "A cheap one with an error of 2 cm; invented numbers.",
                .settings = "range_m = 4.0\n\n[noise.nearest]\nsigma = 0.02\n"))};
 
 TATU_PLUGIN(TATU_SENSORS(&kind), .id = "org.example.my_plugin", .name = "my_plugin", .version = "0.1.0", .licence = "MIT");

@@ -1,5 +1,5 @@
-// my_plugin: a kind of sensor in C++. A fan of beams in the plane of its z and x axes tells the clearance ahead.
-//   my_plugin.distance  for each beam, m; its range where nothing is met
+// my_plugin: a kind of sensor in C++. A fan of beams in the plane of its z and x axes measures the clearance ahead.
+//   my_plugin.distance  for each beam, m; its range where nothing is hit
 //   my_plugin.nearest   the least of them, m             my_plugin.bearing  where that is, rad, from +z towards +x
 // Noise, rate and latency are the scene's: see the preset below, and `[noise.distance]` in a scene.
 //
@@ -57,7 +57,7 @@ struct my_plugin : tatu::plugin {
   static constexpr const tatu_need *needs[] = {nullptr};
 
   explicit my_plugin(const tatu_host *h) : plugin(h) {
-    offer(tatu::sensor<fan>("my_plugin", "Tells the clearance ahead by a fan of beams.")
+    offer(tatu::sensor<fan>("my_plugin", "Measures the clearance ahead with a fan of beams.")
             .schema("my_plugin/1")
             .inputs(TATU_IN_DISTANCE)
             .takes(tatu::param(TATU_F64, "range", "m", "How far it sees.").range(0.01, 1000).fallback(5.0))
@@ -69,7 +69,7 @@ struct my_plugin : tatu::plugin {
             .field(TATU_ELEM_F64, "my_plugin.distance", "m", "Distance along each beam.", 0)
             .field(TATU_ELEM_F64, "my_plugin.nearest", "m", "The least distance.")
             .field(TATU_ELEM_F64, "my_plugin.bearing", "rad", "Where that is, from +z towards +x.")
-            .preset("cheap", "A cheap one that errs by 2 cm; its numbers are invented.",
+            .preset("cheap", "A cheap one with an error of 2 cm; invented numbers.",
                     "range_m = 4.0\n\n[noise.nearest]\nsigma = 0.02\n"));
   }
 };

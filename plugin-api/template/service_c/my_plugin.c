@@ -1,7 +1,7 @@
 // my_plugin: a service in C. A thread of its own waits for something outside, queues what comes, and wakes the session;
-// between two steps the service puts what is queued into the world. Here the thread waits for the clock: each `period` it
-// queues a tick. Put your socket, device or bridge in its place: see `listen`.
-//   signal my_plugin.ticks   how many ticks have come; nothing moves before `wait_for` of them
+// between two steps the service applies what is queued to the world. Here the thread waits for the clock: each `period` it
+// queues a tick. Replace it with your socket, device or bridge: see `listen`.
+//   signal my_plugin.ticks   how many ticks have come; the simulation waits until there are `wait_for` of them
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h
 #define _POSIX_C_SOURCE 200809L // threads and clocks
@@ -47,7 +47,7 @@ static void *listen(void *data) {
   return NULL;
 }
 
-// Takes the oldest item off the queue; 0: it is empty.
+// Takes the oldest item off the queue. Returns 0 if it is empty.
 static int take(service *it, int64_t *tick) {
   pthread_mutex_lock(&it->lock);
   int some = it->n > 0;
@@ -106,7 +106,7 @@ static const tatu_service offered = {
   .size = sizeof(tatu_service), .id = "my_plugin", .text = "Counts ticks of the clock in a signal.", .barrier = barrier,
   .params = TATU_PARAMS(
     TATU_PARAM(TATU_F64, "period", "s", "Real time between two ticks.", TATU_RANGE(0.001, 60), TATU_DEFAULT_F64(0.01)),
-    TATU_PARAM(TATU_I64, "wait_for", NULL, "Nothing moves before so many ticks.", TATU_AT_LEAST(0), TATU_DEFAULT_I64(1))),
+    TATU_PARAM(TATU_I64, "wait_for", NULL, "The simulation waits until this many ticks have come.", TATU_AT_LEAST(0), TATU_DEFAULT_I64(1))),
   .life = TATU_TABLE(tatu_life, .create = create, .destroy = destroy, .save = tatu_save_nothing,
                      .load = tatu_load_nothing, .version = 1)};
 

@@ -1,6 +1,7 @@
 //! Tests of plugins: loading, refusal, crashes, misbehaviour, old and new versions; the header and its recorded layout.
 
 mod away;
+mod book;
 mod breaches;
 mod broken;
 mod claims;

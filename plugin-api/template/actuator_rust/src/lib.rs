@@ -6,7 +6,7 @@
 
 use tatu_plugin_api::{safe::*, tatu_plugin};
 
-/// The plugin; what all its actuators share would stand here.
+/// The plugin; data that all its actuators share would go here.
 struct MyPlugin;
 
 impl Plugin for MyPlugin {

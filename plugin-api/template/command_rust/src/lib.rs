@@ -44,7 +44,7 @@ impl Plugin for MyPlugin {
             })
             .param(Param::object("object").text("The object."))
             .returns(Param::float("metres").unit("m").text("How far it has moved since the first call for it."))
-            .text("Tells how far an object has moved.")
+            .text("Returns how far an object has moved.")
             .subject("my_plugin")
             .example(
                 "local box = sim.createDummy(0.1)

@@ -73,14 +73,14 @@ impl Importer for Blocks {
                 .unit("1")
                 .range(0.001, 1000.0)
                 .default(1.0)
-                .text("By what all numbers are multiplied."),
+                .text("Factor for all numbers."),
         ]
     }
     fn sniff(head: &[u8]) -> u32 {
         if head.starts_with(FIRST.as_bytes()) { 100 } else { 0 }
     }
 
-    /// Reads a file. Whatever stands in it, the worst that happens is an error with its line.
+    /// Reads a file. Whatever it contains, the worst outcome is an error with a line number.
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result {
         let scale = params.f64("scale")?;
         let text = String::from_utf8_lossy(bytes);

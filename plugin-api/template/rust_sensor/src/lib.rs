@@ -4,7 +4,7 @@
 
 use tatu_plugin_api::{abi::*, fields, safe::*, tatu_plugin};
 
-/// The plugin; what all its sensors share would stand here.
+/// The plugin; data that all its sensors share would go here.
 struct ExamplePlugin;
 
 impl Plugin for ExamplePlugin {

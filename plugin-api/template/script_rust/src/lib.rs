@@ -54,7 +54,7 @@ fn line(text: &str) -> Result<Option<Line>> {
     match (words.next(), words.next()) {
         (None, _) => Ok(None),
         (Some(when), _) if when.starts_with('#') => Ok(None),
-        (Some(_), None) => Err(Fail::with_code(TATU_ERR_SCRIPT, "expected a command behind the name")),
+        (Some(_), None) => Err(Fail::with_code(TATU_ERR_SCRIPT, "expected a command after the name")),
         (Some(when), Some(command)) => {
             Ok(Some(Line { when: when.into(), command: command.into(), args: words.map(value).collect() }))
         }
@@ -65,7 +65,7 @@ impl Language for Script {
     type Plugin = MyPlugin;
 
     const ID: &'static str = "my_plugin";
-    const TEXT: &'static str = "Lines that name when to call which command.";
+    const TEXT: &'static str = "Lines that say when to call which command.";
     const SUFFIXES: &'static [&'static str] = &[".my_plugin"];
 
     fn create(_: &World<'_>, _: Instance) -> Result<Self> {
@@ -81,7 +81,7 @@ impl Language for Script {
         Ok("1".into())
     }
 
-    /// Something callable: the number of the first line that begins with its name; 0: there is none.
+    /// Returns the number of the first line that begins with this name, or 0.
     fn find(&self, _: u32, name: &[u8]) -> u32 {
         let lines = self.lines.borrow();
         let first = lines.iter().position(|l| l.as_ref().is_some_and(|l| l.when.as_bytes() == name));

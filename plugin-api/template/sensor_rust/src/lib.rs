@@ -1,6 +1,6 @@
-//! my_plugin: a kind of sensor in Rust. A fan of beams in the plane of its z and x axes tells the clearance ahead.
+//! my_plugin: a kind of sensor in Rust. A fan of beams in the plane of its z and x axes measures the clearance ahead.
 //!
-//! - `my_plugin.distance`: for each beam, m; its range where nothing is met
+//! - `my_plugin.distance`: for each beam, m; its range where nothing is hit
 //! - `my_plugin.nearest`: the least of them, m; `my_plugin.bearing`: where that is, rad, from +z towards +x
 //!
 //! Noise, rate and latency are the scene's: see the preset below, and `[noise.distance]` in a scene.
@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 
 use tatu_plugin_api::{abi::TATU_IN_DISTANCE, fields, safe::*, tatu_plugin};
 
-/// The plugin; what all its sensors share would stand here.
+/// The plugin; data that all its sensors share would go here.
 struct MyPlugin;
 
 impl Plugin for MyPlugin {
@@ -38,7 +38,7 @@ impl Fan {
     }
 }
 
-// What it fills, each declared once: `measure` writes it by its name here.
+// Its fields, each declared once: `measure` writes them by these names.
 fields! {
     Fan {
         DISTANCE: f64 = Field::new("my_plugin.distance").per_beam().unit("m").text("Distance along each beam.");
@@ -51,12 +51,12 @@ impl Sensor for Fan {
     type Plugin = MyPlugin;
 
     const ID: &'static str = "my_plugin";
-    const TEXT: &'static str = "Tells the clearance ahead by a fan of beams.";
+    const TEXT: &'static str = "Measures the clearance ahead with a fan of beams.";
     const SCHEMAS: &'static [&'static str] = &["my_plugin/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE;
     const PRESETS: &'static [Preset] = &[Preset {
         id: "cheap",
-        text: "A cheap one that errs by 2 cm; its numbers are invented.",
+        text: "A cheap one with an error of 2 cm; invented numbers.",
         settings: "range_m = 4.0\n\n[noise.nearest]\nsigma = 0.02\n",
     }];
 

@@ -1,8 +1,8 @@
 //! my_plugin: a service in Rust. A thread of its own waits for something outside, queues what comes, and wakes the session;
-//! between two steps the service puts what is queued into the world. Here the thread waits for the clock: each `period` it
-//! queues a tick. Put your socket, device or bridge in its place: see `listen`.
+//! between two steps the service applies what is queued to the world. Here the thread waits for the clock: each `period` it
+//! queues a tick. Replace it with your socket, device or bridge: see `listen`.
 //!
-//! - signal `my_plugin.ticks`: how many ticks have come; nothing moves before `wait_for` of them
+//! - signal `my_plugin.ticks`: how many ticks have come; the simulation waits until there are `wait_for` of them
 //!
 //! Build: `tatu plugin build`. Run the demo: `tatu plugin run`. The manual: `cargo doc -p tatu-plugin-api --open`.
 #![forbid(unsafe_code)]
@@ -58,7 +58,7 @@ impl Service for Ticks {
     fn params() -> Vec<Param> {
         vec![
             Param::float("period").unit("s").range(0.001, 60.0).default(0.01).text("Real time between two ticks."),
-            Param::int("wait_for").range(0.0, 1e9).default(1).text("Nothing moves before so many ticks."),
+            Param::int("wait_for").range(0.0, 1e9).default(1).text("The simulation waits until this many ticks have come."),
         ]
     }
 

@@ -1,0 +1,163 @@
+//! Tests of the book for plugin authors: its shell commands run, and its code is that of templates which are built and run.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use crate::kit::*;
+
+const BOOK: &str = "docs/plugin-authors";
+
+/// Returns the blocks of a page in order: language and text.
+fn blocks(page: &str) -> Vec<(String, String)> {
+    let text = fs::read_to_string(root().join(BOOK).join(page)).unwrap();
+    let mut parts = text.split("\n```");
+    parts.next();
+    let mut out = Vec::new();
+    while let (Some(block), Some(_)) = (parts.next(), parts.next()) {
+        let (language, text) = block.split_once('\n').unwrap();
+        out.push((language.to_owned(), text.to_owned()));
+    }
+    out
+}
+
+/// Runs all shell blocks of a page, one after another in one shell that stops at the first failure. `before`: commands
+/// that the page takes for granted.
+fn runs(page: &str, before: &str) {
+    let place = Place::new();
+    let shell = blocks(page).into_iter().filter(|(language, _)| language == "sh").map(|(_, text)| text);
+    let script = format!("set -e\n{before}\n{}\n", shell.collect::<Vec<_>>().join("\n"));
+    let folder = program().parent().unwrap().display().to_string();
+    let path = format!("{folder}:{}", std::env::var("PATH").unwrap());
+    let target = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("book");
+    let env = [("PATH", path.as_str()), ("CARGO_TARGET_DIR", target.to_str().unwrap()), ("CARGO_NET_OFFLINE", "true")];
+    run(Path::new("bash"), place.path(), &["-c", &script], &env).good();
+}
+
+macro_rules! pages {
+    ($($test:ident: $page:literal $before:literal;)*) => {
+        $(#[cfg(unix)] #[test] fn $test() { runs($page, $before); })*
+        const RUN: &[&str] = &[$($page),*];
+    };
+}
+
+pages! {
+    the_way_in: "README.md" "";
+    first_command: "first-command.md" "";
+    sensors: "sensors.md" "";
+    actuators: "actuators.md" "";
+    robots: "robots.md" "";
+    importers: "importers.md" "";
+    services: "services.md" "";
+    script_languages: "script-languages.md" "";
+    add_ons: "add-ons.md" "";
+    checking: "checking.md" "tatu new plugin hello --lang c && cd hello && tatu plugin build";
+    shipping: "shipping.md" "tatu new plugin hello --lang c && cd hello";
+}
+
+#[test]
+fn every_page_with_commands_is_run() {
+    // Its own test runs that page.
+    let elsewhere = ["testing.md"];
+    let mut pages: Vec<String> = fs::read_dir(root().join(BOOK))
+        .unwrap()
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .filter(|page| page.ends_with(".md") && !elsewhere.contains(&page.as_str()))
+        .collect();
+    pages.sort();
+    for page in pages {
+        let has_commands = blocks(&page).iter().any(|(language, _)| language == "sh");
+        assert_eq!(has_commands, RUN.contains(&page.as_str()), "{page}");
+    }
+}
+
+/// Collapses white space, so that excerpts may be indented differently.
+fn collapsed(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// All files below a folder, as texts with collapsed white space.
+fn texts(folder: &Path, out: &mut Vec<String>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            texts(&path, out);
+        } else if let Ok(text) = fs::read_to_string(&path) {
+            out.push(collapsed(&text));
+        }
+    }
+}
+
+#[test]
+fn all_code_is_that_of_plugins_which_are_tested() {
+    let mut sources = Vec::new();
+    for folder in ["plugin-api/template", "tests/outside", "tests/program/plugins"] {
+        texts(&root().join(folder), &mut sources);
+    }
+    for page in RUN.iter().chain(&["commands.md"]) {
+        for (language, text) in blocks(page) {
+            // The example of tatu-check.toml is read by another test.
+            if !["c", "cpp", "rust", "lua", "toml"].contains(&language.as_str()) || text.contains("[[allow]]") {
+                continue;
+            }
+            let wanted = collapsed(&text);
+            assert!(sources.iter().any(|s| s.contains(&wanted)), "{page}: no template has this code:\n{text}");
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn findings_with_a_reason_are_allowed() {
+    let place = Place::new();
+    let config = blocks("checking.md").into_iter().find(|(language, _)| language == "toml").unwrap().1;
+    place.write("tatu-check.toml", &config);
+    place.tatu(&["new", "plugin", "hello", "--lang", "c"]).good();
+    place.tatu(&["plugin", "build", "hello"]).good();
+    let checked = place.tatu(&["plugin", "check", "hello", "--json", "--config", "tatu-check.toml"]).good().json();
+    let names: Vec<&str> = checked["tests"].as_array().unwrap().iter().map(|t| t["test"].as_str().unwrap()).collect();
+    assert!(names.contains(&"arguments") && !names.contains(&"cost"), "{names:?}");
+    place.write("tatu-check.toml", "[[allow]]\ntest = \"repeat\"\nplace = \"x\"\n");
+    place.tatu(&["plugin", "check", "hello", "--config", "tatu-check.toml"]).refused(&["lacks `reason`"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn the_check_finds_a_fault_and_names_it() {
+    let place = Place::new();
+    place.tatu(&["new", "plugin", "hello", "--lang", "c"]).good();
+    let source = place.read("hello/hello.c");
+    let faulty = source.replace("return TATU_OK;\n}", "return TATU_ERR_MISSING;\n}");
+    assert_ne!(source, faulty);
+    place.write("hello/hello.c", &faulty);
+    place.tatu(&["plugin", "build", "hello"]).good();
+    let checked = place.tatu(&["plugin", "check", "hello", "--only", "arguments", "--json", "--github"]);
+    assert_eq!(checked.code, 1, "{}", checked.out);
+    assert!(checked.out.contains("command `hello.reset`") && checked.out.contains("::error title="), "{}", checked.out);
+    place.tatu(&["plugin", "check", "hello", "--only", "argument"]).refused(&["did you mean `arguments`?"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_watched_plugin_is_built_at_each_save() {
+    let place = Place::new();
+    place.tatu(&["new", "plugin", "hello", "--lang", "c"]).good();
+    let mut watch = std::process::Command::new(program())
+        .args(["plugin", "watch", "hello", "--", "--steps", "100000000"])
+        .current_dir(place.path())
+        .env("XDG_DATA_HOME", place.path().join(".data"))
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let library = place.path().join("hello/build").join(library("tatu_hello"));
+    let written = || fs::metadata(&library).ok()?.modified().ok();
+    let limit = std::time::Duration::from_secs(120);
+    let first = wait_for("the first build", limit, written);
+    place.write("hello/hello.c", &place.read("hello/hello.c").replace("metres = my", "metres  = my"));
+    place.write("hello/hello.c", &format!("{}\n", place.read("hello/hello.c")));
+    wait_for("another build", limit, || written().filter(|now| *now != first));
+    watch.kill().unwrap();
+    watch.wait().unwrap();
+}
