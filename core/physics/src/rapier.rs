@@ -6,7 +6,7 @@
 //! - Work is shared among the threads of the calling rayon pool: `pool.install(|| engine.advance(5))`. The bits of the
 //!   result do not depend on the number of threads.
 //!
-//! `state` is the engine's complete state, `records` its data for each body and joint, `shapes` a cache of shapes.
+//! `tuning` has the parameters of the solver. `state` is the engine's complete state, `records` its data for each body and joint, `shapes` a cache of shapes.
 //! `bodies` creates bodies and colliders, `joints` creates joints, `drives` updates their drives, `reduced` implements
 //! joints in reduced coordinates, `gears` couples joints, `load` computes their loads, `respond` decides which bodies
 //! collide, `grip` implements anisotropic and rolling friction, `overlap` separates bodies that were created
@@ -34,6 +34,7 @@ mod spin;
 mod state;
 #[cfg(test)]
 mod tests;
+mod tuning;
 mod turns;
 mod velocity;
 
@@ -48,25 +49,12 @@ use respond::PairFilter;
 use shapes::ShapeCache;
 pub use state::Rapier;
 use state::{Tables, finite, mark};
+use tuning::{CONTACT_SHARE, CONTACT_SOFTNESS, STATIC_CONTACT_SOFTNESS, UNEVEN};
 
 use super::{
     BeforeStep, BodyDesc, BodyId, Contact, Drive, Engine, EngineSettings, Gear, JointDesc, JointForm, JointId,
     JointKind, JointState, MaterialPair, Motion, PairRule, Surface, Twist, Wrench, convert,
 };
-
-/// Stiffness of contacts, as natural frequency (Hz) and damping ratio. A wall of 20 rows of boxes sinks by 60 mm with
-/// rapier's defaults, and by 4 mm with these.
-const CONTACT_SOFTNESS: (f64, f64) = (120.0, 5.0);
-
-/// Stiffness of contacts with fixed bodies.
-const STATIC_CONTACT_SOFTNESS: (f64, f64) = (240.0, 5.0);
-
-/// Maximum natural frequency of a contact, as a fraction of the rate of sub-steps; twice as much with fixed bodies. At
-/// a fraction of 0.3, ten stacked boxes do not move; at 0.6, they rock for ever.
-const CONTACT_SHARE: f64 = 0.15;
-
-/// Mass ratio of the bodies of a joint above which iterations are added.
-const UNEVEN: f64 = 32.0;
 
 impl Rapier {
     /// Creates a world without bodies.

@@ -51,3 +51,6 @@ TOML
   cp "$crate/target/release/libtatu_museum_$name.so" "$to/"
   rm -r "$crate"
 done
+
+# `tally_debian`: the same with the name `tatu-museum-tally-debian`, the source of `tally`, and the compiler of Debian's
+# package rustc-web (1.96.0): RUSTC=/usr/bin/rustc cargo build --release ...

@@ -6,6 +6,7 @@ use super::{
     gears, joints,
     records::JointRecord,
     state::{Rapier, mark},
+    tuning,
 };
 use crate::{BodyId, Drive, Engine};
 
@@ -57,7 +58,7 @@ impl Rapier {
             let (a, b) = (joint.body1(), joint.body2());
             let carries = self.tables.bodies[record.bodies.1.0 as usize].as_ref().is_some_and(|r| r.joints > 1);
             let needed = joints::iterations(record.frames, &self.world.bodies[a], &self.world.bodies[b])
-                .max(if carries { joints::CARRIER_ITERATIONS } else { 0 });
+                .max(if carries { tuning::CARRIER_ITERATIONS } else { 0 });
             if needed > self.world.bodies[b].additional_pgs_iterations() {
                 self.world.bodies[b].set_additional_pgs_iterations(needed);
             }

@@ -10,7 +10,7 @@ use rapier3d::{
 };
 use std::collections::BTreeMap;
 
-use super::{joints, records::Grip, report, respond::MOST_FRICTION, state::Rapier};
+use super::{joints, records::Grip, report, respond::MOST_FRICTION, state::Rapier, tuning};
 use crate::{BodyId, Surface, convert};
 
 /// All contacts of a pair, combined.
@@ -148,7 +148,7 @@ impl Rapier {
                 joint.data.motor_axes &= !rapier3d::dynamics::JointAxesMask::from(row);
             }
             joint.data.motors[row as usize] = JointMotor {
-                damping: joints::MOTOR_DAMPING,
+                damping: tuning::MOTOR_DAMPING,
                 max_force: coefficient * touch.force,
                 model: MotorModel::ForceBased,
                 ..JointMotor::default()

@@ -7,34 +7,13 @@ use rapier3d::{
     math::{Pose, Vector},
 };
 
-use super::records::{JointRecord, Memory};
+use super::{
+    records::{JointRecord, Memory},
+    tuning::{JOINT_SOFTNESS, MOST_ITERATIONS, MOTOR_DAMPING, NEVER_REACHED, SETTLE_TIME},
+};
 use tatu_geometry::wrap_angle;
 
 use crate::{Drive, JointDesc, JointForm, JointKind, Tracking};
-
-/// Damping of motors, N m s/rad or N s/m. A motor below its limit misses its speed by its load divided by this: 1e-6
-/// rad/s at 1000 N m. It acts like a hard constraint, yet stays well within the range of f64.
-pub(super) const MOTOR_DAMPING: f64 = 1e9;
-
-/// A speed that no joint reaches, so that a motor with this target always exerts its full limit.
-const NEVER_REACHED: f64 = 1e6;
-
-/// Time constant of a position drive near its target, s: it covers 1 - 1/e of the remaining distance in this time,
-/// unless limited by its maximum velocity. V-REP's controller has the same: P = 0.1 at steps of 5 ms.
-const SETTLE_TIME: f64 = 0.05;
-
-/// Stiffness of joints, as natural frequency (Hz) and damping ratio. With rapier's defaults (1 MHz, 1), a joint
-/// corrects its whole error in each sub-step; at steps of 10 ms, a two-wheeled robot then chatters about its caster and
-/// drifts by 70 mm in 4 m. With these values, a joint corrects about 40 %, the robot stands still, and the two sides of
-/// a joint stay within 0.5 mm of each other. Half the frequency, or a third of the damping ratio, would also work.
-const SOFTNESS: (f64, f64) = (400.0, 5.0);
-
-/// Maximum number of iterations added for one joint. A weight at the end of a light pole would need hundreds.
-const MOST_ITERATIONS: f64 = 60.0;
-
-/// Iterations added for a driven joint that carries other joints: without them, a car with steered wheels creeps at 3
-/// mm/s.
-pub(super) const CARRIER_ITERATIONS: usize = 6;
 
 impl JointKind {
     pub(super) fn free_axis(self) -> Option<JointAxis> {
@@ -59,7 +38,7 @@ pub(super) fn build(desc: &JointDesc, frames: (Pose, Pose), zero: f64) -> Generi
     // The bodies' masks decide whether they collide.
     joint.contacts_enabled = true;
     if desc.form == JointForm::Impulse {
-        joint.softness = SpringCoefficients::new(SOFTNESS.0, SOFTNESS.1);
+        joint.softness = SpringCoefficients::new(JOINT_SOFTNESS.0, JOINT_SOFTNESS.1);
         // Limits on a locked axis add no constraint between bodies that are not in reduced form, but keep the joint off
         // rapier's SIMD path. Rapier uses that path only for 64 or more joints, and it solves a robot's joints in a
         // different order, so the motion of a robot would depend on the number of other joints.

@@ -19,6 +19,7 @@ use super::{
     push::Before,
     records::{JointRecord, Reduced},
     state::Rapier,
+    tuning::{CALM, CALM_FOR_S, FAST_FOR_S, FAST_TURN},
     turns,
 };
 use crate::{Drive, JointDesc, JointKind, Motion};
@@ -26,18 +27,6 @@ use crate::{Drive, JointDesc, JointKind, Motion};
 /// Fraction of a drive's limit that may be applied as a force. With a half, the total never exceeds the limit, and the
 /// constraint, whose own limit is the same in both directions, can always cancel the force.
 const CARRIED_SHARE: f64 = 0.5;
-
-/// Maximum motion of a joint in a sub-step before sub-steps are halved, rad or m.
-const FAST_TURN: f64 = 0.005;
-
-/// Time for which sub-steps stay halved afterwards, s: longer than half a swing of a 50 m pendulum.
-const FAST_FOR_S: f64 = 10.0;
-
-/// Mechanisms are considered to be at rest, and sub-steps are no longer halved, once no joint has been faster than this
-/// fraction of the speed at which halving begins for `CALM_FOR_S` (s). A swing is also slow at its turning points, but
-/// only briefly.
-const CALM: f64 = 0.05;
-const CALM_FOR_S: f64 = 1.0;
 
 /// Limit for slow springs: square of the oscillation phase per sub-step, rad^2.
 const SLOW_SPRING: f64 = 0.1;

@@ -8,7 +8,7 @@ use std::{
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tatu_errors::{Error, Result};
-use tatu_physics::FrictionRule;
+use tatu_physics::{EngineSettings, FrictionRule};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::Declared;
 
@@ -108,7 +108,7 @@ impl Default for Settings {
         Settings {
             dt: 0.05,
             physics_dt: 0.005,
-            physics_substeps: 4,
+            physics_substeps: EngineSettings::default().substeps,
             sleep: true,
             friction_rule: FrictionRule::Product,
             friction_pairs: Vec::new(),
