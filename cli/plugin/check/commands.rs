@@ -198,6 +198,17 @@ fn calls(c: &CommandEntry) -> Vec<String> {
         args => format!("try({name}, 'bad', {})", args.join(", ")),
     };
     let mut out = vec![call(&good)];
+    // Tables of something else, and empty ones: checks of elements may hide what comes after them.
+    for table in ["{{1, 2}, {3.5, 4}}", "{'a', 'b'}", "{}"] {
+        let other = |(g, p): (&String, &Declared)| match p.kind {
+            TATU_LIST | TATU_MAP | TATU_F64S => table.to_owned(),
+            _ => g.clone(),
+        };
+        let with: Vec<String> = good.iter().zip(&c.params).map(other).collect();
+        if with != good {
+            out.extend((0..=with.len()).rev().map(|n| call(&with[..n])));
+        }
+    }
     // Too few, from the end, and too many.
     out.extend((0..good.len()).rev().map(|n| call(&good[..n])));
     out.push(call(&[good.clone(), vec!["1".to_owned(), "'x'".to_owned()]].concat()));

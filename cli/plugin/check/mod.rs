@@ -36,8 +36,8 @@ use crate::report as told;
 #[command(after_help = HELP)]
 pub struct Check {
     /// The library of a plugin, or a folder that contains it, directly or in `build`.
-    #[arg(required_unless_present = "list")]
-    pub file: Option<PathBuf>,
+    #[arg(default_value = ".")]
+    pub file: PathBuf,
     /// Run only these tests.
     #[arg(long, value_name = "TEST", value_delimiter = ',')]
     pub only: Vec<String>,
@@ -127,7 +127,7 @@ pub fn check(args: &Check) -> ExitCode {
         TESTS.iter().for_each(|t| told::out!("{:<14}{}", t.name, t.text));
         return ExitCode::SUCCESS;
     }
-    let Some(file) = &args.file else { return ExitCode::from(2) };
+    let file = &args.file;
     let ready = process::library(file).and_then(|library| {
         if let Some(name) = &args.run {
             return Ok((library, Config::default(), vec![test(name)?]));
@@ -144,11 +144,11 @@ pub fn check(args: &Check) -> ExitCode {
         }
     };
     if args.run.is_some() {
-        return process::inside(tests[0], &library);
+        return process::inside(tests[0].run, &library);
     }
     let mut outcomes = Vec::new();
     for test in tests {
-        let mut outcome: Outcome = process::run(test, &library, args.timeout);
+        let mut outcome: Outcome = process::run(test.name, test.text, &library, args.timeout);
         outcome.findings.retain(|f| !config.allows(test.name, f));
         if !args.json {
             report::print(&outcome);

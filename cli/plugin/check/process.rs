@@ -12,7 +12,6 @@ use std::{
 use tatu_core::errors::Error;
 
 use super::{
-    Test,
     finding::{self, Finding, Level, Line, PREFIX},
     inspector,
     report::Outcome,
@@ -47,9 +46,9 @@ pub fn library(given: &Path) -> Result<PathBuf, Error> {
 }
 
 /// Runs a test in this process, the child.
-pub fn inside(test: &Test, library: &Path) -> ExitCode {
+pub fn inside(test: fn(&Path) -> Result<(), Error>, library: &Path) -> ExitCode {
     inspector::name_guard_pages();
-    match (test.run)(library) {
+    match test(library) {
         Ok(()) => {
             finding::send(&Line::Done);
             ExitCode::SUCCESS
@@ -64,16 +63,16 @@ pub fn inside(test: &Test, library: &Path) -> ExitCode {
 }
 
 /// Runs a test in a child process, and collects what it finds.
-pub fn run(test: &'static Test, library: &Path, timeout: u64) -> Outcome {
+pub fn run(test: &'static str, text: &'static str, library: &Path, timeout: u64) -> Outcome {
     let begin = Instant::now();
-    let ran = Ran::of(test.name, library, Duration::from_secs(timeout));
+    let ran = Ran::of(test, library, Duration::from_secs(timeout));
     let mut findings = ran.as_ref().map(|r| r.findings.clone()).unwrap_or_default();
     match &ran {
         Ok(ran) => findings.extend(ran.abnormal_end()),
         Err(why) => findings.push(Finding { level: Level::Error, place: String::new(), text: why.clone() }),
     }
     findings.dedup();
-    Outcome { test: test.name, text: test.text, seconds: begin.elapsed().as_secs_f64(), findings }
+    Outcome { test, text, seconds: begin.elapsed().as_secs_f64(), findings }
 }
 
 /// A child process that has ended.

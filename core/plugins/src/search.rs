@@ -110,6 +110,11 @@ impl Search {
         !self.is_of_scene(file) && !self.lies_in(file, Source::User) && (self.built.is_empty() || known())
     }
 
+    /// Returns whether a file is in the user's own folder.
+    pub fn is_of_user(&self, file: &Path) -> bool {
+        self.lies_in(file, Source::User)
+    }
+
     /// Returns whether a file is in a folder named in a scene.
     pub fn is_of_scene(&self, file: &Path) -> bool {
         self.lies_in(file, Source::Scene)

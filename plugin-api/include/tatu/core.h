@@ -282,7 +282,7 @@ typedef struct tatu_param {
   uint32_t count;      /* number of array elements; 0: any */
   uint32_t flags;      /* TATU_PARAM_*, a sum */
   const char *key;     /* "range" */
-  const char *unit;    /* "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz", "1"; null: none */
+  const char *unit;    /* "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz", "J", "W", "V", "A", "K", "Pa", "T", "1"; null: none */
   double lowest;       /* minimum; -HUGE_VAL: none. Both bounds 0: no bounds */
   double highest;      /* maximum; HUGE_VAL: none */
   tatu_value fallback; /* the default; nil: required (unless optional) */

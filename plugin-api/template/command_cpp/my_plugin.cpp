@@ -40,10 +40,10 @@ void travelled(tatu::call &c) {
 void reset(tatu::call &c) { c.state<state>() = {}; }
 
 // The plugin: what it offers and needs. One for all worlds and their threads, so nothing in it changes.
-struct my_plugin : tatu::plugin {
+struct this_plugin : tatu::plugin {
   static constexpr const tatu_need *needs[] = {&tatu::need_scene, nullptr};
 
-  explicit my_plugin(const tatu_host *h) : plugin(h) {
+  explicit this_plugin(const tatu_host *h) : plugin(h) {
     keep_per_world<state>();
     offer(tatu::command("my_plugin.travelled", travelled)
             .takes({TATU_OBJECT, "object", nullptr, "The object."})
@@ -63,4 +63,4 @@ struct my_plugin : tatu::plugin {
 
 } // namespace
 
-TATU_CPP_PLUGIN(my_plugin, "org.example.my_plugin", "my_plugin", "0.1.0", "MIT");
+TATU_CPP_PLUGIN(this_plugin, "org.example.my_plugin", "my_plugin", "0.1.0", "MIT");

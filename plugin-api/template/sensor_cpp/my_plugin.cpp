@@ -53,10 +53,10 @@ public:
 };
 
 // The plugin: what it offers and needs.
-struct my_plugin : tatu::plugin {
+struct this_plugin : tatu::plugin {
   static constexpr const tatu_need *needs[] = {nullptr};
 
-  explicit my_plugin(const tatu_host *h) : plugin(h) {
+  explicit this_plugin(const tatu_host *h) : plugin(h) {
     offer(tatu::sensor<fan>("my_plugin", "Measures the clearance ahead with a fan of beams.")
             .schema("my_plugin/1")
             .inputs(TATU_IN_DISTANCE)
@@ -76,4 +76,4 @@ struct my_plugin : tatu::plugin {
 
 } // namespace
 
-TATU_CPP_PLUGIN(my_plugin, "org.example.my_plugin", "my_plugin", "0.1.0", "MIT");
+TATU_CPP_PLUGIN(this_plugin, "org.example.my_plugin", "my_plugin", "0.1.0", "MIT");

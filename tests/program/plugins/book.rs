@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::kit::*;
+use crate::kit::{browser::wait_for, *};
 
 const BOOK: &str = "docs/plugin-authors";
 

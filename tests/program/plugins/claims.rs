@@ -8,7 +8,7 @@ fn two_plugins_of_one_id_are_told_with_both_paths() {
     compile(&place, "first", &Source::new("twin").text());
     compile(&place, "second", &Source::new("twin").text());
     let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["E302", "`org.test.twin`", &library("tatu_first"), &library("tatu_second"), "an id of its own"]);
+    done.tells(&["E302", "`org.test.twin`", &library("tatu_first"), &library("tatu_second"), "a different id"]);
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn of_two_things_of_one_id_in_a_plugin_the_first_is_used() {
     compile(&place, "twice", &twice.text());
     let done = place.run(&["--steps", "2"]).good();
     for what in ["sensor `eye`", "model `thing`", "language `tongue`", "actuator `arm`", "importer `reader`"] {
-        done.tells(&["E303", "`org.test.twice`", &format!("it offers the {what} twice; the first one is used")]);
+        done.tells(&["E303", "`org.test.twice`", &format!("it offers the {what} twice; the first is used")]);
     }
     done.tells(&["the service `butler` twice", "the command `twice.one` twice"]);
 }

@@ -84,7 +84,7 @@ fn a_plugin_is_replaced_by_force_only() {
     }
     // What is no plugin at all makes room by force.
     fs::write(place.path().join(HOME).join("libtatu_renamed.so"), "damaged").unwrap();
-    install(&place, &["mine/libtatu_renamed.so"]).refused(&["error[E331]", "no plugin that can be loaded"]);
+    install(&place, &["mine/libtatu_renamed.so"]).refused(&["error[E331]", "it is not a plugin that can be loaded"]);
     install(&place, &["mine/libtatu_renamed.so", "--force"]).good();
     assert_eq!(installed(&place), ["libtatu_renamed.so"]);
 }

@@ -334,7 +334,7 @@ fn nonsense_is_answered_and_harms_nobody() {
     let wrong = client.ask(json!({ "call": "sim.setObjectPosition", "args": [1, -1, "here"] }));
     assert_eq!(wrong["error"]["code"], -2, "{wrong}");
     let world = client.ask(json!({ "world": 3 }));
-    assert!(world["error"]["text"].as_str().unwrap().contains("no world 3"), "{world}");
+    assert!(world["error"]["text"].as_str().unwrap().contains("world 3 does not exist"), "{world}");
     // Bytes that arrive one at a time form a line; several lines may arrive at once.
     for byte in b"{\"id\": 500, \"call\": \"sim.getSimulationTime\"}\n" {
         client.send_bytes(&[*byte]);

@@ -243,7 +243,7 @@ waiting.start()
 time.sleep(0.5)
 os.kill(SERVER, 9)
 waiting.join()
-assert 'gone' in told[0], told
+assert 'disconnected' in told[0], told
 "#
         .replace("SERVER", &server.id().to_string())
         .as_str(),

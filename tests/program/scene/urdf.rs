@@ -303,7 +303,7 @@ fn errors_name_the_file_and_the_line() {
         ("type=\"continuous\"", "type=\"rubber\"", 12, "rubber"),
         ("name=\"bar\"", "name=\"world\"", 4, "two links are called `world`"),
         ("</inertial>", "</inertia>", 9, "not well-formed"),
-        ("size=\"0.04 0.04 1.0\"", "size=\"0.04 0 1.0\"", 4, "not a length"),
+        ("size=\"0.04 0.04 1.0\"", "size=\"0.04 0 1.0\"", 4, "expected a length greater than 0"),
         ("<robot name=\"pendulum\">", "<robt name=\"x\">", 2, "outermost"),
     ];
     for (from, to, line, word) in wrong {

@@ -67,9 +67,9 @@ fn names_and_what_they_answer_decide_who_starts_by_itself() {
     assert_eq!((&all[1]["text"], &all[1]["file"]), (&"Says plain.".into(), &"addons/plain.lua".into()));
     let done = place.run(&["--steps", "1"]).good();
     assert_eq!(told(&done), ["plain", "New", "old"]);
-    done.tells(&["the add-on plain runs", "--no-addon plain"]);
+    done.tells(&["the add-on plain is started", "--no-addon plain"]);
     let left_out = place.run(&["--steps", "1", "--no-addon", "plain"]).good();
-    assert!(!left_out.err.contains("add-on plain runs"), "{}", left_out.err);
+    assert!(!left_out.err.contains("add-on plain is started"), "{}", left_out.err);
     let nobody = place.run(&["--steps", "1", "--no-addon", "plane"]);
     nobody.refused(&["error[E600]", "plane", "did you mean `plain`"]);
     place.run(&["--steps", "2", "--no-addons", "--snapshot-at", "0.05", "one"]).good();

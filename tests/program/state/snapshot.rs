@@ -247,10 +247,10 @@ fn files_that_are_not_whole_are_refused() {
 fn another_scene_is_refused() {
     let place = Place::scene(&format!("{FLOOR}{}", pioneer(RICH, "")));
     place.run(&["--seconds", "1", "--snapshot-at", "0.5", "state"]).good();
-    place.run(&["--seed", "5", "--from", "state"]).refused(&["E502", "another scene", "--seed"]);
+    place.run(&["--seed", "5", "--from", "state"]).refused(&["E502", "a different scene", "--seed"]);
     let text = place.read("scene.toml");
     place.write("scene.toml", &text.replace("0.9", "0.8"));
-    place.run(&["--from", "state"]).refused(&["E502", "another scene"]);
+    place.run(&["--from", "state"]).refused(&["E502", "a different scene"]);
     // Neither the scene's folder nor its comments matter.
     place.write("scene.toml", &format!("# a comment\n{text}"));
     place.run(&["--seconds", "1", "--from", "state"]).good();

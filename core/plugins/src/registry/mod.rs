@@ -134,6 +134,13 @@ impl Registry {
             match opened {
                 Ok(new) => match plugins.iter().find(|p| p.id == new.id) {
                     Some(old) if same_file(&old.path, &new.path) => {}
+                    // Whoever develops a plugin that is installed as well wants the one that the environment names.
+                    Some(old) if search.is_of_user(&new.path) => notes.push(format!(
+                        "the plugin `{}` is {}; the one installed in {} is not used",
+                        new.id,
+                        old.path.display(),
+                        new.path.display()
+                    )),
                     Some(old) => refused.push(
                         Error::new(
                             "E302",

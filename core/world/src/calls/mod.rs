@@ -239,7 +239,7 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: 
     let args = unsafe { ValueRef::slice(f.args, f.n_args as usize) };
     let as_it_is = |(i, p): (usize, &Declared)| match args.get(i) {
         Some(a) => is_exact(p, *a),
-        None => p.flags & MAY_LACK != 0 && p.fallback == Value::Nil,
+        None => p.flags & MAY_LACK != 0 && p.fallback == Value::Nil && !has_default_keys(p),
     };
     if entry.params.iter().enumerate().all(as_it_is) {
         return TATU_OK;
@@ -274,7 +274,9 @@ type Room = [tatu_value; FEW];
 /// Converts an argument that has the right type, or is a number that can be converted without checks. Returns `false`
 /// if it needs more work.
 fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bool {
-    let Some(a) = a.copied() else { return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil };
+    let Some(a) = a.copied() else {
+        return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil && !has_default_keys(p);
+    };
     let raw = a.raw();
     // SAFETY: every bit pattern is a valid `i64`; the value is used only if the tag is `TATU_I64`.
     let int = unsafe { raw.u.i };
@@ -301,10 +303,18 @@ fn is_exact(p: &Declared, a: ValueRef<'_>) -> bool {
         return true;
     }
     if a.is_nil() {
-        return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil;
+        return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil && !has_default_keys(p);
     }
     let unbounded = p.lowest == f64::NEG_INFINITY && p.highest == f64::INFINITY && p.choices.is_empty();
     a.tag() == p.kind && unbounded && (p.count == 0 || a.len() == p.count as usize) && p.keys.is_empty()
+}
+
+/// Returns whether a parameter is a table of options that may be omitted: the command then gets the defaults of its keys.
+fn has_default_keys(p: &Declared) -> bool {
+    p.kind == TATU_MAP
+        && p.flags & MAY_LACK != 0
+        && p.keys.iter().any(|k| k.fallback != Value::Nil)
+        && p.keys.iter().all(Declared::optional)
 }
 
 fn convert_args(
@@ -320,7 +330,13 @@ fn convert_args(
         let given = args.get(i).copied().unwrap_or(ValueRef::NIL);
         let name = || format!("argument {} `{}`", i + 1, p.key);
         if given.is_nil() && (p.flags & TATU_PARAM_ANY == 0 || i >= args.len()) {
-            if p.fallback != Value::Nil {
+            if has_default_keys(p) {
+                let filled = check_value(p, Value::Map(Vec::new())).map_err(|e| format!("{}: {e}", name()))?;
+                while out.len() <= i {
+                    out.push(ValueRef::NIL.raw());
+                }
+                out[i] = filled.to_raw(&mut *arena).ok_or_else(space)?;
+            } else if p.fallback != Value::Nil {
                 while out.len() <= i {
                     out.push(ValueRef::NIL.raw());
                 }

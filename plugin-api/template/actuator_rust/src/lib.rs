@@ -7,11 +7,11 @@
 use tatu_plugin_api::{safe::*, tatu_plugin};
 
 /// The plugin; data that all its actuators share would go here.
-struct MyPlugin;
+struct ThisPlugin;
 
-impl Plugin for MyPlugin {
+impl Plugin for ThisPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(MyPlugin)
+        Ok(ThisPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.actuator::<Propeller>();
@@ -25,7 +25,7 @@ struct Propeller {
 }
 
 impl Actuator for Propeller {
-    type Plugin = MyPlugin;
+    type Plugin = ThisPlugin;
 
     const ID: &'static str = "my_plugin";
     const TEXT: &'static str = "Pushes along its +z axis, with a lag.";
@@ -67,5 +67,5 @@ impl Actuator for Propeller {
 }
 
 tatu_plugin! {
-    plugin: MyPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
+    plugin: ThisPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
 }

@@ -11,7 +11,7 @@ use std::{cell::RefCell, collections::BTreeMap};
 use tatu_plugin_api::{abi::tatu_object, safe::*, tatu_plugin};
 
 /// The plugin: one for all worlds and their threads, so nothing in it changes.
-struct MyPlugin;
+struct ThisPlugin;
 
 /// How far an object has come, and where it was at the last call.
 struct Track {
@@ -23,9 +23,9 @@ struct Track {
 #[derive(Default)]
 struct Tracks(RefCell<BTreeMap<tatu_object, Track>>);
 
-impl Plugin for MyPlugin {
+impl Plugin for ThisPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(MyPlugin)
+        Ok(ThisPlugin)
     }
 
     fn offer(offer: &mut Offer<Self>) {
@@ -65,7 +65,7 @@ assert(math.abs(my_plugin.travelled(box) - 5) < 1e-9)",
     }
 }
 
-impl PerWorld for MyPlugin {
+impl PerWorld for ThisPlugin {
     type World = Tracks;
 
     fn world(&self, _: &World<'_>) -> Result<Tracks> {
@@ -97,5 +97,5 @@ impl PerWorld for MyPlugin {
 }
 
 tatu_plugin! {
-    plugin: MyPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
+    plugin: ThisPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
 }

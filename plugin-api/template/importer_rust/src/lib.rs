@@ -13,11 +13,11 @@
 use tatu_plugin_api::{safe::*, tatu_plugin};
 
 /// The plugin.
-struct MyPlugin;
+struct ThisPlugin;
 
-impl Plugin for MyPlugin {
+impl Plugin for ThisPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(MyPlugin)
+        Ok(ThisPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.importer::<Blocks>();
@@ -61,7 +61,7 @@ fn block(line: &str, scale: f64) -> Result<Option<Block>> {
 }
 
 impl Importer for Blocks {
-    type Plugin = MyPlugin;
+    type Plugin = ThisPlugin;
 
     const ID: &'static str = "my_plugin";
     const TEXT: &'static str = "Blocks: boxes and balls, one in a line.";
@@ -103,7 +103,7 @@ impl Importer for Blocks {
 }
 
 tatu_plugin! {
-    plugin: MyPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
+    plugin: ThisPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
 }
 
 #[test]

@@ -10,11 +10,11 @@ use std::f64::consts::FRAC_PI_2;
 use tatu_plugin_api::{safe::*, tatu_plugin};
 
 /// The plugin.
-struct MyPlugin;
+struct ThisPlugin;
 
-impl Plugin for MyPlugin {
+impl Plugin for ThisPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(MyPlugin)
+        Ok(ThisPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.model::<Cart>();
@@ -52,7 +52,7 @@ fn wheel(builder: &Builder<'_>, base: Node<'_>, radius: f64, y: f64, side: &str)
 }
 
 impl Model for Cart {
-    type Plugin = MyPlugin;
+    type Plugin = ThisPlugin;
 
     const ID: &'static str = "my_plugin";
     const TEXT: &'static str = "A body on two driven wheels and a caster ball.";
@@ -97,5 +97,5 @@ impl Model for Cart {
 }
 
 tatu_plugin! {
-    plugin: MyPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
+    plugin: ThisPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
 }

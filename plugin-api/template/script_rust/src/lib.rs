@@ -16,11 +16,11 @@ use std::cell::RefCell;
 use tatu_plugin_api::{abi::TATU_ERR_SCRIPT, safe::*, tatu_plugin};
 
 /// The plugin.
-struct MyPlugin;
+struct ThisPlugin;
 
-impl Plugin for MyPlugin {
+impl Plugin for ThisPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(MyPlugin)
+        Ok(ThisPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.language::<Script>();
@@ -62,7 +62,7 @@ fn line(text: &str) -> Result<Option<Line>> {
 }
 
 impl Language for Script {
-    type Plugin = MyPlugin;
+    type Plugin = ThisPlugin;
 
     const ID: &'static str = "my_plugin";
     const TEXT: &'static str = "Lines that say when to call which command.";
@@ -124,5 +124,5 @@ impl Language for Script {
 }
 
 tatu_plugin! {
-    plugin: MyPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
+    plugin: ThisPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
 }

@@ -13,11 +13,11 @@ use std::f64::consts::PI;
 use tatu_plugin_api::{abi::TATU_IN_DISTANCE, fields, safe::*, tatu_plugin};
 
 /// The plugin; data that all its sensors share would go here.
-struct MyPlugin;
+struct ThisPlugin;
 
-impl Plugin for MyPlugin {
+impl Plugin for ThisPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(MyPlugin)
+        Ok(ThisPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<Fan>();
@@ -48,7 +48,7 @@ fields! {
 }
 
 impl Sensor for Fan {
-    type Plugin = MyPlugin;
+    type Plugin = ThisPlugin;
 
     const ID: &'static str = "my_plugin";
     const TEXT: &'static str = "Measures the clearance ahead with a fan of beams.";
@@ -95,5 +95,5 @@ impl Sensor for Fan {
 }
 
 tatu_plugin! {
-    plugin: MyPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
+    plugin: ThisPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
 }

@@ -17,11 +17,11 @@ use std::{
 use tatu_plugin_api::{safe::*, tatu_plugin};
 
 /// The plugin.
-struct MyPlugin;
+struct ThisPlugin;
 
-impl Plugin for MyPlugin {
+impl Plugin for ThisPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(MyPlugin)
+        Ok(ThisPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.service::<Ticks>();
@@ -50,7 +50,7 @@ fn listen(session: &Session, period: Duration, queue: &Sender<i64>, ending: &Rec
 }
 
 impl Service for Ticks {
-    type Plugin = MyPlugin;
+    type Plugin = ThisPlugin;
 
     const ID: &'static str = "my_plugin";
     const TEXT: &'static str = "Counts ticks of the clock in a signal.";
@@ -62,7 +62,7 @@ impl Service for Ticks {
         ]
     }
 
-    fn start(_: &MyPlugin, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
+    fn start(_: &ThisPlugin, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let period = Duration::from_secs_f64(params.f64("period")?);
         let ((to, queue), (alive, ending)) = (channel(), channel());
         let thread = std::thread::Builder::new().name("my_plugin".into());
@@ -95,5 +95,5 @@ impl Drop for Ticks {
 }
 
 tatu_plugin! {
-    plugin: MyPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
+    plugin: ThisPlugin, id: "org.example.my_plugin", name: "my_plugin", version: "0.1.0", licence: "MIT",
 }
