@@ -22,8 +22,8 @@ pub fn run(file: &Path) -> Result<(), Error> {
         let world = subject.world(&stage::scene("", &script), &[("check.lua", script.as_bytes())], 1)?;
         commands::play(&world, 1);
         let (calls, time) = (subject.spy.calls.load(Relaxed), subject.spy.nanoseconds.load(Relaxed));
-        if calls > 0 {
-            note(&super::inspector::place(c), format!("{} ns a call", time / calls));
+        if let Some(each) = time.checked_div(calls) {
+            note(&super::inspector::place(c), format!("{each} ns a call"));
         }
     }
     let empty = stepped(&subject, "")?;

@@ -304,7 +304,7 @@ fn errors_name_the_file_and_the_line() {
         ("name=\"bar\"", "name=\"world\"", 4, "two links are called `world`"),
         ("</inertial>", "</inertia>", 9, "not well-formed"),
         ("size=\"0.04 0.04 1.0\"", "size=\"0.04 0 1.0\"", 4, "expected a length greater than 0"),
-        ("<robot name=\"pendulum\">", "<robt name=\"x\">", 2, "outermost"),
+        ("<robot name=\"pendulum\">", "<robt name=\"x\">", 2, "the root element is <robt>"),
     ];
     for (from, to, line, word) in wrong {
         let place = Place::new();

@@ -22,7 +22,7 @@ pub trait PerWorld: Plugin {
     /// Creates the instance for a new world.
     fn world(&self, world: &World<'_>) -> Result<Self::World>;
     /// Whether the instance outlives a run, for scripts that do so too (customization scripts, add-ons). If so,
-    /// [`Plugin::end_run`] is called; otherwise the instance is created again.
+    /// [`PerWorld::end_run`] is called; otherwise the instance is created again.
     const OUTLIVES_RUNS: bool = false;
     /// Called at the end of a run, after its scripts have ended and before the scene is reset. Must drop the state that
     /// belonged to these scripts ([`World::outlives_runs`]). After an error, the instance is created again.

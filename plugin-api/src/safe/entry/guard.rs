@@ -24,7 +24,7 @@ pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status
     }
 }
 
-/// Like [`run`], but for functions that a plugin puts into a table of the ABI itself; no panic may leave them.
+/// Calls a function that a plugin puts into a table of the ABI itself; a panic becomes `TATU_ERR_PANIC` and an error.
 /// Functions of this crate's traits are guarded already.
 ///
 /// # Safety
