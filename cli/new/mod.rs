@@ -40,7 +40,7 @@ enum What {
     Robot(Named),
 }
 
-/// Exit code 0; 2 if nothing was made.
+/// Runs `tatu new`. Returns exit code 0, or 2 after an error.
 pub fn new(args: &New) -> ExitCode {
     let made = match &args.what {
         What::Plugin(p) => plugin::plugin(p),

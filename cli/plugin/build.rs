@@ -98,7 +98,10 @@ fn cargo(project: &Project) -> Result<bool> {
 /// The sources in a folder, in order of their names.
 fn sources(folder: &Path, suffixes: &[&str]) -> Result<Vec<PathBuf>> {
     let read = fs::read_dir(folder).map_err(|e| failed(format!("cannot read {}: {e}", folder.display())))?;
-    let is_source = |p: &PathBuf| p.extension().is_some_and(|e| suffixes.iter().any(|s| e == *s));
+    // Editors and systems leave hidden files beside sources.
+    let hidden = |p: &PathBuf| p.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'));
+    let is_source =
+        |p: &PathBuf| p.extension().is_some_and(|e| suffixes.iter().any(|s| e == *s)) && p.is_file() && !hidden(p);
     let mut all: Vec<PathBuf> = read.flatten().map(|e| e.path()).filter(is_source).collect();
     all.sort();
     if all.is_empty() {

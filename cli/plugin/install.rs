@@ -276,7 +276,7 @@ fn replaceable(
     }
 }
 
-/// Returns the installed plugins. They are opened only where libraries cannot be read.
+/// Returns the installed plugins. Libraries are loaded only on systems whose library format this program cannot parse.
 fn installed(folder: &Path, examiner: &mut Examiner) -> Vec<(PathBuf, Examined)> {
     let entries = fs::read_dir(folder).into_iter().flatten();
     let mut files: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();

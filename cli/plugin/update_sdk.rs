@@ -21,32 +21,34 @@ pub struct UpdateSdk {
 /// Rewrites the folder `sdk` and the version in `tatu.toml`, and nothing else.
 pub fn update_sdk(args: &UpdateSdk) -> Result<ExitCode> {
     let project = Project::open(&args.folder)?;
-    let (old, new) = (project.folder.join("sdk"), project.folder.join("sdk.new"));
-    // Whole, or not at all: the old one is there until the new one is.
-    remove(&new)?;
+    let old = project.folder.join("sdk");
+    // Written beside the old one, which is moved away only when the new one is complete.
+    let made = tempfile::Builder::new().prefix(".sdk-").tempdir_in(&project.folder).map_err(|e| failed(&old, &e))?;
+    let (new, away) = (made.path().join("new"), made.path().join("old"));
     for (path, text) in sdk::files(project.lang) {
         let file = new.join(path.trim_start_matches("sdk/"));
         let written = file.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(&file, text));
         written.map_err(|e| failed(&file, &e))?;
     }
-    remove(&old)?;
+    match fs::rename(&old, &away) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(failed(&old, &e)),
+        _ => {}
+    }
     fs::rename(&new, &old).map_err(|e| failed(&old, &e))?;
     let file = project.folder.join(SETTINGS);
     let text = fs::read_to_string(&file).map_err(|e| failed(&file, &e))?;
     let mut settings: toml_edit::DocumentMut =
         text.parse().map_err(|e| Error::new("E611", format!("{SETTINGS} cannot be read: {e}")))?;
     settings["sdk"] = toml_edit::value(sdk::VERSION);
-    fs::write(&file, settings.to_string()).map_err(|e| failed(&file, &e))?;
+    // In place of the file, so that a link is not followed.
+    let text = settings.to_string();
+    let written = tempfile::NamedTempFile::new_in(&project.folder).and_then(|mut new| {
+        std::io::Write::write_all(&mut new, text.as_bytes())?;
+        new.persist(&file).map_err(|e| e.error)
+    });
+    written.map_err(|e| failed(&file, &e))?;
     report::out!("{}: Tatu {} in place of {}", old.display(), sdk::VERSION, project.sdk);
     Ok(ExitCode::SUCCESS)
-}
-
-/// Removes a folder, if it is there.
-fn remove(folder: &Path) -> Result {
-    match fs::remove_dir_all(folder) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(failed(folder, &e)),
-        _ => Ok(()),
-    }
 }
 
 fn failed(path: &Path, e: &std::io::Error) -> Error {

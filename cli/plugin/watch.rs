@@ -39,13 +39,13 @@ pub fn watch(args: &Watch) -> Result<ExitCode> {
     let project = Project::open(&args.folder)?;
     let mut seen = sources(&project.folder);
     let mut built = build::make(&project)?;
-    let mut running: Option<Child> = None;
+    let mut running: Option<Running> = None;
     loop {
         if built && running.is_none() {
-            running = Some(start(&project, &args.options)?);
+            running = Some(Running(start(&project, &args.options)?));
         }
         if let Some(child) = &mut running {
-            let ended = child.try_wait().map_err(|e| Error::new("E612", format!("cannot watch the run: {e}")))?;
+            let ended = child.0.try_wait().map_err(|e| Error::new("E612", format!("cannot watch the run: {e}")))?;
             if let Some(status) = ended {
                 let how = if status.success() { "has ended" } else { "has failed" };
                 report::err!("the run {how}: waiting for a change (Ctrl-C ends)");
@@ -55,13 +55,31 @@ pub fn watch(args: &Watch) -> Result<ExitCode> {
         thread::sleep(PAUSE);
         if settled(&project.folder, &mut seen) {
             let begin = Instant::now();
-            built = build::make(&project)?;
+            built = args.folder.join(super::project::SETTINGS).is_file() && make(&project);
             match (built, &running) {
                 (true, _) => report::err!("rebuilt in {:.1} s", begin.elapsed().as_secs_f64()),
                 (false, Some(_)) => report::err!("the build failed: the run goes on with the library built before"),
                 (false, None) => report::err!("the build failed: waiting for a change"),
             }
         }
+    }
+}
+
+/// Builds; an error, such as a source that an editor has moved away for a moment, is a failed build.
+fn make(project: &Project) -> bool {
+    build::make(project).unwrap_or_else(|e| {
+        report::error(&e);
+        false
+    })
+}
+
+/// A run, which ends with this program.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
     }
 }
 
@@ -75,6 +93,15 @@ fn start(project: &Project, options: &[OsString]) -> Result<Child> {
         true => command.args(["--realtime", "--seconds", "1000000000"]),
         false => command.args(options),
     };
+    #[cfg(target_os = "linux")]
+    // SAFETY: between fork and exec, a system call with numbers only: the run gets a signal when this program ends.
+    unsafe {
+        use std::os::unix::process::CommandExt;
+        command.pre_exec(|| {
+            libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGTERM);
+            Ok(())
+        });
+    }
     command.env("TATU_PLUGIN_PATH", run::path(project)).spawn().map_err(failed)
 }
 

@@ -69,6 +69,7 @@ pub fn repeat(file: &Path) -> Result<(), Error> {
         return Ok(());
     }
     drop(subject);
+    finding::at("", "when its commands are called");
     if std::env::var_os(ONE_RUN).is_some() {
         return transcript(file);
     }
@@ -113,7 +114,13 @@ pub fn worlds(file: &Path) -> Result<(), Error> {
 /// Reports the first line in which two transcripts differ.
 fn compare(first: &str, second: &str, what: &str) {
     let mut pairs = first.lines().zip(second.lines());
-    let Some((a, b)) = pairs.find(|(a, b)| a != b) else { return };
+    let Some((a, b)) = pairs.find(|(a, b)| a != b) else {
+        let [a, b] = [first, second].map(|t| t.lines().count());
+        if a != b {
+            error("", format!("{what}: {a} calls return in one run, {b} in the other"));
+        }
+        return;
+    };
     let (name, a) = a.split_once(' ').unwrap_or(("", a));
     let b = b.split_once(' ').map_or(b, |(_, b)| b);
     error(&format!("command `{name}`"), format!("{what}: {a}, then {b}"));

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use tatu_core::errors::Error;
+use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 use toml_edit::{Document, Item};
 
 use super::finding::Finding;
@@ -41,7 +42,7 @@ impl Config {
 
     fn read(file: &Path) -> Result<Self, Error> {
         let fail = |why: String| Error::new("E101", format!("{}: {why}", file.display()));
-        let text = std::fs::read_to_string(file).map_err(|e| fail(format!("cannot be read: {e}")))?;
+        let text = read_plain_text(file, MOST_BYTES).map_err(|e| fail(format!("cannot be read: {e}")))?;
         let doc = Document::parse(text.as_str()).map_err(|e| fail(format!("is no TOML: {}", e.message())))?;
         let mut config = Config::default();
         for (key, item) in doc.iter() {
@@ -51,6 +52,13 @@ impl Config {
                     let all = item.as_array_of_tables();
                     let all = all.ok_or_else(|| fail("`allow` is not written as [[allow]]".into()))?;
                     for table in all {
+                        let known = ["test", "place", "text", "reason"];
+                        if let Some((key, _)) =
+                            table.iter().find(|(key, v)| !known.contains(key) || v.as_str().is_none())
+                        {
+                            let text = format!("[[allow]] has `{key}`, which is no key, or no text");
+                            return Err(fail(text).help("known are test, place, text and reason"));
+                        }
                         let given = |key: &str| {
                             let text = table.get(key).and_then(Item::as_str).filter(|t| !t.is_empty());
                             text.map(str::to_owned)
@@ -73,6 +81,11 @@ impl Config {
             }
         }
         Ok(config)
+    }
+
+    /// Returns the tests that findings are allowed for.
+    pub fn tests(&self) -> impl Iterator<Item = &str> {
+        self.allow.iter().map(|a| a.test.as_str())
     }
 
     /// Whether a finding is allowed.

@@ -5,13 +5,14 @@ use std::path::Path;
 use tatu_core::{errors::Error, plugins::Declared};
 
 use super::{
-    finding::{error, warning},
+    finding::{self, error, warning},
     subject::Subject,
 };
 
 /// The test `declarations`.
 pub fn run(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
+    finding::at("", "when its declarations are read");
     for e in &subject.refused {
         let text = subject.readable(&e.text);
         let text = text.split_once("): ").map_or(text.as_str(), |(_, rest)| rest);

@@ -45,14 +45,50 @@ pub enum Line {
     Done,
 }
 
+/// What is tried in every test.
+pub const LOADING: &str = "when it is loaded";
+
 /// What begins each line of the child.
 pub const PREFIX: &str = "tatu-check ";
 
 /// Sends a line to the parent at once, so that it is there if the next call crashes.
 pub fn send(line: &Line) {
     let Ok(json) = serde_json::to_string(line) else { return };
-    let mut out = std::io::stdout().lock();
-    let _ = writeln!(out, "{PREFIX}{json}").and_then(|()| out.flush());
+    let line = format!("{PREFIX}{json}\n");
+    #[cfg(unix)]
+    {
+        use std::os::fd::FromRawFd;
+        // SAFETY: a descriptor that stays open until the process ends; it is not closed here.
+        let mut out = std::mem::ManuallyDrop::new(unsafe { std::fs::File::from_raw_fd(channel()) });
+        let _ = out.write_all(line.as_bytes());
+    }
+    #[cfg(not(unix))]
+    {
+        let mut out = std::io::stdout().lock();
+        let _ = out.write_all(line.as_bytes()).and_then(|()| out.flush());
+    }
+}
+
+/// The descriptor to which lines for the parent are written: standard output, until `take_output` moves it away.
+#[cfg(unix)]
+static CHANNEL: std::sync::atomic::AtomicI32 = std::sync::atomic::AtomicI32::new(1);
+
+/// Returns that descriptor.
+#[cfg(unix)]
+pub fn channel() -> i32 {
+    CHANNEL.load(std::sync::atomic::Ordering::Relaxed)
+}
+
+/// Keeps standard output for lines to the parent; what the plugin prints goes to standard error from now on.
+#[cfg(unix)]
+pub fn take_output() {
+    // SAFETY: calls with numbers only; the new descriptor is closed in programs that a plugin starts.
+    unsafe {
+        let own = libc::fcntl(1, libc::F_DUPFD_CLOEXEC, 64);
+        if own >= 0 && libc::dup2(2, 1) == 1 {
+            CHANNEL.store(own, std::sync::atomic::Ordering::Relaxed);
+        }
+    }
 }
 
 /// What is tried now.

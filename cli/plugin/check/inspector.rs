@@ -351,7 +351,7 @@ mod handler {
             if let Some((what, label)) = guard_page::blame((*info).si_addr().addr()) {
                 let newline: &[u8] = b"\n";
                 for part in [newline, super::GUARD.as_bytes(), what.as_bytes(), b" ", label, newline] {
-                    libc::write(1, part.as_ptr().cast(), part.len());
+                    libc::write(super::finding::channel(), part.as_ptr().cast(), part.len());
                 }
             }
             let before = BEFORE.get().and_then(|all| all.get(usize::from(signal == libc::SIGBUS)));

@@ -54,7 +54,7 @@ pub struct Check {
     #[arg(long)]
     pub github: bool,
     /// Seconds after which a test is ended and counts as failed.
-    #[arg(long, value_name = "S", default_value_t = 120)]
+    #[arg(long, value_name = "S", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..=86400))]
     pub timeout: u64,
     /// Use this file instead of a tatu-check.toml that is found.
     #[arg(long, value_name = "FILE")]
@@ -183,9 +183,16 @@ fn chosen(args: &Check, config: &Config) -> Result<Vec<&'static Test>, Error> {
     for name in args.only.iter().chain(&args.skip).chain(&config.skip) {
         test(name)?;
     }
+    for allowed in config.tests() {
+        test(allowed)?;
+    }
     let wanted = |t: &&Test| {
         let is_in = |list: &[String]| list.iter().any(|n| n == t.name);
         (args.only.is_empty() || is_in(&args.only)) && !is_in(&args.skip) && (is_in(&args.only) || !is_in(&config.skip))
     };
-    Ok(TESTS.iter().filter(wanted).collect())
+    let all: Vec<_> = TESTS.iter().filter(wanted).collect();
+    if all.is_empty() {
+        return Err(Error::new("E102", "no test is left to run").help("`tatu plugin check --list` shows all"));
+    }
+    Ok(all)
 }

@@ -19,6 +19,8 @@ use super::{
 
 /// Lines of standard error that are kept of a test.
 const KEPT: usize = 400;
+/// How long the parent waits for the rest of standard error after a child has ended.
+const GRACE: Duration = Duration::from_secs(2);
 
 /// The library that a file or folder means: the file itself, or the only one in the folder or in its `build`.
 pub fn library(given: &Path) -> Result<PathBuf, Error> {
@@ -47,6 +49,8 @@ pub fn library(given: &Path) -> Result<PathBuf, Error> {
 
 /// Runs a test in this process, the child.
 pub fn inside(test: fn(&Path) -> Result<(), Error>, library: &Path) -> ExitCode {
+    #[cfg(unix)]
+    finding::take_output();
     inspector::name_guard_pages();
     match test(library) {
         Ok(()) => {
@@ -72,7 +76,8 @@ pub fn run(test: &'static str, text: &'static str, library: &Path, timeout: u64)
         Err(why) => findings.push(Finding { level: Level::Error, place: String::new(), text: why.clone() }),
     }
     findings.dedup();
-    Outcome { test, text, seconds: begin.elapsed().as_secs_f64(), findings }
+    let tried = ran.is_ok_and(|r| r.tried) || !findings.is_empty();
+    Outcome { test, text, tried, seconds: begin.elapsed().as_secs_f64(), findings }
 }
 
 /// A child process that has ended.
@@ -82,7 +87,11 @@ pub struct Ran {
     at: Option<(String, String)>,
     pub findings: Vec<Finding>,
     pub transcript: String,
+    /// It tried something of the plugin, beyond loading it.
+    tried: bool,
     done: bool,
+    /// It has not ended in time.
+    late: bool,
     /// What the guard page that it ran into belongs to.
     guard: Option<String>,
     errors: Vec<String>,
@@ -94,7 +103,11 @@ impl Ran {
         let folder = tempfile::tempdir().map_err(|e| format!("cannot create a folder for the test: {e}"))?;
         let program = std::env::current_exe().map_err(|e| format!("cannot find this program: {e}"))?;
         let library = library.canonicalize().map_err(|e| format!("cannot read {}: {e}", library.display()))?;
-        let child = Command::new(program)
+        let mut command = Command::new(program);
+        // So that what the plugin starts ends with it.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let child = command
             .args(["plugin", "check", "--run", test])
             .arg(&library)
             .current_dir(folder.path())
@@ -108,30 +121,31 @@ impl Ran {
             at: None,
             findings: Vec::new(),
             transcript: String::new(),
+            tried: false,
             done: false,
+            late: false,
             guard: None,
             errors: Vec::new(),
         };
         let (out, err) = (child.stdout.take(), child.stderr.take());
         let (send, receive) = mpsc::channel();
-        let lines = read_lines(out, send);
-        let errors = std::thread::spawn(move || last_lines(err));
+        read_lines(out, send);
+        let errors = last_lines(err);
         let end = Instant::now() + timeout;
         loop {
             match receive.recv_timeout(end.saturating_duration_since(Instant::now())) {
                 Ok(line) => ran.take(&line),
                 Err(mpsc::RecvTimeoutError::Disconnected) => break,
                 Err(mpsc::RecvTimeoutError::Timeout) => {
-                    let _ = child.kill();
-                    let _ = child.wait();
-                    ran.errors = errors.join().unwrap_or_default();
-                    return Ok(ran);
+                    end_group(&mut child);
+                    ran.late = true;
+                    break;
                 }
             }
         }
-        let _ = lines.join();
         ran.status = wait(&mut child, end);
-        ran.errors = errors.join().unwrap_or_default();
+        end_group(&mut child);
+        ran.errors = errors.recv_timeout(GRACE).unwrap_or_default();
         Ok(ran)
     }
 
@@ -142,7 +156,10 @@ impl Ran {
         }
         let Some(line) = line.strip_prefix(PREFIX).and_then(|json| serde_json::from_str(json).ok()) else { return };
         match line {
-            Line::At { place, text } => self.at = Some((place, text)),
+            Line::At { place, text } => {
+                self.tried |= text != finding::LOADING;
+                self.at = Some((place, text));
+            }
             Line::Found(f) if self.findings.contains(&f) => {}
             Line::Found(f) => self.findings.push(f),
             Line::Transcript(text) => self.transcript += &text,
@@ -153,12 +170,19 @@ impl Ran {
     /// What is wrong if the process did not come to its end: with what it did last.
     pub fn abnormal_end(&self) -> Option<Finding> {
         if self.done {
-            return None;
+            let good = self.status.is_some_and(|s| matches!(s.code(), Some(0 | 1)));
+            let text = match &self.status {
+                _ if good => return None,
+                Some(status) if !self.late => format!("{}, when the process ends", self.ended(*status)),
+                _ => "it keeps the process from ending: a thread, a destructor or an exit handler".to_owned(),
+            };
+            return Some(Finding { level: Level::Error, place: String::new(), text });
         }
         let (place, doing) = self.at.clone().unwrap_or_default();
         let when = if doing.is_empty() { String::new() } else { format!(", {doing}") };
         let what = match (&self.guard, &self.status) {
             (Some(guard), _) => format!("it crashes: {guard}"),
+            _ if self.late => "it has not returned in time".to_owned(),
             (None, None) => "it has not returned in time".to_owned(),
             (None, Some(status)) => self.ended(*status),
         };
@@ -199,7 +223,8 @@ impl Ran {
     }
 }
 
-fn read_lines(out: Option<impl Read + Send + 'static>, to: mpsc::Sender<String>) -> std::thread::JoinHandle<()> {
+/// Passes on the lines of a child, cut where they are too long, from a thread of its own.
+fn read_lines(out: Option<impl Read + Send + 'static>, to: mpsc::Sender<String>) {
     std::thread::spawn(move || {
         let Some(out) = out else { return };
         for line in BufReader::new(out).split(b'\n').map_while(Result::ok) {
@@ -207,18 +232,34 @@ fn read_lines(out: Option<impl Read + Send + 'static>, to: mpsc::Sender<String>)
                 return;
             }
         }
-    })
+    });
 }
 
-fn last_lines(err: Option<impl Read>) -> Vec<String> {
-    let mut kept = VecDeque::new();
-    for line in err.into_iter().flat_map(|e| BufReader::new(e).split(b'\n').map_while(Result::ok)) {
-        kept.push_back(String::from_utf8_lossy(&line).into_owned());
-        if kept.len() > KEPT {
-            kept.pop_front();
+/// Collects the last lines of a child's standard error, in a thread of its own; sends them when it ends.
+fn last_lines(err: Option<impl Read + Send + 'static>) -> mpsc::Receiver<Vec<String>> {
+    let (send, receive) = mpsc::channel();
+    std::thread::spawn(move || {
+        let mut kept = VecDeque::new();
+        for line in err.into_iter().flat_map(|e| BufReader::new(e).split(b'\n').map_while(Result::ok)) {
+            kept.push_back(String::from_utf8_lossy(&line).into_owned());
+            if kept.len() > KEPT {
+                kept.pop_front();
+            }
         }
+        let _ = send.send(kept.into());
+    });
+    receive
+}
+
+/// Kills a child, and what it has started.
+fn end_group(child: &mut Child) {
+    #[cfg(unix)]
+    // SAFETY: a call with numbers only; the group is the child's own, made when it was started.
+    unsafe {
+        libc::kill(-child.id().cast_signed(), libc::SIGKILL);
     }
-    kept.into()
+    let _ = child.kill();
+    let _ = child.wait();
 }
 
 /// Waits for a process that has closed its output.

@@ -13,6 +13,8 @@ use crate::report::out;
 pub struct Outcome {
     pub test: &'static str,
     pub text: &'static str,
+    /// The plugin has something that the test is about.
+    pub tried: bool,
     pub seconds: f64,
     pub findings: Vec<Finding>,
 }
@@ -23,6 +25,7 @@ impl Outcome {
     }
     fn verdict(&self) -> &'static str {
         match (self.count(Level::Error), self.count(Level::Warning)) {
+            (0, 0) if !self.tried => "none",
             (0, 0) => "pass",
             (0, _) => "warn",
             _ => "FAIL",
@@ -54,7 +57,12 @@ pub fn sum_up(library: &Path, outcomes: &[Outcome]) {
         0 => String::new(),
         n => format!(", {n} warning{}", if n == 1 { "" } else { "s" }),
     };
-    out!("{}: {} of {} tests passed{warned}", library.display(), outcomes.len() - failed, outcomes.len());
+    let tried = outcomes.iter().filter(|o| o.tried).count();
+    let idle = match outcomes.len() - tried {
+        0 => String::new(),
+        n => format!("; {n} had nothing to test"),
+    };
+    out!("{}: {} of {tried} tests passed{warned}{idle}", library.display(), tried - failed);
 }
 
 /// Prints all as one JSON object.

@@ -50,7 +50,7 @@ impl Subject {
         let name = format!("{}{COPY}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
         let copy = folder.path().join(name);
         std::fs::copy(file, &copy).map_err(cannot)?;
-        finding::at("", "when it is loaded");
+        finding::at("", finding::LOADING);
         let exe = std::env::current_exe().ok();
         let mut search = Search::standard(exe.as_deref(), Some(folder.path().as_os_str()), &built());
         // So that it can be loaded again.

@@ -58,8 +58,8 @@ pub fn offered(offers: impl Fn(&CStr) -> bool) -> Vec<String> {
     out
 }
 
-/// Searches a library that offers nothing for a misspelt extension id. Returns it with the most similar valid id, or an
-/// empty text.
+/// Searches a library that declares no extensions for a misspelt extension id. Returns a clause for the error message
+/// that names it and the nearest valid id, or an empty string.
 pub fn misspelt(library: &Path) -> String {
     let Ok(bytes) = read_plain(library, MOST_BYTES) else { return String::new() };
     let known: Vec<&str> = EXTENSIONS.iter().chain(&SERVICES).filter_map(|id| id.to_str().ok()).collect();

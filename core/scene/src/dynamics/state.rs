@@ -249,7 +249,7 @@ impl Dynamics {
         };
         all.into_iter().filter_map(move |c| Some((living(c.bodies.0)?, living(c.bodies.1)?, c)))
     }
-    /// Changes gravity or the length of an engine step.
+    /// Replaces the engine's settings; they take effect when physics advances next.
     pub fn configure(&mut self, settings: EngineSettings) {
         self.settings = settings;
         self.engine.configure(EngineSettings { step: self.step, ..settings });

@@ -95,7 +95,7 @@ pub struct DeviceImage {
     pub time: f64,
     pub drawn: u64,
     pub period: Option<u64>,
-    /// The state of its noise.
+    /// The state of the sensor's noise.
     pub noise: Option<Memory>,
     pub off: bool,
 }

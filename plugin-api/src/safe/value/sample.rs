@@ -14,10 +14,10 @@ pub struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
-    /// The input of instance `i` of a batch: for a host, or what stands in for one in tests.
+    /// Creates the input of instance `i` of a batch. For hosts, and for tests that stand in for one.
     ///
     /// # Safety
-    /// The batch is valid for `'a` as `tatu/sensor.h` describes it, and has this instance.
+    /// `batch` must be valid for `'a`, as described in `tatu/sensor.h`, and `i` must be less than its `n`.
     pub unsafe fn new(batch: &'a tatu_sensor_batch, i: usize) -> Self {
         Sample { batch, i, cast: true }
     }

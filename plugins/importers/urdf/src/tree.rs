@@ -164,8 +164,11 @@ impl Tree {
         }
         if seen < robot.links.len() {
             let lost = above.iter().position(|a| a.is_some_and(|j| !tree.reaches(robot, j))).unwrap_or(root);
-            return Err(Fail::argument(format!("the joints form a loop with the link `{}`", robot.links[lost].name))
-                .at("", outline.links[lost].line));
+            return Err(Fail::argument(format!(
+                "the link `{}` cannot be reached from the root: joints above it form a loop",
+                robot.links[lost].name
+            ))
+            .at("", outline.links[lost].line));
         }
         Ok(tree)
     }

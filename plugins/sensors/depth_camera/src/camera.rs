@@ -31,7 +31,7 @@ impl Draw for Sample<'_> {
 
 const IMAGE: [u32; 3] = [TATU_DIM_ROWS, TATU_DIM_COLUMNS, 1];
 
-/// An image with channels of the camera's own number.
+/// Returns the shape of an image whose number of channels is the instance's own dimension `own` (`tatu_beams.own`).
 const fn channels(own: u32) -> [u32; 3] {
     [TATU_DIM_ROWS, TATU_DIM_COLUMNS, TATU_DIM_OWN + own]
 }

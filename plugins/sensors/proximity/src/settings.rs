@@ -166,7 +166,7 @@ impl Settings {
             return refuse("`max_incidence` must be greater than 0; with a quarter turn there is no limit".into());
         }
         if !self.front_faces && !self.back_faces {
-            return refuse("with neither `front_faces` nor `back_faces` the sensor sees nothing".into());
+            return refuse("neither `front_faces` nor `back_faces` is set, so the sensor would see nothing".into());
         }
         let Some((_, waves)) = WAVES.iter().find(|(name, _)| *name == self.waves) else {
             return refuse(format!("`waves` is `{}`; expected one of {}", self.waves, WAVE_NAMES.join(", ")));

@@ -235,7 +235,11 @@ impl State {
 /// Calls a service that a script offers.
 fn script(turn: &Turn<'_>, service: &str, args: &Json) -> Result<Json> {
     let done = turn.call(scripts::SERVE, &[Value::text(service), Value::text(args.to_string())], 0)?;
-    let safe::Called::Done(values) = done else { return Err(Fail::unsupported("the script of the service waits")) };
+    let safe::Called::Done(values) = done else {
+        return Err(Fail::unsupported(format!(
+            "the script function of the service `{service}` waits, which a service call does not allow"
+        )));
+    };
     let Some(Value::Text(text)) = values.first() else { return Ok(Json::Null) };
     serde_json::from_slice(text).map_err(|e| Fail::new(e.to_string()))
 }

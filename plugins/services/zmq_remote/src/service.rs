@@ -3,6 +3,8 @@
 use std::{
     cell::{RefCell, RefMut},
     collections::{BTreeMap, VecDeque},
+    io,
+    sync::mpsc::Receiver,
 };
 
 use ciborium::Value as Cbor;
@@ -17,7 +19,7 @@ use crate::{
     clients::Clients,
     functions::Functions,
     state::{Done, Pending, Place, State, Waiting, gone},
-    zmtp::{Kind, Listener},
+    zmtp::{Event, Kind, Listener},
 };
 
 /// The plugin, which offers one service.
@@ -51,14 +53,9 @@ impl Service for Remote {
 
     fn start(_: &ZmqRemote, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let port = params.i64("port")? as u16;
-        let woken = session.clone();
-        let wake = move || woken.wake();
-        let (listener, events) = Listener::open(Kind::Reply, port, Box::new(wake)).map_err(|e| {
-            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
-                .help("choose another `port`; 0 means any free port")
-        })?;
+        let ((listener, events), counter) = listen(&session, port)?;
         let address = listener.address();
-        let counter = match Listener::open(Kind::Publish, address.port().wrapping_add(1), Box::new(|| ())) {
+        let counter = match counter {
             Ok((counter, _)) => Some(counter),
             Err(e) => {
                 let next = address.port().wrapping_add(1);
@@ -313,5 +310,30 @@ impl Remote {
                 None => {}
             }
         }
+    }
+}
+
+/// A port, and the events of its connections.
+type Opened = (Listener, Receiver<Event>);
+
+/// Pairs of ports that are tried if any port will do.
+const ATTEMPTS: usize = 16;
+
+/// Opens the port for requests, and the next one for the step counter, if that is free. If `port` is 0, chooses two that
+/// are.
+fn listen(session: &Session, port: u16) -> Result<(Opened, io::Result<Opened>)> {
+    let mut attempt = 1;
+    loop {
+        let woken = session.clone();
+        let opened = Listener::open(Kind::Reply, port, Box::new(move || woken.wake())).map_err(|e| {
+            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
+                .help("choose another `port`; 0 means any free port")
+        })?;
+        let next = opened.0.address().port().wrapping_add(1);
+        let counter = Listener::open(Kind::Publish, next, Box::new(|| ()));
+        if counter.is_ok() || port != 0 || attempt == ATTEMPTS {
+            return Ok((opened, counter));
+        }
+        attempt += 1;
     }
 }

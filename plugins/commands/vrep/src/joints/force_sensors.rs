@@ -12,7 +12,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 12 => ("spherical", "Spherical_joint"),
                 n => {
                     return Err(Fail::unsupported(format!("there are no joints of type {n}")).help(
-                        "sim.joint_revolute_subtype, sim.joint_prismatic_subtype, sim.joint_spherical_subtype are known",
+                        "use sim.joint_revolute_subtype, sim.joint_prismatic_subtype or sim.joint_spherical_subtype",
                     ));
                 }
             };

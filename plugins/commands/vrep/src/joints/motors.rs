@@ -227,7 +227,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 5 => "dynamic",
                 n => {
                     return Err(Fail::unsupported(format!("joints have no mode {n}"))
-                        .help("0 (passive, kinematic) and 5 (force, dynamic) are known"));
+                        .help("use 0 (passive, kinematic) or 5 (force, dynamic)"));
                 }
             };
             c.world().set(joint, c.plugin().p.joint_mode, &mode.into())?;

@@ -222,7 +222,7 @@ pub(crate) fn kind_of(kind: i64) -> Option<&'static str> {
     }
 }
 
-/// Returns the script of a type that belongs to the object with a name.
+/// Returns the script of the given type that belongs to the named object.
 pub(crate) fn named(c: &Ctx<'_>, owner: &str, kind: i64) -> Result<tatu_object> {
     let script = match kind_of(kind) {
         Some("main") => main_script(c)?,

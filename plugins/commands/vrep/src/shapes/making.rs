@@ -43,7 +43,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 8 => ("capsule", "Capsule"),
                 n => {
                     return Err(Fail::unsupported(format!("there is no primitive shape {n}"))
-                        .help("plane 1, cuboid 3, spheroid 4, cylinder 5 and capsule 8 are known"));
+                        .help("use 1 (plane), 3 (cuboid), 4 (spheroid), 5 (cylinder) or 8 (capsule)"));
                 }
             };
             let shape = make(c, primitive, alias, numbers(c, 1)?)?;

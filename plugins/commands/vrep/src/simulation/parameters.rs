@@ -135,7 +135,7 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
 /// Stores a parameter that has no effect here, so that it is read back as it was set.
 fn remember(c: &Ctx<'_>, family: &Family, n: i64, is: &Value, wanted: &Value) -> Result {
     if FIXED.iter().any(|(name, all)| *name == family.name && all.contains(&n)) {
-        return Err(Fail::unsupported(format!("parameter {n} cannot be changed here")));
+        return Err(Fail::unsupported(format!("parameter {n} is read-only")));
     }
     let wanted = match is {
         Value::Bool(_) => Value::Bool(!matches!(wanted, Value::Nil | Value::Bool(false))),

@@ -34,7 +34,7 @@ pub(super) struct Table {
     pub limit: u32,
     /// Whether `limit` is only a hint for the length operator.
     pub is_hint: bool,
-    /// Hash part: empty, or a power of two of nodes.
+    /// Hash part; its length is 0 or a power of two.
     pub nodes: Vec<Node>,
     pub meta: Option<u32>,
 }
