@@ -15,7 +15,7 @@ AT_ONCE = 2
 
 
 def check(program, plugin):
-    command = [program, "plugin", "check", plugin["path"], "--config", CONFIG, "--timeout", "400", "--json"]
+    command = [program, "plugin", "check", plugin["path"], "--config", CONFIG, "--timeout", "100", "--json"]
     ran = subprocess.run(command, capture_output=True, text=True)
     if ran.returncode not in (0, 1):
         return [ran.stderr.strip()]
