@@ -55,7 +55,7 @@ FAULTS = [
         'Param::float("dead_angle")\n                .unit("radians")',
     )]),
     ("text_missing", "thruster", [(
-        '.default(0.0).text("Requested force along +z, limited to `max_force`.")',
+        '.default(0.0).text("Wanted force along +z, held within `max_force`.")',
         '.default(0.0)',
     )]),
     ("optional_nil_crashes", "notes", [('if (tatu_has_arg(call, 2)) memcpy(made->place', 'memcpy(made->place')]),
