@@ -11,7 +11,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{
     finding::{self, Line, error, note},
-    process::Ran,
+    process::{ONE_RUN, Ran},
     stage,
     subject::Subject,
 };
@@ -37,7 +37,7 @@ pub fn examples(file: &Path) -> Result<(), Error> {
         let place = super::inspector::place(c);
         finding::at(&place, "when its example runs");
         let script = format!("{TOOLS}\nreport(load({}, 'example'))\n", quoted(c.example.as_bytes()));
-        let said = run(&subject, &script, 1, 1)?;
+        let said = run(&subject, &script, 1)?;
         if let Some(said) = said.first().filter(|l| l.starts_with("compile: ")) {
             error(&place, format!("its example does not compile: {}", said.trim_start_matches("compile: ")));
         } else if let Some(said) = said.first().filter(|l| l.starts_with("raise: ")) {
@@ -57,7 +57,7 @@ pub fn arguments(file: &Path) -> Result<(), Error> {
         for call in calls(c) {
             let _ = writeln!(script, "{call}");
         }
-        run(&subject, &script, STEPS, 1)?;
+        run(&subject, &script, STEPS)?;
     }
     Ok(())
 }
@@ -73,9 +73,7 @@ pub fn repeat(file: &Path) -> Result<(), Error> {
     if std::env::var_os(ONE_RUN).is_some() {
         return transcript(file);
     }
-    // SAFETY: no other thread of this process reads or sets the environment.
-    unsafe { std::env::set_var(ONE_RUN, "1") };
-    let run = || Ran::of("repeat", file, Duration::from_secs(60)).map_err(|e| Error::new("E105", e));
+    let run = || Ran::of("repeat", file, Duration::from_secs(60), true).map_err(|e| Error::new("E105", e));
     let first = run()?;
     std::thread::sleep(BETWEEN);
     let second = run()?;
@@ -88,12 +86,9 @@ pub fn repeat(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Set in the processes whose transcripts are compared.
-const ONE_RUN: &str = "TATU_CHECK_ONE_RUN";
-
 fn transcript(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
-    let lines = run(&subject, &ordinary(&subject), STEPS, 1)?;
+    let lines = run(&subject, &ordinary(&subject), STEPS)?;
     finding::send(&Line::Transcript(lines.join("\n")));
     Ok(())
 }
@@ -105,8 +100,8 @@ pub fn worlds(file: &Path) -> Result<(), Error> {
         return Ok(());
     }
     let script = ordinary(&subject);
-    let first = run(&subject, &script, STEPS, 1)?.join("\n");
-    let second = run(&subject, &script, STEPS, 1)?.join("\n");
+    let first = run(&subject, &script, STEPS)?.join("\n");
+    let second = run(&subject, &script, STEPS)?.join("\n");
     compare(&first, &second, "what one world has called changes the results in another: a global or static variable");
     Ok(())
 }
@@ -127,9 +122,9 @@ fn compare(first: &str, second: &str, what: &str) {
 }
 
 /// Runs a script in a new world; the lines that it reported.
-fn run(subject: &Subject, script: &str, steps: usize, threads: usize) -> Result<Vec<String>, Error> {
+fn run(subject: &Subject, script: &str, steps: usize) -> Result<Vec<String>, Error> {
     let scene = stage::scene("", script);
-    let world = subject.world(&scene, &[("check.lua", script.as_bytes())], threads)?;
+    let world = subject.world(&scene, &[("check.lua", script.as_bytes())], 1)?;
     let mut lines = play(&world, steps);
     lines.iter_mut().for_each(|l| *l = subject.without_folders(l));
     subject.report_faults(&world);

@@ -22,6 +22,9 @@ const KEPT: usize = 400;
 /// How long the parent waits for the rest of standard error after a child has ended.
 const GRACE: Duration = Duration::from_secs(2);
 
+/// Set in the processes whose transcripts are compared.
+pub const ONE_RUN: &str = "TATU_CHECK_ONE_RUN";
+
 /// The library that a file or folder means: the file itself, or the only one in the folder or in its `build`.
 pub fn library(given: &Path) -> Result<PathBuf, Error> {
     let missing = |text: String| Error::new("E105", text).help("give a library, or a folder with one");
@@ -69,7 +72,7 @@ pub fn inside(test: fn(&Path) -> Result<(), Error>, library: &Path) -> ExitCode 
 /// Runs a test in a child process, and collects what it finds.
 pub fn run(test: &'static str, text: &'static str, library: &Path, timeout: u64) -> Outcome {
     let begin = Instant::now();
-    let ran = Ran::of(test, library, Duration::from_secs(timeout));
+    let ran = Ran::of(test, library, Duration::from_secs(timeout), false);
     let mut findings = ran.as_ref().map(|r| r.findings.clone()).unwrap_or_default();
     match &ran {
         Ok(ran) => findings.extend(ran.abnormal_end()),
@@ -99,11 +102,17 @@ pub struct Ran {
 
 impl Ran {
     /// Starts a child for a test, waits for its end, and reads what it wrote.
-    pub fn of(test: &str, library: &Path, timeout: Duration) -> Result<Self, String> {
+    ///
+    /// `one_run`: the child runs once and sends its transcript, for a comparison.
+    pub fn of(test: &str, library: &Path, timeout: Duration, one_run: bool) -> Result<Self, String> {
         let folder = tempfile::tempdir().map_err(|e| format!("cannot create a folder for the test: {e}"))?;
         let program = std::env::current_exe().map_err(|e| format!("cannot find this program: {e}"))?;
         let library = library.canonicalize().map_err(|e| format!("cannot read {}: {e}", library.display()))?;
         let mut command = Command::new(program);
+        match one_run {
+            true => command.env(ONE_RUN, "1"),
+            false => command.env_remove(ONE_RUN),
+        };
         // So that what the plugin starts ends with it.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);

@@ -161,3 +161,15 @@ fn a_watched_plugin_is_built_at_each_save() {
     watch.kill().unwrap();
     watch.wait().unwrap();
 }
+
+#[test]
+fn the_page_lists_the_tests_as_the_program_does() {
+    let page = fs::read_to_string(root().join(BOOK).join("checking.md")).unwrap();
+    let place = Place::new();
+    let listed = place.tatu(&["plugin", "check", "--list"]).good().out;
+    let rows: String = listed
+        .lines()
+        .map(|line| line.split_once(' ').unwrap())
+        .fold(String::new(), |all, (name, text)| all + &format!("| `{name}` | {} |\n", text.trim()));
+    assert!(page.contains(&format!("|---|---|\n{rows}\n")), "the page lacks:\n{rows}");
+}
