@@ -129,6 +129,6 @@ mod tests {
         let wrong = merged(defaults, &pairs(&[("perid", Value::text("2"))])).unwrap_err().to_string();
         assert!(wrong.contains("`perid`") && wrong.contains("file, period"), "{wrong}");
         let wrong = merged(defaults, &pairs(&[("period", Value::text("often"))])).unwrap_err().to_string();
-        assert!(wrong.contains("a number, not `often`"), "{wrong}");
+        assert!(wrong.contains("expected a number, found `often`"), "{wrong}");
     }
 }
