@@ -69,7 +69,7 @@ fn rings_and_pieces_are_told() {
         assert!(e.text().contains(word) && e.place().is_some_and(|(_, l)| l == 1), "{e}");
     };
     fails(with(&[("a", "b"), ("b", "a")], &["a", "b"]), "loop");
-    fails(with(&[("a", "b"), ("b", "a")], &["a", "b", "c"]), "loop with the link");
+    fails(with(&[("a", "b"), ("b", "a")], &["a", "b", "c"]), "form a loop");
     fails(with(&[("a", "a")], &["a"]), "to itself");
     fails(with(&[], &["a", "b"]), "is not connected");
     fails(with(&[("a", "c"), ("b", "c")], &["a", "b", "c"]), "two parent joints");

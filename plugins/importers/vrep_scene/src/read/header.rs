@@ -121,7 +121,7 @@ mod tests {
         assert!(why(|b| b[4] = 3).contains("serialization 3"));
         assert!(why(|b| b[12] = 7).contains("method 7"));
         assert!(why(|b| b[13..17].copy_from_slice(&0x7FFF_FFFF_i32.to_le_bytes())).contains("at most 1432"));
-        assert!(why(|b| b[16] = 0x80).contains("not a length"));
-        assert!(why(|b| b.truncate(20)).contains("wanted"));
+        assert!(why(|b| b[16] = 0x80).contains("expected a length"));
+        assert!(why(|b| b.truncate(20)).contains("more bytes, found"));
     }
 }
