@@ -29,9 +29,13 @@ pub struct FieldNoise {
     /// Standard deviation of white noise: polynomial coefficients from the constant on; one list for all components, or
     /// one per component.
     pub sigma: Vec<Vec<f64>>,
+    /// Spectral density of white noise, per square root of Hz: its standard deviation is this times the square root of
+    /// the rate at which the sensor measures. Here and below, there is one number for all components, or one per
+    /// component.
+    pub density: Vec<f64>,
     /// The field that is the variable of the polynomial; `None`: the value itself.
     pub of: Option<String>,
-    /// Half width of uniform noise. Here and below, there is one number for all components, or one per component.
+    /// Half width of uniform noise.
     pub uniform: Vec<f64>,
     /// Half width of a uniform offset that is drawn once per run.
     pub shift: Vec<f64>,
@@ -39,6 +43,8 @@ pub struct FieldNoise {
     pub shift_sigma: Vec<f64>,
     /// A slowly varying bias.
     pub walk: Option<Walk>,
+    /// Standard deviation that a bias gains per square root of a second, from 0 on: a random walk without bound.
+    pub random_walk: Vec<f64>,
     /// Values are rounded to multiples of this.
     pub step: Vec<f64>,
     /// Inverses of values are rounded to multiples of this.
@@ -51,6 +57,8 @@ pub struct FieldNoise {
     pub outliers: Option<Outliers>,
     /// Minimum and maximum value; elements beyond are lost.
     pub limits: Option<[f64; 2]>,
+    /// Minimum and maximum value; elements beyond get the nearer of the two, as of a device that saturates.
+    pub clamp: Option<[f64; 2]>,
 }
 
 /// A first-order Gauss-Markov process.
@@ -77,11 +85,14 @@ type Read<T> = Result<T, Wrong>;
 
 const KEYS: &[&str] = &[
     "sigma",
+    "density",
     "of",
     "uniform",
     "shift",
     "shift_sigma",
     "walk",
+    "random_walk",
+    "clamp",
     "step",
     "inverse_step",
     "dropout",
@@ -223,6 +234,7 @@ impl FieldNoise {
                 let each = |least: f64| each(key, item, components, least);
                 match key {
                     "sigma" => n.sigma = sigma(key, item, components)?,
+                    "density" => n.density = each(0.0)?,
                     "of" => n.of = Some(other(key, item)?),
                     "uniform" => n.uniform = each(0.0)?,
                     "shift" => n.shift = each(0.0)?,
@@ -237,6 +249,7 @@ impl FieldNoise {
                                 .map_err(|e| e.or(&span(t, "tau_s")))?,
                         });
                     }
+                    "random_walk" => n.random_walk = each(0.0)?,
                     "step" => n.step = each(0.0)?,
                     "inverse_step" => n.inverse_step = each(0.0)?,
                     "dropout" => n.dropout = number(key, item, 0.0, 1.0)?,
@@ -256,6 +269,7 @@ impl FieldNoise {
                         n.outliers = Some(Outliers { probability, sigma, uniform });
                     }
                     "limits" => n.limits = Some(limits(key, item)?),
+                    "clamp" => n.clamp = Some(limits(key, item)?),
                     _ => {
                         let error = Error::new("E101", format!("unknown key `{key}` of the noise of a field"));
                         let error = error.expected(KEYS.join(", ")).nearest(key, KEYS.iter().copied());
@@ -307,6 +321,7 @@ impl FieldNoise {
         };
         let quoted = |t: &Option<String>| t.as_ref().map_or(String::new(), |t| format!("{t:?}"));
         put("sigma", !self.sigma.is_empty(), sigma);
+        put("density", !self.density.is_empty(), list(&self.density));
         put("of", self.of.is_some(), quoted(&self.of));
         put("uniform", !self.uniform.is_empty(), list(&self.uniform));
         put("shift", !self.shift.is_empty(), list(&self.shift));
@@ -314,6 +329,7 @@ impl FieldNoise {
         if let Some(w) = &self.walk {
             put("walk", true, format!("{{ sigma = {}, tau_s = {:?} }}", list(&w.sigma), w.tau));
         }
+        put("random_walk", !self.random_walk.is_empty(), list(&self.random_walk));
         put("step", !self.step.is_empty(), list(&self.step));
         put("inverse_step", !self.inverse_step.is_empty(), list(&self.inverse_step));
         put("dropout", self.dropout != 0.0, format!("{:?}", self.dropout));
@@ -324,8 +340,8 @@ impl FieldNoise {
             let (sigma, uniform) = (part("sigma", &o.sigma), part("uniform", &o.uniform));
             put("outliers", true, format!("{{ probability = {:?}{sigma}{uniform} }}", o.probability));
         }
-        if let Some([low, high]) = self.limits {
-            put("limits", true, format!("[{low:?}, {high:?}]"));
+        for (key, range) in [("limits", self.limits), ("clamp", self.clamp)] {
+            put(key, range.is_some(), range.map_or(String::new(), |[low, high]| format!("[{low:?}, {high:?}]")));
         }
     }
 }

@@ -1,4 +1,5 @@
-//! The stages of noise, in order: shift, walk, white, uniform, outliers, step, inverse step, limits, dropout.
+//! The stages of noise, in order: shift, walk, random walk, white, uniform, outliers, clamp, step, inverse step, limits,
+//! dropout.
 //!
 //! The random numbers of an element depend only on the sensor's seed, its number of measurements, the field's name, the
 //! stage and the element's index, not on any earlier draw or any other sensor. Parts can therefore be computed in any
@@ -21,6 +22,8 @@ const UNIFORM: u64 = 4;
 const WHETHER: u64 = 5;
 const OUTLIER: u64 = 6;
 const DROPOUT: u64 = 7;
+const RANDOM_WALK: u64 = 8;
+const DENSITY: u64 = 9;
 /// The measurement count for numbers that are drawn once per run.
 const ONCE: u64 = u64::MAX;
 
@@ -52,12 +55,17 @@ pub(super) struct Measure<'a> {
     pub valid: Option<(FieldNumbers<'a>, usize)>,
     /// Offsets that are the same for all rows, one per component.
     pub bias: Vec<f64>,
+    /// Time from one measurement to the next, s.
+    pub period: f64,
 }
 
-/// The state of a walk, one number per component, in standard deviations.
+/// The states of the two kinds of walk of a field, one number per component.
 pub(super) struct Walking<'a> {
+    /// Of the Gauss-Markov process, in standard deviations.
     pub state: &'a mut Vec<f64>,
-    /// Time since the last measurement, s.
+    /// Of the random walk, in the field's unit.
+    pub random: &'a mut Vec<f64>,
+    /// Time since the last measurement, s; before the first: since time 0.
     pub passed: f64,
 }
 
@@ -106,7 +114,17 @@ impl FieldPlan {
             let normal = once.normal((c + self.components) as u64);
             *bias += of_component(&noise.shift, c) * uniform + of_component(&noise.shift_sigma, c) * normal;
         }
-        if let (Some(w), Some(walking)) = (&noise.walk, walk) {
+        let Some(walking) = walk else { return bias };
+        if !noise.random_walk.is_empty() {
+            let key = Key::new(seed, drawn, self.stream.wrapping_add(RANDOM_WALK));
+            walking.random.resize(self.components, 0.0);
+            let root = walking.passed.max(0.0).sqrt();
+            for (c, (s, bias)) in walking.random.iter_mut().zip(&mut bias).enumerate() {
+                *s += of_component(&noise.random_walk, c) * root * key.normal(c as u64);
+                *bias += *s;
+            }
+        }
+        if let Some(w) = &noise.walk {
             let key = Key::new(seed, drawn, self.stream.wrapping_add(WALK));
             let (state, x) = (walking.state, walking.passed.max(0.0) / w.tau);
             // The walk starts in its stationary distribution.
@@ -121,9 +139,9 @@ impl FieldPlan {
         bias
     }
 
-    /// Returns whether the noise includes a walk.
+    /// Returns whether the noise includes a walk of either kind.
     pub fn walks(&self) -> bool {
-        self.noise.walk.is_some()
+        self.noise.walk.is_some() || !self.noise.random_walk.is_empty()
     }
 
     /// Applies all other stages. `lost` has one entry per element, or none if it is not needed.
@@ -187,6 +205,12 @@ impl FieldPlan {
             self.key(m, WHITE).normals(first, drawn);
             white(value, x, drawn, &noise.sigma);
         }
+        if some(&noise.density) && m.period > 0.0 {
+            self.key(m, DENSITY).normals(first, drawn);
+            let root = (1.0 / m.period).sqrt();
+            drawn.iter_mut().for_each(|d| *d *= root);
+            add(value, drawn, &noise.density);
+        }
         if some(&noise.uniform) {
             symmetric(self.key(m, UNIFORM), first, drawn);
             add(value, drawn, &noise.uniform);
@@ -203,6 +227,9 @@ impl FieldPlan {
                     *v = if more != 0.0 { *v + more } else { *v };
                 }
             }
+        }
+        if let Some([low, high]) = noise.clamp {
+            value.iter_mut().for_each(|v| *v = v.clamp(low, high));
         }
         if some(&noise.step) {
             for_components(value, &noise.step, |v, s| if s > 0.0 { rounded(v / s) * s } else { v });

@@ -37,10 +37,21 @@ pub struct Noise {
 /// The state kept between measurements.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// For each field, the time of its last measurement, and the state of each component's walk in standard deviations.
-    walks: BTreeMap<String, (f64, Vec<f64>)>,
+    /// For each field, its walks.
+    walks: BTreeMap<String, Walks>,
     /// Delayed readings that are not visible yet, oldest first.
     held: VecDeque<HeldReading>,
+}
+
+/// The walks of a field.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+struct Walks {
+    /// Time of the last measurement, s.
+    time: f64,
+    /// The state of each component's Gauss-Markov process in standard deviations.
+    state: Vec<f64>,
+    /// The value of each component's random walk, in the field's unit.
+    random: Vec<f64>,
 }
 
 /// A delayed reading: its time, number and fields.
@@ -57,6 +68,8 @@ pub struct Measured<'a> {
     pub seed: u64,
     pub drawn: u64,
     pub time: f64,
+    /// Time from one measurement to the next, s.
+    pub period: f64,
     pub fields: &'a mut [u64],
     /// For each field: index of its first word, and number of elements.
     pub spans: &'a [(usize, usize)],
@@ -125,15 +138,15 @@ impl Noise {
             let valid = plan.valid.and_then(other).filter(|(_, k)| *k > 0 && n % k == 0);
             let valid = valid.map(|(valid, k)| (valid, (n / k).max(1)));
             let walking = plan.walks().then(|| {
-                let (time, state) = self.memory.walks.entry(plan.name.clone()).or_default();
-                Walking { state, passed: m.time - std::mem::replace(time, m.time) }
+                let Walks { time, state, random } = self.memory.walks.entry(plan.name.clone()).or_default();
+                Walking { state, random, passed: m.time - std::mem::replace(time, m.time) }
             });
             let bias = plan.bias(m.seed, m.drawn, walking);
             let mut lost = vec![false; if valid.is_some() { n } else { 0 }];
             // SAFETY: the pointer is to the field's words in `fields`, which is borrowed exclusively until the end of
             // this function; no other reference to these words exists.
             let data = unsafe { FieldNumbersMut::at(base.wrapping_add(first), m.kind.fields[plan.field].elem, n) };
-            let measure = Measure { seed: m.seed, drawn: m.drawn, of, valid, bias };
+            let measure = Measure { seed: m.seed, drawn: m.drawn, of, valid, bias, period: m.period };
             if let Some(data) = data {
                 plan.apply(data, &mut lost, &measure, pool);
             }

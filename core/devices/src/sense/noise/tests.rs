@@ -119,7 +119,7 @@ impl Sensor {
         Noise::follow(&mut self.noise, self.spec.as_ref(), &self.kind);
         let Sensor { kind, words, spans, seed, drawn, .. } = self;
         if let Some(noise) = &mut self.noise {
-            let m = Measured { kind, seed: *seed, drawn: *drawn, time, fields: words, spans };
+            let m = Measured { kind, seed: *seed, drawn: *drawn, time, period: 0.01, fields: words, spans };
             noise.apply(m, &self.pool);
         }
         self.drawn += 1;
