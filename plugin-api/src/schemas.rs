@@ -2,7 +2,9 @@
 
 /// The contents of each file, in TOML.
 pub const FILES: &[&str] = &[
+    include_str!("../schemas/encoder.toml"),
     include_str!("../schemas/gps.toml"),
+    include_str!("../schemas/imu.toml"),
     include_str!("../schemas/color_image.toml"),
     include_str!("../schemas/depth_image.toml"),
     include_str!("../schemas/proximity.toml"),

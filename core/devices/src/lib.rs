@@ -7,4 +7,5 @@
 
 pub mod actuators;
 pub mod figures;
+mod mount;
 pub mod sense;

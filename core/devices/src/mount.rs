@@ -1,11 +1,11 @@
-//! Mounts of actuators: the nearest dynamic shape at or above an actuator, and the nearest joint in between.
+//! Mounts of devices: the nearest dynamic shape above a device, and the nearest joint in between.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_physics::{BodyId, Engine, JointId, JointState, Push};
 use tatu_scene::{Data, Dynamics, JointType, Scene};
 
 /// The motion of a mount, in the world frame and SI units.
-pub(super) struct Motion {
+pub(crate) struct Motion {
     pub pose: Isometry3<f64>,
     pub twist: [f64; 6],
     /// Position and velocity of its joint; zeros if it has none.
@@ -22,18 +22,18 @@ struct Hinge {
     frame_in_a: Isometry3<f64>,
 }
 
-/// The place where an actuator is attached. It is rebuilt for each advance, since objects may have been moved or
+/// The place where a device is attached. It is rebuilt for each advance, since objects may have been moved or
 /// reparented.
-pub(super) struct Mount {
+pub(crate) struct Mount {
     /// The body that it is attached to.
     carrier: Option<BodyId>,
     hinge: Option<Hinge>,
     /// Position and velocity of a joint that the engine does not move.
     still: [f64; 2],
-    /// Transform from the carrier (or the world) to the joint, or to the actuator itself if no joint of the engine is
+    /// Transform from the carrier (or the world) to the joint, or to the device itself if no joint of the engine is
     /// in between.
     to_joint: Isometry3<f64>,
-    /// Transform from the moving frame of that joint to the actuator.
+    /// Transform from the moving frame of that joint to the device.
     from_joint: Isometry3<f64>,
     /// Velocity if no body carries it, derived from its last motion.
     twist: [f64; 6],
@@ -92,6 +92,11 @@ impl Mount {
             [v.x, v.y, v.z, t.angular.x, t.angular.y, t.angular.z]
         });
         Motion { pose, twist, joint: state.map_or(self.still, |(_, s)| [s.position, s.velocity]) }
+    }
+
+    /// Returns whether a body of the engine carries the mount.
+    pub fn is_carried(&self) -> bool {
+        self.carrier.is_some()
     }
 
     /// Converts a wrench on the mount and an effort of its joint to forces on bodies. Returns an error if there is no

@@ -33,7 +33,7 @@ mod tree;
 
 pub use document::{FRICTION_RULES, FrictionPair};
 pub use drive::Drive;
-pub use dynamics::{Dynamics, mass_props};
+pub use dynamics::{AfterStep, Dynamics, Hooks, mass_props};
 pub use forms::{collision_parts, default_inertia, default_mass, is_endless, visible_parts};
 pub use mechanics::mechanics;
 pub use moves::Moves;

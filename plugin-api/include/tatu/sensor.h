@@ -65,6 +65,9 @@ typedef struct tatu_beams {
   uint32_t own[4];          /* dimensions of the instance's own, to which TATU_DIM_OWN refers in the shape of a field */
   uint32_t without;         /* TATU_IN_*: inputs of the kind that this instance does not need; they are 0 in its pixels */
   uint32_t reserved3;
+  const double *origins;    /* 3 per ray, m, sensor frame; null: all rays start at the sensor's origin. Owned as `directions` */
+  tatu_object observed;     /* shape, joint or force sensor that TATU_IN_JOINT, _CONTACTS and _WRENCH are of; 0: the nearest
+                             * of each kind at or above the sensor. Not used for motion, which is always the sensor's own */
 } tatu_beams;
 
 /* Sends out rays along unit vectors, 3 numbers each, which stay the instance's; up to `far_m`, at any incidence. */
@@ -88,7 +91,12 @@ enum tatu_input {
   TATU_IN_TWIST = 32,   /* per sensor: twist of its mount, world frame */
   TATU_IN_COLOR = 64,   /* 3 bytes red green blue. Per pixel: shaded; per beam: of the surface, unshaded */
   TATU_IN_COSINE = 128, /* per pixel: cosine of the angle between line of sight and normal */
-  TATU_IN_PRIMITIVE = 256 /* per beam: index of the triangle or face of the object */
+  TATU_IN_PRIMITIVE = 256, /* per beam: index of the triangle or face of the object */
+  /* The following are for kinds with TATU_SENSOR_EVERY_PHYSICS_STEP. */
+  TATU_IN_ACCELERATION = 512, /* per sensor: acceleration of its origin, world frame, without gravity */
+  TATU_IN_JOINT = 1024,       /* per sensor: state of a joint */
+  TATU_IN_CONTACTS = 2048,    /* per sensor: contacts of a shape, with their forces */
+  TATU_IN_WRENCH = 4096       /* per sensor: load of a force sensor */
 };
 
 /* ---------------------------------------------------------------- Fields ---------------------------------------- */
@@ -144,7 +152,7 @@ typedef struct tatu_sensor_batch {
   uint32_t n;
   uint32_t n_fields;
   uint32_t reserved;
-  double time;                    /* simulation time, s */
+  double time;                    /* simulation time, s; with TATU_SENSOR_EVERY_PHYSICS_STEP: the middle of that step */
   uint64_t step;                  /* number of the step, from 0 */
   void *const *data;              /* [n] instances */
   void *const *state;             /* [n] state blocks */
@@ -155,7 +163,8 @@ typedef struct tatu_sensor_batch {
   const double *normal;           /* per beam, 3 */
   const tatu_object *object;      /* per beam */
   const double *pose;             /* [n], 7 each */
-  const double *twist;            /* [n], 6 each: mean motion over the last step, from the difference of its poses */
+  const double *twist;            /* [n], 6 each: mean motion over the last step, from the difference of its poses; of a
+                                   * physics step: the engine's velocity */
   void *const *fields;            /* [n * n_fields] output buffers; host-owned, zeroed */
   tatu_status *status;            /* [n] TATU_OK; negative: that instance failed; it is switched off, the fault reported */
   const uint8_t *color;           /* per beam, 3: red green blue of the surface, unshaded; 0 0 0: no hit */
@@ -168,6 +177,18 @@ typedef struct tatu_sensor_batch {
   const tatu_random *random;
   double *const *rays;            /* [n] with TATU_BEAMS_AIMED: 6 per ray, origin (m) and unit direction; else null */
   const uint64_t *const *lengths; /* [n] the number of elements of each field, n_fields each */
+  double dt;                      /* duration of the last step, s: of physics with the flag below, else of the world */
+  double gravity[3];              /* m/s^2, world frame */
+  const double *acceleration;     /* [n], 6 each: m/s^2 and rad/s^2, mean over the step. TATU_IN_ACCELERATION */
+  const double *joint;            /* [n], 3 each: position (rad or m), velocity and effort (N m or N) at the end of the
+                                   * step; 0 without a joint. TATU_IN_JOINT */
+  const uint64_t *first_contact;  /* [n + 1] index of each sensor's first contact in the arrays below */
+  const tatu_contact *contact;    /* shape[1] is the shape that is observed, so force and normal act on it.
+                                   * TATU_IN_CONTACTS */
+  const double *friction;         /* per contact, 3: friction on the observed shape, N, world frame */
+  const double *wrench;           /* [n], 6 each: force (N), and torque (N m) about the sensor's origin, that the force
+                                   * sensor exerts on what carries it, sensor frame, mean over the step; 0 without one.
+                                   * TATU_IN_WRENCH */
 } tatu_sensor_batch;
 
 /* In `measure`: the first element of field `k`, from 0 in the order of declaration, of sensor `i`. */
@@ -191,6 +212,14 @@ typedef struct tatu_preset {
   const char *text;     /* one sentence, with the source of the numbers */
   const char *settings;
 } tatu_preset;
+
+enum tatu_sensor_flag {
+  /* Sensors of motion, force and contact: `measure` is called after each physics step in which the sensor is due, and
+   * its reading is kept until the next. Inputs, `time` and `step` are those of the physics step: pose, twist and time are
+   * those of its middle. No beams are cast and no image is drawn. A sensor that is to be measured on request keeps the
+   * reading that it has. */
+  TATU_SENSOR_EVERY_PHYSICS_STEP = 1
+};
 
 /* A kind of sensor. */
 typedef struct tatu_sensor {
@@ -218,7 +247,7 @@ typedef struct tatu_sensor {
    * directions in the sensor's frame, preset to the sensor's origin and the directions from `beams`; for devices that
    * move while they scan, and rays that jitter. Hits and fields are not available yet; otherwise as `measure`. */
   tatu_status(TATU_CALL *aim)(void *self, const tatu_sensor_batch *, tatu_error *);
-  uint32_t flags; /* 0 */
+  uint32_t flags; /* enum tatu_sensor_flag */
   uint32_t reserved;
 } tatu_sensor;
 

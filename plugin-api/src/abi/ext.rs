@@ -218,6 +218,8 @@ pub struct tatu_beams {
     pub own: [u32; 4],
     pub without: u32,
     pub reserved3: u32,
+    pub origins: *const f64,
+    pub observed: tatu_object,
 }
 
 pub const TATU_IN_DISTANCE: u32 = 1;
@@ -229,6 +231,12 @@ pub const TATU_IN_TWIST: u32 = 32;
 pub const TATU_IN_COLOR: u32 = 64;
 pub const TATU_IN_COSINE: u32 = 128;
 pub const TATU_IN_PRIMITIVE: u32 = 256;
+pub const TATU_IN_ACCELERATION: u32 = 512;
+pub const TATU_IN_JOINT: u32 = 1024;
+pub const TATU_IN_CONTACTS: u32 = 2048;
+pub const TATU_IN_WRENCH: u32 = 4096;
+
+pub const TATU_SENSOR_EVERY_PHYSICS_STEP: u32 = 1;
 
 pub const TATU_DIM_ROWS: u32 = 4294967295;
 pub const TATU_DIM_COLUMNS: u32 = 4294967294;
@@ -306,6 +314,14 @@ pub struct tatu_sensor_batch {
     pub random: *const tatu_random,
     pub rays: *const *mut f64,
     pub lengths: *const *const u64,
+    pub dt: f64,
+    pub gravity: [f64; 3],
+    pub acceleration: *const f64,
+    pub joint: *const f64,
+    pub first_contact: *const u64,
+    pub contact: *const tatu_contact,
+    pub friction: *const f64,
+    pub wrench: *const f64,
 }
 
 #[repr(C)]

@@ -106,7 +106,7 @@ pub struct tatu_field_view {
 
 /// Two shapes that touch.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "layout-check", derive(StableAbi))]
 pub struct tatu_contact {
     pub shape: [tatu_object; 2],

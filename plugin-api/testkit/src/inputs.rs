@@ -38,6 +38,20 @@ pub struct Inputs {
     pub pose: [f64; 7],
     /// Its motion: m/s, then rad/s, world.
     pub twist: [f64; 6],
+    /// Its acceleration, without gravity: m/s^2, then rad/s^2, world.
+    pub acceleration: [f64; 6],
+    /// Position (rad or m), velocity and effort (N m or N) of the joint that it feels.
+    pub joint: [f64; 3],
+    /// Force (N) and torque (N m) of the force sensor that it feels, in the sensor's frame.
+    pub wrench: [f64; 6],
+    /// Contacts of the shape that it feels, which is the second one of each.
+    pub contacts: Vec<tatu_contact>,
+    /// For each contact, friction on that shape, N, world; none: no friction.
+    pub frictions: Vec<[f64; 3]>,
+    /// Duration of a step, s. Of a batch the first counts.
+    pub dt: f64,
+    /// Gravity, m/s^2, world. Of a batch the first counts.
+    pub gravity: [f64; 3],
     /// Simulated time, s. Of a batch the first counts.
     pub time: f64,
     /// Number of the step, from 0. Of a batch the first counts.
@@ -61,6 +75,13 @@ impl Default for Inputs {
             pixel_object: Vec::new(),
             pose: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
             twist: [0.0; 6],
+            acceleration: [0.0; 6],
+            joint: [0.0; 3],
+            wrench: [0.0; 6],
+            contacts: Vec::new(),
+            frictions: Vec::new(),
+            dt: 0.005,
+            gravity: [0.0, 0.0, -9.81],
             time: 0.0,
             step: 0,
             random: Random::Still,
@@ -107,6 +128,9 @@ impl Inputs {
         self.pixel_cosine = filled("pixel_cosine", self.pixel_cosine, n(TATU_IN_COSINE, n_pixels), facing)?;
         let one = |i: usize| u64::from(seen(i));
         self.pixel_object = filled("pixel_object", self.pixel_object, n(TATU_IN_OBJECT, n_pixels), one)?;
+        let touches = n(TATU_IN_CONTACTS, self.contacts.len());
+        self.contacts = filled("contacts", self.contacts, touches, |_| tatu_contact::default())?;
+        self.frictions = filled("frictions", self.frictions, touches, |_| [0.0; 3])?;
         (self.distance, self.depth) = (distance, depth);
         Ok(self)
     }

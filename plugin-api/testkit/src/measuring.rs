@@ -138,6 +138,7 @@ fn batch<S: Sensor>(benches: &mut [&mut SensorBench<S>], inputs: Vec<Inputs>) ->
     // All arrays of the batch; they live until its end.
     let sensors: Vec<tatu_object> = (1..=parts.len() as u64).collect();
     let (beams, pixels) = (ends(parts.iter().map(|p| p.counts.0)), ends(parts.iter().map(|p| p.counts.1)));
+    let contacts = ends(parts.iter().map(|p| p.inputs.contacts.len()));
     let all = Arrays::of(&parts);
     let sources: Vec<_> = parts.iter().map(|p| p.inputs.random.clone()).collect();
     let random = random::table(&sources);
@@ -165,6 +166,12 @@ fn batch<S: Sensor>(benches: &mut [&mut SensorBench<S>], inputs: Vec<Inputs>) ->
         pixel_object: pointer(&all.pixel_object),
         pose: if asked(TATU_IN_POSE) { all.pose.as_ptr().cast() } else { null() },
         twist: if asked(TATU_IN_TWIST) { all.twist.as_ptr().cast() } else { null() },
+        acceleration: if asked(TATU_IN_ACCELERATION) { all.acceleration.as_ptr().cast() } else { null() },
+        joint: if asked(TATU_IN_JOINT) { all.joint.as_ptr().cast() } else { null() },
+        wrench: if asked(TATU_IN_WRENCH) { all.wrench.as_ptr().cast() } else { null() },
+        first_contact: contacts.as_ptr(),
+        contact: pointer(&all.contact),
+        friction: pointer(&all.friction).cast(),
         fields: places.as_ptr(),
         random: &raw const random,
         rays: if parts.iter().any(|p| !p.rays.is_empty()) { rays.as_ptr() } else { null() },
@@ -200,6 +207,11 @@ struct Arrays {
     pixel_object: Vec<tatu_object>,
     pose: Vec<[f64; 7]>,
     twist: Vec<[f64; 6]>,
+    acceleration: Vec<[f64; 6]>,
+    joint: Vec<[f64; 3]>,
+    wrench: Vec<[f64; 6]>,
+    contact: Vec<tatu_contact>,
+    friction: Vec<[f64; 3]>,
 }
 
 impl Arrays {
@@ -220,6 +232,11 @@ impl Arrays {
             pixel_object: all(parts, |i| &i.pixel_object),
             pose: parts.iter().map(|p| p.inputs.pose).collect(),
             twist: parts.iter().map(|p| p.inputs.twist).collect(),
+            acceleration: parts.iter().map(|p| p.inputs.acceleration).collect(),
+            joint: parts.iter().map(|p| p.inputs.joint).collect(),
+            wrench: parts.iter().map(|p| p.inputs.wrench).collect(),
+            contact: all(parts, |i| &i.contacts),
+            friction: all(parts, |i| &i.frictions),
         }
     }
 }
@@ -267,5 +284,13 @@ fn empty(n: usize, inputs: &Inputs) -> tatu_sensor_batch {
         random: null(),
         rays: null(),
         lengths: null(),
+        dt: inputs.dt,
+        gravity: inputs.gravity,
+        acceleration: null(),
+        joint: null(),
+        first_contact: null(),
+        contact: null(),
+        friction: null(),
+        wrench: null(),
     }
 }

@@ -71,12 +71,12 @@ mirror! {
     tatu_kind_mark { size, flags, language, kind, word }
     tatu_ext_command { size, reserved, commands, constants, preludes, per_world, kind_marks }
     tatu_beams { size, form, count, near_m, far_m, dims, max_incidence, directions, flags, reserved, waves, reserved2,
-        own, without, reserved3 }
+        own, without, reserved3, origins, observed }
     tatu_field { size, elem, dims, flags, name, unit, text, valid, nothing }
     tatu_sensor_batch {
         size, n, n_fields, reserved, time, step, data, state, sensor, first_beam, distance, point, normal,
         object, pose, twist, fields, status, color, primitive, first_pixel, depth, pixel_color, pixel_cosine,
-        pixel_object, random, rays, lengths
+        pixel_object, random, rays, lengths, dt, gravity, acceleration, joint, first_contact, contact, friction, wrench
     }
     tatu_random { size, reserved, ctx, uniform, normal }
     tatu_preset { size, reserved, id, text, settings }

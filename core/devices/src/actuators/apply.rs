@@ -12,7 +12,8 @@ use tatu_plugins::{
 };
 use tatu_scene::{Data, Dynamics, Scene, pose_to_array};
 
-use super::{Actuator, Actuators, mount::Mount, scratch::ApplyScratch};
+use super::{Actuator, Actuators, scratch::ApplyScratch};
+use crate::mount::Mount;
 
 /// An actuator that failed, or that has no effect.
 pub struct ApplyFailure {

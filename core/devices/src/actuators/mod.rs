@@ -1,14 +1,12 @@
 //! Actuators: their instances and commands, and their effects on bodies and joints.
 //!
 //! - [`Actuators`]: the world's actuators;
-//! - `mount`: the body and the joint that an actuator acts on, and how they move;
 //! - `apply`: batches by kind: motions and commands in, wrenches and efforts out; `scratch`: their buffers.
 //!
 //! Actuators act during physics: a kind is called once at the start of each advance of the engine or, if it asks for
 //! that, before each engine step. The commands of an actuator are stored in its object of the scene.
 
 mod apply;
-mod mount;
 mod scratch;
 
 use std::ffi::c_void;

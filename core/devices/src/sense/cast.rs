@@ -116,7 +116,9 @@ impl Casts {
             self.bundles.push(Fan { sensor: self.first.len() - 2, look });
             return;
         }
-        let frames = plan.turns.iter().map(|turn| Isometry3::from_parts(Vector3::zeros().into(), *turn));
+        let origin = |i: usize| plan.origins.get(i).map_or_else(Vector3::zeros, |o| Vector3::from(*o));
+        let turns = plan.turns.iter().enumerate();
+        let frames = turns.map(|(i, turn)| Isometry3::from_parts(origin(i).into(), *turn));
         self.singly(plan, look, begin as u32, frames);
     }
 

@@ -144,7 +144,13 @@ impl Device {
     /// Returns whether the sensor is due at this time, which is the case at most once per period of its rate. Periods
     /// are counted from time 0, so that they do not drift.
     pub fn is_due(&mut self, time: f64) -> bool {
-        if self.off || self.explicit {
+        !self.explicit && self.is_due_after(time)
+    }
+
+    /// Like [`Device::is_due`], for the physics step that begins at this time, even if the sensor measures only on
+    /// request otherwise.
+    pub(super) fn is_due_after(&mut self, time: f64) -> bool {
+        if self.off {
             return false;
         }
         if self.rate <= 0.0 {
@@ -174,13 +180,16 @@ impl Device {
         Some(shown)
     }
 
-    /// Applies noise to the fields after a measurement.
-    pub(super) fn add_noise(&mut self, kind: &SensorKind, pool: &rayon::ThreadPool) {
+    /// Applies noise to the fields after a measurement. `dt` is the duration of a step, s, the sensor's period if it has
+    /// no rate.
+    pub(super) fn add_noise(&mut self, kind: &SensorKind, dt: f64, pool: &rayon::ThreadPool) {
+        let period = if self.rate > 0.0 { 1.0 / self.rate } else { dt };
         let Device { noise: Some(noise), fields, layout, seed, drawn, time, .. } = self else { return };
         // `drawn` already includes this measurement.
         let drawn = drawn.wrapping_sub(1);
         let spans = &layout.spans;
-        noise.apply(noise::Measured { kind, seed: *seed, drawn, time: *time, fields, spans }, pool);
+        let measured = noise::Measured { kind, seed: *seed, drawn, time: *time, period, fields, spans };
+        noise.apply(measured, pool);
     }
 
     /// If readings are delayed, holds the new one back after a measurement, and makes the newest one that is old enough

@@ -7,40 +7,17 @@ use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     Registry,
     border::ErrorSlot,
-    guard,
     watchdog::{Call, Watch},
 };
 use tatu_scene::{Scene, pose_to_array};
 
 use super::{
     Device, Layout, Sensing,
+    batch::{Calls, MeasureFailure, Who, beside_status, complete, hand_over},
     cast::{Limits, SensorView},
     random::{self, Key},
-    scratch::MeasureScratch,
+    scratch::{MeasureScratch, Moment},
 };
-
-/// A sensor that failed, alone or with its whole batch.
-pub struct MeasureFailure {
-    /// Slot of the sensor.
-    pub slot: u32,
-    /// Its kind.
-    pub kind: usize,
-    /// The call in which it failed.
-    pub call: Call,
-    /// The plugin's error text.
-    pub text: String,
-    /// The status, which shows whether it panicked.
-    pub status: tatu_status,
-}
-
-/// The time of a measurement.
-#[derive(Debug, Clone, Copy)]
-pub struct Moment {
-    /// Simulation time, s.
-    pub time: f64,
-    /// Number of the step.
-    pub step: u64,
-}
 
 /// A job: the sensors that measure, and the time.
 #[derive(Debug, Clone, Copy)]
@@ -121,7 +98,8 @@ fn in_batches(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<
 /// Measures with a batch.
 fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
     let Job { kind, devices, options, moment, .. } = *job;
-    let Around { scene, registry, twist, pool, .. } = *around;
+    let Around { scene, registry, twist, pool, watch, .. } = *around;
+    let (calls, who) = (Calls { registry, watch }, Who { kind, devices });
     let kind_info = &registry.sensors[kind];
     let inputs = kind_info.raw.inputs;
     let Sensing { devices: all, targets, scratch: s, .. } = sensing;
@@ -161,45 +139,20 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
     let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
     let mut failed = Vec::new();
     if s.aims.lay(devices.iter().map(|i| &all[*i].layout.plan)) {
-        let mut batch = s.batch(devices.len(), kind_info.fields.len(), (moment.time, moment.step));
+        let mut batch = s.batch(devices.len(), kind_info.fields.len(), &moment);
         batch.random = &random;
-        failed = hand_over(Call::Aim, &batch, all, job, around, &mut error);
-        failed.extend(beside_status(Call::Aim, s, all, job));
+        failed = hand_over(Call::Aim, &batch, all, who, calls, &mut error);
+        failed.extend(beside_status(Call::Aim, s, all, who));
         failed.extend(take_aim(s, all, job));
     }
     s.casts.run(inputs, targets, scene, |sensor| &all[devices[sensor]].layout.plan, pool);
-    let mut batch = s.batch(devices.len(), kind_info.fields.len(), (moment.time, moment.step));
+    let mut batch = s.batch(devices.len(), kind_info.fields.len(), &moment);
     batch.random = &random;
-    failed.extend(hand_over(Call::Measure, &batch, all, job, around, &mut error));
-    failed.extend(beside_status(Call::Measure, s, all, job));
-    for (i, status) in devices.iter().zip(s.status.iter()) {
-        if *status >= 0 {
-            all[*i].add_noise(kind_info, pool);
-        }
-    }
-    if devices.iter().any(|i| all[*i].noise.is_some()) {
-        failed.extend(hand_over(Call::Finish, &batch, all, job, around, &mut error));
-        failed.extend(beside_status(Call::Finish, s, all, job));
-    }
-    for (i, shown) in devices.iter().zip(s.shown.drain(..)) {
-        all[*i].put_back(shown);
-    }
+    failed.extend(hand_over(Call::Measure, &batch, all, who, calls, &mut error));
+    failed.extend(beside_status(Call::Measure, s, all, who));
+    failed.extend(complete(s, all, who, calls, pool, &batch, &mut error));
     s.error = Some(error);
     failed
-}
-
-/// Fails the whole batch if the plugin's function wrote outside the list of statuses.
-fn beside_status(call: Call, s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<MeasureFailure> {
-    if s.status.is_whole() {
-        return Vec::new();
-    }
-    let n = s.status.len();
-    // The statuses may have been overwritten. The list keeps its size, so pointers to it stay valid.
-    s.status.fill(n, TATU_ERR);
-    let text = format!("broke the contract: it wrote outside the statuses of its batch of {n}");
-    let failure =
-        |i: &usize| MeasureFailure { slot: all[*i].slot, kind: job.kind, call, text: text.clone(), status: TATU_ERR };
-    job.devices.iter().map(failure).collect()
 }
 
 /// Adds the aimed rays to those to be cast. A sensor with an invalid ray fails and casts none.
@@ -227,71 +180,6 @@ fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<Measur
             continue;
         };
         s.casts.aimed(sensor, plan, s.views[sensor], frames);
-    }
-    failed
-}
-
-/// Calls one of the functions of a kind with a batch; returns the sensors that failed according to their statuses.
-fn hand_over(
-    call: Call,
-    batch: &tatu_sensor_batch,
-    all: &mut [Device],
-    job: &Job<'_>,
-    around: &Around<'_>,
-    error: &mut ErrorSlot,
-) -> Vec<MeasureFailure> {
-    let kind_info = &around.registry.sensors[job.kind];
-    let function = match call {
-        Call::Aim => kind_info.raw.aim,
-        Call::Finish => kind_info.raw.finish,
-        _ => kind_info.raw.measure,
-    };
-    let Some(function) = function else { return Vec::new() };
-    let me = around.registry.plugins[kind_info.plugin].me;
-    error.fresh();
-    // SAFETY: `batch.status` points to the scratch buffer, which has one status per instance.
-    let before = unsafe { std::slice::from_raw_parts(batch.status, batch.n as usize) };
-    // Remember the statuses of earlier failures, which are rare.
-    let known = if before.iter().any(|s| *s < 0) { before.to_vec() } else { Vec::new() };
-    let first = job.devices.first().map_or(0, |i| all[*i].slot);
-    let before = around.watch.enter_batch(call, kind_info.plugin, first, job.devices.len());
-    // The check covers only the call, since the floating-point mode belongs to the thread that measures.
-    // SAFETY: `me` and the arrays in `batch` live until the call has returned; each array has one entry per sensor. The
-    // instances are alive and used by no other call.
-    let (told, moved) = guard::watched(|| unsafe { function(me, batch, error.raw()) });
-    around.watch.leave(before);
-    let mut told = error.answer(told, false);
-    if let Some(what) = moved
-        && told >= 0
-    {
-        told = TATU_ERR;
-        error.set(told, &format!("{} changed {what}: {}", call.text(), guard::HELP));
-    }
-    let mut failed = Vec::new();
-    for (i, index) in job.devices.iter().enumerate() {
-        let d = &mut all[*index];
-        // SAFETY: `i < n`, and `batch.status` has one status per instance; the slice taken before is no longer used.
-        let status = unsafe { &mut *batch.status.add(i) };
-        if known.get(i).is_some_and(|s| *s < 0) {
-            continue;
-        }
-        if told < 0 {
-            *status = told;
-        } else {
-            *status = error.answer(*status, false);
-        }
-        let text = if !d.kept_within() {
-            *status = TATU_ERR;
-            d.wrote_too_far(kind_info)
-        } else if *status < 0 {
-            error.text()
-        } else if let Some(field) = d.not_a_number(kind_info) {
-            *status = TATU_ERR;
-            format!("broke the contract: `{field}` is not a number")
-        } else {
-            continue;
-        };
-        failed.push(MeasureFailure { slot: d.slot, kind: job.kind, call, text, status: *status });
     }
     failed
 }

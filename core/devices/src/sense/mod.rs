@@ -5,13 +5,15 @@
 //! - `plan`: the beams of a device, as its plugin declared them; `aim`: rays that plugins move before they are cast;
 //! - `targets`: the scene in which beams and images are cast; `outline`: outlines for pictures;
 //! - `cast`, `image`: beams and images of a batch; `measure`: a batch of one kind, cast together, then passed to the
-//!   plugin in one call; `scratch`: its buffers;
+//!   plugin in one call; `batch`: calls of a kind; `scratch`: its buffers;
+//! - `physics_step`: sensors that measure after each physics step, and what they feel;
 //! - `noise`: the noise that a scene declares for the fields of a sensor, applied after each measurement;
 //! - `random`: random numbers that depend only on seed, sensor and count; `normal`: the inverse of the normal
 //!   distribution function;
 //! - `reading_arena`: the memory of readings.
 
 mod aim;
+mod batch;
 mod cast;
 mod device;
 mod due;
@@ -20,6 +22,7 @@ mod measure;
 mod noise;
 mod normal;
 mod outline;
+mod physics_step;
 mod plan;
 mod random;
 mod reading_arena;
@@ -28,13 +31,16 @@ mod sensing;
 mod targets;
 mod turn;
 
+pub use batch::MeasureFailure;
 pub use cast::Limits;
 pub use device::{Device, Layout};
-pub use measure::{Around, Job, MeasureOptions, Moment, measure};
+pub use measure::{Around, Job, MeasureOptions, measure};
 pub use noise::{Memory, Noise};
 pub use outline::{Edge, edges};
+pub use physics_step::{StepAround, StepSensing};
 pub use plan::BeamPlan;
 pub use reading_arena::ReadingBuffer;
+pub use scratch::Moment;
 pub use sensing::Sensing;
 pub use targets::{Sees, Targets};
 pub use turn::{Roll, Turn};

@@ -50,6 +50,10 @@ pub struct BeamPlan {
     pub occlude: bool,
     /// Whether the plugin moves and turns the rays before each cast.
     pub aimed: bool,
+    /// Origins of the rays in the sensor's frame, m; empty: they start at the sensor's origin.
+    pub origins: Vec<[f64; 3]>,
+    /// Object that the sensor feels instead of those above it; 0: none.
+    pub observed: tatu_object,
     /// `TATU_WAVES_*`: the kinds of detectable objects that it sees.
     pub waves: u16,
 }
@@ -72,6 +76,8 @@ impl BeamPlan {
         visible: false,
         occlude: false,
         aimed: false,
+        origins: Vec::new(),
+        observed: 0,
         waves: u16::MAX,
     };
 
@@ -114,6 +120,8 @@ impl BeamPlan {
             own: [0; 4],
             without: 0,
             reserved3: 0,
+            origins: std::ptr::null(),
+            observed: 0,
         };
         /// The table for the plugin, between two guards that reveal writes out of bounds.
         #[repr(C)]
@@ -150,7 +158,13 @@ impl BeamPlan {
         }
         let image = image(&raw)?;
         let aimed = raw.form == TATU_BEAMS_RAYS && raw.flags & TATU_BEAMS_AIMED != 0;
-        let bundle = if matches!(volume, Volume::Ray) && !aimed { Bundle::new(&directions) } else { Bundle::NONE };
+        let origins = match raw.form == TATU_BEAMS_RAYS && !raw.origins.is_null() {
+            true => origins(&raw)?,
+            false => Vec::new(),
+        };
+        // A bundle has one origin.
+        let alone = aimed || !origins.is_empty();
+        let bundle = if matches!(volume, Volume::Ray) && !alone { Bundle::new(&directions) } else { Bundle::NONE };
         Ok(BeamPlan {
             volume,
             bundle,
@@ -167,6 +181,8 @@ impl BeamPlan {
             visible: raw.flags & TATU_BEAMS_VISIBLE != 0,
             occlude: raw.flags & TATU_BEAMS_OCCLUDE != 0,
             aimed,
+            origins,
+            observed: raw.observed,
             waves: raw.waves as u16,
         })
     }
@@ -210,6 +226,16 @@ fn rays(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
     let unit = |d: &[f64; 3]| (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1.0).abs() < 1e-6;
     match all.iter().position(|d| !unit(d)) {
         Some(i) => Err(format!("the direction of ray {i} is {:?}; expected a unit vector", all[i])),
+        None => Ok(all.to_vec()),
+    }
+}
+
+fn origins(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
+    // SAFETY: `origins` is not null, and the contract requires it to point to 3 numbers per ray that stay valid after
+    // the call; `count` was limited to `MAX_RAYS` by `rays`.
+    let all: &[[f64; 3]] = unsafe { std::slice::from_raw_parts(raw.origins.cast(), raw.count[0] as usize) };
+    match all.iter().position(|o| !o.iter().all(|x| x.is_finite())) {
+        Some(i) => Err(format!("the origin of ray {i} is {:?}; expected finite numbers", all[i])),
         None => Ok(all.to_vec()),
     }
 }

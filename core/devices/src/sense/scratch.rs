@@ -13,6 +13,19 @@ use super::{
     random::Key,
 };
 
+/// The time of a measurement.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment {
+    /// Simulation time, s.
+    pub time: f64,
+    /// Number of the step.
+    pub step: u64,
+    /// Duration of the step, s.
+    pub dt: f64,
+    /// Gravity, m/s^2, world frame.
+    pub gravity: [f64; 3],
+}
+
 /// Buffers reused by every batch, so that a step does not allocate.
 #[derive(Default)]
 pub(super) struct MeasureScratch {
@@ -23,6 +36,13 @@ pub(super) struct MeasureScratch {
     pub frames: Frames,
     pub pose: Vec<[f64; 7]>,
     pub twist: Vec<[f64; 6]>,
+    pub acceleration: Vec<[f64; 6]>,
+    pub joint: Vec<[f64; 3]>,
+    /// For each sensor, the index of its first contact, and the total number at the end.
+    pub first_contact: Vec<u64>,
+    pub contact: Vec<tatu_contact>,
+    pub friction: Vec<[f64; 3]>,
+    pub wrench: Vec<[f64; 6]>,
     pub data: Vec<*mut c_void>,
     pub state: Vec<*mut c_void>,
     pub sensor: Vec<tatu_object>,
@@ -43,6 +63,12 @@ impl MeasureScratch {
         self.frames.clear();
         self.pose.clear();
         self.twist.clear();
+        self.acceleration.clear();
+        self.joint.clear();
+        self.first_contact.clear();
+        self.contact.clear();
+        self.friction.clear();
+        self.wrench.clear();
         self.data.clear();
         self.state.clear();
         self.sensor.clear();
@@ -52,7 +78,7 @@ impl MeasureScratch {
         self.shown.clear();
     }
 
-    pub fn batch(&mut self, n: usize, n_fields: usize, (time, step): (f64, u64)) -> tatu_sensor_batch {
+    pub fn batch(&mut self, n: usize, n_fields: usize, moment: &Moment) -> tatu_sensor_batch {
         fn some<T>(v: &[T]) -> *const T {
             if v.is_empty() { std::ptr::null() } else { v.as_ptr() }
         }
@@ -61,8 +87,8 @@ impl MeasureScratch {
             n: n as u32,
             n_fields: n_fields as u32,
             reserved: 0,
-            time,
-            step,
+            time: moment.time,
+            step: moment.step,
             data: some(&self.data),
             state: some(&self.state),
             sensor: some(&self.sensor),
@@ -85,6 +111,14 @@ impl MeasureScratch {
             random: std::ptr::null(),
             rays: some(&self.aims.places),
             lengths: some(&self.lengths),
+            dt: moment.dt,
+            gravity: moment.gravity,
+            acceleration: some(&self.acceleration).cast(),
+            joint: some(&self.joint).cast(),
+            first_contact: some(&self.first_contact),
+            contact: some(&self.contact),
+            friction: some(&self.friction).cast(),
+            wrench: some(&self.wrench).cast(),
         }
     }
 }

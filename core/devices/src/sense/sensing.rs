@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use tatu_plugin_api::abi::TATU_SENSOR_EVERY_PHYSICS_STEP;
 use tatu_plugins::Registry;
 use tatu_scene::{Data, Scene};
 
@@ -98,6 +99,15 @@ impl Sensing {
     /// Returns the index of a sensor's device.
     pub fn index(&self, slot: u32) -> Option<usize> {
         self.by_slot.get(slot as usize).and_then(|i| (*i as usize).checked_sub(1))
+    }
+    /// Returns whether any sensor measures after each physics step.
+    pub fn in_physics(&self, registry: &Registry) -> bool {
+        let flags = |kind: usize| registry.sensors[kind].raw.flags;
+        self.devices.iter().any(|d| flags(d.kind) & TATU_SENSOR_EVERY_PHYSICS_STEP != 0 && !d.off)
+    }
+    /// Returns the sensors of a kind.
+    pub fn of_kind(&self, kind: usize) -> impl Iterator<Item = &Device> {
+        self.devices.iter().filter(move |d| d.kind == kind)
     }
     /// Returns the device of a sensor.
     pub fn device(&self, slot: u32) -> Option<&Device> {

@@ -28,6 +28,18 @@ use crate::{
     tree::Scene,
 };
 
+/// Called before and after each engine step of an advance.
+#[derive(Default)]
+pub struct Hooks<'a> {
+    /// Returns the pushes that act in the step.
+    pub before: Option<&'a mut BeforeStep<'a>>,
+    /// Gets the engine after the step, whose index in the advance is the second argument.
+    pub after: Option<&'a mut AfterStep<'a>>,
+}
+
+/// A function called after each engine step.
+pub type AfterStep<'a> = dyn FnMut(&dyn Engine, u32) + 'a;
+
 /// Speed above which a body is reported, m/s; hardly any part of a robot moves faster.
 const FAST: f64 = 100.0;
 /// Distance from its start beyond which a body is reported, m; hardly any part of a robot travels farther.
@@ -89,8 +101,8 @@ impl Dynamics {
     }
 
     /// Advances by `dt` in engine steps, then copies poses and joint states back. Returns the objects whose bodies were
-    /// lost. `before`, if given, is called before each engine step for pushes that act in it.
-    pub fn advance(&mut self, scene: &mut Scene, dt: f64, mut before: Option<&mut BeforeStep<'_>>) -> Vec<u32> {
+    /// lost.
+    pub fn advance(&mut self, scene: &mut Scene, dt: f64, mut hooks: Hooks<'_>) -> Vec<u32> {
         follow::update(scene, &self.followers, &mut self.drives);
         self.apply_changes(scene);
         let steps = self.engine_steps(dt);
@@ -99,8 +111,11 @@ impl Dynamics {
             self.plot_courses(scene, steps);
             for part in 0..steps {
                 self.apply_drives(scene, part, steps);
-                self.step_engine(part, steps, before.as_deref_mut());
+                self.step_engine(part, steps, hooks.before.as_deref_mut());
                 self.sample(scene);
+                if let Some(after) = &mut hooks.after {
+                    after(&*self.engine, part);
+                }
             }
         }
         self.look(scene)
@@ -108,13 +123,7 @@ impl Dynamics {
 
     /// Runs one of the engine steps that make up `dt`, counted from 0, with the same bits as in [`Dynamics::advance`].
     /// Poses that are set by hand between them take effect in the first step of the next advance.
-    pub fn advance_part(
-        &mut self,
-        scene: &mut Scene,
-        dt: f64,
-        part: u32,
-        before: Option<&mut BeforeStep<'_>>,
-    ) -> Vec<u32> {
+    pub fn advance_part(&mut self, scene: &mut Scene, dt: f64, part: u32, hooks: Hooks<'_>) -> Vec<u32> {
         let steps = self.engine_steps(dt);
         if part == 0 {
             self.apply_changes(scene);
@@ -123,8 +132,11 @@ impl Dynamics {
         }
         if part < steps {
             self.apply_drives(scene, part, steps);
-            self.step_engine(part, steps, before);
+            self.step_engine(part, steps, hooks.before);
             self.sample(scene);
+            if let Some(after) = hooks.after {
+                after(&*self.engine, part);
+            }
         }
         self.look(scene)
     }

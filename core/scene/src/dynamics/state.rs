@@ -238,6 +238,10 @@ impl Dynamics {
     pub fn push(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
         self.engine.push(body, force, torque);
     }
+    /// Returns the objects that bodies represent, in order of bodies.
+    pub fn shapes(&self) -> impl Iterator<Item = (BodyId, u32)> + '_ {
+        self.bodies.iter().map(|b| (b.id, b.slot))
+    }
     /// Returns the contacts after the last step, by object. Contacts of objects removed since then are left out: their
     /// bodies are removed with the next step.
     pub fn contacts(&self, scene: &Scene) -> impl Iterator<Item = (u32, u32, tatu_physics::Contact)> {
@@ -248,6 +252,10 @@ impl Dynamics {
             scene.get(record.slot).is_some_and(|o| o.uid == record.uid).then_some(record.slot)
         };
         all.into_iter().filter_map(move |c| Some((living(c.bodies.0)?, living(c.bodies.1)?, c)))
+    }
+    /// Returns the engine's settings.
+    pub fn settings(&self) -> &EngineSettings {
+        &self.settings
     }
     /// Replaces the engine's settings; they take effect when physics advances next.
     pub fn configure(&mut self, settings: EngineSettings) {

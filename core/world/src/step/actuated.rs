@@ -1,98 +1,90 @@
-//! Physics with actuators.
+//! An advance of the engine with the devices that take part in it: actuators, and sensors that measure after each
+//! physics step.
 
-use tatu_devices::actuators;
+use tatu_devices::{
+    actuators::{self, Acts, ApplyFailure},
+    sense::{MeasureFailure, Moment, StepAround, StepSensing},
+};
+use tatu_physics::{Engine, Push};
 use tatu_plugins::thread_grant::ThreadGrant;
-use tatu_scene::{Dynamics, Scene};
+use tatu_scene::{Hooks, Scene};
 
 use crate::cell::WorldCell;
 
-/// Advances physics by `dt`. Returns objects whose bodies were lost, and actuators that failed.
-pub(super) fn advance(
-    world: &WorldCell,
-    scene: &mut Scene,
-    dynamics: &mut Dynamics,
-    actuators: &mut actuators::Actuators,
-    dt: f64,
-) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
-    dynamics.prepare(scene);
-    world.border.note_called(actuators.devices.iter().map(|d| world.model.registry.actuators[d.kind].plugin));
-    // This is called only for actuators that no body carries.
-    let scene_now: &Scene = scene;
-    let twist = |slot: u32| world.state.twist_by_motion(scene_now, slot);
-    let time = world.state.clock.time.get() + world.state.clock.so_far();
-    let around = actuators::Acts {
-        scene: scene_now,
-        registry: &world.model.registry,
-        twist: &twist,
-        time,
-        watch: &world.border.watch,
-    };
-    let mut failed = actuators::per_step(actuators, dynamics, &around, dt);
-    let lost = match actuators::SubSteps::new(
-        actuators,
-        (&world.model.registry, &world.border.watch),
-        dynamics,
-        &around,
-        dt,
-    ) {
-        None => world.run.install(|| dynamics.advance(scene, dt, None)),
-        Some(mut substeps) => {
-            // SAFETY: the header declares `apply` as `[parallel]`, so it may run on another thread; this thread waits
-            // until the pool's thread is done, so nothing is shared.
-            let mut granted = unsafe { ThreadGrant::new(&mut substeps) };
-            let lost = world.run.install(|| {
-                let substeps = granted.get();
-                dynamics.advance(scene, dt, Some(&mut |engine, step, out| substeps.before(engine, step, out)))
-            });
-            failed.append(&mut substeps.failed);
-            lost
-        }
-    };
-    (lost, failed)
+/// What an advance led to.
+#[derive(Default)]
+pub(super) struct Advanced {
+    /// Objects whose bodies were lost.
+    pub lost: Vec<u32>,
+    /// Actuators that failed.
+    pub actuators: Vec<ApplyFailure>,
+    /// Sensors that failed.
+    pub sensors: Vec<MeasureFailure>,
 }
 
-/// Like `advance`, but for one step of the engine: the `part`-th, from 0.
-pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
-    let (mut scene, mut dynamics, mut actuators) =
-        (world.state.scene.borrow_mut(), world.state.dynamics.borrow_mut(), world.devices.actuators.borrow_mut());
+/// The devices that are called between two engine steps.
+struct Between<'a> {
+    actuators: Option<actuators::SubSteps<'a>>,
+    sensors: Option<StepSensing<'a>>,
+}
+
+/// Advances physics by `dt`, or by only the engine step with the index `part` of those that make up `dt`.
+pub(super) fn advance(world: &WorldCell, dt: f64, part: Option<u32>) -> Advanced {
+    let (mut scene, mut dynamics) = (world.state.scene.borrow_mut(), world.state.dynamics.borrow_mut());
+    let (mut actuators, mut sensing) = (world.devices.actuators.borrow_mut(), world.devices.sensing.borrow_mut());
     let (scene, dynamics, actuators) = (&mut *scene, &mut *dynamics, &mut *actuators);
-    if actuators.devices.is_empty() {
-        return (world.run.install(|| dynamics.advance_part(scene, dt, part, None)), Vec::new());
+    let registry = &world.model.registry;
+    sensing.settle(scene, registry);
+    if dt <= 0.0 || (actuators.devices.is_empty() && !sensing.in_physics(registry)) {
+        let lost = match part {
+            Some(part) => world.run.install(|| dynamics.advance_part(scene, dt, part, Hooks::default())),
+            None => {
+                dynamics.settle(scene);
+                world.run.install(|| dynamics.advance(scene, dt, Hooks::default()))
+            }
+        };
+        return Advanced { lost, ..Advanced::default() };
     }
-    world.border.note_called(actuators.devices.iter().map(|d| world.model.registry.actuators[d.kind].plugin));
-    let scene_now: &Scene = scene;
+    if part.is_none() {
+        dynamics.prepare(scene);
+    }
+    let called = actuators.devices.iter().map(|d| registry.actuators[d.kind].plugin);
+    world.border.note_called(called.chain(sensing.devices.iter().map(|d| registry.sensors[d.kind].plugin)));
+    let (watch, scene_now): (_, &Scene) = (&*world.border.watch, scene);
+    // This is called only for devices that no body carries.
     let twist = |slot: u32| world.state.twist_by_motion(scene_now, slot);
     let time = world.state.clock.time.get() + world.state.clock.so_far();
-    let around = actuators::Acts {
-        scene: scene_now,
-        registry: &world.model.registry,
-        twist: &twist,
-        time,
-        watch: &world.border.watch,
+    let acts = Acts { scene: scene_now, registry, twist: &twist, time, watch };
+    let mut failed = match part {
+        None | Some(0) => actuators::per_step(actuators, dynamics, &acts, dt),
+        Some(_) => Vec::new(),
     };
-    let mut failed = if part == 0 { actuators::per_step(actuators, dynamics, &around, dt) } else { Vec::new() };
-    let lost = match actuators::SubSteps::new(
-        actuators,
-        (&world.model.registry, &world.border.watch),
-        dynamics,
-        &around,
-        dt,
-    ) {
-        None => world.run.install(|| dynamics.advance_part(scene, dt, part, None)),
-        Some(mut substeps) => {
-            // SAFETY: the header declares `apply` as `[parallel]`, so it may run on another thread; this thread waits
-            // until the pool's thread is done, so nothing is shared.
-            let mut granted = unsafe { ThreadGrant::new(&mut substeps) };
-            let lost = world.run.install(|| {
-                let substeps = granted.get();
-                let ask = &mut |engine: &dyn tatu_physics::Engine, step, out: &mut Vec<_>| {
-                    substeps.before(engine, step, out);
-                };
-                dynamics.advance_part(scene, dt, part, Some(ask))
-            });
-            failed.append(&mut substeps.failed);
-            lost
+    let physics_dt = dt / f64::from(dynamics.engine_steps(dt).max(1));
+    let gravity = dynamics.settings().gravity.into();
+    let moment = Moment { time, step: world.state.clock.step.get(), dt: physics_dt, gravity };
+    let around = StepAround { registry, watch, pool: world.run.pool(), moment };
+    let mut between = Between {
+        actuators: actuators::SubSteps::new(actuators, (registry, watch), dynamics, &acts, dt),
+        sensors: StepSensing::new(&mut sensing, scene_now, dynamics, around, twist),
+    };
+    // SAFETY: the header declares `apply` and `measure` as `[parallel]`, so they may run on another thread; this thread
+    // waits until the pool's thread is done, so nothing is shared.
+    let mut granted = unsafe { ThreadGrant::new(&mut between) };
+    let lost = world.run.install(|| {
+        let Between { actuators, sensors } = &mut **granted.get();
+        let mut push = actuators
+            .as_mut()
+            .map(|a| move |engine: &dyn Engine, step: u32, out: &mut Vec<Push>| a.before(engine, step, out));
+        let mut sense = sensors.as_mut().map(|s| move |engine: &dyn Engine, step: u32| s.after(engine, step));
+        let hooks = Hooks {
+            before: push.as_mut().map(|f| f as &mut tatu_physics::BeforeStep<'_>),
+            after: sense.as_mut().map(|f| f as &mut tatu_scene::AfterStep<'_>),
+        };
+        match part {
+            Some(part) => dynamics.advance_part(scene, dt, part, hooks),
+            None => dynamics.advance(scene, dt, hooks),
         }
-    };
-    (lost, failed)
+    });
+    failed.extend(between.actuators.into_iter().flat_map(|a| a.failed));
+    Advanced { lost, actuators: failed, sensors: between.sensors.map(|s| s.failed).unwrap_or_default() }
 }

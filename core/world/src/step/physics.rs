@@ -5,34 +5,26 @@ use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::watchdog::Call;
 
-use super::{actuated, substeps};
+use super::{actuated, sensors::tell_of_sensors, substeps};
 use crate::cell::{WorldCell, instance_fault};
 
 /// Applies the forces of actuators and advances the engine: one sub-step at a time if scripts have callbacks in
 /// between.
 pub(super) fn physics(world: &WorldCell, dt: f64) {
-    let (lost, failed) = if dt > 0.0 && substeps::wanted(world) {
-        substeps::advance(world, dt)
-    } else {
-        let (mut scene, mut dynamics, mut actuators) =
-            (world.state.scene.borrow_mut(), world.state.dynamics.borrow_mut(), world.devices.actuators.borrow_mut());
-        let (scene, dynamics, actuators) = (&mut *scene, &mut *dynamics, &mut *actuators);
-        if actuators.devices.is_empty() || dt <= 0.0 {
-            dynamics.settle(scene);
-            (world.run.install(|| dynamics.advance(scene, dt, None)), Vec::new())
-        } else {
-            actuated::advance(world, scene, dynamics, actuators, dt)
-        }
+    let done = match dt > 0.0 && substeps::wanted(world) {
+        true => substeps::advance(world, dt),
+        false => actuated::advance(world, dt, None),
     };
     world.state.clock.passed(dt);
-    for f in failed {
+    for f in done.actuators {
         tell_of_actuator(world, &f);
     }
+    tell_of_sensors(world, done.sensors);
     let strays = world.state.dynamics.borrow_mut().strays(&world.state.scene.borrow());
     for (slot, speed, way) in strays {
         tell_of_stray(world, slot, speed, way);
     }
-    for slot in lost {
+    for slot in done.lost {
         let path = world.state.scene.borrow().path(slot);
         let mut fault = Fault::new(FaultKind::Physics, format!("the motion of {path} became infinite; it is frozen"));
         fault.object = Some(path);

@@ -1,6 +1,7 @@
 //! The stage in which sensors measure.
 
-use tatu_devices::sense::{self, Around, Job, MeasureOptions, Moment, Turn};
+use tatu_devices::sense::{self, Around, Job, MeasureFailure, MeasureOptions, Moment, Turn};
+use tatu_plugin_api::abi::TATU_SENSOR_EVERY_PHYSICS_STEP;
 use tatu_plugins::watchdog::Call;
 
 use crate::{
@@ -18,6 +19,14 @@ pub(super) fn sense(world: &WorldCell) {
         sensing.list();
     }
     for kind in 0..world.model.registry.sensors.len() {
+        if feels(world, kind) {
+            // These have measured during physics.
+            if let Some(measured) = &mut measured {
+                let sensing = world.devices.sensing.borrow();
+                measured.extend(sensing.of_kind(kind).filter(|d| !d.off && d.sequence > 0).map(|d| d.slot));
+            }
+            continue;
+        }
         let roll = world.devices.sensing.borrow().roll(kind);
         let mut measure = |turn: &Turn| {
             if turn.devices.is_empty() {
@@ -46,13 +55,24 @@ pub(super) fn sense(world: &WorldCell) {
     world.restore_process_state("sensing");
 }
 
+/// Returns whether sensors of a kind measure after each physics step.
+fn feels(world: &WorldCell, kind: usize) -> bool {
+    world.model.registry.sensors[kind].raw.flags & TATU_SENSOR_EVERY_PHYSICS_STEP != 0
+}
+
 /// Measures with some sensors of one kind now. A sensor that fails is switched off and reported once.
 pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &MeasureOptions) {
-    let moment = Moment { time: world.state.clock.time.get(), step: world.state.clock.step.get() };
+    // Nothing happens between two physics steps that such a sensor could feel.
+    if feels(world, kind) {
+        return;
+    }
     let Turn { devices, cuts, sees } = turn;
     let failed = {
         let (mut sensing, scene, dynamics) =
             (world.devices.sensing.borrow_mut(), world.state.scene.borrow(), world.state.dynamics.borrow());
+        let gravity = dynamics.settings().gravity.into();
+        let (clock, dt) = (&world.state.clock, world.state.clock.dt.get());
+        let moment = Moment { time: clock.time.get(), step: clock.step.get(), dt, gravity };
         sensing.settle(&scene, &world.model.registry);
         for sees in sees {
             sensing.targets.follow(&scene, *sees, world.run.pool());
@@ -66,6 +86,11 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &
         let run = || sense::measure(&mut sensing, &job, &around);
         world.cross(plugin, Call::Measure, first, run)
     };
+    tell_of_sensors(world, failed);
+}
+
+/// Switches off sensors that failed, and reports them.
+pub(super) fn tell_of_sensors(world: &WorldCell, failed: Vec<MeasureFailure>) {
     for f in failed {
         let mut sensing = world.devices.sensing.borrow_mut();
         if let Some(d) = sensing.devices.iter_mut().find(|d| d.slot == f.slot) {

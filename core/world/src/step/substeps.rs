@@ -11,12 +11,11 @@
 
 use std::collections::BTreeSet;
 
-use tatu_devices::actuators;
 use tatu_physics::{Drive, PairRule};
 use tatu_plugin_api::safe::Value;
 use tatu_scene::{Control, Joint, JointType};
 
-use super::actuated;
+use super::actuated::{self, Advanced};
 use crate::{
     cell::{Callback, Phase, Scripts, WorldCell},
     scripts::entry,
@@ -63,9 +62,9 @@ fn number(map: &Value, keys: &[&str]) -> Option<f64> {
     })
 }
 
-/// Advances physics by `dt`. Returns objects whose bodies were lost, and actuators that failed.
-pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
-    let (mut lost, mut failed) = (Vec::new(), Vec::new());
+/// Advances physics by `dt`.
+pub(super) fn advance(world: &WorldCell, dt: f64) -> Advanced {
+    let mut all = Advanced::default();
     let count = {
         let (mut scene, mut dynamics) = (world.state.scene.borrow_mut(), world.state.dynamics.borrow_mut());
         dynamics.prepare(&mut scene);
@@ -77,9 +76,10 @@ pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::A
         let part = Part { number: n, count, whole: dt };
         tell(world, part, false);
         drive_joints(world, part);
-        let (l, f) = actuated::advance_part(world, dt, n);
-        lost.extend(l);
-        failed.extend(f);
+        let Advanced { lost, actuators, sensors } = actuated::advance(world, dt, Some(n));
+        all.lost.extend(lost);
+        all.actuators.extend(actuators);
+        all.sensors.extend(sensors);
         let now = pairs(world);
         for (a, b) in now.difference(&touching) {
             // A callback may have removed one of the shapes.
@@ -92,7 +92,7 @@ pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::A
         tell(world, part, true);
     }
     world.state.dynamics.borrow_mut().set_between(false);
-    (lost, failed)
+    all
 }
 
 /// Returns the pairs of shapes that touch.

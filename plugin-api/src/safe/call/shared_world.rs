@@ -83,6 +83,12 @@ impl<'a> SharedWorld<'a> {
         self.check(service!(self.scene.look)(self.raw, object, Some(&mut id), Some(&mut kind)))?;
         Ok(Object { id, kind })
     }
+    /// Finds an object by path or unique name; relative paths start at `from`.
+    pub fn find(&self, from: tatu_object, path: &str) -> Result<tatu_object> {
+        let mut id = 0;
+        self.check(service!(self.scene.find)(self.raw, from, path.into(), Some(&mut id)))?;
+        Ok(id)
+    }
     /// Reads a property; text and arrays are valid until the current call returns.
     pub fn get(&self, object: tatu_object, prop: Prop) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL;

@@ -47,12 +47,6 @@ impl<'a> World<'a> {
         unsafe { Self::new(std::ptr::null_mut(), host) }
     }
 
-    /// Finds an object by path or unique name.
-    pub fn find(&self, from: tatu_object, path: &str) -> Result<tatu_object> {
-        let mut id = 0;
-        self.check(service!(self.scene.find)(self.raw(), from, path.into(), Some(&mut id)))?;
-        Ok(id)
-    }
     /// Sets the pose of an object.
     pub fn set_pose(&self, object: tatu_object, frame: tatu_object, pose: &[f64; 7]) -> Result {
         self.check(service!(self.scene.set_pose)(self.raw(), object, frame, Some(pose)))

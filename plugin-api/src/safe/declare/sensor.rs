@@ -79,6 +79,10 @@ pub struct Beams {
     pub waves: u32,
     /// Whether they are rays that [`Sensor::aim`] moves and turns.
     pub aimed: bool,
+    /// Origins of rays in the sensor's frame, m, one per ray; empty: all start at the sensor's origin.
+    pub origins: Vec<[f64; 3]>,
+    /// The joint, shape or force sensor that the sensor feels; 0: the nearest of each kind at or above it.
+    pub observed: tatu_object,
 }
 
 impl Default for Beams {
@@ -96,6 +100,8 @@ impl Default for Beams {
             occlude: false,
             waves: TATU_WAVES_ALL,
             aimed: false,
+            origins: Vec::new(),
+            observed: 0,
         }
     }
 }
@@ -123,6 +129,10 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     const SCHEMAS: &'static [&'static str];
     /// The inputs that it needs: a sum of `TATU_IN_*`.
     const INPUTS: u32;
+
+    /// Whether it measures after each physics step, instead of at the end of a step of the world: for sensors of motion,
+    /// force and contact, which have no beams.
+    const EVERY_PHYSICS_STEP: bool = false;
 
     /// Declares its parameters.
     fn params() -> Vec<Param>;

@@ -37,6 +37,7 @@ struct Data<S: Sensor> {
     /// one thread at a time uses an instance.
     sensor: RefCell<S>,
     directions: RefCell<Vec<[f64; 3]>>,
+    origins: RefCell<Vec<[f64; 3]>>,
 }
 
 struct OfSensor<S>(S);
@@ -65,7 +66,8 @@ impl<S: Sensor> Life for Data<S> {
 
     fn create(_: &Started<S::Plugin>, info: &Info<'_>) -> Result<Self> {
         let sensor = S::create(&info.world, info.instance, &Params::new(info.params, &params_of::<S>()))?;
-        Ok(Data { fields: fields_of::<S>(), sensor: sensor.into(), directions: RefCell::default() })
+        let (directions, origins) = Default::default();
+        Ok(Data { fields: fields_of::<S>(), sensor: sensor.into(), directions, origins })
     }
     fn configure(&self, params: &[ValueRef<'_>], changed: u64) -> Result<Change> {
         let mut sensor = self.sensor.try_borrow_mut().map_err(|_| in_use())?;
@@ -109,7 +111,7 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
         },
         finish: Some(finish::<S>),
         aim: Some(aim::<S>),
-        flags: 0,
+        flags: if S::EVERY_PHYSICS_STEP { TATU_SENSOR_EVERY_PHYSICS_STEP } else { 0 },
         reserved: 0,
     };
     keep.table(raw)
@@ -136,6 +138,7 @@ unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, e
             out.flags |= TATU_BEAMS_AIMED;
         }
         (out.own, out.without, out.waves) = (beams.own, beams.without, beams.waves);
+        out.observed = beams.observed;
         if !beams.faces.0 {
             out.flags |= TATU_BEAMS_NO_FRONT;
         }
@@ -166,9 +169,18 @@ unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, e
             Form::Rays(directions) => {
                 out.form = TATU_BEAMS_RAYS;
                 out.count = [u32::try_from(directions.len()).map_err(|_| Fail::new("too many rays"))?, 1];
-                // The host reads the directions before it requests beams again.
+                if !beams.origins.is_empty() && beams.origins.len() != directions.len() {
+                    let (origins, rays) = (beams.origins.len(), directions.len());
+                    return Err(Fail::new(format!(
+                        "{origins} origins for {rays} rays; expected one for each, or none"
+                    )));
+                }
+                // The host reads directions and origins before it requests beams again.
                 data.directions.replace(directions);
+                data.origins.replace(beams.origins);
                 out.directions = data.directions.borrow().as_ptr().cast();
+                let origins = data.origins.borrow();
+                out.origins = if origins.is_empty() { std::ptr::null() } else { origins.as_ptr().cast() };
             }
         }
         Ok(TATU_OK)

@@ -51,6 +51,17 @@ impl<'a> Sample<'a> {
     pub fn time(&self) -> f64 {
         self.batch.time
     }
+    /// Returns the duration of the last step, s: a physics step with [`Sensor::EVERY_PHYSICS_STEP`], otherwise a step of
+    /// the world.
+    ///
+    /// [`Sensor::EVERY_PHYSICS_STEP`]: crate::safe::Sensor::EVERY_PHYSICS_STEP
+    pub fn dt(&self) -> f64 {
+        self.batch.dt
+    }
+    /// Returns gravity in the world frame, m/s^2.
+    pub fn gravity(&self) -> [f64; 3] {
+        self.batch.gravity
+    }
     /// Returns the sensor.
     pub fn sensor(&self) -> tatu_object {
         self.own(self.batch.sensor).unwrap_or_default()
@@ -151,6 +162,41 @@ impl<'a> Sample<'a> {
     /// inputs.
     pub fn twist(&self) -> Option<[f64; 6]> {
         self.own(self.batch.twist.cast())
+    }
+    /// Returns the acceleration of its origin in the world frame, without gravity: m/s^2, then rad/s^2; or `None`
+    /// without `TATU_IN_ACCELERATION` in its inputs.
+    pub fn acceleration(&self) -> Option<[f64; 6]> {
+        self.own(self.batch.acceleration.cast())
+    }
+    /// Returns position (rad or m), velocity and effort (N m or N) of the joint that it feels, zeros if there is none;
+    /// or `None` without `TATU_IN_JOINT` in its inputs.
+    pub fn joint(&self) -> Option<[f64; 3]> {
+        self.own(self.batch.joint.cast())
+    }
+    /// Returns the force (N) and the torque (N m, about the sensor's origin) of the force sensor that it feels, in the
+    /// sensor's frame, zeros if there is none; or `None` without `TATU_IN_WRENCH` in its inputs.
+    pub fn wrench(&self) -> Option<[f64; 6]> {
+        self.own(self.batch.wrench.cast())
+    }
+    /// Returns the contacts of the shape that it feels, which is the second one of each. Requires `TATU_IN_CONTACTS`.
+    pub fn contacts(&self) -> &'a [tatu_contact] {
+        self.part(self.batch.first_contact, self.batch.contact)
+    }
+    /// Returns for each contact the friction on the shape that it feels, world frame, N. Requires `TATU_IN_CONTACTS`.
+    pub fn frictions(&self) -> &'a [[f64; 3]] {
+        self.part(self.batch.first_contact, self.batch.friction.cast())
+    }
+    /// Rotates a direction from the world frame to the sensor's frame. Requires `TATU_IN_POSE`; otherwise it returns
+    /// the direction.
+    pub fn to_sensor(&self, v: [f64; 3]) -> [f64; 3] {
+        let [_, _, _, x, y, z, w] = self.pose().unwrap_or([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        let cross = |a: [f64; 3], b: [f64; 3]| {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        let axis = [-x, -y, -z];
+        let t = cross(axis, v).map(|c| 2.0 * c);
+        let u = cross(axis, t);
+        [v[0] + w * t[0] + u[0], v[1] + w * t[1] + u[1], v[2] + w * t[2] + u[2]]
     }
 }
 

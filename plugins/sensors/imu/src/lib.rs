@@ -1,0 +1,30 @@
+//! Inertial measurement units: accelerometer, gyroscope and attitude.
+//!
+//! `imu` is the sensor; `presets` has devices.
+
+mod imu;
+mod presets;
+
+use tatu_plugin_api::{
+    safe::{Host, Offer, Plugin, Result},
+    tatu_plugin,
+};
+
+pub use imu::{Imu, Units};
+
+impl Plugin for Units {
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Units)
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.sensor::<Imu>();
+    }
+}
+
+tatu_plugin! {
+    plugin: Units,
+    id: "tatu.sensor.imu",
+    name: "Inertial measurement units",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

@@ -1,0 +1,163 @@
+//! The sensor kind "wheel_encoder".
+
+use std::f64::consts::{PI, TAU};
+
+use tatu_plugin_api::{
+    abi::{TATU_IN_JOINT, tatu_object},
+    fields,
+    safe::{Beams, Fail, Field, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor, SharedWorld},
+};
+
+use crate::presets;
+
+/// The plugin; it has no state.
+pub struct Encoders;
+
+/// An encoder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WheelEncoder {
+    /// The joint; 0: the nearest above.
+    joint: tatu_object,
+    /// Counts per rad, or per metre of a sliding joint.
+    counts: f64,
+}
+
+fields! {
+    WheelEncoder {
+        TICKS: i32 = Field::new("encoder.ticks").text("Counts since the start.");
+        POSITION: f64 = Field::new("encoder.position").unit("rad|m").text("Position that the counts stand for.");
+        VELOCITY: f64 = Field::new("encoder.velocity")
+            .unit("rad/s|m/s")
+            .text("Change of that position since the previous measurement, divided by the time.");
+    }
+}
+
+/// What is kept between measurements: whether there was one, the time (s), the joint's position, the position since the
+/// start, and the counts.
+const STATE: usize = 5;
+
+impl WheelEncoder {
+    /// Returns the counts of a position since the start. A count begins at a multiple of its width.
+    fn count(&self, position: f64) -> f64 {
+        (position * self.counts).floor()
+    }
+
+    /// Processes the joint's position and velocity at a time, s; returns the counts since the start, and before.
+    fn turn(&self, state: &mut [f64], (time, position, velocity): (f64, f64, f64)) -> (f64, f64, f64) {
+        let [there, last_time, last_position, total, counted] = state else { return (0.0, 0.0, 0.0) };
+        let (passed, before) = (time - *last_time, *counted);
+        if *there == 0.0 {
+            (*there, *total) = (1.0, 0.0);
+        } else {
+            // A joint without limits is in (-pi, pi]; its velocity tells how many turns it made since.
+            let expected = velocity * passed;
+            let off = position - *last_position - expected;
+            *total += expected + off - TAU * ((off + PI) / TAU).floor();
+        }
+        (*last_time, *last_position) = (time, position);
+        *counted = self.count(*total);
+        (*counted, before, passed)
+    }
+}
+
+impl Sensor for WheelEncoder {
+    type Plugin = Encoders;
+    const ID: &'static str = "wheel_encoder";
+    const TEXT: &'static str = "Counts the ticks of a joint, as the incremental encoder of a wheel does.";
+    const SCHEMAS: &'static [&'static str] = &["encoder/1"];
+    const INPUTS: u32 = TATU_IN_JOINT;
+    const EVERY_PHYSICS_STEP: bool = true;
+    const STATE: usize = STATE;
+    const PRESETS: &'static [Preset] = presets::ALL;
+
+    fn params() -> Vec<Param> {
+        vec![
+            Param::string("joint")
+                .default("")
+                .text("Path of the joint, from the sensor on (`..` is its parent); empty: the nearest joint above it.")
+                .rebuilds(),
+            Param::float("counts_per_turn")
+                .range(1.0, 1e9)
+                .default(2000.0)
+                .text("Counts per turn of the encoder's own shaft, after quadrature; of a sliding joint: per metre."),
+            Param::float("gear")
+                .range(-1e6, 1e6)
+                .default(1.0)
+                .text("Turns of the encoder's shaft per turn of the joint; negative: it counts backwards."),
+        ]
+    }
+
+    fn fields() -> Vec<Field> {
+        Self::declared_fields()
+    }
+
+    fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self> {
+        let path = params.string("joint")?;
+        let joint = if path.is_empty() { 0 } else { world.find(instance.owner, &path)? };
+        let mut slides = false;
+        if joint != 0 {
+            let Ok(kind) = world.get(joint, world.host().prop("joint.type")) else {
+                return Err(Fail::argument(format!("`joint`: `{path}` is not a joint")));
+            };
+            slides = kind.to_value().is_ok_and(|v| v == "prismatic".into());
+        }
+        let (counts, gear) = (params.f64("counts_per_turn")?, params.f64("gear")?);
+        if gear == 0.0 {
+            return Err(Fail::argument("`gear`: expected a number other than 0"));
+        }
+        Ok(WheelEncoder { joint, counts: counts * gear / if slides { 1.0 } else { TAU } })
+    }
+
+    fn beams(&self) -> Result<Beams> {
+        Ok(Beams { observed: self.joint, ..Beams::default() })
+    }
+
+    fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
+        let Some([position, velocity, _]) = sample.joint() else {
+            return Err(Fail::unsupported("this host does not provide the state of joints"));
+        };
+        let (counted, before, passed) = self.turn(out.state(), (sample.time(), position, velocity));
+        // A register of 32 bits wraps.
+        out.set(Self::TICKS, (counted as i64) as i32);
+        out.set(Self::POSITION, counted / self.counts);
+        out.set(Self::VELOCITY, if passed > 0.0 { (counted - before) / self.counts / passed } else { 0.0 });
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_turns_between_two_measurements_are_counted() {
+        let encoder = WheelEncoder { joint: 0, counts: 100.0 / TAU };
+        let mut state = [0.0; STATE];
+        let wrapped = |x: f64| x - TAU * ((x + PI) / TAU).floor();
+        encoder.turn(&mut state, (0.0, 0.0, 50.0));
+        for i in 1..=20 {
+            // 50 rad/s at 10 Hz: 0.8 of a turn each.
+            let angle = 5.0 * f64::from(i);
+            let (counted, ..) = encoder.turn(&mut state, (0.1 * f64::from(i), wrapped(angle), 50.0));
+            assert_eq!(counted, (angle * 100.0 / TAU).floor(), "{i}");
+        }
+        // Backwards, with a velocity that is a third off.
+        for i in 1..=20 {
+            let angle = 100.0 - 5.0 * f64::from(i);
+            let (counted, ..) = encoder.turn(&mut state, (2.0 + 0.1 * f64::from(i), wrapped(angle), -35.0));
+            assert_eq!(counted, (angle * 100.0 / TAU).floor(), "{i}");
+        }
+    }
+
+    #[test]
+    fn readme_names_every_parameter_field_and_preset() {
+        let readme = include_str!("../README.md");
+        let quoted = |d: &dyn std::fmt::Debug| format!("{d:?}").split('"').nth(1).unwrap().to_owned();
+        let all = (WheelEncoder::params().into_iter().map(|p| quoted(&p)).collect::<Vec<_>>().into_iter())
+            .chain(WheelEncoder::fields().into_iter().map(|f| quoted(&f)))
+            .chain(WheelEncoder::PRESETS.iter().map(|p| p.id.to_owned()));
+        for name in all {
+            assert!(readme.contains(&format!("| `{name}`")), "{name}");
+        }
+    }
+}

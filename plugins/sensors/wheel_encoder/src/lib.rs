@@ -1,0 +1,30 @@
+//! Incremental encoders: ticks of a joint.
+//!
+//! `encoder` is the sensor; `presets` has devices.
+
+mod encoder;
+mod presets;
+
+use tatu_plugin_api::{
+    safe::{Host, Offer, Plugin, Result},
+    tatu_plugin,
+};
+
+pub use encoder::{Encoders, WheelEncoder};
+
+impl Plugin for Encoders {
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Encoders)
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.sensor::<WheelEncoder>();
+    }
+}
+
+tatu_plugin! {
+    plugin: Encoders,
+    id: "tatu.sensor.wheel_encoder",
+    name: "Wheel encoders",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}
