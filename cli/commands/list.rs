@@ -5,7 +5,7 @@ use std::{path::PathBuf, process::ExitCode, sync::Arc};
 use serde_json::{Value, json};
 use tatu_core::{
     document::Sources,
-    plugins::{Declared, Registry},
+    plugins::{ActuatorKind, Declared, Registry, SensorKind},
 };
 
 use crate::{
@@ -54,7 +54,7 @@ fn plugins(r: &Registry) -> Vec<Value> {
             }
         };
         add(r.commands.iter().any(|c| c.plugin == i), "command");
-        add(r.sensors.iter().any(|s| s.plugin == i), "sensor");
+        add(r.sensor_kinds().any(|(_, s)| s.plugin == i), "sensor");
         add(r.actuators.iter().any(|a| a.plugin == i), "actuator");
         add(r.models.iter().any(|m| m.plugin == i), "model");
         add(r.importers.iter().any(|m| m.plugin == i), "importer");
@@ -172,29 +172,33 @@ fn events(r: &Registry) -> Vec<Value> {
 }
 
 fn sensors(r: &Registry) -> Vec<Value> {
-    r.sensors
-        .iter()
-        .map(|s| {
-            let fields: Vec<_> =
-                s.fields.iter().map(|f| json!({ "name": f.name, "unit": f.unit, "text": f.text })).collect();
+    r.sensor_kinds()
+        .map(|(_, s)| {
             json!({
                 "id": s.id, "plugin": r.plugins[s.plugin].id, "schemas": s.schemas, "text": s.text,
-                "parameters": params(&s.params), "fields": fields,
+                "parameters": params(&s.params), "fields": fields(s),
             })
         })
         .collect()
 }
 
 fn actuators(r: &Registry) -> Vec<Value> {
+    let readings = |a: &ActuatorKind| a.readings.map(|i| &r.sensors[i]);
     r.actuators
         .iter()
         .map(|a| {
             json!({
                 "id": a.id, "plugin": r.plugins[a.plugin].id, "text": a.text, "every_substep": a.every_substep,
                 "parameters": params(&a.params), "commands": params(&a.commands),
+                "schemas": readings(a).map(|s| &s.schemas), "fields": readings(a).map(fields),
             })
         })
         .collect()
+}
+
+/// Returns the declarations of the fields of a kind.
+fn fields(s: &SensorKind) -> Vec<Value> {
+    s.fields.iter().map(|f| json!({ "name": f.name, "unit": f.unit, "text": f.text })).collect()
 }
 
 fn importers(r: &Registry) -> Vec<Value> {

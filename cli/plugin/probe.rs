@@ -99,7 +99,7 @@ fn remark(e: &Error) -> Remark {
 fn offers(r: &Registry) -> Vec<(String, usize)> {
     let all = [
         ("command", r.commands.len()),
-        ("sensor", r.sensors.len()),
+        ("sensor", r.sensor_kinds().count()),
         ("actuator", r.actuators.len()),
         ("model", r.models.len()),
         ("importer", r.importers.len()),

@@ -9,4 +9,5 @@ pub const FILES: &[&str] = &[
     include_str!("../schemas/depth_image.toml"),
     include_str!("../schemas/proximity.toml"),
     include_str!("../schemas/range_scan.toml"),
+    include_str!("../schemas/thrust.toml"),
 ];

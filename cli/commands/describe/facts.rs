@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 use tatu_core::{
-    plugins::{CommandEntry, Declared, PresetInfo, Registry, schemas},
+    plugins::{CommandEntry, Declared, FieldInfo, PresetInfo, Registry, SensorKind, schemas},
     scene::rows::{KINDS, rows_of},
 };
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -19,7 +19,7 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
         out.push(json!({
             "what": "plugin", "id": p.id, "text": p.name, "version": p.version, "licence": p.licence,
             "abi": format!("{}.{}", p.abi.0, p.abi.1), "path": p.path.display().to_string(),
-            "sensors": r.sensors.iter().filter(|s| s.plugin == i).map(|s| &s.id).collect::<Vec<_>>(),
+            "sensors": r.sensor_kinds().map(|(_, s)| s).filter(|s| s.plugin == i).map(|s| &s.id).collect::<Vec<_>>(),
             "models": r.models.iter().filter(|m| m.plugin == i).map(|m| &m.id).collect::<Vec<_>>(),
             "actuators": r.actuators.iter().filter(|a| a.plugin == i).map(|a| &a.id).collect::<Vec<_>>(),
             "services": r.services.iter().filter(|s| s.plugin == i).map(|s| &s.id).collect::<Vec<_>>(),
@@ -28,21 +28,10 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
             "commands": commands.collect::<Vec<_>>(),
         }));
     }
-    for s in r.sensors.iter().filter(|s| s.id == id) {
-        let fields = s.fields.iter().map(|f| {
-            let mut shape = f.dims.to_vec();
-            while shape.len() > 1 && shape.last() == Some(&1) {
-                shape.pop();
-            }
-            let mut told = field(&f.name, f.elem, &shape, f.unit.as_deref(), &f.text, f.nothing.as_deref());
-            if let Some(valid) = &f.valid {
-                told["valid"] = json!(valid);
-            }
-            told
-        });
+    for s in r.sensor_kinds().map(|(_, s)| s).filter(|s| s.id == id) {
         out.push(json!({
             "what": "sensor kind", "id": s.id, "plugin": plugin(s.plugin), "text": s.text, "schemas": s.schemas,
-            "parameters": parameters(&s.params, true), "fields": fields.collect::<Vec<_>>(),
+            "parameters": parameters(&s.params, true), "fields": fields(s),
             "presets": s.presets.iter().map(preset).collect::<Vec<_>>(), "example": example::sensor(&s.id, &s.params),
         }));
     }
@@ -52,6 +41,7 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
             "what": "actuator kind", "id": a.id, "plugin": plugin(a.plugin), "text": a.text,
             "every_substep": a.every_substep, "parameters": parameters(&a.params, true),
             "controls": parameters(&a.commands, true), "example": example::actuator(&a.id, &both),
+            "schemas": a.readings.map(|i| &r.sensors[i].schemas), "fields": a.readings.map(|i| fields(&r.sensors[i])),
         }));
     }
     for s in r.services.iter().filter(|s| s.id == id) {
@@ -111,7 +101,7 @@ fn preset(p: &PresetInfo) -> Json {
 /// Returns all ids.
 pub fn names(r: &Registry) -> Vec<String> {
     let ids = (r.plugins.iter().map(|p| &p.id))
-        .chain(r.sensors.iter().map(|s| &s.id))
+        .chain(r.sensor_kinds().map(|(_, s)| &s.id))
         .chain(r.actuators.iter().map(|a| &a.id))
         .chain(r.services.iter().map(|s| &s.id))
         .chain(r.models.iter().map(|m| &m.id))
@@ -184,6 +174,22 @@ fn type_name(p: &Declared) -> String {
         _ => "unknown",
     };
     if p.flags & TATU_PARAM_REST != 0 { format!("{name} ...") } else { name.to_owned() }
+}
+
+/// Describes the fields of a kind of sensor, or of an actuator's readings.
+fn fields(kind: &SensorKind) -> Vec<Json> {
+    let one = |f: &FieldInfo| {
+        let mut shape = f.dims.to_vec();
+        while shape.len() > 1 && shape.last() == Some(&1) {
+            shape.pop();
+        }
+        let mut told = field(&f.name, f.elem, &shape, f.unit.as_deref(), &f.text, f.nothing.as_deref());
+        if let Some(valid) = &f.valid {
+            told["valid"] = json!(valid);
+        }
+        told
+    };
+    kind.fields.iter().map(one).collect()
 }
 
 fn field(name: &str, elem: u32, shape: &[u32], unit: Option<&str>, text: &str, nothing: Option<&str>) -> Json {

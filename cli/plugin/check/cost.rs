@@ -27,7 +27,7 @@ pub fn run(file: &Path) -> Result<(), Error> {
         }
     }
     let empty = stepped(&subject, "")?;
-    for s in subject.registry.sensors.iter().filter(|s| s.plugin == subject.plugin) {
+    for s in subject.registry.sensor_kinds().map(|(_, s)| s).filter(|s| s.plugin == subject.plugin) {
         let Some(lines) = stage::required(&s.params) else { continue };
         let one = |i: usize| {
             let place = stage::PLACES[i % 3];

@@ -59,7 +59,7 @@ fn parameters(subject: &Subject) {
         }
     };
     let mine = |plugin: usize| plugin == subject.plugin;
-    for s in r.sensors.iter().filter(|s| mine(s.plugin)) {
+    for s in r.sensor_kinds().map(|(_, s)| s).filter(|s| mine(s.plugin)) {
         let place = format!("sensor `{}`", s.id);
         for f in s.fields.iter().filter(|f| f.text.trim().is_empty() && !is_of_schema(&f.name)) {
             error(&place, format!("its field `{}` has no description (`text`)", f.name));

@@ -29,7 +29,7 @@ const MOST_VALUES: usize = 4;
 
 /// The sensors of the plugin.
 fn sensors(subject: &Subject) -> impl Iterator<Item = &SensorKind> {
-    subject.registry.sensors.iter().filter(|s| s.plugin == subject.plugin)
+    subject.registry.sensor_kinds().map(|(_, s)| s).filter(|s| s.plugin == subject.plugin)
 }
 
 /// A table for a device at a place, with further lines.

@@ -22,7 +22,7 @@ fn scene(subject: &Subject) -> (String, String) {
     let table = |kind: &str, id: &str, n: usize, place: &str, lines: &str| {
         format!("\n[[object]]\nkind = \"{kind}\"\n{kind} = \"{id}\"\nalias = \"{kind}{n}\"\n{place}{lines}")
     };
-    for (n, s) in r.sensors.iter().filter(|s| s.plugin == subject.plugin).enumerate() {
+    for (n, s) in r.sensor_kinds().map(|(_, s)| s).filter(|s| s.plugin == subject.plugin).enumerate() {
         if let Some(lines) = stage::required(&s.params) {
             devices += &table("sensor", &s.id, n, stage::PLACES[n % 3], &lines);
         }

@@ -90,7 +90,8 @@ impl Registry {
             };
         }
         let commands = self.commands.iter().map(|c| (c.plugin, "command", c.name(), c.text.as_str()));
-        all!(sensors, "sensor")
+        self.sensor_kinds()
+            .map(|(_, k)| (k.plugin, "sensor", k.id.as_str(), k.text.as_str()))
             .chain(all!(actuators, "actuator"))
             .chain(all!(services, "service"))
             .chain(all!(models, "model"))
@@ -104,9 +105,10 @@ impl Registry {
             all.extend(wrong.into_iter().map(|w| (plugin, format!("{what}: {w}"))));
         };
         for s in &self.sensors {
-            add(s.plugin, format!("the sensor `{}`", s.id), parameters(&s.params, true));
+            let what = if s.of_actuator { "actuator" } else { "sensor" };
+            add(s.plugin, format!("the {what} `{}`", s.id), parameters(&s.params, true));
             let lacks = schemas::lacks(s).into_iter().map(|l| format!("it {l}")).collect();
-            add(s.plugin, format!("the sensor `{}`", s.id), lacks);
+            add(s.plugin, format!("the {what} `{}`", s.id), lacks);
         }
         for a in &self.actuators {
             let all: Vec<Declared> = a.params.iter().chain(&a.commands).cloned().collect();

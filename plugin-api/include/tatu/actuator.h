@@ -3,6 +3,7 @@
 #define TATU_ACTUATOR_H
 
 #include "core.h"
+#include "sensor.h" /* fields */
 
 #ifdef __cplusplus
 extern "C" {
@@ -32,6 +33,10 @@ typedef struct tatu_actuator_batch {
   double *wrench;            /* [n], 6 each: force N at the mount's origin and torque N m, world; zeroed. Acts for dt */
   double *effort;            /* [n] torque N m or force N added to the joint's; zeroed. Acts for dt */
   tatu_status *status;       /* [n] as for sensors; a number that is not finite counts as a failure */
+  void *const *fields;       /* [n * n_fields] where readings are written; host-owned, zeroed */
+  const uint64_t *const *lengths; /* [n] the number of elements of each field, n_fields each */
+  uint32_t n_fields;
+  uint32_t reserved;
 } tatu_actuator_batch;
 
 typedef struct tatu_actuator {
@@ -46,6 +51,10 @@ typedef struct tatu_actuator {
   const tatu_life *life;
   /* [parallel] Turns commands into forces. Rules as for `measure`. */
   tatu_status(TATU_CALL *apply)(void *self, const tatu_actuator_batch *, tatu_error *);
+  /* What the actuator reports, such as its speed and current, read as the readings of a sensor are: `apply` fills the
+   * fields each time; the last values of a step are kept. Their shapes are fixed numbers. Null: it reports nothing. */
+  const char *const *schemas;
+  const tatu_field *const *fields;
 } tatu_actuator;
 
 typedef struct tatu_ext_actuator {

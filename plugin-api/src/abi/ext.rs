@@ -381,6 +381,10 @@ pub struct tatu_actuator_batch {
     pub wrench: *mut f64,
     pub effort: *mut f64,
     pub status: *mut tatu_status,
+    pub fields: *const *mut c_void,
+    pub lengths: *const *const u64,
+    pub n_fields: u32,
+    pub reserved: u32,
 }
 
 #[repr(C)]
@@ -396,6 +400,8 @@ pub struct tatu_actuator {
     pub commands: *const *const tatu_param,
     pub life: *const tatu_life,
     pub apply: Option<unsafe extern "C" fn(*mut c_void, *const tatu_actuator_batch, *mut tatu_error) -> tatu_status>,
+    pub schemas: *const *const c_char,
+    pub fields: *const *const tatu_field,
 }
 
 #[repr(C)]

@@ -4,7 +4,7 @@ use std::ptr::null;
 
 use tatu_plugin_api::{
     abi::*,
-    safe::{Actuator, Drive, Host, Instance, Output, Owned, Param, Params, Value, World},
+    safe::{Actuator, Drive, Host, Instance, Output, Owned, Param, Params, Readout, Value, World},
 };
 
 use crate::Result;
@@ -103,10 +103,15 @@ impl<A: Actuator> ActuatorBench<A> {
             wrench: std::ptr::null_mut(),
             effort: std::ptr::null_mut(),
             status: std::ptr::null_mut(),
+            fields: null(),
+            lengths: null(),
+            n_fields: 0,
+            reserved: 0,
         };
         // SAFETY: a batch of one, whose arrays live until the end of this function; outputs and state do not go through it.
         let drive = unsafe { Drive::new(&batch, &commands, 0) };
-        let mut out = Output { force: [0.0; 3], torque: [0.0; 3], effort: 0.0, state: &mut self.state };
+        let mut out =
+            Output { force: [0.0; 3], torque: [0.0; 3], effort: 0.0, state: &mut self.state, report: Readout::none() };
         self.actuator.apply(&drive, &mut out)?;
         let (force, torque, effort) = (out.force, out.torque, out.effort);
         Ok(Push { force, torque, effort, state: self.state.clone() })

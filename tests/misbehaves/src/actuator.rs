@@ -44,6 +44,8 @@ static KIND: Shared<tatu_actuator> = Shared(tatu_actuator {
     commands: null(),
     life: &raw const life::ACTUATOR.0,
     apply: Some(apply),
+    schemas: std::ptr::null(),
+    fields: std::ptr::null(),
 });
 static KINDS: List<tatu_actuator, 2> = List([&raw const KIND.0, null()]);
 

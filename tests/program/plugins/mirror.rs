@@ -83,9 +83,10 @@ mirror! {
     tatu_sensor { size, inputs, id, text, schemas, params, fields, life, beams, measure, presets, finish, aim, flags, reserved }
     tatu_ext_sensor { size, reserved, kinds }
     tatu_actuator_batch {
-        size, n, time, dt, data, state, actuator, pose, twist, joint, command, wrench, effort, status
+        size, n, time, dt, data, state, actuator, pose, twist, joint, command, wrench, effort, status,
+        fields, lengths, n_fields, reserved
     }
-    tatu_actuator { size, flags, n_commands, reserved, id, text, params, commands, life, apply }
+    tatu_actuator { size, flags, n_commands, reserved, id, text, params, commands, life, apply, schemas, fields }
     tatu_ext_actuator { size, reserved, kinds }
     tatu_builder { size, reserved, ctx, object, set, mesh, image, script, device, report, file, describe }
     tatu_model { size, flags, id, text, params, slots, build, category }

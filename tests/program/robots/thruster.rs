@@ -264,13 +264,22 @@ static tatu_status apply(void *self, const tatu_actuator_batch *b, tatu_error *e
     if (c[1] == 1) { b->status[i] = tatu_fail(error, TATU_ERR, "it broke down"); continue; }
     if (c[1] == 3) return tatu_fail(error, TATU_ERR, "all broke down");
     b->effort[i] = c[1] == 2 ? sqrt(-1.0 - b->dt) : c[0];
+    double *told = b->fields[i * b->n_fields];
+    told[0] = c[0];
+    told[1] = b->joint[2 * i + 1];
+    if (c[1] == 4) told[b->lengths[i][0]] = 1;
   }
   return TATU_OK;
 }
+static const tatu_field state = {.size = sizeof(tatu_field), .elem = TATU_ELEM_F64, .dims = {2, 1, 1},
+  .name = "motor.state", .text = "Effort and speed."};
+static const tatu_field *const fields[] = {&state, 0};
+static const char *const schemas[] = {"motor/1", 0};
 static const tatu_actuator motor = {.size = sizeof motor, .n_commands = 2, .id = "motor", .text = "A motor.",
-  .commands = commands, .apply = apply};
+  .commands = commands, .apply = apply, .schemas = schemas, .fields = fields};
 static const tatu_actuator inner = {.size = sizeof inner, .flags = TATU_ACTUATOR_EVERY_SUBSTEP, .n_commands = 2,
-  .id = "inner_motor", .text = "A motor asked more often.", .commands = commands, .apply = apply};
+  .id = "inner_motor", .text = "A motor asked more often.", .commands = commands, .apply = apply, .schemas = schemas,
+  .fields = fields};
 static const tatu_actuator lame = {.size = sizeof lame, .id = "lame", .text = "Cannot act."};
 static const tatu_actuator taken = {.size = sizeof taken, .id = "motor", .text = "Again.", .apply = apply};
 static const tatu_actuator *const kinds[] = {&motor, &inner, &lame, &taken, 0};
@@ -452,4 +461,31 @@ fn what_a_thruster_remembers_stands_in_a_snapshot() {
     };
     let whole = hash(&["--snapshot-at", "0.3", "half"]);
     assert_eq!(hash(&["--from", "half"]), whole);
+}
+
+#[test]
+fn what_an_actuator_reports_is_read_as_a_sensor_is() {
+    // Under a constant effort of 2 N m, the speed grows by 2 / I per second.
+    let script = "function sysCall_sensing()
+            local r = tatu.read(sim.getObject('/base/axle/motor'))
+            print(string.format('R %.12g %.12g %.12g', r.time, r.state[1], r.state[2]))
+        end";
+    for kind in ["motor", "inner_motor"] {
+        let place = with_motor(&format!("{}{}", jointed(kind, "revolute", "effort = 2.0"), watcher("eye", script)));
+        let done = place.run(&["--seconds", "0.5"]).good();
+        let rows: Vec<Vec<f64>> = (done.err.lines())
+            .filter_map(|l| l.split_once("R "))
+            .map(|(_, l)| l.split(' ').map(|x| x.parse().unwrap()).collect())
+            .collect();
+        assert!(rows.len() >= 10, "{}", done.err);
+        // A cube of 2 kg and 0.2 m has the inertia 2 * 0.2^2 / 6.
+        let growth = 2.0 / (2.0 * 0.04 / 6.0);
+        for (i, row) in rows.iter().enumerate() {
+            let called = if kind == "motor" { 0.05 * i as f64 } else { 0.05 * (i + 1) as f64 - 0.005 };
+            assert!((row[0] - called).abs() < 1e-9 && row[1] == 2.0, "{kind}: {row:?}");
+            assert!((row[2] - growth * called).abs() < 1e-6 * growth, "{kind}: {row:?}, not {}", growth * called);
+        }
+    }
+    let place = with_motor(&jointed("motor", "revolute", "fail = 4.0"));
+    place.run(&["--seconds", "0.2"]).tells(&["past the end of a field that it reports", "org.example.motor"]);
 }

@@ -1,6 +1,8 @@
 //! Applies actuators in batches by kind: passes motions and commands to the plugins, and converts the wrenches and
 //! efforts that they return to forces on the engine's bodies.
 
+use std::ffi::c_void;
+
 use tatu_physics::{Engine, Push};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
@@ -12,7 +14,7 @@ use tatu_plugins::{
 };
 use tatu_scene::{Data, Dynamics, Scene, pose_to_array};
 
-use super::{Actuator, Actuators, scratch::ApplyScratch};
+use super::{Actuator, Actuators, Report, scratch::ApplyScratch};
 use crate::mount::Mount;
 
 /// An actuator that failed, or that has no effect.
@@ -163,6 +165,12 @@ fn apply(
         s.pose.push(pose_to_array(&m.pose));
         s.twist.push(m.twist);
         s.joint.push(m.joint);
+        if let Some(Report { layout, fields, time }) = &mut d.report {
+            layout.clear(fields);
+            s.fields.extend(layout.spans.iter().map(|(first, _)| fields[*first..].as_mut_ptr().cast::<c_void>()));
+            s.lengths.push(layout.lengths.as_ptr());
+            *time = Some(when.0);
+        }
     }
     s.give_commands(seats);
     let table = s.batch(seats.len(), when);
@@ -188,6 +196,9 @@ fn apply(
                 (TATU_ERR, PAST_STATE.to_owned())
             }
             bad if bad < 0 => (bad, error.text()),
+            _ if d.report.as_ref().is_some_and(|r| !r.layout.is_whole(&r.fields)) => {
+                (TATU_ERR, "broke the contract: it wrote past the end of a field that it reports".to_owned())
+            }
             _ if !finite => {
                 (TATU_ERR, format!("returned the wrench {wrench:?} and the effort {effort}; expected finite numbers"))
             }
@@ -236,6 +247,8 @@ impl ApplyScratch {
         self.twist.clear();
         self.joint.clear();
         self.command.clear();
+        self.fields.clear();
+        self.lengths.clear();
     }
 
     fn batch(&mut self, n: usize, (time, dt): (f64, f64)) -> tatu_actuator_batch {
@@ -257,6 +270,10 @@ impl ApplyScratch {
             wrench: self.wrench.first_mut().cast(),
             effort: self.effort.first_mut(),
             status: self.status.first_mut(),
+            fields: self.fields.as_ptr(),
+            lengths: self.lengths.as_ptr(),
+            n_fields: (self.fields.len() / n.max(1)) as u32,
+            reserved: 0,
         }
     }
 }

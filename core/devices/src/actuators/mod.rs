@@ -9,10 +9,12 @@
 mod apply;
 mod scratch;
 
-use std::ffi::c_void;
+use std::{ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::state_block::StateBlock;
+
+use crate::sense::{Layout, ReadingBuffer, Sensing};
 
 pub use apply::{Acts, ApplyFailure, SubSteps, per_step};
 
@@ -34,6 +36,18 @@ pub struct Actuator {
     pub off: bool,
     /// Whether it has been reported to have no effect.
     pub idle_told: bool,
+    /// What it reports, if its kind declares readings.
+    pub report: Option<Report>,
+}
+
+/// The readings that an actuator reports. The device in [`Sensing`](crate::sense::Sensing) gets them after an advance.
+pub struct Report {
+    /// The layout of the fields.
+    pub layout: Rc<Layout>,
+    /// The fields, as of the last call.
+    pub fields: ReadingBuffer,
+    /// Simulation time of that call, s; `None`: none since the readings were last taken.
+    pub time: Option<f64>,
 }
 
 /// The actuators of a world.
@@ -52,6 +66,15 @@ impl Actuators {
     /// Returns the actuator's index in the list.
     pub fn index(&self, object: tatu_object) -> Option<usize> {
         self.devices.iter().position(|d| d.object == object)
+    }
+    /// Passes on what actuators have reported since the last call, to be read like readings of sensors.
+    pub fn publish(&mut self, sensing: &mut Sensing) {
+        for d in self.devices.iter_mut() {
+            let Some(report) = d.report.as_mut() else { continue };
+            if let (Some(time), Some(i)) = (report.time.take(), sensing.index(d.slot)) {
+                sensing.devices[i].take_report(time, &report.fields);
+            }
+        }
     }
     /// Removes and returns the actuators for which `alive` is `false`.
     pub fn take_gone(&mut self, alive: impl Fn(&Actuator) -> bool) -> Vec<Actuator> {

@@ -17,6 +17,8 @@ pub(super) struct ApplyScratch {
     pub command: Vec<*const f64>,
     /// The commands of all actuators, one after the other.
     pub commands: Guarded<f64>,
+    pub fields: Vec<*mut c_void>,
+    pub lengths: Vec<*const u64>,
     pub wrench: Guarded<[f64; 6]>,
     pub effort: Guarded<f64>,
     pub status: Guarded<tatu_status>,

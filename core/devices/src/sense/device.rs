@@ -108,10 +108,15 @@ impl Device {
     /// Returns whether the plugin stayed within the fields and the state block in its last call.
     #[inline]
     pub(super) fn kept_within(&self) -> bool {
-        let fields = &*self.fields;
-        self.layout.ends.iter().all(|end| fields[*end as usize] == GUARD)
-            && self.layout.pads.iter().all(|pad| pad.is_empty(fields))
-            && self.state.is_whole()
+        self.layout.is_whole(&self.fields) && self.state.is_whole()
+    }
+
+    /// Takes over fields that an actuator reported at a time, s.
+    pub(crate) fn take_report(&mut self, time: f64, fields: &[u64]) {
+        if self.fields.len() == fields.len() {
+            self.fields.copy_from_slice(fields);
+            (self.time, self.sequence) = (time, self.sequence + 1);
+        }
     }
 
     /// Describes where the plugin wrote out of bounds.
@@ -355,9 +360,20 @@ impl Layout {
         Ok(Layout { plan, spans, dims, words, lengths, ends, pads })
     }
 
+    /// Returns whether the guards around the fields are unchanged.
+    #[inline]
+    pub(crate) fn is_whole(&self, fields: &[u64]) -> bool {
+        self.ends.iter().all(|end| fields[*end as usize] == GUARD) && self.pads.iter().all(|pad| pad.is_empty(fields))
+    }
+
+    /// Returns the number of words that the fields take.
+    pub fn words(&self) -> usize {
+        self.words
+    }
+
     /// Clears the fields for a measurement.
     #[inline]
-    pub(super) fn clear(&self, fields: &mut [u64]) {
+    pub(crate) fn clear(&self, fields: &mut [u64]) {
         fields.fill(0);
         for end in &self.ends {
             fields[*end as usize] = GUARD;

@@ -98,7 +98,7 @@ impl<'a> StepSensing<'a> {
     ) -> Option<Self> {
         let mut kinds: Vec<(usize, Vec<Seat>)> = Vec::new();
         for (kind, info) in around.registry.sensors.iter().enumerate() {
-            if info.raw.flags & TATU_SENSOR_EVERY_PHYSICS_STEP == 0 {
+            if !info.in_physics() {
                 continue;
             }
             let own = sensing.devices.iter().enumerate().filter(|(_, d)| d.kind == kind && !d.off);

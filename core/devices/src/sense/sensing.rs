@@ -2,7 +2,6 @@
 
 use std::rc::Rc;
 
-use tatu_plugin_api::abi::TATU_SENSOR_EVERY_PHYSICS_STEP;
 use tatu_plugins::Registry;
 use tatu_scene::{Data, Scene};
 
@@ -102,8 +101,7 @@ impl Sensing {
     }
     /// Returns whether any sensor measures after each physics step.
     pub fn in_physics(&self, registry: &Registry) -> bool {
-        let flags = |kind: usize| registry.sensors[kind].raw.flags;
-        self.devices.iter().any(|d| flags(d.kind) & TATU_SENSOR_EVERY_PHYSICS_STEP != 0 && !d.off)
+        self.devices.iter().any(|d| registry.sensors[d.kind].in_physics() && !d.off)
     }
     /// Returns the sensors of a kind.
     pub fn of_kind(&self, kind: usize) -> impl Iterator<Item = &Device> {

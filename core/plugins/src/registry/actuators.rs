@@ -7,7 +7,7 @@ use tatu_plugin_api::abi::*;
 
 use super::{
     Registry,
-    types::{ActuatorKind, DeviceKind},
+    types::{ActuatorKind, DeviceKind, SensorKind},
 };
 use crate::{Declared, tables};
 
@@ -54,6 +54,31 @@ impl Registry {
                     self.refuse(plugin, why, "see tatu_actuator in tatu.h");
                     continue;
                 }
+                let owner = format!("its actuator `{id}`");
+                let Some(fields) = self.fields(plugin, &owner, raw.fields) else { continue };
+                let lacks_shape = fields.iter().find(|f| f.dims.iter().any(|d| *d == 0 || *d >= TATU_DIM_OWN));
+                if let Some(f) = lacks_shape {
+                    let text = format!("the field `{}` of {owner} has a shape that depends on beams", f.name);
+                    self.refuse(plugin, text, "give the number of elements along each axis");
+                    continue;
+                }
+                let schemas = self.schemas(plugin, &owner, raw.schemas);
+                let readings = (!fields.is_empty()).then(|| {
+                    self.sensors.push(SensorKind {
+                        plugin,
+                        id: id.clone(),
+                        text: tables::text(raw.text).unwrap_or_default(),
+                        schemas,
+                        params: Vec::new(),
+                        field_props: fields.iter().map(|f| self.host.number(&f.name)).collect(),
+                        fields,
+                        presets: Vec::new(),
+                        raw: tatu_sensor { fields: raw.fields, ..NO_FUNCTIONS },
+                        life: NO_LIFE,
+                        of_actuator: true,
+                    });
+                    self.sensors.len() - 1
+                });
                 let number = |d: &Declared| self.host.number(&format!("{id}.{}", d.key));
                 self.actuators.push(ActuatorKind {
                     plugin,
@@ -64,6 +89,7 @@ impl Registry {
                     params,
                     commands,
                     life,
+                    readings,
                     raw,
                     id,
                 });
@@ -71,6 +97,39 @@ impl Registry {
         }
     }
 }
+
+/// The table of readings that an actuator fills.
+const NO_FUNCTIONS: tatu_sensor = tatu_sensor {
+    size: size_of::<tatu_sensor>() as u32,
+    inputs: 0,
+    id: std::ptr::null(),
+    text: std::ptr::null(),
+    schemas: std::ptr::null(),
+    params: std::ptr::null(),
+    fields: std::ptr::null(),
+    life: std::ptr::null(),
+    beams: None,
+    measure: None,
+    presets: std::ptr::null(),
+    finish: None,
+    aim: None,
+    flags: 0,
+    reserved: 0,
+};
+
+/// The life of such readings, whose state is the actuator's.
+const NO_LIFE: tatu_life = tatu_life {
+    size: size_of::<tatu_life>() as u32,
+    state_bytes: 0,
+    create: None,
+    destroy: None,
+    configure: None,
+    save: None,
+    load: None,
+    version: 0,
+    reserved: 0,
+    end_run: None,
+};
 
 /// Returns why a kind cannot be used, if it cannot.
 fn flaw(id: &str, raw: &tatu_actuator, params: &[Declared], commands: &[Declared]) -> Option<String> {

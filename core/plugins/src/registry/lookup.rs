@@ -54,25 +54,30 @@ impl Registry {
             self.unknown("E107", "model", id, &known)
         })
     }
+    /// Returns the kinds of sensors with their indices, without the readings of actuators.
+    pub fn sensor_kinds(&self) -> impl Iterator<Item = (usize, &SensorKind)> {
+        self.sensors.iter().enumerate().filter(|(_, s)| !s.of_actuator)
+    }
     /// Returns the index of a kind of sensor by id or by schema. For a schema, it is the kind that `[providers]`
     /// selects, otherwise the only one, or the first one.
     pub fn sensor(&self, id_or_schema: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
         let of_id = |id: &str| -> Vec<(usize, usize)> {
-            self.sensors.iter().enumerate().filter(|(_, s)| s.id == id).map(|(i, s)| (i, s.plugin)).collect()
+            self.sensor_kinds().filter(|(_, s)| s.id == id).map(|(i, s)| (i, s.plugin)).collect()
         };
         if let Some(i) = self.choose("kind of sensor", id_or_schema, &of_id(id_or_schema), providers)? {
             return Ok(i);
         }
         let wanted = providers.get(id_or_schema);
-        let fills = |s: &&SensorKind| s.schemas.iter().any(|x| x == id_or_schema);
+        let fills = |s: &&SensorKind| !s.of_actuator && s.schemas.iter().any(|x| x == id_or_schema);
         let mut found = self
             .sensors
             .iter()
             .filter(fills)
             .filter(|s| wanted.is_none_or(|w| *w == s.id || *w == self.plugins[s.plugin].id));
         let known = || -> Vec<_> {
-            let schemas = self.sensors.iter().flat_map(|s| &s.schemas);
-            let known: BTreeSet<_> = self.sensors.iter().map(|s| &s.id).chain(schemas).map(String::as_str).collect();
+            let schemas = self.sensor_kinds().flat_map(|(_, s)| &s.schemas);
+            let known: BTreeSet<_> =
+                self.sensor_kinds().map(|(_, s)| &s.id).chain(schemas).map(String::as_str).collect();
             known.into_iter().collect()
         };
         let found = found.next().ok_or_else(|| self.unknown("E108", "sensor kind", id_or_schema, &known()))?;

@@ -94,52 +94,13 @@ impl Registry {
                 let needed = tables::required!(raw, tatu_sensor: id, measure);
                 let Some(id) = self.named(plugin, "sensor", raw.id, raw.size, &needed) else { continue };
                 let Some(life) = self.life(plugin, &format!("sensor `{id}`"), raw.life) else { continue };
-                let claimed: Vec<usize> = self.sensors.iter().filter(|s| s.id == id).map(|s| s.plugin).collect();
+                let claimed: Vec<usize> =
+                    self.sensor_kinds().filter(|(_, s)| s.id == id).map(|(_, s)| s.plugin).collect();
                 if !self.is_own(plugin, "sensor", &id, &claimed) {
                     continue;
                 }
-                let fields: Vec<FieldInfo> = tables::list(raw.fields)
-                    .into_iter()
-                    .map(|(_, f)| FieldInfo {
-                        name: tables::label(f.name).unwrap_or_default(),
-                        elem: f.elem,
-                        dims: f.dims,
-                        unit: tables::text(f.unit),
-                        text: tables::text(f.text).unwrap_or_default(),
-                        valid: tables::text(f.valid),
-                        nothing: tables::text(f.nothing),
-                    })
-                    .collect();
-                if let Some(f) = fields.iter().find(|f| !(TATU_ELEM_F64..=TATU_ELEM_OBJECT).contains(&f.elem)) {
-                    let text = format!("the field `{}` of its sensor `{id}` has elements of type {}", f.name, f.elem);
-                    self.refuse(plugin, text, "use one of TATU_ELEM_*");
-                    continue;
-                }
-                let lost = fields.iter().find_map(|f| {
-                    let valid = f.valid.as_ref().filter(|v| !fields.iter().any(|other| other.name == **v))?;
-                    Some((f, valid))
-                });
-                if let Some((f, valid)) = lost {
-                    let text = format!(
-                        "the field `{}` of its sensor `{id}` names `{valid}` as the field that marks valid elements, \
-                         which it does not have",
-                        f.name
-                    );
-                    self.refuse(plugin, text, "write the full name of a field from a different schema: `schema.field`");
-                    continue;
-                }
-                if let Some((f, (flaw, help))) = fields.iter().find_map(|f| Some((f, field_flaw(f)?))) {
-                    self.refuse(plugin, format!("the field `{}` of its sensor `{id}` {flaw}", f.name), help);
-                    continue;
-                }
-                let (schemas, flawed): (Vec<_>, Vec<_>) =
-                    labels(raw.schemas).into_iter().partition(|s| texts::flaw(s).is_none());
-                for schema in flawed {
-                    let flaw = texts::flaw(&schema).unwrap_or_default();
-                    let text =
-                        format!("its sensor `{id}` claims the schema `{schema}`, which is not a valid name: it {flaw}");
-                    self.refuse(plugin, text, "call it `mine/1`");
-                }
+                let Some(fields) = self.fields(plugin, &format!("its sensor `{id}`"), raw.fields) else { continue };
+                let schemas = self.schemas(plugin, &format!("its sensor `{id}`"), raw.schemas);
                 let mut presets: Vec<PresetInfo> = Vec::new();
                 for (_, p) in tables::list(raw.presets) {
                     let what = format!("preset of its sensor `{id}`");
@@ -167,8 +128,76 @@ impl Registry {
                     presets,
                     raw,
                     life,
+                    of_actuator: false,
                 });
             }
+        }
+    }
+
+    /// Reads the fields of a kind; `owner` is the kind, for messages. Returns `None` if one is faulty, which is reported.
+    ///
+    /// # Safety
+    /// The list must be null or a valid list of a plugin that is never unloaded.
+    pub(super) unsafe fn fields(
+        &mut self,
+        plugin: usize,
+        owner: &str,
+        list: *const *const tatu_field,
+    ) -> Option<Vec<FieldInfo>> {
+        // SAFETY: the caller guarantees that the list is valid.
+        unsafe {
+            let fields: Vec<FieldInfo> = tables::list(list)
+                .into_iter()
+                .map(|(_, f)| FieldInfo {
+                    name: tables::label(f.name).unwrap_or_default(),
+                    elem: f.elem,
+                    dims: f.dims,
+                    unit: tables::text(f.unit),
+                    text: tables::text(f.text).unwrap_or_default(),
+                    valid: tables::text(f.valid),
+                    nothing: tables::text(f.nothing),
+                })
+                .collect();
+            if let Some(f) = fields.iter().find(|f| !(TATU_ELEM_F64..=TATU_ELEM_OBJECT).contains(&f.elem)) {
+                let text = format!("the field `{}` of {owner} has elements of type {}", f.name, f.elem);
+                self.refuse(plugin, text, "use one of TATU_ELEM_*");
+                return None;
+            }
+            let lost = fields.iter().find_map(|f| {
+                let valid = f.valid.as_ref().filter(|v| !fields.iter().any(|other| other.name == **v))?;
+                Some((f, valid))
+            });
+            if let Some((f, valid)) = lost {
+                let text = format!(
+                    "the field `{}` of {owner} names `{valid}` as the field that marks valid elements, \
+                     which it does not have",
+                    f.name
+                );
+                self.refuse(plugin, text, "write the full name of a field from a different schema: `schema.field`");
+                return None;
+            }
+            if let Some((f, (flaw, help))) = fields.iter().find_map(|f| Some((f, field_flaw(f)?))) {
+                self.refuse(plugin, format!("the field `{}` of {owner} {flaw}", f.name), help);
+                return None;
+            }
+            Some(fields)
+        }
+    }
+
+    /// Reads the schemas of a kind, without those that have no valid name, which are reported.
+    ///
+    /// # Safety
+    /// The list must be null or a valid list of a plugin that is never unloaded.
+    pub(super) unsafe fn schemas(&mut self, plugin: usize, owner: &str, list: *const *const c_char) -> Vec<String> {
+        // SAFETY: the caller guarantees that the list is valid.
+        unsafe {
+            let (schemas, flawed): (Vec<_>, Vec<_>) = labels(list).into_iter().partition(|s| texts::flaw(s).is_none());
+            for schema in flawed {
+                let flaw = texts::flaw(&schema).unwrap_or_default();
+                let text = format!("{owner} claims the schema `{schema}`, which is not a valid name: it {flaw}");
+                self.refuse(plugin, text, "call it `mine/1`");
+            }
+            schemas
         }
     }
 

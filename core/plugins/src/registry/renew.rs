@@ -72,18 +72,24 @@ impl Registry {
 
     fn take_places(&mut self, old: &Registry) -> Result<(), String> {
         macro_rules! place {
-            ($list:ident, $what:literal) => {
+            ($list:ident, $what:literal, $same:expr) => {
                 let new = std::mem::take(&mut self.$list);
-                self.$list = in_order(&old.$list, new, |a, b| a.plugin == b.plugin && a.id == b.id)
-                    .map_err(|lost| format!(concat!($what, " `{}`"), lost.id))?;
+                self.$list =
+                    in_order(&old.$list, new, $same).map_err(|lost| format!(concat!($what, " `{}`"), lost.id))?;
             };
         }
-        place!(sensors, "the sensor");
-        place!(actuators, "the actuator");
-        place!(models, "the model");
-        place!(importers, "the importer");
-        place!(languages, "the language");
-        place!(services, "the service");
+        place!(sensors, "the sensor", |a, b| {
+            a.plugin == b.plugin && a.id == b.id && a.of_actuator == b.of_actuator
+        });
+        let places: Vec<_> = (self.actuators.iter())
+            .map(|a| self.sensors.iter().position(|s| s.of_actuator && s.plugin == a.plugin && s.id == a.id))
+            .collect();
+        self.actuators.iter_mut().zip(places).for_each(|(a, place)| a.readings = place);
+        place!(actuators, "the actuator", |a, b| a.plugin == b.plugin && a.id == b.id);
+        place!(models, "the model", |a, b| a.plugin == b.plugin && a.id == b.id);
+        place!(importers, "the importer", |a, b| a.plugin == b.plugin && a.id == b.id);
+        place!(languages, "the language", |a, b| a.plugin == b.plugin && a.id == b.id);
+        place!(services, "the service", |a, b| a.plugin == b.plugin && a.id == b.id);
         self.place_commands(old);
         Ok(())
     }

@@ -58,6 +58,15 @@ pub struct SensorKind {
     pub raw: tatu_sensor,
     /// Functions to create, configure, save and destroy its instances.
     pub life: tatu_life,
+    /// Whether these are the readings that an actuator of this id reports; the actuator fills them.
+    pub of_actuator: bool,
+}
+
+impl SensorKind {
+    /// Returns whether its sensors measure after each physics step.
+    pub fn in_physics(&self) -> bool {
+        !self.of_actuator && self.raw.flags & TATU_SENSOR_EVERY_PHYSICS_STEP != 0
+    }
 }
 
 /// A model.
@@ -216,6 +225,8 @@ pub struct ActuatorKind {
     pub param_props: Vec<u32>,
     /// The interned keys `<kind>.<command>`.
     pub command_props: Vec<u32>,
+    /// Index of its readings among the kinds of sensors, if it reports any.
+    pub readings: Option<usize>,
     /// The table of its functions.
     pub raw: tatu_actuator,
     /// Functions to create, configure, save and destroy its instances.

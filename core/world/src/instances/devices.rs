@@ -26,7 +26,9 @@ pub(crate) fn note_devices(cell: &WorldCell) {
     let named = |declared: &[Declared], params: &[Value]| {
         declared.iter().map(|d| d.key.clone()).zip(params.iter().cloned()).filter(|(_, v)| *v != Value::Nil).collect()
     };
-    let sensors = sensing.devices.iter().map(|d| {
+    // Readings of actuators are made with these.
+    let own = sensing.devices.iter().filter(|d| !cell.model.registry.sensors[d.kind].of_actuator);
+    let sensors = own.map(|d| {
         (d.slot, DeviceSpec { kind: d.kind, params: named(&cell.model.registry.sensors[d.kind].params, &d.params) })
     });
     let actuators = actuators.devices.iter().map(|d| {
@@ -89,8 +91,13 @@ pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, plac
         cell.devices.sensing.borrow_mut().add(made);
         return Ok(());
     }
-    let made = create_actuator(cell, device.kind, slot, instance, params).map_err(refused)?;
+    let made = create_actuator(cell, device.kind, slot, instance, params).map_err(&refused)?;
     cell.devices.actuators.borrow_mut().devices.push(made);
+    if let Some(readings) = cell.model.registry.actuators[device.kind].readings {
+        let instance = cell.instance_info(owner, &name);
+        let reading = create_sensor(cell, readings, slot, instance, Vec::new()).map_err(refused)?;
+        cell.devices.sensing.borrow_mut().add(reading);
+    }
     if let Some(Data::Actuator(a)) = cell.state.scene.borrow_mut().get_mut(slot).map(|o| &mut o.data)
         && a.commands.len() != commands.len()
     {

@@ -3,8 +3,8 @@
 use std::{ffi::c_void, rc::Rc};
 
 use tatu_devices::{
-    actuators::Actuator,
-    sense::{BeamPlan, Device, Layout},
+    actuators::{Actuator, Report},
+    sense::{BeamPlan, Device, Layout, ReadingBuffer},
 };
 use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -71,8 +71,15 @@ pub(crate) fn create_actuator(
 ) -> Result<Actuator, String> {
     let info = &world.model.registry.actuators[kind];
     let object = instance.owner;
+    let report = match info.readings {
+        None => None,
+        Some(readings) => {
+            let layout = ask_layout(world, readings, slot, std::ptr::null_mut())?;
+            Some(Report { fields: ReadingBuffer::new(layout.words()), layout, time: None })
+        }
+    };
     let Made { data, state, .. } = make(world, info.plugin, &info.life, slot, instance, &params)?;
-    Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_told: false })
+    Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_told: false, report })
 }
 
 /// Ends the instance of an actuator. No part of the world may be borrowed.

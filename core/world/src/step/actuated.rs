@@ -86,5 +86,7 @@ pub(super) fn advance(world: &WorldCell, dt: f64, part: Option<u32>) -> Advanced
         }
     });
     failed.extend(between.actuators.into_iter().flat_map(|a| a.failed));
-    Advanced { lost, actuators: failed, sensors: between.sensors.map(|s| s.failed).unwrap_or_default() }
+    let sensors = between.sensors.map(|s| s.failed).unwrap_or_default();
+    actuators.publish(&mut sensing);
+    Advanced { lost, actuators: failed, sensors }
 }

@@ -1,7 +1,6 @@
 //! The stage in which sensors measure.
 
 use tatu_devices::sense::{self, Around, Job, MeasureFailure, MeasureOptions, Moment, Turn};
-use tatu_plugin_api::abi::TATU_SENSOR_EVERY_PHYSICS_STEP;
 use tatu_plugins::watchdog::Call;
 
 use crate::{
@@ -55,9 +54,10 @@ pub(super) fn sense(world: &WorldCell) {
     world.restore_process_state("sensing");
 }
 
-/// Returns whether sensors of a kind measure after each physics step.
+/// Returns whether readings of a kind are made during physics.
 fn feels(world: &WorldCell, kind: usize) -> bool {
-    world.model.registry.sensors[kind].raw.flags & TATU_SENSOR_EVERY_PHYSICS_STEP != 0
+    let kind = &world.model.registry.sensors[kind];
+    kind.in_physics() || kind.of_actuator
 }
 
 /// Measures with some sensors of one kind now. A sensor that fails is switched off and reported once.

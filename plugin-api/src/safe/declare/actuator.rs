@@ -10,7 +10,7 @@ use crate::safe::{
         guard,
         life::{self, Info, Life},
     },
-    value::{keep::Keep, once::once},
+    value::{field::Field, keep::Keep, once::once, sample::Readout},
 };
 
 /// The input of one actuator of a batch: the motion of its mount, and its commands.
@@ -84,6 +84,8 @@ pub struct Output<'a> {
     pub effort: f64,
     /// [`Actuator::STATE`] numbers that persist between calls; zeroed when the scene is reset.
     pub state: &'a mut [f64],
+    /// The fields that it reports, [`Actuator::fields`]; all zero at first.
+    pub report: Readout<'a>,
 }
 
 /// A kind of actuator. There is one value per actuator in a world.
@@ -102,8 +104,16 @@ pub trait Actuator: Sized + Send + Sync + 'static {
     /// Version of these values and of the data that [`Actuator::save`] writes; increase it when their meaning changes.
     const STATE_VERSION: u32 = 0;
 
+    /// The schemas of what it reports.
+    const SCHEMAS: &'static [&'static str] = &[];
+
     /// Declares its parameters.
     fn params() -> Vec<Param>;
+    /// Declares the fields that it reports, such as its speed and current, which are read like those of a sensor; none by
+    /// default.
+    fn fields() -> Vec<Field> {
+        Vec::new()
+    }
     /// Declares its commands: floats, set by scenes like parameters, and by scripts at any time.
     fn commands() -> Vec<Param>;
     /// Creates an instance. `world` is read-only.
@@ -132,6 +142,7 @@ pub trait Actuator: Sized + Send + Sync + 'static {
 pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
     let params = params_of::<A>().iter().map(|p| p.keep(keep)).collect();
     let commands: Vec<_> = commands_of::<A>().iter().map(|p| p.keep(keep)).collect();
+    let fields = fields_of::<A>().iter().map(|f| f.keep(keep)).collect();
     let raw = tatu_actuator {
         size: size_of::<tatu_actuator>() as u32,
         flags: if A::EVERY_SUBSTEP { TATU_ACTUATOR_EVERY_SUBSTEP } else { 0 },
@@ -143,6 +154,8 @@ pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
         commands: keep.list(commands),
         life: keep.table(life::table::<Data<A>>(A::STATE * size_of::<f64>())),
         apply: Some(apply::<A>),
+        schemas: keep.texts(A::SCHEMAS),
+        fields: keep.list(fields),
     };
     keep.table(raw)
 }
@@ -154,16 +167,22 @@ struct Data<A> {
     actuator: RefCell<A>,
     /// Number of commands that were declared to the host.
     n_commands: usize,
+    /// The fields that were declared to the host.
+    fields: Arc<[Field]>,
 }
 
 struct OfActuator<A>(A);
 struct Commands<A>(A);
+struct Fields<A>(A);
 
 fn params_of<A: Actuator>() -> Arc<[Param]> {
     once::<OfActuator<A>, _>(A::params)
 }
 fn commands_of<A: Actuator>() -> Arc<[Param]> {
     once::<Commands<A>, _>(A::commands)
+}
+fn fields_of<A: Actuator>() -> Arc<[Field]> {
+    once::<Fields<A>, _>(A::fields)
 }
 
 #[cold]
@@ -177,7 +196,7 @@ impl<A: Actuator> Life for Data<A> {
 
     fn create(_: &Started<A::Plugin>, info: &Info<'_>) -> Result<Self> {
         let actuator = A::create(&info.world, info.instance, &Params::new(info.params, &params_of::<A>()))?;
-        Ok(Data { actuator: actuator.into(), n_commands: commands_of::<A>().len() })
+        Ok(Data { actuator: actuator.into(), n_commands: commands_of::<A>().len(), fields: fields_of::<A>() })
     }
     fn configure(&self, params: &[ValueRef<'_>], changed: u64) -> Result<Change> {
         let mut actuator = self.actuator.try_borrow_mut().map_err(|_| in_use())?;
@@ -217,7 +236,8 @@ unsafe extern "C" fn apply<A: Actuator>(
                     0 => &[],
                     n => std::slice::from_raw_parts(*batch.command.add(i), n),
                 };
-                let mut out = Output { force: [0.0; 3], torque: [0.0; 3], effort: 0.0, state: &mut state };
+                let report = Readout::at((batch.fields, batch.lengths, batch.n_fields), i, &data.fields, &mut []);
+                let mut out = Output { force: [0.0; 3], torque: [0.0; 3], effort: 0.0, state: &mut state, report };
                 let actuator = data.actuator.try_borrow().map_err(|_| in_use());
                 if let Err(fail) = actuator.and_then(|a| a.apply(&Drive::new(batch, commands, i), &mut out)) {
                     *batch.status.add(i) = fail.write(error);

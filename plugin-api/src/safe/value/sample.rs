@@ -222,15 +222,34 @@ impl<'a> Readout<'a> {
             // else uses.
             n => unsafe { std::slice::from_raw_parts_mut((*batch.state.add(i)).cast(), n) },
         };
-        let n = batch.n_fields as usize;
-        if n == 0 {
+        // SAFETY: there is one place and one length for each field of each instance, and `i` is below the batch's `n`.
+        unsafe { Readout::at((batch.fields, batch.lengths, batch.n_fields), i, fields, state) }
+    }
+
+    /// The output of instance `i` in a table of places and lengths, `n` for each instance.
+    ///
+    /// # Safety
+    /// The table is valid for `'a` and has this instance, whose fields nobody else uses.
+    pub(crate) unsafe fn at(
+        (places, lengths, n): (*const *mut c_void, *const *const u64, u32),
+        i: usize,
+        fields: &'a [Field],
+        state: &'a mut [f64],
+    ) -> Self {
+        let n = n as usize;
+        if n == 0 || places.is_null() || lengths.is_null() {
             return Readout { places: &[], lengths: &[], fields, state };
         }
-        // SAFETY: there is one place and one length for each field of each instance, and `i` is below the batch's `n`.
+        // SAFETY: the caller guarantees that there is one place and one length for each field of this instance.
         unsafe {
-            let places = std::slice::from_raw_parts(batch.fields.add(i * n), n);
-            Readout { places, lengths: std::slice::from_raw_parts(*batch.lengths.add(i), n), fields, state }
+            let places = std::slice::from_raw_parts(places.add(i * n), n);
+            Readout { places, lengths: std::slice::from_raw_parts(*lengths.add(i), n), fields, state }
         }
+    }
+
+    /// An output without fields or state, of an actuator that reports nothing: for tests.
+    pub fn none() -> Readout<'static> {
+        Readout { places: &[], lengths: &[], fields: &[], state: &mut [] }
     }
 }
 

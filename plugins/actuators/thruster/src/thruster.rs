@@ -1,6 +1,9 @@
 //! The actuator kinds "thruster" and "thruster_substep", which differ in how often their force is computed.
 
-use tatu_plugin_api::safe::{Actuator, Drive, Fail, Instance, Output, Param, Params, Result, SharedWorld};
+use tatu_plugin_api::{
+    fields,
+    safe::{Actuator, Drive, Fail, Field, Instance, Output, Param, Params, Result, SharedWorld},
+};
 
 /// The plugin; it has no state.
 pub struct Thrusters;
@@ -12,6 +15,15 @@ pub struct Thruster<const SUBSTEP: bool> {
     max_force: f64,
     time_constant: f64,
 }
+
+fields! {
+    Report {
+        FORCE: f64 = Field::new("thrust.force").unit("N").text("Thrust along +z, mean since the previous call.");
+    }
+}
+
+/// What a thruster reports.
+struct Report;
 
 /// Returns the thrust after a time `dt`, and its mean during `dt`, N: a first-order lag from `now` towards `wanted`.
 ///
@@ -37,6 +49,7 @@ impl<const SUBSTEP: bool> Actuator for Thruster<SUBSTEP> {
     const EVERY_SUBSTEP: bool = SUBSTEP;
     /// The thrust, N.
     const STATE: usize = 1;
+    const SCHEMAS: &'static [&'static str] = &["thrust/1"];
 
     fn params() -> Vec<Param> {
         vec![
@@ -53,6 +66,10 @@ impl<const SUBSTEP: bool> Actuator for Thruster<SUBSTEP> {
                 .rebuilds()
                 .text("Time in which 63 % of a change of thrust is reached; 0: no lag."),
         ]
+    }
+
+    fn fields() -> Vec<Field> {
+        Report::declared_fields()
     }
 
     fn commands() -> Vec<Param> {
@@ -73,6 +90,7 @@ impl<const SUBSTEP: bool> Actuator for Thruster<SUBSTEP> {
         let (end, mean) = lag(now, wanted, self.time_constant, drive.dt());
         out.state[0] = end;
         out.force = drive.to_world([0.0, 0.0, mean]);
+        out.report.set(Report::FORCE, mean);
         Ok(())
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use tatu_plugin_api::{
     abi::{TATU_IN_JOINT, tatu_object},
     fields,
-    safe::{Beams, Fail, Field, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor, SharedWorld},
+    safe::{Beams, Fail, Field, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor, SharedWorld, Value},
 };
 
 use crate::presets;
@@ -20,11 +20,13 @@ pub struct WheelEncoder {
     joint: tatu_object,
     /// Counts per rad, or per metre of a sliding joint.
     counts: f64,
+    /// The joint's position when the encoder was created, rad or m: there it counts 0.
+    start: f64,
 }
 
 fields! {
     WheelEncoder {
-        TICKS: i32 = Field::new("encoder.ticks").text("Counts since the start.");
+        TICKS: i32 = Field::new("encoder.ticks").text("Counts since the encoder was created.");
         POSITION: f64 = Field::new("encoder.position").unit("rad|m").text("Position that the counts stand for.");
         VELOCITY: f64 = Field::new("encoder.velocity")
             .unit("rad/s|m/s")
@@ -45,15 +47,14 @@ impl WheelEncoder {
     /// Processes the joint's position and velocity at a time, s; returns the counts since the start, and before.
     fn turn(&self, state: &mut [f64], (time, position, velocity): (f64, f64, f64)) -> (f64, f64, f64) {
         let [there, last_time, last_position, total, counted] = state else { return (0.0, 0.0, 0.0) };
-        let (passed, before) = (time - *last_time, *counted);
         if *there == 0.0 {
-            (*there, *total) = (1.0, 0.0);
-        } else {
-            // A joint without limits is in (-pi, pi]; its velocity tells how many turns it made since.
-            let expected = velocity * passed;
-            let off = position - *last_position - expected;
-            *total += expected + off - TAU * ((off + PI) / TAU).floor();
+            (*there, *last_time, *last_position) = (1.0, 0.0, self.start);
         }
+        let (passed, before) = (time - *last_time, *counted);
+        // A joint without limits is in (-pi, pi]; its velocity tells how many turns it made since.
+        let expected = velocity * passed;
+        let off = position - *last_position - expected;
+        *total += expected + off - TAU * ((off + PI) / TAU).floor();
         (*last_time, *last_position) = (time, position);
         *counted = self.count(*total);
         (*counted, before, passed)
@@ -94,18 +95,28 @@ impl Sensor for WheelEncoder {
     fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self> {
         let path = params.string("joint")?;
         let joint = if path.is_empty() { 0 } else { world.find(instance.owner, &path)? };
-        let mut slides = false;
-        if joint != 0 {
-            let Ok(kind) = world.get(joint, world.host().prop("joint.type")) else {
+        let [kind, position, parent] = ["joint.type", "joint.position", "object.parent"].map(|k| world.host().prop(k));
+        // What it counts is known now, even if it is the nearest joint.
+        let mut found = if joint == 0 { instance.owner } else { joint };
+        while found != 0 && world.get(found, kind).is_err() {
+            if joint != 0 {
                 return Err(Fail::argument(format!("`joint`: `{path}` is not a joint")));
+            }
+            found = match world.get(found, parent)?.to_value() {
+                Ok(Value::Object(above)) => above,
+                _ => 0,
             };
-            slides = kind.to_value().is_ok_and(|v| v == "prismatic".into());
         }
+        if found == 0 {
+            return Err(Fail::argument("there is no joint above it: name one by `joint`"));
+        }
+        let slides = world.get(found, kind)?.to_value().is_ok_and(|v| v == "prismatic".into());
+        let start = world.f64(found, position)?;
         let (counts, gear) = (params.f64("counts_per_turn")?, params.f64("gear")?);
         if gear == 0.0 {
             return Err(Fail::argument("`gear`: expected a number other than 0"));
         }
-        Ok(WheelEncoder { joint, counts: counts * gear / if slides { 1.0 } else { TAU } })
+        Ok(WheelEncoder { joint, counts: counts * gear / if slides { 1.0 } else { TAU }, start })
     }
 
     fn beams(&self) -> Result<Beams> {
@@ -131,10 +142,9 @@ mod tests {
 
     #[test]
     fn whole_turns_between_two_measurements_are_counted() {
-        let encoder = WheelEncoder { joint: 0, counts: 100.0 / TAU };
+        let encoder = WheelEncoder { joint: 0, counts: 100.0 / TAU, start: 0.0 };
         let mut state = [0.0; STATE];
         let wrapped = |x: f64| x - TAU * ((x + PI) / TAU).floor();
-        encoder.turn(&mut state, (0.0, 0.0, 50.0));
         for i in 1..=20 {
             // 50 rad/s at 10 Hz: 0.8 of a turn each.
             let angle = 5.0 * f64::from(i);

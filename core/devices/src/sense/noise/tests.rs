@@ -53,6 +53,7 @@ fn kind() -> SensorKind {
         presets: Vec::new(),
         raw,
         life,
+        of_actuator: false,
     }
 }
 
