@@ -44,7 +44,7 @@
  *   create, destroy, configure, save, load, beams, and find, traits, order, place, keep_func, drop_func of a language:
  *                                                      functions without side effects: read, find, list, allocate
  *   all other calls that receive a world:              everything
- *   a plugin's own threads:                            log.write without a world, session.wake
+ *   a plugin's own threads:                            log.write without a world, session.wake, commands.wake
  *   A world belongs to the thread that made it; its pointer is invalid once the world has ended.
  *
  * RULES

@@ -8,7 +8,10 @@ use std::{
 
 use tatu_plugin_api::abi::*;
 
-use crate::{drafts, guard_page};
+use crate::{
+    drafts, guard_page,
+    tickets::{Mailbox, Tickets},
+};
 
 /// Returns the table of host functions with an id, or null.
 pub type FindTable = fn(&CStr) -> *const c_void;
@@ -24,6 +27,7 @@ struct Shared {
     /// Whether third-party plugins get truncated tables: see [`HostTables::cut_to_needs`].
     cut: bool,
     keys: Mutex<Interner>,
+    tickets: Tickets,
 }
 
 /// The plugin that a host pointer was given to.
@@ -81,7 +85,9 @@ impl HostTables {
         for key in keys {
             interner.number(key);
         }
-        HostTables { shared: Arc::new(Shared { find, cut: false, keys: Mutex::new(interner) }) }
+        HostTables {
+            shared: Arc::new(Shared { find, cut: false, keys: Mutex::new(interner), tickets: Tickets::default() }),
+        }
     }
     /// Makes later plugins that do not come with the program get truncated copies of the tables that they need, of the
     /// size that their `needs` state. A read past the end of a copy crashes the process. Meant for validators; plugins
@@ -139,6 +145,19 @@ impl HostTables {
     pub unsafe fn number_at(host: *const tatu_host, key: &str) -> Option<u32> {
         // SAFETY: the caller guarantees that `host` is null or was made by `HostTables`, which never frees it.
         Some(unsafe { own(host) }?.shared.upgrade()?.number(key))
+    }
+    /// Issues a ticket for a wait of a world, by which any thread may deliver its result once.
+    pub fn ticket(&self, mailbox: &Arc<Mailbox>, wait: u64) -> u64 {
+        self.shared.tickets.issue(mailbox, wait)
+    }
+    /// Delivers the result for a ticket, given the host pointer that a plugin has. Returns whether the ticket was valid.
+    ///
+    /// # Safety
+    /// As for [`number_at`](Self::number_at).
+    pub unsafe fn deliver_at(host: *const tatu_host, ticket: u64, result: &[u8]) -> bool {
+        // SAFETY: the caller guarantees that `host` is null or was made by `HostTables`, which never frees it.
+        let shared = unsafe { own(host) }.and_then(|own| own.shared.upgrade());
+        shared.is_some_and(|shared| shared.tickets.deliver(ticket, result))
     }
     /// Returns the plugin that a host pointer was given to, or `None` if the pointer is null.
     ///

@@ -3,6 +3,7 @@
 //! - `search`: folders and files in which plugins are searched, the user's own last;
 //! - `load`: opens a plugin and copies its tables; `elf`, `drafts`: reasons to reject it;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
+//! - `tickets`: results of plugins' own threads;
 //! - [`HostTables`]: the host's functions, which plugins request by id, and interned keys;
 //! - [`thread_grant`]: use of instances on several threads;
 //! - [`guard`]: floating-point mode, locale and other state that plugins must not change;
@@ -36,6 +37,7 @@ pub mod state_block;
 pub mod tables;
 pub mod texts;
 pub mod thread_grant;
+mod tickets;
 pub mod units;
 pub mod watchdog;
 
@@ -48,3 +50,4 @@ pub use registry::{
     Model, NameEntry, Plugin, Prelude, PresetInfo, Registry, SensorKind, ServiceKind, Status,
 };
 pub use search::{Copies, Search, Source};
+pub use tickets::{MOST_BYTES as MOST_RESULT_BYTES, Mailbox};

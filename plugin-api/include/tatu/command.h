@@ -67,7 +67,8 @@ typedef struct tatu_command {
 
 /* ---------------------------------------------------------------- A call ---------------------------------------- */
 
-enum tatu_until { TATU_UNTIL_STEPS = 1, TATU_UNTIL_TIME = 2, TATU_UNTIL_SIGNAL = 3, TATU_UNTIL_POLL = 4 };
+enum tatu_until { TATU_UNTIL_STEPS = 1, TATU_UNTIL_TIME = 2, TATU_UNTIL_SIGNAL = 3, TATU_UNTIL_POLL = 4,
+                  TATU_UNTIL_WAKE = 5 };
 
 /* What a running command may ask of the host for its own call. */
 typedef struct tatu_call_api {
@@ -77,9 +78,15 @@ typedef struct tatu_call_api {
   void *(TATU_CALL *alloc)(tatu_call *, uint64_t bytes);
   /* [step] Suspends the command, which then returns TATU_WAIT. It is called again, with `resume` and without arguments,
    * once `until` holds: STEPS: `value` steps later; TIME: at simulation time `value`, s; SIGNAL: when the signal `name`
-   * exists; POLL: in each step. `resume` (not 0) is the command's own key to what it keeps meanwhile. Returns TATU_WAIT,
+   * exists; POLL: in each step; WAKE: when a thread of the plugin has delivered a result, see `ticket`. `resume` (not 0) is the command's own key to what it keeps meanwhile. Returns TATU_WAIT,
    * so `return call->api->wait(...)` works. If the caller cannot wait, sets the error and returns TATU_ERR_BUSY. */
   tatu_status(TATU_CALL *wait)(tatu_call *, uint32_t until, double value, tatu_str name, uint64_t resume);
+  /* [step] For work on a thread of the plugin's own: a number for `commands.wake`, by which the thread delivers its
+   * result once. Then start the thread and return `wait(TATU_UNTIL_WAKE)`. 0: the run repeats a recorded one, which has
+   * the result: wait in the same way, but start no thread. */
+  tatu_status(TATU_CALL *ticket)(tatu_call *, uint64_t *);
+  /* [step] The result that ended the wait, in the call that follows it; valid until the call returns. */
+  tatu_status(TATU_CALL *woken)(tatu_call *, tatu_str *);
 } tatu_call_api;
 
 enum tatu_caller { TATU_CALLER_HOST = 0, TATU_CALLER_SCRIPT = 1, TATU_CALLER_NATIVE = 2, TATU_CALLER_REMOTE = 3 };

@@ -190,6 +190,10 @@ typedef struct tatu_host_commands {
   tatu_status(TATU_CALL *call_func)(tatu_world *, tatu_func, tatu_call *frame);
   /* The name of the `index`-th constant, in the order of their names. TATU_ERR_MISSING past the end. */
   tatu_status(TATU_CALL *constant_name)(tatu_world *, uint32_t index, tatu_str *name);
+  /* [any] Delivers the result for a ticket (tatu_call_api.ticket); the bytes are copied. It enters the world at the next
+   * barrier, is recorded, and ends the wait there. TATU_ERR_MISSING: no such ticket, or it was used already; a world that
+   * has ended ignores it. */
+  tatu_status(TATU_CALL *wake)(const tatu_host *, uint64_t ticket, tatu_str result);
 } tatu_host_commands;
 
 /* ---------------------------------------------------------------- Signals --------------------------------------- */

@@ -20,6 +20,7 @@ pub const TATU_UNTIL_STEPS: u32 = 1;
 pub const TATU_UNTIL_TIME: u32 = 2;
 pub const TATU_UNTIL_SIGNAL: u32 = 3;
 pub const TATU_UNTIL_POLL: u32 = 4;
+pub const TATU_UNTIL_WAKE: u32 = 5;
 
 #[repr(C)]
 pub struct tatu_call_api {
@@ -27,6 +28,8 @@ pub struct tatu_call_api {
     pub reserved: u32,
     pub alloc: Option<unsafe extern "C" fn(*mut tatu_call, u64) -> *mut c_void>,
     pub wait: Option<unsafe extern "C" fn(*mut tatu_call, u32, f64, tatu_str, u64) -> tatu_status>,
+    pub ticket: Option<unsafe extern "C" fn(*mut tatu_call, *mut u64) -> tatu_status>,
+    pub woken: Option<unsafe extern "C" fn(*mut tatu_call, *mut tatu_str) -> tatu_status>,
 }
 
 pub const TATU_CALLER_HOST: u32 = 0;

@@ -173,6 +173,7 @@ pub struct tatu_host_commands {
     pub drop: Option<extern "C" fn(WorldRef<'_>, tatu_func)>,
     pub call_func: Option<unsafe extern "C" fn(WorldRef<'_>, tatu_func, *mut tatu_call) -> tatu_status>,
     pub constant_name: Option<for<'a> extern "C" fn(WorldRef<'a>, u32, Option<&mut Lent<'a>>) -> tatu_status>,
+    pub wake: Option<unsafe extern "C" fn(*const tatu_host, u64, Lent<'_>) -> tatu_status>,
 }
 
 #[repr(C)]

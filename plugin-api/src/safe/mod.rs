@@ -15,7 +15,7 @@ pub use call::catalogue::About;
 pub use call::figures::keys;
 pub use call::host::{Host, Prop};
 pub use call::outgoing::Called;
-pub use call::running::{IntoResult, Return};
+pub use call::running::{IntoResult, Return, Ticket};
 pub use call::shared_world::{Object, SharedWorld};
 pub use call::world::{Closest, Contact, World};
 pub use declare::actuator::{Actuator, Drive, Output};

@@ -58,7 +58,7 @@ mirror! {
     tatu_instance { size, n_params, world, owner, id, seed, params, state, session }
     tatu_writer { size, reserved, ctx, write }
     tatu_life { size, state_bytes, create, destroy, configure, save, load, version, reserved, end_run }
-    tatu_call_api { size, reserved, alloc, wait }
+    tatu_call_api { size, reserved, alloc, wait, ticket, woken }
     tatu_call {
         size, command, alias, n_args, args, results, results_cap, n_results, world, self_, instance, state,
         user, api, error, wait_token, resume, caller, caller_object, caller_script, caller_dialect,
@@ -113,7 +113,7 @@ mirror! {
     tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts, closest, is_dynamic, frictions }
     tatu_host_commands {
         size, reserved, find, is_name_space, count, describe, call, generation, constant, prelude, mark, alloc, release,
-        retain, drop, call_func, constant_name
+        retain, drop, call_func, constant_name, wake
     }
     tatu_host_scripts { size, reserved, list, call, broadcast, options, add, call_below, text, change }
     tatu_host_signals { size, reserved, get, set, clear, name }

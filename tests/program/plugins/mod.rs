@@ -27,5 +27,6 @@ mod scopes;
 mod templates;
 mod testkit;
 mod texts;
+mod threads;
 mod trust;
 mod why;

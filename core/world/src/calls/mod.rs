@@ -38,8 +38,14 @@ pub(crate) fn give_results(world: &WorldCell, f: &mut tatu_call, values: &[Value
 }
 
 /// The functions that a command may call on its own frame.
-pub(crate) static CALL_API: tatu_call_api =
-    tatu_call_api { size: size_of::<tatu_call_api>() as u32, reserved: 0, alloc: Some(alloc), wait: Some(wait) };
+pub(crate) static CALL_API: tatu_call_api = tatu_call_api {
+    size: size_of::<tatu_call_api>() as u32,
+    reserved: 0,
+    alloc: Some(alloc),
+    wait: Some(wait),
+    ticket: Some(ticket),
+    woken: Some(woken),
+};
 
 unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
     // SAFETY: the contract requires `call` to be null or to point to the frame of a running call, whose `world` is the
@@ -73,13 +79,55 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
     if resume == 0 {
         return say(call.error, TATU_ERR_ARGUMENT, "the resume word of a wait must not be 0");
     }
-    match parse_wait(until, value, name, world.state.clock.pass.get()) {
+    let ticket = world.run.calls.wakes.issued.take();
+    match parse_wait(until, value, name, world.state.clock.pass.get(), ticket) {
         Ok(due) => {
             world.run.calls.waits.borrow_mut().asked = Some((call.wait_token, due, resume));
             TATU_WAIT
         }
         Err(text) => say(call.error, TATU_ERR_ARGUMENT, text),
     }
+}
+
+unsafe extern "C" fn ticket(call: *mut tatu_call, out: *mut u64) -> tatu_status {
+    // SAFETY: the contract requires `call` to be null or to point to the frame of a running call, and `out` to be null
+    // or to point to a number; nothing else uses them meanwhile.
+    let (Some(call), Some(out)) = (unsafe { (call.as_mut(), out.as_mut()) }) else { return TATU_ERR_ARGUMENT };
+    // SAFETY: `call.world` points to the world that the running call belongs to, which lives until the call has
+    // returned.
+    let world = match WorldCell::admit(unsafe { WorldRef::new(call.world) }, Function::acts("call.ticket")) {
+        Ok(world) => world,
+        Err(status) => return status,
+    };
+    if world.worker.is_some() || call.wait_token == 0 {
+        return say(call.error, TATU_ERR_BUSY, "a caller that cannot wait gets no ticket: call `wait` to say so");
+    }
+    *out = world.run.calls.wakes.ticket(world);
+    TATU_OK
+}
+
+unsafe extern "C" fn woken(call: *mut tatu_call, out: *mut tatu_str) -> tatu_status {
+    // SAFETY: the contract requires `call` to be null or to point to the frame of a running call, and `out` to be null
+    // or to point to a text; nothing else uses them meanwhile.
+    let (Some(call), Some(out)) = (unsafe { (call.as_mut(), out.as_mut()) }) else { return TATU_ERR_ARGUMENT };
+    // SAFETY: `call.world` points to the world that the running call belongs to, which lives until the call has
+    // returned.
+    let world = match WorldCell::admit(unsafe { WorldRef::new(call.world) }, Function::looks("call.woken")) {
+        Ok(world) => world,
+        Err(status) => return status,
+    };
+    if call.resume == 0 {
+        return say(call.error, TATU_ERR_MISSING, "this call does not follow a wait");
+    }
+    let current = world.run.calls.wakes.current.borrow();
+    let place = world.run.calls.arena.borrow_mut().alloc(current.len().max(1));
+    if place.is_null() {
+        return say(call.error, TATU_ERR_MEMORY, "the world's arena is full");
+    }
+    // SAFETY: the arena has just reserved at least this many bytes at `place`, which nothing else uses.
+    unsafe { std::ptr::copy_nonoverlapping(current.as_ptr(), place.cast(), current.len()) };
+    *out = tatu_str { ptr: place.cast(), len: current.len() as u64 };
+    TATU_OK
 }
 
 /// Calls a command. The caller provides the frame's arrays, command, alias and wait token; this function fills in the

@@ -11,7 +11,7 @@ use std::{
 use tatu_plugin_api::abi::*;
 use tatu_plugins::border::ErrorSlot;
 
-use super::{Arena, ResultsRoom, Waits};
+use super::{Arena, ResultsRoom, Waits, Wakes};
 
 /// Maximum depth of nested calls across the plugin ABI.
 pub const MAX_DEPTH: u32 = 64;
@@ -29,6 +29,8 @@ pub(crate) struct Calls {
     /// Status and text of the last refusal by a host function.
     pub last: RefCell<ErrorSlot>,
     pub waits: RefCell<Waits>,
+    /// Waits for results of plugins' own threads.
+    pub wakes: Wakes,
     /// Error text of the last failed command, and its plugin: a script may pass it on as its own error.
     pub blame: RefCell<Option<(String, String)>>,
     /// Ids of the stubs that have been reported.
@@ -73,6 +75,7 @@ impl Calls {
             results: RefCell::new(Vec::new()),
             last: RefCell::new(ErrorSlot::new()),
             waits: RefCell::new(Waits::default()),
+            wakes: Wakes::default(),
             blame: RefCell::new(None),
             stubs: RefCell::new(BTreeSet::new()),
         }

@@ -180,6 +180,18 @@ impl Replay {
             _ => None,
         }
     }
+    /// Returns the next observation, if it was made at this step and is of this kind.
+    pub(crate) fn observed_now(&mut self, step: u64, kind: &str) -> Option<String> {
+        let rest = self.records.get(self.observed..)?;
+        let at = rest.iter().position(|r| matches!(r.input, Input::Observed { .. }))?;
+        match &rest[at].input {
+            Input::Observed { kind: k, text } if k == kind && rest[at].step == step => {
+                self.observed += at + 1;
+                Some(text.clone())
+            }
+            _ => None,
+        }
+    }
     /// Returns the next observation of this kind, from `step` on.
     pub(crate) fn next_observed(&mut self, step: u64, kind: &str) -> Option<String> {
         let rest = self.records.get(self.observed..)?;

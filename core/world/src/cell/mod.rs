@@ -6,6 +6,7 @@
 //!   call during which call; `living`: the worlds of each thread;
 //! - `clock`, `phase`: time, steps, and the phases of a run; `pool`: the thread pool;
 //! - `calls`: the call stack, with `arena`, `call_errors` and `results_room`; `waits`: commands that wait and resume;
+//!   `wakes`: results of plugins' threads;
 //! - `scripts`: the scripts, with `script_kinds` and `script_order`; `script_counts`: counts of what each did;
 //! - `worker_view`, `script_worker`: a thread's view of the world while it runs scripts in parallel;
 //! - `folders`: the folders in which scripts open files;
@@ -53,6 +54,7 @@ mod stores;
 mod swap;
 mod waits;
 mod wake;
+pub(crate) mod wakes;
 mod worker_view;
 mod world;
 
@@ -86,7 +88,8 @@ pub(crate) use session::SessionCell;
 pub(crate) use stand_in_use::begin as begin_stand_ins;
 pub use stand_ins::{StandIn, Wish};
 pub(crate) use stores::{Signal, Signals, bytes_of};
-pub(crate) use waits::{Owner, Wait, Waits, parse as parse_wait};
+pub(crate) use waits::{Due, Owner, Wait, Waits, parse as parse_wait};
 pub(crate) use wake::Wake;
+pub(crate) use wakes::Wakes;
 pub(crate) use worker_view::{DeferredEffect, WorkerView};
 pub(crate) use world::{ScriptWorker, WorldCell};

@@ -9,7 +9,6 @@ use super::{
     clock::Clock,
     phase::Phase,
     stores::{Noted, Signals},
-    waits::Due,
 };
 
 /// The part of a world that a step changes and a snapshot contains: objects, engine, time, phase and signals.
@@ -41,15 +40,6 @@ impl State {
             rested: Cell::default(),
             signals: RefCell::default(),
             noted: Noted::default(),
-        }
-    }
-    /// Returns whether a wait has ended.
-    pub fn is_over(&self, due: &Due) -> bool {
-        match due {
-            Due::Step(s) => self.clock.pass.get() >= *s,
-            Due::Time(t) => self.clock.time.get() >= *t - 1e-9,
-            Due::Signal(name) => self.signals.borrow().keys().any(|(_, n)| n == name),
-            Due::Poll => true,
         }
     }
     /// Returns the velocity of an object: from the engine if the engine moves it, otherwise from its motion in the last

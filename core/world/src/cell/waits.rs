@@ -14,6 +14,8 @@ pub enum Due {
     Signal(Vec<u8>),
     /// The command is resumed in every step.
     Poll,
+    /// The wait ends when the result with this number has arrived from a plugin's thread.
+    Wake(u64),
 }
 
 /// The owner of a command that waits.
@@ -97,12 +99,16 @@ impl Waits {
 }
 
 /// Converts the arguments of a command's `wait` into a condition.
-pub(crate) fn parse(until: u32, value: f64, name: &[u8], step: u64) -> Result<Due, &'static str> {
+/// `ticket` is the number of the wait for which the command has taken a ticket.
+pub(crate) fn parse(until: u32, value: f64, name: &[u8], step: u64, ticket: Option<u64>) -> Result<Due, &'static str> {
     match until {
+        TATU_UNTIL_WAKE => {
+            ticket.map(Due::Wake).ok_or("a wait until a wake needs a ticket, which this call has not taken")
+        }
         TATU_UNTIL_STEPS if value >= 0.0 => Ok(Due::Step(step + (value.ceil() as u64).max(1))),
         TATU_UNTIL_TIME if value.is_finite() => Ok(Due::Time(value)),
         TATU_UNTIL_SIGNAL if !name.is_empty() => Ok(Due::Signal(name.to_vec())),
         TATU_UNTIL_POLL => Ok(Due::Poll),
-        _ => Err("a wait is for a number of steps, a time, the name of a signal, or a poll"),
+        _ => Err("a wait is for a number of steps, a time, the name of a signal, a poll, or a wake"),
     }
 }

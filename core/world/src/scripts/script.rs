@@ -263,7 +263,7 @@ impl Script {
     /// coroutine.
     pub(super) fn resume_waits(self: &Rc<Self>, world: &WorldCell) {
         let owner = Owner::Script(self.id.get());
-        let due = world.run.calls.waits.borrow_mut().take_due(owner, |due| world.state.is_over(due));
+        let due = world.run.calls.waits.borrow_mut().take_due(owner, |due| world.is_over(due));
         for wait in due {
             if !self.is_there(world) {
                 return;
@@ -273,6 +273,7 @@ impl Script {
             let mut frame = room.frame(&[]);
             (frame.command, frame.alias, frame.wait_token) = (wait.command, wait.alias, wait.token);
             world.run.calls.caller.set(self.as_caller(world));
+            world.run.calls.wakes.resume(&wait.due);
             // SAFETY: the frame and its arrays are local and live until the call has returned.
             let status = unsafe { call_command(world, &mut frame, wait.resume) };
             world.run.calls.caller.set(Caller::HOST);

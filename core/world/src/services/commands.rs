@@ -3,6 +3,7 @@
 use std::ffi::c_void;
 
 use tatu_plugin_api::abi::*;
+use tatu_plugins::{HostTables, MOST_RESULT_BYTES};
 
 use super::answer::{alone, here, here_now, needs_frame, on, passed, place};
 use crate::{
@@ -30,6 +31,7 @@ pub static TABLE: tatu_host_commands = tatu_host_commands {
     drop: Some(drop_func),
     call_func: Some(call_func),
     constant_name: Some(constant_name),
+    wake: Some(wake),
 };
 
 extern "C" fn find(w: WorldRef<'_>, name: Lent<'_>, alias: Option<&mut u32>) -> u32 {
@@ -97,6 +99,18 @@ extern "C" fn constant_name<'a>(w: WorldRef<'a>, index: u32, out: Option<&mut Le
         }
         Ok(())
     })
+}
+
+unsafe extern "C" fn wake(host: *const tatu_host, ticket: u64, result: Lent<'_>) -> tatu_status {
+    let result = result.bytes();
+    if result.len() > MOST_RESULT_BYTES {
+        return TATU_ERR_ARGUMENT;
+    }
+    // SAFETY: the header requires `host` to be null or the host pointer that the plugin was given, which is never freed.
+    match unsafe { HostTables::deliver_at(host, ticket, result) } {
+        true => TATU_OK,
+        false => TATU_ERR_MISSING,
+    }
 }
 
 extern "C" fn prelude<'a>(

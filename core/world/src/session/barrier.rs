@@ -1,6 +1,6 @@
 //! The barrier before a step. Simulation time does not advance while these are done, in this order:
 //!
-//! 1. Ended waits of commands that services have called are resumed, and the services are notified.
+//! 1. Results of plugins' threads enter the world. Ended waits of commands that services have called are resumed, and the services are notified.
 //! 2. Recorded calls are repeated, in a replay.
 //! 3. Services take turns, in order of their ids, until all of them release the world and the pause, if any, ends.
 //!
@@ -17,7 +17,7 @@ use tatu_plugins::border::ErrorSlot;
 use super::log;
 use crate::{
     calls::{call_command, kept},
-    cell::{Caller, Owner, Phase, SessionCell, Wait, WorldCell},
+    cell::{Caller, Owner, Phase, SessionCell, Wait, WorldCell, wakes},
     scripts::Room,
     step,
 };
@@ -38,6 +38,7 @@ pub(crate) fn before_step(world: &WorldCell) -> bool {
         return false;
     }
     world.run.calls.caller.set(Caller::HOST);
+    wakes::take_in(world);
     resume_waits(world);
     // Services have no turns in the passes after a stop has been requested.
     if !world.stop_requested() {
@@ -183,7 +184,7 @@ struct Ended {
 /// Resumes commands that waited on behalf of services. All of them are called first, and their services are notified
 /// afterwards, so that calls which the services make in response come later, as in a replay.
 fn resume_waits(world: &WorldCell) {
-    let due = world.run.calls.waits.borrow_mut().take_remote(|due| world.state.is_over(due));
+    let due = world.run.calls.waits.borrow_mut().take_remote(|due| world.is_over(due));
     if due.is_empty() {
         return;
     }
@@ -195,6 +196,7 @@ fn resume_waits(world: &WorldCell) {
         let mut frame = room.frame(&[]);
         (frame.command, frame.alias, frame.wait_token) = (wait.command, wait.alias, wait.token);
         world.run.calls.caller.set(Caller::remote(number));
+        world.run.calls.wakes.resume(&wait.due);
         // SAFETY: the frame and its arrays are local and live until the call has returned.
         let status = unsafe { call_command(world, &mut frame, wait.resume) };
         world.run.calls.caller.set(Caller::HOST);

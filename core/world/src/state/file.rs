@@ -14,7 +14,7 @@ use crate::instances::Missed;
 /// The first bytes of every snapshot.
 const MAGIC: &[u8; 8] = b"tatusnap";
 /// Format version, increased when the meaning of a section changes.
-const FORMAT: u32 = 8;
+const FORMAT: u32 = 9;
 const BEFORE_BODY: usize = MAGIC.len() + 4 + 8;
 
 /// The state of a world at a step, complete or not.

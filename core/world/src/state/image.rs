@@ -76,6 +76,8 @@ pub struct CoreImage {
     pub clock: (f64, u64, f64, u64),
     pub requests: u32,
     pub next_instance: u64,
+    /// Number of the last wait for a plugin's thread.
+    pub last_wake: u64,
     /// Kind, name, value, and whether it ends with the run.
     pub signals: Vec<(u32, Vec<u8>, ValueImage, bool)>,
     pub waits: Vec<Wait>,

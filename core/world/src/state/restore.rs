@@ -154,7 +154,8 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
 }
 
 fn core(cell: &WorldCell, image: CoreImage) -> Result {
-    let CoreImage { mut scene, meshes, settings, dynamics, clock, phase, requests, next_instance, .. } = image;
+    let CoreImage { mut scene, meshes, settings, dynamics, clock, phase, requests, next_instance, last_wake, .. } =
+        image;
     for (slot, number) in meshes {
         let mesh = cell.model.document.meshes.get(number as usize);
         match (scene.get_mut(slot).map(|o| &mut o.data), mesh) {
@@ -177,6 +178,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
     cell.state.clock.dt.set(dt);
     cell.state.requests.set(requests);
     cell.devices.next_instance.set(next_instance);
+    cell.run.calls.wakes.restore(last_wake);
     *cell.state.signals.borrow_mut() = image
         .signals
         .into_iter()

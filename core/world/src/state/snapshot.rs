@@ -9,7 +9,7 @@ use super::{
     image::{ActuatorImage, CoreImage, DeviceImage},
 };
 use crate::{
-    cell::{InstanceImage, Owner, Scripts, WorldCell},
+    cell::{Due, InstanceImage, Owner, Scripts, WorldCell},
     instances::{Living, Missed, save_instance},
     session,
 };
@@ -30,7 +30,7 @@ pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
         missed: Vec::new(),
         log: session::file::to_bytes(cell.run.outside.log.borrow().records()),
     });
-    let mut missed = clients(cell);
+    let mut missed = from_outside(cell);
     snapshot.put("core", &core(cell)?)?;
     snapshot.put("figures", &*cell.devices.figures.borrow())?;
     snapshot.put("sensors", &sensors(cell, &mut missed))?;
@@ -90,6 +90,7 @@ fn core(cell: &WorldCell) -> Result<CoreImage> {
         ),
         requests: cell.state.requests.get(),
         next_instance: cell.devices.next_instance.get(),
+        last_wake: cell.run.calls.wakes.last(),
         signals: {
             let signals = cell.state.signals.borrow();
             signals.iter().map(|((kind, name), s)| (*kind, name.clone(), (&s.value).into(), s.of_run)).collect()
@@ -167,15 +168,18 @@ fn actuators(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ActuatorImage> {
 
 /// Returns the commands that wait for a client of a service: they cannot be saved, because another process has no such
 /// client.
-fn clients(cell: &WorldCell) -> Vec<Missed> {
+fn from_outside(cell: &WorldCell) -> Vec<Missed> {
     let waits = cell.run.calls.waits.borrow().all();
-    let remote = waits.into_iter().filter(|w| matches!(w.owner, Owner::Service(_)));
+    let waits = waits.into_iter().filter(|w| matches!(w.owner, Owner::Service(_)) || matches!(w.due, Due::Wake(_)));
     let command = |n: u32| cell.model.registry.commands.get((n as usize).wrapping_sub(1));
-    remote
+    waits
         .map(|w| Missed {
             object: String::new(),
             plugin: command(w.command).map_or(String::new(), |c| cell.model.registry.plugins[c.plugin].id.clone()),
-            reason: "one of its commands waits for a client of a service".into(),
+            reason: match w.due {
+                Due::Wake(_) => "one of its commands waits for a thread".into(),
+                _ => "one of its commands waits for a client of a service".into(),
+            },
         })
         .collect()
 }

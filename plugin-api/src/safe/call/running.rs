@@ -8,7 +8,7 @@ use std::{
 
 use crate::abi::*;
 use crate::safe::{
-    Called, Fail, PerWorld, Plugin, Result, SharedWorld, Value, ValueRef, World,
+    Called, Fail, Host, PerWorld, Plugin, Result, SharedWorld, Value, ValueRef, World,
     call::{outgoing, shared_world::service},
     declare::plugin::{Call, Outcome, Run, RunShared, SharedCall, Started},
     entry::{
@@ -20,6 +20,30 @@ use crate::safe::{
         owned::{Room, given, raw_int, raw_span, type_name},
     },
 };
+
+/// Delivers the result of a command that waits for it, once, from any thread.
+pub struct Ticket {
+    host: Host,
+    number: u64,
+}
+
+impl Ticket {
+    /// Delivers the result, which is copied. It ends the wait at the next barrier of the world; if the world has ended,
+    /// it is ignored.
+    pub fn wake(self, result: &[u8]) -> Result {
+        let wake = self.host.commands.and_then(|c| c.wake).ok_or_else(no_tickets)?;
+        // SAFETY: the host lives until the plugin's shutdown, and the header permits this call on any thread.
+        match unsafe { wake(self.host.raw(), self.number, result.into()) } {
+            TATU_OK => Ok(()),
+            status => Err(Fail::with_code(status, "the result was not delivered")),
+        }
+    }
+}
+
+#[cold]
+fn no_tickets() -> Fail {
+    Fail::unsupported("this host does not support commands that wait for a thread")
+}
 
 /// The return type of a command's function: `()`, or an [`Outcome`] if it may wait.
 pub trait IntoResult {
@@ -308,6 +332,42 @@ impl<'a, P: Plugin> Call<'a, P> {
     /// Waits until the next step; used to check a condition in each step. As with all waits, the word must not be 0.
     pub fn wait_poll(&mut self, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_POLL, 0.0, "", resume)
+    }
+
+    /// Takes a ticket for work on a thread of the plugin's own, which delivers its result by [`Ticket::wake`]; the
+    /// command then returns [`Call::wait_wake`]. `None` in the replay of a recorded run, which has the result: wait in the
+    /// same way, but start no thread.
+    pub fn ticket(&mut self) -> Result<Option<Ticket>> {
+        let host = *self.world().host();
+        let (call, mut number) = (&mut *self.0.raw, 0);
+        // SAFETY: the table `api` lives as long as the call, `call` is its frame, and its error is null or points to a
+        // live object.
+        unsafe {
+            let ticket = call.api.as_ref().filter(|a| a.size as usize >= size_of::<tatu_call_api>());
+            let ticket = ticket.and_then(|a| a.ticket).ok_or_else(no_tickets)?;
+            match ticket(call, &mut number) {
+                status if status < 0 => Err(Fail::read(status, call.error)),
+                _ => Ok((number != 0).then_some(Ticket { host, number })),
+            }
+        }
+    }
+    /// Waits for the result of the thread that has the ticket of this call; [`Call::woken`] returns it afterwards.
+    pub fn wait_wake(&mut self, resume: u64) -> Result<Outcome> {
+        self.wait(TATU_UNTIL_WAKE, 0.0, "", resume)
+    }
+    /// Returns the result that ended the wait, in the call that follows it.
+    pub fn woken(&mut self) -> Result<&'a [u8]> {
+        let (call, mut result) = (&mut *self.0.raw, tatu_str { ptr: std::ptr::null(), len: 0 });
+        // SAFETY: the table `api` lives as long as the call, `call` is its frame, and its error is null or points to a
+        // live object. The result is valid until the call returns.
+        unsafe {
+            let woken = call.api.as_ref().filter(|a| a.size as usize >= size_of::<tatu_call_api>());
+            let woken = woken.and_then(|a| a.woken).ok_or_else(no_tickets)?;
+            match woken(call, &mut result) {
+                status if status < 0 => Err(Fail::read(status, call.error)),
+                _ => Ok(bytes_of(result)),
+            }
+        }
     }
 
     /// Retains a function of a script, until it is released or its script ends.
